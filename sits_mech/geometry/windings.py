@@ -1,0 +1,117 @@
+"""Where a coil's current runs: its tracks as straight bars (planar), as concentric rings, and as spiral paths.
+
+A coil has `layers` layers of `turns` turns. Turn i (0 is the innermost) has its centre line at
+
+    r_i = inner_diameter / 2 + track_width / 2 + i (track_width + track_gap)
+
+and layer k (0 is the uppermost, whose top face is z = 0) at
+
+    z_k = -track_thickness / 2 - k layer_pitch.
+
+All turns are in series. A positive current runs counter-clockwise seen from above, so that in the planar section
+y = 0 it runs along +y (into the picture of x to the right, z up) on the coil's right side and along -y on its left.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sits_mech.quantities import Array
+from sits_mech.sensor import Coil
+
+
+@dataclass(frozen=True)
+class Bars:
+    """Tracks of one coil in the section y = 0, all of one size, in series.
+
+    Attributes
+    ----------
+    x, z : ndarray, shape (n,)
+        Centres [m].
+    sign : ndarray, shape (n,)
+        +1 where a positive coil current runs along +y, -1 where it returns.
+    width, thickness : float
+        Sizes along x and z [m].
+    """
+
+    x: Array
+    z: Array
+    sign: Array
+    width: float
+    thickness: float
+
+
+@dataclass(frozen=True)
+class Rings:
+    """Tracks of one coil as concentric rings about its axis, all of one section, in series.
+
+    Attributes
+    ----------
+    centre : tuple of float
+        Where the axis meets z = 0: x and y [m].
+    radius, z : ndarray, shape (n,)
+        Of the centre lines [m].
+    width, thickness : float
+        Section along r and z [m].
+    """
+
+    centre: tuple[float, float]
+    radius: Array
+    z: Array
+    width: float
+    thickness: float
+
+
+def turn_radii(coil: Coil) -> Array:
+    """Radii of the turns' centre lines, innermost first [m]; shape (turns,)."""
+    pitch = coil.track_width + coil.track_gap
+    return coil.inner_diameter / 2 + coil.track_width / 2 + pitch * np.arange(coil.turns)
+
+
+def layer_heights(coil: Coil) -> Array:
+    """Heights z of the layers' mid-planes, uppermost first [m]; shape (layers,)."""
+    return -coil.track_thickness / 2 - coil.layer_pitch * np.arange(coil.layers)
+
+
+def coil_rings(coil: Coil) -> Rings:
+    """Return the coil as ``layers * turns`` concentric rings."""
+    z, radius = np.meshgrid(layer_heights(coil), turn_radii(coil), indexing="ij")
+    return Rings(coil.centre, radius.ravel(), z.ravel(), coil.track_width, coil.track_thickness)
+
+
+def coil_bars(coil: Coil) -> Bars:
+    """Return the coil's section y = 0 as ``2 * layers * turns`` bars."""
+    rings = coil_rings(coil)
+    n = rings.radius.size
+    x = coil.centre[0] + np.concatenate([rings.radius, -rings.radius])
+    sign = np.concatenate([np.ones(n), -np.ones(n)])
+    return Bars(x, np.tile(rings.z, 2), sign, coil.track_width, coil.track_thickness)
+
+
+def spiral_path(coil: Coil, *, points_per_turn: int = 60) -> Array:
+    """Return the coil's centre line as one polyline: every layer an Archimedean spiral, in series.
+
+    Layers alternate inwards and outwards and are joined by straight vias; all turn counter-clockwise seen from above.
+
+    Returns
+    -------
+    ndarray, shape (n, 3)
+        Vertices x, y, z in the order of a positive current [m].
+    """
+    pitch = coil.track_width + coil.track_gap
+    r = turn_radii(coil)
+    theta = np.linspace(0.0, 2 * np.pi * coil.turns, points_per_turn * coil.turns + 1)
+    outward = r[0] - pitch / 2 + pitch * theta / (2 * np.pi)
+    pieces: list[Array] = []
+    for k, z in enumerate(layer_heights(coil)):
+        radius = outward[::-1] if k % 2 == 0 else outward
+        xy = np.column_stack([radius * np.cos(theta), radius * np.sin(theta)])
+        pieces.append(np.column_stack([xy + np.asarray(coil.centre), np.full(theta.size, z)]))
+    return np.vstack(pieces)
+
+
+def track_length(coil: Coil) -> float:
+    """Length of the track, all turns and layers [m]."""
+    return float(2 * np.pi * turn_radii(coil).sum() * coil.layers)
