@@ -1,0 +1,176 @@
+"""How is a scene file read, overridden and written? TOML in and out as plain tables; their meaning is `sensor.py`.
+
+A key is written with dots; entries of a list of tables go by number or by their name: ``coils.0.turns``,
+``coils.C1.turns``.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from sits_mech.units import SceneError, shown
+
+Table = dict[str, Any]
+
+
+def read_table(path: Path) -> Table:
+    """Return the tables of the TOML file `path`; raise SceneError when it cannot be read or is not TOML."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise SceneError(f"{path}: must be a readable scene file; got: {error.strerror or error}") from None
+    except (ValueError, RecursionError) as error:  # not UTF-8, not TOML, or a path that cannot be
+        raise SceneError(f"{shown(str(path))[1:-1]}: must be a TOML file; got: {' '.join(str(error).split())}") from None
+
+
+def overridden(table: Mapping[str, Any], overrides: Sequence[str]) -> Table:
+    """Return a copy of `table` with ``key=value`` overrides applied.
+
+    Parameters
+    ----------
+    table : mapping
+        A scene as read from its file.
+    overrides : sequence of str
+        Such as ``'target.width="15 mm"'``; the value is TOML, and what is not TOML is taken as a string.
+
+    Returns
+    -------
+    dict
+        The changed scene; `table` stays as it is.
+
+    Raises
+    ------
+    SceneError
+        When an override has no ``=``, or its key does not lead to a table.
+    """
+    result = _copied(table)
+    for override in overrides:
+        key, equals, text = override.partition("=")
+        steps = key.strip().split(".")
+        if not equals or not all(steps):
+            raise SceneError(f'--set {shown(override)}: must be key=value, such as target.width="15 mm"')
+        _set(result, steps, _value(text.strip()), key.strip())
+    return result
+
+
+def _copied(value: Any) -> Any:
+    """Copy tables and lists, share the rest."""
+    if isinstance(value, Mapping):
+        return {key: _copied(item) for key, item in value.items()}
+    return [_copied(item) for item in value] if isinstance(value, list | tuple) else value
+
+
+def _value(text: str) -> Any:
+    """Return `text` as a TOML value, or as the string it is."""
+    try:
+        parsed = tomllib.loads(f"value = {text}")
+    except (tomllib.TOMLDecodeError, RecursionError):
+        return text
+    return parsed["value"] if set(parsed) == {"value"} else text
+
+
+def _set(table: Table, steps: list[str], value: Any, key: str) -> None:
+    """Put `value` at the end of `steps`; a table that is missing on the way is made."""
+    here: Any = table
+    for step in steps[:-1]:
+        here = _entry(here, step, key) if isinstance(here, list) else here.setdefault(step, {})
+        if not isinstance(here, dict | list):
+            raise SceneError(f"--set {key}: {step} must be a table; got {shown(here)}")
+    if isinstance(here, list):
+        here[_position(here, steps[-1], key)] = value
+    else:
+        here[steps[-1]] = value
+
+
+def _entry(entries: list[Any], step: str, key: str) -> Any:
+    """Return the entry of a list that `step` names."""
+    return entries[_position(entries, step, key)]
+
+
+def _position(entries: list[Any], step: str, key: str) -> int:
+    """Return where in `entries` the entry is that `step` names or counts."""
+    names = [entry.get("name") if isinstance(entry, dict) else None for entry in entries]
+    if step in names:
+        return names.index(step)
+    if step.isdecimal() and len(step) < 9 and int(step) < len(entries):
+        return int(step)
+    known = ", ".join(str(name) for name in names if name) or "none"
+    raise SceneError(f"--set {key}: {step} must be one of {known}, or a number below {len(entries)}")
+
+
+def written(table: Mapping[str, Any]) -> str:
+    """Return a scene's tables as TOML text.
+
+    Parameters
+    ----------
+    table : mapping
+        Strings, numbers, lists of them, tables, and lists of tables; keys whose value is None are left out.
+
+    Returns
+    -------
+    str
+        TOML; floats keep every digit.
+    """
+    return "\n".join(_lines(table, "")) + "\n"
+
+
+def _lines(table: Mapping[str, Any], path: str) -> list[str]:
+    """Return the lines of one table, its plain keys first."""
+    plain = {key: item for key, item in table.items() if item is not None and not _is_table(item)}
+    lines = [f"{key} = {_literal(item)}" for key, item in plain.items()]
+    for key, item in table.items():
+        if isinstance(item, Mapping):
+            lines += [f"[{path}{key}]", *_lines(item, f"{path}{key}.")]
+        elif _is_table(item):
+            for entry in item:
+                lines += [f"[[{path}{key}]]", *_lines(entry, f"{path}{key}.")]
+    return lines
+
+
+def _is_table(item: Any) -> bool:
+    """Tell whether an item needs a heading of its own: a table, or a list of tables."""
+    return isinstance(item, Mapping) or (isinstance(item, list | tuple) and any(isinstance(x, Mapping) for x in item))
+
+
+def _literal(item: Any) -> str:
+    """Return a plain TOML value."""
+    if isinstance(item, list | tuple):
+        return f"[{', '.join(_literal(entry) for entry in item)}]"
+    if isinstance(item, str):
+        return json.dumps(item, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return repr(item)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write `text` to `path` by an atomic rename, so that no half-written file can be met.
+
+    Parameters
+    ----------
+    path : Path
+        The file; its folder must exist.
+    text : str
+        What it shall hold.
+
+    Raises
+    ------
+    SceneError
+        When it cannot be written.
+    """
+    try:
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    except OSError as error:
+        raise SceneError(f"{path}: must be writable; got: {error.strerror or error}") from None
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as stream:
+            stream.write(text)
+        os.chmod(name, 0o644)
+        os.replace(name, path)
+    except OSError as error:
+        Path(name).unlink(missing_ok=True)
+        raise SceneError(f"{path}: must be writable; got: {error.strerror or error}") from None

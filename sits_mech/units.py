@@ -1,0 +1,125 @@
+"""What number does a written quantity stand for? Units live at the edge of the package; inside, all is SI and radians.
+
+A quantity is a plain number, taken as SI, or a string of a number and a unit such as ``"2 mm"``, ``"5 MHz"``,
+``"30 kPa"`` or ``"10 deg"``. pint does the conversion and is imported only when a unit is met.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from functools import cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pint import UnitRegistry
+
+_FACTOR = r"[A-Za-zµμΩ°%]+(?:(?:\^|\*\*)-?[1-9])?"
+_QUANTITY = re.compile(
+    rf"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{{1,3}})?)\s*({_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*)?\s*"
+)
+_KINDS = {
+    "m": 'a length, such as "2 mm"',
+    "Hz": 'a frequency, such as "5 MHz"',
+    "N": 'a force, such as "2 N"',
+    "N*m": 'a moment, such as "1 N*mm"',
+    "Pa": 'a pressure, such as "30 kPa"',
+    "rad": 'an angle, such as "10 deg"',
+    "S/m": 'a conductivity, such as "58 MS/m"',
+    "H": 'an inductance, such as "3 uH"',
+    "F": 'a capacitance, such as "330 pF"',
+    "ohm": 'a resistance, such as "1 ohm"',
+    "s": 'a time, such as "1 ms"',
+    "": "a plain number",
+}
+
+
+class SceneError(ValueError):
+    """A scene, or a quantity in it, that cannot be used; the message is one line: where, what it must be, what came."""
+
+
+@cache
+def _registry() -> UnitRegistry[float]:
+    """Return the one pint registry."""
+    from pint import UnitRegistry
+
+    return UnitRegistry()
+
+
+def shown(value: object, length: int = 60) -> str:
+    """Return `value` as it would be written in a scene file, on one line and cut to `length` characters."""
+    text = f'"{value}"' if isinstance(value, str) else repr(value)
+    text = " ".join("".join(letter if letter.isprintable() else "?" for letter in text).split())
+    return text if len(text) <= length else text[: length - 3] + "..."
+
+
+def _converted(number: float, unit: str, into: str) -> float:
+    """Return `number` in SI, or NaN where `unit` does not exist or is of another dimension."""
+    from pint import PintError
+
+    try:
+        # fifteen digits, so that 85 um is 8.5e-05 m and not its neighbour
+        return float(f"{_registry().convert(number, unit.replace('·', '*'), into):.15g}")
+    except (PintError, AttributeError, ArithmeticError):
+        return math.nan
+
+
+def si_value(value: object, unit: str) -> float:
+    """Return a written quantity in SI.
+
+    Parameters
+    ----------
+    value : object
+        A finite number in SI, or a string of a number with an optional unit.
+    unit : str
+        The SI unit of the result, such as "m"; "" for a plain number.
+
+    Returns
+    -------
+    float
+        The value [unit].
+
+    Raises
+    ------
+    SceneError
+        When it is no quantity, of another dimension, or not finite; the message says what it must be and what came.
+    """
+    number = math.nan
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        number = float(value) if abs(value) < 1e300 else math.nan
+    elif isinstance(value, str) and (match := _QUANTITY.fullmatch(value[:100])):
+        number = float(match[1])
+        if match[2]:
+            number = _converted(number, match[2], unit)
+    if not math.isfinite(number):
+        plain = f", or a finite number [{unit}]" if unit else ""
+        raise SceneError(f"must be {_KINDS.get(unit, f'a quantity in {unit}')}{plain}; got {shown(value)}")
+    return number
+
+
+def quantity(value: object, unit: str, name: str) -> float:
+    """Return a written quantity in SI, and name it when it is refused.
+
+    Parameters
+    ----------
+    value : object
+        A finite number in SI, or a string of a number with an optional unit.
+    unit : str
+        The SI unit of the result, such as "m" or "N".
+    name : str
+        What the quantity is called where the user wrote it, such as "--fx".
+
+    Returns
+    -------
+    float
+        The value [unit].
+
+    Raises
+    ------
+    SceneError
+        One line: `name`, what it must be, what came.
+    """
+    try:
+        return si_value(value, unit)
+    except SceneError as error:
+        raise SceneError(f"{name}: {error}") from None
