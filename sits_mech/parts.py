@@ -180,7 +180,9 @@ class Target(BaseModel):
     def _whole(self) -> Target:
         """Refuse a target without material, without its sizes, or without the boundary its current returns at."""
         _check_metal(self.material, self.conductivity)
-        _check_sizes(self, {"rectangle": ("width", "length"), "disc": ("diameter",), "outline": ("points",)}[self.shape])
+        _check_sizes(
+            self, {"rectangle": ("width", "length"), "disc": ("diameter",), "outline": ("points",)}[self.shape]
+        )
         if self.points is not None and (len(self.points) < 3 or not abs(_area(self.points)) > 0.0):
             raise SceneError(f"points must be at least three corners around an area; got {shown(self.points)}")
         if self.net_current == "free" and self.planar_boundary_radius is None:

@@ -26,7 +26,9 @@ def read_table(path: Path) -> Table:
     except OSError as error:
         raise SceneError(f"{path}: must be a readable scene file; got: {error.strerror or error}") from None
     except (ValueError, RecursionError) as error:  # not UTF-8, not TOML, or a path that cannot be
-        raise SceneError(f"{shown(str(path))[1:-1]}: must be a TOML file; got: {' '.join(str(error).split())}") from None
+        raise SceneError(
+            f"{shown(str(path))[1:-1]}: must be a TOML file; got: {' '.join(str(error).split())}"
+        ) from None
 
 
 def overridden(table: Mapping[str, Any], overrides: Sequence[str]) -> Table:

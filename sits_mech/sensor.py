@@ -140,7 +140,9 @@ def _check_round(radius: float, coils: tuple[Coil, ...]) -> None:
     """Refuse coils that reach around the substrate and meet themselves."""
     reach = max(abs(coil.centre[0]) + 0.5 * coil.outer_diameter for coil in coils)
     if reach > math.pi * radius:
-        raise SceneError(f"substrate_radius must be at least {reach / math.pi:g} m to carry the coils; got {radius:g} m")
+        raise SceneError(
+            f"substrate_radius must be at least {reach / math.pi:g} m to carry the coils; got {radius:g} m"
+        )
 
 
 def sensor_from(scene: Mapping[str, Any], where: str = "scene") -> Sensor:
@@ -230,7 +232,9 @@ def load_sensor(source: str | Path, overrides: Sequence[str] = ()) -> Sensor:
     files = _catalogue_files()
     path = files.get(str(source), Path(source))
     if path.suffix != ".toml" and "\0" not in str(source) and not path.exists():
-        raise SceneError(f"{shown(str(source))[1:-1]}: no such file; a scene of the catalogue {unknown(str(source), files)}")
+        raise SceneError(
+            f"{shown(str(source))[1:-1]}: no such file; a scene of the catalogue {unknown(str(source), files)}"
+        )
     return sensor_from(overridden(read_table(path), overrides), str(source))
 
 

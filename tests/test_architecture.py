@@ -1,0 +1,148 @@
+"""Does the package hold to its own order? Imports point downwards, the top is small, nothing talks by itself."""
+
+import ast
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "sits_mech"
+FILES = sorted(PACKAGE.rglob("*.py"))
+
+# a file or folder may import lower ranks, and siblings of its own folder (of its own rank, at the top level)
+RANKS = {
+    **dict.fromkeys(("version", "units", "scene", "bounds", "parts", "sensor", "materials", "quantities"), 0),
+    **dict.fromkeys(("plan", "sweep", "numerics", "meshing"), 1),
+    "geometry": 2,
+    **dict.fromkeys(("mechanics", "magnetics", "readout"), 3),
+    "chain": 4,
+    **dict.fromkeys(("report", "doctor"), 5),
+    **dict.fromkeys(("__init__", "__main__", "cli"), 6),
+}
+TALK = {"print", "breakpoint", "input"}
+
+
+def room(module: str) -> str:
+    """Return the room of a dotted module name: the part after ``sits_mech``."""
+    steps = module.split(".")
+    return steps[1] if len(steps) > 1 else "__init__"
+
+
+def imported(tree: ast.AST, package: str) -> list[tuple[int, str]]:
+    """Return line and dotted name of every import of our own, wherever in the file it stands."""
+    found = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found += [(node.lineno, alias.name) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            base = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
+            module = ".".join([*base, *([node.module] if node.module else [])])
+            names = [f"{module}.{alias.name}" for alias in node.names] if module == "sits_mech" else [module]
+            found += [(node.lineno, name) for name in names]
+        elif isinstance(node, ast.Call) and getattr(node.func, "attr", getattr(node.func, "id", "")) in (
+            "import_module",
+            "__import__",
+        ):
+            texts = [arg.value for arg in node.args if isinstance(arg, ast.Constant) and isinstance(arg.value, str)]
+            found += [(node.lineno, text) for text in texts]
+    return [(line, name) for line, name in found if name.split(".")[0] == "sits_mech"]
+
+
+def violations(source: str, module: str) -> list[str]:
+    """Return the imports of a module that do not point downwards or sideways."""
+    package = module.rsplit(".", 1)[0]
+    own, rank = room(module), RANKS[room(module)]
+    top_level = module.count(".") <= 1
+    wrong = []
+    for line, name in imported(ast.parse(source), package):
+        other = room(name)
+        if other not in RANKS:
+            wrong.append(f"line {line}: {name} has no rank in this test")
+            continue
+        sibling = other == own or (top_level and RANKS[other] == rank and (PACKAGE / f"{other}.py").exists())
+        if not (RANKS[other] < rank or sibling):
+            wrong.append(f"line {line}: {module} (rank {rank}) imports {name} (rank {RANKS[other]})")
+    return wrong
+
+
+def dotted(path: Path) -> str:
+    """Return the module name of a file."""
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts)
+
+
+@pytest.mark.parametrize("path", FILES, ids=dotted)
+def test_imports_point_downwards(path: Path) -> None:
+    """By the order of rooms in the design: nouns, numerics, geometry, physics, chain, readers, the top."""
+    assert violations(path.read_text(), dotted(path)) == []
+
+
+def test_the_import_rule_sees_every_kind_of_import() -> None:
+    """The rule itself goes red: inside functions, under TYPE_CHECKING, relative, dynamic, and between the two physics."""
+    bad = [
+        "def f():\n    from sits_mech.chain import simulate",
+        "if TYPE_CHECKING:\n    from sits_mech.magnetics.bars import planar_bars",
+        "from ..magnetics import bars",
+        "from sits_mech import chain",
+        "import importlib\nimportlib.import_module('sits_mech.report.tables')",
+    ]
+    for source in bad:
+        assert violations(source, "sits_mech.mechanics.layer"), source
+    good = "import numpy\nfrom .forms import x\nfrom sits_mech.numerics.newton import y\nfrom sits_mech.sensor import z"
+    assert violations(good, "sits_mech.mechanics.layer") == []
+
+
+@pytest.mark.parametrize("path", FILES, ids=dotted)
+def test_package_neither_prints_nor_asserts(path: Path) -> None:
+    """Results are returned and errors raised; `cli` alone writes, by its console; a bare except hides everything."""
+    wrong = []
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in TALK:
+            wrong.append(f"line {node.lineno}: {node.func.id}")
+        if isinstance(node, ast.Assert):
+            wrong.append(f"line {node.lineno}: assert")
+        if isinstance(node, ast.ExceptHandler) and node.type is None:
+            wrong.append(f"line {node.lineno}: bare except")
+        if isinstance(node, ast.Name) and node.id == "NotImplementedError":
+            wrong.append(f"line {node.lineno}: NotImplementedError")
+    assert wrong == []
+
+
+@pytest.mark.parametrize("path", FILES, ids=dotted)
+def test_files_stay_readable(path: Path) -> None:
+    """A file answers one question: said in its docstring, in at most 350 lines."""
+    text = path.read_text()
+    assert len(text.splitlines()) <= 350
+    assert not text.strip() or ast.get_docstring(ast.parse(text))
+
+
+def _python(code: str) -> subprocess.CompletedProcess[str]:
+    """Run code in an interpreter of its own."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, timeout=60)
+
+
+def test_import_is_quiet_and_small() -> None:
+    """`import sits_mech` says nothing, shows at most 20 names, and leaves heavy leaves alone."""
+    heavy = "{'matplotlib', 'pyvista', 'vtk', 'gmsh', 'pygmsh', 'distributed', 'pint'}"
+    done = _python(
+        "import sys, sits_mech\n"
+        f"found = {heavy} & set(sys.modules)\n"
+        "assert not found, found\n"
+        "names = [name for name in dir(sits_mech) if not name.startswith('_')]\n"
+        "names = getattr(sits_mech, '__all__', names)\n"
+        "assert len(names) <= 20, names\n"
+        "missing = [name for name in names if not hasattr(sits_mech, name)]\n"
+        "assert not missing, missing\n"
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_nothing_reads_outside_the_project() -> None:
+    """The package knows no absolute path."""
+    for path in FILES:
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                assert not node.value.startswith(("/work", "/home", "/root", "/tmp", "../shared")), path
