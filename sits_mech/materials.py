@@ -8,7 +8,7 @@ Energies per reference volume, ``I1, I2`` invariants and ``lambda`` stretches of
     ogden           W = sum_i 2 mu_i/alpha_i^2 (sum_j lambda_j^alpha_i - 3)     mu, alpha (lists)
     gent            W = -mu j_m/2 ln(1 - (I1 - 3)/j_m)                          shear_modulus = mu, j_m
 
-each with ``K/2 (J - 1)^2`` added. All constants in Pa, but for alpha and j_m, which are plain numbers. Rate, history and
+each with ``K/2 (J - 1)^2`` added. All constants in Pa, but for alpha and j_m: plain numbers. Rate, history and
 softening are neglected.
 """
 
@@ -131,7 +131,7 @@ def silicone_from(table: Mapping[str, Any], name: str = "") -> Silicone:
     Raises
     ------
     SceneError
-        When a key is unknown or missing, or the constants give no positive shear modulus; the message starts with the key.
+        When a key is unknown or missing, or the constants give no positive shear modulus.
     """
     law = table.get("law")
     if not isinstance(law, str) or law not in LAWS:
@@ -154,7 +154,7 @@ def silicone_from(table: Mapping[str, Any], name: str = "") -> Silicone:
 
 def _constant(key: str, value: Any) -> float | tuple[float, ...]:
     """Return one constant in SI: a list for the Ogden terms, a number elsewhere."""
-    unit = "" if key in ("alpha", "j_m") else "Pa"
+    unit = "" if key in ("alpha", "j_m", "spread", "fitted_range") else "Pa"
     try:
         if key not in ("mu", "alpha"):
             return si_value(value, unit)
@@ -177,13 +177,16 @@ def _check(law: str, constants: Constants) -> None:
 
 def _provenance(table: Mapping[str, Any]) -> dict[str, Any]:
     """Return source, fitted range, residual and spread where a table has them."""
-    found: dict[str, Any] = {key: si_value(table[key], "") for key in ("rms", "spread") if key in table}
-    if "source" in table:
-        found["source"] = str(table["source"])
+    found: dict[str, Any] = {key: _constant(key, table[key]) for key in ("rms", "spread") if key in table}
+    source, strains = table.get("source", "the scene"), table.get("fitted_range", (0.0, 0.0))
+    if not isinstance(source, str) or not source.isprintable():
+        raise SceneError(f"source must be a printable text; got {shown(source)}")
+    if not isinstance(strains, list | tuple) or len(strains) != 2:
+        raise SceneError(f"fitted_range must be the smallest and largest strain; got {shown(strains)}")
+    low, high = (_constant("fitted_range", strain) for strain in strains)
     if "fitted_range" in table:
-        low, high = table["fitted_range"]
-        found["fitted_range"] = (float(low), float(high))
-    return found
+        found["fitted_range"] = (low, high)
+    return found | {"source": source}
 
 
 def table_of(silicone: Silicone) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from sits_mech.bounds import Frequency, Length, Name
 from sits_mech.materials import Metal, Silicone, unknown
 from sits_mech.parts import Coil, Conductor, Elastomer, Readout, Target
 from sits_mech.scene import overridden, read_table, write_text, written
-from sits_mech.units import SceneError, quantity, shown
+from sits_mech.units import SceneError, printable, quantity, shown
 
 __all__ = [
     "Coil", "Conductor", "Elastomer", "Metal", "Readout", "SceneError", "Sensor", "Silicone", "Target",
@@ -175,8 +175,8 @@ def _refusal(error: ValidationError) -> str:
     """Return the first thing that is wrong with a scene, unknown keys before their consequences."""
     found = error.errors(include_url=False)
     first = next((item for item in found if item["type"] == "extra_forbidden"), found[0])
-    steps = [step for step in first["loc"] if not (isinstance(step, str) and step[:1].isupper())]
-    key = ".".join(str(step) for step in steps)
+    steps = first["loc"]
+    key = printable(".".join(str(step) for step in steps))
     if first["type"] == "extra_forbidden":
         model = _PARTS[str(steps[0])] if len(steps) > 1 and steps[0] in _PARTS else Sensor
         return f"{key}: the key {unknown(steps[-1], model.model_fields)}"
@@ -196,7 +196,7 @@ def _refusal(error: ValidationError) -> str:
 def _catalogue_files() -> Mapping[str, Path]:
     """Return the scene files of the catalogue by name."""
     folder = Path(str(resources.files("sits_mech") / "catalog"))
-    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+    return {path.stem: path for path in sorted(folder.glob("*.toml"), key=lambda path: path.stem)}
 
 
 def catalogue() -> dict[str, str]:

@@ -46,11 +46,15 @@ def _registry() -> UnitRegistry[float]:
     return UnitRegistry()
 
 
-def shown(value: object, length: int = 60) -> str:
-    """Return `value` as it would be written in a scene file, on one line and cut to `length` characters."""
-    text = f'"{value}"' if isinstance(value, str) else repr(value)
-    text = " ".join("".join(letter if letter.isprintable() else "?" for letter in text).split())
-    return text if len(text) <= length else text[: length - 3] + "..."
+def printable(text: str, length: int = 200) -> str:
+    """Return `text` on one line, cut to `length` characters, with a question mark for what cannot be printed."""
+    line = " ".join("".join(letter if letter.isprintable() or letter.isspace() else "?" for letter in text).split())
+    return line if len(line) <= length else line[: length - 3] + "..."
+
+
+def shown(value: object) -> str:
+    """Return `value` about as it would be written in a scene file, on one line and short."""
+    return printable(f'"{value}"' if isinstance(value, str) else repr(value), length=60)
 
 
 def _converted(number: float, unit: str, into: str) -> float:

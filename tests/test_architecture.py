@@ -80,7 +80,7 @@ def test_imports_point_downwards(path: Path) -> None:
 
 
 def test_the_import_rule_sees_every_kind_of_import() -> None:
-    """The rule itself goes red: inside functions, under TYPE_CHECKING, relative, dynamic, and between the two physics."""
+    """The rule itself goes red: inside functions, under TYPE_CHECKING, relative, dynamic."""
     bad = [
         "def f():\n    from sits_mech.chain import simulate",
         "if TYPE_CHECKING:\n    from sits_mech.magnetics.bars import planar_bars",
