@@ -51,7 +51,7 @@ def overridden(table: Mapping[str, Any], overrides: Sequence[str]) -> Table:
     SceneError
         When an override has no ``=``, or its key does not lead to a table.
     """
-    result = _copied(table)
+    result: Table = _copied(table)
     for override in overrides:
         key, equals, text = override.partition("=")
         steps = key.strip().split(".")
