@@ -125,15 +125,13 @@ def _check_clear(conductor: Conductor, coils: tuple[Coil, ...]) -> None:
 def _check_on_layer(target: Target, elastomer: Elastomer) -> None:
     """Refuse a target that sticks out beyond the layer it is bonded to."""
     (width, length), (layer_width, layer_length) = target.extent, elastomer.extent
-    if elastomer.diameter is not None and target.diameter is None:
-        corners = target.points or ((0.5 * width, 0.5 * length),)
-        reach, allowed = 2.0 * max(math.hypot(x, y) for x, y in corners), elastomer.diameter
-        inside = reach <= allowed * _SLACK
-    else:
-        inside = width <= layer_width * _SLACK and length <= layer_length * _SLACK
-        reach, allowed = (width, layer_width) if width > layer_width * _SLACK else (length, layer_length)
-    if not inside:
-        raise SceneError(f"target must be no larger than the elastomer ({allowed:g} m); got {reach:g} m")
+    sizes = [("width", width, layer_width), ("length", length, layer_length)]
+    if elastomer.diameter is not None:
+        corners = target.points or ((0.5 * width, 0.0 if target.diameter else 0.5 * length),)
+        sizes = [("diameter", 2.0 * max(math.hypot(x, y) for x, y in corners), elastomer.diameter)]
+    for name, size, allowed in sizes:
+        if size > allowed * _SLACK:
+            raise SceneError(f"target must be no larger than elastomer.{name} ({allowed:g} m); got {size:g} m")
 
 
 def _check_round(radius: float, coils: tuple[Coil, ...]) -> None:
