@@ -1,0 +1,70 @@
+"""Sensitivity, crosstalk and rotation error of responses whose derivatives are known."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from sits_mech.readout.crosstalk import crosstalk, rotation_error, sensitivity
+
+F_X = np.array([-1.0, -0.4, 0.0, 0.4, 1.0])
+F_Z = np.array([0.0, 1.0, 2.5, 4.0])
+
+
+def made(mixing: float = 0.0) -> xr.Dataset:
+    """L_v = 200 - 3 F_z - 0.25 F_z^2 + mixing F_x^2, L_h = (5 + mixing F_z) F_x, of which a tenth is by rotation."""
+    data = xr.Dataset(coords={"F_x": F_X, "F_z": F_Z})
+    F_x, F_z = data.F_x, data.F_z
+    data["L_v_percent"] = (200.0 - 3.0 * F_z - 0.25 * F_z**2 + mixing * F_x**2).transpose("F_x", "F_z")
+    data["L_h_percent"] = ((5.0 + mixing * F_z) * F_x).transpose("F_x", "F_z")
+    data["L_h_untilted_percent"] = 0.9 * data["L_h_percent"]
+    data["d_h"] = 2e-4 * F_x + 0.0 * F_z
+    return data
+
+
+def test_sensitivity_of_quadratics_is_exact() -> None:
+    """Second-order differences are exact for second degree, on any grid, ends included."""
+    S = sensitivity(made(0.5))
+    assert S.dims == ("signal", "force", "F_x", "F_z")
+    for (signal, force), expected in {
+        ("L_v", "F_z"): -3.0 - 0.5 * F_Z + 0.0 * F_X[:, None],
+        ("L_v", "F_x"): F_X[:, None] + 0.0 * F_Z,
+        ("L_h", "F_z"): 0.5 * F_X[:, None] + 0.0 * F_Z,
+        ("L_h", "F_x"): 5.0 + 0.5 * F_Z + 0.0 * F_X[:, None],
+    }.items():
+        np.testing.assert_allclose(S.sel(signal=signal, force=force), expected, atol=1e-12)
+
+
+def test_crosstalk_by_hand() -> None:
+    """Full scales 10 and 16; the largest strays are 0.5 * 4 * 1 of 10 and 0.5 of 16."""
+    found = crosstalk(made(0.5))
+    assert found.attrs["full_scale_L_h"] == pytest.approx(10.0)
+    assert found.attrs["full_scale_L_v"] == pytest.approx(16.0)
+    assert found.attrs["largest_L_h_from_F_z"] == pytest.approx(20.0)
+    assert found.attrs["largest_L_v_from_F_x"] == pytest.approx(100.0 * 0.5 / 16.0)
+    assert found["L_h_from_F_z"].dims == found["L_v_from_F_x"].dims == ("F_x", "F_z")
+    np.testing.assert_allclose(found["L_h_from_F_z"], 10.0 * 0.5 * F_X[:, None] * F_Z, atol=1e-12)
+
+
+def test_no_mixing_no_crosstalk() -> None:
+    """Signals that each answer one force alone."""
+    found = crosstalk(made())
+    assert float(np.abs(found["L_h_from_F_z"]).max()) < 1e-12
+    assert float(np.abs(found["L_v_from_F_x"]).max()) < 1e-12
+
+
+def test_rotation_error_by_hand() -> None:
+    """A tenth of L_h = 5 F_x: e = F_x / 2, that is F_x / 10 newtons, or e 2e-4 / 4.5 metres."""
+    found = rotation_error(made())
+    np.testing.assert_allclose(found["F_x_error"], 0.1 * F_X[:, None] + 0.0 * F_Z, atol=1e-12)
+    np.testing.assert_allclose(found["d_h_error"], 0.5 * F_X[:, None] * 2e-4 / 4.5 + 0.0 * F_Z, atol=1e-16)
+
+
+def test_a_single_load_has_no_slope() -> None:
+    """One value of a force gives NaN, not a guess; a missing point stays missing."""
+    single = sensitivity(made().isel(F_x=[2]))
+    assert np.all(np.isnan(single.sel(force="F_x")))
+    assert np.all(np.isfinite(single.sel(force="F_z")))
+    holed = made()
+    holed["L_v_percent"][0, 0] = np.nan
+    found = crosstalk(holed)
+    assert np.isnan(found["L_v_from_F_x"][0, 0]) and np.isfinite(found.attrs["largest_L_v_from_F_x"])
