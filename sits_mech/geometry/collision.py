@@ -13,20 +13,11 @@ from __future__ import annotations
 import numpy as np
 
 from sits_mech.quantities import Array, Pose
-from sits_mech.sensor import Sensor, Target
+from sits_mech.sensor import Sensor
 
 
 class Collision(ValueError):
     """A pose in which the target touches or passes the coil plane."""
-
-
-def half_width(target: Target) -> float:
-    """Half the target's extent along its own x axis [m]."""
-    if target.shape == "disc":
-        return float(target.diameter) / 2
-    if target.shape == "outline":
-        return max(abs(point[0]) for point in target.points)
-    return float(target.width) / 2
 
 
 def clearance(sensor: Sensor, pose: Pose) -> Array:
@@ -34,7 +25,7 @@ def clearance(sensor: Sensor, pose: Pose) -> Array:
     if sensor.target is None:
         return np.full(np.shape(pose.d_v), np.inf)
     alpha = np.asarray(pose.alpha, dtype=float)
-    side = half_width(sensor.target) * np.abs(np.sin(alpha))
+    side = sensor.target.extent[0] / 2 * np.abs(np.sin(alpha))
     return np.asarray(pose.d_v - side + np.minimum(sensor.target.thickness * np.cos(alpha), 0.0))
 
 

@@ -67,12 +67,12 @@ class Rings:
 def turn_radii(coil: Coil) -> Array:
     """Radii of the turns' centre lines, innermost first [m]; shape (turns,)."""
     pitch = coil.track_width + coil.track_gap
-    return coil.inner_diameter / 2 + coil.track_width / 2 + pitch * np.arange(coil.turns)
+    return coil.inner_diameter / 2 + coil.track_width / 2 + pitch * np.arange(coil.turns, dtype=np.float64)
 
 
 def layer_heights(coil: Coil) -> Array:
     """Heights z of the layers' mid-planes, uppermost first [m]; shape (layers,)."""
-    return -coil.track_thickness / 2 - coil.layer_pitch * np.arange(coil.layers)
+    return -coil.track_thickness / 2 - coil.layer_pitch * np.arange(coil.layers, dtype=np.float64)
 
 
 def coil_rings(coil: Coil) -> Rings:

@@ -1,0 +1,259 @@
+"""Planar integral model: the coils' bars below, a plate's eddy-current modes above; a pose couples the two.
+
+Per metre of depth along y, ``exp(+j omega t)``, one ampere in one coil at a time. The coils' potential over the
+plate has the complex Chebyshev coefficients c (`coupling`), the plate answers with a condensed admittance Y (`plate`):
+
+    Delta Z_cd = c_c^T Y(omega) c_d,    R = Re Delta Z,    L = L0 + Im Delta Z / omega,
+
+with c^T = (Re c, Im c). The plate is prepared once for a range of clearance (a factor of two) and of frequency (a
+decade); then a pose is a field at some twenty points and one small product.
+
+Free net current: the plate's current returns at the circle |p| = R_b, where A = 0. Its Green function
+``ln|p - p'| - ln|R_b - p conj(p')/R_b|`` adds, by ``ln|1 - q| = -sum_m Re(q^m) / m``, a correction of low rank
+U^T D U to the plate's inductance, with the rows U the coefficients of Re and Im (p/R_b)^m, ``D_m = -mu0 / (2 pi m)``;
+by Woodbury
+
+    Delta Z = c^T Y c - (j/omega) c^T Y U^T (D^-1 + (j/omega) U Y U^T)^-1 U Y c.
+
+Range: one non-magnetic plate of rectangular section, coils on y = 0. Neglected: eddies in the coils' own tracks,
+displacement current, the ends along y.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.constants import mu_0
+
+from sits_mech.geometry.collision import check_clearance, clearance
+from sits_mech.geometry.windings import Bars, coil_bars
+from sits_mech.magnetics.coupling import Complex, circle_powers, coefficients, filaments
+from sits_mech.magnetics.kernels import mean_log
+from sits_mech.magnetics.plate import Plate, Resolution, prepare_plate, series_order
+from sits_mech.materials import metals
+from sits_mech.quantities import Array, Impedance, Pose, SolveReport
+from sits_mech.sensor import Sensor
+
+# Asked error of the change of inductance -> division of the plate; measured against an independent high-order FEM.
+LADDER = (
+    (1e-2, Resolution(skin=0.20, growth=1.50, along=0.40, resistive=0.080, terms=8.0)),
+    (1e-3, Resolution(skin=0.08, growth=1.25, along=0.20, resistive=0.025, terms=10.0)),
+    (1e-4, Resolution(skin=0.055, growth=1.18, along=0.17, resistive=0.015, terms=13.0)),
+    (1e-5, Resolution(skin=0.04, growth=1.15, along=0.15, resistive=0.010, terms=16.0)),
+)
+_COARSER = 1.6  # of the companion whose difference is the error estimate
+_PROBES = 5  # poses of a batch on which the companion is solved
+
+
+@dataclass(frozen=True)
+class PlanarBars:
+    """The planar integral model of one sensor; made by `planar_bars`.
+
+    Attributes
+    ----------
+    sensor : Sensor
+    tolerance : float
+        Asked relative error of the change of inductance; the resistance is good to ten times that.
+    """
+
+    sensor: Sensor
+    tolerance: float
+
+    def impedance(self, pose: Pose, frequency: float) -> Impedance:
+        """Return L and R [H/m, ohm/m] for one pose or many at `frequency` [Hz].
+
+        Raises
+        ------
+        Collision
+            If a pose brings the target to the coil plane.
+        ValueError
+            If the frequency is not positive.
+        """
+        began = time.perf_counter()
+        if not 0.0 < frequency < np.inf:
+            raise ValueError(f"frequency: must be a positive number of hertz, got {frequency}")
+        check_clearance(self.sensor, pose)
+        fields = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (pose.d_h, pose.d_v, pose.alpha)))
+        batch = Pose(*(field.ravel() for field in fields))
+        change, errors, cells = _change(self.sensor, self.tolerance, batch, frequency)
+        n = len(self.sensor.coils)
+        change = change.reshape(*fields[0].shape, n, n)
+        L0 = free_space_inductance(self.sensor)
+        delta_L = change.imag / (2 * np.pi * frequency)
+        R_dc = np.array([track_resistance(bars) for bars in coil_sections(self.sensor)])
+        error_L, error_R = (e * _largest(v) for e, v in zip(errors, (delta_L, change.real), strict=True))
+        report = SolveReport("planar", cells, 1, 0.0, errors[0], time.perf_counter() - began)
+        return Impedance(frequency, L0 + delta_L, change.real, L0, R_dc, error_L, error_R, "H/m", report)
+
+
+def planar_bars(sensor: Sensor, tolerance: float = 1e-3) -> PlanarBars:
+    """Return the planar integral model of `sensor`.
+
+    Parameters
+    ----------
+    sensor : Sensor
+    tolerance : float
+        Asked relative error of the change of inductance.
+
+    Raises
+    ------
+    ValueError
+        If the scene is not one this model can represent.
+    """
+    refusal = not_representable(sensor)
+    if refusal:
+        raise ValueError(refusal)
+    if not 0.0 < tolerance < 1.0:
+        raise ValueError(f"tolerance: must lie between 0 and 1, got {tolerance}")
+    return PlanarBars(sensor, tolerance)
+
+
+def not_representable(sensor: Sensor) -> str | None:
+    """Say in one line why the planar integral model cannot hold this scene; None if it can."""
+    if any(coil.centre[1] != 0.0 for coil in sensor.coils):
+        return "coils.centre: the planar model needs every coil on y = 0; model 'sheets' takes any place"
+    if sensor.substrate_radius is not None:
+        return "substrate_radius: the planar integral model takes flat coils only; model 'planar-fem' takes curved ones"
+    if sensor.conductors:
+        return "conductors: the planar integral model knows the target alone; model 'planar-fem' takes other metal"
+    if sensor.target is not None and sensor.target.metal.relative_permeability != 1.0:
+        return "target.relative_permeability: the planar integral model needs 1; model 'planar-fem' takes others"
+    if sensor.target is not None and sensor.target.shape == "outline":
+        return "target.shape: the planar model has a rectangular section; model 'sheets' takes an outline"
+    return None
+
+
+def coil_sections(sensor: Sensor) -> tuple[Bars, ...]:
+    """Every coil's bars in the section y = 0."""
+    return tuple(coil_bars(coil) for coil in sensor.coils)
+
+
+def track_resistance(bars: Bars) -> float:
+    """Direct-current resistance of a coil's copper tracks per metre of depth, there and back [ohm/m]."""
+    return bars.x.size / (metals()["copper"].conductivity * bars.width * bars.thickness)
+
+
+@lru_cache(maxsize=64)
+def free_space_inductance(sensor: Sensor) -> Array:
+    """Return the coils' inductance matrix without target, closed form, shape (n, n) [H/m]."""
+    sections = coil_sections(sensor)
+    radius = _return_radius(sensor)
+    L0 = np.array([[_mutual(first, second, radius) for second in sections] for first in sections])
+    return np.asarray((L0 + L0.T) / 2)
+
+
+def _mutual(first: Bars, second: Bars, radius: float | None) -> float:
+    """Mutual inductance per metre of two coils' bars; within a circle where A = 0 if there is one."""
+    logs = mean_log(
+        second.x - first.x[:, None], second.z - first.z[:, None],
+        (np.array(first.width), np.array(first.thickness)), (np.array(second.width), np.array(second.thickness)),
+    )
+    if radius is not None:
+        p, q = first.x + 1j * first.z, second.x + 1j * second.z
+        logs = logs - np.log(np.abs(radius - p[:, None] * q.conj() / radius))
+    return float(-mu_0 / (2 * np.pi) * first.sign @ logs @ second.sign)
+
+
+def _return_radius(sensor: Sensor) -> float | None:
+    """R_b of a target with free net current."""
+    target = sensor.target
+    return target.planar_boundary_radius if target is not None and target.net_current == "free" else None
+
+
+def _largest(matrix: Array) -> Array:
+    """Largest entry of each matrix in size, broadcast to all its entries."""
+    return np.broadcast_to(np.max(np.abs(matrix), axis=(-2, -1), keepdims=True), matrix.shape)
+
+
+def _change(sensor: Sensor, tolerance: float, pose: Pose, frequency: float) -> tuple[Complex, tuple[float, float], int]:
+    """Delta Z of a flat batch of poses, its estimated relative errors in L and R, and the number of bars."""
+    n = len(sensor.coils)
+    if sensor.target is None or np.size(pose.d_v) == 0:
+        return np.zeros((np.size(pose.d_v), n, n), dtype=complex), (0.0, 0.0), 0
+    resolution = next((rung for error, rung in LADDER if tolerance >= error), LADDER[-1][1])
+    octave = math.floor(math.log2(np.min(clearance(sensor, pose))))
+    decade = math.ceil(math.log10(frequency) - 1e-9)
+    plate = prepared_plate(sensor, resolution, octave, decade)
+    change = _reaction(sensor, plate, pose, frequency, resolution.terms)
+    picked = np.unique(np.linspace(0, np.size(pose.d_v) - 1, _PROBES).astype(int))
+    probes = Pose(*(np.asarray(v)[picked] for v in (pose.d_h, pose.d_v, pose.alpha)))
+    coarse = prepared_plate(sensor, _coarser(resolution), octave, decade)
+    companion = _reaction(sensor, coarse, probes, frequency, resolution.terms)
+    difference = np.abs(_split(companion - change[picked]))
+    scale = np.max(np.abs(_split(change[picked])), axis=(-2, -1))
+    errors = np.max(np.max(difference, axis=(-2, -1)) / scale, axis=-1) + math.exp(-resolution.terms)
+    return change, (float(errors[1]), float(errors[0])), plate.cells
+
+
+def _split(Z: Complex) -> Array:
+    """Real and imaginary parts along a new first axis."""
+    return np.stack([Z.real, Z.imag])
+
+
+def _coarser(resolution: Resolution) -> Resolution:
+    """Return the companion: every cell larger by one factor, the same series."""
+    return Resolution(
+        resolution.skin * _COARSER, resolution.growth**_COARSER, resolution.along * _COARSER,
+        resolution.resistive * _COARSER, resolution.terms,
+    )
+
+
+@lru_cache(maxsize=64)
+def prepared_plate(sensor: Sensor, resolution: Resolution, octave: int, decade: int) -> Plate:
+    """Return the sensor's target prepared for clearances from 2^octave m on and frequencies up to 10^decade Hz."""
+    target = sensor.target
+    if target is None:
+        raise ValueError("target: the scene has none to prepare")
+    conductivity = target.metal.conductivity
+    skin_depth = math.sqrt(1.0 / (math.pi * 10.0**decade * mu_0 * conductivity))
+    return prepare_plate(
+        (target.extent[0], target.thickness), conductivity, resolution,
+        clearance=2.0**octave, skin_depth=skin_depth, return_radius=_return_radius(sensor),
+    )
+
+
+def _reaction(sensor: Sensor, plate: Plate, pose: Pose, frequency: float, terms: float) -> Complex:
+    """Delta Z, shape (p, n, n) [ohm/m], with so many digits (natural logarithm) in the coils' field."""
+    omega = 2 * np.pi * frequency
+    radius = _return_radius(sensor)
+    gap = float(np.min(clearance(sensor, pose)))
+    source = filaments(coil_sections(sensor), gap, math.exp(-terms), radius)
+    size = (2 * plate.half_width, plate.thickness)
+    order = min(plate.order, series_order(*size, gap, terms))
+    Y = plate.admittance(omega, order)
+    c = _real_rows(coefficients(source, pose, size, order))
+    Yc = c @ Y
+    change = Yc @ c.transpose(0, 2, 1)
+    if radius is not None:
+        change = change - _image_reaction(Y, Yc, _circle_rows(pose, size, order, radius), omega)
+    return np.asarray((change + change.transpose(0, 2, 1)) / 2)
+
+
+def _real_rows(c: Complex) -> Array:
+    """Complex coefficients as the real rows (Re c, Im c)."""
+    return np.concatenate([c.real, c.imag], axis=-1)
+
+
+def _circle_rows(pose: Pose, size: tuple[float, float], order: int, radius: float) -> Array:
+    """Rows U of Re and Im (p / R_b)^m, each over sqrt(m) so that D is one number; shape (p, 2 terms, 2 order)."""
+    reach = float(np.max(np.hypot(pose.d_h, pose.d_v)) + np.hypot(*size))
+    if reach >= radius:
+        raise ValueError(
+            "target.planar_boundary_radius: must enclose the target in every pose, which reaches "
+            f"{reach:.4g} m; got {radius:.4g} m"
+        )
+    terms = min(order - 1, math.ceil(math.log(1e-9) / (2 * math.log(reach / radius))))
+    powers = circle_powers(pose, size, order, radius, terms) / np.sqrt(np.arange(1, terms + 1))[:, None]
+    return np.concatenate([_real_rows(powers), _real_rows(-1j * powers)], axis=1)
+
+
+def _image_reaction(Y: Complex, Yc: Complex, U: Array, omega: float) -> Complex:
+    """Woodbury term of the module docstring, with D = -mu0 / 2 pi."""
+    UY = U @ Y
+    core = UY @ U.transpose(0, 2, 1) - 1j * omega * (-2 * np.pi / mu_0) * np.eye(U.shape[1])
+    gU = Yc @ U.transpose(0, 2, 1)
+    return np.asarray(gU @ np.linalg.solve(core, gU.transpose(0, 2, 1)))
