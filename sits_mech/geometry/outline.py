@@ -1,0 +1,265 @@
+"""Plates of any outline, holes and slots included: polygons, and their division for eddy currents.
+
+Along every rim the cells are quadrilaterals between the polygon and its offsets inwards, graded like those of a
+rectangle; each offset edge is divided evenly, so that mitres take care of corners. What is left inside is
+triangulated (Delaunay, on a triangular lattice). A mesh file brings an outline through the border of its triangles.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import meshio
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import Delaunay, cKDTree
+
+from sits_mech.geometry.plan import Grading, Integers, Plan, graded_axis
+from sits_mech.quantities import Array
+from sits_mech.sensor import Target
+
+Loop = tuple[tuple[float, float], ...]
+_DEPTH = 0.3  # of the rim's quadrilaterals together, over the narrowest width of metal
+_TRIES = 4
+_TRIANGLE = 1.3  # lattice spacing over the largest side of a quadrilateral
+
+
+@dataclass(frozen=True)
+class Outline:
+    """A plate's outline, from the target's centre.
+
+    Attributes
+    ----------
+    loops : tuple of loops of (x, y)
+        The rim first, then the rims of holes, none closed [m].
+    """
+
+    loops: tuple[Loop, ...]
+
+    @property
+    def rim(self) -> Array:
+        """Corners of the outer rim, shape (k, 2) [m]."""
+        return np.array(self.loops[0])
+
+
+def target_outline(target: Target, outline: Outline | None = None) -> Outline:
+    """Return `outline`, or else the outline that the scene gives the target."""
+    if outline is not None:
+        return outline
+    if target.shape == "outline" and target.points is not None:
+        return Outline((target.points,))
+    if target.shape == "disc":
+        angle = np.linspace(0.0, 2 * np.pi, 128, endpoint=False)
+        radius = target.extent[0] / 2
+        return Outline((tuple(zip((radius * np.cos(angle)).tolist(), (radius * np.sin(angle)).tolist(), strict=True)),))
+    a, b = target.extent[0] / 2, target.extent[1] / 2
+    return Outline((((-a, -b), (a, -b), (a, b), (-a, b)),))
+
+
+def read_outline(path: str | Path) -> Outline:
+    """Return the outline of the triangles and quadrilaterals in a mesh file, in the file's own unit (metres).
+
+    Raises
+    ------
+    ValueError
+        If the file is no mesh, has no plane cells, or is not in one piece with simple rims.
+    """
+    try:
+        mesh = meshio.read(path)
+    except (OSError, meshio.ReadError, UnicodeDecodeError, ValueError, KeyError, IndexError) as error:
+        reason = " ".join(str(error).split())
+        raise ValueError(f"{path}: must be a mesh file that meshio reads; got: {reason}") from None
+    cells = [block.data.astype(int) for block in mesh.cells if block.type in ("triangle", "quad")]
+    if not cells:
+        raise ValueError(f"{path}: must hold triangles or quadrilaterals; got {[block.type for block in mesh.cells]}")
+    points = np.asarray(mesh.points, dtype=float)[:, :2]
+    loops = [points[loop] for loop in _border(cells, str(path))]
+    loops.sort(key=lambda loop: -abs(_signed_area(loop)))
+    return Outline(tuple(tuple((float(x), float(y)) for x, y in _straightened(loop)) for loop in loops))
+
+
+def _border(cells: list[Integers], name: str) -> list[list[int]]:
+    """Chains of nodes around the cells' border."""
+    edges: set[tuple[int, int]] = set()
+    for block in cells:
+        ahead = np.roll(block, -1, axis=1)
+        edges.update(zip(block.ravel().tolist(), ahead.ravel().tolist(), strict=True))
+    after = {a: b for a, b in edges if (b, a) not in edges}
+    if len(after) != sum((b, a) not in edges for a, b in edges):
+        raise ValueError(f"{name}: cells must all turn the same way and rims must not touch themselves")
+    loops = []
+    while after:
+        start, node = after.popitem()
+        loop = [start]
+        while node != start:
+            loop.append(node)
+            node = after.pop(node)
+        loops.append(loop)
+    return loops
+
+
+def _straightened(loop: Array) -> Array:
+    """Leave out nodes on straight stretches."""
+    before, after = np.roll(loop, 1, axis=0), np.roll(loop, -1, axis=0)
+    u, v = loop - before, after - loop
+    turn = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+    return np.asarray(loop[turn > 1e-9 * np.linalg.norm(u, axis=1) * np.linalg.norm(v, axis=1)])
+
+
+def outline_plan(outline: Outline, grading: Grading) -> Plan:
+    """Divide a plate of any outline.
+
+    Raises
+    ------
+    ValueError
+        If a rim crosses itself or another, or the metal is too narrow to divide.
+    """
+    loops = [np.array(loop) for loop in outline.loops]
+    loops = [loop if (_signed_area(loop) > 0) == (k == 0) else loop[::-1] for k, loop in enumerate(loops)]
+    _check_simple(loops)
+    depth = min(_DEPTH * _narrowest(loops), 0.8 * grading.largest)
+    rim = Grading(min(grading.first, depth / 2), grading.growth, depth, grading.halvings)
+    layers = depth - graded_axis(depth, rim, depth)
+    coarse = [_pieces(loop, grading.largest) for loop in loops]
+    for attempt in range(_TRIES):
+        counts = [pieces * 2 ** (grading.halvings + attempt) for pieces in coarse]
+        plan = _assembled(loops, counts, layers[::-1], _TRIANGLE * grading.largest / 2**grading.halvings)
+        if plan is not None:
+            return plan
+    raise ValueError("outline: could not be triangulated; rims must not touch and corners must not be needle-sharp")
+
+
+def _assembled(loops: list[Array], counts: list[Integers], layers: Array, spacing: float) -> Plan | None:
+    """Rim quadrilaterals and inner triangles; None if the triangles do not fit the quadrilaterals."""
+    nodes: list[Array] = []
+    cells: list[Integers] = []
+    marks: list[Integers] = []
+    inner: list[Integers] = []
+    total = 0
+    for number, (loop, count) in enumerate(zip(loops, counts, strict=True)):
+        rings = [_divided(_offset(loop, depth), count) for depth in layers]
+        size = rings[0].shape[0]
+        base = total + size * np.arange(len(rings))
+        here = np.arange(size)
+        ahead = (here + 1) % size
+        cells += [np.column_stack([a + here, a + ahead, a + size + ahead, a + size + here]) for a in base[:-1]]
+        nodes += rings
+        marks += [np.full(size, number), np.full(size * (len(rings) - 1), -1)]
+        inner.append(base[-1] + here)
+        total += size * len(rings)
+    border = np.concatenate(inner)
+    ring = np.vstack(nodes)
+    cores = [ring[i] for i in inner]
+    lattice = _lattice(cores, spacing)
+    points = np.vstack([ring[border], lattice])
+    simplices = Delaunay(points).simplices
+    corners = points[simplices]
+    simplices = simplices[_inside(cores, corners.mean(1))]
+    corners = points[simplices]
+    area = (corners[:, 1, 0] - corners[:, 0, 0]) * (corners[:, 2, 1] - corners[:, 0, 1])
+    area -= (corners[:, 1, 1] - corners[:, 0, 1]) * (corners[:, 2, 0] - corners[:, 0, 0])
+    simplices = np.where((area > 0)[:, None], simplices, simplices[:, ::-1])[np.abs(area) > 1e-12 * np.abs(area).max()]
+    if abs(np.abs(area).sum() / 2 - sum(_signed_area(core) for core in cores)) > 1e-9 * np.abs(area).sum():
+        return None
+    number_of = np.concatenate([border, total + np.arange(lattice.shape[0])])
+    triangles = number_of[simplices]
+    cells.append(np.column_stack([triangles, triangles[:, 2]]))
+    loop_of = np.concatenate([*marks, np.full(lattice.shape[0], -1)])
+    every = np.vstack([ring, lattice])
+    return Plan(every, np.vstack(cells), loop_of, np.eye(2)[None], np.ones((1, 1), complex), np.ones(1))
+
+
+def _signed_area(loop: Array) -> float:
+    """Area of a polygon, positive when it goes counter-clockwise."""
+    after = np.roll(loop, -1, axis=0)
+    return float((loop[:, 0] * after[:, 1] - loop[:, 1] * after[:, 0]).sum() / 2)
+
+
+def _offset(loop: Array, depth: float) -> Array:
+    """Polygon moved to the left of its direction by `depth`, mitred."""
+    before, after = np.roll(loop, 1, axis=0), np.roll(loop, -1, axis=0)
+    n1, n2 = (_left(b - a) for a, b in ((before, loop), (loop, after)))
+    return np.asarray(loop + depth * (n1 + n2) / (1.0 + (n1 * n2).sum(1, keepdims=True)))
+
+
+def _left(v: Array) -> Array:
+    """Unit normals to the left."""
+    return np.asarray(np.column_stack([-v[:, 1], v[:, 0]]) / np.linalg.norm(v, axis=1, keepdims=True))
+
+
+def _pieces(loop: Array, largest: float) -> Integers:
+    """How many pieces each edge is divided into."""
+    length = np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1)
+    return np.asarray(np.maximum(np.ceil(length / largest - 1e-9).astype(int), 1))
+
+
+def _divided(loop: Array, counts: Integers) -> Array:
+    """Nodes of a polygon with every edge divided evenly."""
+    after = np.roll(loop, -1, axis=0)
+    pieces = [a + (b - a) * (np.arange(n) / n)[:, None] for a, b, n in zip(loop, after, counts.tolist(), strict=True)]
+    return np.asarray(np.vstack(pieces))
+
+
+def _edges(loops: list[Array]) -> tuple[Array, Array]:
+    """Starts and ends of all edges."""
+    return np.vstack(loops), np.vstack([np.roll(loop, -1, axis=0) for loop in loops])
+
+
+def _crossing(start: Array, step: Array, a: Array, b: Array) -> tuple[Array, Array]:
+    """Where lines from `start` along `step` meet edges a-b: parameters on both, nan where parallel; shape (n, m)."""
+    side = b - a
+    cross = step[:, None, 0] * side[:, 1] - step[:, None, 1] * side[:, 0]
+    cross = np.where(np.abs(cross) > 1e-12 * np.abs(cross).max(), cross, np.nan)
+    gap = a - start[:, None, :]
+    s = (gap[..., 0] * side[:, 1] - gap[..., 1] * side[:, 0]) / cross
+    t = (gap[..., 0] * step[:, None, 1] - gap[..., 1] * step[:, None, 0]) / cross
+    return s, t
+
+
+def _check_simple(loops: list[Array]) -> None:
+    """Refuse rims that cross."""
+    a, b = _edges(loops)
+    s, t = _crossing(a, b - a, a, b)
+    inner = (s > 1e-9) & (s < 1 - 1e-9) & (t > 1e-9) & (t < 1 - 1e-9)
+    if inner.any():
+        i = int(np.argwhere(inner)[0][0])
+        raise ValueError(f"outline: rims must not cross themselves or each other; the edge from {a[i].tolist()} m does")
+
+
+def _narrowest(loops: list[Array]) -> float:
+    """Smallest width of metal, looking inwards from points of every edge; or what an edge loses to its mitres."""
+    a, b = _edges(loops)
+    share = np.array([0.02, 0.25, 0.5, 0.75, 0.98])
+    start = (a[:, None, :] + share[:, None] * (b - a)[:, None, :]).reshape(-1, 2)
+    s, t = _crossing(start, np.repeat(_left(b - a), share.size, axis=0), a, b)
+    scale = float(np.ptp(a, axis=0).max())
+    hit = (s > 1e-9 * scale) & (t >= 0.0) & (t <= 1.0)
+    width = float(np.min(s[hit])) if hit.any() else scale
+    for loop in loops:
+        lost = np.linalg.norm(loop - np.roll(loop, -1, axis=0), axis=1)
+        inner = _offset(loop, 1.0)
+        shrink = lost - ((np.roll(inner, -1, axis=0) - inner) * (np.roll(loop, -1, axis=0) - loop)).sum(1) / lost
+        width = min(width, float(np.min(np.where(shrink > 1e-9, lost / np.maximum(shrink, 1e-9), np.inf))))
+    return width
+
+
+def _inside(loops: list[Array], points: Array) -> NDArray[np.bool_]:
+    """Points with an odd number of edges to their right."""
+    a, b = _edges(loops)
+    y = points[:, 1, None]
+    between = (a[:, 1] > y) != (b[:, 1] > y)
+    x = a[:, 0] + (y - a[:, 1]) * (b[:, 0] - a[:, 0]) / np.where(a[:, 1] == b[:, 1], 1.0, b[:, 1] - a[:, 1])
+    return np.asarray((between & (x > points[:, 0, None])).sum(1) % 2 == 1)
+
+
+def _lattice(cores: list[Array], spacing: float) -> Array:
+    """Points of a triangular lattice inside, none close to the border."""
+    low, high = cores[0].min(0), cores[0].max(0)
+    rows = np.arange(low[1], high[1], spacing * np.sqrt(3) / 2)
+    columns = np.arange(low[0] - spacing, high[0], spacing)
+    x = columns + spacing / 2 * (np.arange(rows.size)[:, None] % 2)
+    points = np.column_stack([x.ravel(), np.repeat(rows, columns.size)])
+    points = points[_inside(cores, points)]
+    distance, _ = cKDTree(np.vstack(cores)).query(points) if points.size else (np.zeros(0), None)
+    return np.asarray(points[distance > 0.6 * spacing])

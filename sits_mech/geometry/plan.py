@@ -1,0 +1,203 @@
+"""A plate's outline divided into cells for its eddy currents: quadrilaterals, or triangles, fine at the rim.
+
+A plan may be the fundamental part of a symmetric outline: a quadrant of a rectangle (two mirrors), a sector of a disc
+(n turns). `group` are the plane's isometries g that take the part to the whole, `characters` the ways in which a field
+may go with them,
+
+    J(g x) = chi(g) g J(x),
+
+one class a row; classes never mix. Of a pair of complex-conjugate classes only one is listed, with weight 2.
+
+Triangles repeat their last corner. Corners go counter-clockwise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from sits_mech.geometry.section import graded
+from sits_mech.quantities import Array
+
+Integers = NDArray[np.int_]
+
+
+@dataclass(frozen=True)
+class Grading:
+    """Sizes of a plate's cells.
+
+    Attributes
+    ----------
+    first : float
+        Smallest cell, at the rim [m].
+    growth : float
+        Ratio of neighbouring cells, inwards from the rim.
+    largest : float
+        Largest cell [m].
+    halvings : int
+        How often every cell is then divided in two, along each axis: a ladder for extrapolation.
+    """
+
+    first: float
+    growth: float
+    largest: float
+    halvings: int = 0
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Cells of a plate's outline, or of the part of it that its symmetry repeats.
+
+    Attributes
+    ----------
+    nodes : ndarray, shape (n, 2)
+        [m].
+    cells : ndarray of int, shape (m, 4)
+        Corners.
+    loop : ndarray of int, shape (n,)
+        -1 inside, 0 on the outer rim, 1, 2, ... on the rims of holes.
+    group : ndarray, shape (g, 2, 2)
+        Isometries, the identity first.
+    characters : ndarray, shape (c, g), complex
+        One class a row.
+    weights : ndarray, shape (c,)
+        1 for a class of its own, 2 for a pair.
+    tensor : tuple of ndarray or None
+        Half-axis nodes of a rectangle's quadrant [m].
+    """
+
+    nodes: Array
+    cells: Integers
+    loop: Integers
+    group: Array
+    characters: NDArray[np.complex128]
+    weights: Array
+    tensor: tuple[Array, Array] | None = None
+
+
+def rectangle_plan(width: float, length: float, grading: Grading) -> Plan:
+    """Return a quadrant of a rectangle, `width` along x and `length` along y [m]."""
+    x, y = (_half_axis(size / 2, grading) for size in (width, length))
+    nodes = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    cells = _grid_cells(x.size, y.size)
+    rim = np.isclose(nodes[:, 0], x[-1], rtol=1e-12, atol=0) | np.isclose(nodes[:, 1], y[-1], rtol=1e-12, atol=0)
+    group = np.array([np.diag(signs) for signs in ((1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0))])
+    characters = np.array([[1, p, q, p * q] for p in (1, -1) for q in (1, -1)], dtype=complex)
+    return Plan(nodes, cells, np.where(rim, 0, -1), group, characters, np.ones(4), (x, y))
+
+
+def disc_plan(diameter: float, grading: Grading, *, orders: int | None = None) -> Plan:
+    """Return one of n equal sectors of a disc [m], n from the largest cell; classes are the angular orders.
+
+    The polygon has the disc's area. Classes above `orders` are left out.
+    """
+    radius = diameter / 2
+    n = int(np.clip(2 * np.ceil(np.pi * radius / grading.largest), 16, 64)) * 2**grading.halvings
+    step = 2 * np.pi / n
+    r = _half_axis(radius, grading) * np.sqrt(step / np.sin(step))
+    edges = [np.column_stack([r[1:] * np.cos(angle), r[1:] * np.sin(angle)]) for angle in (-step / 2, step / 2)]
+    nodes = np.vstack([[[0.0, 0.0]], *edges])
+    m = r.size - 1
+    inner, outer = np.arange(1, m), np.arange(2, m + 1)
+    cells = np.vstack([[[0, 1, m + 1, m + 1]], np.column_stack([inner, outer, m + outer, m + inner])])
+    loop = np.full(nodes.shape[0], -1)
+    loop[[m, 2 * m]] = 0
+    turns = step * np.arange(n)
+    group = np.array([[[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]] for a in turns])
+    highest = n // 2 if orders is None else min(orders, n // 2)
+    order = np.arange(highest + 1)
+    weights = np.where((order == 0) | (2 * order == n), 1.0, 2.0)
+    return Plan(nodes, cells, loop, group, np.exp(1j * np.outer(order, turns)), weights)
+
+
+def _half_axis(half: float, grading: Grading) -> Array:
+    """Nodes from the middle to the rim, at least two cells before they are halved."""
+    return graded_axis(half, grading, half / 2)
+
+
+def graded_axis(length: float, grading: Grading, largest: float) -> Array:
+    """Return the nodes of ``[0, length]``, finest at the end, no cell above `largest` before they are halved [m]."""
+    largest = min(grading.largest, largest)
+    nodes = graded(length, min(grading.first, largest), largest, grading.growth)
+    for _ in range(grading.halvings):
+        nodes = _halved(nodes)
+    return nodes
+
+
+def _halved(nodes: Array) -> Array:
+    """Divide every cell in two that carry on the growth of its neighbours."""
+    sizes = np.diff(nodes)
+    before, after = np.r_[sizes[:1], sizes[:-1]], np.r_[sizes[1:], sizes[-1:]]
+    steps = np.r_[1.0, np.full(max(sizes.size - 2, 0), 2.0), 1.0][: sizes.size]
+    inner = (before / after) ** (0.5 / steps)
+    result = np.empty(2 * nodes.size - 1)
+    result[::2] = nodes
+    result[1::2] = nodes[:-1] + sizes * inner / (1.0 + inner)
+    return result
+
+
+def _grid_cells(nx: int, ny: int) -> Integers:
+    """Corners of the cells of an nx x ny tensor grid, y fastest."""
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(nx - 1), np.arange(ny - 1), indexing="ij"))
+    return np.column_stack([i * ny + j, (i + 1) * ny + j, (i + 1) * ny + j + 1, i * ny + j + 1])
+
+
+@dataclass(frozen=True)
+class Seams:
+    """Where a plan meets itself and its images.
+
+    Attributes
+    ----------
+    nodes : ndarray of int, shape (k, 3)
+        Isometry g, node a, node b with ``g a = b`` (g other than the identity).
+    edges : ndarray of int, shape (k, 3)
+        Isometry g, edge e, edge f: the cell of e borders the image by g of the cell of f. Edges count four a cell.
+    """
+
+    nodes: Integers
+    edges: Integers
+
+
+def plan_seams(plan: Plan) -> Seams:
+    """Find the nodes and edges that a plan shares with its images and the edges between its own cells."""
+    tolerance = 1e-8 * float(np.abs(plan.nodes).max())
+    a, b = plan.nodes[plan.cells].reshape(-1, 2), plan.nodes[np.roll(plan.cells, -1, axis=1)].reshape(-1, 2)
+    real = np.flatnonzero(np.abs(a - b).max(1) > 0)
+    middle = ((a + b) / 2)[real]
+    nodes, edges = [], []
+    for k, g in enumerate(plan.group):
+        pairs = _meetings(middle, middle @ g.T, tolerance)
+        pairs = pairs[pairs[:, 0] < pairs[:, 1]] if k == 0 else pairs
+        edges.append(np.column_stack([np.full(len(pairs), k), real[pairs]]))
+        if k > 0:
+            met = _meetings(plan.nodes, plan.nodes @ g.T, tolerance)
+            nodes.append(np.column_stack([np.full(len(met), k), met[:, ::-1]]))
+    return Seams(np.vstack([np.empty((0, 3), dtype=int), *nodes]), np.vstack(edges))
+
+
+def _meetings(points: Array, images: Array, tolerance: float) -> Integers:
+    """Pairs of a point and an image at one place."""
+    found = cKDTree(points).sparse_distance_matrix(cKDTree(images), tolerance, output_type="ndarray")
+    return np.column_stack([found["i"], found["j"]]).astype(int)
+
+
+def standing_nodes(
+    plan: Plan, seams: Seams, character: NDArray[np.complex128]
+) -> tuple[Integers, NDArray[np.complex128]]:
+    """Return, for each node, the node that stands for it and the factor on that node's stream function.
+
+    The stream function turns with the current: ``psi(g x) = chi(g) det(g) psi(x)``. Where a node is its own image
+    with another factor than 1, psi vanishes (factor 0).
+    """
+    turn = character * np.round(np.linalg.det(plan.group))
+    stands = np.arange(plan.nodes.shape[0])
+    factor = np.ones(stands.size, dtype=complex)
+    for g, node, image in seams.nodes.tolist():
+        if image == node and abs(turn[g] - 1.0) > 1e-9:
+            factor[node] = 0.0
+        elif image > node and stands[image] == image:
+            stands[image], factor[image] = node, turn[g]
+    return stands, factor

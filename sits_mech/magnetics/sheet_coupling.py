@@ -1,0 +1,101 @@
+"""What a pose costs in the three-dimensional model: the coils' potential at some points of the plate, and products.
+
+A polynomial field on the plate's bounding box is known from its values at the box's Chebyshev points; a class of modes
+feels few combinations of them (`sheet_modes`). For each coil c, with A in the plate's own axes,
+
+    a_c = transform^T A(points),    Delta Z_cd = sum over classes a_c^T Y(omega) a_d.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+
+from sits_mech.magnetics.ring_field import coil_potential
+from sits_mech.magnetics.sheet_loops import Complex
+from sits_mech.magnetics.sheet_modes import Box, Sheeted
+from sits_mech.quantities import Array
+from sits_mech.sensor import Coil
+
+_CHUNK = 200_000  # points held at once
+
+
+def reactions(
+    coils: tuple[Coil, ...], windings: str, plates: Sequence[Sheeted], poses: tuple[Array, Array], frequency: float
+) -> list[Complex]:
+    """Return what a plate does to the coils' impedance.
+
+    Parameters
+    ----------
+    coils : tuple of Coil
+        n coils.
+    windings : str
+        "rings" or "spiral".
+    plates : sequence of Sheeted
+        The plate, divided in one or several ways, all with the same box.
+    poses : tuple of ndarray
+        Rotations (p, 3, 3) and places (p, 3) of the bottom face's centre [m].
+    frequency : float
+        [Hz]
+
+    Returns
+    -------
+    list of ndarray, shapes (p, n, n)
+        Delta Z, one array a division, symmetric [ohm].
+    """
+    turns, places = poses
+    box = plates[0].box
+    up = np.array([0.0, 0.0, box.half[2]])
+    nodes, transforms = _nodes(box) + up, [_nodal(plate) for plate in plates]
+    admittances = [[part.modes.admittance(2 * np.pi * frequency) for part in plate.classes] for plate in plates]
+    p, q = places.shape[0], nodes.shape[0]
+    corners = np.array(list(product((-1.0, 1.0), repeat=3))) * box.half + up
+    extremes = _moved(corners, turns, places).reshape(-1, 3)
+    fields = [coil_potential(coil, windings, extremes, p * q) for coil in coils]
+    results = [np.empty((p, len(coils), len(coils)), dtype=complex) for _ in plates]
+    step = max(1, _CHUNK // q)
+    for start in range(0, p, step):
+        some = slice(start, start + step)
+        points = _moved(nodes, turns[some], places[some]).reshape(-1, 3)
+        A = np.stack([field(points).reshape(-1, q, 3) @ turns[some] for field in fields], axis=1)
+        A = np.swapaxes(A, 2, 3).reshape(-1, 3 * q)  # one large product: the transforms do not fit the cache
+        for result, Y, transform in zip(results, admittances, transforms, strict=True):
+            result[some] = _reaction(Y, (A @ transform).reshape(-1, len(coils), transform.shape[1]))
+    return results
+
+
+def _reaction(admittances: Sequence[Complex], drives: Array) -> Complex:
+    """Sum of the classes' reactions for drives (p, n, all classes' r)."""
+    p, n, _ = drives.shape
+    total = np.zeros((p, n, n), dtype=complex)
+    start = 0
+    for Y in admittances:
+        drive = drives[..., start : start + Y.shape[0]]
+        flat = drive.reshape(p * n, -1)
+        answer = (flat @ Y.real + 1j * (flat @ Y.imag)).reshape(p, n, -1)
+        total += np.einsum("pcr,pdr->pcd", answer, drive)
+        start += Y.shape[0]
+    return np.asarray((total + np.swapaxes(total, 1, 2)) / 2)
+
+
+def _nodes(box: Box) -> Array:
+    """Chebyshev points of the box (z fastest), shape (q, 3) [m]."""
+    axes = [h * np.cos(np.pi * (np.arange(n) + 0.5) / n) for h, n in zip(box.half, box.order, strict=True)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+def _nodal(plate: Sheeted) -> Array:
+    """All classes' bases for values at the box's points instead of coefficients, shape (3 q, sum of r)."""
+    basis = np.hstack([part.basis for part in plate.classes]).reshape(3, *plate.box.order, -1)
+    for k, n in enumerate(plate.box.order):
+        T = np.cos(np.outer(np.arange(n), np.pi * (np.arange(n) + 0.5) / n)) * 2 / n
+        T[0] /= 2
+        basis = np.moveaxis(np.tensordot(T, basis, axes=(0, k + 1)), 0, k + 1)
+    return np.asarray(basis.reshape(-1, basis.shape[-1]))
+
+
+def _moved(points: Array, turns: Array, places: Array) -> Array:
+    """Points (q, 3) of the target in every pose, shape (p, q, 3)."""
+    return np.asarray(np.einsum("pij,qj->pqi", turns, points) + places[:, None, :])

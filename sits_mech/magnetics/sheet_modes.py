@@ -1,0 +1,243 @@
+"""Eddy-current modes of a plate in three dimensions, seen through polynomial fields; one preparation, any pose.
+
+Strong form in the plate: ``J = -j omega sigma (A_coils + A_J)``, div J = 0, no current through the surface, with
+``A_J(r) = mu0 / (4 pi) int J(r') / |r - r'| dV'``. Weak form over the divergence-free currents w of `sheet_loops`:
+
+    (1/sigma) <w, J> + j omega mu0 / (4 pi) << w, J / |r - r'| >> = -j omega <w, A_coils>,
+
+that is ``(R + j omega L) i = -j omega g`` with R and L real, symmetric and independent of pose and frequency (complex
+Hermitian in a disc's angular orders). A vertical loop's or sheet's moment in each cell meets the mean of 1/r between
+cells (`prisms`). The plate's symmetries split the problem into classes, each with its own modes.
+
+The coils' potential over the plate is a polynomial: the products of Chebyshev polynomials ``T_i T_j T_k`` on its
+bounding box, for each component of A. Coefficients fall like ``rho^-(i+j+k)``; weighted by that, the few
+combinations the plate can feel are kept (`Class.basis`), and a pose pays for these alone:
+
+    Delta Z_cd = omega^2 sum_k a_ck a_dk / (1 + j omega tau_k),   a_c = coupling^T basis^T (coefficients).
+
+Both skin regimes are one: sheets and cells are graded to faces and rim below the skin depth, and grow to the plate's
+size away from them. Neglected: displacement current; cells carry uniform current (error of second order).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.constants import mu_0
+from scipy.linalg import eigh
+
+from sits_mech.geometry.plan import Plan, plan_seams
+from sits_mech.magnetics.modes import Modes
+from sits_mech.magnetics.prisms import Prisms, box_means, gauss_points, prism_means
+from sits_mech.magnetics.sheet_loops import Complex, Loops, class_loops
+from sits_mech.quantities import Array
+
+_KEEP = 5e-5  # weaker combinations of fields are left out: their energy, to the strongest, is the square
+
+
+@dataclass(frozen=True)
+class Box:
+    """Where the fields' polynomials live: the plate's bounding box, and how many of them along each axis.
+
+    Attributes
+    ----------
+    half : ndarray, shape (3,)
+        Half sizes [m].
+    order : tuple of int
+        Chebyshev polynomials along x, y, z.
+    decay : tuple of float
+        rho of each axis: coefficients fall like ``rho^-n``.
+    """
+
+    half: Array
+    order: tuple[int, int, int]
+    decay: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Class:
+    """One symmetry class of a prepared plate.
+
+    Attributes
+    ----------
+    basis : ndarray, shape (3 * coefficients, r)
+        Combinations of field coefficients (A_x first, then A_y, A_z) that drive the class.
+    modes : Modes
+        Seen through these combinations.
+    """
+
+    basis: Array
+    modes: Modes
+
+
+@dataclass(frozen=True)
+class Sheeted:
+    """A plate prepared for any pose: its classes, the box of its fields, and its size as a discrete problem."""
+
+    box: Box
+    classes: tuple[Class, ...]
+    unknowns: int
+    sheets: int
+
+
+def prepare_sheets(plan: Plan, levels: Array, conductivity: float, box: Box, *, depth: float = 0.0) -> Sheeted:
+    """Find a plate's modes.
+
+    Parameters
+    ----------
+    plan : Plan
+        Of the outline, or of its fundamental part.
+    levels : ndarray, shape (l + 1,)
+        z of the sheets' interfaces from the middle plane (0) up to the top face [m].
+    conductivity : float
+        [S/m].
+    box : Box
+    depth : float
+        How far from the rim current may pass between sheets [m].
+    """
+    prisms = stacked(plan, levels)
+    means = _kernel(plan, levels, prisms)
+    fields = _field_means(plan, prisms, box)
+    scale = _decay_scale(box)
+    seams = plan_seams(plan)
+    classes, unknowns = [], 0
+    for character, weight in zip(plan.characters, plan.weights, strict=True):
+        for mirror in (1, -1):
+            loops = class_loops(plan, seams, np.diff(levels), (character, mirror), depth=depth)
+            if loops.unknowns == 0:
+                continue
+            problem = _Problem(plan, loops, character, mirror, weight)
+            classes.append(_solve_class(problem, means, fields, scale, conductivity))
+            unknowns += loops.unknowns * int(weight)
+    return Sheeted(box, tuple(c for c in classes if c.basis.size), unknowns, 2 * (levels.size - 1))
+
+
+def stacked(plan: Plan, levels: Array) -> Prisms:
+    """The upper half's cells, sheet fastest."""
+    count = levels.size - 1
+    cells = plan.cells.shape[0]
+    corners = np.repeat(plan.nodes[plan.cells], count, axis=0)
+    return Prisms(corners, np.tile(levels[:-1], cells), np.tile(levels[1:], cells))
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """A class with its loops."""
+
+    plan: Plan
+    loops: Loops
+    character: Complex
+    mirror: int
+    weight: float
+
+    def factors(self) -> NDArray[np.complex128]:
+        """Factor and matrix of each image: chi(g) s (g with z -> s z), shape (g, 2, 3, 3)."""
+        result = np.zeros((self.plan.group.shape[0], 2, 3, 3), dtype=complex)
+        for s in (0, 1):
+            flip = self.mirror if s else 1
+            result[:, s, :2, :2] = flip * self.character[:, None, None] * self.plan.group
+            result[:, s, 2, 2] = flip * self.character * (-1.0 if s else 1.0)
+        return result
+
+
+def _kernel(plan: Plan, levels: Array, prisms: Prisms) -> Array:
+    """Mean 1/r from each cell to each cell's images, shape (g, 2, n, n)."""
+    if plan.tensor is not None:
+        boxes = box_means(*plan.tensor, levels)
+        n = boxes.shape[-1]
+        return np.asarray(boxes.transpose(1, 0, 2, 3, 4).reshape(4, 2, n, n))
+    return np.array([[prism_means(prisms, _image(prisms, g, s)) for s in (1, -1)] for g in plan.group])
+
+
+def _image(prisms: Prisms, g: Array, mirror: int) -> Prisms:
+    """Prisms moved by a plane isometry and, for mirror = -1, through the plane z = 0."""
+    corners = prisms.corners @ g.T
+    if np.linalg.det(g) < 0:
+        corners = corners[:, ::-1]
+    if mirror > 0:
+        return Prisms(corners, prisms.low, prisms.high)
+    return Prisms(corners, -prisms.high, -prisms.low)
+
+
+def _field_means(plan: Plan, prisms: Prisms, box: Box) -> Array:
+    """Mean of each T_i T_j T_k over each cell's images, shape (g, 2, n, coefficients)."""
+    points, weights = gauss_points(prisms, 2)
+    n, q = weights.shape
+    result = np.empty((plan.group.shape[0], 2, n, int(np.prod(box.order))))
+    for k, g in enumerate(plan.group):
+        moved = points.copy()
+        moved[..., :2] = points[..., :2] @ g.T
+        for s in (0, 1):
+            moved[..., 2] = (1 - 2 * s) * points[..., 2]
+            x, y, z = (_chebyshev(moved[..., i] / box.half[i], box.order[i]) for i in range(3))
+            xy = (x * weights[..., None])[..., :, None] * y[..., None, :]
+            result[k, s] = np.matmul(xy.reshape(n, q, -1).transpose(0, 2, 1), z).reshape(n, -1)
+    return result
+
+
+def _chebyshev(x: Array, order: int) -> Array:
+    """T_0 ... T_(order-1) at x, along a new last axis; slightly outside [-1, 1] is clipped."""
+    return np.cos(np.arccos(np.clip(x, -1.0, 1.0))[..., None] * np.arange(order))
+
+
+def _decay_scale(box: Box) -> Array:
+    """Expected sizes of the coefficients, three components, flat."""
+    logs = [-np.log(rho) * np.arange(n) for rho, n in zip(box.decay, box.order, strict=True)]
+    total = logs[0][:, None, None] + logs[1][:, None] + logs[2]
+    return np.tile(np.exp(total).ravel(), 3)
+
+
+def _solve_class(problem: _Problem, means: Array, fields: Array, scale: Array, conductivity: float) -> Class:
+    """Assemble and diagonalise one class."""
+    L, R, B = _matrices(problem, means, fields, conductivity)
+    unit = 1.0 / np.sqrt(np.real(np.diag(R)))
+    tau, V = eigh(L * unit[:, None] * unit, R * unit[:, None] * unit, overwrite_a=True, overwrite_b=True)
+    seen = scale[:, None] * ((B * unit) @ V)
+    if np.iscomplexobj(seen):
+        seen = np.hstack([seen.real, seen.imag]) * np.sqrt(problem.weight)
+        tau = np.tile(tau, 2)
+    basis, coupling = _compressed(np.asarray(seen.real))
+    return Class(basis / scale[:, None], Modes(np.maximum(tau, 0.0), coupling))
+
+
+def _compressed(coupling: Array) -> tuple[Array, Array]:
+    """Split coupling (fields, modes) into few combinations of fields and these' coupling."""
+    size = np.linalg.norm(coupling, axis=1)
+    rows = np.flatnonzero(size > _KEEP * 1e-2 * size.max())
+    values, vectors = eigh(coupling[rows] @ coupling[rows].T)
+    keep = values > _KEEP**2 * values[-1]
+    basis = np.zeros((coupling.shape[0], int(keep.sum())))
+    basis[rows] = vectors[:, keep]
+    return basis, np.asarray(basis[rows].T @ coupling[rows])
+
+
+def _matrices(problem: _Problem, means: Array, fields: Array, conductivity: float) -> tuple[Complex, Complex, Complex]:
+    """L, R and the fields' fluxes B (3 * coefficients, unknowns) of one class; real if its character is."""
+    loops = problem.loops
+    real = not np.iscomplex(problem.character).any()
+    factors: Any = problem.factors().real if real else problem.factors()
+    moments: list[Any] = [m.real if real else m for m in loops.moments]
+    L: Any = np.zeros((loops.unknowns, loops.unknowns), dtype=factors.dtype)
+    B: Any = np.zeros((3, fields.shape[-1], loops.unknowns), dtype=factors.dtype)
+    for a, b in np.ndindex(3, 3):
+        weights = factors[:, :, a, b]
+        if not weights.any():
+            continue
+        L += moments[a].conj().T @ (moments[b].T @ _mixed(weights, means).T).T
+        B[a] += (moments[b].T @ _mixed(weights, fields)).T
+    images = weights.size
+    weighted = [m.conj().T.multiply(1.0 / loops.volume) @ m for m in moments]
+    uneven = loops.uneven.real if real else loops.uneven
+    R = (sum(weighted) + uneven.conj().T @ uneven).toarray() * (images / conductivity)
+    return (L + L.conj().T) * (images * mu_0 / (8 * np.pi)), R, B.reshape(-1, loops.unknowns)
+
+
+def _mixed(weights: Any, images: Array) -> Any:
+    """Sum of the images' arrays, each with its weight; real if the weights are."""
+    if not np.iscomplexobj(weights):
+        return np.asarray(np.tensordot(weights, images))
+    parts = np.tensordot(np.stack([weights.real, weights.imag]), images, axes=2)
+    return np.asarray(parts[0] + 1j * parts[1])

@@ -1,0 +1,159 @@
+"""The three-dimensional model against closed forms, an independent volume FEM, and its own invariants."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.constants import mu_0
+
+from sits_mech.geometry.collision import Collision
+from sits_mech.magnetics.sheets import Sheets, sheets
+from sits_mech.quantities import Pose
+from sits_mech.sensor import Sensor, load_sensor
+
+# Volume FEM (NGSolve 6.2, two kinds of mesh, error 2e-4 of Delta L, 1e-3 of R): 8 x 8 x 0.2 mm copper plate,
+# two coils as rings; f [Hz], d_v [m], Delta L1 [nH], Delta M12 [nH], R1 [ohm].
+PLATE = (
+    (5e6, 2e-3, -59.01338, 4.761622, 0.07347140),
+    (5e6, 5e-3, -5.684821, -2.184032, 0.005169888),
+    (5e3, 2e-3, -2.171675, -0.1770742, 2.962316e-4),
+    (5e3, 5e-3, -0.3517857, -0.2383162, 3.786894e-5),
+)
+# Axisymmetric FEM (NGSolve 6.2 p = 6, error 1e-6): coaxial copper disc, 0.2 mm thick, gap 2 mm; radius, f, Delta L, R.
+DISC = (
+    (3.5e-3, 5e3, -1.09405875e-8, 1.26011961e-3),
+    (3.5e-3, 5e6, -1.72208696e-7, 0.115273800),
+    (7.5e-3, 5e3, -4.65903043e-8, 2.61817465e-3),
+    (7.5e-3, 5e6, -2.18587417e-7, 0.0952016920),
+)
+
+
+@pytest.fixture(scope="module")
+def sensor() -> Sensor:
+    return load_sensor("biorob2018")
+
+
+@pytest.fixture(scope="module")
+def model(sensor: Sensor) -> Sheets:
+    return sheets(sensor)
+
+
+def one_loop(target: str, *overrides: str) -> Sensor:
+    """One turn of 20 mm radius and nothing else, over a target: nearly uniform field."""
+    coil = (
+        'coils=[{name="C1", centre=["0 mm","0 mm"], layers=1, turns=1, inner_diameter="39.9 mm", '
+        'track_width="0.1 mm", track_thickness="35 um"}]'
+    )
+    return load_sensor("biorob2018", [coil, f"target={{{target}}}", *overrides])
+
+
+def axial_field(sensor: Sensor, z: float) -> float:
+    """Flux density on the axis per ampere [T/A]."""
+    a = sensor.coils[0].inner_diameter / 2 + sensor.coils[0].track_width / 2
+    return float(mu_0 * a**2 / 2 / (a**2 + (z + sensor.coils[0].track_thickness / 2) ** 2) ** 1.5)
+
+
+@pytest.mark.parametrize("f, d_v, delta_L, delta_M, R", PLATE)
+def test_plate_as_volume_fem(model: Sheets, f: float, d_v: float, delta_L: float, delta_M: float, R: float) -> None:
+    z = model.impedance(Pose(0.0, d_v), f)
+    change = (z.L - z.L0) * 1e9
+    assert change[0, 0] == pytest.approx(delta_L, rel=2e-3)
+    assert change[0, 1] == pytest.approx(delta_M, abs=2e-3 * abs(delta_L))
+    assert z.R[0, 0] == pytest.approx(R, rel=0.03)
+    assert abs(change[0, 0] - delta_L) < z.error_L[0, 0] * 1e9 + 5e-4 * abs(delta_L)
+    assert abs(z.R[0, 0] - R) < z.error_R[0, 0] + 1e-3 * R
+
+
+@pytest.mark.parametrize("radius, f, delta_L, R", DISC[:2])
+def test_coaxial_disc_as_axisymmetric_fem(radius: float, f: float, delta_L: float, R: float) -> None:
+    disc = f'target={{material="copper", shape="disc", diameter={2 * radius}, thickness="0.2 mm"}}'
+    sensor = load_sensor("biorob2018", [disc, 'coils.C1.centre=["0 mm","0 mm"]', 'coils.C2.centre=["20 mm","0 mm"]'])
+    z = sheets(sensor).impedance(Pose(0.0, 2e-3), f)
+    assert (z.L - z.L0)[0, 0] == pytest.approx(delta_L, rel=2e-3)
+    assert z.R[0, 0] == pytest.approx(R, rel=0.03)
+
+
+def test_free_space_as_rings(model: Sheets) -> None:
+    z = model.impedance(Pose(0.0, 2e-3), 5e6)
+    assert z.L0[0, 0] == pytest.approx(2.507569757e-6, rel=1e-7)  # axisymmetric FEM
+    assert z.L0[0, 1] == pytest.approx(-47.4298e-9, rel=1e-5)  # volume FEM
+    shorted = z.L0[0, 1] ** 2 / z.L0[1, 1]
+    assert shorted == pytest.approx(0.8971e-9, rel=1e-3)
+
+
+def test_perfect_disc_in_axial_field() -> None:
+    """A thin perfectly conducting disc of radius a has the moment -8 a^3 H / 3 (Bethe's small hole, by duality)."""
+    a, t, d = 0.5e-3, 1e-6, 10e-3
+    sensor = one_loop(f'conductivity=1e12, relative_permeability=1, shape="disc", diameter={2 * a}, thickness={t}')
+    z = sheets(sensor).impedance(Pose(0.0, d), 1e8)
+    B = axial_field(sensor, d + t / 2)
+    assert (z.L - z.L0)[0, 0] == pytest.approx(-8 * a**3 / 3 * B**2 / mu_0, rel=5e-3)
+
+
+@pytest.mark.parametrize("shape, torsion", [("disc", np.pi / 32), ("rectangle", 0.1405770)])
+def test_resistive_plate_in_axial_field(shape: str, torsion: float) -> None:
+    """At low frequency R = omega^2 B^2 sigma t J / 4, J the torsion constant (Timoshenko and Goodier, art. 109)."""
+    side, t, sigma, f, d = 1e-3, 0.2e-3, 1e6, 1e3, 10e-3
+    size = f'diameter={side}' if shape == "disc" else f'width={side}, length={side}'
+    sensor = one_loop(f'conductivity={sigma}, relative_permeability=1, shape="{shape}", {size}, thickness={t}')
+    z = sheets(sensor).impedance(Pose(0.0, d), f)
+    B = axial_field(sensor, d + t / 2)
+    exact = (2 * np.pi * f * B) ** 2 * sigma * t * torsion * side**4 / 4
+    assert z.R[0, 0] == pytest.approx(exact, rel=2e-3)
+
+
+def test_invariants_over_frequency(model: Sheets) -> None:
+    frequencies = [1.0, 10.0, 1e3, 1e4, 1e5, 1e6, 1e7]
+    poses = Pose(np.array([0.0, 1e-3]), np.array([2e-3, 2.5e-3]), np.array([0.0, 0.1]))
+    results = [model.impedance(poses, f) for f in frequencies]
+    for z in results:
+        assert np.abs(z.L - np.swapaxes(z.L, 1, 2)).max() <= 1e-10 * np.abs(z.L).max()
+        assert np.abs(z.R - np.swapaxes(z.R, 1, 2)).max() <= 1e-10 * np.abs(z.R).max()
+        assert np.linalg.eigvalsh(z.R).min() >= -1e-12 * np.abs(z.R).max()
+        change = np.linalg.eigvalsh(z.L - z.L0)
+        assert change.max() <= 0.0 and change.min() >= -z.L0[0, 0]
+    L = np.array([z.L[:, 0, 0] for z in results])
+    R = np.array([z.R[:, 0, 0] for z in results])
+    assert (np.diff(L, axis=0) < 0).all() and (np.diff(R, axis=0) > 0).all()
+    assert R[1] / R[0] == pytest.approx(100.0, rel=1e-4)  # resistive: f^2
+
+
+def test_mirror_and_turns(model: Sheets) -> None:
+    left, right = (model.impedance(Pose(x, 2.2e-3, a), 5e6) for x, a in ((-1e-3, -0.05), (1e-3, 0.05)))
+    assert left.L[0, 0] == pytest.approx(right.L[1, 1], rel=1e-9)
+    quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    offset = np.array([0.7e-3, 0.3e-3, 2e-3])
+    straight, turned = (model.impedance_at(turn, offset, 5e6) for turn in (np.eye(3), quarter))
+    assert (turned.L - turned.L0) == pytest.approx(straight.L - straight.L0, rel=1e-6)  # the plate is square
+
+
+def test_array_of_four_and_many_poses() -> None:
+    coils = [f"coils.C{k}.centre=[{x}, {y}]" for k, x, y in ((1, -4e-3, -4e-3), (2, 4e-3, -4e-3))]
+    sensor = load_sensor("biorob2018", coils)
+    above = [c.model_copy(update={"name": f"D{c.name}", "centre": (c.centre[0], 4e-3)}) for c in sensor.coils]
+    four = sensor.model_copy(update={"coils": (*sensor.coils, *above)})
+    model = sheets(four, 2e-2)
+    z = model.impedance(Pose(np.zeros((2, 3)), np.full((2, 3), 2e-3), 0.0), 5e6)
+    assert z.L.shape == (2, 3, 4, 4)
+    diagonal = np.diagonal(z.L - z.L0, axis1=-2, axis2=-1)
+    assert diagonal == pytest.approx(diagonal[0, 0, 0], rel=1e-9)
+
+
+def test_table_of_the_field_as_the_field(model: Sheets) -> None:
+    poses = Pose(np.linspace(-1e-3, 1e-3, 301), np.linspace(2.3e-3, 2.7e-3, 301), np.linspace(-0.05, 0.05, 301))
+    many = model.impedance(poses, 5e6)
+    one = model.impedance(Pose(float(poses.d_h[7]), float(poses.d_v[7]), float(poses.alpha[7])), 5e6)
+    assert many.L[7] - many.L0 == pytest.approx(one.L - one.L0, rel=1e-6)
+
+
+def test_refusals(sensor: Sensor, model: Sheets) -> None:
+    with pytest.raises(Collision, match="above the coil plane"):
+        model.impedance(Pose(0.0, -1e-3), 5e6)
+    with pytest.raises(ValueError, match="frequency"):
+        model.impedance(Pose(0.0, 2e-3), 0.0)
+    with pytest.raises(ValueError, match="windings"):
+        sheets(sensor, windings="wire")
+    with pytest.raises(ValueError, match="tolerance"):
+        sheets(sensor, 0.0)
+    with pytest.raises(ValueError, match="planar-fem"):
+        sheets(load_sensor("biorob2018", ['target.material="ferrite"']))
