@@ -47,6 +47,17 @@ def slope(values: xr.DataArray, along: str) -> xr.DataArray:
     return values.copy(data=np.asarray(rates))
 
 
+def slope_error(errors: xr.DataArray, along: str) -> xr.DataArray:
+    """Return how far `slope` can be off when each value is off by its error, of either sign."""
+    coordinate = errors[along].to_numpy().astype(float)
+    if coordinate.size < 2:
+        return xr.full_like(errors, np.nan)
+    weights = np.gradient(np.eye(coordinate.size), coordinate, axis=0, edge_order=2 if coordinate.size > 2 else 1)
+    sizes = np.moveaxis(np.nan_to_num(np.abs(errors.to_numpy())), errors.get_axis_num(along), 0)
+    found = np.tensordot(np.abs(np.asarray(weights)), sizes, axes=1)
+    return errors.copy(data=np.moveaxis(found, 0, errors.get_axis_num(along)))
+
+
 def crosstalk(data: xr.Dataset) -> xr.Dataset:
     """Return the crosstalk both ways.
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.readout.crosstalk import crosstalk, rotation_error, sensitivity
+from sits_mech.readout.crosstalk import crosstalk, rotation_error, sensitivity, slope, slope_error
 
 F_X = np.array([-1.0, -0.4, 0.0, 0.4, 1.0])
 F_Z = np.array([0.0, 1.0, 2.5, 4.0])
@@ -68,3 +68,14 @@ def test_a_single_load_has_no_slope() -> None:
     holed["L_v_percent"][0, 0] = np.nan
     found = crosstalk(holed)
     assert np.isnan(found["L_v_from_F_x"][0, 0]) and np.isfinite(found.attrs["largest_L_v_from_F_x"])
+
+
+def test_error_of_a_slope_is_the_worst_case() -> None:
+    """Reached by errors of the worst signs, exceeded by none."""
+    data, errors = made(0.5)["L_v_percent"], 0.01 * (1.0 + made()["d_h"] * 1e3)
+    allowed = slope_error(errors, "F_z")
+    worst = xr.zeros_like(data)
+    for signs in np.ndindex(2, 2, 2, 2):
+        moved = data + errors * xr.DataArray(2.0 * np.array(signs) - 1.0, dims="F_z")
+        worst = np.maximum(worst, abs(slope(moved, "F_z") - slope(data, "F_z")))
+    np.testing.assert_allclose(worst, allowed, rtol=1e-9)

@@ -1,0 +1,131 @@
+"""Which models does a scene need, and why? The cheapest that can hold it; what a request does not need is left out.
+
+Also what a request's ranges stand for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sits_mech.materials import unknown
+from sits_mech.sensor import Sensor
+from sits_mech.units import SceneError, quantity, shown
+
+_MOST = 10_000  # values of a range
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A model and the reason for it.
+
+    Attributes
+    ----------
+    name : str
+        As on the command line.
+    reason : str
+        One sentence.
+    """
+
+    name: str
+    reason: str
+
+
+def choose_mechanics(sensor: Sensor, asked: str, known: tuple[str, ...]) -> Choice:
+    """Return the mechanical model for a scene.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        Needs a target and an elastomer.
+    asked : str
+        A name of `known`, or "auto".
+    known : tuple of str
+        What there is.
+
+    Returns
+    -------
+    Choice
+        The model's name and the reason.
+
+    Raises
+    ------
+    SceneError
+        When the model is unknown or the scene has no layer.
+    """
+    _check_known("mechanics", asked, known)
+    for part in ("target", "elastomer"):
+        if getattr(sensor, part) is None:
+            raise SceneError(f"{sensor.name}: {part}: must be given for a force to move the target; it is missing")
+    if asked != "auto":
+        return Choice(asked, "asked for")
+    return Choice("planar", "finite strain in plane strain, the elastomer's length taken as the depth")
+
+
+def choose_magnetics(sensor: Sensor, asked: str, known: tuple[str, ...]) -> Choice:
+    """Return the magnetic model for a scene; arguments, result and errors as of `choose_mechanics`."""
+    _check_known("magnetics", asked, known)
+    if asked != "auto":
+        return Choice(asked, "asked for")
+    reason = "no target: free space alone" if sensor.target is None else "nothing permeable: no mesh of the air"
+    return Choice("planar", reason)
+
+
+def left_out(sensor: Sensor, force: bool) -> tuple[str, ...]:
+    """Return what a request does not need solved, each with its reason.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The scene.
+    force : bool
+        Whether a force is asked for.
+    """
+    found = []
+    if not force:
+        found.append("mechanics: the pose is given")
+    if sensor.target is None:
+        found.append("eddy currents: no target")
+    if sensor.readout.idle_coil == "shorted" and len(sensor.coils) > 1:
+        found.append("current in the idle coil: each coil is driven alone; L holds the mutual inductances to add it")
+    return tuple(found)
+
+
+def _check_known(kind: str, asked: str, known: tuple[str, ...]) -> None:
+    """Refuse a model that does not exist."""
+    if asked not in ("auto", *known):
+        raise SceneError(f"model ({kind}) {unknown(asked, ('auto', *known))}")
+
+
+def quantity_range(text: str, unit: str, name: str) -> list[float]:
+    """Return the values of a written range.
+
+    Parameters
+    ----------
+    text : str
+        ``"first:last:count"`` such as "-1 N:1 N:9", or one quantity.
+    unit : str
+        The SI unit of the result.
+    name : str
+        What the range is called where the user wrote it.
+
+    Returns
+    -------
+    list of float
+        Evenly spaced [unit]; an exact mirror image of itself when its ends are.
+
+    Raises
+    ------
+    SceneError
+        One line: `name`, what it must be, what came.
+    """
+    parts = text.split(":")
+    ends = [quantity(part, unit, name) for part in parts[:2]]
+    if len(parts) == 1:
+        return ends
+    if len(parts) != 3 or not parts[2].strip().isdecimal() or not 1 < int(parts[2]) <= _MOST or ends[0] == ends[1]:
+        form = f'first:last:count with two different ends and a count from 2 to {_MOST}, such as "0 N:4 N:9"'
+        raise SceneError(f"{name}: must be {form}, or one quantity; got {shown(text)}")
+    values = np.linspace(ends[0], ends[1], int(parts[2]))
+    return [float(value) for value in ((values - values[::-1]) / 2 if ends[0] == -ends[1] else values)]
