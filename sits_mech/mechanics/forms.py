@@ -1,0 +1,187 @@
+"""What energy, forces and tangent does a deformed layer have? Plane strain, mixed elements, condensed pressure.
+
+Strong form    div P = 0 in the layer, P = dW/dF; u = 0 on the ground; u rigid on the target; P n = 0 on the free faces.
+Weak form      minimise  E(u) = int w(F) + K/2 (pi(J - 1))**2,        F = 1 + grad u, J = det F,
+
+with `pi` the projection onto polynomials of degree one in each element: Q2 displacement, discontinuous P1 pressure
+``p = K pi(J - 1)``, inf-sup stable. The pressure is eliminated element by element, so that the discrete problem is a
+minimum and its tangent symmetric:
+
+    dE       = int (P_iso + p H) : dF,                                 H = dJ/dF
+    d dE     = int dF : (A_iso + p dH/dF) : dF + K int pi(H : dF) pi(H : dF).
+
+Unknowns: nodal displacements in layer thicknesses; energies per depth in shear modulus times thickness squared; K in
+shear moduli. Source: D. Boffi, F. Brezzi, M. Fortin, Mixed Finite Element Methods and Applications (2013), section 8.6.
+Valid for rectangles of any aspect. Neglected: inertia, gravity, contact of the free faces.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem import Basis, ElementQuad2, MeshQuad
+
+from sits_mech.mechanics.energy import PlaneEnergy
+from sits_mech.quantities import Array
+
+Indices = NDArray[np.int64]
+
+# dJ/dF = H_J F with F = (F_11, F_12, F_21, F_22): H is linear in F in two dimensions.
+H_J = np.array([[0.0, 0, 0, 1], [0, 0, -1, 0], [0, -1, 0, 0], [1, 0, 0, 0]])
+
+
+@dataclass(frozen=True)
+class Section:
+    """A meshed cross-section of the layer: arrays that depend on the mesh alone.
+
+    Attributes
+    ----------
+    x, z : ndarray
+        Mesh lines [thicknesses].
+    nodes : ndarray, shape (n, 2)
+        Q2 nodes, ordered column by column from left to right [thicknesses].
+    cells : ndarray, shape (e, 9)
+        Nodes of each element, in scikit-fem's order.
+    dofs : ndarray, shape (e, 18)
+        Displacement numbers ``2 node + component`` of each element.
+    B : ndarray, shape (e, 9, 4, 18)
+        F - 1 at the quadrature points from an element's displacements.
+    weights : ndarray, shape (e, 9)
+        Quadrature weights.
+    chi : ndarray, shape (e, 3, 9)
+        Orthonormal pressure polynomials times the weights, at the quadrature points.
+    """
+
+    x: Array
+    z: Array
+    nodes: Array
+    cells: Indices
+    dofs: Indices
+    B: Array
+    weights: Array
+    chi: Array
+
+
+class Tangent(NamedTuple):
+    """A linearised layer: energy, forces (2 n,), element stiffnesses (e, 18, 18), pressures (e, 3), smallest J."""
+
+    energy: float
+    forces: Array
+    stiffness: Array
+    pressure: Array
+    min_J: float
+
+
+def section(x: Array, z: Array) -> Section:
+    """Mesh a rectangle with mixed elements on the given lines.
+
+    Parameters
+    ----------
+    x, z : ndarray
+        Mesh lines [thicknesses].
+    """
+    basis = Basis(MeshQuad.init_tensor(x, z), ElementQuad2(), intorder=5)
+    nodes = basis.doflocs.T
+    order = np.lexsort((np.round(nodes[:, 1], 12), np.round(nodes[:, 0], 12)))
+    rank = np.empty(len(order), dtype=np.int64)
+    rank[order] = np.arange(len(order))
+    cells = rank[basis.element_dofs.T]
+    gradients = np.stack([basis.basis[a][0].grad for a in range(9)])  # a, j, e, q
+    B = np.zeros((*basis.dx.shape, 4, 18))
+    for i in range(2):
+        for j in range(2):
+            B[:, :, 2 * i + j, i::2] = np.moveaxis(gradients[:, j], 0, -1)
+    dofs = (2 * cells[:, :, None] + np.arange(2)).reshape(len(cells), 18)
+    points = np.asarray(basis.global_coordinates())
+    centre = nodes[basis.element_dofs].mean(axis=0).T  # (2, e)
+    local = points - centre[:, :, None]
+    chi = np.stack([np.ones_like(basis.dx), local[0], local[1]], axis=1)
+    norm = np.sqrt(np.einsum("emq,eq->em", chi**2, basis.dx))
+    chi = chi / norm[:, :, None] * basis.dx[:, None, :]
+    return Section(x, z, nodes[order], cells, dofs, B, basis.dx.copy(), chi)
+
+
+def deformation(mesh: Section, u: Array) -> tuple[Array, Array]:
+    """Return ``F`` as (F_11, F_12, F_21, F_22) and ``J`` at the quadrature points.
+
+    Parameters
+    ----------
+    mesh : Section
+        The mesh.
+    u : ndarray, shape (2 n,)
+        Nodal displacements [thicknesses].
+
+    Returns
+    -------
+    F : ndarray, shape (e, 9, 4)
+    J : ndarray, shape (e, 9)
+    """
+    e = len(mesh.cells)
+    F = (mesh.B.reshape(e, -1, 18) @ u[mesh.dofs][:, :, None]).reshape(e, -1, 4)
+    F = F + np.array([1.0, 0.0, 0.0, 1.0])
+    return F, F[..., 0] * F[..., 3] - F[..., 1] * F[..., 2]
+
+
+def stored_energy(mesh: Section, law: PlaneEnergy, K: float, u: Array) -> float:
+    """Return the energy of the layer, infinite where a quadrature point is turned inside out.
+
+    Parameters
+    ----------
+    mesh : Section
+        The mesh.
+    law : callable
+        Isochoric energy (energy.py).
+    K : float
+        Bulk modulus [shear moduli].
+    u : ndarray, shape (2 n,)
+        Nodal displacements [thicknesses].
+    """
+    F, J = deformation(mesh, u)
+    if not J.min() > 0.0:
+        return np.inf
+    w = law((F**2).sum(axis=-1), J).w
+    volume = np.einsum("emq,eq->em", mesh.chi, J - 1.0)
+    return float((mesh.weights * w).sum() + 0.5 * K * (volume**2).sum())
+
+
+def tangent(mesh: Section, law: PlaneEnergy, K: float, u: Array, pressure: Array | None = None) -> Tangent:
+    """Linearise the layer about a deformed state.
+
+    Parameters
+    ----------
+    mesh : Section
+        The mesh.
+    law : callable
+        Isochoric energy (energy.py).
+    K : float
+        Bulk modulus [shear moduli].
+    u : ndarray, shape (2 n,)
+        Nodal displacements [thicknesses].
+    pressure : ndarray, shape (e, 3), optional
+        Pressures of the geometric stiffness; by default those of the state, ``K pi(J - 1)``.
+    """
+    e = len(mesh.cells)
+    F, J = deformation(mesh, u)
+    d = law((F**2).sum(axis=-1), J)
+    H = F[..., ::-1] * np.array([1.0, -1.0, -1.0, 1.0])
+    p = K * np.einsum("emq,eq->em", mesh.chi, J - 1.0)
+    p_at = np.einsum("em,emq->eq", p, mesh.chi)  # carries the weights
+    P = mesh.weights[..., None] * (2.0 * d.w_s[..., None] * F + d.w_J[..., None] * H) + p_at[..., None] * H
+    B = mesh.B.reshape(e, -1, 18)
+    forces = np.zeros(2 * len(mesh.nodes))
+    np.add.at(forces, mesh.dofs, (P.reshape(e, 1, -1) @ B)[:, 0])
+    p_geometric = p_at if pressure is None else np.einsum("em,emq->eq", pressure, mesh.chi)
+    C = H_J * (mesh.weights * d.w_J + p_geometric)[..., None, None]
+    C = C + np.eye(4) * (2.0 * mesh.weights * d.w_s)[..., None, None]
+    F_w, H_w = F * mesh.weights[..., None], H * mesh.weights[..., None]
+    left = 4.0 * d.w_ss[..., None] * F_w + 2.0 * d.w_sJ[..., None] * H_w
+    right = 2.0 * d.w_sJ[..., None] * F_w + d.w_JJ[..., None] * H_w
+    C += left[..., :, None] * F[..., None, :] + right[..., :, None] * H[..., None, :]
+    b = (mesh.chi[..., None] * H[:, None]).reshape(e, 3, -1) @ B
+    stiffness = B.transpose(0, 2, 1) @ (C @ mesh.B).reshape(e, -1, 18) + K * b.transpose(0, 2, 1) @ b
+    volume = p / K
+    energy = float((mesh.weights * d.w).sum() + 0.5 * K * (volume**2).sum())
+    return Tangent(energy, forces, stiffness, p, float(J.min()))

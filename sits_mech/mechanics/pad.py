@@ -1,0 +1,56 @@
+"""The layer's section as a body to solve: mesh, bonds, law, scales.
+
+Lines are graded towards both faces and towards the target's and the layer's edges, where bonded corners are singular
+(exponent 0.5946 for an incompressible clamped right angle against a free face). Too strong a grading resolves a corner
+that finite strain then turns inside out: a nonlinear layer takes a milder one than a linear layer.
+
+Scales: lengths by the thickness t, stresses by the initial shear modulus mu; per depth, forces by mu t and moments by
+mu t^2.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sits_mech.mechanics.energy import plane_energy
+from sits_mech.mechanics.forms import section
+from sits_mech.mechanics.path import Bonded
+from sits_mech.meshing.structured import graded_lines, matched_cells
+from sits_mech.quantities import Array, Wrench
+from sits_mech.sensor import Elastomer, Sensor, Target
+
+
+def bonded_body(sensor: Sensor, cells: int, grading: float) -> Bonded:
+    """Return the layer of a sensor with `cells` (even) cells through its thickness, graded by a power of at least 1."""
+    target, elastomer = _parts(sensor)
+    t = elastomer.thickness
+    half_layer, half_target = elastomer.extent[0] / (2 * t), target.extent[0] / (2 * t)
+    breaks = [-half_layer, -half_target, half_target, half_layer]
+    if half_layer - half_target < 1e-9:
+        breaks = [-half_layer, half_layer]
+    counts = [matched_cells(b - a, 1.0, cells, grading) for a, b in zip(breaks[:-1], breaks[1:], strict=True)]
+    mesh = section(graded_lines(breaks, counts, grading), graded_lines([0.0, 1.0], [cells], grading))
+    x, z = mesh.nodes.T
+    ground = z < 1e-9
+    top = (z > 1.0 - 1e-9) & (np.abs(x) < half_target + 1e-9)
+    free = np.flatnonzero(~np.repeat(ground | top, 2))
+    bonded = 2 * np.flatnonzero(top)[:, None] + np.arange(2)
+    rows, columns = np.repeat(mesh.dofs, 18, axis=1).ravel(), np.tile(mesh.dofs, (1, 18)).ravel()
+    silicone = elastomer.silicone
+    K = silicone.bulk_modulus / silicone.shear_modulus
+    return Bonded(mesh, plane_energy(silicone), K, target.load_height / t, free, bonded, x[top], rows, columns)
+
+
+def scaled_load(sensor: Sensor, wrench: Wrench) -> Array:
+    """Return F_x, F_z, M per depth in the body's scales."""
+    _, elastomer = _parts(sensor)
+    t, unit = elastomer.thickness, elastomer.silicone.shear_modulus * elastomer.thickness * elastomer.extent[1]
+    return np.array([wrench.F_x / unit, wrench.F_z / unit, wrench.M / (unit * t)])
+
+
+def _parts(sensor: Sensor) -> tuple[Target, Elastomer]:
+    """Target and elastomer of a scene that has both."""
+    if sensor.target is None or sensor.elastomer is None:
+        missing = "target" if sensor.target is None else "elastomer"
+        raise ValueError(f"{missing}: must be given for a force to move the target; it is missing")
+    return sensor.target, sensor.elastomer

@@ -1,0 +1,214 @@
+"""The layer: independent codes, closed forms, exact identities, invariants, honest failure."""
+
+import numpy as np
+import pytest
+
+from sits_mech.mechanics.forms import stored_energy
+from sits_mech.mechanics.layer import deformed_mesh, linear_layer, planar_layer
+from sits_mech.quantities import SolveFailed, Wrench
+from sits_mech.sensor import load_sensor
+
+MM = 1e-3
+NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
+
+# NGSolve 6.2 (four families of elements, high order) and FElupe 11.3: median, and largest deviation of a family.
+# W, w, t [mm]; F_x, F_z [N/m]; M clockwise [N]; d_h, sink [mm], alpha clockwise; their bars.
+ROWS = [
+    (20, 15, 2, 0, 1810, 0, (0.0, 0.100264, 0.0), (0.0, 0.000508, 0.0)),
+    (20, 15, 2, 267, 4050, 0, (0.985278, 0.203231, 0.002045), (0.004515, 0.003999, 0.000502)),
+    (20, 15, 2, 0, 0, -1.75, (0.045158, -0.0045113, -0.0203196), (0.000537, 0.000038, 0.0001295)),
+    (20, 15, 2, 53.9, 0, 0, (0.2005838, -0.00012146, -0.00135658), (7.98e-5, 9.754e-6, 8.543e-6)),
+    (15, 15, 3, 0, 709, 0, (0.0, 0.153379, 0.0), (0.0, 0.000564, 0.0)),
+    (15, 15, 3, 42.5, 0, 0, (0.3008289, 0.00073582, 0.00252618), (0.000136, 4.51e-6, 5.25e-6)),
+    (15, 15, 3, 213, 0, 0, (1.502045, 0.0181765, 0.0137246), (0.000703, 0.000523, 0.0001705)),
+]
+
+
+def pad(W, w, t, *more):
+    """A pad a metre long, so that newtons are newtons per metre; the force acts at the bonded face."""
+    sizes = [f'elastomer.width="{W} mm"', f'elastomer.thickness="{t} mm"', f'target.width="{w} mm"']
+    return load_sensor("biorob2018", ["elastomer.length=1.0", "target.load_height=0", NEO_HOOKEAN, *sizes, *more])
+
+
+def pose_of(sensor, found):
+    rest = sensor.elastomer.thickness + sensor.elastomer.standoff
+    return np.array([found.pose.d_h / MM, (rest - found.pose.d_v) / MM, found.pose.alpha])
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: "-".join(str(v) for v in row[:6]))
+def test_pose_against_independent_codes(row):
+    W, w, t, F_x, F_z, M, expected, bar = row
+    sensor = pad(W, w, t)
+    found = planar_layer(sensor, 1e-3).equilibrium(Wrench(F_x, F_z, M))
+    allowed = np.maximum(np.maximum(bar, 0.005 * np.abs(expected)), 1e-9)
+    assert np.all(np.abs(pose_of(sensor, found) - expected) <= allowed)
+    assert found.report.status == "converged" and found.report.min_J > 0.0
+
+
+def test_combined_load_at_default_tolerance():
+    sensor = pad(20, 15, 2)
+    d_h, sink, alpha = pose_of(sensor, planar_layer(sensor).equilibrium(Wrench(267.0, 4050.0)))
+    assert d_h == pytest.approx(0.985278, rel=0.01)
+    assert sink == pytest.approx(0.203231, rel=0.01)
+    assert alpha == pytest.approx(0.002045, abs=5e-4)
+
+
+# Bonded strips, incompressible, graded P2-P1 linear FEM (2e-5 or better at S = 2): E_c, E_b in shear moduli.
+STRIPS = [
+    (1, 8.0088, 5.0826), (2, 19.4304, 7.365), (3.75, 58.627, 15.104),
+    (5.5, 122.315, 27.715), (7.5, 225.1, 48.119), (15, 895.5, 181.61),
+]
+
+
+@pytest.mark.parametrize(("S", "E_c", "E_b"), STRIPS)
+def test_small_strain_stiffness(S, E_c, E_b):
+    w = 2.0 * S
+    material = 'elastomer.material={law="neo-hookean", shear_modulus=1.0, bulk_modulus=1e7}'
+    layer = linear_layer(pad(w * 1e3, w * 1e3, 1e3, material), 1e-3)
+    assert len(layer.body.free) <= 3000
+    k = np.linalg.inv(layer.compliance)
+    assert k[1, 1] / w == pytest.approx(E_c, rel=1e-3)
+    assert k[0, 0] == pytest.approx(w - 0.2308, rel=1e-3)
+    turn = np.array([0.5, 0.0, 1.0])  # about mid-height, a clockwise turn carries the plate along +x
+    assert 12 * turn @ k @ turn / w**3 == pytest.approx(E_b, rel=1e-3)
+
+
+@pytest.mark.parametrize(("S", "K", "E_c"), [(2, 1e2, 16.486), (3.75, 1e3, 55.042), (5.5, 1e4, 120.6)])
+def test_small_strain_compressible(S, K, E_c):
+    material = f'elastomer.material={{law="neo-hookean", shear_modulus=1.0, bulk_modulus={K}}}'
+    layer = linear_layer(pad(2e3 * S, 2e3 * S, 1e3, material), 1e-3)
+    assert np.linalg.inv(layer.compliance)[1, 1] / (2 * S) == pytest.approx(E_c, rel=1e-3)
+
+
+@pytest.mark.parametrize("wrench", [Wrench(100.0, 500.0), Wrench(-150.0, 200.0)])
+def test_moment_about_the_plate_of_a_symmetric_block_is_exact(wrench):
+    """A block symmetric about its centre: with the tilt held by M, |M| = (F_x (t - sink) + F_z d_h) / 2, any law.
+
+    Free tilt is the same statement with M = 0 only where d_h and the sink solve it; so a moment is searched.
+    """
+    sensor = pad(15, 15, 3, 'elastomer.material={law="yeoh", c10=1.5e4, c20=500.0, c30=10.0, bulk_modulus=3e7}')
+    layer = planar_layer(sensor, 1e-2)
+    low, start = (-1.0, 1.0), None
+    for _ in range(8):  # secant on alpha(M)
+        ends = [layer.equilibrium(Wrench(wrench.F_x, wrench.F_z, M), start=start) for M in low]
+        slope = (ends[1].pose.alpha - ends[0].pose.alpha) / (low[1] - low[0])
+        M = low[0] - ends[0].pose.alpha / slope
+        start, low = ends[1], (M, M + 1e-3 * abs(M) + 1e-9)
+        if abs(ends[0].pose.alpha) < 1e-12:
+            break
+    held = layer.equilibrium(Wrench(wrench.F_x, wrench.F_z, low[0]), start=start)
+    assert abs(held.pose.alpha) < 1e-9
+    expected = (wrench.F_x * held.pose.d_v + wrench.F_z * held.pose.d_h) / 2
+    assert abs(low[0]) == pytest.approx(abs(expected), rel=1e-6)
+
+
+def test_work_is_the_energy_stored():
+    sensor = pad(20, 15, 2)
+    layer, steps = planar_layer(sensor, 2e-2), 24
+    factor, weight = np.polynomial.legendre.leggauss(steps)
+    path, work, found = [], 0.0, None
+    for s in (factor + 1) / 2:
+        found = layer.equilibrium(Wrench(150.0 * s, 1500.0 * s), start=found)
+        path.append((found.pose.d_h, sensor.elastomer.thickness - found.pose.d_v))
+    end = layer.equilibrium(Wrench(150.0, 1500.0), start=found)
+    d_h, sink = np.array(path).T
+    total = 150.0 * end.pose.d_h + 1500.0 * (sensor.elastomer.thickness - end.pose.d_v)
+    work = total - np.sum(weight / 2 * (150.0 * d_h + 1500.0 * sink))  # int F du = F u - int u dF
+    assert stored(layer, end) == pytest.approx(work, rel=1e-6)
+
+
+def stored(layer, found):
+    """Energy of the fine mesh [J], from the state itself."""
+    body, elastomer = layer.meshes[0][0], layer.sensor.elastomer
+    scale = elastomer.silicone.shear_modulus * elastomer.thickness**2 * elastomer.length
+    return scale * stored_energy(body.mesh, body.law, body.K, found.state[: 2 * len(body.mesh.nodes)])
+
+
+def test_mirrored_load_mirrors_the_pose():
+    layer = planar_layer(pad(20, 15, 2), 2e-2)
+    here, there = (layer.equilibrium(Wrench(F_x, 800.0, M)) for F_x, M in ((120.0, 0.3), (-120.0, -0.3)))
+    assert there.pose.d_h == pytest.approx(-here.pose.d_h, rel=1e-9)
+    assert there.pose.d_v == pytest.approx(here.pose.d_v, rel=1e-9)
+    assert there.pose.alpha == pytest.approx(-here.pose.alpha, rel=1e-8)
+
+
+def test_pose_does_not_depend_on_the_path():
+    layer = planar_layer(pad(20, 15, 2), 2e-2)
+    near = layer.equilibrium(Wrench(-100.0, 1500.0))
+    direct, around = layer.equilibrium(Wrench(100.0, 300.0)), layer.equilibrium(Wrench(100.0, 300.0), start=near)
+    np.testing.assert_allclose(around.state[-1], direct.state[-1], atol=1e-6)
+    assert around.pose.d_h == pytest.approx(direct.pose.d_h, rel=1e-8)
+
+
+DRIVEN = ((Wrench(0.0, 900.0), "d_v"), (Wrench(50.0, 0.0), "d_h"), (Wrench(0.0, 0.0, 0.8), "alpha"))
+
+
+@pytest.fixture(scope="module")
+def best():
+    """Driven components on the mesh of tolerance 1e-4, four times finer than that of 2e-2."""
+    layer = planar_layer(pad(20, 15, 2), 1e-4)
+    return [getattr(layer.equilibrium(wrench).pose, component) for wrench, component in DRIVEN]
+
+
+@pytest.mark.parametrize("tolerance", [2e-2, 1e-2])
+def test_estimated_error_brackets_the_true_one(tolerance, best):
+    layer = planar_layer(pad(20, 15, 2), tolerance)
+    for (wrench, component), value in zip(DRIVEN, best, strict=True):
+        found = layer.equilibrium(wrench)
+        true = abs(getattr(found.pose, component) - value)
+        assert true / 5 < getattr(found.error, component) < 5 * true
+
+
+def test_linear_layer_agrees_at_small_loads_and_knows_when_it_does_not():
+    sensor = pad(20, 15, 2)
+    small, large = Wrench(0.5, 5.0), Wrench(267.0, 4050.0)
+    linear, planar = linear_layer(sensor, 1e-3), planar_layer(sensor, 1e-3)
+    one, two = linear.equilibrium(small), planar.equilibrium(small)
+    assert one.pose.d_h == pytest.approx(two.pose.d_h, rel=3e-3)
+    assert one.pose.alpha == pytest.approx(two.pose.alpha, rel=3e-2)
+    assert linear.equilibrium(large).report.estimated_error > 0.02
+    assert one.report.estimated_error < 0.01
+
+
+def test_zero_load_is_rest():
+    sensor = load_sensor("biorob2018", ['elastomer.standoff="0.1 mm"'])
+    found = planar_layer(sensor).equilibrium(Wrench())
+    assert found.pose.d_h == 0.0 and found.pose.alpha == 0.0
+    assert found.pose.d_v == pytest.approx(2.1 * MM, rel=1e-12)
+
+
+def test_too_much_load_is_refused_with_what_was_reached():
+    sensor = load_sensor("biorob2018")
+    with pytest.raises(SolveFailed, match="could be followed to") as caught:
+        planar_layer(sensor, 2e-2).equilibrium(Wrench(0.0, 4000.0))
+    assert caught.value.report.status == "load path ended"
+    assert 0.0 < caught.value.last.wrench.F_z < 4000.0
+    assert caught.value.last.report.min_J > 0.0
+
+
+def test_fold_is_named():
+    sensor = pad(15, 15, 3)
+    assert any("folds" in note for note in planar_layer(sensor, 2e-2).equilibrium(Wrench(0.0, 1800.0)).report.notes)
+    assert planar_layer(sensor, 2e-2).equilibrium(Wrench(0.0, 50.0)).report.notes == ()
+
+
+def test_deformed_mesh_lies_between_ground_and_target():
+    sensor = load_sensor("biorob2018", ['elastomer.standoff="0.1 mm"'])
+    layer = planar_layer(sensor, 2e-2)
+    found = layer.equilibrium(Wrench(0.3, 1.0))
+    points, quads, J = deformed_mesh(layer, found)
+    assert points[:, 1].min() == pytest.approx(0.1 * MM)
+    corners = points[quads]
+    following = np.roll(corners, -1, axis=1)
+    area = (corners[..., 0] * following[..., 1] - corners[..., 1] * following[..., 0]).sum(axis=1) / 2
+    assert np.all(area > 0.0) and J.shape == (len(quads),)
+    assert area.sum() == pytest.approx(20 * MM * 2 * MM, rel=1e-2)
+
+
+def test_refusals():
+    with pytest.raises(ValueError, match="elastomer"):
+        planar_layer(load_sensor("biorob2018").model_copy(update={"elastomer": None}))
+    with pytest.raises(ValueError, match="tolerance"):
+        planar_layer(load_sensor("biorob2018"), 0.0)
+    with pytest.raises(ValueError, match="finite"):
+        planar_layer(load_sensor("biorob2018")).equilibrium(Wrench(np.nan, 1.0))
