@@ -1,0 +1,45 @@
+"""Force in, inductance out: soft inductive tactile sensors from first principles.
+
+The public names; each is imported when it is first used, so that importing the package costs next to nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from sits_mech.version import __version__
+
+if TYPE_CHECKING:
+    from sits_mech.chain import Simulation, calibrate, magnetic_model, mechanical_model, simulate
+    from sits_mech.quantities import Impedance, Pose, SolveFailed, Wrench
+    from sits_mech.readout.crosstalk import crosstalk, rotation_error, sensitivity
+    from sits_mech.sensor import SceneError, Sensor, catalogue, load_sensor, save_sensor
+    from sits_mech.sweep import sweep
+
+__all__ = [
+    "Impedance", "Pose", "SceneError", "Sensor", "Simulation", "SolveFailed", "Wrench", "__version__", "calibrate",
+    "catalogue", "crosstalk", "load_sensor", "magnetic_model", "mechanical_model", "rotation_error", "save_sensor",
+    "sensitivity", "simulate", "sweep",
+]  # fmt: skip
+
+_HOMES = {
+    "chain": ("Simulation", "calibrate", "magnetic_model", "mechanical_model", "simulate"),
+    "quantities": ("Impedance", "Pose", "SolveFailed", "Wrench"),
+    "readout.crosstalk": ("crosstalk", "rotation_error", "sensitivity"),
+    "sensor": ("SceneError", "Sensor", "catalogue", "load_sensor", "save_sensor"),
+    "sweep": ("sweep",),
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from its home."""
+    home = next((room for room, names in _HOMES.items() if name in names), None)
+    if home is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{home}"), name)
+
+
+def __dir__() -> list[str]:
+    """Return the public names."""
+    return sorted(__all__)

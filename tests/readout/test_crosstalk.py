@@ -42,6 +42,7 @@ def test_crosstalk_by_hand() -> None:
     assert found.attrs["largest_L_h_from_F_z"] == pytest.approx(20.0)
     assert found.attrs["largest_L_v_from_F_x"] == pytest.approx(100.0 * 0.5 / 16.0)
     assert found["L_h_from_F_z"].dims == found["L_v_from_F_x"].dims == ("F_x", "F_z")
+    np.testing.assert_allclose(found["L_v_from_F_x"], 100.0 / 16.0 * 0.5 * F_X[:, None] ** 2 + 0.0 * F_Z, atol=1e-12)
     np.testing.assert_allclose(found["L_h_from_F_z"], 10.0 * 0.5 * F_X[:, None] * F_Z, atol=1e-12)
 
 

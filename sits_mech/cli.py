@@ -1,0 +1,326 @@
+"""The command line: ``sits-mech COMMAND SCENE ...``; see ``sits-mech --help``.
+
+Answers go to stdout, progress and warnings to stderr. Exit 0 done, 2 bad input (one line), 3 not converged (what was
+reached is printed and kept), 130 interrupted. Each command imports its rooms itself, so that help comes at once.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import App, CycloptsError, Parameter
+
+from sits_mech.version import __version__
+
+if TYPE_CHECKING:
+    from sits_mech.quantities import Wrench
+    from sits_mech.sensor import Sensor
+    from sits_mech.sweep import Progress
+
+app = App(
+    name="sits-mech", version=__version__, help="Force in, inductance out: soft inductive tactile sensors.",
+    suppress_keyboard_interrupt=False,
+)  # fmt: skip
+
+Quantity = Annotated[str, Parameter(allow_leading_hyphen=True)]
+Scene = Annotated[str, Parameter(help="Path of a scene file, or a name of the catalogue.")]
+Tolerance = Annotated[float, Parameter(help="Asked relative error.")]
+Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object and nothing else.")]
+Overrides = Annotated[
+    tuple[str, ...], Parameter(name="--set", negative="", help='Change a key of the scene: target.width="15 mm".')
+]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Load:
+    """The load: forces along +x and downwards, and the moment that lifts the left edge."""
+
+    fx: Annotated[Quantity, Parameter(help="Shear force, along +x.")] = "0 N"
+    fz: Annotated[Quantity, Parameter(help="Normal force, pressing down.")] = "0 N"
+    moment: Annotated[Quantity, Parameter(help="Moment that lifts the left edge.")] = "0 N*m"
+
+    def wrench(self) -> Wrench:
+        """Return the load in SI."""
+        from sits_mech.quantities import Wrench
+        from sits_mech.units import quantity
+
+        return Wrench(
+            quantity(self.fx, "N", "--fx"), quantity(self.fz, "N", "--fz"), quantity(self.moment, "N*m", "--moment")
+        )
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Models:
+    """Which model takes each half, and to what relative error."""
+
+    mechanics: Annotated[str, Parameter(help="auto, planar or linear.")] = "auto"
+    magnetics: Annotated[str, Parameter(help="auto or planar.")] = "auto"
+    tolerance: Tolerance = 1e-2
+
+
+@app.command
+def catalog() -> int:
+    """List the catalogued sensors, silicones and metals.
+
+    Example: sits-mech catalog
+    """
+    from sits_mech.materials import metals, silicones
+    from sits_mech.report.tables import key_table
+    from sits_mech.sensor import catalogue
+
+    _show(key_table("sensors", list(catalogue().items())))
+    _show(key_table("silicones", [(name, f"{item.law}: {item.source}") for name, item in silicones().items()]))
+    lines = [(name, f"{item.conductivity:.3g} S/m: {item.source}") for name, item in metals().items()]
+    _show(key_table("metals", lines))
+    return 0
+
+
+@app.command
+def doctor() -> int:
+    """Tell whether everything that is needed is installed.
+
+    Example: sits-mech doctor
+    """
+    from sits_mech.doctor import examine, healthy
+    from sits_mech.report.tables import key_table
+
+    parts = examine()
+    _show(key_table("parts", [(name, f"{version}  {purpose}") for name, version, purpose in parts]))
+    return 0 if healthy(parts) else 2
+
+
+@app.command
+def explain(scene: Scene, *, load: Load = Load(), tolerance: Tolerance = 1e-2, overrides: Overrides = ()) -> int:
+    """Tell which models a request takes, what it leaves out, and why.
+
+    Example: sits-mech explain biorob2018 --fx "0.5 N" --fz "2 N"
+    """
+    from sits_mech.chain import magnetic_model, mechanical_model
+    from sits_mech.plan import left_out
+    from sits_mech.report.tables import key_table
+
+    sensor, wrench = _sensor(scene, overrides), load.wrench()
+    force = any((wrench.F_x, wrench.F_z, wrench.M))
+    choice = magnetic_model(sensor, tolerance=tolerance)[1]
+    rows = [("magnetics", f"{choice.name}: {choice.reason}")]
+    if force:
+        choice = mechanical_model(sensor, tolerance=tolerance)[1]
+        rows.insert(0, ("mechanics", f"{choice.name}: {choice.reason}"))
+    _show(key_table(sensor.name, rows + [("left out", text) for text in left_out(sensor, force)]))
+    return 0
+
+
+@app.command
+def pose(
+    scene: Scene, *, load: Load = Load(), model: str = "auto", tolerance: Tolerance = 1e-2,
+    overrides: Overrides = (), as_json: Json = False,
+) -> int:  # fmt: skip
+    """Where the target comes to rest under a load.
+
+    Example: sits-mech pose biorob2018 --fx "0.5 N" --fz "2 N"
+    """
+    from sits_mech.chain import mechanical_model
+    from sits_mech.plan import left_out
+    from sits_mech.quantities import SolveFailed
+    from sits_mech.report.records import equilibrium_record
+    from sits_mech.report.tables import equilibrium_table
+
+    sensor = _sensor(scene, overrides)
+    layer, _ = mechanical_model(sensor, model, tolerance)
+    try:
+        found = layer.equilibrium(load.wrench())
+    except SolveFailed as error:
+        return _not_converged(error, as_json)
+    _answer(equilibrium_record(found, left_out(sensor, True)), [equilibrium_table(found)], as_json)
+    return 0
+
+
+@app.command
+def inductance(
+    scene: Scene, *, dv: Quantity, dh: Quantity = "0 mm", alpha: Quantity = "0 deg", frequency: Quantity | None = None,
+    model: str = "auto", tolerance: Tolerance = 1e-3, overrides: Overrides = (), as_json: Json = False,
+) -> int:  # fmt: skip
+    """What the coils show with the target at a pose.
+
+    Example: sits-mech inductance biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 MHz"
+    """
+    from sits_mech.chain import magnetic_model
+    from sits_mech.plan import left_out
+    from sits_mech.quantities import Pose
+    from sits_mech.report.records import impedance_record
+    from sits_mech.report.tables import impedance_table
+    from sits_mech.units import quantity
+
+    sensor = _sensor(scene, overrides)
+    place = Pose(quantity(dh, "m", "--dh"), quantity(dv, "m", "--dv"), quantity(alpha, "rad", "--alpha"))
+    hertz = sensor.frequency if frequency is None else quantity(frequency, "Hz", "--frequency")
+    found = magnetic_model(sensor, model, tolerance)[0].impedance(place, hertz)
+    record = impedance_record(place, found, left_out(sensor, False))
+    _answer(record, [impedance_table([coil.name for coil in sensor.coils], found)], as_json)
+    return 0
+
+
+@app.command
+def simulate(
+    scene: Scene, *, load: Load = Load(), models: Models = Models(), overrides: Overrides = (), as_json: Json = False
+) -> int:
+    """What the sensor shows under a load.
+
+    Example: sits-mech simulate biorob2018 --fx "0.5 N" --fz "2 N"
+    """
+    from sits_mech import chain
+    from sits_mech.plan import left_out
+    from sits_mech.quantities import SolveFailed
+    from sits_mech.report.records import simulation_record
+    from sits_mech.report.tables import equilibrium_table, impedance_table, signal_table
+
+    sensor = _sensor(scene, overrides)
+    try:
+        found = chain.simulate(sensor, load.wrench(), **asdict(models))
+    except SolveFailed as error:
+        return _not_converged(error, as_json)
+    tables = [
+        equilibrium_table(found.equilibrium),
+        impedance_table([coil.name for coil in sensor.coils], found.impedance),
+        signal_table(found.signals, found.impedance.unit_L),
+    ]
+    _answer(simulation_record(found, left_out(sensor, True)), tables, as_json)
+    return 0
+
+
+@app.command
+def calibrate(
+    scene: Scene, *, models: Models = Models(), fx: Quantity = "-1 N:1 N:9", fz: Quantity = "0 N:4 N:9",
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None, overrides: Overrides = (),
+) -> int:  # fmt: skip
+    """What the sensor shows over a grid of loads: table, netCDF, CSV and pictures; a stopped run goes on.
+
+    Example: sits-mech calibrate biorob2018 --fx "-1 N:1 N:9" --fz "0 N:4 N:9" -o calibration
+    """
+    from sits_mech import chain
+    from sits_mech.plan import quantity_range
+    from sits_mech.report.folder import cases_folder, prepare_folder, write_calibration
+    from sits_mech.report.tables import failures, load_table, remarks, summary_table
+
+    sensor = _sensor(scene, overrides)
+    F_x, F_z = quantity_range(fx, "N", "--fx"), quantity_range(fz, "N", "--fz")
+    folder = prepare_folder(output if output is not None else Path(f"{Path(scene).stem}-calibration"))
+    with _progress("loads") as progress:
+        data = chain.calibrate(
+            sensor, F_x=F_x, F_z=F_z, tolerance=models.tolerance, mechanics=models.mechanics,
+            magnetics=models.magnetics, progress=progress, folder=cases_folder(folder),
+        )  # fmt: skip
+    for line in write_calibration(sensor, data, folder):
+        _warn(line)
+    _show(load_table(data))
+    _show(summary_table(data))
+    missing = failures(data)
+    for line in [*remarks(data), *missing, f"written to {folder}"]:
+        _warn(line)
+    return 3 if missing else 0
+
+
+@app.command
+def fit(
+    tensile: Annotated[Path, Parameter(help="Strain and engineering stress as CSV.")], *, law: str = "yeoh",
+    max_strain: float = 1.0, as_json: Json = False,
+) -> int:  # fmt: skip
+    """Fit a silicone's constants to a tensile test.
+
+    Example: sits-mech fit tensile.csv --law yeoh --max-strain 1.0
+    """
+    from sits_mech.mechanics.fitting import fit_law, read_tensile
+    from sits_mech.report.tables import key_table
+
+    record = asdict(fit_law(read_tensile(tensile), law, max_strain))
+    constants = [(name, f"{value:.6g} Pa") for name, value in record["constants"].items()]
+    others = [(name, str(value)) for name, value in record.items() if name != "constants"]
+    _answer(record, [key_table(str(tensile), constants + others)], as_json)
+    return 0
+
+
+def _sensor(scene: str, overrides: Sequence[str]) -> Sensor:
+    """Return the scene a command is about."""
+    from sits_mech.sensor import load_sensor
+
+    return load_sensor(scene, overrides)
+
+
+def _not_converged(error: Any, as_json: bool) -> int:
+    """Print what was reached, and say that it is not the answer."""
+    from sits_mech.report.records import failure_record
+    from sits_mech.report.tables import equilibrium_table
+
+    tables = [] if error.last is None else [equilibrium_table(error.last, "last converged state")]
+    _answer(failure_record(error), tables, as_json)
+    _warn(f"not converged ({error.report.status}): {error}")
+    return 3
+
+
+def _answer(record: dict[str, Any], tables: Sequence[Any], as_json: bool) -> None:
+    """Print an answer, for a program or for a reader."""
+    if as_json:
+        from sits_mech.report.records import json_text
+
+        sys.stdout.write(json_text(record) + "\n")
+        return
+    for table in tables:
+        _show(table)
+
+
+def _show(table: Any) -> None:
+    """Print a table on stdout; where it is no terminal nothing is cut."""
+    from rich.console import Console
+
+    width = None if sys.stdout.isatty() else 160
+    console = Console(width=width, markup=False, highlight=False)
+    console.print(table)
+    console.print()
+
+
+def _warn(line: str) -> None:
+    """Print one line on stderr."""
+    sys.stderr.write(f"{line}\n")
+
+
+@contextmanager
+def _progress(what: str) -> Iterator[Progress]:
+    """Give a callable that moves a bar on stderr."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task(what, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def run(tokens: Sequence[str] | None = None) -> int:
+    """Run a command and return its exit code.
+
+    Parameters
+    ----------
+    tokens : sequence of str, optional
+        The words of the command line; those of the process by default.
+    """
+    try:
+        code = app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
+    except (CycloptsError, ValueError, OSError) as error:
+        _warn(f"error: {' '.join(str(error).split())}")
+        return 2
+    except KeyboardInterrupt:
+        _warn("interrupted: finished loads are kept; the same command goes on from them")
+        return 130
+    return code if isinstance(code, int) else 0
+
+
+def main() -> None:
+    """Run the command line and leave with its exit code."""
+    sys.exit(run())

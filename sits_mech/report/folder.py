@@ -1,0 +1,89 @@
+"""What does a calibration leave behind? A folder: result.nc, result.csv, scene.toml, pictures, finished loads."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from sits_mech.mechanics.layer import deformed_mesh, planar_layer
+from sits_mech.quantities import SolveFailed, Wrench
+from sits_mech.report.curves import crosstalk_map, normal_curves, save_figure, shear_curves
+from sits_mech.report.tables import csv_text
+from sits_mech.report.views import layer_view
+from sits_mech.scene import write_text
+from sits_mech.sensor import SceneError, Sensor, save_sensor
+from sits_mech.sweep import DONE, save_table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def prepare_folder(folder: Path) -> Path:
+    """Make a folder and prove that it can be written to; raise SceneError when it cannot."""
+    try:
+        cases_folder(folder).mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=folder):
+            return folder
+    except OSError as error:
+        raise SceneError(f"{folder}: must be a folder that can be written to; got: {error.strerror or error}") from None
+
+
+def cases_folder(folder: Path) -> Path:
+    """Return where the finished loads of a calibration are kept."""
+    return folder / "cases"
+
+
+def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[str]:
+    """Write a calibration's table, scene and pictures, each by an atomic rename.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        What was calibrated.
+    data : Dataset
+        As from `calibrate`.
+    folder : Path
+        As from `prepare_folder`.
+
+    Returns
+    -------
+    list of str
+        One line for each picture that could not be drawn.
+    """
+    save_table(data, folder / "result.nc")
+    write_text(folder / "result.csv", csv_text(data))
+    save_sensor(sensor, folder / "scene.toml")
+    if find_spec("matplotlib") is None:
+        return ["no pictures: they need matplotlib: pip install 'sits-mech[view]'"]
+    if not np.any(data["status"] == DONE):
+        return ["no pictures: no load converged"]
+    pictures: dict[str, Callable[[], Figure]] = {
+        "L_v": lambda: normal_curves(data),
+        "L_h": lambda: shear_curves(data),
+        "crosstalk": lambda: crosstalk_map(data),
+        "layer": lambda: _largest_load(sensor, data),
+    }
+    warnings = []
+    for name, draw in pictures.items():
+        try:
+            save_figure(draw(), folder / f"{name}.png")
+        except SolveFailed as error:
+            warnings.append(f"no picture {name}.png: {error}")
+    return warnings
+
+
+def _largest_load(sensor: Sensor, data: xr.Dataset) -> Figure:
+    """Return the picture of the layer under the largest of the loads that converged."""
+    shear, normal = (data[name] / (float(np.abs(data[name]).max()) or 1.0) for name in ("F_x", "F_z"))
+    size = (shear**2 + normal**2 + 1e-9 * shear).where(data["status"] == DONE).transpose("F_x", "F_z")
+    i, j = np.unravel_index(int(np.nanargmax(size)), size.shape)
+    wrench = Wrench(float(data["F_x"][i]), float(data["F_z"][j]))
+    model = planar_layer(sensor)
+    equilibrium = model.equilibrium(wrench)
+    return layer_view(sensor, equilibrium, deformed_mesh(model, equilibrium))

@@ -1,0 +1,85 @@
+"""What does a program read? One flat record for each kind of answer, SI throughout, ready for JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from sits_mech.chain import Simulation
+from sits_mech.quantities import Equilibrium, Impedance, Pose, SolveFailed, SolveReport, as_jsonable
+
+Record = dict[str, Any]
+
+
+def report_record(report: SolveReport, left_out: tuple[str, ...] = ()) -> Record:
+    """Return how a number came about; ``min_J`` only where a layer was solved."""
+    found = asdict(report) | {"left_out": [*report.left_out, *left_out]}
+    if report.min_J is None:
+        del found["min_J"]
+    return found
+
+
+def pose_record(pose: Pose) -> Record:
+    """Return a pose [m, rad]."""
+    return {"d_h": pose.d_h, "d_v": pose.d_v, "alpha": pose.alpha}
+
+
+def equilibrium_record(found: Equilibrium, left_out: tuple[str, ...] = ()) -> Record:
+    """Return where the target rests under a load: pose, its error, wrench, report."""
+    return {
+        "pose": pose_record(found.pose),
+        "error": pose_record(found.error),
+        "wrench": asdict(found.wrench),
+        "report": report_record(found.report, left_out),
+    }
+
+
+def impedance_record(pose: Pose, found: Impedance, left_out: tuple[str, ...] = ()) -> Record:
+    """Return what the coils show at one pose; ``relative`` is each coil's L over its L0."""
+    own, free = np.diagonal(found.L), np.diagonal(found.L0)
+    matrices = {name: getattr(found, name) for name in ("L", "R", "L0", "error_L", "error_R", "R_dc")}
+    return {
+        "pose": pose_record(pose),
+        "frequency": found.frequency,
+        "unit_L": found.unit_L,
+        **matrices,
+        "relative": own / free,
+        "report": report_record(found.report, left_out),
+    }
+
+
+def simulation_record(found: Simulation, left_out: tuple[str, ...] = ()) -> Record:
+    """Return the whole chain at one load; ``report`` has one part for each physics."""
+    layer = equilibrium_record(found.equilibrium, left_out)
+    coils = impedance_record(found.equilibrium.pose, found.impedance)
+    reports = {"mechanics": layer["report"], "magnetics": coils["report"]}
+    return layer | coils | {"signals": asdict(found.signals), "report": reports}
+
+
+def failure_record(error: SolveFailed) -> Record:
+    """Return what was reached before a solve gave up: the last state if there is one, and the report."""
+    last = error.last
+    return {
+        "error": str(error),
+        "pose": None if last is None else pose_record(last.pose),
+        "wrench": None if last is None else asdict(last.wrench),
+        "report": report_record(error.report),
+    }
+
+
+def json_text(record: Record) -> str:
+    """Return a record as one JSON object; what is not a number becomes null."""
+    return json.dumps(_finite(as_jsonable(record)), indent=1, allow_nan=False)
+
+
+def _finite(value: Any) -> Any:
+    """Replace NaN and infinities, which JSON lacks."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

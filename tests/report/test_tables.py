@@ -1,0 +1,108 @@
+"""Tables: every number with its error, to the digits that the error leaves."""
+
+import csv
+import io
+import json
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+from rich.console import Console
+
+from sits_mech.quantities import Equilibrium, Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.report.records import failure_record, json_text
+from sits_mech.report.tables import csv_text, failures, figures, load_table, remarks, summary_table, with_error
+
+COILS = ["C1", "C2"]
+
+
+def made(error: float = 0.01) -> xr.Dataset:
+    """A calibration of formulas: L_v = 190 - 2 F_z, L_h = 3 F_x, a tenth of it by rotation; one load failed."""
+    F_x, F_z = np.array([-1.0, 0.0, 1.0]), np.array([0.0, 1.0, 2.0])
+    data = xr.Dataset(coords={"F_x": F_x, "F_z": F_z, "coil": COILS, "coil_2": COILS}, attrs={"name": "by hand"})
+    x, z = data.F_x + 0.0 * data.F_z, 0.0 * data.F_x + data.F_z
+    formulas = {
+        "d_h": 1e-4 * x, "d_v": 2e-3 - 1e-4 * z, "alpha": 1e-3 * x, "L_v_percent": 190.0 - 2.0 * z,
+        "L_h_percent": 3.0 * x, "L_h_untilted_percent": 2.7 * x, "seconds": 0.0 * x,
+    }  # fmt: skip
+    data = data.assign(formulas)
+    data = data.assign({f"error_{name}": error + 0.0 * x for name in ("L_v_percent", "L_h_percent")})
+    data = data.assign({f"error_{name}": 1e-6 + 0.0 * x for name in ("d_h", "d_v", "alpha")})
+    data["L"] = (("F_x", "F_z", "coil", "coil_2"), np.arange(36.0).reshape(3, 3, 2, 2))
+    texts = {"status": "converged", "reason": "", "notes": "coarse; folded"}
+    data = data.assign({name: (("F_x", "F_z"), np.full((3, 3), text, dtype=object)) for name, text in texts.items()})
+    data["status"][2, 2], data["reason"][2, 2], data["notes"][2, 2] = "stalled", "too much", ""
+    return data
+
+
+def text_of(table: object) -> str:
+    """Return what a table looks like."""
+    console = Console(file=io.StringIO(), width=200, markup=False)
+    console.print(table)
+    return console.file.getvalue()
+
+
+@pytest.mark.parametrize(("value", "error", "expected"), [
+    (12.3456, 0.21, "12.35 +- 0.21"), (12.3456, 3.4, "12.3 +- 3.4"), (1234.5, 56.0, "1234 +- 56"),
+    (0.0, 0.0, "0 +- 0"), (2000.0, 0.0, "2000 +- 0"), (math.nan, 0.1, "-"), (1.5, math.inf, "1.5 +- ?"),
+    (-0.00123, 0.000045, "-0.001230 +- 0.000045"),
+])  # fmt: skip
+def test_digits_follow_the_error(value: float, error: float, expected: str) -> None:
+    """Two digits of the error; neither invented nor lost."""
+    assert with_error(value, error) == expected
+
+
+def test_the_load_table_has_an_error_on_every_number() -> None:
+    """Five quantities for nine loads, in the scaled units of the headings."""
+    text = text_of(load_table(made()))
+    assert text.count("+-") == 45 and "d_h [um]" in text and "alpha [mrad]" in text and "stalled" in text
+    assert "100.0 +- 1.0" in text and "188.000 +- 0.010" in text
+
+
+def test_figures_of_merit_by_hand() -> None:
+    """Slopes, full scales, and the error that each may have when the signals are off by theirs."""
+    found = {name: (value, error) for name, value, error, _ in figures(made())}
+    assert found["dL_v/dF_z mid-grid"] == pytest.approx((-2.0, 0.01))
+    assert found["dL_h/dF_x mid-grid"] == pytest.approx((3.0, 0.01))
+    assert found["full scale of L_h"] == pytest.approx((6.0, 0.02)) and found["full scale of L_v"][0] == 4.0
+    assert found["crosstalk of F_z into L_h"] == pytest.approx((0.0, 2.0 * 0.01 * 100.0 / (6.0 - 2.0 * 0.01)))
+    # at the end of the grid a slope is (-3 y_0 + 4 y_1 - y_2) / 2: an error of 0.01 each makes 0.04
+    assert found["rotation read as shear force"] == pytest.approx((0.1, 0.1 * 0.24 / 2.96))
+    assert found["rotation read as displacement"][0] == pytest.approx(1e6 * 0.3 * 1e-4 / 2.7)
+    assert text_of(summary_table(made())).count("+-") == len(found) == 10
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_errors_of_the_figures_hold(sign: float) -> None:
+    """Signals off by their whole error at random change no figure by more than it says."""
+    generator = np.random.default_rng(7)
+    exact, off = made(), made()
+    for name in ("L_v_percent", "L_h_percent"):
+        off[name] = off[name] + sign * 0.01 * np.sign(generator.standard_normal((3, 3)))
+    for (name, value, error, _), (_, moved, _, _) in zip(figures(exact), figures(off), strict=True):
+        assert abs(moved - value) <= 1.001 * error, name
+
+
+def test_failures_and_remarks_are_lines() -> None:
+    """Each missing load with its reason; each note once, with its count."""
+    assert failures(made()) == ["F_x = 1 N, F_z = 2 N: stalled: too much"]
+    assert remarks(made()) == ["8 of 9 loads: coarse", "8 of 9 loads: folded"]
+
+
+def test_csv_keeps_every_digit() -> None:
+    """One line per load; matrices by pairs of coils."""
+    rows = list(csv.DictReader(io.StringIO(csv_text(made()))))
+    assert len(rows) == 9 and rows[5]["F_x"] == "0.0" and rows[5]["F_z"] == "2.0"
+    assert [float(row["d_v"]) for row in rows] == made()["d_v"].transpose("F_x", "F_z").to_numpy().ravel().tolist()
+    assert float(rows[4]["L[C2][C1]"]) == 4 * 4 + 2 and rows[8]["reason"] == "too much"
+
+
+def test_records_are_json() -> None:
+    """What is not a number is null; a failure shows the last state, or none."""
+    report = SolveReport("planar", 10, 3, 1.0, math.inf, 0.1, status="stalled", min_J=math.nan)
+    found = json.loads(json_text(failure_record(SolveFailed("no", report))))
+    assert found["pose"] is None and found["report"]["estimated_error"] is None and found["error"] == "no"
+    last = Equilibrium(Wrench(0.0, 1.0), Pose(0.0, 1e-3), Pose(0.0, 0.0), np.zeros(3), report)
+    found = json.loads(json_text(failure_record(SolveFailed("no", report, last))))
+    assert found["wrench"] == {"F_x": 0.0, "F_z": 1.0, "M": 0.0} and found["pose"]["d_v"] == 1e-3

@@ -1,0 +1,209 @@
+"""The bridge: with models whose answers are known by hand, and with the real ones."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from sits_mech import chain
+from sits_mech.geometry.collision import Collision
+from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.sensor import SceneError, Sensor, load_sensor, sensor_from
+from sits_mech.sweep import read_table, save_table
+
+REPORT = SolveReport("spring", 3, 1, 0.0, 1e-3, 0.0, min_J=0.9)
+LIMIT = 6.0  # load that the spring carries [N]
+SOLVED: list[Wrench] = []
+
+
+@dataclass(frozen=True)
+class Spring:
+    """d_h = F_x / 2500, sink = F_z / 5000, alpha = F_x / 200; errors of a thousandth."""
+
+    height: float
+
+    def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
+        """Return the pose in closed form."""
+        SOLVED.append(wrench)
+        if abs(wrench.F_z) > LIMIT:
+            raise SolveFailed("beyond what the spring carries", SolveReport("spring", 3, 9, 1.0, 1.0, 0.0, "stalled"))
+        d_h, sink, alpha = wrench.F_x / 2500, wrench.F_z / 5000, wrench.F_x / 200
+        error = Pose(abs(d_h) / 1000, abs(sink) / 1000, abs(alpha) / 1000)
+        return Equilibrium(wrench, Pose(d_h, self.height - sink, alpha), error, np.array([d_h, sink, alpha]), REPORT)
+
+
+@dataclass(frozen=True)
+class Linear:
+    """L1, L2 = 1 + 100 d_v +- (20 d_h - alpha / 10), own error 1e-6; R = 3 - d_v."""
+
+    def impedance(self, pose: Pose, frequency: float) -> Impedance:
+        """Return the closed form."""
+        common = 1.0 + 100.0 * np.asarray(pose.d_v)
+        odd = 20.0 * np.asarray(pose.d_h) - np.asarray(pose.alpha) / 10.0
+        zero = np.zeros_like(common)
+        L = np.stack([np.stack([common + odd, zero], -1), np.stack([zero, common - odd], -1)], -2)
+        R = np.broadcast_to(3.0 - np.asarray(pose.d_v)[..., None, None], L.shape)
+        error = np.full(L.shape, 1e-6)
+        report = SolveReport("linear", 1, 1, 0.0, 1e-6, 0.0)
+        return Impedance(frequency, L, R, 2.0 * np.eye(2), np.ones(2), error, error, "H", report)
+
+
+@pytest.fixture
+def fakes(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Put the models by hand behind the names."""
+    monkeypatch.setattr(chain, "MECHANICS", {"planar": lambda sensor, tolerance: Spring(2e-3)})
+    monkeypatch.setattr(chain, "MAGNETICS", {"planar": lambda sensor, tolerance: Linear()})
+    SOLVED.clear()
+    yield
+
+
+@pytest.fixture(scope="module")
+def sensor() -> Sensor:
+    """The published sensor."""
+    return load_sensor("biorob2018")
+
+
+@pytest.mark.usefixtures("fakes")
+def test_simulate_by_hand(sensor: Sensor) -> None:
+    """Pose, inductance, signals and their errors of a linear chain: |slope| times error, plus the model's own."""
+    found = chain.simulate(sensor, Wrench(1.0, 2.0))
+    assert (found.equilibrium.pose.d_h, found.equilibrium.pose.alpha) == (4e-4, 5e-3)
+    odd = 20.0 * 4e-4 - 5e-4
+    np.testing.assert_allclose(np.diagonal(found.impedance.L), [1.16 + odd, 1.16 - odd], rtol=1e-14)
+    by_pose = 100.0 * 4e-7 + 20.0 * 4e-7 + 5e-6 / 10.0
+    np.testing.assert_allclose(np.diagonal(found.impedance.error_L), 1e-6 + by_pose, rtol=1e-6)
+    assert found.signals.L_v == pytest.approx(2.32, rel=1e-14)
+    assert found.signals.L_h_percent == pytest.approx(100.0 * 2.0 * odd / 2.0, rel=1e-12)
+    assert found.signals.error_L_v == pytest.approx(2e-6 + 2.0 * 100.0 * 4e-7, rel=1e-6)
+    assert found.signals.error_L_h == pytest.approx(2e-6 + 2.0 * (20.0 * 4e-7 + 5e-7), rel=1e-6)
+
+
+@pytest.mark.usefixtures("fakes")
+def test_calibrate_by_hand(sensor: Sensor, tmp_path: Path) -> None:
+    """Every load at its place; mirrored loads are not solved; a failure and a collision are rows."""
+    done: list[tuple[int, int]] = []
+    loads = {"F_x": [1.0, -1.0, 0.0], "F_z": [0.0, 2.0, 7.0]}
+    data = chain.calibrate(sensor, **loads, progress=lambda n, of: done.append((n, of)))
+    assert data["L"].dims == ("F_x", "F_z", "coil", "coil_2") and data["coil"].to_numpy().tolist() == ["C1", "C2"]
+    row = data.sel(F_x=-1.0, F_z=2.0)
+    assert float(row["d_h"]) == -4e-4 and float(row["alpha"]) == -5e-3 and float(row["d_v"]) == 1.6e-3
+    assert float(row["L_h_untilted_percent"]) == pytest.approx(-100.0 * 20.0 * 4e-4, rel=1e-12)
+    assert float(row["min_J"]) == 0.9 and float(row["error_mechanics"]) == 1e-3
+    assert data["status"].sel(F_z=7.0).to_numpy().tolist() == ["stalled"] * 3
+    assert "beyond" in data["reason"].sel(F_x=0.0, F_z=7.0).item()
+    assert np.isnan(data["L_v"].sel(F_z=7.0)).all() and np.isfinite(data["L_v"].sel(F_z=[0.0, 2.0])).all()
+    assert SOLVED[0] == Wrench(0.0, 0.0) and all(wrench.F_x >= 0.0 for wrench in SOLVED) and len(SOLVED) == 6
+    assert done[-1] == (9, 9) and len(done) == 9
+    request = json.loads(data.attrs["request"])
+    assert request["F_x"] == [-1.0, 0.0, 1.0] and request["mechanics"] == "planar" and data.attrs["unit_L"] == "H"
+    save_table(data, tmp_path / "result.nc")
+    assert read_table(tmp_path / "result.nc").identical(data)
+
+
+@pytest.mark.usefixtures("fakes")
+def test_the_scene_comes_back_from_a_calibration(sensor: Sensor) -> None:
+    """The attributes hold all that is needed to do it again."""
+    import tomllib
+
+    data = chain.calibrate(sensor, F_x=[0.0], F_z=[1.0])
+    assert sensor_from(tomllib.loads(data.attrs["scene"])) == sensor
+
+
+@pytest.mark.usefixtures("fakes")
+def test_collision_is_a_row_and_an_error(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The target is never taken through the coils: named at one load, a row in a calibration."""
+    monkeypatch.setattr(chain, "MECHANICS", {"planar": lambda sensor, tolerance: Spring(1e-3)})
+    with pytest.raises(Collision, match="above the coil plane"):
+        chain.simulate(sensor, Wrench(0.0, 5.5))
+    data = chain.calibrate(sensor, F_x=[0.0], F_z=[1.0, 5.5])
+    assert data["status"].to_numpy().tolist() == [["converged", "collision"]]
+    assert "coil plane" in data["reason"].sel(F_z=5.5).item() and np.isnan(data["L_v"].sel(F_z=5.5)).all()
+
+
+@pytest.mark.usefixtures("fakes")
+def test_a_stopped_calibration_goes_on(sensor: Sensor, tmp_path: Path) -> None:
+    """What is finished is not solved again, and the answer is the same."""
+    loads = {"F_x": [-1.0, 0.0, 1.0], "F_z": [0.0, 2.0]}
+
+    def stop(n: int, of: int) -> None:
+        if n == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        chain.calibrate(sensor, **loads, progress=stop, folder=tmp_path)
+    assert len(SOLVED) == 3
+    resumed = chain.calibrate(sensor, **loads, folder=tmp_path)
+    assert len(SOLVED) == 4
+    xr.testing.assert_equal(resumed.drop_vars("seconds"), chain.calibrate(sensor, **loads).drop_vars("seconds"))
+
+
+def test_what_cannot_be_asked_is_refused(sensor: Sensor) -> None:
+    """Unknown model, no layer, tolerance, forces: one line each."""
+    with pytest.raises(SceneError, match="mechanics.*must be one of auto, planar, linear; got \"blok\""):
+        chain.mechanical_model(sensor, "blok")
+    with pytest.raises(SceneError, match="magnetics.*must be one of auto, planar"):
+        chain.magnetic_model(sensor, "sheet")
+    with pytest.raises(SceneError, match="elastomer: must be given"):
+        chain.mechanical_model(sensor.model_copy(update={"elastomer": None}))
+    for tolerance in (0.0, 2.0, float("nan")):
+        with pytest.raises(SceneError, match="tolerance must lie between 0 and 1"):
+            chain.simulate(sensor, Wrench(), tolerance=tolerance)
+    for forces in ([], [1.0, 1.0], [float("nan")]):
+        with pytest.raises(SceneError, match="F_x must be one or more different finite forces"):
+            chain.calibrate(sensor, F_x=forces, F_z=[0.0])
+
+
+def test_error_of_the_pose_reaches_the_inductance(sensor: Sensor) -> None:
+    """Real magnetics: the reported error covers what a pose off by its error changes, without being ten times it."""
+    model, _ = chain.magnetic_model(sensor, tolerance=1e-4)
+    pose, error = Pose(np.array([3e-4]), np.array([1.7e-3]), np.array([4e-3])), Pose(*(np.array([2e-6]),) * 3)
+    found = chain.read_poses(sensor, model, pose, error)
+    worst: Array = np.zeros((2, 2))
+    for signs in np.ndindex(2, 2, 2):
+        shift = [2e-6 * (2 * sign - 1) for sign in signs]
+        moved = model.impedance(Pose(3e-4 + shift[0], 1.7e-3 + shift[1], 4e-3 + shift[2]), sensor.frequency)
+        worst = np.maximum(worst, np.abs(moved.L - found.impedance.L[0]))
+    assert np.all(found.impedance.error_L[0] >= worst) and np.all(found.impedance.error_L[0] < 10.0 * worst)
+
+
+@pytest.fixture(scope="module")
+def calibration(sensor: Sensor) -> xr.Dataset:
+    """The real chain on a small grid."""
+    return chain.calibrate(sensor, F_x=[-0.5, 0.0, 0.5], F_z=[0.0, 2.0])
+
+
+def test_mirrored_shear_swaps_the_coils(sensor: Sensor, calibration: xr.Dataset) -> None:
+    """F_x -> -F_x swaps L1 and L2 to rounding, in a calibration and with both loads solved on their own."""
+    L = calibration["L"].to_numpy()
+    np.testing.assert_allclose(L[::-1, :, ::-1, ::-1], L, rtol=1e-12)
+    right, left = (chain.simulate(sensor, Wrench(F_x, 2.0)) for F_x in (0.5, -0.5))
+    np.testing.assert_allclose(left.impedance.L[::-1, ::-1], right.impedance.L, rtol=1e-9)
+
+
+def test_a_grid_and_a_single_load_agree(sensor: Sensor, calibration: xr.Dataset) -> None:
+    """The way to a load does not matter beyond the reported error."""
+    single = chain.simulate(sensor, Wrench(0.5, 2.0))
+    row = calibration.sel(F_x=0.5, F_z=2.0)
+    for name in ("d_h", "d_v", "alpha"):
+        assert abs(float(row[name]) - float(getattr(single.equilibrium.pose, name))) <= float(row[f"error_{name}"])
+    assert abs(float(row["L_v"]) - float(single.signals.L_v)) <= float(row["error_L_v"])
+
+
+def test_the_signals_answer_as_the_sensor_was_made_to(calibration: xr.Dataset) -> None:
+    """Pressing lowers both inductances; shear to the right covers C2 more, so that L1 - L2 rises."""
+    assert np.all(calibration["status"] == "converged")
+    assert np.all(calibration["L_v"].diff("F_z") < 0.0) and np.all(calibration["L_h"].diff("F_x") > 0.0)
+    assert np.all(calibration["d_h"].sel(F_x=0.5) > 0.0)
+    assert np.all(calibration["error_L_v_percent"] < 1.0) and np.all(calibration["error_L_v"] > 0.0)
+
+
+def test_without_load_the_layer_rests(sensor: Sensor, calibration: xr.Dataset) -> None:
+    """No force, no motion: d_v is thickness plus stand-off."""
+    rest = calibration.sel(F_x=0.0, F_z=0.0)
+    assert sensor.elastomer is not None
+    assert float(rest["d_v"]) == pytest.approx(sensor.elastomer.thickness + sensor.elastomer.standoff, abs=1e-12)
+    assert abs(float(rest["d_h"])) < 1e-12 and abs(float(rest["alpha"])) < 1e-12

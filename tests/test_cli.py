@@ -1,0 +1,185 @@
+"""The command line's contract: answers, exit codes, one line for each refusal, nothing half-written."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sits_mech.cli import run
+from sits_mech.sensor import load_sensor
+from sits_mech.sweep import read_table
+
+ROOT = Path(__file__).parents[1]
+ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
+REPORT = {"model", "unknowns", "iterations", "residual", "estimated_error", "seconds", "status", "notes", "left_out"}
+Capture = pytest.CaptureFixture[str]
+
+
+def answer(capsys: Capture, *tokens: str) -> dict[str, object]:
+    """Return the one JSON object a command prints."""
+    assert run([*tokens, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert isinstance(found, dict)
+    return found
+
+
+def refused(capsys: Capture, *tokens: str) -> str:
+    """Return the one line that a command with bad input leaves."""
+    assert run(tokens) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and err.count("\n") == 1 and "Traceback" not in err
+    return err
+
+
+def test_inductance_against_independent_numbers(capsys: Capture) -> None:
+    """Planar model, copper 8 x 0.2 mm at d_v = 2 mm, d_h = 2 mm, 5 kHz.
+
+    Source: NGSolve 6.2, order 5, confirmed by GetDP 3.2 to 2e-5 (L0 and M12 in closed form).
+    """
+    found = answer(capsys, "inductance", "biorob2018", "--dv", "2 mm", "--dh", "2 mm", "--frequency", "5 kHz")
+    assert set(found) >= {"pose", "frequency", "unit_L", "L", "R", "L0", "relative", "R_dc", "report"}
+    assert set(found["report"]) == REPORT and found["unit_L"] == "H/m" and found["frequency"] == 5e3
+    L, R, L0 = (np.array(found[name]) for name in ("L", "R", "L0"))
+    largest = 5.997367846259031e-06
+    np.testing.assert_allclose(np.diagonal(L - L0), [-5.232550057347849e-07, -largest], rtol=0, atol=1e-3 * largest)
+    np.testing.assert_allclose(np.diagonal(R), [0.03841497492722053, 0.49201650575606987], rtol=0, atol=1e-2 * 0.492)
+    self_inductance, mutual = 0.00047480313357162, -4.7405988439865e-05
+    np.testing.assert_allclose(L0, [[self_inductance, mutual], [mutual, self_inductance]], rtol=1e-6)
+    np.testing.assert_allclose(found["relative"], np.diagonal(L) / np.diagonal(L0), rtol=1e-15)
+
+
+def test_pose_against_independent_numbers(capsys: Capture) -> None:
+    """Neo-Hookean 30 kPa, K = 30 MPa, 20/15/2 mm, 267 N/m and 4050 N/m at the target's bottom face.
+
+    Source: NGSolve 6.2 (four discretisations) and FElupe 11.3; bars as given there. A length of 1 m makes newtons N/m.
+    """
+    overrides = (
+        'elastomer.material={law="neo-hookean", shear_modulus="30 kPa", bulk_modulus="30 MPa"}', "elastomer.width=0.02",
+        "elastomer.length=1.0", "elastomer.thickness=0.002", "target.width=0.015", "target.load_height=0.0",
+    )  # fmt: skip
+    tokens = [word for override in overrides for word in ("--set", override)]
+    found = answer(capsys, "pose", "biorob2018", "--fx", "267 N", "--fz", "4050 N", *tokens)
+    assert set(found) >= {"pose", "wrench", "report"} and set(found["report"]) == REPORT | {"min_J"}
+    assert found["wrench"] == {"F_x": 267.0, "F_z": 4050.0, "M": 0.0}
+    assert found["pose"]["d_h"] == pytest.approx(0.985277906103095e-3, rel=0.01)
+    assert found["pose"]["d_v"] == pytest.approx(2e-3 - 0.2032309354297509e-3, abs=0.0040e-3)
+    assert found["pose"]["alpha"] == pytest.approx(0.0020452455720867636, abs=5.1e-4)
+
+
+def test_simulate_joins_both(capsys: Capture) -> None:
+    """Pose and impedance of one load, and their signals."""
+    found = answer(capsys, "simulate", "biorob2018", "--fx", "-0.5 N", "--fz", "2 N")
+    assert set(found) >= {"pose", "wrench", "L", "R", "L0", "relative", "signals", "report"}
+    assert set(found["report"]) == {"mechanics", "magnetics"}
+    L = np.array(found["L"])
+    assert found["signals"]["L_v"] == pytest.approx(L[0, 0] + L[1, 1]) and found["pose"]["d_h"] < 0.0
+
+
+@pytest.mark.parametrize("tokens", [
+    ("catalog",), ("explain", "biorob2018", "--fz", "1 N"), ("simulate", "biorob2018", "--fz", "1 N"),
+    ("inductance", "biorob2018", "--dv", "2 mm"), ("pose", "biorob2018", "--fx", "-0.2 N"),
+])  # fmt: skip
+def test_answers_for_a_reader(capsys: Capture, tokens: tuple[str, ...]) -> None:
+    """Tables on stdout, silence on stderr."""
+    assert run(tokens) == 0
+    out, err = capsys.readouterr()
+    assert len(out) > 100 and err == ""
+
+
+def test_doctor_knows_what_is_installed(capsys: Capture) -> None:
+    """The tests run, so the core is there."""
+    assert run(["doctor"]) == 0
+    assert "numpy" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("tokens", "expected"), [
+    (("pose", "nowhere.toml"), "nowhere.toml"),
+    (("pose", "biorob2018", "--fx", "2 mm"), "--fx: must be a force"),
+    (("pose", "biorob2018", "--model", "blok"), "must be one of auto, planar, linear"),
+    (("pose", "biorob2018", "--tolerance", "two"), "tolerance"),
+    (("pose", "biorob2018", "--set", "target.wdth=1"), "wdth"),
+    (("inductance", "biorob2018"), "--dv"),
+    (("inductance", "biorob2018", "--dv", "2 N"), "--dv: must be a length"),
+    (("inductance", "biorob2018", "--dv", "2 mm", "--frequency", "-1 Hz"), "frequency"),
+    (("inductance", "biorob2018-w15", "--dv", "2 mm", "--alpha", "20 deg"), "must stay above the coil plane"),
+    (("inductance", "biorob2018-w22", "--dv", "2 mm", "--alpha", "20 deg"), "must stay above the coil plane"),
+    (("calibrate", "biorob2018", "--fx", "0 N:1 N", "-o", "unused"), "--fx: must be first:last:count"),
+    (("calibrate", "biorob2018", "--fz", "0 N:1 N:1", "-o", "unused"), "--fz: must be first:last:count"),
+    (("fit", "nowhere.csv"), "nowhere.csv"),
+    (("unknown",), "unknown"),
+])  # fmt: skip
+def test_bad_input_is_one_line(capsys: Capture, tokens: tuple[str, ...], expected: str) -> None:
+    """Which input, what it must be, what came; exit 2."""
+    assert expected in refused(capsys, *tokens)
+    assert not Path("unused").exists()
+
+
+def test_folder_that_cannot_be_written(capsys: Capture, tmp_path: Path) -> None:
+    """Said before anything is solved."""
+    (tmp_path / "file").write_text("")
+    assert "must be a folder" in refused(capsys, "calibrate", "biorob2018", "-o", str(tmp_path / "file" / "below"))
+
+
+def test_a_load_too_large(capsys: Capture) -> None:
+    """Exit 3; the last state that converged is what is printed, and it is said not to be the answer."""
+    assert run(["pose", "biorob2018", "--fz", "5000 N", "--json"]) == 3
+    out, err = capsys.readouterr()
+    found = json.loads(out)
+    assert err.startswith("not converged") and found["report"]["status"] != "converged"
+    assert 0.0 < found["wrench"]["F_z"] < 5000.0 and 0.0 < found["pose"]["d_v"] < 2e-3
+
+
+def test_calibrate_leaves_everything(capsys: Capture, tmp_path: Path) -> None:
+    """Table, CSV, scene, pictures; a table on stdout whose every figure has an error; no torn or stray file."""
+    folder = tmp_path / "out"
+    assert run(["calibrate", "biorob2018", "--fx", "-0.5 N:0.5 N:3", "--fz", "0 N:2 N:2", "-o", str(folder)]) == 0
+    out, _ = capsys.readouterr()
+    assert out.count("+-") >= 6 * 5 + 8 and "nan" not in out
+    names = {"L_h.png", "L_v.png", "cases", "crosstalk.png", "layer.png", "result.csv", "result.nc", "scene.toml"}
+    assert set(os.listdir(folder)) == names
+    data = read_table(folder / "result.nc")
+    assert dict(data.sizes) == {"F_x": 3, "F_z": 2, "coil": 2, "coil_2": 2} and np.all(data["status"] == "converged")
+    lines = (folder / "result.csv").read_text().splitlines()
+    assert len(lines) == 7 and lines[0].startswith("F_x,F_z,status")
+    assert load_sensor(folder / "scene.toml") == load_sensor("biorob2018")
+
+
+def test_interrupted_calibration_keeps_what_is_done(tmp_path: Path) -> None:
+    """Ctrl-C: exit 130, one line, finished loads on disk, none torn; the same command then goes on from them."""
+    words = [sys.executable, "-c", "from sits_mech.cli import main; main()", "calibrate", "biorob2018", "-o"]
+    folder = tmp_path / "out"
+    started = subprocess.Popen([*words, str(folder)], env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    cases = folder / "cases"
+    for _ in range(2000):
+        if cases.exists() and len(list(cases.glob("*.json"))) >= 3:
+            break
+        time.sleep(0.01)
+    started.send_signal(2)
+    _, err = started.communicate(timeout=60)
+    kept = list(cases.glob("*.json"))
+    assert started.returncode == 130 and b"interrupted" in err and b"Traceback" not in err
+    assert len(kept) >= 3 and all("status" in json.loads(path.read_text()) for path in kept)
+    assert not (folder / "result.nc").exists()
+
+
+@pytest.mark.parametrize("words", ["import sits_mech", "import sys; from sits_mech.cli import run; run(['--help'])"])
+def test_what_costs_nothing(words: str) -> None:
+    """Neither import nor help loads the heavy half (measured in the benchmarks: both under 0.3 s)."""
+    heavy = "{'scipy', 'xarray', 'pandas', 'skfem', 'pydantic', 'matplotlib', 'pint'}"
+    code = f"{words}\nimport sys\nassert not {heavy} & set(sys.modules), {heavy} & set(sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize(
+    "command", ["catalog", "doctor", "explain", "pose", "inductance", "simulate", "calibrate", "fit"]
+)
+def test_every_help_has_its_example(capsys: Capture, command: str) -> None:
+    """One example each."""
+    assert run([command, "--help"]) == 0
+    assert capsys.readouterr().out.count(f"Example: sits-mech {command}") == 1
