@@ -149,7 +149,8 @@ def _kernel(plan: Plan, levels: Array, prisms: Prisms) -> Array:
         boxes = box_means(*plan.tensor, levels)
         n = boxes.shape[-1]
         return np.asarray(boxes.transpose(1, 0, 2, 3, 4).reshape(4, 2, n, n))
-    return np.array([[prism_means(prisms, _image(prisms, g, s)) for s in (1, -1)] for g in plan.group])
+    alone = plan.group.shape[0] == 1  # without symmetry in the plane, both kernels are symmetric
+    return np.array([[prism_means(prisms, _image(prisms, g, s), symmetric=alone) for s in (1, -1)] for g in plan.group])
 
 
 def _image(prisms: Prisms, g: Array, mirror: int) -> Prisms:
@@ -222,13 +223,12 @@ def _matrices(problem: _Problem, means: Array, fields: Array, conductivity: floa
     moments: list[Any] = [m.real if real else m for m in loops.moments]
     L: Any = np.zeros((loops.unknowns, loops.unknowns), dtype=factors.dtype)
     B: Any = np.zeros((3, fields.shape[-1], loops.unknowns), dtype=factors.dtype)
-    for a, b in np.ndindex(3, 3):
-        weights = factors[:, :, a, b]
-        if not weights.any():
-            continue
-        L += moments[a].conj().T @ (moments[b].T @ _mixed(weights, means).T).T
-        B[a] += (moments[b].T @ _mixed(weights, fields)).T
-    images = weights.size
+    pairs = [(a, b) for a, b in np.ndindex(3, 3) if factors[:, :, a, b].any()]
+    weights = np.stack([factors[:, :, a, b].ravel() for a, b in pairs])
+    for (a, b), G, P in zip(pairs, _mixed(weights, means), _mixed(weights, fields), strict=True):
+        L += moments[a].conj().T @ (moments[b].T @ G.T).T
+        B[a] += (moments[b].T @ P).T
+    images = weights.shape[1]
     weighted = [m.conj().T.multiply(1.0 / loops.volume) @ m for m in moments]
     uneven = loops.uneven.real if real else loops.uneven
     R = (sum(weighted) + uneven.conj().T @ uneven).toarray() * (images / conductivity)
@@ -236,8 +236,7 @@ def _matrices(problem: _Problem, means: Array, fields: Array, conductivity: floa
 
 
 def _mixed(weights: Any, images: Array) -> Any:
-    """Sum of the images' arrays, each with its weight; real if the weights are."""
-    if not np.iscomplexobj(weights):
-        return np.asarray(np.tensordot(weights, images))
-    parts = np.tensordot(np.stack([weights.real, weights.imag]), images, axes=2)
-    return np.asarray(parts[0] + 1j * parts[1])
+    """Sums of the images' arrays, one a row of weights; real if the weights are. One product reads them all once."""
+    rows = np.vstack([weights.real, weights.imag]) if np.iscomplexobj(weights) else weights
+    sums = (rows @ images.reshape(weights.shape[1], -1)).reshape(-1, *images.shape[2:])
+    return sums[: len(weights)] + 1j * sums[len(weights) :] if np.iscomplexobj(weights) else sums

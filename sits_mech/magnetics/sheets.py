@@ -69,7 +69,8 @@ LADDER = (
     (5e-3, Rung(skin=1.6, growth=3.4, along=0.6, across=0.25, terms=9.0)),
     (2e-3, Rung(skin=1.5, growth=2.9, along=0.5, across=0.2, terms=10.0)),
 )
-_FINEST = 0.1  # smallest the largest cell may get, over the half width
+_FINEST = 0.16  # smallest the largest cell may get, over the half width
+_MOST = 28  # polynomials along an axis: beyond, the cells are too coarse for the field anyway
 _RESISTIVE = 0.8  # where the current fills the thickness, cells are smaller by this
 
 
@@ -127,31 +128,35 @@ class Sheets:
         turns = np.broadcast_to(rotation, (*shape, 3, 3)).reshape(-1, 3, 3)
         places = np.broadcast_to(offset, (*shape, 3)).reshape(-1, 3)
         n = len(self.sensor.coils)
-        fine, coarse, unknowns, notes = self._changes(turns, places, frequency)
+        fine, coarse, (unknowns, unseen), notes = self._changes(turns, places, frequency)
         change = ((4 * fine - coarse) / 3).reshape(*shape, n, n)
         spread = ((fine - coarse) / 3).reshape(*shape, n, n)
         omega = 2 * np.pi * frequency
-        error_L, error_R = (_largest(part) for part in (spread.imag / omega, spread.real))
         scale = _largest(change.imag / omega)
+        error_L = _largest(spread.imag / omega) + unseen * scale
+        error_R = _largest(spread.real) + unseen * _largest(change.real)
         relative = float(np.max(error_L / np.where(scale > 0.0, scale, 1.0), initial=0.0))
         L0 = free_space(self.sensor, self.windings)
         R_dc = track_resistances(self.sensor)
         report = SolveReport("sheets", unknowns, 1, 0.0, relative, time.perf_counter() - began, notes=notes)
         return Impedance(frequency, L0 + change.imag / omega, change.real, L0, R_dc, error_L, error_R, "H", report)
 
-    def _changes(self, turns: Array, places: Array, frequency: float) -> tuple[Complex, Complex, int, tuple[str, ...]]:
-        """Delta Z of a flat batch on the fine and the coarse division, unknowns, and what there is to say."""
+    def _changes(
+        self, turns: Array, places: Array, frequency: float
+    ) -> tuple[Complex, Complex, tuple[int, float], tuple[str, ...]]:
+        """Delta Z of a flat batch on the fine and the coarse division, unknowns, unseen field, what there is to say."""
         target = self.sensor.target
         n = len(self.sensor.coils)
         if target is None or places.size == 0:
             none = np.zeros((places.shape[0], n, n), dtype=complex)
-            return none, none, 0, ()
+            return none, none, (0, 0.0), ()
         rung = next((rung for error, rung in LADDER if self.tolerance >= error), LADDER[-1][1])
         gap = float(_lowest(target, self.outline, turns, places).min())
         scale = (math.floor(math.log2(gap) + 1e-9), math.ceil(math.log10(frequency) - 1e-9))
         plates = [prepared(target, self.outline, rung, scale, halvings) for halvings in (1, 0)]
         fine, coarse = reactions(self.sensor.coils, self.windings, plates, (turns, places), frequency)
-        return fine, coarse, plates[0].unknowns, _notes(target, plates[0], frequency)
+        unseen = _unseen(plates[0].box)
+        return fine, coarse, (plates[0].unknowns, unseen), _notes(target, plates[0], frequency, unseen)
 
 
 def sheets(
@@ -254,13 +259,21 @@ def _plan(target: Target, outline: Outline | None, grading: Grading, orders: int
 def _box(half: Array, clearance: float, terms: float) -> Box:
     """Bounding box with the polynomials that a field singular `clearance` below it needs (as `plate.series_order`)."""
     rates = [math.asinh((clearance + half[2]) / side) for side in half]
-    order = [math.ceil(terms / (2 * rate)) + extra for rate, extra in zip(rates, (3, 3, 1), strict=True)]
+    order = [min(math.ceil(terms / (2 * rate)) + extra, _MOST) for rate, extra in zip(rates, (3, 3, 1), strict=True)]
     return Box(half, (order[0], order[1], order[2]), (math.exp(rates[0]), math.exp(rates[1]), math.exp(rates[2])))
 
 
-def _notes(target: Target, plate: Sheeted, frequency: float) -> tuple[str, ...]:
-    """Say which skin regime holds and what carries it."""
+def _unseen(box: Box) -> float:
+    """Share of the coils' field energy that the box's polynomials miss: rho^-2n."""
+    return float(max(rho ** (-2.0 * n) for rho, n in zip(box.decay[:2], box.order[:2], strict=True)))
+
+
+def _notes(target: Target, plate: Sheeted, frequency: float, unseen: float) -> tuple[str, ...]:
+    """Say which skin regime holds, what carries it, and whether the gap is too small for the division."""
     depth = math.sqrt(1.0 / (math.pi * frequency * mu_0 * target.metal.conductivity))
     ratio = target.thickness / depth
     regime = "thin" if ratio < 1.0 else "thick" if ratio > 3.0 else "intermediate"
-    return (f"{regime} skin regime: thickness is {ratio:.3g} skin depths; {plate.sheets} sheets joined at the rim",)
+    sheets_used = f"{regime} skin regime: thickness is {ratio:.3g} skin depths; {plate.sheets} sheets joined at the rim"
+    if unseen < 1e-3:
+        return (sheets_used,)
+    return sheets_used, f"the gap is small for so wide a plate: {unseen:.1%} of the coils' field is not resolved"
