@@ -86,7 +86,8 @@ def summary_table(data: xr.Dataset) -> Table:
     for heading in ("figure", "value", "unit"):
         found.add_column(heading)
     for name, value, error, unit in figures(data):
-        found.add_row(name, with_error(value, error), unit)
+        text = with_error(value, error) if math.isfinite(error) else "not determined: within the errors of the signals"
+        found.add_row(name, text if math.isfinite(value) else "-", unit)
     return found
 
 

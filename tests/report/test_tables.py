@@ -73,6 +73,12 @@ def test_figures_of_merit_by_hand() -> None:
     assert text_of(summary_table(made())).count("+-") == len(found) == 10
 
 
+def test_a_figure_within_the_errors_is_not_quoted() -> None:
+    """A full scale that may be zero makes no percentage."""
+    text = text_of(summary_table(made(error=3.5)))
+    assert text.count("not determined") == 4 and "crosstalk" in text
+
+
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_errors_of_the_figures_hold(sign: float) -> None:
     """Signals off by their whole error at random change no figure by more than it says."""
