@@ -101,7 +101,7 @@ def ring_mutual(first: Sections, second: Sections, *, points: tuple[int, int] = 
     first, second : Sections
         n and m rings.
     points : tuple of int
-        Gauss points along r and z for the regular part; the second section takes one more of each.
+        Gauss points along r and z for the regular part; the second section takes one more along r.
 
     Returns
     -------
@@ -114,7 +114,7 @@ def ring_mutual(first: Sections, second: Sections, *, points: tuple[int, int] = 
     sides = ((first.width[:, None], first.height[:, None]), (second.width, second.height))
     total = -mu_0 * scale * mean_log(b - a, d, *sides)
     for da, za, weight_a in _offsets(first, points):
-        for db, zb, weight_b in _offsets(second, (points[0] + 1, points[1] + 1)):
+        for db, zb, weight_b in _offsets(second, (points[0] + 1, points[1])):
             r1, r2, distance = a + da[:, None], b + db, d + zb - za[:, None]
             logarithm = 0.5 * np.log((r1 - r2) ** 2 + distance**2)
             total += weight_a * weight_b * (mutual_loops(r1, r2, distance) + mu_0 * scale * logarithm)

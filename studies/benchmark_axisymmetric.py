@@ -1,0 +1,92 @@
+"""How far is the axisymmetric model from independent numbers, and what does it cost? One row a disc, frequency, tolerance.
+
+References: NGSolve 6.2, p = 6, axisymmetric, one coil of 2 x 12 rings, copper disc 0.2 mm thick, gap 2 mm (1e-6); the
+infinite plate by the Dodd-Deeds integral. Run ``python studies/benchmark_axisymmetric.py [--coarse] --output DIR``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import time
+from pathlib import Path
+
+import numpy as np
+
+from sits_mech.magnetics.dodd_deeds import Layer, coil_change
+from sits_mech.magnetics.loops import coil_sections
+from sits_mech.magnetics.losses import coil_losses, track_resistance
+from sits_mech.magnetics.rings import axisymmetric
+from sits_mech.quantities import Pose
+from sits_mech.sensor import Coil, Sensor, Target
+
+MM = 1e-3
+GAP = 2 * MM
+DISCS = [
+    (3.5, 5e3, -1.0940587457181086e-08, 0.0012601196119705871),
+    (3.5, 5e6, -1.722086964359416e-07, 0.11527379963961844),
+    (7.5, 5e3, -4.659030431522552e-08, 0.0026181746454115745),
+    (7.5, 5e6, -2.1858741804936318e-07, 0.09520169200761902),
+]
+PLATE = [(5e3, -5.8325180325808516e-08, 0.0025675831423334306), (5e6, -2.201923393250477e-07, 0.0939925486348742)]
+HEADER = ["model", "radius_mm", "frequency_Hz", "tolerance", "delta_L_error", "R_error", "estimated", "prepare_s", "pose_s"]
+
+
+def make_coil() -> Coil:
+    """Return the reference coil."""
+    return Coil(
+        name="C", centre=(0.0, 0.0), layers=2, turns=12, inner_diameter=2.2 * MM, track_width=0.1 * MM,
+        track_gap=0.1 * MM, track_thickness=35e-6, layer_pitch=85e-6,
+    )
+
+
+def disc_row(tolerance: float, radius: float, frequency: float, delta_L: float, R: float) -> list[object]:
+    """Return one row: errors against the reference, time to prepare and time a pose afterwards."""
+    target = Target(material="copper", shape="disc", diameter=2 * radius * MM, thickness=0.2 * MM)
+    model = axisymmetric(Sensor(name="disc", frequency=frequency, coils=(make_coil(),), target=target), tolerance)
+    began = time.perf_counter()
+    found = model.impedance(Pose(0.0, GAP), frequency)
+    prepared = time.perf_counter()
+    model.impedance(Pose(0.0, np.linspace(1.0, 1.05, 1000) * GAP), frequency)
+    again = time.perf_counter()
+    model.impedance(Pose(0.0, np.linspace(1.0, 1.05, 1000) * GAP), frequency)
+    per_pose = (time.perf_counter() - again) / 1000
+    errors = (float((found.L - found.L0)[0, 0] / delta_L - 1), float(found.R[0, 0] / R - 1))
+    estimated = found.report.estimated_error
+    return ["disc", radius, frequency, tolerance, *errors, estimated, prepared - began, per_pose]
+
+
+def plate_row(frequency: float, delta_L: float, R: float) -> list[object]:
+    """Return the infinite plate's row."""
+    began = time.perf_counter()
+    change = coil_change(coil_sections(make_coil()), GAP, frequency, [Layer(5.8e7, 0.2 * MM)])
+    seconds = time.perf_counter() - began
+    errors = (float(change.delta_L / delta_L - 1), float(change.R / R - 1))
+    return ["plate", "inf", frequency, 1e-8, *errors, change.error, 0.0, seconds]
+
+
+def main() -> None:
+    """Write the table and print it."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--coarse", action="store_true", help="one disc, tolerance 1e-2")
+    parser.add_argument("--output", type=Path, default=Path("."))
+    options = parser.parse_args()
+    tolerances, discs = ((1e-2,), DISCS[1:2]) if options.coarse else ((1e-2, 1e-3, 1e-4), DISCS)
+    rows = [disc_row(tolerance, *disc) for tolerance in tolerances for disc in discs]
+    rows += [plate_row(*plate) for plate in PLATE]
+    options.output.mkdir(parents=True, exist_ok=True)
+    with open(options.output / "axisymmetric.csv", "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(HEADER)
+        writer.writerows(rows)
+    print(*HEADER)
+    for row in rows:
+        print(*(f"{item:.2g}" if isinstance(item, float) else item for item in row))
+    coil = make_coil()
+    for frequency in (5e3, 5e6):
+        run = coil_losses(coil, frequency)
+        print(f"tracks at {frequency:g} Hz: R_ac / R_dc = {run.R / track_resistance(coil):.4f}, L = {run.L * 1e6:.5f} uH")
+
+
+if __name__ == "__main__":
+    main()
