@@ -36,6 +36,7 @@ Complex = NDArray[np.complex128]
 # Division for a tolerance of 1e-3, measured against an independent high-order FEM.
 _DEFAULT = Fineness(skin=0.7, edge=0.5, growth=0.6, near=0.6, share=0.12, around=40)
 _MOST_UNKNOWNS = 300_000
+_DIGITS = 1e-10  # a part of the flux below this share of the whole is not asked to be accurate
 _FINER = 0.7  # cells of a plate from one division to the next
 _SMALL_SHARE = 0.1  # of the estimated error: a plate with less keeps its cells
 
@@ -89,10 +90,10 @@ class PlanarField:
 
     def relative_errors(self) -> tuple[float, float]:
         """Return the same relative to the largest entries of Delta L and R."""
-        tiny = np.finfo(float).tiny
+        floor = max(_DIGITS * np.abs(self.flux).max(), np.finfo(float).tiny)
         error_L, error_R = self.errors()
-        largest_L, largest_R = np.abs(self.flux.real).max(), self.omega * np.abs(self.flux.imag).max()
-        return float(error_L / max(largest_L, tiny)), float(error_R / max(largest_R, tiny))
+        largest_L, largest_R = (max(np.abs(part).max(), floor) for part in (self.flux.real, self.flux.imag))
+        return float(error_L / largest_L), float(error_R / (self.omega * largest_R))
 
     def potential(self, places: Complex, currents: Complex) -> Complex:
         """Return the whole vector potential of `currents` [A] at places x + j z within the mesh, [V s/m]."""

@@ -19,7 +19,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 from skfem import MeshTri
 
 from sits_mech.meshing.unstructured import fill_between
@@ -222,20 +221,19 @@ def _grid(plate: Plate, sources: Complex, skin_depth: float, fineness: Fineness)
     """Places of the tensor nodes, shape (along, up)."""
     first = min(fineness.skin * skin_depth, fineness.edge * plate.thickness)
     first = max(first, _SMALLEST * max(plate.width, plate.thickness))
+    local = (sources - plate.bottom) * np.exp(1j * plate.alpha)
+    xi, eta = local.real + plate.width / 2, local.imag
 
-    def along(s: Array) -> Array:
-        places = plate.placed(s[:, None] - plate.width / 2 + 1j * np.array([0.0, plate.thickness]))
-        tree = cKDTree(_pairs(sources))
-        distance = np.minimum(tree.query(_pairs(places[:, 0]))[0], tree.query(_pairs(places[:, 1]))[0])
-        return np.asarray(np.minimum(_towards_ends(s, plate.width), fineness.near * distance))
-
-    def _towards_ends(s: Array, length: float) -> Array:
+    def size(s: Array, length: float, same: Array, beside: Array) -> Array:
+        distance = np.hypot(s[:, None] - same, beside).min(axis=1)
         ends = first + fineness.growth * np.minimum(s, length - s)
-        return np.asarray(np.minimum(ends, fineness.share * length))
+        return np.asarray(np.minimum(np.minimum(ends, fineness.share * length), fineness.near * distance))
 
-    xi = graded_nodes(plate.width, along, first) - plate.width / 2
-    eta = graded_nodes(plate.thickness, lambda s: _towards_ends(s, plate.thickness), first)
-    return plate.placed(xi[:, None] + 1j * eta)
+    above = np.maximum(np.maximum(-eta, eta - plate.thickness), 0.0)
+    beyond = np.maximum(np.maximum(-xi, xi - plate.width), 0.0)
+    along = graded_nodes(plate.width, lambda s: size(s, plate.width, xi, above), first)
+    up = graded_nodes(plate.thickness, lambda s: size(s, plate.thickness, eta, beyond), first)
+    return plate.placed(along[:, None] - plate.width / 2 + 1j * up)
 
 
 def graded_nodes(length: float, size: Callable[[Array], Array], first: float) -> Array:
