@@ -1,4 +1,4 @@
-"""How far is the axisymmetric model from independent numbers, and what does it cost? One row a disc, frequency, tolerance.
+"""How far is the axisymmetric model from independent numbers, and what does it cost?
 
 References: NGSolve 6.2, p = 6, axisymmetric, one coil of 2 x 12 rings, copper disc 0.2 mm thick, gap 2 mm (1e-6); the
 infinite plate by the Dodd-Deeds integral. Run ``python studies/benchmark_axisymmetric.py [--coarse] --output DIR``.
@@ -29,7 +29,7 @@ DISCS = [
     (7.5, 5e6, -2.1858741804936318e-07, 0.09520169200761902),
 ]
 PLATE = [(5e3, -5.8325180325808516e-08, 0.0025675831423334306), (5e6, -2.201923393250477e-07, 0.0939925486348742)]
-HEADER = ["model", "radius_mm", "frequency_Hz", "tolerance", "delta_L_error", "R_error", "estimated", "prepare_s", "pose_s"]
+HEADER = ["model", "radius_mm", "frequency_Hz", "tolerance", "L_error", "R_error", "estimated", "prepare_s", "pose_s"]
 
 
 def make_coil() -> Coil:
@@ -85,7 +85,8 @@ def main() -> None:
     coil = make_coil()
     for frequency in (5e3, 5e6):
         run = coil_losses(coil, frequency)
-        print(f"tracks at {frequency:g} Hz: R_ac / R_dc = {run.R / track_resistance(coil):.4f}, L = {run.L * 1e6:.5f} uH")
+        ratio = run.R / track_resistance(coil)
+        print(f"tracks at {frequency:g} Hz: R_ac / R_dc = {ratio:.4f}, L = {run.L * 1e6:.5f} uH")
 
 
 if __name__ == "__main__":

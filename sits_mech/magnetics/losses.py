@@ -22,6 +22,7 @@ Source: Dowell, Proc. IEE 113 (1966) 1387 (foil); any text on the internal imped
 from __future__ import annotations
 
 import cmath
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -152,7 +153,9 @@ def skin_depth(frequency: float, conductivity: float) -> float:
 def round_wire_impedance(radius: float, frequency: float, conductivity: float) -> complex:
     """Return the internal impedance of a straight round wire [ohm/m]; Bessel functions, no overflow."""
     gamma = (1 + 1j) / skin_depth(frequency, conductivity)
-    return complex(gamma / (2 * np.pi * radius * conductivity) * ive(0, gamma * radius) / ive(1, gamma * radius))
+    bessel = ive(np.array([0.0, 1.0]), np.full(2, gamma * radius))
+    ratio = complex(bessel[0] / bessel[1])
+    return gamma / (2 * math.pi * radius * conductivity) * ratio
 
 
 def foil_resistance_ratio(thickness: float, frequency: float, conductivity: float) -> float:
@@ -168,4 +171,4 @@ def _copper() -> float:
 
 def _cells(side: float, delta: float) -> int:
     """Cells along a side, so that the outermost of the coarse division is about 0.7 skin depths."""
-    return max(2, int(np.ceil(np.sqrt(2.5 * side / (0.7 * delta)))))
+    return max(2, math.ceil(math.sqrt(2.5 * side / (0.7 * delta))))
