@@ -7,6 +7,8 @@ triangulated (Delaunay, on a triangular lattice). A mesh file brings an outline 
 
 from __future__ import annotations
 
+import contextlib
+import io
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -65,10 +67,13 @@ def read_outline(path: str | Path) -> Outline:
     ValueError
         If the file is no mesh, has no plane cells, or is not in one piece with simple rims.
     """
+    said = io.StringIO()
     try:
-        mesh = meshio.read(path)
-    except (OSError, meshio.ReadError, UnicodeDecodeError, ValueError, KeyError, IndexError) as error:
-        reason = " ".join(str(error).split())
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            mesh = meshio.read(path)
+    except (OSError, meshio.ReadError, UnicodeDecodeError, ValueError, KeyError, IndexError, SystemExit) as error:
+        # meshio prints its reason and ends the program where it cannot read a file
+        reason = " ".join((str(error) if not isinstance(error, SystemExit) else said.getvalue()).split())
         raise ValueError(f"{path}: must be a mesh file that meshio reads; got: {reason}") from None
     cells = [block.data.astype(int) for block in mesh.cells if block.type in ("triangle", "quad")]
     if not cells:
@@ -234,7 +239,7 @@ def _narrowest(loops: list[Array]) -> float:
     start = (a[:, None, :] + share[:, None] * (b - a)[:, None, :]).reshape(-1, 2)
     s, t = _crossing(start, np.repeat(_left(b - a), share.size, axis=0), a, b)
     scale = float(np.ptp(a, axis=0).max())
-    hit = (s > 1e-9 * scale) & (t >= 0.0) & (t <= 1.0)
+    hit = (s > 1e-9 * scale) & (t >= 0.0) & (t <= 1.0) & ~np.repeat(_neighbours(loops), share.size, axis=0)
     width = float(np.min(s[hit])) if hit.any() else scale
     for loop in loops:
         lost = np.linalg.norm(loop - np.roll(loop, -1, axis=0), axis=1)
@@ -242,6 +247,18 @@ def _narrowest(loops: list[Array]) -> float:
         shrink = lost - ((np.roll(inner, -1, axis=0) - inner) * (np.roll(loop, -1, axis=0) - loop)).sum(1) / lost
         width = min(width, float(np.min(np.where(shrink > 1e-9, lost / np.maximum(shrink, 1e-9), np.inf))))
     return width
+
+
+def _neighbours(loops: list[Array]) -> NDArray[np.bool_]:
+    """Edges that share a corner: there the mitre, not the width, limits the depth."""
+    total = sum(len(loop) for loop in loops)
+    near = np.zeros((total, total), dtype=bool)
+    start = 0
+    for loop in loops:
+        here = start + np.arange(len(loop))
+        near[here, np.roll(here, 1)] = near[here, np.roll(here, -1)] = True
+        start += len(loop)
+    return near
 
 
 def _inside(loops: list[Array], points: Array) -> NDArray[np.bool_]:

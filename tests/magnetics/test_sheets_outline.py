@@ -1,0 +1,140 @@
+"""Plates of any outline: their division, mesh files, and the model against rectangles and closed forms."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.constants import mu_0
+
+from sits_mech.geometry.outline import Outline, outline_plan, read_outline
+from sits_mech.geometry.plan import Grading, plan_seams
+from sits_mech.magnetics.prisms import Prisms, box_means, polygon_area, prism_means, prism_potential
+from sits_mech.magnetics.ring_field import path_potential, ring_potential, spiral_inductances
+from sits_mech.magnetics.sheets import sheets
+from sits_mech.quantities import Pose
+from sits_mech.sensor import Sensor, load_sensor
+
+MESHES = Path(__file__).parents[2] / "meshes"
+SQUARE = Outline((((-4e-3, -4e-3), (4e-3, -4e-3), (4e-3, 4e-3), (-4e-3, 4e-3)),))
+
+
+def circle(radius: float, corners: int) -> tuple[tuple[float, float], ...]:
+    """A regular polygon with the circle's area."""
+    angle = 2 * np.pi * np.arange(corners) / corners
+    r = radius * np.sqrt(2 * np.pi / corners / np.sin(2 * np.pi / corners))
+    return tuple((float(r * np.cos(a)), float(r * np.sin(a))) for a in angle)
+
+
+def one_loop(thickness: float, sigma: float) -> Sensor:
+    """One turn of 20 mm radius over a plate whose outline is given apart."""
+    coil = (
+        'coils=[{name="C1", centre=["0 mm","0 mm"], layers=1, turns=1, inner_diameter="39.9 mm", '
+        'track_width="0.1 mm", track_thickness="35 um"}]'
+    )
+    plate = f'conductivity={sigma}, relative_permeability=1, shape="disc", diameter="2 mm", thickness={thickness}'
+    return load_sensor("biorob2018", [coil, f"target={{{plate}}}"])
+
+
+def test_potential_and_mean_in_a_cube() -> None:
+    """Known integrals over the unit cube: 1/r from its centre, and the mean of 1/r between two of its points."""
+    corners = np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]])
+    zero, one = np.zeros(1), np.ones(1)
+    assert prism_potential(np.full((1, 3), 0.5), corners, zero, one)[0] == pytest.approx(2.380077, rel=1e-6)
+    unit = np.array([0.0, 1.0])
+    assert box_means(unit, unit, unit)[0, 0, 0, 0, 0] == pytest.approx(1.8823126444, rel=1e-9)
+    cube = Prisms(corners, zero, one)
+    assert prism_means(cube, cube)[0, 0] == pytest.approx(1.8823126444, rel=5e-3)
+
+
+def test_prisms_as_boxes() -> None:
+    x, z = np.array([0.0, 0.5, 1.0, 1.3, 1.4]), np.array([0.0, 0.07, 0.1])
+    i, j, k = (n.ravel() for n in np.meshgrid(range(4), range(4), range(2), indexing="ij"))
+    corners = np.stack([np.stack([x[i + p], x[j + q]], -1) for p, q in ((0, 0), (1, 0), (1, 1), (0, 1))], axis=1)
+    prisms = Prisms(corners, z[k], z[k + 1])
+    error = prism_means(prisms, prisms, symmetric=True) / box_means(x, x, z)[0, 0, 0] - 1.0
+    assert np.sqrt((error**2).mean()) < 2e-3
+    assert np.abs(error).max() < 2e-2
+
+
+@pytest.mark.parametrize("outline", [SQUARE, Outline((circle(4e-3, 40), circle(1.5e-3, 24)))])
+def test_division_fills_the_outline(outline: Outline) -> None:
+    plan = outline_plan(outline, Grading(0.1e-3, 2.0, 1e-3))
+    area = polygon_area(plan.nodes[plan.cells])
+    loops = [polygon_area(np.array(loop)) for loop in outline.loops]
+    assert area.min() > 0.0
+    assert area.sum() == pytest.approx(loops[0] - sum(loops[1:]), rel=1e-9)
+    edges = plan.nodes.shape[0] + plan.cells.shape[0] + len(loops) - 2  # Euler: V - E + F = 2 - loops
+    assert len(plan_seams(plan).edges) == edges - int((plan.loop >= 0).sum())
+
+
+@pytest.mark.parametrize("name, corners, area", [("cross", 12, 39e-6), ("slotted_disc", 51, None)])
+def test_outline_of_a_mesh_file(name: str, corners: int, area: float | None) -> None:
+    outline = read_outline(MESHES / f"{name}.msh")
+    assert len(outline.loops) == 1
+    assert len(outline.rim) == corners
+    if area is not None:
+        assert abs(polygon_area(outline.rim)) == pytest.approx(area, rel=1e-9)
+
+
+def test_square_outline_as_rectangle() -> None:
+    """Triangles against the structured division; the resistive regime is the harder for the inductance."""
+    sensor = load_sensor("biorob2018")
+    free, tensor = (sheets(sensor, 1e-1, outline=o).impedance(Pose(0.0, 2e-3), 5e3) for o in (SQUARE, None))
+    change = np.abs(free.L - tensor.L)[0, 0]
+    assert change < 5e-2 * abs(tensor.L - tensor.L0)[0, 0]
+    assert free.R[0, 0] == pytest.approx(tensor.R[0, 0], rel=2e-2)
+
+
+def test_resistive_ring_in_axial_field() -> None:
+    """A hole carries its own net current: R = pi sigma t omega^2 B^2 (b^4 - a^4) / 8 between radii a and b."""
+    a, b, t, sigma, f, d = 0.4e-3, 1e-3, 0.2e-3, 1e6, 1e3, 10e-3
+    sensor = one_loop(t, sigma)
+    ring = Outline((circle(b, 16), circle(a, 12)))
+    z = sheets(sensor, 1e-1, outline=ring).impedance(Pose(0.0, d), f)
+    c, h = 20e-3, d + t / 2 + 17.5e-6
+    B = mu_0 * c**2 / 2 / (c**2 + h**2) ** 1.5
+    exact = np.pi * sigma * t * (2 * np.pi * f * B) ** 2 * (b**4 - a**4) / 8
+    assert z.R[0, 0] == pytest.approx(exact, rel=2e-2)
+
+
+def test_slot_stops_the_current() -> None:
+    sensor = one_loop(0.2e-3, 1e6)
+    slot = ((4e-3, 0.2e-3), (0.0, 0.2e-3), (0.0, -0.2e-3), (4e-3, -0.2e-3))
+    slotted = Outline(((*SQUARE.loops[0][:2], *slot[::-1], *SQUARE.loops[0][2:]),))
+    cut, whole = (sheets(sensor, 1e-1, outline=o).impedance(Pose(0.0, 10e-3), 1e3).R[0, 0] for o in (slotted, SQUARE))
+    assert 0.1 * whole < cut < 0.7 * whole
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["slotted_disc", "cross"])
+def test_outlines_of_the_example_meshes(name: str) -> None:
+    model = sheets(load_sensor("biorob2018"), 2e-2, outline=read_outline(MESHES / f"{name}.msh"))
+    z = model.impedance(Pose(0.0, 2e-3), 5e6)
+    plate = sheets(load_sensor("biorob2018"), 2e-2).impedance(Pose(0.0, 2e-3), 5e6)
+    change, whole = ((v.L - v.L0)[0, 0] for v in (z, plate))
+    assert whole < change < 0.0  # less metal screens less
+    assert np.linalg.eigvalsh(z.R).min() > 0.0
+
+
+def test_spiral_beside_rings() -> None:
+    sensor = load_sensor("biorob2018")
+    points = np.array([[-4e-3, 1e-3, 20e-3], [0.0, 5e-3, 15e-3]])
+    angle = np.linspace(0.0, 2 * np.pi, 2001)
+    coil = sensor.coils[0].model_copy(update={"layers": 1, "turns": 1})
+    radius, z = coil.inner_diameter / 2 + coil.track_width / 2, -coil.track_thickness / 2
+    loop = np.column_stack([-4e-3 + radius * np.cos(angle), radius * np.sin(angle), np.full(angle.size, z)])
+    assert path_potential(loop, points) == pytest.approx(ring_potential(coil, points), rel=1e-5, abs=1e-16)
+    L = spiral_inductances(sensor.coils, points_per_turn=30)
+    assert L[0, 0] == pytest.approx(2.5076e-6, rel=1e-2)  # as rings; a spiral of so many turns is close to them
+    assert L[0, 1] == pytest.approx(-47.43e-9, rel=3e-2)
+
+
+def test_refusals(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="cross"):
+        outline_plan(Outline((((0.0, 0.0), (1.0, 1.0), (1.0, 0.0), (0.0, 1.0)),)), Grading(0.01, 2.0, 0.2))
+    broken = tmp_path / "broken.msh"
+    broken.write_text("no mesh")
+    with pytest.raises(ValueError, match="mesh file"):
+        read_outline(broken)
