@@ -10,18 +10,42 @@ mu t^2.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from sits_mech.mechanics.energy import plane_energy
+from sits_mech.mechanics.energy import guarded, plane_energy
 from sits_mech.mechanics.forms import section
 from sits_mech.mechanics.path import Bonded
 from sits_mech.meshing.structured import graded_lines, matched_cells
 from sits_mech.quantities import Array, Wrench
 from sits_mech.sensor import Elastomer, Sensor, Target
 
+_GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
 
-def bonded_body(sensor: Sensor, cells: int, grading: float) -> Bonded:
-    """Return the layer of a sensor with `cells` (even) cells through its thickness, graded by a power of at least 1."""
+
+@dataclass(frozen=True)
+class Fineness:
+    """How a layer is divided.
+
+    Attributes
+    ----------
+    cells : int
+        Cells through the thickness, even.
+    grading : float
+        Power of the lines' spacing towards the corners; 1 is uniform.
+    guard : float
+        Part of the bulk modulus that acts pointwise against inversion [shear moduli].
+    """
+
+    cells: int
+    grading: float
+    guard: float = 0.0
+
+
+def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
+    """Return the layer of a sensor with its target, meshed and scaled."""
+    cells, grading = fineness.cells, fineness.grading
     target, elastomer = _parts(sensor)
     t = elastomer.thickness
     half_layer, half_target = elastomer.extent[0] / (2 * t), target.extent[0] / (2 * t)
@@ -38,7 +62,9 @@ def bonded_body(sensor: Sensor, cells: int, grading: float) -> Bonded:
     rows, columns = np.repeat(mesh.dofs, 18, axis=1).ravel(), np.tile(mesh.dofs, (1, 18)).ravel()
     silicone = elastomer.silicone
     K = silicone.bulk_modulus / silicone.shear_modulus
-    return Bonded(mesh, plane_energy(silicone), K, target.load_height / t, free, bonded, x[top], rows, columns)
+    guard = min(fineness.guard, _GUARD_SHARE * K)
+    law = guarded(plane_energy(silicone), guard)
+    return Bonded(mesh, law, K - guard, target.load_height / t, free, bonded, x[top], rows, columns)
 
 
 def scaled_load(sensor: Sensor, wrench: Wrench) -> Array:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sits_mech.materials import silicone_from
-from sits_mech.mechanics.energy import plane_energy
+from sits_mech.mechanics.energy import guarded, plane_energy
 
 K = {"bulk_modulus": 3e7}
 LAWS = {
@@ -16,9 +16,10 @@ LAWS = {
 }
 
 
-@pytest.fixture(params=LAWS)
+@pytest.fixture(params=[*LAWS, "guarded"])
 def law(request):
-    return plane_energy(silicone_from(LAWS[request.param]))
+    energy = plane_energy(silicone_from(LAWS.get(request.param, LAWS["yeoh"])))
+    return guarded(energy, 5.0) if request.param == "guarded" else energy
 
 
 def states():

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from sits_mech.mechanics.forms import stored_energy, tangent
-from sits_mech.mechanics.pad import bonded_body
+from sits_mech.mechanics.pad import Fineness, bonded_body
 from sits_mech.mechanics.target import bonded_displacement, bonded_tangent, load_potential
 from sits_mech.sensor import load_sensor
 
 
 @pytest.fixture(scope="module")
 def body():
-    return bonded_body(load_sensor("biorob2018"), 2, 1.5)
+    return bonded_body(load_sensor("biorob2018"), Fineness(2, 1.5, guard=1.0))
 
 
 def test_forces_and_tangent_are_derivatives_of_the_energy(body):
