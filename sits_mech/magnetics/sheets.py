@@ -8,8 +8,10 @@ bounding box and some small products (`sheet_coupling`),
 
 Thin and thick skin regimes are one model: horizontal sheets, graded to the faces below the skin depth, each with its
 stream function, joined at the rim by loops that pass from sheet to sheet. Two divisions, one with every cell
-of the other halved along each axis, differ by errors of second order: ``(4 Z_fine - Z_coarse) / 3`` is returned,
-and its distance from Z_fine is the estimated error.
+of the other halved along each axis, differ by errors of second order: ``(4 Z_fine - Z_coarse) / 3`` is returned.
+Its distance from Z_fine is the estimated error; a third of it in the thin regime, where nothing but the smooth flow
+along the plate has to be resolved. In the thick regime uniform current in the first cell, of size h, is in doubt by
+(h/delta)^2 / 12 of the resistance, which is added.
 
 Range: one non-magnetic plate. Neglected: eddies in the coils' own tracks (`losses`), displacement current.
 """
@@ -65,14 +67,33 @@ class Rung:
 
 # Asked error of the change of inductance -> division of the plate; measured in studies/benchmark_sheets.py.
 LADDER = (
-    (5e-2, Rung(skin=2.5, growth=4.0, along=1.2, across=0.5, terms=7.0)),
-    (2e-2, Rung(skin=2.0, growth=4.0, along=0.9, across=0.33, terms=8.0)),
-    (5e-3, Rung(skin=1.6, growth=3.4, along=0.6, across=0.25, terms=9.0)),
-    (2e-3, Rung(skin=1.5, growth=2.9, along=0.5, across=0.2, terms=10.0)),
+    (1e-2, Rung(skin=2.5, growth=4.0, along=1.2, across=0.5, terms=7.0)),
+    (5e-3, Rung(skin=2.0, growth=4.0, along=0.9, across=0.33, terms=8.0)),
+    (2e-3, Rung(skin=1.6, growth=3.4, along=0.6, across=0.25, terms=9.0)),
+    (1e-3, Rung(skin=1.5, growth=2.9, along=0.5, across=0.2, terms=10.0)),
 )
 _FINEST = 0.16  # smallest the largest cell may get, over the half width
 _MOST = 28  # polynomials along an axis: beyond, the cells are too coarse for the field anyway
 _RESISTIVE = 0.8  # where the current fills the thickness, cells are smaller by this
+
+
+@dataclass(frozen=True)
+class _Doubt:
+    """How far to trust a result.
+
+    Attributes
+    ----------
+    trust : float
+        Estimated error over the extrapolation's step.
+    unseen : float
+        Share of the coils' field that the polynomials miss.
+    skin : float
+        Relative error of the resistance from the first cell.
+    """
+
+    trust: float = 1.0
+    unseen: float = 0.0
+    skin: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -129,13 +150,13 @@ class Sheets:
         turns = np.broadcast_to(rotation, (*shape, 3, 3)).reshape(-1, 3, 3)
         places = np.broadcast_to(offset, (*shape, 3)).reshape(-1, 3)
         n = len(self.sensor.coils)
-        fine, coarse, (unknowns, unseen), notes = self._changes(turns, places, frequency)
+        fine, coarse, unknowns, doubt, notes = self._changes(turns, places, frequency)
         change = ((4 * fine - coarse) / 3).reshape(*shape, n, n)
-        spread = ((fine - coarse) / 3).reshape(*shape, n, n)
+        spread = (doubt.trust * (fine - coarse) / 3).reshape(*shape, n, n)
         omega = 2 * np.pi * frequency
         scale = _largest(change.imag / omega)
-        error_L = _largest(spread.imag / omega) + unseen * scale
-        error_R = _largest(spread.real) + unseen * _largest(change.real)
+        error_L = _largest(spread.imag / omega) + doubt.unseen * scale
+        error_R = _largest(spread.real) + (doubt.unseen + doubt.skin) * _largest(change.real)
         relative = float(np.max(error_L / np.where(scale > 0.0, scale, 1.0), initial=0.0))
         L0 = free_space(self.sensor, self.windings)
         R_dc = track_resistances(self.sensor)
@@ -144,20 +165,24 @@ class Sheets:
 
     def _changes(
         self, turns: Array, places: Array, frequency: float
-    ) -> tuple[Complex, Complex, tuple[int, float], tuple[str, ...]]:
-        """Delta Z of a flat batch on the fine and the coarse division, unknowns, unseen field, what there is to say."""
+    ) -> tuple[Complex, Complex, int, _Doubt, tuple[str, ...]]:
+        """Delta Z on the fine and the coarse division, unknowns, how far to trust them, and what there is to say."""
         target = self.sensor.target
         n = len(self.sensor.coils)
         if target is None or places.size == 0:
             none = np.zeros((places.shape[0], n, n), dtype=complex)
-            return none, none, (0, 0.0), ()
+            return none, none, 0, _Doubt(), ()
         rung = next((rung for error, rung in LADDER if self.tolerance >= error), LADDER[-1][1])
         gap = float(_lowest(target, self.outline, turns, places).min())
         scale = (math.floor(math.log2(gap) + 1e-9), math.ceil(math.log10(frequency) - 1e-9))
         plates = [prepared(target, self.outline, rung, scale, halvings) for halvings in (1, 0)]
         fine, coarse = reactions(self.sensor.coils, self.windings, plates, (turns, places), frequency)
-        unseen = _unseen(plates[0].box)
-        return fine, coarse, (plates[0].unknowns, unseen), _notes(target, plates[0], frequency, unseen)
+        depth = _skin_depth(target, frequency)
+        thin = depth > target.thickness
+        first = rung.skin * _skin_depth(target, 10.0 ** scale[1]) / (1.0 + math.sqrt(rung.growth))
+        doubt = _Doubt(1.0 / 3.0 if thin else 1.0, _unseen(plates[0].box), 0.0 if thin else (first / depth) ** 2 / 12)
+        notes = _notes(target.thickness / depth, plates[0].sheets, doubt.unseen)
+        return fine, coarse, plates[0].unknowns, doubt, notes
 
 
 def sheets(
@@ -233,8 +258,7 @@ def _lowest(target: Target, outline: Outline | None, turns: Array, places: Array
 @lru_cache(maxsize=16)
 def prepared(target: Target, outline: Outline | None, rung: Rung, scale: tuple[int, int], halvings: int) -> Sheeted:
     """Return the target prepared for clearances from 2^scale[0] m on and frequencies up to 10^scale[1] Hz."""
-    clearance, sigma = 2.0 ** scale[0], target.metal.conductivity
-    skin_depth = math.sqrt(1.0 / (math.pi * 10.0 ** scale[1] * mu_0 * sigma))
+    clearance, skin_depth = 2.0 ** scale[0], _skin_depth(target, 10.0 ** scale[1])
     shape = target_outline(target, outline)
     half = np.array([*np.abs(shape.rim).max(0) * (1.0 + 1e-3), target.thickness / 2])
     box = _box(half, clearance, rung.terms)
@@ -245,7 +269,7 @@ def prepared(target: Target, outline: Outline | None, rung: Rung, scale: tuple[i
     grading = Grading(first, rung.growth, largest, halvings)
     levels = graded_axis(target.thickness / 2, grading, target.thickness / 2)
     plan = _plan(target, outline, grading, max(box.order[:2]))
-    return prepare_sheets(plan, levels, sigma, box, depth=min(skin_depth, target.thickness / 2))
+    return prepare_sheets(plan, levels, target.metal.conductivity, box, depth=min(skin_depth, target.thickness / 2))
 
 
 def _plan(target: Target, outline: Outline | None, grading: Grading, orders: int) -> Plan:
@@ -264,17 +288,20 @@ def _box(half: Array, clearance: float, terms: float) -> Box:
     return Box(half, (order[0], order[1], order[2]), (math.exp(rates[0]), math.exp(rates[1]), math.exp(rates[2])))
 
 
+def _skin_depth(target: Target, frequency: float) -> float:
+    """Skin depth of the target's metal [m]."""
+    return math.sqrt(1.0 / (math.pi * frequency * mu_0 * target.metal.conductivity))
+
+
 def _unseen(box: Box) -> float:
     """Share of the coils' field energy that the box's polynomials miss: rho^-2n."""
     return float(max(rho ** (-2.0 * n) for rho, n in zip(box.decay[:2], box.order[:2], strict=True)))
 
 
-def _notes(target: Target, plate: Sheeted, frequency: float, unseen: float) -> tuple[str, ...]:
+def _notes(ratio: float, sheets_used: int, unseen: float) -> tuple[str, ...]:
     """Say which skin regime holds, what carries it, and whether the gap is too small for the division."""
-    depth = math.sqrt(1.0 / (math.pi * frequency * mu_0 * target.metal.conductivity))
-    ratio = target.thickness / depth
     regime = "thin" if ratio < 1.0 else "thick" if ratio > 3.0 else "intermediate"
-    sheets_used = f"{regime} skin regime: thickness is {ratio:.3g} skin depths; {plate.sheets} sheets joined at the rim"
+    used = f"{regime} skin regime: thickness is {ratio:.3g} skin depths; {sheets_used} sheets joined at the rim"
     if unseen < 1e-3:
-        return (sheets_used,)
-    return sheets_used, f"the gap is small for so wide a plate: {unseen:.1%} of the coils' field is not resolved"
+        return (used,)
+    return used, f"the gap is small for so wide a plate: {unseen:.1%} of the coils' field is not resolved"

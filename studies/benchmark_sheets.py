@@ -1,0 +1,113 @@
+"""What does the three-dimensional model cost, and how far is it off? Error against seconds, rung by rung.
+
+The change of inductance and the resistance of the catalogue's two-coil sensor (8 x 8 x 0.2 mm copper plate) and of one
+coil over coaxial discs, against volume and axisymmetric finite elements (NGSolve 6.2; errors 2e-4 / 1e-3 and 1e-6):
+
+    python studies/benchmark_sheets.py [--coarse] [--output DIR]
+
+Seconds are processor time on one core: of the preparation, and of a thousand poses after it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import time
+from pathlib import Path
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from sits_mech.magnetics.sheets import prepared, sheets
+from sits_mech.quantities import Pose
+from sits_mech.sensor import Sensor, load_sensor
+
+# frequency [Hz], gap [m], Delta L1 [H], R1 [ohm] (not known where nan)
+PLATE = (
+    (5e6, 1e-3, -176.14e-9, np.nan), (5e6, 2e-3, -59.01338e-9, 0.07347140), (5e6, 5e-3, -5.684821e-9, 0.005169888),
+    (5e3, 2e-3, -2.171675e-9, 2.962316e-4), (5e3, 5e-3, -0.3517857e-9, 3.786894e-5),
+)  # fmt: skip
+DISCS = {
+    3.5e-3: ((5e3, 2e-3, -1.09405875e-8, 1.26011961e-3), (5e6, 2e-3, -1.72208696e-7, 0.115273800)),
+    7.5e-3: ((5e3, 2e-3, -4.65903043e-8, 2.61817465e-3), (5e6, 2e-3, -2.18587417e-7, 0.0952016920)),
+}
+COLUMNS = (
+    "target", "tolerance", "frequency", "gap", "unknowns", "error_L", "estimated_L", "error_R", "estimated_R",
+    "prepare_seconds", "thousand_poses_seconds",
+)  # fmt: skip
+
+
+def disc_sensor(radius: float) -> Sensor:
+    """One coil about z, the other out of the way, and a coaxial disc."""
+    target = f'target={{material="copper", shape="disc", diameter={2 * radius}, thickness="0.2 mm"}}'
+    places = ['coils.C1.centre=["0 mm","0 mm"]', 'coils.C2.centre=["30 mm","0 mm"]']
+    return load_sensor("biorob2018", [target, *places])
+
+
+def measure(name: str, sensor: Sensor, tolerance: float, row: tuple[float, float, float, float]) -> dict[str, object]:
+    """One line of the table."""
+    f, gap, delta_L, R = row
+    prepared.cache_clear()
+    model = sheets(sensor, tolerance)
+    began = time.process_time()
+    z = model.impedance(Pose(0.0, gap), f)
+    prepare = time.process_time() - began
+    s = np.linspace(0.0, 1.0, 1000)
+    poses = Pose(1e-4 * (2 * s - 1), gap * (1.06 + 0.1 * s), 0.01 * (2 * s - 1))
+    began = time.process_time()
+    model.impedance(poses, f)
+    thousand = time.process_time() - began
+    change = (z.L - z.L0)[0, 0]
+    errors = (change / delta_L - 1, z.error_L[0, 0] / abs(change), z.R[0, 0] / R - 1, z.error_R[0, 0] / z.R[0, 0])
+    values = (name, tolerance, f, gap, z.report.unknowns, *errors, prepare, thousand)
+    return dict(zip(COLUMNS, values, strict=True))
+
+
+def table(coarse: bool) -> list[dict[str, object]]:
+    """All lines."""
+    plate = load_sensor("biorob2018")
+    lines = []
+    for tolerance in (1e-2,) if coarse else (1e-2, 5e-3, 2e-3, 1e-3):
+        lines += [measure("8 x 8 mm", plate, tolerance, row) for row in PLATE]
+        for radius, rows in list(DISCS.items())[: 1 if coarse else 2]:
+            lines += [measure(f"disc {2e3 * radius:g} mm", disc_sensor(radius), tolerance, row) for row in rows]
+    return lines
+
+
+def draw(lines: list[dict[str, object]], path: Path) -> None:
+    """Error of Delta L and of R against the seconds of preparation."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.0, 3.2), layout="constrained")
+    for axes, key, label in zip(figure.subplots(1, 2), ("error_L", "error_R"), ("change of L", "R"), strict=True):
+        for kind, marker in (("8 x 8 mm", "s"), ("disc 7 mm", "o"), ("disc 15 mm", "^")):
+            for f, fill in ((5e3, "none"), (5e6, "full")):
+                some = [line for line in lines if line["target"] == kind and line["frequency"] == f]
+                x, y = ([float(str(line[k])) for line in some] for k in ("prepare_seconds", key))
+                axes.plot(x, np.abs(y), marker, fillstyle=fill, label=f"{kind}, {f / 1e3:g} kHz")
+        axes.set(xscale="log", yscale="log", xlabel="seconds to prepare", ylabel=f"relative error of {label}")
+        axes.grid(True, which="major", alpha=0.3)
+    axes.legend(fontsize=6)
+    figure.savefig(path, dpi=150)
+
+
+def main() -> None:
+    """Print the table, write it as CSV, draw it."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--coarse", action="store_true", help="the coarsest rung alone")
+    parser.add_argument("--output", type=Path, default=Path("benchmark_sheets"))
+    options = parser.parse_args()
+    options.output.mkdir(parents=True, exist_ok=True)
+    with threadpool_limits(1):
+        lines = table(options.coarse)
+    for line in lines:
+        print("  ".join(f"{k} {v:.3g}" if isinstance(v, float) else f"{k} {v}" for k, v in line.items()))
+    with (options.output / "benchmark_sheets.csv").open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, COLUMNS)
+        writer.writeheader()
+        writer.writerows(lines)
+    draw(lines, options.output / "benchmark_sheets.png")
+
+
+if __name__ == "__main__":
+    main()
