@@ -24,6 +24,9 @@ import xarray as xr
 
 from sits_mech.geometry.collision import Collision, check_clearance, clearance
 from sits_mech.magnetics.bars import planar_bars
+from sits_mech.magnetics.field import planar_fem
+from sits_mech.magnetics.rings import axisymmetric
+from sits_mech.magnetics.sheets import sheets
 from sits_mech.mechanics.layer import linear_layer, planar_layer
 from sits_mech.mechanics.loads import settle
 from sits_mech.plan import Choice, choose_magnetics, choose_mechanics
@@ -35,7 +38,12 @@ from sits_mech.version import __version__
 
 MECHANICS: Mapping[str, Callable[[Sensor, float], MechanicalModel]] = {"planar": planar_layer, "linear": linear_layer}
 """The mechanical models by name; each factory takes a sensor and a tolerance."""
-MAGNETICS: Mapping[str, Callable[[Sensor, float], MagneticModel]] = {"planar": planar_bars}
+MAGNETICS: Mapping[str, Callable[[Sensor, float], MagneticModel]] = {
+    "planar": planar_bars,
+    "planar-fem": planar_fem,
+    "axisymmetric": axisymmetric,
+    "sheets": sheets,
+}
 """The magnetic models by name; each factory takes a sensor and a tolerance."""
 
 _SHARE = 0.1  # of the tolerance that is asked of the magnetics: it is much the cheaper half

@@ -61,7 +61,7 @@ class Models:
     """Which model takes each half, and to what relative error."""
 
     mechanics: Annotated[str, Parameter(help="auto, planar or linear.")] = "auto"
-    magnetics: Annotated[str, Parameter(help="auto or planar.")] = "auto"
+    magnetics: Annotated[str, Parameter(help="auto, planar, planar-fem, axisymmetric or sheets.")] = "auto"
     tolerance: Tolerance = 1e-2
 
 

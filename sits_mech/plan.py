@@ -64,11 +64,22 @@ def choose_mechanics(sensor: Sensor, asked: str, known: tuple[str, ...]) -> Choi
 
 
 def choose_magnetics(sensor: Sensor, asked: str, known: tuple[str, ...]) -> Choice:
-    """Return the magnetic model for a scene; arguments, result and errors as of `choose_mechanics`."""
+    """Return the cheapest magnetic model for a scene; arguments, result and errors as of `choose_mechanics`."""
     _check_known("magnetics", asked, known)
     if asked != "auto":
         return Choice(asked, "asked for")
-    reason = "no target: free space alone" if sensor.target is None else "nothing permeable: no mesh of the air"
+    target = sensor.target
+    if sensor.substrate_radius is not None:
+        return Choice("planar-fem", "coils on a curved substrate")
+    if sensor.conductors or (target is not None and target.metal.relative_permeability != 1.0):
+        return Choice("planar-fem", "other metal or permeable parts: the air around them is meshed")
+    if len(sensor.coils) == 1 and target is not None and target.shape == "disc":
+        return Choice("axisymmetric", "one coil under a disc; off its axis ask for sheets")
+    if any(coil.centre[1] != 0.0 for coil in sensor.coils):
+        return Choice("sheets", "coils beside the section y = 0 have no planar model")
+    if target is not None and target.shape != "rectangle":
+        return Choice("sheets", "the target's outline has no planar section that stands for it")
+    reason = "no target: free space alone" if target is None else "nothing permeable: no mesh of the air"
     return Choice("planar", reason)
 
 

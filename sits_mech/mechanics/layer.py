@@ -6,8 +6,8 @@ Equations: forms.py (layer), target.py (rigid target), path.py (solution). Pose:
 
 Meshes. Small strain wants a strong grading towards the singular corners. At finite strain that resolves corners which
 then crease, or turn inside out. So several meshes stand in line, each tougher and a little less accurate than the
-one before: strongly graded, mildly graded, and mildly graded with a guard on J. The first whose load path gets there with an
-error near the tolerance gives the answer, or else the one with the smallest error.
+one before: strongly graded, mildly graded, and mildly graded with a guard on J. The first whose load path gets there
+with an error near the tolerance gives the answer, or else the one with the smallest error.
 
 Error. Every pose is solved on two meshes. The corner singularity makes it converge as h^1.2 to h^1.8 on these
 gradings; the error is extrapolated from the difference as if it were h, to be on the safe side, and no component is
