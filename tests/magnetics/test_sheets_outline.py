@@ -10,8 +10,10 @@ from scipy.constants import mu_0
 
 from sits_mech.geometry.outline import Outline, outline_plan, read_outline
 from sits_mech.geometry.plan import Grading, plan_seams
-from sits_mech.magnetics.prisms import Prisms, box_means, polygon_area, prism_means, prism_potential
+from sits_mech.magnetics.prisms import Prisms, box_means, gauss_points, polygon_area, prism_means, prism_potential
 from sits_mech.magnetics.ring_field import path_potential, ring_potential, spiral_inductances
+from sits_mech.magnetics.sheet_loops import class_loops
+from sits_mech.magnetics.sheet_modes import stacked
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import Pose
 from sits_mech.sensor import Sensor, load_sensor
@@ -67,6 +69,23 @@ def test_division_fills_the_outline(outline: Outline) -> None:
     assert area.sum() == pytest.approx(loops[0] - sum(loops[1:]), rel=1e-9)
     edges = plan.nodes.shape[0] + plan.cells.shape[0] + len(loops) - 2  # Euler: V - E + F = 2 - loops
     assert len(plan_seams(plan).edges) == edges - int((plan.loop >= 0).sum())
+
+
+@pytest.mark.parametrize("mirror", [1, -1])
+def test_no_loop_links_a_gradient(mirror: int) -> None:
+    """A = grad(x), grad(y), grad(xz), grad(yz) drives nothing: these fields are exact with one value a cell."""
+    plan = outline_plan(Outline((circle(1.0, 12), circle(0.3, 8))), Grading(0.1, 2.0, 0.4))
+    heights = np.array([0.05, 0.03, 0.02])
+    loops = class_loops(plan, plan_seams(plan), heights, (np.ones(1, complex), mirror), depth=0.2)
+    prisms = stacked(plan, np.concatenate([[0.0], np.cumsum(heights)]))
+    points, weights = gauss_points(prisms, 3)
+    x, y, z = np.einsum("mpd,mp->dm", points, weights)
+    zero, one = np.zeros(x.size), np.ones(x.size)
+    fields = [(z, zero, x), (zero, z, y)] if mirror < 0 else [(one, zero, zero), (zero, one, zero)]
+    for field in fields:
+        flux = sum(m.T @ a for m, a in zip(loops.moments, field, strict=True))
+        size = sum(abs(m).T @ np.abs(a) for m, a in zip(loops.moments, field, strict=True))
+        assert np.abs(flux).max() < 1e-9 * size.max()
 
 
 @pytest.mark.parametrize("name, corners, area", [("cross", 12, 39e-6), ("slotted_disc", 51, None)])
