@@ -12,8 +12,8 @@ R), the plates that carry the error, and the air next to them, are divided anew 
 
 Range: rectangular sections; the target's outline must be a rectangle or a disc (cut through its middle). Neglected:
 eddies in the coils' own tracks (idle coils are open), displacement current, the ends along y, hysteresis and saturation
-of permeable parts. Open boundary: a circle at five times the reach of the plates, with the exact exterior series; on the
-published sensor a circle four times as large changes Delta L by 3e-9.
+of permeable parts. Open boundary: a circle at five times the reach of the plates, with the exact exterior series; on
+the published sensor a circle four times as large changes Delta L by 3e-9.
 """
 
 from __future__ import annotations

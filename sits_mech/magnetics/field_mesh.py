@@ -132,7 +132,10 @@ class Division:
 
 
 def divide_plane(
-    plates: tuple[Plate, ...], bars: Complex, skin_depths: Array, fineness: tuple[Fineness, ...],
+    plates: tuple[Plate, ...],
+    bars: Complex,
+    skin_depths: Array,
+    fineness: tuple[Fineness, ...],
     ground: float | None = None,
 ) -> Division:
     """Divide the plane around `plates` up to a circle.

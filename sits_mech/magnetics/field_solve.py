@@ -107,7 +107,11 @@ class FieldSolution:
 
 
 def solve_field(
-    division: Division, plates: tuple[Plate, ...], coils: tuple[Track, ...], omega: float, order: int,
+    division: Division,
+    plates: tuple[Plate, ...],
+    coils: tuple[Track, ...],
+    omega: float,
+    order: int,
     ground: float | None = None,
 ) -> FieldSolution:
     """Solve for every coil, one ampere each.

@@ -6,7 +6,7 @@ from scipy.constants import mu_0
 
 from sits_mech.geometry.windings import Bars, coil_bars
 from sits_mech.magnetics.field import planar_fem
-from sits_mech.magnetics.field_mesh import Fineness, Plate, divide_plane, graded_nodes
+from sits_mech.magnetics.field_mesh import Fineness, Plate, check_apart, divide_plane, graded_nodes
 from sits_mech.magnetics.field_solve import element_errors, solve_field
 from sits_mech.magnetics.field_source import coil_potentials, mean_log_at, tracks
 from sits_mech.magnetics.kernels import mean_log
@@ -70,12 +70,12 @@ def test_a_fixed_plate_is_a_target_at_rest() -> None:
 
 
 def test_a_far_plate_adds_nothing_and_a_missed_one_is_left_out() -> None:
-    alone = planar_fem(_scene()).impedance(Pose(1e-3, 2e-3, 0.1), 5e6)
+    alone = planar_fem(_scene(), 1e-2).impedance(Pose(1e-3, 2e-3, 0.1), 5e6)
     far = _block("far", 0.3, 8e-3, 0.2e-3, conductivity=5.8e7)
-    both = planar_fem(_scene(conductors=[far])).impedance(Pose(1e-3, 2e-3, 0.1), 5e6)
+    both = planar_fem(_scene(conductors=[far]), 1e-2).impedance(Pose(1e-3, 2e-3, 0.1), 5e6)
     assert np.abs(both.L - alone.L).max() < alone.error_L.max()
     beside = far | {"name": "beside", "centre": (0.0, 0.1, 1e-3)}
-    missed = planar_fem(_scene(conductors=[beside])).impedance(Pose(1e-3, 2e-3, 0.1), 5e6)
+    missed = planar_fem(_scene(conductors=[beside]), 1e-2).impedance(Pose(1e-3, 2e-3, 0.1), 5e6)
     assert np.array_equal(missed.L, alone.L) and "beside" in missed.report.left_out[0]
 
 
@@ -84,7 +84,7 @@ def test_ferrite_behind_raises_and_ground_plane_lowers() -> None:
     changes = []
     for metal in ({"conductivity": 1.0, "relative_permeability": 1000.0}, {"conductivity": 5.8e7}):
         back = _block("back", -1.5e-3, 18e-3, 1e-3, **metal)
-        found = planar_fem(_scene(conductors=[back])).impedance(Pose(0.0, 2e-3), 5e6)
+        found = planar_fem(_scene(conductors=[back]), 1e-2).impedance(Pose(0.0, 2e-3), 5e6)
         changes.append(np.diag(found.L - found.L0))
         assert np.all(np.linalg.eigvalsh(found.R) > 0) and np.all(np.linalg.eigvalsh(found.L) > 0)
     assert np.all(changes[0] > 0) and np.all(changes[1] < 0)
@@ -124,6 +124,22 @@ def test_coil_potential_vanishes_on_the_grounded_circle() -> None:
     coils = tracks(load_sensor("biorob2018"))
     free, grounded = coil_potentials(coils, circle), coil_potentials(coils, circle, 0.05)
     assert np.abs(grounded).max() < 1e-5 * np.abs(free).max()
+
+
+@pytest.mark.parametrize(
+    "place, alpha, apart",
+    [(9e-3 + 0j, 0.0, True), (0.3e-3j, 0.0, True), (7e-3 + 0j, 0.0, False), (0.3e-3j, 0.1, False), (1j, 1.0, True)],
+)
+def test_plates_apart_or_not(place: complex, alpha: float, apart: bool) -> None:
+    """Beside, above, overlapping, crossing, far."""
+    first = Plate("first", 0j, 0.0, 8e-3, 0.2e-3, 5.8e7, 1.0, True)
+    second = Plate("second", place, alpha, 8e-3, 0.2e-3, 5.8e7, 1.0, True)
+    for pair in ((first, second), (second, first)):
+        if apart:
+            check_apart(pair)
+        else:
+            with pytest.raises(ValueError, match="must not touch"):
+                check_apart(pair)
 
 
 def test_graded_nodes_follow_the_wanted_size() -> None:
