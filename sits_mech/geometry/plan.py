@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from sits_mech.geometry.section import graded
 from sits_mech.quantities import Array
 
 Integers = NDArray[np.int_]
+_BEYOND = 0.4  # growth of cells per length beyond the reach
 
 
 @dataclass(frozen=True)
@@ -39,12 +39,15 @@ class Grading:
         Largest cell [m].
     halvings : int
         How often every cell is then divided in two, along each axis: a ladder for extrapolation.
+    reach : float
+        From the middle, how far cells must not exceed the largest; beyond they may grow slowly [m].
     """
 
     first: float
     growth: float
     largest: float
     halvings: int = 0
+    reach: float = np.inf
 
 
 @dataclass(frozen=True)
@@ -121,7 +124,12 @@ def _half_axis(half: float, grading: Grading) -> Array:
 def graded_axis(length: float, grading: Grading, largest: float) -> Array:
     """Return the nodes of ``[0, length]``, finest at the end, no cell above `largest` before they are halved [m]."""
     largest = min(grading.largest, largest)
-    nodes = graded(length, min(grading.first, largest), largest, grading.growth)
+    first = min(grading.first, largest)
+    steps = [0.0]
+    while (left := length - steps[-1]) > 1.6 * first:
+        inner = largest + _BEYOND * max(0.0, steps[-1] - grading.reach)
+        steps.append(steps[-1] + min(inner, left - max((left - first) / grading.growth, 0.8 * first)))
+    nodes = np.array([*steps, length])
     for _ in range(grading.halvings):
         nodes = _halved(nodes)
     return nodes

@@ -175,7 +175,8 @@ class Sheets:
         rung = next((rung for error, rung in LADDER if self.tolerance >= error), LADDER[-1][1])
         gap = float(_lowest(target, self.outline, turns, places).min())
         scale = (math.floor(math.log2(gap) + 1e-9), math.ceil(math.log10(frequency) - 1e-9))
-        plates = [prepared(target, self.outline, rung, scale, halvings) for halvings in (1, 0)]
+        reach = _reach(self.sensor) + 2 * 2.0 ** scale[0]
+        plates = [prepared(target, self.outline, rung, (*scale, reach), halvings) for halvings in (1, 0)]
         fine, coarse = reactions(self.sensor.coils, self.windings, plates, (turns, places), frequency)
         depth = _skin_depth(target, frequency)
         thin = depth > target.thickness
@@ -256,17 +257,22 @@ def _lowest(target: Target, outline: Outline | None, turns: Array, places: Array
 
 
 @lru_cache(maxsize=16)
-def prepared(target: Target, outline: Outline | None, rung: Rung, scale: tuple[int, int], halvings: int) -> Sheeted:
-    """Return the target prepared for clearances from 2^scale[0] m on and frequencies up to 10^scale[1] Hz."""
+def prepared(
+    target: Target, outline: Outline | None, rung: Rung, scale: tuple[int, int, float], halvings: int
+) -> Sheeted:
+    """Return the target prepared for clearances from 2^scale[0] m on and frequencies up to 10^scale[1] Hz.
+
+    The third of `scale` is how far from the target's middle the coils' currents call for small cells [m].
+    """
     clearance, skin_depth = 2.0 ** scale[0], _skin_depth(target, 10.0 ** scale[1])
     shape = target_outline(target, outline)
     half = np.array([*np.abs(shape.rim).max(0) * (1.0 + 1e-3), target.thickness / 2])
     box = _box(half, clearance, rung.terms)
-    width = float(half[:2].min())
+    width = min(float(half[:2].min()), scale[2])
     largest = min(rung.along * (clearance + target.thickness / 2), rung.across * width)
     largest = max(largest, _FINEST * width) * (_RESISTIVE if 2 * skin_depth > target.thickness else 1.0)
     first = min(rung.skin * skin_depth, largest)
-    grading = Grading(first, rung.growth, largest, halvings)
+    grading = Grading(first, rung.growth, largest, halvings, scale[2])
     levels = graded_axis(target.thickness / 2, grading, target.thickness / 2)
     plan = _plan(target, outline, grading, max(box.order[:2]))
     return prepare_sheets(plan, levels, target.metal.conductivity, box, depth=min(skin_depth, target.thickness / 2))
@@ -286,6 +292,11 @@ def _box(half: Array, clearance: float, terms: float) -> Box:
     rates = [math.asinh((clearance + half[2]) / side) for side in half]
     order = [min(math.ceil(terms / (2 * rate)) + extra, _MOST) for rate, extra in zip(rates, (3, 3, 1), strict=True)]
     return Box(half, (order[0], order[1], order[2]), (math.exp(rates[0]), math.exp(rates[1]), math.exp(rates[2])))
+
+
+def _reach(sensor: Sensor) -> float:
+    """Farthest winding from the scene's middle along x or y [m]."""
+    return max(max(map(abs, coil.centre)) + coil.outer_diameter / 2 for coil in sensor.coils)
 
 
 def _skin_depth(target: Target, frequency: float) -> float:

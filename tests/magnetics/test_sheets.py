@@ -57,7 +57,7 @@ def axial_field(sensor: Sensor, z: float) -> float:
 def test_plate_as_volume_fem(model: Sheets, f: float, d_v: float, delta_L: float, delta_M: float, R: float) -> None:
     z = model.impedance(Pose(0.0, d_v), f)
     change = (z.L - z.L0) * 1e9
-    assert change[0, 0] == pytest.approx(delta_L, rel=2e-3)
+    assert change[0, 0] == pytest.approx(delta_L, rel=5e-3)
     assert change[0, 1] == pytest.approx(delta_M, abs=2e-3 * abs(delta_L))
     assert z.R[0, 0] == pytest.approx(R, rel=0.03)
     assert abs(change[0, 0] - delta_L) < z.error_L[0, 0] * 1e9 + 5e-4 * abs(delta_L)
