@@ -41,7 +41,7 @@ _LADDER = (
 )
 _SHARE = 0.05  # of the worst component's error that every component owns to
 _LENIENCE = 2.0  # the estimate is on the safe side: up to so many tolerances no other mesh is tried
-_PATIENCE = (0.25, 1e-3)  # smallest increment of the load path where another mesh waits, and where none does
+_PATIENCE = (0.25, 1e-4)  # smallest increment of the load path where another mesh waits, and where none does
 
 
 @dataclass(frozen=True)
