@@ -73,7 +73,7 @@ LADDER = (
     (1e-3, Rung(skin=1.5, growth=2.9, along=0.5, across=0.2, terms=10.0)),
 )
 _FINEST = 0.16  # smallest the largest cell may get, over the half width
-_MOST = 28  # polynomials along an axis: beyond, the cells are too coarse for the field anyway
+_MOST = 2000  # polynomials in all; what a wide plate close to the coils misses is in its estimated error
 _RESISTIVE = 0.8  # where the current fills the thickness, cells are smaller by this
 
 
@@ -290,7 +290,10 @@ def _plan(target: Target, outline: Outline | None, grading: Grading, orders: int
 def _box(half: Array, clearance: float, terms: float) -> Box:
     """Bounding box with the polynomials that a field singular `clearance` below it needs (as `plate.series_order`)."""
     rates = [math.asinh((clearance + half[2]) / side) for side in half]
-    order = [min(math.ceil(terms / (2 * rate)) + extra, _MOST) for rate, extra in zip(rates, (3, 3, 1), strict=True)]
+    order = [math.ceil(terms / (2 * rate)) + extra for rate, extra in zip(rates, (3, 3, 1), strict=True)]
+    short, long = (0, 1) if half[0] <= half[1] else (1, 0)
+    order[short] = min(order[short], math.isqrt(_MOST // order[2]))
+    order[long] = min(order[long], _MOST // (order[2] * order[short]))
     return Box(half, (order[0], order[1], order[2]), (math.exp(rates[0]), math.exp(rates[1]), math.exp(rates[2])))
 
 
