@@ -49,7 +49,7 @@ def reactions(
     box = plates[0].box
     up = np.array([0.0, 0.0, box.half[2]])
     nodes, transforms = _nodes(box) + up, [_nodal(plate) for plate in plates]
-    admittances = [[part.modes.admittance(2 * np.pi * frequency) for part in plate.classes] for plate in plates]
+    admittances = [[part.admittance(2 * np.pi * frequency) for part in plate.classes] for plate in plates]
     p, q = places.shape[0], nodes.shape[0]
     corners = np.array(list(product((-1.0, 1.0), repeat=3))) * box.half + up
     extremes = _moved(corners, turns, places).reshape(-1, 3)

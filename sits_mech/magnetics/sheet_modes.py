@@ -30,7 +30,6 @@ from scipy.constants import mu_0
 from scipy.linalg import eigh
 
 from sits_mech.geometry.plan import Plan, plan_seams
-from sits_mech.magnetics.modes import Modes
 from sits_mech.magnetics.prisms import Prisms, box_means, gauss_points, prism_means
 from sits_mech.magnetics.sheet_loops import Complex, Loops, class_loops
 from sits_mech.quantities import Array
@@ -65,12 +64,20 @@ class Class:
     ----------
     basis : ndarray, shape (3 * coefficients, r)
         Combinations of field coefficients (A_x first, then A_y, A_z) that drive the class.
-    modes : Modes
-        Seen through these combinations.
+    tau : ndarray, shape (m,)
+        Time constants [s].
+    coupling : ndarray, shape (r, m)
+        What a unit of each combination induces in each mode.
     """
 
     basis: Array
-    modes: Modes
+    tau: Array
+    coupling: Array
+
+    def admittance(self, omega: float) -> Complex:
+        """Return Y with ``Delta Z_cd = a_c^T Y a_d``, shape (r, r), symmetric; omega [rad/s]."""
+        weight = omega**2 / (1.0 + 1j * omega * self.tau)
+        return np.asarray((self.coupling * weight) @ self.coupling.T)
 
 
 @dataclass(frozen=True)
@@ -201,7 +208,7 @@ def _solve_class(problem: _Problem, means: Array, fields: Array, scale: Array, c
         seen = np.hstack([seen.real, seen.imag]) * np.sqrt(problem.weight)
         tau = np.tile(tau, 2)
     basis, coupling = _compressed(np.asarray(seen.real))
-    return Class(basis / scale[:, None], Modes(np.maximum(tau, 0.0), coupling))
+    return Class(basis / scale[:, None], np.maximum(tau, 0.0), coupling)
 
 
 def _compressed(coupling: Array) -> tuple[Array, Array]:
