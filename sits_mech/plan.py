@@ -71,8 +71,9 @@ def choose_magnetics(sensor: Sensor, asked: str, known: tuple[str, ...]) -> Choi
     target = sensor.target
     if sensor.substrate_radius is not None:
         return Choice("planar-fem", "coils on a curved substrate")
-    if sensor.conductors or (target is not None and target.metal.relative_permeability != 1.0):
-        return Choice("planar-fem", "other metal or permeable parts: the air around them is meshed")
+    parts = (*(() if target is None else (target,)), *sensor.conductors)
+    if any(part.metal.relative_permeability != 1.0 for part in parts):
+        return Choice("planar-fem", "permeable parts: the air around them is meshed")
     if len(sensor.coils) == 1 and target is not None and target.shape == "disc":
         return Choice("axisymmetric", "one coil under a disc; off its axis ask for sheets")
     if any(coil.centre[1] != 0.0 for coil in sensor.coils):

@@ -30,10 +30,12 @@ import numpy as np
 from scipy.constants import mu_0
 
 from sits_mech.geometry.collision import check_clearance, clearance
+from sits_mech.geometry.plates import Plate, check_apart, distance, section_plates
 from sits_mech.geometry.windings import Bars, coil_bars
 from sits_mech.magnetics.coupling import Complex, circle_powers, coefficients, filaments
 from sits_mech.magnetics.kernels import mean_log
-from sits_mech.magnetics.plate import Plate, Resolution, prepare_plate, series_order
+from sits_mech.magnetics.neighbours import Answering, coupled_reaction
+from sits_mech.magnetics.plate import PreparedPlate, Resolution, prepare_plate, series_order
 from sits_mech.materials import metals
 from sits_mech.quantities import Array, Impedance, Pose, SolveReport
 from sits_mech.sensor import Sensor
@@ -118,10 +120,11 @@ def not_representable(sensor: Sensor) -> str | None:
         return "coils.centre: the planar model needs every coil on y = 0; model 'sheets' takes any place"
     if sensor.substrate_radius is not None:
         return "substrate_radius: the planar integral model takes flat coils only; model 'planar-fem' takes curved ones"
-    if sensor.conductors:
-        return "conductors: the planar integral model knows the target alone; model 'planar-fem' takes other metal"
-    if sensor.target is not None and sensor.target.metal.relative_permeability != 1.0:
-        return "target.relative_permeability: the planar integral model needs 1; model 'planar-fem' takes others"
+    if sensor.conductors and _return_radius(sensor) is not None:
+        return "conductors: the planar integral model needs isolated plates beside them; model 'planar-fem' takes both"
+    parts = (*(() if sensor.target is None else (sensor.target,)), *sensor.conductors)
+    if any(part.metal.relative_permeability != 1.0 for part in parts):
+        return "relative_permeability: the planar integral model needs 1; model 'planar-fem' takes others"
     if sensor.target is not None and sensor.target.shape == "outline":
         return "target.shape: the planar model has a rectangular section; model 'sheets' takes an outline"
     return None
@@ -130,6 +133,13 @@ def not_representable(sensor: Sensor) -> str | None:
 def coil_sections(sensor: Sensor) -> tuple[Bars, ...]:
     """Every coil's bars in the section y = 0."""
     return tuple(coil_bars(coil) for coil in sensor.coils)
+
+
+def coil_box(bars: Bars) -> Complex:
+    """Corners x + j z of the rectangle around a coil's bars, counter-clockwise [m]."""
+    low = complex(bars.x.min() - bars.width / 2, bars.z.min() - bars.thickness / 2)
+    high = complex(bars.x.max() + bars.width / 2, bars.z.max() + bars.thickness / 2)
+    return np.array([low, complex(high.real, low.imag), high, complex(low.real, high.imag)])
 
 
 def track_resistance(bars: Bars) -> float:
@@ -172,21 +182,18 @@ def _largest(matrix: Array) -> Array:
 def _change(sensor: Sensor, tolerance: float, pose: Pose, frequency: float) -> tuple[Complex, tuple[float, float], int]:
     """Delta Z of a flat batch of poses, its estimated relative errors in L and R, and the number of bars."""
     n = len(sensor.coils)
-    if sensor.target is None or np.size(pose.d_v) == 0:
+    if (sensor.target is None and not sensor.conductors) or np.size(pose.d_v) == 0:
         return np.zeros((np.size(pose.d_v), n, n), dtype=complex), (0.0, 0.0), 0
     resolution = next((rung for error, rung in LADDER if tolerance >= error), LADDER[-1][1])
-    octave = math.floor(math.log2(np.min(clearance(sensor, pose))))
-    decade = math.ceil(math.log10(frequency) - 1e-9)
-    plate = prepared_plate(sensor, resolution, octave, decade)
-    change = _reaction(sensor, plate, pose, frequency, resolution.terms)
+    react = _among_others if sensor.conductors else _alone
+    change, bars = react(sensor, resolution, pose, frequency)
     picked = np.unique(np.linspace(0, np.size(pose.d_v) - 1, _PROBES).astype(int))
     probes = Pose(*(np.asarray(v)[picked] for v in (pose.d_h, pose.d_v, pose.alpha)))
-    coarse = prepared_plate(sensor, _coarser(resolution), octave, decade)
-    companion = _reaction(sensor, coarse, probes, frequency, resolution.terms)
+    companion, _ = react(sensor, _coarser(resolution), probes, frequency)
     difference = np.abs(_split(companion - change[picked]))
     scale = np.max(np.abs(_split(change[picked])), axis=(-2, -1))
     errors = np.max(np.max(difference, axis=(-2, -1)) / scale, axis=-1) + math.exp(-resolution.terms)
-    return change, (float(errors[1]), float(errors[0])), plate.cells
+    return change, (float(errors[1]), float(errors[0])), bars
 
 
 def _split(Z: Complex) -> Array:
@@ -202,21 +209,71 @@ def _coarser(resolution: Resolution) -> Resolution:
     )
 
 
+def _alone(sensor: Sensor, resolution: Resolution, pose: Pose, frequency: float) -> tuple[Complex, int]:
+    """Delta Z of a batch of poses with nothing but the target, and the number of bars."""
+    octave = math.floor(math.log2(np.min(clearance(sensor, pose))))
+    plate = prepared_plate(sensor, resolution, octave, math.ceil(math.log10(frequency) - 1e-9))
+    return _reaction(sensor, plate, pose, frequency, resolution.terms), plate.bars
+
+
+def _among_others(sensor: Sensor, resolution: Resolution, pose: Pose, frequency: float) -> tuple[Complex, int]:
+    """Delta Z of a batch of poses with other plates in the section, pose by pose, and the largest number of bars."""
+    changes, most = [], 0
+    for d_h, d_v, alpha in zip(pose.d_h, pose.d_v, pose.alpha, strict=True):  # type: ignore[arg-type]
+        plates = section_plates(sensor, Pose(float(d_h), float(d_v), float(alpha)))
+        check_apart(plates)
+        answering, gap = _answering(sensor, plates, resolution, frequency)
+        source = filaments(coil_sections(sensor), gap, math.exp(-resolution.terms), None)
+        Z = coupled_reaction(answering, source, 2 * np.pi * frequency)
+        changes.append((Z + Z.T) / 2)
+        most = max(most, sum(plate.prepared.bars for plate in answering))
+    return np.array(changes), most
+
+
+def _answering(
+    sensor: Sensor, plates: tuple[Plate, ...], resolution: Resolution, frequency: float
+) -> tuple[tuple[Answering, ...], float]:
+    """Plates prepared for their distances from the coils and each other, and the smallest distance from a coil."""
+    boxes = [coil_box(bars) for bars in coil_sections(sensor)]
+    found, nearest = [], np.inf
+    for plate in plates:
+        from_coils = min(distance(plate.corners, box) for box in boxes)
+        others = [distance(plate.corners, other.corners) for other in plates if other is not plate]
+        gap = min([from_coils, *others])
+        if from_coils <= 0.0:
+            raise ValueError(f"{plate.name}: must be clear of every coil's tracks in the section, got a coil within it")
+        octave, decade = math.floor(math.log2(gap)), math.ceil(math.log10(frequency) - 1e-9)
+        size = (plate.width, plate.thickness)
+        prepared = _prepared(size, plate.conductivity, resolution, (octave, decade), None)
+        order = min(prepared.order, series_order(*size, gap, resolution.terms))
+        found.append(Answering(plate, prepared, order))
+        nearest = min(nearest, from_coils)
+    return tuple(found), nearest
+
+
 @lru_cache(maxsize=64)
-def prepared_plate(sensor: Sensor, resolution: Resolution, octave: int, decade: int) -> Plate:
+def _prepared(
+    size: tuple[float, float], conductivity: float, resolution: Resolution, scales: tuple[int, int],
+    return_radius: float | None,
+) -> PreparedPlate:  # fmt: skip
+    """A plate prepared for clearances from 2^octave m on and frequencies up to 10^decade Hz."""
+    octave, decade = scales
+    skin_depth = math.sqrt(1.0 / (math.pi * 10.0**decade * mu_0 * conductivity))
+    return prepare_plate(
+        size, conductivity, resolution, clearance=2.0**octave, skin_depth=skin_depth, return_radius=return_radius
+    )
+
+
+def prepared_plate(sensor: Sensor, resolution: Resolution, octave: int, decade: int) -> PreparedPlate:
     """Return the sensor's target prepared for clearances from 2^octave m on and frequencies up to 10^decade Hz."""
     target = sensor.target
     if target is None:
         raise ValueError("target: the scene has none to prepare")
-    conductivity = target.metal.conductivity
-    skin_depth = math.sqrt(1.0 / (math.pi * 10.0**decade * mu_0 * conductivity))
-    return prepare_plate(
-        (target.extent[0], target.thickness), conductivity, resolution,
-        clearance=2.0**octave, skin_depth=skin_depth, return_radius=_return_radius(sensor),
-    )
+    size = (target.extent[0], target.thickness)
+    return _prepared(size, target.metal.conductivity, resolution, (octave, decade), _return_radius(sensor))
 
 
-def _reaction(sensor: Sensor, plate: Plate, pose: Pose, frequency: float, terms: float) -> Complex:
+def _reaction(sensor: Sensor, plate: PreparedPlate, pose: Pose, frequency: float, terms: float) -> Complex:
     """Delta Z, shape (p, n, n) [ohm/m], with so many digits (natural logarithm) in the coils' field."""
     omega = 2 * np.pi * frequency
     radius = _return_radius(sensor)

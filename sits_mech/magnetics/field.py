@@ -27,11 +27,12 @@ from scipy.constants import mu_0
 from scipy.spatial import cKDTree
 
 from sits_mech.geometry.collision import check_clearance
-from sits_mech.magnetics.field_mesh import Division, Fineness, Plate, divide_plane, outline_samples
+from sits_mech.geometry.plates import Plate, not_cut, section_plates
+from sits_mech.magnetics.field_mesh import Division, Fineness, divide_plane, outline_samples
 from sits_mech.magnetics.field_solve import FieldSolution, element_errors, solve_field
 from sits_mech.magnetics.field_source import Track, coil_potentials, free_inductance, track_resistances, tracks
 from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, SolveReport
-from sits_mech.sensor import Conductor, Sensor
+from sits_mech.sensor import Sensor
 
 Complex = NDArray[np.complex128]
 # Division for a tolerance of 1e-3, measured against an independent high-order FEM.
@@ -158,7 +159,7 @@ class PlanarFem:
         L0, symmetric = free_inductance(coils, ground), (flux + np.swapaxes(flux, -1, -2)) / 2
         error_L, error_R = (np.broadcast_to(errors[..., k, None, None], flux.shape).copy() for k in (0, 1))
         seconds = time.perf_counter() - began
-        missed = tuple(_not_cut(self.sensor))
+        missed = tuple(not_cut(self.sensor))
         report = SolveReport("planar-fem", unknowns, solves, residual, worst, seconds, left_out=missed)
         L, R = L0 + symmetric.real, -2 * np.pi * frequency * symmetric.imag
         return Impedance(frequency, L, R, L0, track_resistances(coils), error_L, error_R, "H/m", report)
@@ -196,42 +197,6 @@ def planar_fem(sensor: Sensor, tolerance: float = 1e-3) -> PlanarFem:
     if not 1e-7 <= tolerance < 1.0:
         raise ValueError(f"tolerance: must lie between 1e-7 and 1, got {tolerance}")
     return PlanarFem(sensor, tolerance)
-
-
-def section_plates(sensor: Sensor, pose: Pose) -> tuple[Plate, ...]:
-    """Return the plates that the plane y = 0 cuts, the target at `pose` first."""
-    plates = []
-    if sensor.target is not None:
-        target, metal = sensor.target, sensor.target.metal
-        place, width = complex(float(pose.d_h), float(pose.d_v)), target.extent[0]
-        plates.append(
-            Plate("target", place, float(pose.alpha), width, target.thickness, metal.conductivity,
-                  metal.relative_permeability, target.net_current == "zero")
-        )  # fmt: skip
-    for part in sensor.conductors:
-        width, metal = _cut_width(part), part.metal
-        if width > 0.0:
-            bottom = complex(part.centre[0], part.centre[2] - part.thickness / 2)
-            plates.append(
-                Plate(f"conductors.{part.name}", bottom, 0.0, width, part.thickness, metal.conductivity,
-                      metal.relative_permeability, True)
-            )  # fmt: skip
-    return tuple(plates)
-
-
-def _cut_width(part: Conductor) -> float:
-    """Width of a fixed plate where y = 0 cuts it; 0 where it does not [m]."""
-    offset = abs(part.centre[1])
-    if part.diameter is not None:
-        return float(np.sqrt(max(part.diameter**2 - 4 * offset**2, 0.0)))
-    width, length = part.extent
-    return width if offset <= length / 2 else 0.0
-
-
-def _not_cut(sensor: Sensor) -> list[str]:
-    """Say which plates the section misses."""
-    missed = [part.name for part in sensor.conductors if _cut_width(part) == 0.0]
-    return [f"conductors.{name}: the section y = 0 of a planar model does not cut it" for name in missed]
 
 
 def _ground(sensor: Sensor) -> float | None:

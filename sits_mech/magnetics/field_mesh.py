@@ -21,58 +21,13 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem import MeshTri
 
+from sits_mech.geometry.plates import Plate, check_apart
 from sits_mech.meshing.unstructured import fill_between
 from sits_mech.quantities import Array
 
 Complex = NDArray[np.complex128]
 Index = NDArray[np.int64]
 _SMALLEST = 1e-7  # first cell at least this share of a plate's length: finer skins are not resolved
-
-
-@dataclass(frozen=True)
-class Plate:
-    """One conducting or permeable part in the section.
-
-    Attributes
-    ----------
-    name : str
-    bottom : complex
-        Middle of the bottom face x + j z [m].
-    alpha : float
-        Clockwise rotation [rad].
-    width, thickness : float
-        [m].
-    conductivity : float
-        [S/m].
-    relative_permeability : float
-    isolated : bool
-        Whether its net current is zero; else it returns at the grounded circle.
-    """
-
-    name: str
-    bottom: complex
-    alpha: float
-    width: float
-    thickness: float
-    conductivity: float
-    relative_permeability: float
-    isolated: bool
-
-    def placed(self, local: NDArray[np.complexfloating]) -> Complex:
-        """Places x + j z of local coordinates xi + j eta [m]."""
-        return np.asarray(self.bottom + local * np.exp(-1j * self.alpha))
-
-    def holds(self, places: Complex) -> NDArray[np.bool_]:
-        """Whether places x + j z lie within."""
-        local = (places - self.bottom) * np.exp(1j * self.alpha)
-        above = np.abs(local.imag - self.thickness / 2)
-        return np.asarray((np.abs(local.real) <= self.width / 2) & (above <= self.thickness / 2))
-
-    @property
-    def corners(self) -> Complex:
-        """Corners counter-clockwise from the lower left, shape (4,) [m]."""
-        a, t = self.width / 2, self.thickness
-        return self.placed(np.array([-a, a, a + 1j * t, -a + 1j * t]))
 
 
 @dataclass(frozen=True)
@@ -169,25 +124,6 @@ def divide_plane(
     holes = [_rim(grid) for grid in grids]
     air = fill_between(_pairs(circle), [_pairs(grid[rim]) for grid, rim in zip(grids, holes, strict=True)])
     return _joined(grids, holes, air, (centre, radius, around))
-
-
-def check_apart(plates: tuple[Plate, ...]) -> None:
-    """Refuse plates that touch or overlap: some face of one must have the other wholly outside."""
-    for k, plate in enumerate(plates):
-        for other in plates[k + 1 :]:
-            if _gap(plate, other) <= 0.0 and _gap(other, plate) <= 0.0:
-                raise ValueError(
-                    f"{plate.name}, {other.name}: must not touch or overlap in the section, got sections that do; "
-                    "move the pose or the conductor"
-                )
-
-
-def _gap(plate: Plate, other: Plate) -> float:
-    """Largest distance of `other` from a face's line of `plate`; positive if a face separates them."""
-    local = (other.corners - plate.bottom) * np.exp(1j * plate.alpha)
-    above, below = local.imag.min() - plate.thickness, -local.imag.max()
-    right, left = local.real.min() - plate.width / 2, -local.real.max() - plate.width / 2
-    return float(max(above, below, right, left))
 
 
 def _outer_circle(plates: tuple[Plate, ...], around: float, ground: float | None) -> tuple[complex, float, int]:

@@ -47,7 +47,8 @@ from scipy.sparse.linalg import splu
 from skfem import Basis, BilinearForm, ElementTriP2, ElementTriP3, FacetBasis, LinearForm
 from skfem.helpers import dot, grad
 
-from sits_mech.magnetics.field_mesh import Division, Plate
+from sits_mech.geometry.plates import Plate
+from sits_mech.magnetics.field_mesh import Division
 from sits_mech.magnetics.field_source import Track, coil_potentials
 from sits_mech.quantities import Array
 

@@ -40,15 +40,23 @@ class Modes:
         Time constants [s].
     coupling : ndarray, shape (n, m)
         ``B v_k``: what a unit of each field function induces in each mode [sqrt(W) / (V s) per unit].
+    shapes : ndarray, shape (elements, m)
+        v_k: the elements' currents in each mode.
     """
 
     tau: Array
     coupling: Array
+    shapes: Array
 
     def admittance(self, omega: float) -> NDArray[np.complex128]:
         """Return Y(omega) of the module docstring, shape (n, n), symmetric; omega [rad/s]."""
         weight = omega**2 / (1.0 + 1j * omega * self.tau)
         return np.asarray((self.coupling * weight) @ self.coupling.T)
+
+    def currents(self, omega: float) -> NDArray[np.complex128]:
+        """Return the elements' currents for a unit of each field function, shape (elements, n)."""
+        weight = -1j * omega / (1.0 + 1j * omega * self.tau)
+        return np.asarray((self.shapes * weight) @ self.coupling.T)
 
 
 def eddy_modes(L: Array, R: Array, basis: Array, *, constraint: Array | None = None) -> Modes:
@@ -74,7 +82,7 @@ def eddy_modes(L: Array, R: Array, basis: Array, *, constraint: Array | None = N
         S = _project(S, q)
         B = B - np.outer(B @ q, q)
     tau, V = eigh(S)
-    return Modes(np.maximum(tau, 0.0), B @ V)
+    return Modes(np.maximum(tau, 0.0), B @ V, scale[:, None] * V)
 
 
 def _project(S: Array, q: Array) -> Array:

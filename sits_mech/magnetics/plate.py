@@ -63,7 +63,7 @@ class Resolution:
 
 
 @dataclass(frozen=True)
-class Plate:
+class PreparedPlate:
     """A plate prepared for all poses with at least its clearance and all frequencies up to its skin depth.
 
     Attributes
@@ -76,15 +76,20 @@ class Plate:
         Number n of complex Chebyshev coefficients.
     modes : tuple of Modes
         One set a symmetry class, in the order of PARITIES.
-    cells : int
-        Number of bars in the whole section.
+    cells : Cells
+        Bars of the quadrant x, z > 0 about the section's centre.
     """
 
     half_width: float
     thickness: float
     order: int
     modes: tuple[Modes, ...]
-    cells: int
+    cells: Cells
+
+    @property
+    def bars(self) -> int:
+        """Number of bars in the whole section."""
+        return 4 * self.cells.x.size
 
     def admittance(self, omega: float, order: int) -> NDArray[np.complex128]:
         """Return Y(omega) for the first `order` coefficients, (Re c, Im c), so that ``c^T Y c`` is in ohm/m."""
@@ -95,11 +100,32 @@ class Plate:
             Y[np.ix_(place, place)] = modes.admittance(omega)[: rows.size, : rows.size]
         return Y
 
+    def currents(self, omega: float, order: int) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """Return the centres xi + j eta of all bars and their currents for a unit of each coefficient.
+
+        Returns
+        -------
+        places : ndarray, shape (b,)
+            From the centre of the section [m].
+        currents : ndarray, shape (b, 2 order)
+            [A per V s/m].
+        """
+        quadrant = self.cells.x + 1j * self.cells.z
+        places = np.concatenate([quadrant, -quadrant.conj(), quadrant.conj(), -quadrant])
+        currents = np.zeros((places.size, 2 * order), dtype=complex)
+        for (parity, part), modes in zip(PARITIES, self.modes, strict=True):
+            rows = np.arange(parity, order, 2)
+            sign_x, sign_z = _signs(parity, part)
+            own = modes.currents(omega)[:, : rows.size] / 2.0  # the coupling counts all four quadrants in its square
+            copies = [sign * own for sign in (1.0, sign_x, sign_z, sign_x * sign_z)]
+            currents[:, rows + (0 if part == "re" else order)] = np.concatenate(copies)
+        return places, currents
+
 
 def prepare_plate(
     size: tuple[float, float], conductivity: float, resolution: Resolution, *, clearance: float, skin_depth: float,
     return_radius: float | None = None,
-) -> Plate:
+) -> PreparedPlate:
     """Divide a plate and find its modes.
 
     Parameters
@@ -123,19 +149,23 @@ def prepare_plate(
     logs = _image_logs(cells, 1.0 if return_radius is None else return_radius)
     modes = []
     for parity, part in PARITIES:
-        even_x = parity == (0 if part == "re" else 1)
-        even_z = part == "re"
-        sign_x, sign_z = (1.0 if even_x else -1.0), (1.0 if even_z else -1.0)
+        sign_x, sign_z = _signs(parity, part)
         L = -mu_0 / (2 * np.pi) * (logs[0] + sign_x * logs[1] + sign_z * logs[2] + sign_x * sign_z * logs[3])
         B = 2.0 * _means(cells, width / 2, np.arange(parity, order, 2), part)
-        isolated = even_x and even_z and return_radius is None
+        isolated = sign_x > 0 and sign_z > 0 and return_radius is None
         modes.append(eddy_modes(L, R, B, constraint=np.ones(R.size) if isolated else None))
-    return Plate(width / 2, thickness, order, tuple(modes), 4 * R.size)
+    return PreparedPlate(width / 2, thickness, order, tuple(modes), cells)
+
+
+def _signs(parity: int, part: str) -> tuple[float, float]:
+    """Parities in xi and in eta of one class, as signs."""
+    even_x = parity == (0 if part == "re" else 1)
+    return (1.0 if even_x else -1.0), (1.0 if part == "re" else -1.0)
 
 
 def divide(width: float, thickness: float, resolution: Resolution, *, clearance: float, skin_depth: float) -> Cells:
     """Return one quadrant's cells, graded to the surfaces."""
-    inductive = thickness > 2 * skin_depth or skin_depth**2 / thickness < clearance / 100
+    inductive = thickness > 2 * skin_depth or skin_depth**2 / thickness < clearance / 25
     along = resolution.along if inductive else resolution.resistive
     largest = min(along * (clearance + thickness / 2), along * width / 4)
     first = resolution.skin * skin_depth

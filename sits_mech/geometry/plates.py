@@ -1,0 +1,132 @@
+"""Which conducting plates does the plane y = 0 cut, and where? The target at its pose, and the scene's other metal.
+
+A plate's own coordinates are ``xi + j eta`` from the middle of its bottom face; it lies at ``bottom + (xi + j eta)
+exp(-j alpha)`` in the plane x + j z.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sits_mech.quantities import Pose
+from sits_mech.sensor import Conductor, Sensor
+
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Plate:
+    """One conducting or permeable part in the section.
+
+    Attributes
+    ----------
+    name : str
+    bottom : complex
+        Middle of the bottom face x + j z [m].
+    alpha : float
+        Clockwise rotation [rad].
+    width, thickness : float
+        [m].
+    conductivity : float
+        [S/m].
+    relative_permeability : float
+    isolated : bool
+        Whether its net current is zero; else it returns at the grounded circle.
+    """
+
+    name: str
+    bottom: complex
+    alpha: float
+    width: float
+    thickness: float
+    conductivity: float
+    relative_permeability: float
+    isolated: bool
+
+    def placed(self, local: NDArray[np.complexfloating]) -> Complex:
+        """Places x + j z of local coordinates xi + j eta [m]."""
+        return np.asarray(self.bottom + local * np.exp(-1j * self.alpha))
+
+    def holds(self, places: Complex) -> NDArray[np.bool_]:
+        """Whether places x + j z lie within."""
+        local = (places - self.bottom) * np.exp(1j * self.alpha)
+        above = np.abs(local.imag - self.thickness / 2)
+        return np.asarray((np.abs(local.real) <= self.width / 2) & (above <= self.thickness / 2))
+
+    @property
+    def corners(self) -> Complex:
+        """Corners counter-clockwise from the lower left, shape (4,) [m]."""
+        a, t = self.width / 2, self.thickness
+        return self.placed(np.array([-a, a, a + 1j * t, -a + 1j * t]))
+
+
+def section_plates(sensor: Sensor, pose: Pose) -> tuple[Plate, ...]:
+    """Return the plates that the plane y = 0 cuts, the target at `pose` first."""
+    plates = []
+    if sensor.target is not None:
+        target, metal = sensor.target, sensor.target.metal
+        place, width = complex(float(pose.d_h), float(pose.d_v)), target.extent[0]
+        plates.append(
+            Plate("target", place, float(pose.alpha), width, target.thickness, metal.conductivity,
+                  metal.relative_permeability, target.net_current == "zero")
+        )  # fmt: skip
+    for part in sensor.conductors:
+        width, metal = _cut_width(part), part.metal
+        if width > 0.0:
+            bottom = complex(part.centre[0], part.centre[2] - part.thickness / 2)
+            plates.append(
+                Plate(f"conductors.{part.name}", bottom, 0.0, width, part.thickness, metal.conductivity,
+                      metal.relative_permeability, True)
+            )  # fmt: skip
+    return tuple(plates)
+
+
+def _cut_width(part: Conductor) -> float:
+    """Width of a fixed plate where y = 0 cuts it; 0 where it does not [m]."""
+    offset = abs(part.centre[1])
+    if part.diameter is not None:
+        return float(np.sqrt(max(part.diameter**2 - 4 * offset**2, 0.0)))
+    width, length = part.extent
+    return width if offset <= length / 2 else 0.0
+
+
+def not_cut(sensor: Sensor) -> list[str]:
+    """Say which plates the section misses."""
+    missed = [part.name for part in sensor.conductors if _cut_width(part) == 0.0]
+    return [f"conductors.{name}: the section y = 0 of a planar model does not cut it" for name in missed]
+
+
+def check_apart(plates: tuple[Plate, ...]) -> None:
+    """Refuse plates that touch or overlap: some face of one must have the other wholly outside."""
+    for k, plate in enumerate(plates):
+        for other in plates[k + 1 :]:
+            if _gap(plate, other) <= 0.0 and _gap(other, plate) <= 0.0:
+                raise ValueError(
+                    f"{plate.name}, {other.name}: must not touch or overlap in the section, got sections that do; "
+                    "move the pose or the conductor"
+                )
+
+
+def _gap(plate: Plate, other: Plate) -> float:
+    """Largest distance of `other` from a face's line of `plate`; positive if a face separates them."""
+    local = (other.corners - plate.bottom) * np.exp(1j * plate.alpha)
+    above, below = local.imag.min() - plate.thickness, -local.imag.max()
+    right, left = local.real.min() - plate.width / 2, -local.real.max() - plate.width / 2
+    return float(max(above, below, right, left))
+
+
+def distance(first: Complex, second: Complex) -> float:
+    """Return the distance of two convex polygons given by their corners; 0 where they touch or overlap [m]."""
+    nearest = np.inf
+    for one, other in ((first, second), (second, first)):
+        edge = np.roll(one, -1) - one
+        away = other[:, None] - one
+        along = np.clip((away * edge.conj()).real / np.abs(edge) ** 2, 0.0, 1.0)
+        nearest = min(nearest, float(np.min(np.abs(away - along * edge))))
+        inside = np.all((edge.conj() * away).imag >= 0.0, axis=1)
+        if np.any(inside):
+            return 0.0
+    return nearest
