@@ -67,7 +67,7 @@ class Rung:
 
 # Asked error of the change of inductance -> division of the plate; measured in studies/benchmark_sheets.py.
 LADDER = (
-    (1e-2, Rung(skin=2.5, growth=4.0, along=1.2, across=0.5, terms=7.0)),
+    (1e-2, Rung(skin=2.5, growth=4.0, along=1.2, across=0.4, terms=7.0)),
     (5e-3, Rung(skin=2.0, growth=4.0, along=0.9, across=0.33, terms=8.0)),
     (2e-3, Rung(skin=1.6, growth=3.4, along=0.6, across=0.25, terms=9.0)),
     (1e-3, Rung(skin=1.5, growth=2.9, along=0.5, across=0.2, terms=10.0)),
