@@ -7,20 +7,19 @@ reached is printed and kept), 130 interrupted. Each command imports its rooms it
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, CycloptsError, Parameter
 
+from sits_mech.console import answer, not_converged, progress_bar, show, warn
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:
-    from sits_mech.quantities import Wrench
+    from sits_mech.quantities import Pose, Wrench
     from sits_mech.sensor import Sensor
-    from sits_mech.sweep import Progress
 
 app = App(
     name="sits-mech", version=__version__, help="Force in, inductance out: soft inductive tactile sensors.",
@@ -29,6 +28,7 @@ app = App(
 
 Quantity = Annotated[str, Parameter(allow_leading_hyphen=True)]
 Scene = Annotated[str, Parameter(help="Path of a scene file, or a name of the catalogue.")]
+Frequency = Annotated[str, Parameter(allow_leading_hyphen=True, help='One, or a range "first:last:count".')]
 Tolerance = Annotated[float, Parameter(help="Asked relative error.")]
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object and nothing else.")]
 Overrides = Annotated[
@@ -75,10 +75,10 @@ def catalog() -> int:
     from sits_mech.report.tables import key_table
     from sits_mech.sensor import catalogue
 
-    _show(key_table("sensors", list(catalogue().items())))
-    _show(key_table("silicones", [(name, f"{item.law}: {item.source}") for name, item in silicones().items()]))
+    show(key_table("sensors", list(catalogue().items())))
+    show(key_table("silicones", [(name, f"{item.law}: {item.source}") for name, item in silicones().items()]))
     lines = [(name, f"{item.conductivity:.3g} S/m: {item.source}") for name, item in metals().items()]
-    _show(key_table("metals", lines))
+    show(key_table("metals", lines))
     return 0
 
 
@@ -92,7 +92,7 @@ def doctor() -> int:
     from sits_mech.report.tables import key_table
 
     parts = examine()
-    _show(key_table("parts", [(name, f"{version}  {purpose}") for name, version, purpose in parts]))
+    show(key_table("parts", [(name, f"{version}  {purpose}") for name, version, purpose in parts]))
     return 0 if healthy(parts) else 2
 
 
@@ -113,7 +113,7 @@ def explain(scene: Scene, *, load: Load = Load(), tolerance: Tolerance = 1e-2, o
     if force:
         choice = mechanical_model(sensor, tolerance=tolerance)[1]
         rows.insert(0, ("mechanics", f"{choice.name}: {choice.reason}"))
-    _show(key_table(sensor.name, rows + [("left out", text) for text in left_out(sensor, force)]))
+    show(key_table(sensor.name, rows + [("left out", text) for text in left_out(sensor, force)]))
     return 0
 
 
@@ -137,33 +137,39 @@ def pose(
     try:
         found = layer.equilibrium(load.wrench())
     except SolveFailed as error:
-        return _not_converged(error, as_json)
-    _answer(equilibrium_record(found, left_out(sensor, True)), [equilibrium_table(found)], as_json)
+        return not_converged(error, as_json)
+    answer(equilibrium_record(found, left_out(sensor, True)), [equilibrium_table(found)], as_json)
     return 0
 
 
 @app.command
 def inductance(
-    scene: Scene, *, dv: Quantity, dh: Quantity = "0 mm", alpha: Quantity = "0 deg", frequency: Quantity | None = None,
+    scene: Scene, *, dv: Quantity, dh: Quantity = "0 mm", alpha: Quantity = "0 deg", frequency: Frequency | None = None,
     model: str = "auto", tolerance: Tolerance = 1e-3, overrides: Overrides = (), as_json: Json = False,
 ) -> int:  # fmt: skip
-    """What the coils show with the target at a pose.
+    """What the coils show with the target at a pose, at one frequency or over a range.
 
     Example: sits-mech inductance biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 MHz"
     """
     from sits_mech.chain import magnetic_model
     from sits_mech.plan import left_out
-    from sits_mech.quantities import Pose
-    from sits_mech.report.records import impedance_record
-    from sits_mech.report.tables import impedance_table
-    from sits_mech.units import quantity
+    from sits_mech.report.records import impedance_record, spectrum_record
+    from sits_mech.report.tables import impedance_table, spectrum_table, terminal_table
+    from sits_mech.spectrum import at_terminals, frequency_range, spectrum
 
-    sensor = _sensor(scene, overrides)
-    place = Pose(quantity(dh, "m", "--dh"), quantity(dv, "m", "--dv"), quantity(alpha, "rad", "--alpha"))
-    hertz = sensor.frequency if frequency is None else quantity(frequency, "Hz", "--frequency")
-    found = magnetic_model(sensor, model, tolerance)[0].impedance(place, hertz)
-    record = impedance_record(place, found, left_out(sensor, False))
-    _answer(record, [impedance_table([coil.name for coil in sensor.coils], found)], as_json)
+    sensor, place = _sensor(scene, overrides), _place(dh, dv, alpha)
+    hertz = [sensor.frequency] if frequency is None else frequency_range(frequency, "--frequency")
+    solver, _ = magnetic_model(sensor, model, tolerance)
+    unsolved = left_out(sensor, False)
+    if len(hertz) > 1:
+        data = spectrum(sensor, solver, place, hertz)
+        answer(spectrum_record(place, data, unsolved), [spectrum_table(data)], as_json)
+        return 0
+    found = solver.impedance(place, hertz[0])
+    seen, missing = at_terminals(sensor, found)
+    names = [coil.name for coil in sensor.coils]
+    tables = [impedance_table(names, found), terminal_table(names, seen, missing)]
+    answer(impedance_record(place, found, (*unsolved, *missing), seen), tables, as_json)
     return 0
 
 
@@ -185,13 +191,13 @@ def simulate(
     try:
         found = chain.simulate(sensor, load.wrench(), **asdict(models))
     except SolveFailed as error:
-        return _not_converged(error, as_json)
+        return not_converged(error, as_json)
     tables = [
         equilibrium_table(found.equilibrium),
         impedance_table([coil.name for coil in sensor.coils], found.impedance),
         signal_table(found.signals, found.impedance.unit_L),
     ]
-    _answer(simulation_record(found, left_out(sensor, True)), tables, as_json)
+    answer(simulation_record(found, left_out(sensor, True)), tables, as_json)
     return 0
 
 
@@ -212,18 +218,18 @@ def calibrate(
     sensor = _sensor(scene, overrides)
     F_x, F_z = quantity_range(fx, "N", "--fx"), quantity_range(fz, "N", "--fz")
     folder = prepare_folder(output if output is not None else Path(f"{Path(scene).stem}-calibration"))
-    with _progress("loads") as progress:
+    with progress_bar("loads") as progress:
         data = chain.calibrate(
             sensor, F_x=F_x, F_z=F_z, tolerance=models.tolerance, mechanics=models.mechanics,
             magnetics=models.magnetics, progress=progress, folder=cases_folder(folder),
         )  # fmt: skip
     for line in write_calibration(sensor, data, folder):
-        _warn(line)
-    _show(load_table(data))
-    _show(summary_table(data))
+        warn(line)
+    show(load_table(data))
+    show(summary_table(data))
     missing = failures(data)
     for line in [*remarks(data), *missing, f"written to {folder}"]:
-        _warn(line)
+        warn(line)
     return 3 if missing else 0
 
 
@@ -242,8 +248,16 @@ def fit(
     record = asdict(fit_law(read_tensile(tensile), law, max_strain))
     constants = [(name, f"{value:.6g} Pa") for name, value in record["constants"].items()]
     others = [(name, str(value)) for name, value in record.items() if name != "constants"]
-    _answer(record, [key_table(str(tensile), constants + others)], as_json)
+    answer(record, [key_table(str(tensile), constants + others)], as_json)
     return 0
+
+
+def _place(dh: str, dv: str, alpha: str) -> Pose:
+    """Return a written pose in SI."""
+    from sits_mech.quantities import Pose
+    from sits_mech.units import quantity
+
+    return Pose(quantity(dh, "m", "--dh"), quantity(dv, "m", "--dv"), quantity(alpha, "rad", "--alpha"))
 
 
 def _sensor(scene: str, overrides: Sequence[str]) -> Sensor:
@@ -251,55 +265,6 @@ def _sensor(scene: str, overrides: Sequence[str]) -> Sensor:
     from sits_mech.sensor import load_sensor
 
     return load_sensor(scene, overrides)
-
-
-def _not_converged(error: Any, as_json: bool) -> int:
-    """Print what was reached, and say that it is not the answer."""
-    from sits_mech.report.records import failure_record
-    from sits_mech.report.tables import equilibrium_table
-
-    tables = [] if error.last is None else [equilibrium_table(error.last, "last converged state")]
-    _answer(failure_record(error), tables, as_json)
-    _warn(f"not converged ({error.report.status}): {error}")
-    return 3
-
-
-def _answer(record: dict[str, Any], tables: Sequence[Any], as_json: bool) -> None:
-    """Print an answer, for a program or for a reader."""
-    if as_json:
-        from sits_mech.report.records import json_text
-
-        sys.stdout.write(json_text(record) + "\n")
-        return
-    for table in tables:
-        _show(table)
-
-
-def _show(table: Any) -> None:
-    """Print a table on stdout; where it is no terminal nothing is cut."""
-    from rich.console import Console
-
-    width = None if sys.stdout.isatty() else 160
-    console = Console(width=width, markup=False, highlight=False)
-    console.print(table)
-    console.print()
-
-
-def _warn(line: str) -> None:
-    """Print one line on stderr."""
-    sys.stderr.write(f"{line}\n")
-
-
-@contextmanager
-def _progress(what: str) -> Iterator[Progress]:
-    """Give a callable that moves a bar on stderr."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True)) as bar:
-        task = bar.add_task(what, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
 def run(tokens: Sequence[str] | None = None) -> int:
@@ -313,10 +278,10 @@ def run(tokens: Sequence[str] | None = None) -> int:
     try:
         code = app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
     except (CycloptsError, ValueError, OSError) as error:
-        _warn(f"error: {' '.join(str(error).split())}")
+        warn(f"error: {' '.join(str(error).split())}")
         return 2
     except KeyboardInterrupt:
-        _warn("interrupted: finished loads are kept; the same command goes on from them")
+        warn("interrupted: finished loads are kept; the same command goes on from them")
         return 130
     return code if isinstance(code, int) else 0
 

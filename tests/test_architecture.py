@@ -18,9 +18,9 @@ RANKS = {
     **dict.fromkeys(("plan", "sweep", "numerics", "meshing"), 1),
     "geometry": 2,
     **dict.fromkeys(("mechanics", "magnetics", "readout"), 3),
-    "chain": 4,
+    **dict.fromkeys(("chain", "spectrum"), 4),
     **dict.fromkeys(("report", "doctor"), 5),
-    **dict.fromkeys(("__init__", "__main__", "cli"), 6),
+    **dict.fromkeys(("__init__", "__main__", "cli", "console"), 6),
 }
 TALK = {"print", "breakpoint", "input"}
 

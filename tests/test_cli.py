@@ -53,6 +53,28 @@ def test_inductance_against_independent_numbers(capsys: Capture) -> None:
     np.testing.assert_allclose(found["relative"], np.diagonal(L) / np.diagonal(L0), rtol=1e-15)
 
 
+def test_inductance_over_a_range(capsys: Capture) -> None:
+    """Lists along the frequency; one frequency keeps its record, without terminals where L is per metre."""
+    found = answer(capsys, "inductance", "biorob2018", "--dv", "2 mm", "--frequency", "1 kHz:10 MHz:3")
+    assert set(found) >= {"pose", "unit_L", "frequency", "L", "R", "Q", "L0", "report"} and "terminals" not in found
+    np.testing.assert_allclose(found["frequency"], [1e3, 1e5, 1e7], rtol=1e-12)
+    assert np.shape(found["L"]) == np.shape(found["R"]) == (3, 2, 2) and np.shape(found["Q"]) == (3, 2)
+    assert set(found["report"]) == REPORT and np.shape(found["L0"]) == (2, 2)
+    alone = answer(capsys, "inductance", "biorob2018", "--dv", "2 mm", "--frequency", "10 MHz")
+    np.testing.assert_array_equal(alone["L"], found["L"][2])
+    assert "terminals" not in alone and any("terminals" in text for text in alone["report"]["left_out"])
+
+
+def test_terminals_in_henry_and_ohm(capsys: Capture) -> None:
+    """The lead adds to L and R; the record has what each coil shows."""
+    words = ("inductance", "biorob2018", "--dv", "5 mm", "--model", "sheets", "--tolerance", "1e-2", "--frequency")
+    found = answer(capsys, *words, "10 kHz", "--set", 'readout.idle_coil="open"', "--set", "readout.lead_resistance=2")
+    seen = found["terminals"]
+    assert set(seen) == {"L", "R", "R_ac", "Q", "delta_L_ac"}
+    np.testing.assert_allclose(seen["L"], np.diagonal(found["L"]), rtol=1e-14)
+    np.testing.assert_allclose(seen["R"], np.diagonal(found["R"]) + seen["R_ac"] + 2.0, rtol=1e-14)
+
+
 def test_pose_against_independent_numbers(capsys: Capture) -> None:
     """Neo-Hookean 30 kPa, K = 30 MPa, 20/15/2 mm, 267 N/m and 4050 N/m at the target's bottom face.
 
@@ -83,7 +105,9 @@ def test_simulate_joins_both(capsys: Capture) -> None:
 
 @pytest.mark.parametrize("tokens", [
     ("catalog",), ("explain", "biorob2018", "--fz", "1 N"), ("simulate", "biorob2018", "--fz", "1 N"),
-    ("inductance", "biorob2018", "--dv", "2 mm"), ("pose", "biorob2018", "--fx", "-0.2 N"),
+    ("inductance", "biorob2018", "--dv", "2 mm"),
+    ("inductance", "biorob2018", "--dv", "2 mm", "--frequency", "1 Hz:9 Hz:3"),
+    ("pose", "biorob2018", "--fx", "-0.2 N"),
 ])  # fmt: skip
 def test_answers_for_a_reader(capsys: Capture, tokens: tuple[str, ...]) -> None:
     """Tables on stdout, silence on stderr."""
@@ -107,6 +131,8 @@ def test_doctor_knows_what_is_installed(capsys: Capture) -> None:
     (("inductance", "biorob2018"), "--dv"),
     (("inductance", "biorob2018", "--dv", "2 N"), "--dv: must be a length"),
     (("inductance", "biorob2018", "--dv", "2 mm", "--frequency", "-1 Hz"), "frequency"),
+    (("inductance", "biorob2018", "--dv", "2 mm", "--frequency", "0 Hz:1 MHz:5"), "--frequency: must be a positive"),
+    (("inductance", "biorob2018", "--dv", "2 mm", "--frequency", "1 Hz:1 MHz"), "must be first:last:count"),
     (("inductance", "biorob2018-w15", "--dv", "2 mm", "--alpha", "20 deg"), "must stay above the coil plane"),
     (("inductance", "biorob2018-w22", "--dv", "2 mm", "--alpha", "20 deg"), "must stay above the coil plane"),
     (("calibrate", "biorob2018", "--fx", "0 N:1 N", "-o", "unused"), "--fx: must be first:last:count"),

@@ -8,9 +8,11 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from sits_mech.chain import Simulation
-from sits_mech.quantities import Equilibrium, Impedance, Pose, SolveFailed, SolveReport, as_jsonable
+from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, as_jsonable
+from sits_mech.spectrum import Terminals
 
 Record = dict[str, Any]
 
@@ -38,8 +40,10 @@ def equilibrium_record(found: Equilibrium, left_out: tuple[str, ...] = ()) -> Re
     }
 
 
-def impedance_record(pose: Pose, found: Impedance, left_out: tuple[str, ...] = ()) -> Record:
-    """Return what the coils show at one pose; ``relative`` is each coil's L over its L0."""
+def impedance_record(
+    pose: Pose, found: Impedance, left_out: tuple[str, ...] = (), seen: Terminals | None = None
+) -> Record:
+    """Return what the coils show at one pose; ``relative`` is each coil's L over its L0, ``terminals`` is `seen`."""
     own, free = np.diagonal(found.L), np.diagonal(found.L0)
     matrices = {name: getattr(found, name) for name in ("L", "R", "L0", "error_L", "error_R", "R_dc")}
     return {
@@ -48,8 +52,28 @@ def impedance_record(pose: Pose, found: Impedance, left_out: tuple[str, ...] = (
         "unit_L": found.unit_L,
         **matrices,
         "relative": own / free,
+        **({} if seen is None else {"terminals": _terminals(seen.L, seen.R, seen.R_ac, seen.Q, seen.shift)}),
         "report": report_record(found.report, left_out),
     }
+
+
+def spectrum_record(pose: Pose, data: xr.Dataset, left_out: tuple[str, ...] = ()) -> Record:
+    """Return what the coils show at one pose over a range of frequencies: lists along the frequency."""
+    names = ("frequency", "L", "R", "Q", "error_L", "error_R", "R_track", "L0", "R_dc")
+    found: Record = {"pose": pose_record(pose), "unit_L": data.attrs["unit_L"]}
+    found |= {name: data[name].to_numpy() for name in names}
+    if "shift" in data:
+        found["terminals"] = _terminals(
+            *(data[name].to_numpy() for name in ("terminal_L", "terminal_R", "R_track", "terminal_Q", "shift"))
+        )
+    report = json.loads(data.attrs["report"])
+    del report["min_J"]
+    return found | {"report": report | {"left_out": [*report["left_out"], *left_out]}}
+
+
+def _terminals(L: Array, R: Array, R_ac: Array, Q: Array, shift: Array) -> Record:
+    """Return what the coils show at their terminals; ``delta_L_ac`` of uneven current in the tracks is not in L."""
+    return {"L": L, "R": R, "R_ac": R_ac, "Q": Q, "delta_L_ac": shift}
 
 
 def simulation_record(found: Simulation, left_out: tuple[str, ...] = ()) -> Record:

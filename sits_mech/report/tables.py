@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Sequence
 
@@ -12,6 +13,7 @@ from rich.table import Table
 from sits_mech.quantities import Equilibrium, Impedance, SolveReport
 from sits_mech.readout.crosstalk import crosstalk, rotation_error, sensitivity, slope, slope_error
 from sits_mech.readout.signals import Signals
+from sits_mech.spectrum import Terminals
 from sits_mech.sweep import DONE
 
 _COLUMNS = (
@@ -225,6 +227,58 @@ def impedance_table(coils: Sequence[str], found: Impedance) -> Table:
             free = f"{scale * float(found.L0[i, j]):.6g} {unit_L} in free space"
             lines.append((f"{first}, {second}" if i != j else first, f"L = {L} {unit_L}, R = {R} {unit_R}; {free}"))
     return key_table("impedance", lines + report_lines(found.report))
+
+
+def terminal_table(coils: Sequence[str], seen: Terminals | None, missing: Sequence[str] = ()) -> Table:
+    """Return what each coil shows at the end of its leads, or why nothing is said of it."""
+    lines = []
+    if seen is not None:
+        for k, name in enumerate(coils):
+            shown = f"L = {1e6 * seen.L[k]:.6g} uH, R = {seen.R[k]:.4g} ohm, Q = {seen.Q[k]:.4g}"
+            uneven = f"uneven current in them: {1e9 * seen.shift[k]:.3g} nH, not in L"
+            lines.append((name, f"{shown}; tracks alone {seen.R_ac[k]:.4g} ohm; {uneven}"))
+    return key_table("terminals", [*lines, *(("left out", text) for text in missing)])
+
+
+def spectrum_table(data: xr.Dataset) -> Table:
+    """Return L, R and Q of each coil over frequency.
+
+    Parameters
+    ----------
+    data : Dataset
+        As from `spectrum`.
+
+    Returns
+    -------
+    Table
+        One line for each frequency and coil; with the terminals' values, where the model is in henry and ohm.
+    """
+    unit = data.attrs["unit_L"]
+    report = json.loads(data.attrs["report"])
+    title = f"{data.attrs['name']}: {report['model']}, {report['seconds']:.3g} s, {report['unknowns']} unknowns"
+    found = Table(title=title, show_edge=False)
+    headings = ["f [Hz]", "coil", f"L [{unit.replace('H', 'uH', 1)}]", f"R [{unit.replace('H', 'ohm', 1)}]", "Q [-]"]
+    if "shift" in data:
+        headings += ["terminals: L [uH]", "R [ohm]", "Q [-]"]
+    for heading in headings:
+        found.add_column(heading, justify="right")
+    for hertz in data["frequency"].to_numpy():
+        for number, coil in enumerate(data["coil"].to_numpy()):
+            last = number + 1 == data.sizes["coil"]
+            found.add_row(*_spectrum_cells(data.sel(frequency=hertz, coil=coil, coil_2=coil)), end_section=last)
+    found.caption = "; ".join([f"largest relative error {report['estimated_error']:.1e}", *report["left_out"]])
+    return found
+
+
+def _spectrum_cells(row: xr.Dataset) -> list[str]:
+    """Return the cells of one frequency and coil."""
+    scales = (("L", 1e6), ("R", 1.0))
+    L, R = (with_error(scale * float(row[k]), scale * float(row[f"error_{k}"])) for k, scale in scales)
+    cells = [f"{float(row['frequency']):.6g}", str(row["coil"].item()), L, R, f"{float(row['Q']):.4g}"]
+    if "shift" in row:
+        L_seen, R_seen, Q_seen = (float(row[f"terminal_{name}"]) for name in ("L", "R", "Q"))
+        cells += [f"{1e6 * L_seen:.6g}", f"{R_seen:.4g}", f"{Q_seen:.4g}"]
+    return cells
 
 
 def signal_table(found: Signals, unit_L: str) -> Table:

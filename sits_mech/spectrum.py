@@ -1,0 +1,181 @@
+"""How does what the coils show change with frequency? L(f), R(f), Q(f) of one pose, and what is seen at the terminals.
+
+    Q_i = omega L_ii / (R_ii + R_track,i),
+
+R_track with skin and proximity effect for models in henry and ohm, the direct-current one for planar models, which are
+per metre. At the terminals a coil shows, with the tracks and the leads in series and the idle coils open or shorted,
+
+    Z_i = R_i + j omega L_i  (`magnetics.terminals`),    Q_i = omega L_i / R_i.
+
+Both L are those of even current in the tracks; what skin and proximity effect take from it is kept apart (`shift`).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+import xarray as xr
+
+from sits_mech.magnetics.terminals import terminal_impedance
+from sits_mech.magnetics.track_modes import TrackSpectrum, track_spectrum
+from sits_mech.plan import quantity_range
+from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport
+from sits_mech.sensor import Coil, SceneError, Sensor
+
+_PER_METRE = "terminals: the model is per metre of depth, leads and idle coils are in henry and ohm"
+
+
+@dataclass(frozen=True)
+class Terminals:
+    """What each coil shows at the end of its leads, before the capacitance; all of shape (..., n).
+
+    Attributes
+    ----------
+    L, R : ndarray
+        [H, ohm].
+    R_ac : ndarray
+        Resistance of the tracks, contained in R [ohm].
+    Q : ndarray
+        omega L / R.
+    shift : ndarray
+        What skin and proximity effect in the tracks take from the coil's inductance, not contained in L [H].
+    """
+
+    L: Array
+    R: Array
+    R_ac: Array
+    Q: Array
+    shift: Array
+
+
+def at_terminals(sensor: Sensor, found: Impedance) -> tuple[Terminals | None, tuple[str, ...]]:
+    """Return what each coil shows at its terminals, or None, and what was left out, with the reason.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        Its coils and readout are used.
+    found : Impedance
+        In henry and ohm; of one that is per metre nothing is said.
+    """
+    tracks, missing = _tracks(sensor, found.unit_L, [found.frequency])
+    if tracks is None:
+        return None, missing
+    return _terminals(sensor, found, tracks[0][:, 0], tracks[1][:, 0]), missing
+
+
+def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequence[float]) -> xr.Dataset:
+    """Return what the coils show at one pose over a range of frequencies.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The scene.
+    model : MagneticModel
+        Of the sensor.
+    pose : Pose of float
+    frequencies : sequence of float
+        Different positive numbers [Hz].
+
+    Returns
+    -------
+    Dataset, dims (frequency, coil, coil_2)
+        ``L, R, error_L, error_R, Q, R_track, L0, R_dc``, in the model's unit; for models in henry and ohm also
+        ``terminal_L, terminal_R, terminal_Q, shift`` (`Terminals`). Attributes: ``unit_L`` and ``report``, as JSON.
+
+    Raises
+    ------
+    SceneError
+        When the frequencies are none, not positive or not different.
+    """
+    hertz = np.array(sorted(frequencies), dtype=float)
+    if hertz.size == 0 or not np.all(hertz > 0.0) or np.any(np.diff(hertz) == 0.0):
+        raise SceneError(f"frequencies must be one or more different positive numbers [Hz]; got {list(frequencies)}")
+    each = [model.impedance(pose, float(f)) for f in hertz[::-1]][::-1]  # the highest asks most of a preparation
+    tracks, missing = _tracks(sensor, each[0].unit_L, hertz.tolist())
+    names = [coil.name for coil in sensor.coils]
+    pair = ("frequency", "coil", "coil_2")
+    data = xr.Dataset(coords={"frequency": hertz, "coil": names, "coil_2": names})
+    for name in ("L", "R", "error_L", "error_R"):
+        data[name] = (pair, np.array([getattr(found, name) for found in each]))
+    data["L0"], data["R_dc"] = (pair[1:], each[0].L0), (pair[1:2], each[0].R_dc)
+    R_track = np.tile(each[0].R_dc, (hertz.size, 1)) if tracks is None else tracks[0].T
+    own_L, own_R = (np.diagonal(data[name], axis1=1, axis2=2) for name in ("L", "R"))
+    data["R_track"] = (pair[:2], R_track)
+    data["Q"] = (pair[:2], 2.0 * np.pi * hertz[:, None] * own_L / (own_R + R_track))
+    if tracks is not None:
+        seen = [_terminals(sensor, found, tracks[0][:, k], tracks[1][:, k]) for k, found in enumerate(each)]
+        for name in ("L", "R", "Q"):
+            data[f"terminal_{name}"] = (pair[:2], np.array([getattr(item, name) for item in seen]))
+        data["shift"] = (pair[:2], tracks[1].T)
+    report = replace(_joined([found.report for found in each], hertz), left_out=(*each[0].report.left_out, *missing))
+    return data.assign_attrs(unit_L=each[0].unit_L, name=sensor.name, report=json.dumps(asdict(report)))
+
+
+def frequency_range(text: str, name: str) -> list[float]:
+    """Return the frequencies of a written range, evenly spaced in their logarithm [Hz].
+
+    Parameters
+    ----------
+    text : str
+        ``"first:last:count"`` such as "1 kHz:10 MHz:50", or one frequency.
+    name : str
+        What it is called where the user wrote it.
+
+    Raises
+    ------
+    SceneError
+        One line: `name`, what it must be, what came.
+    """
+    values = quantity_range(text, "Hz", name)
+    if min(values) <= 0.0:
+        raise SceneError(f"{name}: must be a positive frequency, or two as first:last:count; got {text!r}")
+    return values if len(values) == 1 else [float(f) for f in np.geomspace(values[0], values[-1], len(values))]
+
+
+def _terminals(sensor: Sensor, found: Impedance, R_ac: Array, shift: Array) -> Terminals:
+    """Network of coils, tracks, leads and idle coils at one frequency."""
+    omega = 2.0 * np.pi * found.frequency
+    Z = terminal_impedance(found.R + 1j * omega * found.L, R_ac, sensor.readout, omega)
+    shape = Z.real.shape
+    return Terminals(
+        Z.imag / omega, Z.real, np.broadcast_to(R_ac, shape), Z.imag / Z.real, np.broadcast_to(shift, shape)
+    )
+
+
+def _tracks(sensor: Sensor, unit_L: str, hertz: Sequence[float]) -> tuple[tuple[Array, Array] | None, tuple[str, ...]]:
+    """R_ac and shift of the tracks, shape (n, f) each; None where they are left out; and the reason."""
+    if unit_L != "H":
+        return None, (_PER_METRE,)
+    try:
+        alike = [coil.model_copy(update={"name": "C", "centre": (0.0, 0.0)}) for coil in sensor.coils]
+        each = [_track(coil, tuple(hertz)) for coil in alike]
+    except ValueError as error:
+        return None, (f"terminals and losses of uneven current in the tracks: {error}",)
+    return (np.array([found.R for found in each]), np.array([found.shift for found in each])), ()
+
+
+@lru_cache(maxsize=8)
+def _track(coil: Coil, hertz: tuple[float, ...]) -> TrackSpectrum:
+    """Equal coils are solved once."""
+    return track_spectrum(coil, hertz)
+
+
+def _joined(reports: Sequence[SolveReport], hertz: Array) -> SolveReport:
+    """One report of all solves: the worst of each; notes of the lowest and the highest frequency."""
+    notes: list[str] = []
+    for k in sorted({0, len(reports) - 1}):
+        notes += [f"at {hertz[k]:.4g} Hz: {note}" for note in reports[k].notes]
+    return SolveReport(
+        reports[0].model,
+        max(report.unknowns for report in reports),
+        sum(report.iterations for report in reports),
+        max(report.residual for report in reports),
+        max(report.estimated_error for report in reports),
+        sum(report.seconds for report in reports),
+        notes=tuple(notes),
+    )
