@@ -9,7 +9,7 @@ import meshio
 import numpy as np
 
 from sits_mech.geometry.outline import Outline, outline_plan
-from sits_mech.geometry.plan import Grading
+from sits_mech.geometry.sheet_plan import Grading
 
 
 def slotted_disc(radius: float = 4e-3, slot: float = 0.4e-3, depth: float = 3.5e-3, corners: int = 48) -> Outline:

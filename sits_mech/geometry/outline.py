@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay, cKDTree
 
-from sits_mech.geometry.plan import Grading, Integers, Plan, graded_axis
+from sits_mech.geometry.sheet_plan import Grading, Integers, Plan, graded_axis
 from sits_mech.quantities import Array
 from sits_mech.sensor import Target
 

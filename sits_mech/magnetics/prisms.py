@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sits_mech.geometry.plan import Integers
+from sits_mech.geometry.sheet_plan import Integers
 from sits_mech.quantities import Array
 
 FAR = 6.0  # boxes: centres this many largest sides apart are far

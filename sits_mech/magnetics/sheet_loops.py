@@ -24,7 +24,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import minimum_spanning_tree
 
-from sits_mech.geometry.plan import Plan, Seams, standing_nodes
+from sits_mech.geometry.sheet_plan import Plan, Seams, standing_nodes
 from sits_mech.magnetics.prisms import polygon_area
 from sits_mech.quantities import Array
 

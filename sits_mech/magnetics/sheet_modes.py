@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from scipy.constants import mu_0
 from scipy.linalg import eigh
 
-from sits_mech.geometry.plan import Plan, plan_seams
+from sits_mech.geometry.sheet_plan import Plan, plan_seams
 from sits_mech.magnetics.prisms import Prisms, box_means, gauss_points, prism_means
 from sits_mech.magnetics.sheet_loops import Complex, Loops, class_loops
 from sits_mech.quantities import Array

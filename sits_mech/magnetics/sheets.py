@@ -28,7 +28,7 @@ from scipy.constants import mu_0
 
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.geometry.outline import Outline, outline_plan, target_outline
-from sits_mech.geometry.plan import Grading, Plan, disc_plan, graded_axis, rectangle_plan
+from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan, graded_axis, rectangle_plan
 from sits_mech.geometry.windings import track_length
 from sits_mech.magnetics.loops import coil_inductances
 from sits_mech.magnetics.ring_field import spiral_inductances

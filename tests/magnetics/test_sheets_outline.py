@@ -9,7 +9,7 @@ import pytest
 from scipy.constants import mu_0
 
 from sits_mech.geometry.outline import Outline, outline_plan, read_outline
-from sits_mech.geometry.plan import Grading, plan_seams
+from sits_mech.geometry.sheet_plan import Grading, plan_seams
 from sits_mech.magnetics.prisms import Prisms, box_means, gauss_points, polygon_area, prism_means, prism_potential
 from sits_mech.magnetics.ring_field import path_potential, ring_potential, spiral_inductances
 from sits_mech.magnetics.sheet_loops import class_loops
