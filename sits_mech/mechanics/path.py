@@ -207,8 +207,8 @@ def _linearised(body: Bonded, state: State, load: Array) -> tuple[Array, sparse.
         shape=(n, count + 3),
     )
     K = sparse.csr_matrix((found.stiffness.ravel(), (body.rows, body.columns)), shape=(n, n))
-    A = (P.T @ K @ P).tolil()
-    A[-1, -1] += float(np.sum(found.forces[body.bonded] * second)) + curvature
+    turning = float(np.sum(found.forces[body.bonded] * second)) + curvature
+    A = P.T @ K @ P + sparse.csr_matrix(([turning], ([count + 2], [count + 2])), shape=(count + 3, count + 3))
     gradient = P.T @ found.forces
     gradient[-3:] += slope
     return gradient, A.tocsc(), P
