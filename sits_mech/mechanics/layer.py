@@ -23,11 +23,10 @@ import time
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse.linalg import splu
 
 from sits_mech.mechanics.forms import Indices, deformation
 from sits_mech.mechanics.pad import Fineness, bonded_body, scaled_load
-from sits_mech.mechanics.path import Bonded, State, correction, follow, rest, stiffness
+from sits_mech.mechanics.path import Bonded, State, compliance, correction, follow, rest
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.sensor import Sensor
 
@@ -42,6 +41,7 @@ _LADDER = (
 _SHARE = 0.05  # of the worst component's error that every component owns to
 _LENIENCE = 2.0  # the estimate is on the safe side: up to so many tolerances no other mesh is tried
 _PATIENCE = (0.25, 1e-4)  # smallest increment of the load path where another mesh waits, and where none does
+_BUCKLES = "beyond this load the layer buckles: its rest is not stable"
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ def linear_layer(sensor: Sensor, tolerance: float = 1e-2) -> LinearLayer:
     """Return the small-strain model of a sensor's layer; arguments and errors as of `planar_layer`."""
     cells, _ = _rung(tolerance)
     bodies = [bonded_body(sensor, Fineness(count, *_STRONG)) for count in cells]
-    return LinearLayer(sensor, bodies[0], *(_compliance(body) for body in bodies))
+    return LinearLayer(sensor, bodies[0], *(compliance(body, rest(body), np.zeros(3)) for body in bodies))
 
 
 def deformed_mesh(model: PlanarLayer, equilibrium: Equilibrium) -> tuple[Array, Indices, Array]:
@@ -195,7 +195,9 @@ def _tried(layer: PlanarLayer, number: int, start: Equilibrium | None, wrench: W
     if coarse.reached < 1.0:  # both must rest under one load for the error to mean something
         fine = follow(meshes[0], states[0], (loads[0], loads[0] + part * (loads[1] - loads[0])), smallest=patience)
     found = _answer(sensor, meshes, _between(before, wrench, part), (fine.state, coarse.state))
-    return replace(found, state=np.concatenate([[number], found.state])), part
+    notes = (*found.report.notes, _BUCKLES) if part < 1.0 and (fine.buckled or coarse.buckled) else found.report.notes
+    report = replace(found.report, notes=notes)
+    return replace(found, report=report, state=np.concatenate([[number], found.state])), part
 
 
 def _answer(sensor: Sensor, meshes: tuple[Bonded, Bonded], wrench: Wrench, found: tuple[State, State]) -> Equilibrium:
@@ -238,14 +240,6 @@ def _check_load(wrench: Wrench) -> None:
     """Refuse a wrench that is not a number."""
     if not np.all(np.isfinite([wrench.F_x, wrench.F_z, wrench.M])):
         raise ValueError(f"wrench: must be finite numbers, got {wrench}")
-
-
-def _compliance(body: Bonded) -> Array:
-    """Compliance of the target at rest."""
-    A = stiffness(body, rest(body), np.zeros(3))
-    unit = np.zeros((A.shape[0], 3))
-    unit[-3:] = np.eye(3)
-    return np.asarray(splu(A, permc_spec="MMD_AT_PLUS_A").solve(unit)[-3:])
 
 
 def _pose(sensor: Sensor, q: Array) -> Pose:

@@ -10,7 +10,9 @@ each step moves it with the linearised volume, ``p <- K pi(J - 1 + H : dF)``, wh
 problem. (With p taken from the current volume, K (J - 1), it would be Newton on a stiff penalty energy, and creep.)
 
 A step that would turn a quadrature point inside out is shortened; one that does not settle is cut, and the load path
-from the last state at rest goes on with a smaller increment, which grows again where it is easy. Scales: forms.py.
+from the last state at rest goes on with a smaller increment, which grows again where it is easy. A state at rest counts
+only where the target is stable: beyond its critical load a layer buckles, though Newton finds it upright. Scales:
+forms.py.
 """
 
 from __future__ import annotations
@@ -26,7 +28,8 @@ from sits_mech.mechanics.forms import Indices, Section, deformation, tangent
 from sits_mech.mechanics.target import bonded_displacement, bonded_tangent, load_potential
 from sits_mech.quantities import Array
 
-_SETTLED = 1e-9  # residual over the load's size
+_SETTLED = 1e-9  # residual over the load's size, or over the share of K below which rounding would rule
+_ROUNDING = 1e-5
 _ITERATIONS = 14  # of Newton's method in one load step
 _EASY = 5  # iterations up to which the next increment grows
 _STEPS = 400
@@ -106,10 +109,13 @@ class Outcome:
         The last state at rest.
     reached : float
         Fraction of the path it stands at; 1 is the whole load.
+    buckled : bool
+        Whether the path ended where the target is not stable.
     """
 
     state: State
     reached: float
+    buckled: bool = False
 
 
 def rest(body: Bonded) -> State:
@@ -136,12 +142,14 @@ def follow(body: Bonded, start: State, loads: tuple[Array, Array], *, smallest: 
         With ``reached == 1`` where the whole load is carried.
     """
     here, at, increment = start, 0.0, 1.0
-    spent = start.iterations
+    spent, buckled = start.iterations, False
     for _ in range(_STEPS):
         target = min(1.0, at + increment)
         trial = newton(body, replace(here, iterations=0), (1.0 - target) * loads[0] + target * loads[1])
         spent += trial.iterations
-        if trial.residual <= _SETTLED:
+        settled = trial.residual <= _SETTLED
+        buckled = settled and not stable(body, trial, (1.0 - target) * loads[0] + target * loads[1])
+        if settled and not buckled:
             here, at = replace(trial, iterations=spent), target
             increment *= 2.0 if trial.iterations <= _EASY else 1.0
             if at == 1.0:
@@ -150,13 +158,13 @@ def follow(body: Bonded, start: State, loads: tuple[Array, Array], *, smallest: 
             increment *= 0.25 if trial.iterations < _ITERATIONS else 0.5
             if increment < smallest:
                 break
-    return Outcome(replace(here, iterations=spent), at)
+    return Outcome(replace(here, iterations=spent), at, buckled)
 
 
 def newton(body: Bonded, start: State, load: Array) -> State:
     """Iterate to rest under one load; the result's residual says whether it settled."""
     here = start
-    size = max(float(np.linalg.norm(load)), 1e-6)
+    size = max(float(np.linalg.norm(load)), _ROUNDING * body.K)
     for count in range(_ITERATIONS + 1):
         gradient, A, P = _linearised(body, here, load)
         here = replace(here, residual=float(np.linalg.norm(gradient)) / size, iterations=count)
@@ -175,6 +183,24 @@ def newton(body: Bonded, start: State, load: Array) -> State:
 def stiffness(body: Bonded, state: State, load: Array) -> sparse.csc_matrix:
     """Return the tangent of a state; the target's q are the last three unknowns."""
     return _linearised(body, state, load)[1]
+
+
+def compliance(body: Bonded, state: State, load: Array) -> Array:
+    """Return d(d_h, d_z, alpha) by the target's forces and moment about a state at rest; nan where there is none."""
+    A = stiffness(body, state, load)
+    unit = np.zeros((A.shape[0], 3))
+    unit[-3:] = np.eye(3)
+    moved = _solved(A, unit)
+    return np.full((3, 3), np.nan) if moved is None else moved[-3:]
+
+
+def stable(body: Bonded, state: State, load: Array) -> bool:
+    """Say whether the target at rest withstands any small push: its compliance is positive definite.
+
+    A crease that forms at a corner, which hardly moves the target, does not count.
+    """
+    C = compliance(body, state, load)
+    return bool(np.all(np.isfinite(C))) and bool(np.linalg.eigvalsh(0.5 * (C + C.T))[0] > 0.0)
 
 
 def correction(body: Bonded, load: Array) -> tuple[Array, float]:

@@ -189,6 +189,26 @@ def test_too_much_load_is_refused_with_what_was_reached():
     assert caught.value.last.report.min_J > 0.0
 
 
+@pytest.mark.parametrize("K", [3e6, 3e10])
+def test_smallest_loads_settle_and_answer_in_proportion(K):
+    material = f'elastomer.material={{law="neo-hookean", shear_modulus=3e4, bulk_modulus={K}}}'
+    layer = planar_layer(pad(20, 15, 2, material), 2e-2)
+    one, two = (layer.equilibrium(Wrench(F, 0.0, 0.0)).pose for F in (1e-5, 1e-2))
+    assert two.d_h / one.d_h == pytest.approx(1e3, rel=1e-5)
+    assert two.alpha / one.alpha == pytest.approx(1e3, rel=1e-5)
+
+
+def test_layer_that_buckles_is_refused_by_name():
+    """A block as high as it is wide bends away under its load; it amplifies pushes by 1/(1 - F_z/critical)."""
+    layer = planar_layer(pad(6, 6, 6), 1e-2)
+    free, pressed = (layer.equilibrium(Wrench(0.05, F_z)).pose.d_h for F_z in (0.0, 100.0))
+    critical = 100.0 / (1.0 - free / pressed)
+    with pytest.raises(SolveFailed, match="could be followed to") as caught:
+        layer.equilibrium(Wrench(0.0, 250.0))
+    assert any("buckles" in note for note in caught.value.report.notes)
+    assert caught.value.last.wrench.F_z == pytest.approx(critical, rel=0.1)
+
+
 def test_fold_is_named():
     sensor = pad(15, 15, 3)
     assert any("folds" in note for note in planar_layer(sensor, 2e-2).equilibrium(Wrench(0.0, 1800.0)).report.notes)
