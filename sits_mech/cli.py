@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import App, CycloptsError, Parameter
 
@@ -53,6 +53,20 @@ class Load:
         return Wrench(
             quantity(self.fx, "N", "--fx"), quantity(self.fz, "N", "--fz"), quantity(self.moment, "N*m", "--moment")
         )
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Place:
+    """A pose of the target, instead of a load."""
+
+    dv: Annotated[Quantity | None, Parameter(help="Height of the target's bottom face above the coils.")] = None
+    dh: Annotated[Quantity, Parameter(help="Where the target's centre is along x.")] = "0 mm"
+    alpha: Annotated[Quantity, Parameter(help="Rotation that lifts the left edge.")] = "0 deg"
+
+    def pose(self) -> Pose:
+        """Return the pose in SI."""
+        return _place(self.dh, self.dv or "0 m", self.alpha)
 
 
 @Parameter(name="*")
@@ -249,6 +263,34 @@ def fit(
     constants = [(name, f"{value:.6g} Pa") for name, value in record["constants"].items()]
     others = [(name, str(value)) for name, value in record.items() if name != "constants"]
     answer(record, [key_table(str(tensile), constants + others)], as_json)
+    return 0
+
+
+@app.command
+def view(
+    scene: Scene, *, load: Load = Load(), place: Place = Place(),
+    kind: Literal["field", "layer", "spatial"] | None = None,
+    driven: Annotated[str | None, Parameter(help="Name of the coil that carries current; the last one.")] = None,
+    frequency: Quantity | None = None, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    overrides: Overrides = (),
+) -> int:  # fmt: skip
+    """Draw the deformed layer, the field around a pose, or coils, target and eddy currents in space.
+
+    Example: sits-mech view biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 kHz" --kind field -o field.png
+    """
+    from sits_mech.quantities import SolveFailed
+    from sits_mech.report.pictures import Request, draw, kind_of_picture, picture_path
+    from sits_mech.units import quantity
+
+    sensor, pose = _sensor(scene, overrides), None if place.dv is None else place.pose()
+    kind = kind_of_picture(kind, load.wrench(), pose)
+    path = picture_path(output, scene, kind)
+    hertz = sensor.frequency if frequency is None else quantity(frequency, "Hz", "--frequency")
+    try:
+        draw(kind, sensor, Request(load.wrench(), pose, hertz, driven), path)
+    except SolveFailed as error:
+        return not_converged(error, False)
+    warn(f"written to {path}")
     return 0
 
 

@@ -138,6 +138,12 @@ def test_doctor_knows_what_is_installed(capsys: Capture) -> None:
     (("calibrate", "biorob2018", "--fx", "0 N:1 N", "-o", "unused"), "--fx: must be first:last:count"),
     (("calibrate", "biorob2018", "--fz", "0 N:1 N:1", "-o", "unused"), "--fz: must be first:last:count"),
     (("fit", "nowhere.csv"), "nowhere.csv"),
+    (("view", "biorob2018", "--dv", "2 mm", "--fz", "1 N"), "--dv: must not be given together with a load"),
+    (("view", "biorob2018", "--dv", "2 mm", "--kind", "layer"), "--kind layer: must have a load"),
+    (("view", "biorob2018", "-o", "picture.bmp"), "--output: must end in .png"),
+    (("view", "biorob2018", "-o", "nowhere/picture.png"), "--output: must be in a folder"),
+    (("view", "biorob2018", "--driven", "C9"), "--driven: must be one of C1, C2"),
+    (("view", "biorob2018", "--kind", "photograph"), "photograph"),
     (("unknown",), "unknown"),
 ])  # fmt: skip
 def test_bad_input_is_one_line(capsys: Capture, tokens: tuple[str, ...], expected: str) -> None:
@@ -176,6 +182,14 @@ def test_calibrate_leaves_everything(capsys: Capture, tmp_path: Path) -> None:
     assert load_sensor(folder / "scene.toml") == load_sensor("biorob2018")
 
 
+@pytest.mark.parametrize("tokens", [("--fz", "1 N"), ("--dv", "2 mm", "--frequency", "5 kHz", "--driven", "C1")])
+def test_view_draws(capsys: Capture, tmp_path: Path, tokens: tuple[str, ...]) -> None:
+    """The layer for a load, the field for a pose."""
+    assert run(["view", "biorob2018", *tokens, "-o", str(tmp_path / "picture.png")]) == 0
+    assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
+    assert capsys.readouterr().err == f"written to {tmp_path / 'picture.png'}\n"
+
+
 def test_interrupted_calibration_keeps_what_is_done(tmp_path: Path) -> None:
     """Ctrl-C: exit 130, one line, finished loads on disk, none torn; the same command then goes on from them."""
     words = [sys.executable, "-c", "from sits_mech.cli import main; main()", "calibrate", "biorob2018", "-o"]
@@ -204,7 +218,7 @@ def test_what_costs_nothing(words: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "command", ["catalog", "doctor", "explain", "pose", "inductance", "simulate", "calibrate", "fit"]
+    "command", ["catalog", "doctor", "explain", "pose", "inductance", "simulate", "calibrate", "fit", "view"]
 )
 def test_every_help_has_its_example(capsys: Capture, command: str) -> None:
     """One example each."""

@@ -1,16 +1,20 @@
-"""What does the loaded sensor look like? Deformed layer, target and coils in the section y = 0."""
+"""What does the sensor look like in the section y = 0? The deformed layer under a load; the field around a pose."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sits_mech.geometry.windings import coil_bars
-from sits_mech.quantities import Array, Equilibrium, Pose
+from sits_mech.magnetics.field import planar_fem
+from sits_mech.mechanics.layer import deformed_mesh, planar_layer
+from sits_mech.quantities import Array, Equilibrium, Pose, Wrench
 from sits_mech.report.curves import add_polygons, new_figure
-from sits_mech.sensor import Sensor
+from sits_mech.report.fields import current_view, potential_view
+from sits_mech.sensor import SceneError, Sensor
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,6 +22,8 @@ if TYPE_CHECKING:
 
 Mesh = tuple[Array, NDArray[np.int64], Array]
 _MM = 1e3
+_DOTS = 300  # per inch, as pictures are written
+_CURRENT = 1e-3  # of the driven coil [A]
 
 
 def layer_view(sensor: Sensor, equilibrium: Equilibrium, mesh: Mesh | None = None) -> Figure:
@@ -53,6 +59,91 @@ def layer_view(sensor: Sensor, equilibrium: Equilibrium, mesh: Mesh | None = Non
             add_polygons(axes, plate, facecolors="#b87333", edgecolors="0.2", linewidth=0.4)
         _dress(axes, sensor, equilibrium)
     return figure
+
+
+def load_view(sensor: Sensor, wrench: Wrench, tolerance: float = 1e-2) -> Figure:
+    """Return a picture of the section y = 0 under a load, the planar layer solved for it.
+
+    Raises
+    ------
+    SceneError
+        When the scene has no target or no elastomer, or matplotlib is missing.
+    SolveFailed
+        When the layer has no equilibrium that could be reached.
+    """
+    for part in ("target", "elastomer"):
+        if getattr(sensor, part) is None:
+            raise SceneError(f"{sensor.name}: {part}: must be given for a picture of the layer; it is missing")
+    model = planar_layer(sensor, tolerance)
+    equilibrium = model.equilibrium(wrench)
+    return layer_view(sensor, equilibrium, deformed_mesh(model, equilibrium))
+
+
+def field_view(sensor: Sensor, pose: Pose, frequency: float, driven: str | None = None) -> Figure:
+    """Return a picture of the field at a pose: flux lines, and below them the current density within the target.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        One that the planar finite elements can hold.
+    pose : Pose of float
+    frequency : float
+        [Hz].
+    driven : str, optional
+        Name of the coil that carries 1 mA; the last one by default.
+
+    Raises
+    ------
+    SceneError
+        When there is no such coil, nothing that conducts beside the coils, or matplotlib is missing.
+    ValueError
+        As `planar_fem` and its field; also when the mesh generator is missing.
+    SolveFailed
+        When the field's tolerance is not reached.
+    """
+    name = driven_coil(sensor, driven)
+    currents = np.array([_CURRENT if coil.name == name else 0.0 for coil in sensor.coils])
+    field = planar_fem(sensor).field(pose, frequency)
+    if field is None:
+        raise SceneError(f"{sensor.name}: target: must be given for a picture of the field; no metal acts on it")
+    lines, density = potential_view(field, currents), current_view(field, currents)
+    lines.set_size_inches(*(lines.get_size_inches() + (0.0, 0.2)))  # room for the title
+    lines.axes[0].set_title(f"{name} carries {1e3 * _CURRENT:g} mA, {written_frequency(frequency)}", fontsize=8)
+    density.axes[0].set_title(f"current density in {field.plates[0].name}", fontsize=8)
+    return _stacked([lines, density])
+
+
+def driven_coil(sensor: Sensor, driven: str | None) -> str:
+    """Return the name of the coil that is driven, the last one by default; raise SceneError when there is no such."""
+    names = [coil.name for coil in sensor.coils]
+    if driven is not None and driven not in names:
+        raise SceneError(f"--driven: must be one of {', '.join(names)}; got {driven!r}")
+    return names[-1] if driven is None else driven
+
+
+def written_frequency(frequency: float) -> str:
+    """Return a frequency for a reader."""
+    unit, scale = next((u, k) for u, k in (("MHz", 1e6), ("kHz", 1e3), ("Hz", 0.0)) if frequency >= k)
+    return f"{frequency / (scale or 1.0):.4g} {unit}"
+
+
+def _stacked(figures: Sequence[Figure]) -> Figure:
+    """Return one figure of several, all one column wide, from top to bottom, as pixels."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    pictures = []
+    for figure in figures:
+        figure.set_dpi(_DOTS)
+        canvas: Any = FigureCanvasAgg(figure)
+        canvas.draw()
+        pictures.append(np.asarray(canvas.buffer_rgba()))
+    width = min(picture.shape[1] for picture in pictures)
+    whole = np.concatenate([picture[:, :width] for picture in pictures])
+    stacked = Figure(figsize=(width / _DOTS, whole.shape[0] / _DOTS), dpi=_DOTS)
+    FigureCanvasAgg(stacked)
+    stacked.figimage(whole)
+    return stacked
 
 
 def target_corners(sensor: Sensor, pose: Pose) -> Array:
