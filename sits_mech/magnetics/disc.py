@@ -13,7 +13,7 @@ taken at Gauss nodes k_q: the flux through ring i is ``sum_q c_q(d_v) B_qi``, wi
 
     c_q = weight_q (mu0/2) S(k_q) exp(-k_q d_v).
 
-A pose costs the c_q and one small product c^T Y c.
+A pose costs the c_q, their product with what each wave induces in each mode, and a sum over the modes.
 
 The disc is symmetric about its middle plane, so the upper half's rings carry an even and an odd class.
 
@@ -38,7 +38,9 @@ from sits_mech.magnetics.modes import Modes, eddy_modes
 from sits_mech.quantities import Array
 
 _TAIL = 16.0  # fields are cut where exp(-k gap) falls to exp(-16), their energy to exp(-32)
-_FIRST, _GROWTH, _ALONG = 1.0, 2.0, 0.5  # first cell / skin depth, ratio of cells, largest / distance to the coil
+_FIRST, _GROWTH, _ALONG = 2.0, 2.0, 1.0  # first cell / skin depth, ratio of cells, largest / distance to the coil
+_ROWS = 64  # of a matrix at once
+_PANEL = 60.0  # phase of the fastest wave over one panel of the quadrature [rad]
 _GAUSS = np.polynomial.legendre.leggauss(5)
 
 
@@ -82,9 +84,12 @@ class Disc:
     modes: tuple[Modes, Modes]
     rings: int
 
-    def admittance(self, omega: float) -> NDArray[np.complex128]:
-        """Return Y(omega), so that ``c^T Y c`` is an impedance [ohm]."""
-        return self.modes[0].admittance(omega) + self.modes[1].admittance(omega)
+    def reaction(self, waves: Array, omega: float) -> NDArray[np.complex128]:
+        """Return Delta Z = c^T Y(omega) c of poses with the coefficients c_q, shape (p, q), in ohm, shape (p,)."""
+        total = np.zeros(waves.shape[0], dtype=complex)
+        for modes in self.modes:
+            total += (waves @ modes.coupling) ** 2 @ (omega**2 / (1.0 + 1j * omega * modes.tau))
+        return total
 
 
 def prepare_disc(problem: DiscProblem, level: int, *, points: int = 1) -> Disc:
@@ -103,8 +108,8 @@ def prepare_disc(problem: DiscProblem, level: int, *, points: int = 1) -> Disc:
         r, z = _halved(r), _halved(z)
     rings = _rings(r, z)
     R = 2.0 * np.pi * rings.radius / (problem.conductivity * rings.width * rings.height)
-    own, image = (_symmetric(ring_mutual(rings, other, points=(points, 1))) for other in (rings, rings.mirrored()))
-    even, odd = _means(rings, waves(problem)[0], problem.thickness)
+    own, image = (_mutual(rings, other, points) for other in (rings, rings.mirrored()))
+    even, odd = _means(r, z, waves(problem)[0])
     root = np.sqrt(2.0)  # both halves
     modes = (eddy_modes(own + image, R, root * even), eddy_modes(own - image, R, root * odd))
     return Disc(modes, 2 * R.size)
@@ -119,19 +124,21 @@ def count_rings(problem: DiscProblem, level: int) -> int:
 def waves(problem: DiscProblem) -> tuple[Array, Array]:
     """Return the wave numbers k_q [1/m] and their weights, for all gaps of the problem.
 
-    Panels halve towards k = 0 until exp(-k gap) is smooth on the lowest; each has as many Gauss nodes as the waves over
-    the disc and the coil turn in it.
+    Panels halve towards k = 0 until exp(-k gap) is smooth on the lowest, and are cut where the waves over the disc and
+    the coil turn too often for one rule.
     """
+    reach = problem.radius + problem.outer
     edges = [_TAIL / problem.gaps[0]]
     while edges[-1] * problem.gaps[1] > 2 * _TAIL:
         edges.append(edges[-1] / 2)
     edges.append(0.0)
     k, weight = [], []
     for high, low in zip(edges[:-1], edges[1:], strict=True):
-        count = 12 + int((high - low) * (problem.radius + problem.outer) / 2)
-        nodes, weights = np.polynomial.legendre.leggauss(count)
-        k.append(low + (high - low) * (nodes + 1) / 2)
-        weight.append((high - low) / 2 * weights)
+        pieces = 1 + int((high - low) * reach / _PANEL)
+        width = (high - low) / pieces
+        nodes, weights = np.polynomial.legendre.leggauss(12 + int(width * reach / 2))
+        k.append((low + width * (np.arange(pieces)[:, None] + (nodes + 1) / 2)).ravel())
+        weight.append(np.tile(width / 2 * weights, pieces))
     return np.concatenate(k), np.concatenate(weight)
 
 
@@ -144,17 +151,19 @@ def coil_waves(rings: Sections, problem: DiscProblem, d_v: Array) -> Array:
 def _nodes(problem: DiscProblem) -> tuple[Array, Array]:
     """Nodes of the coarsest division: along the radius, and from the middle plane to the top face."""
     gap, thickness = problem.gaps[0], problem.thickness
-    first = min(_FIRST * problem.skin_depth, _ALONG * gap, thickness / 4)
+    first = min(_FIRST * problem.skin_depth, _ALONG * gap, thickness / 2, problem.radius / 2)
     r, step = [problem.radius], first
     while r[-1] > step / 2:
         r.append(r[-1] - step)
         away = max(problem.inner - r[-1], r[-1] - problem.outer, 0.0)
-        step = min(_GROWTH * step, _ALONG * (gap + away))
+        step = min(_GROWTH * step, _ALONG * gap + away / 3)
+    inward = _fitted(r)
+    tallest = max(first, inward[1])  # the loops' quadrature fails for rings much higher than their radius
     z, step = [thickness / 2], first
     while z[-1] > step / 2:
         z.append(z[-1] - step)
-        step = min(_GROWTH * step, max(first, min(_ALONG * gap, thickness / 4)))
-    return _fitted(r), _fitted(z)
+        step = min(_GROWTH * step, thickness / 4, tallest)
+    return inward, _fitted(z)
 
 
 def _fitted(descending: list[float]) -> Array:
@@ -176,18 +185,22 @@ def _rings(r: Array, z: Array) -> Sections:
     return Sections(radius.ravel(), height.ravel(), sizes[0].ravel(), sizes[1].ravel())
 
 
-def _symmetric(matrix: Array) -> Array:
-    """Mean of a matrix and its transpose: the quadrature treats its two sections unlike."""
+def _mutual(rings: Sections, others: Sections, points: int) -> Array:
+    """Mutual inductances, some rows at a time; symmetric, though the quadrature treats its two sections unlike."""
+    parts = [slice(start, start + _ROWS) for start in range(0, rings.radius.size, _ROWS)]
+    rows = [Sections(rings.radius[p], rings.z[p], rings.width[p], rings.height[p]) for p in parts]
+    matrix = np.concatenate([ring_mutual(row, others, points=(points, 1)) for row in rows])
     return np.asarray((matrix + matrix.T) / 2)
 
 
-def _means(rings: Sections, k: Array, thickness: float) -> tuple[Array, Array]:
+def _means(r: Array, z: Array, k: Array) -> tuple[Array, Array]:
     """Even and odd part of B about the middle plane, each of shape (q, n); nothing overflows for k t >> 1."""
     nodes, weights = _GAUSS
-    r = rings.radius[:, None] + rings.width[:, None] / 2 * nodes
-    along = np.stack([np.pi * (r * j1(wave * r)) @ weights for wave in k])
-    kh = np.outer(k, rings.height)
+    radius = ((r[1:] + r[:-1]) / 2)[:, None] + np.diff(r)[:, None] / 2 * nodes
+    along = np.stack([np.pi * (radius * j1(wave * radius)) @ weights for wave in k])
+    kh = np.outer(k, np.diff(z))
     fall = -np.expm1(-kh) / kh
-    low = fall * np.exp(-np.outer(k, thickness / 2 + rings.z - rings.height / 2))
-    high = fall * np.exp(-np.outer(k, thickness / 2 - rings.z - rings.height / 2))
-    return along * (low + high) / 2, along * (low - high) / 2
+    low, high = fall * np.exp(-np.outer(k, z[-1] + z[:-1])), fall * np.exp(-np.outer(k, z[-1] - z[1:]))
+    shape = (k.size, (r.size - 1) * (z.size - 1))
+    even, odd = ((along[:, :, None] * part[:, None, :]).reshape(shape) / 2 for part in (low + high, low - high))
+    return even, odd

@@ -3,8 +3,8 @@
     (R + j omega L) i = -j omega g(d_v),    Delta Z = omega^2 g^T (R + j omega L)^-1 g = c^T Y(omega) c,
 
 with the disc's rings, modes and waves of `disc`, and L0 from `loops`. Y is independent of the pose; the disc is divided
-finer until two successive extrapolations in the cell size agree to the tolerance, at the poses and the frequency asked
-for.
+finer until two successive extrapolations in the cell size (of two divisions: the extrapolation and the finer one) agree
+to the tolerance, at the poses and the frequency asked for.
 
 Range: non-magnetic disc, coaxial and parallel to the one coil; any frequency and thickness. The coil's tracks carry
 uniform current. An infinite plate or layers: `dodd_deeds`. Neglected: displacement current.
@@ -28,7 +28,8 @@ from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, SolveRepor
 from sits_mech.sensor import Coil, Sensor, Target
 
 Complex = NDArray[np.complex128]
-_MOST = 4000  # rings in half the disc: some ten seconds and a gigabyte
+_MOST = 4200  # rings in half the disc: some ten seconds and a gigabyte
+_MOST_PRODUCTS = 4e7  # rings times waves: a gigabyte
 _APART = 1e-9  # off the axis by less than this is coaxial [m]
 
 
@@ -49,7 +50,7 @@ class Axisymmetric:
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L [H] and R [ohm] for one pose or many at `frequency` [Hz].
 
-        The disc is divided on first use for the poses' gaps (to a factor of two) and the frequency (to a decade), and
+        The disc is divided on first use for the poses' gaps (to a factor of 1.4) and the frequency (to a decade), and
         kept for later calls.
 
         Raises
@@ -94,22 +95,23 @@ class Axisymmetric:
         values: list[Complex] = []
         limit: list[Complex] = []
         for level in range(12):
-            if count_rings(problem, level) > _MOST:
+            count = count_rings(problem, level)
+            if count > _MOST or count * waves.shape[1] > _MOST_PRODUCTS:
                 break
             disc = _prepared(problem, level, 1 if self.tolerance >= 5e-4 else 2)
-            values.append(np.einsum("pi,ij,pj->p", waves, disc.admittance(2 * np.pi * frequency), waves, optimize=True))
+            values.append(disc.reaction(waves, 2 * np.pi * frequency))
             limit.append((4 * values[-1] - values[-2]) / 3 if level else values[-1])
-            if level < 2:
+            if level == 0:
                 continue
-            error = _parts(limit[-1] - limit[-2])
+            error = _parts(limit[-1] - (limit[-2] if level > 1 else values[-1]))
             if np.all(error <= asked[:, None] * _parts(limit[-1])):
                 return limit[-1], error[0] + 1j * error[1], disc.rings, level + 1
-        rings = 2 * count_rings(problem, len(values) - 1)
+        rings = 2 * count_rings(problem, len(values) - 1) if values else 0
         reached = float((_parts(limit[-1] - limit[-2]) / _parts(limit[-1])).max()) if len(limit) > 1 else 1.0
         report = SolveReport("axisymmetric", rings, len(values), 0.0, reached, 0.0, "too many rings")
         raise SolveFailed(
-            f"axisymmetric: tolerance {self.tolerance:g} asks for more than {2 * _MOST} rings; reached {reached:.1e} "
-            f"with {rings}; ask for a larger tolerance",
+            f"axisymmetric: tolerance {self.tolerance:g} asks for more than the {2 * _MOST} rings that fit; reached "
+            f"{reached:.1e} with {rings}; ask for a larger tolerance, or for 'sheets'",
             report,
         )
 
@@ -169,17 +171,17 @@ def _check_coaxial(coil: Coil, pose: Pose) -> None:
 
 
 def _problem(coil: Coil, target: Target, gaps: tuple[float, float], frequency: float) -> DiscProblem:
-    """What to divide the disc for: gaps rounded to powers of two, the frequency up to a power of ten."""
+    """What to divide the disc for: gaps rounded to half powers of two, the frequency up to a power of ten."""
     sigma = target.metal.conductivity
     top = 10.0 ** np.ceil(np.log10(frequency) - 1e-9)
-    low, high = 2.0 ** np.floor(np.log2(gaps[0])), 2.0 ** np.ceil(np.log2(gaps[1]))
+    low, high = 2.0 ** (np.floor(2 * np.log2(gaps[0])) / 2), 2.0 ** (np.ceil(2 * np.log2(gaps[1])) / 2)
     radius = (target.diameter or 0.0) / 2
     depth = float(1.0 / np.sqrt(np.pi * top * mu_0 * sigma))
     sides = (coil.inner_diameter / 2, coil.outer_diameter / 2)
     return DiscProblem(radius, target.thickness, sigma, *sides, (float(low), float(high)), depth)
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=6)
 def _prepared(problem: DiscProblem, level: int, points: int) -> Disc:
     """Divided discs, kept."""
     return prepare_disc(problem, level, points=points)

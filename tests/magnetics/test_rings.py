@@ -63,7 +63,7 @@ def test_large_disc_tends_to_the_infinite_plate(frequency):
     plate = coil_change(coil_sections(coil()), 2 * MM, frequency, [Layer(COPPER, 0.2 * MM)])
     off = []
     for radius in (10 * MM, 20 * MM):
-        found = axisymmetric(sensor(radius), 1e-2).impedance(Pose(0.0, 2 * MM), frequency)
+        found = axisymmetric(sensor(radius), 1e-3).impedance(Pose(0.0, 2 * MM), frequency)
         off.append(abs((found.L - found.L0)[0, 0] / plate.delta_L - 1))
     assert off[1] < off[0]
     assert off[1] < 3e-3
@@ -96,7 +96,7 @@ def test_perfect_disc_far_larger_than_the_gap_is_the_image():
     # skin depth 16 um: it moves the mirror by half of that
     rings, frequency, sigma = coil_sections(coil()), 1e5, 1e10
     depth = 1 / np.sqrt(np.pi * frequency * mu_0 * sigma)
-    found = axisymmetric(sensor(7 * MM, 0.2 * MM, sigma), 1e-1).impedance(Pose(0.0, 0.5 * MM), frequency)
+    found = axisymmetric(sensor(7 * MM, 0.2 * MM, sigma), 1e-2).impedance(Pose(0.0, 0.5 * MM), frequency)
     image = Sections(rings.radius, 2 * (0.5 * MM + depth / 2) - rings.z, rings.width, rings.height)
     assert (found.L - found.L0)[0, 0] == pytest.approx(-ring_mutual(rings, image).sum(), rel=5e-3)
 
@@ -136,3 +136,13 @@ def test_poses_off_the_axis_are_refused():
         model.impedance(Pose(0.0, -1 * MM), 5e6)
     with pytest.raises(ValueError, match="frequency"):
         model.impedance(Pose(0.0, 2 * MM), 0.0)
+
+
+@pytest.mark.parametrize("gap", [0.05, 50.0])
+def test_smallest_and_largest_gap_tend_to_the_infinite_plate(gap):
+    """Far below its radius a disc is a plate (Dodd-Deeds); far above, its modes still answer."""
+    found = axisymmetric(sensor(3.5 * MM), 1e-2).impedance(Pose(0.0, gap * MM), 5e6)
+    change, plate = (found.L - found.L0)[0, 0], coil_change(coil_sections(coil()), gap * MM, 5e6, [Layer(COPPER, 2e-4)])
+    assert found.report.estimated_error <= 1e-2
+    assert (abs(change / float(plate.delta_L) - 1) < 1e-2) == (gap < 1.0)
+    assert 0.0 > change > 1.001 * float(plate.delta_L) and found.R[0, 0] > 0.0
