@@ -1,0 +1,150 @@
+"""What did the test machine record? Strain and engineering stress, read by content from a text file.
+
+A header of any length, a row of column names, rows of numbers; separated by semicolons, tabs or commas. Columns are
+known by their names, upper or lower case, in any order:
+
+    [test] engineering strain (-), (mm/mm) or (%)     or without a unit; "nominal" for "engineering" as well
+    [test] engineering stress (Pa), (kPa), (MPa), (N/mm2) or (psi)
+
+where the test is nothing or "uniaxial", "planar" (or "pure shear"), "biaxial" (or "equibiaxial"). What else the file
+holds is passed over. Each test is kept up to its largest stress, that is without the break, and with rising strain.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from sits_mech.quantities import Array
+
+_STRESS_UNITS = {"pa": 1.0, "kpa": 1e3, "mpa": 1e6, "n/mm2": 1e6, "n/mm^2": 1e6, "psi": 6894.757293168}
+_STRAIN_UNITS = {"": 1.0, "-": 1.0, "1": 1.0, "mm/mm": 1.0, "m/m": 1.0, "%": 1e-2}
+_NAMES = {"uniaxial": "uniaxial", "planar": "planar", "pure shear": "planar", "biaxial": "biaxial"}
+_COLUMN = re.compile(
+    r"(?:(?P<test>uniaxial|planar|pure shear|(?:equi-?)?biaxial)\s+)?(?:engineering|nominal)\s+(?P<what>strain|stress)"
+    r"\s*(?:[(\[]\s*(?P<unit>[^)\]]*?)\s*[)\]])?",
+    re.IGNORECASE,
+)
+
+
+@dataclass(frozen=True)
+class TensileTest:
+    """One pull, and what else was measured on the same silicone.
+
+    Attributes
+    ----------
+    strain : ndarray, shape (n,)
+        Engineering strain, increasing [-].
+    stress : ndarray, shape (n,)
+        Engineering stress [Pa].
+    source : str
+        File it came from.
+    mode : str
+        "uniaxial", "planar" or "biaxial".
+    others : tuple of TensileTest
+        Tests of the same silicone in other modes.
+    """
+
+    strain: Array
+    stress: Array
+    source: str
+    mode: str = "uniaxial"
+    others: tuple[TensileTest, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Columns:
+    """Where a test stands in a row, and its units in SI."""
+
+    mode: str
+    strain: int
+    stress: int
+    strain_unit: float
+    stress_unit: float
+
+
+def read_tensile(path: str | Path) -> TensileTest:
+    """Read a tensile test by content: a header of any length, a row of column names, numbers.
+
+    Parameters
+    ----------
+    path : str or Path
+        Text separated by semicolons, tabs or commas, with columns such as "Engineering Strain" and "Engineering Stress
+        (MPa)", and where there are such, "Planar Engineering Strain" and so on.
+
+    Returns
+    -------
+    TensileTest
+        The uniaxial test, with the planar and biaxial ones of the file beside it; the first of them where there is no
+        uniaxial one.
+
+    Raises
+    ------
+    ValueError
+        When the file cannot be read, columns are missing or in unknown units, or a test has fewer than 5 usable rows.
+    """
+    try:
+        lines = Path(path).read_text(encoding="utf-8-sig", errors="replace").splitlines()
+    except (OSError, ValueError) as error:
+        raise ValueError(f"{path}: must be a readable tensile test; got: {error}") from None
+    for number, line in enumerate(lines):
+        for separator in ";\t,":
+            found = _columns([name.strip().strip('"') for name in line.split(separator)], str(path))
+            if found:
+                tests = [_test(lines[number + 1 :], separator, columns, str(path)) for columns in found]
+                return TensileTest(tests[0].strain, tests[0].stress, tests[0].source, tests[0].mode, tuple(tests[1:]))
+    raise ValueError(
+        f'{path}: must have the columns "Engineering Strain" and "Engineering Stress (MPa)"; got none with these names'
+    )
+
+
+def _columns(names: list[str], source: str) -> list[_Columns]:
+    """Return the tests that a row of column names announces, uniaxial first; none where it is no such row."""
+    cells: dict[tuple[str, str], tuple[int, str]] = {}
+    for index, name in enumerate(names):
+        match = _COLUMN.fullmatch(name)
+        if match is not None:
+            test = re.sub("equi-?", "", (match["test"] or "uniaxial").lower())
+            cells.setdefault((_NAMES[test], match["what"].lower()), (index, match["unit"] or ""))
+    found = []
+    for mode in ("uniaxial", "planar", "biaxial"):
+        strain, stress = cells.get((mode, "strain")), cells.get((mode, "stress"))
+        if strain is None or stress is None:
+            continue
+        units = [
+            _unit(names[strain[0]], strain[1], _STRAIN_UNITS, "a plain number or in %", source),
+            _unit(names[stress[0]], stress[1], _STRESS_UNITS, "in Pa, kPa, MPa, N/mm2 or psi", source),
+        ]
+        found.append(_Columns(mode, strain[0], stress[0], *units))
+    return found
+
+
+def _unit(name: str, unit: str, units: dict[str, float], needed: str, source: str) -> float:
+    """Return a unit in SI."""
+    if unit.lower() not in units:
+        raise ValueError(f'{source}: column "{name}" must be {needed}; got "{unit}"')
+    return units[unit.lower()]
+
+
+def _test(lines: list[str], separator: str, columns: _Columns, source: str) -> TensileTest:
+    """Return the rows that hold numbers, up to the largest stress."""
+    rows = []
+    for line in lines:
+        cells = line.split(separator)
+        try:
+            rows.append((float(cells[columns.strain]), float(cells[columns.stress])))
+        except (ValueError, IndexError):
+            continue
+    data = np.array([row for row in rows if np.isfinite(row).all()]).reshape(-1, 2)
+    data = data * [columns.strain_unit, columns.stress_unit]
+    data = data[: int(np.argmax(data[:, 1])) + 1] if len(data) else data
+    rising = data[:, 0] > np.maximum.accumulate(np.r_[-1.0, data[:-1, 0]]) if len(data) else np.zeros(0, dtype=bool)
+    if np.count_nonzero(rising) < 5:
+        raise ValueError(
+            f"{source}: must hold at least 5 rows of rising strain in the {columns.mode} test; "
+            f"got {np.count_nonzero(rising)}"
+        )
+    return TensileTest(data[rising, 0], data[rising, 1], source, columns.mode)
