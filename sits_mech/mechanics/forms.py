@@ -125,6 +125,11 @@ def deformation(mesh: Section, u: Array) -> tuple[Array, Array]:
     return F, F[..., 0] * F[..., 3] - F[..., 1] * F[..., 2]
 
 
+def plane_cofactor(F: Array) -> Array:
+    """Return ``H = dJ/dF`` of F, both of shape (..., 4)."""
+    return np.asarray(F[..., ::-1] * np.array([1.0, -1.0, -1.0, 1.0]))
+
+
 def stored_energy(mesh: Section, law: PlaneEnergy, K: float, u: Array) -> float:
     """Return the energy of the layer, infinite where a quadrature point is turned inside out.
 
@@ -166,7 +171,7 @@ def tangent(mesh: Section, law: PlaneEnergy, K: float, u: Array, pressure: Array
     e = len(mesh.cells)
     F, J = deformation(mesh, u)
     d = law((F**2).sum(axis=-1), J)
-    H = F[..., ::-1] * np.array([1.0, -1.0, -1.0, 1.0])
+    H = plane_cofactor(F)
     p = K * np.einsum("emq,eq->em", mesh.chi, J - 1.0)
     p_at = np.einsum("em,emq->eq", p, mesh.chi)  # carries the weights
     P = mesh.weights[..., None] * (2.0 * d.w_s[..., None] * F + d.w_J[..., None] * H) + p_at[..., None] * H

@@ -17,14 +17,17 @@ forms.py.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from sits_mech.mechanics.block_energy import SolidEnergy
 from sits_mech.mechanics.energy import PlaneEnergy
-from sits_mech.mechanics.forms import Indices, Section, deformation, tangent
+from sits_mech.mechanics.forms import Indices, Section, Tangent, deformation, plane_cofactor, tangent
 from sits_mech.mechanics.target import bonded_displacement, bonded_tangent, load_potential
 from sits_mech.quantities import Array
 
@@ -35,6 +38,18 @@ _EASY = 5  # iterations up to which the next increment grows
 _STEPS = 400
 _SHORTEN = 0.5
 _MIN_J_KEPT = 0.2  # a step may not shrink the smallest volume ratio below this fraction of its value
+
+
+class Element(NamedTuple):
+    """What a mesh of one kind of element answers: linearisation, ``F`` and ``J``, and ``H = dJ/dF`` of F."""
+
+    tangent: Callable[..., Tangent]
+    deformation: Callable[[Section, Array], tuple[Array, Array]]
+    cofactor: Callable[[Array], Array]
+
+
+PLANE = Element(tangent, deformation, plane_cofactor)
+"""Plane strain, forms.py."""
 
 
 @dataclass(frozen=True)
@@ -53,15 +68,17 @@ class Bonded:
     free : ndarray
         Numbers of the displacements that are unknown.
     bonded : ndarray, shape (n, 2)
-        Numbers of the bonded nodes' displacements.
+        Numbers of the bonded nodes' displacements along x and z.
     X : ndarray, shape (n,)
         Their distances from the target's centre [thicknesses].
     rows, columns : ndarray
         Sparsity of the element stiffnesses.
+    element : Element
+        What the mesh is made of.
     """
 
     mesh: Section
-    law: PlaneEnergy
+    law: PlaneEnergy | SolidEnergy
     K: float
     height: float
     free: Indices
@@ -69,6 +86,7 @@ class Bonded:
     X: Array
     rows: Indices
     columns: Indices
+    element: Element = PLANE
 
 
 @dataclass(frozen=True)
@@ -77,11 +95,11 @@ class State:
 
     Attributes
     ----------
-    u : ndarray, shape (2 n,)
+    u : ndarray, shape (d n,)
         Nodal displacements [thicknesses].
     q : ndarray, shape (3,)
         Shear, upward displacement [thicknesses], clockwise rotation [rad].
-    p : ndarray, shape (e, 3)
+    p : ndarray, shape (e, d + 1)
         Pressures [shear moduli].
     residual : float
         Norm of the gradient over the size of the load.
@@ -120,7 +138,7 @@ class Outcome:
 
 def rest(body: Bonded) -> State:
     """Return the undeformed state."""
-    return State(np.zeros(2 * len(body.mesh.nodes)), np.zeros(3), np.zeros((len(body.mesh.cells), 3)))
+    return State(np.zeros(body.mesh.nodes.size), np.zeros(3), np.zeros(body.mesh.chi.shape[:2]))
 
 
 def follow(body: Bonded, start: State, loads: tuple[Array, Array], *, smallest: float = 1e-3) -> Outcome:
@@ -218,7 +236,7 @@ def correction(body: Bonded, load: Array) -> tuple[Array, float]:
 
 def _linearised(body: Bonded, state: State, load: Array) -> tuple[Array, sparse.csc_matrix, sparse.csr_matrix]:
     """Gradient, tangent, and the map P from the unknowns to the nodal displacements."""
-    found = tangent(body.mesh, body.law, body.K, state.u, state.p)
+    found = body.element.tangent(body.mesh, body.law, body.K, state.u, state.p)
     T, second = bonded_tangent(body.X, float(state.q[2]))
     _, slope, curvature = load_potential(load, body.height, state.q)
     n, count = len(state.u), len(body.free)
@@ -253,16 +271,16 @@ def _solved(A: sparse.csc_matrix, b: Array) -> Array | None:
 def _moved(body: Bonded, here: State, step: Array, P: sparse.csr_matrix) -> State | None:
     """State after the longest part of a step that keeps every quadrature point well above inversion."""
     linear = P @ step
-    F, J = deformation(body.mesh, here.u)
-    H = F[..., ::-1] * np.array([1.0, -1.0, -1.0, 1.0])
-    dF = (body.mesh.B.reshape(len(J), -1, 18) @ linear[body.mesh.dofs][:, :, None]).reshape(*J.shape, 4)
-    volume = J - 1.0 + np.einsum("eqi,eqi->eq", H, dF)
+    F, J = body.element.deformation(body.mesh, here.u)
+    B, dofs = body.mesh.B, body.mesh.dofs
+    dF = (B.reshape(len(J), -1, dofs.shape[1]) @ linear[dofs][:, :, None]).reshape(F.shape)
+    volume = J - 1.0 + np.einsum("eqi,eqi->eq", body.element.cofactor(F), dF)
     p_full = body.K * np.einsum("emq,eq->em", body.mesh.chi, volume)
     part = 1.0
     while part > 1e-3:
         u, q = here.u + part * linear, here.q + part * step[-3:]
         u[body.bonded] = bonded_displacement(body.X, q)
-        _, J_new = deformation(body.mesh, u)
+        _, J_new = body.element.deformation(body.mesh, u)
         min_J = float(J_new.min())
         if min_J > _MIN_J_KEPT * min(here.min_J, 1.0):
             return replace(here, u=u, q=q, p=here.p + part * (p_full - here.p), min_J=min_J)
