@@ -30,9 +30,10 @@ from scipy.constants import mu_0
 from sits_mech.geometry.section import Cells, graded, quadrant_cells
 from sits_mech.magnetics.kernels import mean_log
 from sits_mech.magnetics.modes import Modes, eddy_modes
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, SolveFailed, SolveReport
 
 _GAUSS_X, _GAUSS_Z = np.polynomial.legendre.leggauss(4), np.polynomial.legendre.leggauss(2)
+_MOST_BARS = 11_200  # under a minute and two gigabytes
 PARITIES = ((0, "re"), (1, "re"), (0, "im"), (1, "im"))  # parity of n, part of T_n
 
 
@@ -141,10 +142,16 @@ def prepare_plate(
         Smallest skin depth that has to be resolved [m].
     return_radius : float, optional
         Radius R_b where A = 0 for a plate with free net current; None for an isolated plate [m].
+
+    Raises
+    ------
+    SolveFailed
+        If the plate is so wide for its clearance that its bars do not fit.
     """
     width, thickness = size
     order = series_order(width, thickness, clearance, resolution.terms)
     cells = divide(width, thickness, resolution, clearance=clearance, skin_depth=skin_depth)
+    _check_size(cells, width, clearance)
     R = 1.0 / (conductivity * cells.width * cells.height)
     logs = _image_logs(cells, 1.0 if return_radius is None else return_radius)
     modes = []
@@ -161,6 +168,17 @@ def _signs(parity: int, part: str) -> tuple[float, float]:
     """Parities in xi and in eta of one class, as signs."""
     even_x = parity == (0 if part == "re" else 1)
     return (1.0 if even_x else -1.0), (1.0 if part == "re" else -1.0)
+
+
+def _check_size(cells: Cells, width: float, clearance: float) -> None:
+    """Refuse more bars than fit in memory and a minute."""
+    bars = 4 * cells.x.size
+    if bars > _MOST_BARS:
+        raise SolveFailed(
+            f"planar: a plate of {width * 1e3:.4g} mm at a clearance down to {clearance * 1e3:.3g} mm needs {bars} "
+            f"bars for this tolerance, {_MOST_BARS} fit; ask for a larger tolerance, or for 'planar-fem'",
+            SolveReport("planar", bars, 0, 0.0, 1.0, 0.0, "too many bars"),
+        )
 
 
 def divide(width: float, thickness: float, resolution: Resolution, *, clearance: float, skin_depth: float) -> Cells:
