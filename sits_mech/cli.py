@@ -167,6 +167,7 @@ def inductance(
     """
     from sits_mech.chain import magnetic_model
     from sits_mech.plan import left_out
+    from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import impedance_record, spectrum_record
     from sits_mech.report.tables import impedance_table, spectrum_table, terminal_table
     from sits_mech.spectrum import at_terminals, frequency_range, spectrum
@@ -175,11 +176,14 @@ def inductance(
     hertz = [sensor.frequency] if frequency is None else frequency_range(frequency, "--frequency")
     solver, _ = magnetic_model(sensor, model, tolerance)
     unsolved = left_out(sensor, False)
-    if len(hertz) > 1:
-        data = spectrum(sensor, solver, place, hertz)
-        answer(spectrum_record(place, data, unsolved), [spectrum_table(data)], as_json)
-        return 0
-    found = solver.impedance(place, hertz[0])
+    try:
+        if len(hertz) > 1:
+            data = spectrum(sensor, solver, place, hertz)
+            answer(spectrum_record(place, data, unsolved), [spectrum_table(data)], as_json)
+            return 0
+        found = solver.impedance(place, hertz[0])
+    except SolveFailed as error:
+        return not_converged(error, as_json)
     seen, missing = at_terminals(sensor, found)
     names = [coil.name for coil in sensor.coils]
     tables = [impedance_table(names, found), terminal_table(names, seen, missing)]
@@ -226,17 +230,21 @@ def calibrate(
     """
     from sits_mech import chain
     from sits_mech.plan import quantity_range
+    from sits_mech.quantities import SolveFailed
     from sits_mech.report.folder import cases_folder, prepare_folder, write_calibration
     from sits_mech.report.tables import failures, load_table, remarks, summary_table
 
     sensor = _sensor(scene, overrides)
     F_x, F_z = quantity_range(fx, "N", "--fx"), quantity_range(fz, "N", "--fz")
     folder = prepare_folder(output if output is not None else Path(f"{Path(scene).stem}-calibration"))
-    with progress_bar("loads") as progress:
-        data = chain.calibrate(
-            sensor, F_x=F_x, F_z=F_z, tolerance=models.tolerance, mechanics=models.mechanics,
-            magnetics=models.magnetics, progress=progress, folder=cases_folder(folder),
-        )  # fmt: skip
+    try:
+        with progress_bar("loads") as progress:
+            data = chain.calibrate(
+                sensor, F_x=F_x, F_z=F_z, tolerance=models.tolerance, mechanics=models.mechanics,
+                magnetics=models.magnetics, progress=progress, folder=cases_folder(folder),
+            )  # fmt: skip
+    except SolveFailed as error:
+        return not_converged(error, False)
     for line in write_calibration(sensor, data, folder):
         warn(line)
     show(load_table(data))

@@ -23,7 +23,7 @@ import xarray as xr
 from sits_mech.magnetics.terminals import terminal_impedance
 from sits_mech.magnetics.track_modes import TrackSpectrum, track_spectrum
 from sits_mech.plan import quantity_range
-from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport
+from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport, as_jsonable
 from sits_mech.sensor import Coil, SceneError, Sensor
 
 _PER_METRE = "terminals: the model is per metre of depth, leads and idle coils are in henry and ohm"
@@ -113,7 +113,7 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
             data[f"terminal_{name}"] = (pair[:2], np.array([getattr(item, name) for item in seen]))
         data["shift"] = (pair[:2], tracks[1].T)
     report = replace(_joined([found.report for found in each], hertz), left_out=(*each[0].report.left_out, *missing))
-    return data.assign_attrs(unit_L=each[0].unit_L, name=sensor.name, report=json.dumps(asdict(report)))
+    return data.assign_attrs(unit_L=each[0].unit_L, name=sensor.name, report=json.dumps(as_jsonable(asdict(report))))
 
 
 def frequency_range(text: str, name: str) -> list[float]:

@@ -167,6 +167,21 @@ def test_a_load_too_large(capsys: Capture) -> None:
     assert 0.0 <= found["wrench"]["F_z"] < 5000.0 and 0.0 < found["pose"]["d_v"] <= 2e-3
 
 
+def test_an_inductance_out_of_reach(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Exit 3 with the report, for one frequency and for a range."""
+    from sits_mech.magnetics.bars import PlanarBars
+    from sits_mech.quantities import SolveFailed, SolveReport
+
+    def fails(*_: object) -> None:
+        raise SolveFailed("planar: not reached", SolveReport("planar", 10, 1, 1.0, 0.5, 0.1, status="not reached"))
+
+    monkeypatch.setattr(PlanarBars, "impedance", fails)
+    for hertz in ("5 MHz", "1 kHz:1 MHz:3"):
+        assert run(["inductance", "biorob2018", "--dv", "2 mm", "--frequency", hertz, "--json"]) == 3
+        out, err = capsys.readouterr()
+        assert json.loads(out)["report"]["status"] == "not reached" and err.startswith("not converged")
+
+
 def test_calibrate_leaves_everything(capsys: Capture, tmp_path: Path) -> None:
     """Table, CSV, scene, pictures; a table on stdout whose every figure has an error; no torn or stray file."""
     folder = tmp_path / "out"

@@ -98,3 +98,11 @@ def test_frequencies_must_differ(free: Sensor, wrong: list[float]) -> None:
     """One line."""
     with pytest.raises(SceneError, match="frequencies must be one or more different"):
         spectrum(free, magnetic_model(free)[0], POSE, wrong)
+
+
+def test_report_of_the_planar_finite_elements() -> None:
+    """Whatever kind of number a model reports with."""
+    sensor = load_sensor("biorob2018")
+    model, _ = magnetic_model(sensor, "planar-fem", 1e-2)
+    report = json.loads(spectrum(sensor, model, POSE, [1e4, 1e5]).attrs["report"])
+    assert report["model"] == "planar-fem" and report["iterations"] >= 4 and report["unknowns"] > 1000

@@ -52,7 +52,7 @@ class Stream:
     change: complex
 
 
-def plate_stream(sensor: Sensor, pose: Pose, frequency: float, currents: Array, *, cells: int = 26) -> Stream:
+def plate_stream(sensor: Sensor, pose: Pose, frequency: float, currents: Array, *, cells: int = 32) -> Stream:
     """Return the stream function of the target's eddy currents.
 
     Parameters

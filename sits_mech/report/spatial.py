@@ -23,7 +23,7 @@ from sits_mech.meshing.unstructured import DEBIAN_PACKAGES
 from sits_mech.quantities import Array, Pose
 from sits_mech.report.curves import new_figure
 from sits_mech.report.views import driven_coil, written_frequency
-from sits_mech.sensor import Coil, SceneError, Sensor, Target
+from sits_mech.sensor import Coil, Conductor, SceneError, Sensor, Target
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -73,7 +73,9 @@ def spatial_view(sensor: Sensor, pose: Pose, frequency: float, *, driven: str | 
         stream = plate_stream(sensor, pose, frequency, currents)
     renders()
     picture, density = _rendered(sensor, pose, name, stream)
-    return _framed(picture, density, f"{name} carries {1e3 * _CURRENT:g} mA, {written_frequency(frequency)}; grid 1 mm")
+    neglected = "\nlines of current without the fixed metal" if sensor.conductors and stream is not None else ""
+    title = f"{name} carries {1e3 * _CURRENT:g} mA, {written_frequency(frequency)}; grid 1 mm{neglected}"
+    return _framed(picture, density, title)
 
 
 @cache
@@ -118,10 +120,7 @@ def _rendered(sensor: Sensor, pose: Pose, driven: str, stream: Stream | None) ->
         shades = {"scalars": "density", "cmap": "plasma", "clim": list(density), "log_scale": True}
         plotter.add_mesh(lines, **shades, show_scalar_bar=False, lighting=False)
     for part in sensor.conductors:
-        size = np.array([*part.extent, part.thickness]) * _MM / 2
-        x, y, z = (_MM * place for place in part.centre)
-        box = (x - size[0], x + size[0], y - size[1], y + size[1], z - size[2], z + size[2])
-        plotter.add_mesh(pyvista.Box(bounds=box), color="#808080", opacity=0.4)
+        plotter.add_mesh(_fixed(pyvista, part), color="#808080", opacity=0.4)
     plotter.camera_position = [(0.55, -1.0, 0.62), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)]
     plotter.reset_camera()
     picture = np.asarray(plotter.screenshot(None, return_img=True))
@@ -152,6 +151,16 @@ def _winding(pyvista: Any, coil: Coil) -> Any:
     """A coil's track as a tube [mm]."""
     path = pyvista.lines_from_points(_MM * spiral_path(coil))
     return path.tube(radius=_MM * 0.42 * coil.track_width, n_sides=8)
+
+
+def _fixed(pyvista: Any, part: Conductor) -> Any:
+    """A fixed plate as a solid [mm]."""
+    x, y, z = (_MM * place for place in part.centre)
+    if part.diameter is not None:
+        round_plate = {"radius": _MM * part.diameter / 2, "height": _MM * part.thickness, "resolution": 96}
+        return pyvista.Cylinder(center=(x, y, z), direction=(0.0, 0.0, 1.0), **round_plate)
+    a, b, c = (_MM * size / 2 for size in (*part.extent, part.thickness))
+    return pyvista.Box(bounds=(x - a, x + a, y - b, y + b, z - c, z + c))
 
 
 def _plate(pyvista: Any, target: Target, pose: Pose) -> Any:
@@ -185,8 +194,9 @@ def _framed(picture: NDArray[np.uint8], density: Array, title: str) -> Figure:
     """Pixels with a title and a scale of the current density, one paper column wide."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm
+    from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
-    with new_figure(picture.shape[0] / picture.shape[1] + 0.19) as (figure, (axes,)):
+    with new_figure(picture.shape[0] / picture.shape[1] + 0.19 + 0.04 * title.count("\n")) as (figure, (axes,)):
         axes.imshow(picture)
         axes.set_axis_off()
         axes.set_title(title, fontsize=8)
@@ -195,4 +205,7 @@ def _framed(picture: NDArray[np.uint8], density: Array, title: str) -> Figure:
             bar = figure.colorbar(shades, ax=axes, location="bottom", shrink=0.6, aspect=30, pad=0.02, extend="both")
             bar.set_label("eddy current through the thickness [A/m]", fontsize=7)
             bar.ax.tick_params(labelsize=6)
+            bar.ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            bar.ax.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+            bar.ax.xaxis.set_minor_formatter(NullFormatter())
     return figure
