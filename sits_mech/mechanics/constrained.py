@@ -22,7 +22,7 @@ from scipy.optimize import LinearConstraint, brentq, least_squares, minimize, nn
 from scipy.stats import t as student
 
 from sits_mech.materials import LAWS
-from sits_mech.mechanics.homogeneous import principal_stretches, state_stress, tangent
+from sits_mech.mechanics.homogeneous import PLANE, principal_stretches, state_stress, tangent
 from sits_mech.quantities import Array
 
 _STIFFNESS_LEFT = 1e-3  # smallest stiffness kept in the fitted range, relative to the initial one
@@ -126,29 +126,33 @@ def _fit_linear(law: str, points: Points) -> Answer:
 
 def _conditions(law: str, unit: list[dict[str, float]], points: Points) -> Array:
     """Return rows whose products with the constants must not be negative: stiffness less the share of it to be kept."""
-    ends = points.ends()
-    pull = np.geomspace(*ends["uniaxial"], 101)
-    step, turns = 1e-6, np.linspace(0.0, np.pi, 6, endpoint=False)
-    planar = principal_stretches("planar", np.geomspace(1.0, ends["planar"][1], 26))
-    states, columns = principal_stretches("uniaxial", pull), []
+    ends, step = points.ends(), 1e-6
+    pull = np.geomspace(*ends["uniaxial"], 201)
+    planar = principal_stretches("planar", np.geomspace(1.0, ends["planar"][1], 101))
+    states, directions, columns = principal_stretches("uniaxial", pull), _directions(planar), []
     for one in unit:
         up, down = (
             state_stress(law, one, principal_stretches("uniaxial", pull * (1.0 + way * step))) for way in (1, -1)
         )
         along = np.einsum("naa->na", tangent(law, one, states))
-        across = tangent(law, one, planar)
-        turned = np.einsum("ka,nab,kb->nk", *_directions(turns, across))
+        turned = np.einsum("nka,nab,nkb->nk", directions, tangent(law, one, planar), directions)
         at_rest = tangent(law, one, np.ones((1, 3)))[0, 0, 0]
         rows = np.concatenate([(up - down) / (2.0 * step * pull) * (2.0 / 3.0), along.ravel(), turned.ravel()])
-        columns.append((rows - _STIFFNESS_LEFT * at_rest) / 4.0)
+        rest = at_rest - _STIFFNESS_LEFT * along[-1, 1]  # not zero either where the law stiffens
+        columns.append(np.r_[rows - _STIFFNESS_LEFT * at_rest, rest] / 4.0)
     found = np.stack(columns, axis=1)
     return np.vstack([found, np.eye(3)[2:]]) if law == "yeoh" else found
 
 
-def _directions(turns: Array, tangents: Array) -> tuple[Array, Array, Array]:
-    """Return unit increments, the tangents, and the increments again, as einsum takes them."""
-    increments = np.stack([np.cos(turns), np.sin(turns)], axis=1)
-    return increments, tangents, increments
+def _directions(stretches: Array) -> Array:
+    """Return unit increments to look along, shape (n, 3, 2): two fixed ones, and where a law of I1 gives way first."""
+    along = stretches**2 @ PLANE
+    first = np.linalg.solve(tangent("neo-hookean", {"shear_modulus": 1.0}, stretches), along[..., None])[..., 0]
+    size = np.linalg.norm(first, axis=1, keepdims=True)
+    first = np.where(size > 1e-9, first / np.maximum(size, 1e-9), [1.0, 0.0])  # at rest all directions are alike
+    fixed = np.broadcast_to(np.eye(2), (len(stretches), 2, 2))
+    found: Array = np.concatenate([fixed, first[:, None, :]], axis=1)
+    return found
 
 
 def _least_squares(matrix: Array, right: Array, conditions: Array) -> Array:

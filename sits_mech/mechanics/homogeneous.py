@@ -36,8 +36,8 @@ MODES: Mapping[str, tuple[float, float, float]] = {
 }
 """The exponents of the controlled stretch in each test's three principal stretches."""
 
-# two orthonormal increments of logarithmic strain that keep the volume, as columns
-_PLANE = np.array([[2.0, 0.0], [-1.0, 1.0], [-1.0, -1.0]]) / np.sqrt([6.0, 2.0])
+PLANE = np.array([[2.0, 0.0], [-1.0, 1.0], [-1.0, -1.0]]) / np.sqrt([6.0, 2.0])
+"""Two orthonormal increments of logarithmic strain that keep the volume, as columns."""
 
 
 def principal_stretches(mode: str, stretch: Array) -> Array:
@@ -141,8 +141,8 @@ def tangent(law: str, constants: Constants, stretches: Array) -> Array:
         w_1, w_2, w_11 = _invariant_slopes(law, constants, stretches)
         diagonal = 4.0 * (w_1[:, None] * stretches**2 + w_2[:, None] * stretches**-2.0)
         curvature = 4.0 * w_11
-    along = stretches**2 @ _PLANE
-    plane: Array = np.einsum("ia,ni,ib->nab", _PLANE, diagonal, _PLANE)
+    along = stretches**2 @ PLANE
+    plane: Array = np.einsum("ia,ni,ib->nab", PLANE, diagonal, PLANE)
     return plane + curvature[:, None, None] * along[:, :, None] * along[:, None, :]
 
 

@@ -77,7 +77,8 @@ def fit_figure(test: TensileTest, fit: Fit) -> Figure:
         rest.axhline(0.0, color="black", linewidth=0.5)
         rest.set_xlim(0.0, 100.0 * fit.max_strain)
         curve.set_ylim(bottom=0.0)
-        curve.legend(title=f"{Path(test.source).stem}, {fit.law}", handlelength=1.4)
+        curve.set_xlim(left=0.0)
+        curve.legend(title=f"{Path(test.source).stem}, {fit.law}", handlelength=1.4, loc="lower right")
     return figure
 
 
@@ -91,8 +92,8 @@ def _draw_test(curve: Axes, rest: Axes, test: TensileTest, fit: Fit) -> None:
     stress = np.where((stress < 0.0) | (stress > 3.0 * test.stress[shown].max()), np.nan, stress)
     inside = strain <= fit.max_strain
     _dots(curve, test.strain[shown][dots], test.stress[shown][dots], colour)
-    curve.plot(100.0 * strain[inside], 1e-3 * stress[inside], color=colour, label=test.mode)
-    curve.plot(100.0 * strain[~inside], 1e-3 * stress[~inside], color=colour, linestyle="--")
+    curve.plot(100.0 * strain[inside], 1e-3 * stress[inside], color=colour, label=f"{test.mode}, fitted")
+    curve.plot(100.0 * strain[~inside], 1e-3 * stress[~inside], color=colour, linestyle="--", label="beyond")
     left = test.stress - engineering_stress(fit.law, fit.constants, test.strain, test.mode)
     rest.plot(100.0 * test.strain[used], 1e-3 * left[used], color=colour)
 
