@@ -8,7 +8,7 @@ feels few combinations of them (`sheet_modes`). For each coil c, with A in the p
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import product
 
 import numpy as np
@@ -45,25 +45,43 @@ def reactions(
     list of ndarray, shapes (p, n, n)
         Delta Z, one array a division, symmetric [ohm].
     """
+    admittances = [[part.admittance(2 * np.pi * frequency) for part in plate.classes] for plate in plates]
+    results = [np.empty((poses[1].shape[0], len(coils), len(coils)), dtype=complex) for _ in plates]
+    for some, found in drives(coils, windings, plates, poses):
+        for result, Y, drive in zip(results, admittances, found, strict=True):
+            result[some] = _reaction(Y, drive)
+    return results
+
+
+def drives(
+    coils: tuple[Coil, ...], windings: str, plates: Sequence[Sheeted], poses: tuple[Array, Array]
+) -> Iterator[tuple[slice, list[Array]]]:
+    """Yield, for some poses after others, what each division feels of each coil's potential.
+
+    Parameters
+    ----------
+    coils, windings, plates, poses
+        As in `reactions`.
+
+    Yields
+    ------
+    slice, list of ndarray
+        Which poses; a_c of all classes side by side, one array a division, shape (poses, n, sum of r).
+    """
     turns, places = poses
     box = plates[0].box
-    up = np.array([0.0, 0.0, box.half[2]])
-    nodes, transforms = _nodes(box) + up, [_nodal(plate) for plate in plates]
-    admittances = [[part.admittance(2 * np.pi * frequency) for part in plate.classes] for plate in plates]
+    nodes, transforms = box_points(box), [nodal_transform(plate) for plate in plates]
     p, q = places.shape[0], nodes.shape[0]
-    corners = np.array(list(product((-1.0, 1.0), repeat=3))) * box.half + up
+    corners = np.array(list(product((-1.0, 1.0), repeat=3))) * box.half + (0.0, 0.0, box.half[2])
     extremes = _moved(corners, turns, places).reshape(-1, 3)
     fields = [coil_potential(coil, windings, extremes, p * q) for coil in coils]
-    results = [np.empty((p, len(coils), len(coils)), dtype=complex) for _ in plates]
     step = max(1, _CHUNK // q)
     for start in range(0, p, step):
         some = slice(start, start + step)
         points = _moved(nodes, turns[some], places[some]).reshape(-1, 3)
         A = np.stack([field(points).reshape(-1, q, 3) @ turns[some] for field in fields], axis=1)
         A = np.swapaxes(A, 2, 3).reshape(-1, 3 * q)  # one large product: the transforms do not fit the cache
-        for result, Y, transform in zip(results, admittances, transforms, strict=True):
-            result[some] = _reaction(Y, (A @ transform).reshape(-1, len(coils), transform.shape[1]))
-    return results
+        yield some, [(A @ transform).reshape(-1, len(coils), transform.shape[1]) for transform in transforms]
 
 
 def _reaction(admittances: Sequence[Complex], drives: Array) -> Complex:
@@ -80,14 +98,14 @@ def _reaction(admittances: Sequence[Complex], drives: Array) -> Complex:
     return np.asarray((total + np.swapaxes(total, 1, 2)) / 2)
 
 
-def _nodes(box: Box) -> Array:
-    """Chebyshev points of the box (z fastest), shape (q, 3) [m]."""
+def box_points(box: Box) -> Array:
+    """Return the Chebyshev points of the box (z fastest) from the bottom face's centre, shape (q, 3) [m]."""
     axes = [h * np.cos(np.pi * (np.arange(n) + 0.5) / n) for h, n in zip(box.half, box.order, strict=True)]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    return np.asarray(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3) + (0.0, 0.0, box.half[2]))
 
 
-def _nodal(plate: Sheeted) -> Array:
-    """All classes' bases for values at the box's points instead of coefficients, shape (3 q, sum of r)."""
+def nodal_transform(plate: Sheeted) -> Array:
+    """Return all classes' bases for values at the box's points instead of coefficients, shape (3 q, sum of r)."""
     basis = np.hstack([part.basis for part in plate.classes]).reshape(3, *plate.box.order, -1)
     for k, n in enumerate(plate.box.order):
         T = np.cos(np.outer(np.arange(n), np.pi * (np.arange(n) + 0.5) / n)) * 2 / n

@@ -13,7 +13,10 @@ Its distance from Z_fine is the estimated error; a third of it in the thin regim
 along the plate has to be resolved. In the thick regime uniform current in the first cell, of size h, is in doubt by
 (h/delta)^2 / 12 of the resistance, which is added.
 
-Range: one non-magnetic plate. Neglected: eddies in the coils' own tracks (`losses`), displacement current.
+Other metal (`sheet_neighbours`): plates parallel to the coils join with their own modes. A pose then costs a tenth of
+a second, or some more where such a plate is wide for its distance.
+
+Range: non-magnetic plates. Neglected: eddies in the coils' own tracks (`losses`), displacement current.
 """
 
 from __future__ import annotations
@@ -26,15 +29,17 @@ from functools import lru_cache
 import numpy as np
 from scipy.constants import mu_0
 
-from sits_mech.geometry.collision import Collision, check_clearance
+from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.outline import Outline, outline_plan, target_outline
 from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan, graded_axis, rectangle_plan
+from sits_mech.geometry.solids import overlapping, placed_plates
 from sits_mech.geometry.windings import track_length
 from sits_mech.magnetics.loops import coil_inductances
 from sits_mech.magnetics.ring_field import spiral_inductances
 from sits_mech.magnetics.sheet_coupling import reactions
 from sits_mech.magnetics.sheet_loops import Complex
 from sits_mech.magnetics.sheet_modes import Box, Sheeted, prepare_sheets
+from sits_mech.magnetics.sheet_neighbours import Answering, coupled_reactions
 from sits_mech.materials import metals
 from sits_mech.quantities import Array, Impedance, Pose, SolveReport
 from sits_mech.sensor import Sensor, Target
@@ -167,23 +172,33 @@ class Sheets:
         self, turns: Array, places: Array, frequency: float
     ) -> tuple[Complex, Complex, int, _Doubt, tuple[str, ...]]:
         """Delta Z on the fine and the coarse division, unknowns, how far to trust them, and what there is to say."""
-        target = self.sensor.target
-        n = len(self.sensor.coils)
-        if target is None or places.size == 0:
-            none = np.zeros((places.shape[0], n, n), dtype=complex)
+        sensor, scale = self.sensor, math.ceil(math.log10(frequency) - 1e-9)
+        parts = placed_plates(sensor, self.outline, turns, places)
+        if not parts or places.size == 0:
+            none = np.zeros((places.shape[0], len(sensor.coils), len(sensor.coils)), dtype=complex)
             return none, none, 0, _Doubt(), ()
         rung = next((rung for error, rung in LADDER if self.tolerance >= error), LADDER[-1][1])
-        gap = float(_lowest(target, self.outline, turns, places).min())
-        scale = (math.floor(math.log2(gap) + 1e-9), math.ceil(math.log10(frequency) - 1e-9))
-        reach = _reach(self.sensor) + 2 * 2.0 ** scale[0]
-        plates = [prepared(target, self.outline, rung, (*scale, reach), halvings) for halvings in (1, 0)]
-        fine, coarse = reactions(self.sensor.coils, self.windings, plates, (turns, places), frequency)
-        depth = _skin_depth(target, frequency)
-        thin = depth > target.thickness
-        first = rung.skin * _skin_depth(target, 10.0 ** scale[1]) / (1.0 + math.sqrt(rung.growth))
-        doubt = _Doubt(1.0 / 3.0 if thin else 1.0, _unseen(plates[0].box), 0.0 if thin else (first / depth) ** 2 / 12)
-        notes = _notes(target.thickness / depth, plates[0].sheets, doubt.unseen)
-        return fine, coarse, plates[0].unknowns, doubt, notes
+        answering, doubts, notes = [], [], []
+        for part in parts:
+            octave = math.floor(math.log2(part.gap) + 1e-9)
+            reach = _reach(sensor, part.middle) + 2 * 2.0**octave
+            divisions = [prepared(part.plate, part.outline, rung, (octave, scale, reach), h) for h in (1, 0)]
+            answering.append(Answering(tuple(divisions), part.turns, part.places))
+            depth, unseen = _skin_depth(part.plate, frequency), _unseen(divisions[0].box)
+            thin = depth > part.plate.thickness
+            first = rung.skin * _skin_depth(part.plate, 10.0**scale) / (1.0 + math.sqrt(rung.growth))
+            doubts.append((1.0 / 3.0 if thin else 1.0, unseen, 0.0 if thin else (first / depth) ** 2 / 12))
+            notes += [part.title + note for note in _notes(part.plate.thickness / depth, divisions[0].sheets, unseen)]
+        unknowns = sum(plate.divisions[0].unknowns for plate in answering)
+        if sensor.conductors:
+            target = answering.pop(0) if sensor.target is not None else None
+            fine, coarse = coupled_reactions(sensor.coils, self.windings, target, answering, frequency)
+            fine, coarse = ((Z + np.swapaxes(Z, 1, 2)) / 2 for Z in (fine, coarse))
+            fine, coarse = (np.broadcast_to(Z, (places.shape[0], *Z.shape[1:])) for Z in (fine, coarse))
+        else:
+            fine, coarse = reactions(sensor.coils, self.windings, answering[0].divisions, (turns, places), frequency)
+        doubt = _Doubt(*(max(several) for several in zip(*doubts, strict=True)))
+        return fine, coarse, unknowns, doubt, tuple(notes)
 
 
 def sheets(
@@ -222,11 +237,15 @@ def not_representable(sensor: Sensor) -> str | None:
     """Say in one line why this model cannot hold this scene; None if it can."""
     if sensor.substrate_radius is not None:
         return "substrate_radius: model 'sheets' takes flat coils only; model 'planar-fem' takes curved ones"
-    if sensor.conductors:
-        return "conductors: model 'sheets' knows the target alone; model 'planar-fem' takes other metal"
+    for part in sensor.conductors:
+        if part.metal.relative_permeability != 1.0:
+            return (
+                f"conductors.{part.name}.relative_permeability: model 'sheets' needs 1; model 'planar-fem' takes "
+                "permeable parts"
+            )
     if sensor.target is not None and sensor.target.metal.relative_permeability != 1.0:
         return "target.relative_permeability: model 'sheets' needs 1; model 'planar-fem' takes permeable parts"
-    return None
+    return overlapping(sensor)
 
 
 @lru_cache(maxsize=32)
@@ -246,17 +265,7 @@ def _largest(matrices: Array) -> Array:
     return np.broadcast_to(np.abs(matrices).max(axis=(-2, -1), keepdims=True), matrices.shape)
 
 
-def _lowest(target: Target, outline: Outline | None, turns: Array, places: Array) -> Array:
-    """Height of the plate's lowest point over the coil plane, one a pose; raises Collision where it is not above."""
-    rim = target_outline(target, outline).rim
-    low = places[:, 2] + (turns[:, 2, :2] @ rim.T).min(1) + np.minimum(turns[:, 2, 2] * target.thickness, 0.0)
-    if not np.all(low > 0.0):
-        worst = float(np.min(np.where(np.isnan(low), -np.inf, low)))
-        raise Collision(f"pose: the target must stay above the coil plane z = 0, its lowest point is at {worst:.4g} m")
-    return np.asarray(low)
-
-
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=32)
 def prepared(
     target: Target, outline: Outline | None, rung: Rung, scale: tuple[int, int, float], halvings: int
 ) -> Sheeted:
@@ -297,9 +306,10 @@ def _box(half: Array, clearance: float, terms: float) -> Box:
     return Box(half, (order[0], order[1], order[2]), (math.exp(rates[0]), math.exp(rates[1]), math.exp(rates[2])))
 
 
-def _reach(sensor: Sensor) -> float:
-    """Farthest winding from the scene's middle along x or y [m]."""
-    return max(max(map(abs, coil.centre)) + coil.outer_diameter / 2 for coil in sensor.coils)
+def _reach(sensor: Sensor, middle: tuple[float, float]) -> float:
+    """Farthest winding from a plate's middle along x or y [m]."""
+    return max(max(abs(c - m) for c, m in zip(coil.centre, middle, strict=True)) + coil.outer_diameter / 2
+               for coil in sensor.coils)  # fmt: skip
 
 
 def _skin_depth(target: Target, frequency: float) -> float:
