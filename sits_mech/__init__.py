@@ -5,7 +5,9 @@ The public names; each is imported when it is first used, so that importing the 
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from sits_mech.version import __version__
@@ -15,12 +17,13 @@ if TYPE_CHECKING:
     from sits_mech.quantities import Impedance, Pose, SolveFailed, Wrench
     from sits_mech.readout.crosstalk import crosstalk, rotation_error, sensitivity
     from sits_mech.sensor import SceneError, Sensor, catalogue, load_sensor, save_sensor
+    from sits_mech.spectrum import spectrum
     from sits_mech.sweep import sweep
 
 __all__ = [
     "Impedance", "Pose", "SceneError", "Sensor", "Simulation", "SolveFailed", "Wrench", "__version__", "calibrate",
     "catalogue", "crosstalk", "load_sensor", "magnetic_model", "mechanical_model", "rotation_error", "save_sensor",
-    "sensitivity", "simulate", "sweep",
+    "sensitivity", "simulate", "spectrum", "sweep",
 ]  # fmt: skip
 
 _HOMES = {
@@ -28,6 +31,7 @@ _HOMES = {
     "quantities": ("Impedance", "Pose", "SolveFailed", "Wrench"),
     "readout.crosstalk": ("crosstalk", "rotation_error", "sensitivity"),
     "sensor": ("SceneError", "Sensor", "catalogue", "load_sensor", "save_sensor"),
+    "spectrum": ("spectrum",),
     "sweep": ("sweep",),
 }
 
@@ -43,3 +47,15 @@ def __getattr__(name: str) -> Any:
 def __dir__() -> list[str]:
     """Return the public names."""
     return sorted(__all__)
+
+
+class _Package(ModuleType):
+    """The package, whose public functions stay in sight when a file of the same name is imported."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Set an attribute, unless it is the file of a public function."""
+        if not (isinstance(value, ModuleType) and name in __all__):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
