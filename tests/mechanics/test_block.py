@@ -1,0 +1,128 @@
+"""The 3D pad: independent codes, invariants, work and energy, honest refusal."""
+
+import numpy as np
+import pytest
+
+from sits_mech.mechanics.block import block_pad, bonded_block
+from sits_mech.mechanics.path import compliance, follow, rest
+from sits_mech.quantities import SolveFailed, Wrench
+from sits_mech.sensor import load_sensor
+
+MU, MM = 3e4, 1e-3
+NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
+
+
+def box(*more, size=15):
+    """A pad of 20 x 20 x 2 mm under a square target; the force acts at the bonded face."""
+    sides = [f'target.{side}="{size} mm"' for side in ("width", "length")]
+    return load_sensor("biorob2018", ["target.load_height=0", *sides, NEO_HOOKEAN, *more])
+
+
+# NGSolve 6.2 (graded hexahedra Q2/Q1 and Q3/Q2, tetrahedra P3/P2) and FElupe 11.3: kz, kx [N/mm], ka [N mm/rad], all
+# to 0.15 % or better; then for F_z = 13 N the sink, for F_x = 1.8 N d_h [mm] and alpha.
+KZ, KX, KA = 120.67, 4.482, 1069.5
+SINK, D_H, ALPHA = 0.09766, 0.40669, -0.0026803
+
+
+@pytest.mark.parametrize(("cells", "grading", "allowed"), [(2, 2.5, 0.01), (3, 3.0, 0.003)])
+def test_small_strain_stiffness(cells, grading, allowed):
+    body = bonded_block(box(), cells, grading, 0.0)
+    k = 2.0 * np.linalg.inv(compliance(body, rest(body), np.zeros(3))) * MU * 2e-3  # both halves [N/m]
+    assert k[1, 1] * MM == pytest.approx(KZ, rel=allowed)
+    assert k[0, 0] * MM == pytest.approx(KX, rel=allowed)
+    assert k[2, 2] * 2e-3**2 / MM == pytest.approx(KA, rel=allowed)
+
+
+@pytest.fixture(scope="module")
+def pad():
+    return block_pad(box())
+
+
+def test_pressed_pose_and_its_error(pad):
+    found = pad.equilibrium(Wrench(F_z=13.0))
+    sink = (2.0 * MM - found.pose.d_v) / MM
+    assert sink == pytest.approx(SINK, rel=0.02)
+    assert abs(sink - SINK) * MM < found.error.d_v < 0.05 * SINK * MM
+    assert abs(found.pose.d_h) < 1e-10 and abs(found.pose.alpha) < 1e-8
+    assert found.report.status == "converged" and 0.0 < found.report.min_J < 1.0
+
+
+def test_sheared_pose_and_its_error(pad):
+    found = pad.equilibrium(Wrench(F_x=1.8))
+    assert found.pose.d_h / MM == pytest.approx(D_H, rel=0.02)
+    assert found.pose.alpha == pytest.approx(ALPHA, rel=0.05)  # 0.3 % of d_h at the target's end
+    assert abs(found.pose.d_h / MM - D_H) < found.error.d_h / MM < 0.05 * D_H
+    assert abs(found.pose.alpha - ALPHA) < found.error.alpha
+
+
+def test_mirrored_load_from_a_neighbour_mirrors_the_pose(pad):
+    here = pad.equilibrium(Wrench(1.2, 6.0, 2e-3))
+    there = pad.equilibrium(Wrench(-1.2, 6.0, -2e-3), start=here)
+    assert there.pose.d_h == pytest.approx(-here.pose.d_h, rel=1e-7)
+    assert there.pose.d_v == pytest.approx(here.pose.d_v, rel=1e-9)
+    assert there.pose.alpha == pytest.approx(-here.pose.alpha, rel=1e-5)
+
+
+def test_work_is_the_energy_stored():
+    body, load = bonded_block(box(), 1, 2.0, 0.0), np.array([3.0, 20.0, 1.0])
+    factor, weight = np.polynomial.legendre.leggauss(8)
+    state, before, work = rest(body), 0.0, 0.0
+    for s, w in zip((factor + 1) / 2, weight / 2, strict=True):
+        state, before = follow(body, state, (before * load, s * load)).state, s
+        work -= w * (load @ (state.q * [1, -1, 1]))  # int F du = F u - int u dF
+    end = follow(body, state, (before * load, load)).state
+    work += load @ (end.q * [1, -1, 1])
+    found = body.element.tangent(body.mesh, body.law, body.K, end.u)
+    assert found.energy == pytest.approx(work, rel=1e-6)
+
+
+def test_length_scales_out():
+    small, large = box(size=8), box(
+        'elastomer.width="40 mm"', 'elastomer.length="40 mm"', 'elastomer.thickness="4 mm"', size=16
+    )
+    one = block_pad(small, 0.5).equilibrium(Wrench(0.2, 1.0, 1e-4))
+    two = block_pad(large, 0.5).equilibrium(Wrench(0.8, 4.0, 8e-4))
+    assert two.pose.d_h == pytest.approx(2.0 * one.pose.d_h, rel=1e-7)
+    assert two.pose.alpha == pytest.approx(one.pose.alpha, rel=1e-6)
+
+
+def test_every_law_starts_alike():
+    """At small strain only the initial shear modulus counts."""
+    laws = ('law="mooney-rivlin", c10=1e4, c01=5e3', 'law="yeoh", c10=1.5e4, c20=300.0, c30=10.0')
+    wrench = Wrench(1e-3, 1e-2)
+    first = block_pad(box(), 0.5).equilibrium(wrench)
+    for law in laws:
+        other = block_pad(box(f"elastomer.material={{{law}, bulk_modulus=3e7}}"), 0.5).equilibrium(wrench)
+        assert other.pose.d_h == pytest.approx(first.pose.d_h, rel=1e-4)
+        assert 2.0 * MM - other.pose.d_v == pytest.approx(2.0 * MM - first.pose.d_v, rel=1e-3)
+
+
+def test_zero_load_is_rest(pad):
+    found = pad.equilibrium(Wrench())
+    assert (found.pose.d_h, found.pose.d_v, found.pose.alpha) == (0.0, 2.0 * MM, 0.0)
+
+
+@pytest.mark.slow
+def test_too_much_load_is_refused_with_what_was_reached():
+    with pytest.raises(SolveFailed, match="could be followed to") as caught:
+        block_pad(box(size=8)).equilibrium(Wrench(F_z=300.0))
+    assert caught.value.report.status == "load path ended"
+    assert 0.0 < caught.value.last.wrench.F_z < 300.0
+    assert caught.value.last.report.min_J > 0.0
+
+
+def test_refusals(pad):
+    with pytest.raises(ValueError, match="elastomer"):
+        block_pad(box().model_copy(update={"elastomer": None}))
+    with pytest.raises(ValueError, match="tolerance"):
+        block_pad(box(), 1.0)
+    with pytest.raises(ValueError, match="finite"):
+        pad.equilibrium(Wrench(np.nan, 1.0))
+    with pytest.raises(ValueError, match="ogden"):
+        block_pad(box('elastomer.material={law="ogden", mu=[2e4], alpha=[2.5], bulk_modulus=3e7}'))
+    round_target = box().target.model_copy(update={"shape": "disc", "diameter": 8e-3, "width": None, "length": None})
+    with pytest.raises(ValueError, match="rectangle.*disc"):
+        block_pad(box().model_copy(update={"target": round_target}))
+    cylinder = box().elastomer.model_copy(update={"diameter": 15e-3, "width": None, "length": None})
+    with pytest.raises(ValueError, match="box"):
+        block_pad(box().model_copy(update={"elastomer": cylinder}))
