@@ -1,0 +1,118 @@
+"""Error against seconds of the four magnetic models, on one pose and on a thousand.
+
+The published coils at 5 MHz, 2 mm below copper 0.2 mm thick; the errors are those of Delta L and R of that pose.
+References: planar, NGSolve 6.2, p = 5, plate 8 mm wide (1e-6); axisymmetric, NGSolve 6.2, p = 6, coaxial disc of
+3.5 mm radius (1e-6); three-dimensional, NGSolve 6.2 on two kinds of mesh, plate 8 x 8 mm (2e-4 of Delta L, 1e-3 of R).
+
+Seconds are wall time on one core. One pose: everything from the scene on, caches empty. A thousand: the same plus a
+thousand poses within 5 % of the gap; a model that meshes every pose anew is timed on three and scaled.
+
+Run ``python studies/work_precision.py [--coarse] --output DIR``: writes CSV, Markdown and a picture.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from sits_mech.chain import MAGNETICS
+from sits_mech.quantities import Pose
+from sits_mech.report.accuracy import Rung, draw_ladders
+from sits_mech.sensor import Sensor, load_sensor
+
+GAP, FREQUENCY, POSES = 2e-3, 5e6, 1000
+DISC = (
+    'target={material="copper", shape="disc", diameter="7 mm", thickness="0.2 mm"}',
+    'coils=[{name="C", centre=["0 mm", "0 mm"], layers=2, turns=12, inner_diameter="2.2 mm", track_width="0.1 mm", '
+    'track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]',
+)
+# model: overrides of the published scene, Delta L1, R1 (SI; planar per metre), tolerances
+CASES = {
+    "planar": ((), -1.696012066246201e-05, 21.111396592136952, (1e-2, 1e-3, 1e-4, 1e-5)),
+    "planar-fem": ((), -1.696012066246201e-05, 21.111396592136952, (1e-2, 1e-3, 1e-4, 1e-5)),
+    "axisymmetric": (DISC, -1.722086964359416e-07, 0.11527379963961844, (1e-2, 1e-3, 1e-4)),
+    "sheets": ((), -59.0133840453461e-9, 0.07347140328414503, (1e-2, 5e-3, 2e-3, 1e-3)),
+}
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of the table; errors relative, seconds of one and of a thousand poses."""
+
+    model: str
+    tolerance: float
+    unknowns: int
+    error_L: float
+    estimated_L: float
+    error_R: float
+    estimated_R: float
+    one_pose: float
+    thousand_poses: float
+
+
+def forget() -> None:
+    """Empty all caches of the package, so that a solve pays for everything."""
+    for name, module in list(sys.modules.items()):
+        if name.startswith("sits_mech.magnetics"):
+            for item in vars(module).values():
+                if hasattr(item, "cache_clear"):
+                    item.cache_clear()
+
+
+def measure(name: str, sensor: Sensor, tolerance: float, delta_L: float, R: float) -> Line:
+    """Return a model's line at a tolerance."""
+    forget()
+    began = time.perf_counter()
+    model = MAGNETICS[name](sensor, tolerance)
+    z = model.impedance(Pose(0.0, GAP), FREQUENCY)
+    one = time.perf_counter() - began
+    count = 3 if name == "planar-fem" else POSES
+    began = time.perf_counter()
+    model.impedance(Pose(0.0, GAP * np.linspace(1.0, 1.05, count)), FREQUENCY)
+    many = one + (time.perf_counter() - began) * POSES / count
+    errors = (abs((z.L - z.L0)[0, 0] / delta_L - 1), z.error_L.max() / abs(delta_L))
+    errors += (abs(z.R[0, 0] / R - 1), z.error_R.max() / R)
+    return Line(name, tolerance, z.report.unknowns, *(float(error) for error in errors), one, many)
+
+
+def markdown(lines: list[Line]) -> str:
+    """Return the lines as a Markdown table."""
+    row = (
+        "| {0.model} | {0.tolerance:g} | {0.unknowns} | {0.error_L:.1e} | {0.estimated_L:.1e} | {0.error_R:.1e} "
+        "| {0.estimated_R:.1e} | {0.one_pose:.2g} | {0.thousand_poses:.3g} |"
+    )
+    head = "| model | tolerance | unknowns | Delta L: error | estimate | R: error | estimate | 1 pose [s] | 1000 [s] |"
+    return "\n".join([head, "|---" * 9 + "|", *(row.format(line) for line in lines)]) + "\n"
+
+
+def main() -> None:
+    """Run the ladders; write table and picture."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--coarse", action="store_true", help="the first rung of each model")
+    parser.add_argument("--output", type=Path, default=Path("."))
+    asked = parser.parse_args()
+    asked.output.mkdir(parents=True, exist_ok=True)
+    lines = []
+    with threadpool_limits(limits=1):
+        for name, (overrides, delta_L, R, tolerances) in CASES.items():
+            sensor = load_sensor("biorob2018", ['target.conductivity="58 MS/m"', *overrides])
+            for tolerance in tolerances[:1] if asked.coarse else tolerances:
+                lines.append(measure(name, sensor, tolerance, delta_L, R))
+                print(*vars(lines[-1]).values(), flush=True)
+    with (asked.output / "work_precision.csv").open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([vars(lines[0]).keys(), *(vars(line).values() for line in lines)])
+    (asked.output / "work_precision.md").write_text(markdown(lines), encoding="utf-8")
+    rungs = [Rung(x.model, f"{x.tolerance:g}", x.one_pose, x.error_L, x.estimated_L) for x in lines]
+    rungs += [Rung(f"{x.model}, 1000", f"{x.tolerance:g}", x.thousand_poses, x.error_L, x.estimated_L) for x in lines]
+    draw_ladders(rungs, asked.output / "work_precision.png")
+
+
+if __name__ == "__main__":
+    main()
