@@ -144,7 +144,7 @@ def _points(tests: list[TensileTest]) -> Points:
     return Points(
         stretches=np.vstack([principal_stretches(test.mode, 1.0 + test.strain) for test in tests]),
         stress=np.concatenate([test.stress for test in tests]),
-        weight=np.concatenate([_weights(test.strain) for test in tests]) / np.sqrt(len(tests)),
+        weight=np.concatenate([_weights(test.strain) for test in tests]),
     )
 
 
