@@ -27,6 +27,7 @@ from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import sheets
+from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.layer import linear_layer, planar_layer
 from sits_mech.mechanics.loads import settle
 from sits_mech.plan import Choice, choose_magnetics, choose_mechanics
@@ -36,7 +37,11 @@ from sits_mech.sensor import SceneError, Sensor, scene_hash, scene_text
 from sits_mech.sweep import DONE, Progress, Row, table
 from sits_mech.version import __version__
 
-MECHANICS: Mapping[str, Callable[[Sensor, float], MechanicalModel]] = {"planar": planar_layer, "linear": linear_layer}
+MECHANICS: Mapping[str, Callable[[Sensor, float], MechanicalModel]] = {
+    "planar": planar_layer,
+    "linear": linear_layer,
+    "block": block_pad,
+}
 """The mechanical models by name; each factory takes a sensor and a tolerance."""
 MAGNETICS: Mapping[str, Callable[[Sensor, float], MagneticModel]] = {
     "planar": planar_bars,
