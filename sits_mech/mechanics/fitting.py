@@ -17,8 +17,9 @@ so that neither sampling rate nor number of points plays a part. Constants are a
 Ogden's fit has several minima: all choices out of a list of exponents are solved for mu >= 0, the best few refined.
 
 Confidence: 95 % half-widths from the Jacobian. What a law leaves of a measured curve is misfit that wavers slowly, not
-noise; so a run of residuals of one sign counts as two independent points, however densely it was sampled. A constant
-that a condition holds, or that the data do not determine, has none.
+noise; so a run of residuals of one sign counts as two independent points, however densely it was sampled. (With noise
+that stays for eight points at a time, 90 to 93 in 100 such intervals held the truth, and 95 with white noise.) A
+constant that a condition holds, or that the data do not determine, has none.
 
 The data are one pull to failure: rate, history, softening and volume change are neglected, and strain taken from
 crosshead travel includes what the grips let through.

@@ -67,7 +67,7 @@ def fit_figure(test: TensileTest, fit: Fit) -> Figure:
     fit : Fit
         What came of them.
     """
-    with new_figure(height=0.5, columns=2) as (figure, (curve, rest)):
+    with new_figure(height=0.6, columns=2) as (figure, (curve, rest)):
         for one in (test, *test.others):
             _draw_test(curve, rest, one, fit)
         for axes in (curve, rest):
@@ -78,7 +78,8 @@ def fit_figure(test: TensileTest, fit: Fit) -> Figure:
         rest.set_xlim(0.0, 100.0 * fit.max_strain)
         curve.set_ylim(bottom=0.0)
         curve.set_xlim(left=0.0)
-        curve.legend(title=f"{Path(test.source).stem}, {fit.law}", handlelength=1.4, loc="lower right")
+        figure.suptitle(f"{Path(test.source).stem}, {fit.law}", fontsize=8)
+        figure.legend(loc="outside lower center", ncols=4, handlelength=1.6)
     return figure
 
 
