@@ -36,6 +36,7 @@ BRICK = Element(brick_tangent, brick_deformation, cofactor)
 _KINDS = ((2.5, 0.0), (2.0, 0.0), (2.0, 5.0))  # grading towards the target's edge, guard on J; in this order
 _LADDER = ((2e-2, (2, 1)), (0.0, (3, 2)))  # asked error of the pose -> cells through the thickness, fine and coarse
 _STRETCH = 4.0  # thicknesses of half target that one cell more than through the thickness is worth
+_REACH = 1.25  # thicknesses beside the target within which the pad is stressed: one cell does beyond
 _GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
 _OUTER = 0.3  # of the outermost cell beside the target along x, split off: the tilt under shear hangs on it
 _SHARE = 0.05  # of the worst component's error that every component owns to
@@ -146,10 +147,12 @@ def _half_lines(edge: float, end: float, cells: int, grading: float, outer: floa
     lines = edge * (1.0 - (np.arange(inner, -1, -1) / inner) ** grading)
     if end - edge < 1e-9:
         return np.asarray(lines)
+    far = end - edge > 1.5 * _REACH
     beside = (np.arange(cells + 1) / cells) ** grading
-    if outer > 0.0:
+    if outer > 0.0 and not far:
         beside = np.insert(beside, cells, 1.0 - outer * (1.0 - beside[-2]))
-    return np.concatenate([lines, edge + (end - edge) * beside[1:]])
+    lines = np.concatenate([lines, edge + (_REACH if far else end - edge) * beside[1:]])
+    return np.append(lines, end) if far else lines
 
 
 def _parts(sensor: Sensor) -> tuple[Target, Elastomer]:
