@@ -258,19 +258,24 @@ def calibrate(
 @app.command
 def fit(
     tensile: Annotated[Path, Parameter(help="Strain and engineering stress as CSV.")], *, law: str = "yeoh",
-    max_strain: float = 1.0, as_json: Json = False,
+    max_strain: float = 1.0, terms: Annotated[int, Parameter(help="Of Ogden's law.")] = 2,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"], help="Picture of data and fit.")] = None,
+    as_json: Json = False,
 ) -> int:  # fmt: skip
-    """Fit a silicone's constants to a tensile test.
+    """Fit a silicone's constants to a tensile test, with the planar and biaxial ones of the same file.
 
-    Example: sits-mech fit tensile.csv --law yeoh --max-strain 1.0
+    Example: sits-mech fit tensile.csv --law yeoh --max-strain 1.0 -o fit.png
     """
     from sits_mech.mechanics.fitting import fit_law, read_tensile
+    from sits_mech.report.fit_view import fit_rows, save_fit
     from sits_mech.report.tables import key_table
 
-    record = asdict(fit_law(read_tensile(tensile), law, max_strain))
-    constants = [(name, f"{value:.6g} Pa") for name, value in record["constants"].items()]
-    others = [(name, str(value)) for name, value in record.items() if name != "constants"]
-    answer(record, [key_table(str(tensile), constants + others)], as_json)
+    test = read_tensile(tensile)
+    found = fit_law(test, law, max_strain, terms=terms)
+    if output is not None:
+        save_fit(test, found, output)
+        warn(f"written to {output}")
+    answer(asdict(found), [key_table(str(tensile), fit_rows(found))], as_json)
     return 0
 
 

@@ -18,7 +18,7 @@ Ogden's fit has several minima: all choices out of a list of exponents are solve
 
 Confidence: 95 % half-widths from the Jacobian. What a law leaves of a measured curve is misfit that wavers slowly, not
 noise; so a run of residuals of one sign counts as two independent points, however densely it was sampled. (With noise
-that stays for eight points at a time, 90 to 93 in 100 such intervals held the truth, and 95 with white noise.) A
+that stays for eight points at a time, 90 to 93 in 100 such intervals held the truth, 93 to 95 with white noise.) A
 constant that a condition holds, or that the data do not determine, has none.
 
 The data are one pull to failure: rate, history, softening and volume change are neglected, and strain taken from
