@@ -37,7 +37,7 @@ from sits_mech.magnetics.kernels import mean_log
 from sits_mech.magnetics.neighbours import Answering, coupled_reaction
 from sits_mech.magnetics.plate import PreparedPlate, Resolution, prepare_plate, series_order
 from sits_mech.materials import metals
-from sits_mech.quantities import Array, Impedance, Pose, SolveReport
+from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.sensor import Sensor
 
 # Asked error of the change of inductance -> division of the plate; measured against an independent high-order FEM.
@@ -86,6 +86,7 @@ class PlanarBars:
         change = change.reshape(*fields[0].shape, n, n)
         L0 = free_space_inductance(self.sensor)
         delta_L = change.imag / (2 * np.pi * frequency)
+        _check_bounds(delta_L, change.real, L0, cells)
         R_dc = np.array([track_resistance(bars) for bars in coil_sections(self.sensor)])
         error_L, error_R = (e * _largest(v) for e, v in zip(errors, (delta_L, change.real), strict=True))
         report = SolveReport("planar", cells, 1, 0.0, errors[0], time.perf_counter() - began)
@@ -128,6 +129,19 @@ def not_representable(sensor: Sensor) -> str | None:
     if sensor.target is not None and sensor.target.shape == "outline":
         return "target.shape: the planar model has a rectangular section; model 'sheets' takes an outline"
     return None
+
+
+def _check_bounds(delta_L: Array, R: Array, L0: Array, bars: int) -> None:
+    """Refuse an answer that no passive plate gives: rounding in the bars' inductances, for a skin too thin for them."""
+    own, losses, free = (np.diagonal(m, axis1=-2, axis2=-1) for m in (delta_L, R, L0))
+    slack = 1e-9 * free
+    if np.all(own <= slack) and np.all(own >= -free - slack) and np.all(losses >= -1e-9 * np.abs(R).max(initial=0.0)):
+        return
+    raise SolveFailed(
+        "planar: the skin is too thin for the plate's size to be resolved, the answer is not that of a passive plate; "
+        "ask for a larger tolerance, or for 'planar-fem'",
+        SolveReport("planar", bars, 1, 0.0, 1.0, 0.0, "not resolved"),
+    )
 
 
 def coil_sections(sensor: Sensor) -> tuple[Bars, ...]:

@@ -71,7 +71,7 @@ def sweep(model: MagneticModel, pose: Pose) -> None:
         try:
             z = model.impedance(pose, frequency)
         except SolveFailed as refused:
-            assert refused.report.status in ("too many bars", "too many rings")
+            assert refused.report.status in ("too many bars", "too many rings", "not resolved")
             assert "ask for a larger tolerance, or for" in str(refused)
             continue
         check_passive(z)
