@@ -140,5 +140,5 @@ def test_permeable_plates(mu: float, frequency: float) -> None:
         check_passive(z)
     if frequency == 1.0:
         assert (z.L - z.L0)[0, 0] > 0.0
-    if frequency == 1e8:
+    if frequency == 1e8 and mu < 1e4:  # at 1e4 the depth times mu is 1.6 mm, near the gap: flux is still drawn
         assert (z.L - z.L0)[0, 0] < 0.0
