@@ -32,6 +32,12 @@ class Choice:
     reason: str
 
 
+_PLANE = (
+    "finite strain in plane strain, the force spread over the elastomer's length; "
+    "a pad or a target shorter than that is softer: compare with block"
+)
+
+
 def choose_mechanics(sensor: Sensor, asked: str, known: tuple[str, ...]) -> Choice:
     """Return the mechanical model for a scene.
 
@@ -60,7 +66,7 @@ def choose_mechanics(sensor: Sensor, asked: str, known: tuple[str, ...]) -> Choi
             raise SceneError(f"{sensor.name}: {part}: must be given for a force to move the target; it is missing")
     if asked != "auto":
         return Choice(asked, "asked for")
-    return Choice("planar", "finite strain in plane strain, the elastomer's length taken as the depth")
+    return Choice("planar", _PLANE)
 
 
 def choose_magnetics(sensor: Sensor, asked: str, known: tuple[str, ...]) -> Choice:
