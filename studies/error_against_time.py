@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from sits_mech.magnetics.bars import planar_bars, prepared_plate
+from sits_mech.magnetics.bars import planar_bars, section_modes
 from sits_mech.mechanics.layer import linear_layer, planar_layer
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.report.accuracy import Rung, draw_ladders, markdown
@@ -64,7 +64,7 @@ def magnetics(tolerances: list[float]) -> list[Rung]:
     rungs, sensor = [], load_sensor("biorob2018")
     for (d_v, frequency), (delta_L, _) in PLATE.items():
         for tolerance in tolerances:
-            prepared_plate.cache_clear()
+            section_modes.cache_clear()
             found = planar_bars(sensor, tolerance).impedance(Pose(0.0, d_v * MM, 0.0), frequency)
             error = abs((found.L - found.L0)[0, 0] / delta_L - 1)
             name = f"coils, {d_v} mm, {frequency / 1e3:g} kHz"
@@ -77,7 +77,7 @@ def speeds() -> list[tuple[str, str]]:
     sensor, random, count = load_sensor("biorob2018"), np.random.default_rng(0), 10_000
     model = planar_bars(sensor, 1e-3)
     poses = Pose(*(random.uniform(*ends, count) for ends in ((-MM, MM), (1.2 * MM, 2 * MM), (-0.03, 0.03))))
-    prepared_plate.cache_clear()
+    section_modes.cache_clear()
     began = time.perf_counter()
     model.impedance(Pose(0.0, 1.2 * MM, 0.0), sensor.frequency)
     prepared = time.perf_counter()

@@ -258,7 +258,7 @@ def _answering(
             raise ValueError(f"{plate.name}: must be clear of every coil's tracks in the section, got a coil within it")
         octave, decade = math.floor(math.log2(gap)), math.ceil(math.log10(frequency) - 1e-9)
         size = (plate.width, plate.thickness)
-        prepared = _prepared(size, plate.conductivity, resolution, (octave, decade), None)
+        prepared = section_modes(size, plate.conductivity, resolution, (octave, decade), None)
         order = min(prepared.order, series_order(*size, gap, resolution.terms))
         found.append(Answering(plate, prepared, order))
         nearest = min(nearest, from_coils)
@@ -266,11 +266,11 @@ def _answering(
 
 
 @lru_cache(maxsize=64)
-def _prepared(
+def section_modes(
     size: tuple[float, float], conductivity: float, resolution: Resolution, scales: tuple[int, int],
     return_radius: float | None,
 ) -> PreparedPlate:  # fmt: skip
-    """A plate prepared for clearances from 2^octave m on and frequencies up to 10^decade Hz."""
+    """Return a plate prepared for clearances from 2^octave m on, frequencies up to 10^decade Hz; kept for later."""
     octave, decade = scales
     skin_depth = math.sqrt(1.0 / (math.pi * 10.0**decade * mu_0 * conductivity))
     return prepare_plate(
@@ -284,7 +284,7 @@ def prepared_plate(sensor: Sensor, resolution: Resolution, octave: int, decade: 
     if target is None:
         raise ValueError("target: the scene has none to prepare")
     size = (target.extent[0], target.thickness)
-    return _prepared(size, target.metal.conductivity, resolution, (octave, decade), _return_radius(sensor))
+    return section_modes(size, target.metal.conductivity, resolution, (octave, decade), _return_radius(sensor))
 
 
 def _reaction(sensor: Sensor, plate: PreparedPlate, pose: Pose, frequency: float, terms: float) -> Complex:
