@@ -26,7 +26,8 @@ import numpy as np
 
 from sits_mech.mechanics.block_energy import cofactor, solid_energy
 from sits_mech.mechanics.block_forms import brick_deformation, brick_mesh, brick_tangent
-from sits_mech.mechanics.path import Bonded, Element, State, follow, rest
+from sits_mech.mechanics.pad import wrench_between
+from sits_mech.mechanics.path import Bonded, Element, State, follow, packed, rest
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.sensor import Elastomer, Sensor, Target
 
@@ -185,7 +186,7 @@ def _tried(pad: BlockPad, number: int, start: Equilibrium | None, wrench: Wrench
     if fine.reached < 1.0:  # both must rest under one load for the error to mean something
         end = begin + fine.reached * (end - begin)
         coarse = follow(meshes[1], states[1], (begin, end), smallest=patience)
-    found = _answer(pad.sensor, meshes, (fine.state, coarse.state), _between(before, wrench, part))
+    found = _answer(pad.sensor, meshes, (fine.state, coarse.state), wrench_between(before, wrench, part))
     return replace(found, state=np.concatenate([[number], found.state])), part
 
 
@@ -207,7 +208,7 @@ def _answer(
     )
     d_h, d_z, alpha = (float(value) for value in fine.q * size)
     error = Pose(*(float(value) for value in at_end / lever))
-    state = np.concatenate([_packed(fine), _packed(coarse)])
+    state = np.concatenate([packed(fine), packed(coarse)])
     return Equilibrium(wrench, Pose(d_h, elastomer.standoff + t + d_z, alpha), error, state, report)
 
 
@@ -238,25 +239,12 @@ def _scaled(sensor: Sensor, wrench: Wrench) -> Array:
     return np.array([wrench.F_x, wrench.F_z, wrench.M / t]) / (2.0 * mu * t**2)
 
 
-def _between(before: Wrench, after: Wrench, part: float) -> Wrench:
-    """Wrench on the straight path."""
-    if part == 1.0:
-        return after
-    pairs = zip((before.F_x, before.F_z, before.M), (after.F_x, after.F_z, after.M), strict=True)
-    return Wrench(*((1.0 - part) * a + part * b for a, b in pairs))
-
-
 def _size(body: Bonded) -> int:
     """Length of a packed state."""
     return body.mesh.nodes.size + 3 + 4 * len(body.mesh.cells)
 
 
-def _packed(state: State) -> Array:
-    """State as one array."""
-    return np.concatenate([state.u, state.q, state.p.ravel()])
-
-
-def _unpacked(body: Bonded, packed: Array) -> State:
+def _unpacked(body: Bonded, array: Array) -> State:
     """State from one array."""
-    u, q, p = np.split(packed, [body.mesh.nodes.size, body.mesh.nodes.size + 3])
+    u, q, p = np.split(array, [body.mesh.nodes.size, body.mesh.nodes.size + 3])
     return State(u, q, p.reshape(-1, 4), min_J=float(brick_deformation(body.mesh, u)[1].min()))

@@ -25,8 +25,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sits_mech.mechanics.forms import Indices, deformation
-from sits_mech.mechanics.pad import Fineness, bonded_body, scaled_load
-from sits_mech.mechanics.path import Bonded, State, compliance, correction, follow, rest
+from sits_mech.mechanics.pad import Fineness, bonded_body, scaled_load, wrench_between
+from sits_mech.mechanics.path import Bonded, State, compliance, correction, follow, packed, rest
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.sensor import Sensor
 
@@ -194,7 +194,7 @@ def _tried(layer: PlanarLayer, number: int, start: Equilibrium | None, wrench: W
     part = fine.reached * coarse.reached
     if coarse.reached < 1.0:  # both must rest under one load for the error to mean something
         fine = follow(meshes[0], states[0], (loads[0], loads[0] + part * (loads[1] - loads[0])), smallest=patience)
-    found = _answer(sensor, meshes, _between(before, wrench, part), (fine.state, coarse.state))
+    found = _answer(sensor, meshes, wrench_between(before, wrench, part), (fine.state, coarse.state))
     notes = (*found.report.notes, _BUCKLES) if part < 1.0 and (fine.buckled or coarse.buckled) else found.report.notes
     report = replace(found.report, notes=notes)
     return replace(found, report=report, state=np.concatenate([[number], found.state])), part
@@ -211,7 +211,7 @@ def _answer(sensor: Sensor, meshes: tuple[Bonded, Bonded], wrench: Wrench, found
         "planar", len(body.free) + 3, fine.iterations + coarse.iterations, fine.residual,
         _relative(error, fine.q * size, reach), 0.0, notes=_folds(body, fine, sensor), min_J=fine.min_J,
     )
-    state = np.concatenate([_packed(fine), _packed(coarse)])
+    state = np.concatenate([packed(fine), packed(coarse)])
     return Equilibrium(wrench, _pose(sensor, fine.q * size), Pose(*error), state, report)
 
 
@@ -262,29 +262,16 @@ def _relative(error: tuple[float, float, float], q: Array, reach: float) -> floa
     return float(np.max(np.array(error) * lever)) / size if size > 0.0 else 0.0
 
 
-def _between(before: Wrench, after: Wrench, part: float) -> Wrench:
-    """Wrench on the straight path."""
-    if part == 1.0:
-        return after
-    pairs = zip((before.F_x, before.F_z, before.M), (after.F_x, after.F_z, after.M), strict=True)
-    return Wrench(*((1.0 - part) * a + part * b for a, b in pairs))
-
-
 def _size(bodies: tuple[Bonded, ...]) -> int:
     """Length of the packed states of some meshes."""
     return sum(2 * len(body.mesh.nodes) + 3 + 3 * len(body.mesh.cells) for body in bodies)
 
 
-def _packed(state: State) -> Array:
-    """State as one array."""
-    return np.concatenate([state.u, state.q, state.p.ravel()])
-
-
-def _unpacked(body: Bonded, packed: Array) -> State:
+def _unpacked(body: Bonded, array: Array) -> State:
     """State from one array."""
     n, cells = 2 * len(body.mesh.nodes), len(body.mesh.cells)
-    _, J = deformation(body.mesh, packed[:n])
-    return State(packed[:n], packed[n : n + 3], packed[n + 3 :][: 3 * cells].reshape(-1, 3), min_J=float(J.min()))
+    _, J = deformation(body.mesh, array[:n])
+    return State(array[:n], array[n : n + 3], array[n + 3 :][: 3 * cells].reshape(-1, 3), min_J=float(J.min()))
 
 
 def _folds(body: Bonded, state: State, sensor: Sensor) -> tuple[str, ...]:

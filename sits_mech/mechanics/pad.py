@@ -74,6 +74,14 @@ def scaled_load(sensor: Sensor, wrench: Wrench) -> Array:
     return np.array([wrench.F_x / unit, wrench.F_z / unit, wrench.M / (unit * t)])
 
 
+def wrench_between(before: Wrench, after: Wrench, part: float) -> Wrench:
+    """Return the wrench at a part, from 0 to 1, of the straight path from one to another."""
+    if part == 1.0:
+        return after
+    pairs = zip((before.F_x, before.F_z, before.M), (after.F_x, after.F_z, after.M), strict=True)
+    return Wrench(*((1.0 - part) * a + part * b for a, b in pairs))
+
+
 def _parts(sensor: Sensor) -> tuple[Target, Elastomer]:
     """Target and elastomer of a scene that has both."""
     if sensor.target is None or sensor.elastomer is None:

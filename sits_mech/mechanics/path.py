@@ -141,6 +141,11 @@ def rest(body: Bonded) -> State:
     return State(np.zeros(body.mesh.nodes.size), np.zeros(3), np.zeros(body.mesh.chi.shape[:2]))
 
 
+def packed(state: State) -> Array:
+    """Return a state's displacements, q and pressures as one array."""
+    return np.concatenate([state.u, state.q, state.p.ravel()])
+
+
 def follow(body: Bonded, start: State, loads: tuple[Array, Array], *, smallest: float = 1e-3) -> Outcome:
     """Follow the straight load path from a state at rest.
 

@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from sits_mech.mechanics.layer import deformed_mesh, planar_layer
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.report.curves import crosstalk_map, normal_curves, save_figure, shear_curves
 from sits_mech.report.tables import csv_text
-from sits_mech.report.views import layer_view
+from sits_mech.report.views import load_view
 from sits_mech.scene import write_text
 from sits_mech.sensor import SceneError, Sensor, save_sensor
 from sits_mech.sweep import DONE, save_table
@@ -84,6 +83,4 @@ def _largest_load(sensor: Sensor, data: xr.Dataset) -> Figure:
     size = (shear**2 + normal**2 + 1e-9 * shear).where(data["status"] == DONE).transpose("F_x", "F_z")
     i, j = np.unravel_index(int(np.nanargmax(size)), size.shape)
     wrench = Wrench(float(data["F_x"][i]), float(data["F_z"][j]))
-    model = planar_layer(sensor)
-    equilibrium = model.equilibrium(wrench)
-    return layer_view(sensor, equilibrium, deformed_mesh(model, equilibrium))
+    return load_view(sensor, wrench)
