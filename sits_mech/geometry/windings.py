@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sits_mech.materials import metals
 from sits_mech.quantities import Array
 from sits_mech.sensor import Coil
 
@@ -115,3 +116,8 @@ def spiral_path(coil: Coil, *, points_per_turn: int = 60) -> Array:
 def track_length(coil: Coil) -> float:
     """Length of the track, all turns and layers [m]."""
     return float(2 * np.pi * turn_radii(coil).sum() * coil.layers)
+
+
+def resistance_per_metre(bars: int, width: float, thickness: float) -> float:
+    """Return the direct-current resistance per metre of depth of so many copper bars in series [ohm/m]."""
+    return bars / (metals()["copper"].conductivity * width * thickness)

@@ -31,12 +31,11 @@ from scipy.constants import mu_0
 
 from sits_mech.geometry.collision import check_clearance, clearance
 from sits_mech.geometry.plates import Plate, check_apart, distance, section_plates
-from sits_mech.geometry.windings import Bars, coil_bars
+from sits_mech.geometry.windings import Bars, coil_bars, resistance_per_metre
 from sits_mech.magnetics.coupling import Complex, circle_powers, coefficients, filaments
 from sits_mech.magnetics.kernels import mean_log
 from sits_mech.magnetics.neighbours import Answering, coupled_reaction
 from sits_mech.magnetics.plate import PreparedPlate, Resolution, prepare_plate, series_order
-from sits_mech.materials import metals
 from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.sensor import Sensor
 
@@ -87,7 +86,8 @@ class PlanarBars:
         L0 = free_space_inductance(self.sensor)
         delta_L = change.imag / (2 * np.pi * frequency)
         _check_bounds(delta_L, change.real, L0, cells)
-        R_dc = np.array([track_resistance(bars) for bars in coil_sections(self.sensor)])
+        sections = coil_sections(self.sensor)
+        R_dc = np.array([resistance_per_metre(bars.x.size, bars.width, bars.thickness) for bars in sections])
         error_L, error_R = (e * _largest(v) for e, v in zip(errors, (delta_L, change.real), strict=True))
         missed = errors[0] > self.tolerance
         notes = ("the estimated error exceeds the tolerance; 'planar-fem' can do better",) if missed else ()
@@ -156,11 +156,6 @@ def coil_box(bars: Bars) -> Complex:
     low = complex(bars.x.min() - bars.width / 2, bars.z.min() - bars.thickness / 2)
     high = complex(bars.x.max() + bars.width / 2, bars.z.max() + bars.thickness / 2)
     return np.array([low, complex(high.real, low.imag), high, complex(low.real, high.imag)])
-
-
-def track_resistance(bars: Bars) -> float:
-    """Direct-current resistance of a coil's copper tracks per metre of depth, there and back [ohm/m]."""
-    return bars.x.size / (metals()["copper"].conductivity * bars.width * bars.thickness)
 
 
 @lru_cache(maxsize=64)

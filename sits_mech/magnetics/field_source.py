@@ -27,8 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.constants import mu_0
 
-from sits_mech.geometry.windings import coil_bars
-from sits_mech.materials import metals
+from sits_mech.geometry.windings import coil_bars, resistance_per_metre
 from sits_mech.quantities import Array
 from sits_mech.sensor import Coil, Sensor
 
@@ -166,5 +165,4 @@ def _linkage(coil: Track, driven: tuple[Track, ...], radius: float | None) -> fl
 
 def track_resistances(coils: tuple[Track, ...]) -> Array:
     """Return each coil's direct-current resistance, copper tracks there and back, shape (n,) [ohm/m]."""
-    copper = metals()["copper"].conductivity
-    return np.array([coil.sign.size / (copper * coil.width * coil.thickness) for coil in coils])
+    return np.array([resistance_per_metre(coil.sign.size, coil.width, coil.thickness) for coil in coils])
