@@ -20,7 +20,9 @@ RANKS = {
     **dict.fromkeys(("mechanics", "magnetics", "readout"), 3),
     **dict.fromkeys(("chain", "spectrum"), 4),
     **dict.fromkeys(("report", "doctor"), 5),
-    **dict.fromkeys(("__init__", "__main__", "cli", "console"), 6),
+    **dict.fromkeys(("__init__", "console"), 6),
+    "commands": 7,
+    "cli": 8,
 }
 TALK = {"print", "breakpoint", "input"}
 

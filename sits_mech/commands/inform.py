@@ -1,0 +1,88 @@
+"""What is there, what would a request take, and what does a tensile test say? catalog, doctor, explain, fit."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from sits_mech.commands.options import Json, Load, Overrides, Scene, Tolerance, app, sensor_of
+from sits_mech.console import answer, show, warn
+
+
+@app.command
+def catalog() -> int:
+    """List the catalogued sensors, silicones and metals.
+
+    Example: sits-mech catalog
+    """
+    from sits_mech.materials import metals, silicones
+    from sits_mech.report.tables import key_table
+    from sits_mech.sensor import catalogue
+
+    show(key_table("sensors", list(catalogue().items())))
+    show(key_table("silicones", [(name, f"{item.law}: {item.source}") for name, item in silicones().items()]))
+    lines = [(name, f"{item.conductivity:.3g} S/m: {item.source}") for name, item in metals().items()]
+    show(key_table("metals", lines))
+    return 0
+
+
+@app.command
+def doctor() -> int:
+    """Tell whether everything that is needed is installed.
+
+    Example: sits-mech doctor
+    """
+    from sits_mech.doctor import examine, healthy
+    from sits_mech.report.tables import key_table
+
+    parts = examine()
+    show(key_table("parts", [(name, f"{version}  {purpose}") for name, version, purpose in parts]))
+    return 0 if healthy(parts) else 2
+
+
+@app.command
+def explain(scene: Scene, *, load: Load = Load(), tolerance: Tolerance = 1e-2, overrides: Overrides = ()) -> int:
+    """Tell which models a request takes, what it leaves out, and why.
+
+    Example: sits-mech explain biorob2018 --fx "0.5 N" --fz "2 N"
+    """
+    from sits_mech.chain import magnetic_model, mechanical_model
+    from sits_mech.plan import left_out
+    from sits_mech.report.tables import key_table
+
+    sensor, wrench = sensor_of(scene, overrides), load.wrench()
+    force = any((wrench.F_x, wrench.F_z, wrench.M))
+    choice = magnetic_model(sensor, tolerance=tolerance)[1]
+    rows = [("magnetics", f"{choice.name}: {choice.reason}")]
+    if force:
+        choice = mechanical_model(sensor, tolerance=tolerance)[1]
+        rows.insert(0, ("mechanics", f"{choice.name}: {choice.reason}"))
+    show(key_table(sensor.name, rows + [("left out", text) for text in left_out(sensor, force)]))
+    return 0
+
+
+@app.command
+def fit(
+    tensile: Annotated[Path, Parameter(help="Strain and engineering stress as CSV.")], *, law: str = "yeoh",
+    max_strain: float = 1.0, terms: Annotated[int, Parameter(help="Of Ogden's law.")] = 2,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"], help="Picture of data and fit.")] = None,
+    as_json: Json = False,
+) -> int:  # fmt: skip
+    """Fit a silicone's constants to a tensile test, with the planar and biaxial ones of the same file.
+
+    Example: sits-mech fit tensile.csv --law yeoh --max-strain 1.0 -o fit.png
+    """
+    from sits_mech.mechanics.fitting import fit_law, read_tensile
+    from sits_mech.report.fit_view import fit_rows, save_fit
+    from sits_mech.report.tables import key_table
+
+    test = read_tensile(tensile)
+    found = fit_law(test, law, max_strain, terms=terms)
+    if output is not None:
+        save_fit(test, found, output)
+        warn(f"written to {output}")
+    answer(asdict(found), [key_table(str(tensile), fit_rows(found))], as_json)
+    return 0

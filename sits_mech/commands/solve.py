@@ -1,0 +1,146 @@
+"""Where does the target go, what do the coils show? pose, inductance, simulate, calibrate."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+
+from sits_mech.commands.options import (
+    Frequency,
+    Json,
+    Load,
+    Models,
+    Output,
+    Overrides,
+    Quantity,
+    Scene,
+    Tolerance,
+    app,
+    place_at,
+    sensor_of,
+)  # fmt: skip
+from sits_mech.console import answer, not_converged, progress_bar, show, warn
+
+
+@app.command
+def pose(
+    scene: Scene, *, load: Load = Load(), model: str = "auto", tolerance: Tolerance = 1e-2,
+    overrides: Overrides = (), as_json: Json = False,
+) -> int:  # fmt: skip
+    """Where the target comes to rest under a load.
+
+    Example: sits-mech pose biorob2018 --fx "0.5 N" --fz "2 N"
+    """
+    from sits_mech.chain import mechanical_model
+    from sits_mech.plan import left_out
+    from sits_mech.quantities import SolveFailed
+    from sits_mech.report.records import equilibrium_record
+    from sits_mech.report.tables import equilibrium_table
+
+    sensor = sensor_of(scene, overrides)
+    layer, _ = mechanical_model(sensor, model, tolerance)
+    try:
+        found = layer.equilibrium(load.wrench())
+    except SolveFailed as error:
+        return not_converged(error, as_json)
+    answer(equilibrium_record(found, left_out(sensor, True)), [equilibrium_table(found)], as_json)
+    return 0
+
+
+@app.command
+def inductance(
+    scene: Scene, *, dv: Quantity, dh: Quantity = "0 mm", alpha: Quantity = "0 deg", frequency: Frequency | None = None,
+    model: str = "auto", tolerance: Tolerance = 1e-3, overrides: Overrides = (), as_json: Json = False,
+) -> int:  # fmt: skip
+    """What the coils show with the target at a pose, at one frequency or over a range.
+
+    Example: sits-mech inductance biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 MHz"
+    """
+    from sits_mech.chain import magnetic_model
+    from sits_mech.plan import left_out
+    from sits_mech.quantities import SolveFailed
+    from sits_mech.report.records import impedance_record, spectrum_record
+    from sits_mech.report.tables import impedance_table, spectrum_table, terminal_table
+    from sits_mech.spectrum import at_terminals, frequency_range, spectrum
+
+    sensor, place = sensor_of(scene, overrides), place_at(dh, dv, alpha)
+    hertz = [sensor.frequency] if frequency is None else frequency_range(frequency, "--frequency")
+    solver, _ = magnetic_model(sensor, model, tolerance)
+    unsolved = left_out(sensor, False)
+    try:
+        if len(hertz) > 1:
+            data = spectrum(sensor, solver, place, hertz)
+            answer(spectrum_record(place, data, unsolved), [spectrum_table(data)], as_json)
+            return 0
+        found = solver.impedance(place, hertz[0])
+    except SolveFailed as error:
+        return not_converged(error, as_json)
+    seen, missing = at_terminals(sensor, found)
+    names = [coil.name for coil in sensor.coils]
+    tables = [impedance_table(names, found), terminal_table(names, seen, missing)]
+    answer(impedance_record(place, found, (*unsolved, *missing), seen), tables, as_json)
+    return 0
+
+
+@app.command
+def simulate(
+    scene: Scene, *, load: Load = Load(), models: Models = Models(), overrides: Overrides = (), as_json: Json = False
+) -> int:
+    """What the sensor shows under a load.
+
+    Example: sits-mech simulate biorob2018 --fx "0.5 N" --fz "2 N"
+    """
+    from sits_mech import chain
+    from sits_mech.plan import left_out
+    from sits_mech.quantities import SolveFailed
+    from sits_mech.report.records import simulation_record
+    from sits_mech.report.tables import equilibrium_table, impedance_table, signal_table
+
+    sensor = sensor_of(scene, overrides)
+    try:
+        found = chain.simulate(sensor, load.wrench(), **asdict(models))
+    except SolveFailed as error:
+        return not_converged(error, as_json)
+    tables = [
+        equilibrium_table(found.equilibrium),
+        impedance_table([coil.name for coil in sensor.coils], found.impedance),
+        signal_table(found.signals, found.impedance.unit_L),
+    ]
+    answer(simulation_record(found, left_out(sensor, True)), tables, as_json)
+    return 0
+
+
+@app.command
+def calibrate(
+    scene: Scene, *, models: Models = Models(), fx: Quantity = "-1 N:1 N:9", fz: Quantity = "0 N:4 N:9",
+    output: Output = None, overrides: Overrides = (),
+) -> int:  # fmt: skip
+    """What the sensor shows over a grid of loads: table, netCDF, CSV and pictures; a stopped run goes on.
+
+    Example: sits-mech calibrate biorob2018 --fx "-1 N:1 N:9" --fz "0 N:4 N:9" -o calibration
+    """
+    from sits_mech import chain
+    from sits_mech.plan import quantity_range
+    from sits_mech.quantities import SolveFailed
+    from sits_mech.report.folder import cases_folder, prepare_folder, write_calibration
+    from sits_mech.report.tables import failures, load_table, remarks, summary_table
+
+    sensor = sensor_of(scene, overrides)
+    F_x, F_z = quantity_range(fx, "N", "--fx"), quantity_range(fz, "N", "--fz")
+    folder = prepare_folder(output if output is not None else Path(f"{Path(scene).stem}-calibration"))
+    try:
+        with progress_bar("loads") as progress:
+            data = chain.calibrate(
+                sensor, F_x=F_x, F_z=F_z, tolerance=models.tolerance, mechanics=models.mechanics,
+                magnetics=models.magnetics, progress=progress, folder=cases_folder(folder),
+            )  # fmt: skip
+    except SolveFailed as error:
+        return not_converged(error, False)
+    for line in write_calibration(sensor, data, folder):
+        warn(line)
+    show(load_table(data))
+    show(summary_table(data))
+    missing = failures(data)
+    for line in [*remarks(data), *missing, f"written to {folder}"]:
+        warn(line)
+    return 3 if missing else 0
