@@ -16,11 +16,14 @@ from sits_mech.report.curves import crosstalk_map, normal_curves, save_figure, s
 from sits_mech.report.tables import csv_text
 from sits_mech.report.views import load_view
 from sits_mech.scene import write_text
-from sits_mech.sensor import SceneError, Sensor, save_sensor
-from sits_mech.sweep import DONE, save_table
+from sits_mech.sensor import SceneError, Sensor, load_sensor, save_sensor, scene_hash
+from sits_mech.sweep import DONE, read_table, save_table
+from sits_mech.version import __version__
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+_NEEDED = ("status", "d_h", "d_v", "alpha", "L", "R", "L0", "L_v_percent", "L_h_percent")
 
 
 def prepare_folder(folder: Path) -> Path:
@@ -36,6 +39,38 @@ def prepare_folder(folder: Path) -> Path:
 def cases_folder(folder: Path) -> Path:
     """Return where the finished loads of a calibration are kept."""
     return folder / "cases"
+
+
+def read_calibration(folder: Path) -> tuple[Sensor, xr.Dataset]:
+    """Return sensor and table of a folder that `write_calibration` filled.
+
+    Parameters
+    ----------
+    folder : Path
+        As it was given to ``sits-mech calibrate -o``.
+
+    Raises
+    ------
+    SceneError
+        When there is no calibration, a stopped one, one of another version or scene, or none of its loads converged.
+    """
+    path = folder / "result.nc"
+    if not path.exists():
+        state = "a calibration that was stopped: repeat its command" if cases_folder(folder).is_dir() else "none"
+        raise SceneError(f"{folder}: must be the folder of a finished calibration (sits-mech calibrate); got {state}")
+    data = read_table(path)
+    missing = [name for name in (*_NEEDED, "F_x", "F_z") if name not in data.variables]
+    if missing:
+        raise SceneError(f"{path}: must be the table of a calibration; {missing[0]} is missing")
+    if data.attrs.get("version") != __version__:
+        came = data.attrs.get("version", "an unknown one")
+        raise SceneError(f"{folder}: must be a calibration by version {__version__}; got {came}: calibrate anew")
+    sensor = load_sensor(folder / "scene.toml")
+    if data.attrs.get("scene_hash") != scene_hash(sensor):
+        raise SceneError(f"{folder}: scene.toml must be the scene of result.nc; it was changed: calibrate anew")
+    if not np.any(data["status"] == DONE):
+        raise SceneError(f"{folder}: must hold at least one load that converged; got none")
+    return sensor, data
 
 
 def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[str]:
