@@ -25,13 +25,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sits_mech.mechanics.block_energy import cofactor, solid_energy
-from sits_mech.mechanics.block_forms import brick_deformation, brick_mesh, brick_tangent
+from sits_mech.mechanics.block_forms import BRICK, solid_deformation, solid_mesh, solid_tangent
 from sits_mech.mechanics.pad import wrench_between
 from sits_mech.mechanics.path import Bonded, Element, State, follow, packed, rest
+from sits_mech.meshing.bricks import box_bricks
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.sensor import Elastomer, Sensor, Target
 
-BRICK = Element(brick_tangent, brick_deformation, cofactor)
+SOLID = Element(solid_tangent, solid_deformation, cofactor)
 """Three dimensions, block_forms.py."""
 
 _KINDS = ((2.5, 0.0), (2.0, 0.0), (2.0, 5.0))  # grading towards the target's edge, guard on J; in this order
@@ -128,7 +129,7 @@ def bonded_block(sensor: Sensor, cells: int, grading: float, guard: float) -> Bo
     x_lines = _half_lines(plate[0], pad[0], cells, grading, _OUTER)
     y_lines = _half_lines(plate[1], pad[1], cells, grading, 0.0)
     z_lines = 1.0 - (np.arange(cells, -1, -1) / cells) ** grading
-    mesh = brick_mesh(np.concatenate([-x_lines[:0:-1], x_lines]), y_lines, z_lines)
+    mesh, _ = solid_mesh(box_bricks(np.concatenate([-x_lines[:0:-1], x_lines]), y_lines, z_lines), BRICK)
     x, y, z = mesh.nodes.T
     top = (z > 1.0 - 1e-9) & (np.abs(x) < plate[0] + 1e-9) & (y < plate[1] + 1e-9)
     held = np.repeat(((z < 1e-9) | top)[:, None], 3, axis=1)
@@ -139,7 +140,7 @@ def bonded_block(sensor: Sensor, cells: int, grading: float, guard: float) -> Bo
     rows, columns = np.repeat(mesh.dofs, 81, axis=1).ravel(), np.tile(mesh.dofs, (1, 81)).ravel()
     bonded = 3 * np.flatnonzero(top)[:, None] + np.array([0, 2])
     law, free = solid_energy(silicone, guard), np.flatnonzero(~held.ravel())
-    return Bonded(mesh, law, K - guard, target.load_height / t, free, bonded, x[top], rows, columns, BRICK)
+    return Bonded(mesh, law, K - guard, target.load_height / t, free, bonded, x[top], rows, columns, SOLID)
 
 
 def _half_lines(edge: float, end: float, cells: int, grading: float, outer: float) -> Array:
@@ -247,4 +248,4 @@ def _size(body: Bonded) -> int:
 def _unpacked(body: Bonded, array: Array) -> State:
     """State from one array."""
     u, q, p = np.split(array, [body.mesh.nodes.size, body.mesh.nodes.size + 3])
-    return State(u, q, p.reshape(-1, 4), min_J=float(brick_deformation(body.mesh, u)[1].min()))
+    return State(u, q, p.reshape(-1, 4), min_J=float(solid_deformation(body.mesh, u)[1].min()))
