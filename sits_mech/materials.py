@@ -8,8 +8,11 @@ Energies per reference volume, ``I1, I2`` invariants and ``lambda`` stretches of
     ogden           W = sum_i 2 mu_i/alpha_i^2 (sum_j lambda_j^alpha_i - 3)     mu, alpha (lists)
     gent            W = -mu j_m/2 ln(1 - (I1 - 3)/j_m)                          shear_modulus = mu, j_m
 
-each with ``K/2 (J - 1)^2`` added. All constants in Pa, but for alpha and j_m: plain numbers. Rate, history and
-softening are neglected.
+each with ``K/2 (J - 1)^2`` added. All constants in Pa, but for alpha and j_m: plain numbers. They are those of slow
+load on virgin material. Rate and history (mechanics/history.py) play a part where the table has the keys
+
+    prony = [{weight = 0.1, time = "0.5 s"}, ...]     shares of the instantaneous stiffness, and their relaxation times
+    mullins = {r = 2.5}                               softening after the largest load: 1/r is its depth, r > 1
 """
 
 from __future__ import annotations
@@ -22,7 +25,7 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from sits_mech.units import SceneError, shown, si_value
+from sits_mech.units import SceneError, quantity, shown, si_value
 
 Constants = Mapping[str, float | tuple[float, ...]]
 
@@ -80,6 +83,10 @@ class Silicone:
         Root mean square of what the fit leaves of the engineering stress [Pa].
     spread : float or None
         Largest over smallest value that the sources in `source` give for the stress at 100 % strain, less one [-].
+    prony : tuple of (float, float)
+        Share of the instantaneous stiffness [-] and relaxation time [s] of each branch; none: no viscosity.
+    mullins : float or None
+        Inverse depth r of the softening [-]; None: none.
     """
 
     name: str
@@ -90,6 +97,8 @@ class Silicone:
     fitted_range: tuple[float, float] | None = None
     rms: float | None = None
     spread: float | None = None
+    prony: tuple[tuple[float, float], ...] = ()
+    mullins: float | None = None
 
     @property
     def shear_modulus(self) -> float:
@@ -119,7 +128,8 @@ def silicone_from(table: Mapping[str, Any], name: str = "") -> Silicone:
     Parameters
     ----------
     table : mapping
-        ``law``, the constants that `LAWS` names for it, ``bulk_modulus``; as written, that is with or without units.
+        ``law``, the constants that `LAWS` names for it, ``bulk_modulus``, and optional ``prony`` and ``mullins``; as
+        written, that is with or without units.
     name : str
         Name in the catalogue.
 
@@ -131,13 +141,14 @@ def silicone_from(table: Mapping[str, Any], name: str = "") -> Silicone:
     Raises
     ------
     SceneError
-        When a key is unknown or missing, or the constants give no positive shear modulus.
+        When a key is unknown or missing, the constants give no positive shear modulus, or the weights of the Prony
+        series leave none to slow load.
     """
     law = table.get("law")
     if not isinstance(law, str) or law not in LAWS:
         raise SceneError(f"law must be one of {', '.join(LAWS)}; got {shown(law)}")
     names = LAWS[law]
-    allowed = ("law", *names, "bulk_modulus", "source", "fitted_range", "rms", "spread")
+    allowed = ("law", *names, "bulk_modulus", "prony", "mullins", "source", "fitted_range", "rms", "spread")
     for key in table:
         if key not in allowed:
             raise SceneError(f"{key} is no key of a {law} material; it has {', '.join(allowed)}")
@@ -149,7 +160,38 @@ def silicone_from(table: Mapping[str, Any], name: str = "") -> Silicone:
     bulk_modulus = _constant("bulk_modulus", table["bulk_modulus"])
     if isinstance(bulk_modulus, tuple) or not bulk_modulus > 0.0:
         raise SceneError(f"bulk_modulus must be a positive pressure; got {shown(table['bulk_modulus'])}")
-    return Silicone(name, law, constants, bulk_modulus, **_provenance(table))
+    prony, mullins = _branches(table.get("prony", ())), _depth(table.get("mullins"))
+    return Silicone(name, law, constants, bulk_modulus, prony=prony, mullins=mullins, **_provenance(table))
+
+
+def _branches(entries: Any) -> tuple[tuple[float, float], ...]:
+    """Return weight and time [s] of the branches of a Prony series, or refuse them."""
+    if not isinstance(entries, list | tuple) or not all(isinstance(entry, Mapping) for entry in entries):
+        raise SceneError(f'prony must be a list of tables {{weight = 0.1, time = "0.5 s"}}; got {shown(entries)}')
+    found = []
+    for number, entry in enumerate(entries):
+        if set(entry) != {"weight", "time"}:
+            raise SceneError(f"prony.{number} must have the keys weight and time; got {', '.join(map(str, entry))}")
+        weight = quantity(entry["weight"], "", f"prony.{number}.weight")
+        time = quantity(entry["time"], "s", f"prony.{number}.time")
+        if not (weight > 0.0 and time > 0.0):
+            raise SceneError(f"prony.{number} must have a positive weight and time; got {weight:g} and {time:g} s")
+        found.append((weight, time))
+    if not sum(weight for weight, _ in found) < 1.0:
+        raise SceneError(f"prony: the weights must sum to less than 1; got {sum(weight for weight, _ in found):g}")
+    return tuple(found)
+
+
+def _depth(table: Any) -> float | None:
+    """Return the r of a table of softening, or refuse it."""
+    if table is None:
+        return None
+    if not isinstance(table, Mapping) or set(table) != {"r"}:
+        raise SceneError(f"mullins must be a table such as {{r = 2.5}}; got {shown(table)}")
+    r = quantity(table["r"], "", "mullins.r")
+    if not r > 1.0:
+        raise SceneError(f"mullins.r must be greater than 1; got {r:g}")
+    return r
 
 
 def _constant(key: str, value: Any) -> float | tuple[float, ...]:
@@ -203,7 +245,11 @@ def table_of(silicone: Silicone) -> dict[str, Any]:
         Keys of a scene file's material table, SI values.
     """
     constants = {key: list(item) if isinstance(item, tuple) else item for key, item in silicone.constants.items()}
-    table = {"law": silicone.law, **constants, "bulk_modulus": silicone.bulk_modulus}
+    table: dict[str, Any] = {"law": silicone.law, **constants, "bulk_modulus": silicone.bulk_modulus}
+    if silicone.prony:
+        table["prony"] = [{"weight": weight, "time": time} for weight, time in silicone.prony]
+    if silicone.mullins is not None:
+        table["mullins"] = {"r": silicone.mullins}
     if silicone.source != "the scene":
         table["source"] = silicone.source
     if silicone.fitted_range is not None:

@@ -1,9 +1,11 @@
 """Materials: constants with their source, laws with a positive stiffness, tables that survive a round trip."""
 
+from pathlib import Path
+
 import pytest
 
 from sits_mech.materials import LAWS, Silicone, metals, silicone_from, silicones, table_of
-from sits_mech.sensor import SceneError, load_sensor
+from sits_mech.sensor import SceneError, load_sensor, save_sensor
 
 TABLES = {
     "neo-hookean": ({"shear_modulus": "30 kPa"}, 30e3),
@@ -91,11 +93,31 @@ def test_own_numbers_replace_the_catalogue() -> None:
         ({"law": "neo-hookean", "shear_modulus": 1.0, "bulk_modulus": 1.0, "source": 3}, "source must be a printable"),
         ({"law": "neo-hookean", "shear_modulus": 1, "bulk_modulus": 1, "fitted_range": 3}, "fitted_range must be"),
         ({"law": "mooney-rivlin", "c10": 1.0, "c01": -2.0, "bulk_modulus": 1.0}, "positive shear modulus"),
+        ({"prony": [{"weight": 0.6, "time": 1.0}, {"weight": 0.4, "time": 2.0}]}, "weights must sum to less than 1"),
+        ({"prony": [{"weight": 0.1, "time": "-1 s"}]}, "prony.0 must have a positive weight and time"),
+        ({"prony": [{"weight": 0.1, "time": "1 mm"}]}, "prony.0.time: must be a time"),
+        ({"prony": [{"weight": 0.1}]}, "prony.0 must have the keys weight and time"),
+        ({"prony": 0.1}, "prony must be a list of tables"),
+        ({"mullins": {"r": 1.0}}, "mullins.r must be greater than 1"),
+        ({"mullins": 2.0}, "mullins must be a table"),
         ({"law": ["yeoh"]}, "law must be one of"),
         ({}, "law must be one of"),
     ],
 )
 def test_impossible_materials_are_refused(table: dict[str, object], message: str) -> None:
     """Key first, then what it must be."""
+    law = {"law": "neo-hookean", "shear_modulus": 1.0, "bulk_modulus": 1.0}
     with pytest.raises(SceneError, match=message):
-        silicone_from(table)
+        silicone_from(law | table if {"prony", "mullins"} & set(table) else table)
+
+
+def test_rate_and_softening_survive_a_scene_file(tmp_path: Path) -> None:
+    """Off unless given; in SI after a round trip."""
+    history = 'prony=[{weight=0.1, time="500 ms"}, {weight=0.2, time=30.0}], mullins={r=2.5}'
+    law = f'elastomer.material={{law="neo-hookean", shear_modulus="30 kPa", bulk_modulus="30 MPa", {history}}}'
+    scene = load_sensor("biorob2018", [law])
+    save_sensor(scene, tmp_path / "scene.toml")
+    again = load_sensor(tmp_path / "scene.toml")
+    assert again == scene and again.elastomer is not None
+    assert again.elastomer.silicone.prony == ((0.1, 0.5), (0.2, 30.0)) and again.elastomer.silicone.mullins == 2.5
+    assert all(silicone.prony == () and silicone.mullins is None for silicone in silicones().values())

@@ -1,0 +1,209 @@
+"""What does the sensor show while a load comes and goes? The silicone's rate and softening as hysteresis.
+
+    load s(t) --(viscosity, softening: mechanics/history.py)--> elastic share s_e(t) --(chain)--> pose, L, signals
+
+All loads are shares s of one peak wrench, so that pose, inductance and signals are functions of the elastic share
+alone: they are solved at a few shares, and a cubic spline carries them through time. Their errors are those of the
+chain, plus what the spline changes when every second share is left out.
+
+A loop's width is the largest difference of a signal between loading and unloading at one load, in percent of the range
+that the signal covers in that loop. Both branches are one function of the elastic share, whose errors stretch the loop
+but open none: the width's error is its own size times that of the range.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.interpolate import CubicSpline, make_interp_spline
+
+from sits_mech.chain import Reading, magnetic_model, mechanical_model, read_poses
+from sits_mech.geometry.collision import check_clearance
+from sits_mech.mechanics.history import ElasticCurve, elastic_curve, relaxed_share, softened_share
+from sits_mech.quantities import Array, Pose, Wrench
+from sits_mech.sensor import SceneError, Sensor, scene_hash, scene_text
+from sits_mech.version import __version__
+
+_SHARE = 0.1  # of the tolerance that is asked of the magnetics, as in the chain
+_SHOWN = ("L_v", "L_h", "L_v_percent", "L_h_percent")
+
+
+@dataclass(frozen=True)
+class Programme:
+    """A load over time.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        Not descending; twice the same is a step [s].
+    share : ndarray, shape (n,)
+        Of the peak wrench, 0 to 1, linear in between [-].
+    """
+
+    time: Array
+    share: Array
+
+
+def triangle(period: float, cycles: int = 2, samples: int = 200) -> Programme:
+    """Return a load that rises and falls evenly.
+
+    Parameters
+    ----------
+    period : float
+        From one minimum to the next [s]; of a rate in N/s: twice the peak over the rate.
+    cycles : int
+        How often.
+    samples : int
+        Of each cycle, even.
+
+    Raises
+    ------
+    SceneError
+        For a period that is not positive, no cycle, or an odd number of samples.
+    """
+    if not 0.0 < period < np.inf:
+        raise SceneError(f"period must be a positive time [s]; got {period}")
+    if cycles < 1 or samples < 4 or samples % 2:
+        raise SceneError(f"cycles must be 1 or more and samples even, from 4 on; got {cycles} and {samples}")
+    phase = np.arange(cycles * samples + 1) / samples
+    return Programme(phase * period, 1.0 - np.abs(2.0 * (phase % 1.0) - 1.0))
+
+
+def load_cycle(
+    sensor: Sensor,
+    peak: Wrench,
+    programme: Programme,
+    *,
+    tolerance: float = 1e-2,
+    mechanics: str = "auto",
+    magnetics: str = "auto",
+    points: int = 17,
+) -> xr.Dataset:
+    """Return pose, inductance and signals while a load comes and goes.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        Its silicone's ``prony`` and ``mullins`` play their part; a silicone without both shows no loop.
+    peak : Wrench
+        The load at share 1 [N, N m].
+    programme : Programme
+        The share over time, as from `triangle`.
+    tolerance, mechanics, magnetics
+        As for `simulate`.
+    points : int
+        Loads solved, odd and at least 5.
+
+    Returns
+    -------
+    Dataset, dim time
+        ``share``, ``elastic_share``; pose, ``L`` (coil, coil_2), L_v, L_h and their percent of L0, each with
+        ``error_``. Attributes: scene, request, ``unit_L``, and of each of L_v and L_h ``loop_L_v_percent``, the width
+        of its loops in percent of its range, a list with one number for each cycle, with ``error_``; NaN where the
+        range is within the signal's error.
+
+    Raises
+    ------
+    SceneError
+        When a model cannot hold the scene, or the programme is none.
+    Collision
+        When the target comes to the coil plane.
+    SolveFailed
+        When the layer has no equilibrium on the way to the peak.
+    """
+    _check(programme)
+    field, by_field = magnetic_model(sensor, magnetics, _SHARE * tolerance)
+    layer, by_layer = mechanical_model(sensor, mechanics, tolerance)
+    height = 0.0 if sensor.target is None else sensor.target.load_height
+    curve = elastic_curve(layer, peak, height=height, points=points)
+    for item in curve.found:
+        check_clearance(sensor, item.pose)
+    reading = read_poses(sensor, field, _poses(curve, "pose"), _poses(curve, "error"))
+    elastic = _elastic_share(sensor, programme, curve)
+    columns: dict[str, Any] = {"share": ("time", programme.share), "elastic_share": ("time", elastic)}
+    columns |= _carried(curve, reading, elastic)
+    names = [coil.name for coil in sensor.coils]
+    data = xr.Dataset(columns, coords={"time": programme.time, "coil": names, "coil_2": names})
+    data["L0"] = (("coil", "coil_2"), reading.impedance.L0)
+    request = {"peak": vars(peak), "mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}
+    scene = {"scene": scene_text(sensor), "scene_hash": scene_hash(sensor), "version": __version__, "name": sensor.name}
+    return data.assign_attrs(
+        **scene, request=json.dumps(request), frequency=sensor.frequency, unit_L=reading.impedance.unit_L,
+        **_loops(data, "L_v"), **_loops(data, "L_h"),
+    )  # fmt: skip
+
+
+def _check(programme: Programme) -> None:
+    """Refuse a programme that is none."""
+    time, share = programme.time, programme.share
+    if time.ndim != 1 or time.shape != share.shape or time.size < 2:
+        raise SceneError(f"time and share must be of one length, from 2 on; got {time.shape} and {share.shape}")
+    if not (np.all(np.isfinite(time)) and np.all(np.diff(time) >= 0.0)):
+        raise SceneError("time must be finite and not descend")
+    if not np.all((share >= 0.0) & (share <= 1.0)):
+        raise SceneError(f"share must lie between 0 and 1; got {share.min():g} to {share.max():g}")
+
+
+def _poses(curve: ElasticCurve, kind: str) -> Pose:
+    """Return the poses of a curve, or their errors, as one."""
+    found = [getattr(item, kind) for item in curve.found]
+    return Pose(*(np.array([getattr(pose, name) for pose in found], dtype=float) for name in ("d_h", "d_v", "alpha")))
+
+
+def _elastic_share(sensor: Sensor, programme: Programme, curve: ElasticCurve) -> Array:
+    """Return the share of the virgin elastic answer that the pad shows."""
+    if sensor.elastomer is None:
+        return programme.share.copy()
+    silicone = sensor.elastomer.silicone
+    relaxed = relaxed_share(silicone, programme.time, programme.share)
+    return softened_share(silicone.mullins, curve.energy, np.clip(relaxed, 0.0, 1.0))
+
+
+def _carried(curve: ElasticCurve, reading: Reading, elastic: Array) -> dict[str, Any]:
+    """Return pose, inductance and signals over time, each with its error, as columns of a table."""
+    pose, error, found, shown = _poses(curve, "pose"), _poses(curve, "error"), reading.impedance, reading.signals
+    values = {name: (getattr(pose, name), getattr(error, name)) for name in ("d_h", "d_v", "alpha")}
+    values |= {"L": (found.L, found.error_L)}
+    values |= {name: (getattr(shown, name), getattr(shown, f"error_{name}")) for name in _SHOWN}
+    columns = {}
+    for name, (value, own) in values.items():
+        dims = ("time", "coil", "coil_2")[: np.ndim(value)]
+        here = CubicSpline(curve.share, value)(elastic)
+        thinned = CubicSpline(curve.share[::2], value[::2])(elastic)
+        columns[name] = (dims, here)
+        columns[f"error_{name}"] = (dims, make_interp_spline(curve.share, own, k=1)(elastic) + abs(here - thinned))
+    return columns
+
+
+def _loops(data: xr.Dataset, name: str) -> dict[str, list[float]]:
+    """Return the widths of all loops of a signal in percent of its range, and their errors."""
+    share, signal, error = (data[key].to_numpy() for key in ("share", name, f"error_{name}"))
+    found = [_loop(share[part], signal[part], error[part]) for part in _cycles(share)]
+    widths, errors = zip(*found, strict=True) if found else ((), ())
+    return {f"loop_{name}_percent": list(widths), f"error_loop_{name}_percent": list(errors)}
+
+
+def _cycles(share: Array) -> list[slice]:
+    """Return where a load rises and falls again, from minimum to minimum."""
+    way = np.sign(np.diff(share))
+    moving = np.flatnonzero(way)
+    turns = moving[1:][way[moving][1:] > way[moving][:-1]]  # from falling to rising
+    ends = [0, *turns.tolist(), share.size - 1]
+    return [slice(a, b + 1) for a, b in zip(ends[:-1], ends[1:], strict=True) if {-1.0, 1.0} <= set(way[a:b])]
+
+
+def _loop(share: Array, signal: Array, error: Array) -> tuple[float, float]:
+    """Return width and error of one loop in percent of the signal's range; NaN for a signal within its error."""
+    top = int(np.argmax(share))
+    low = max(share[0], share[-1])
+    grid = np.linspace(low, share[top], 201)
+    down = np.interp(grid, share[top:][::-1], signal[top:][::-1])
+    width = float(np.max(np.abs(np.interp(grid, share[: top + 1], signal[: top + 1]) - down)))
+    span, doubt = float(np.ptp(signal)), float(np.max(error))
+    if not span > 2.0 * doubt:
+        return float("nan"), float("nan")
+    return 100.0 * width / span, 200.0 * width * doubt / span**2

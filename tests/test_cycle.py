@@ -1,0 +1,88 @@
+"""A load that comes and goes: loops of the signals, closed for an elastic silicone, known for a linear sensor."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sits_mech.chain import simulate
+from sits_mech.cycle import Programme, load_cycle, triangle
+from sits_mech.mechanics.history import retardation
+from sits_mech.quantities import Wrench
+from sits_mech.sensor import SceneError, Sensor, load_sensor
+
+PEAK = Wrench(0.2, 1.0)
+
+
+def sensor(history: str = "") -> Sensor:
+    """The published sensor on a neo-Hookean pad with a rate or a softening."""
+    law = f'elastomer.material={{law="neo-hookean", shear_modulus="30 kPa", bulk_modulus="30 MPa"{history}}}'
+    return load_sensor("biorob2018", [law])
+
+
+def test_an_elastic_silicone_shows_the_calibration_and_no_loop() -> None:
+    """Both branches are the static answer, within what the spline says it costs."""
+    data = load_cycle(sensor(), PEAK, triangle(1.0, 1, samples=8), points=9)
+    assert max(data.attrs["loop_L_v_percent"] + data.attrs["loop_L_h_percent"]) < 1e-9
+    row, static = data.isel(time=3), simulate(sensor(), Wrench(0.15, 0.75))
+    assert float(row["share"]) == 0.75
+    for name in ("L_v_percent", "L_h_percent"):
+        assert abs(float(row[name]) - getattr(static.signals, name)) <= float(row[f"error_{name}"])
+    assert float(row["d_h"]) == pytest.approx(float(static.equilibrium.pose.d_h), rel=1e-4)
+    assert float(row["d_v"]) == pytest.approx(float(static.equilibrium.pose.d_v), rel=1e-6)
+
+
+def test_width_of_a_viscous_loop_of_a_nearly_linear_sensor() -> None:
+    """One branch, small load, first triangle: the rise lags by ``w lambda/h (1 - exp(-t/lambda))``.
+
+    The pose and the signal are linear in the elastic share to a percent there, so that the loop is that of the share.
+    """
+    scene, half = sensor(', prony=[{weight=0.3, time="2 s"}]'), 1.0
+    (weight,), (lag,) = retardation([(0.3, 2.0)])
+    data = load_cycle(scene, Wrench(0.01, 0.0), triangle(2.0 * half, 1, samples=400), points=5)
+    time = np.linspace(0.0, half, 2001)
+    rise = weight * lag / half * (1.0 - np.exp(-time / lag))  # behind the load while it grows
+    fall = rise[-1] * np.exp(-time / lag) - rise  # and while it shrinks, in the order of time
+    shown = time / half - rise
+    back = (1.0 - time / half - fall)[::-1]
+    span = max(shown.max(), back.max()) - min(shown.min(), back.min())
+    assert data.attrs["loop_L_h_percent"] == [pytest.approx(100.0 * np.max(np.abs(back - shown)) / span, rel=0.01)]
+
+
+def test_softening_opens_the_first_loop_alone() -> None:
+    """Later cycles to the same peak run along its unloading branch."""
+    data = load_cycle(sensor(", mullins={r=2.5}"), PEAK, triangle(1.0, 3, samples=40), points=9)
+    first, *later = data.attrs["loop_L_v_percent"]
+    assert 5.0 < first < 50.0 and max(later) < 1e-6
+    assert 0.0 < data.attrs["error_loop_L_v_percent"][0] < first
+
+
+def test_slow_cycles_have_no_viscous_loop_and_sudden_loads_find_a_stiffer_pad() -> None:
+    """In a cycle a thousand times slower than the branch the sensor shows its static calibration."""
+    scene = sensor(', prony=[{weight=0.3, time="1 ms"}]')
+    slow = load_cycle(scene, PEAK, triangle(10.0, 1, samples=40), points=9)
+    assert slow.attrs["loop_L_v_percent"][0] < 0.1
+    sudden = load_cycle(scene, PEAK, Programme(np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 1.0])), points=9)
+    np.testing.assert_allclose(sudden["elastic_share"], [0.0, 0.7, 1.0], rtol=1e-12)
+    assert sudden.attrs["loop_L_v_percent"] == []
+
+
+@pytest.mark.parametrize(
+    ("time", "share", "message"),
+    [
+        ([0.0, 1.0], [0.0, 1.2], "share must lie between 0 and 1"),
+        ([0.0, -1.0], [0.0, 1.0], "time must be finite and not descend"),
+        ([0.0], [0.0], "time and share must be of one length"),
+    ],
+)
+def test_programmes_that_are_none(time: list[float], share: list[float], message: str) -> None:
+    with pytest.raises(SceneError, match=message):
+        load_cycle(sensor(), PEAK, Programme(np.array(time), np.array(share)))
+
+
+def test_triangles_that_are_none() -> None:
+    with pytest.raises(SceneError, match="period must be a positive time"):
+        triangle(0.0)
+    with pytest.raises(SceneError, match="cycles must be 1 or more"):
+        triangle(1.0, samples=5)
+    assert triangle(2.0, 2, samples=4).share.tolist() == [0.0, 0.5, 1.0, 0.5, 0.0, 0.5, 1.0, 0.5, 0.0]
