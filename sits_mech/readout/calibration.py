@@ -1,0 +1,305 @@
+"""Which forces belong to the inductances? A smooth map of a table, and its inverse where there is exactly one.
+
+    forward    L(F), a `SmoothMap` of each coil's inductance over the forces
+    inverse    minimise sum_c (w_c (L_c(F) - L_c))^2 by Gauss-Newton from the nearest load of a fine grid; as many
+               coils as forces: Newton's method, the residual goes to rounding
+    domain     where det(P dL/dF) keeps its sign, P the projection onto the directions in which L varies most (as many
+               as forces; P = 1 for as many coils), inside the hull of the loads that the table holds
+
+A map whose determinant keeps its sign over a box and whose image of the box's edge does not cross itself is one to one.
+Where either fails, every reading is tried against the other parts of the box; one that more than one force explains is
+"ambiguous" and has no answer. Numbers only: measured tables go the same way as computed ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
+
+from sits_mech.quantities import Array
+from sits_mech.readout.domain import Domain, domain_of
+from sits_mech.readout.surrogate import SmoothMap, fit_map
+
+FORCES = ("F_x", "F_y", "F_z", "M")
+"""Dimensions of a table that are loads, in this order."""
+OK, OUTSIDE, AMBIGUOUS, NO_SOLUTION = "ok", "outside", "ambiguous", "no solution"
+_MARGIN = 0.02  # beyond the table, of half its range: noise at rest reads a little below zero
+_STEPS = 25
+_SMALL = 1e-11  # error of an answer, of half the range
+_APART = 1e-3  # two answers, of half the range
+_INCONSISTENT = 0.02  # residual of more coils than forces, of the largest range of a coil
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """Forces from inductances.
+
+    Attributes
+    ----------
+    forces : ndarray, shape (..., d)
+        In the order of `Calibration.forces` [N, N m]; NaN where the status is not "ok".
+    status : ndarray of str, shape (...)
+        "ok", "outside" (of the table), "ambiguous" (more than one force shows this), "no solution".
+    error : ndarray, shape (..., d)
+        What the error of the map makes of each force [N, N m].
+    residual : ndarray, shape (...)
+        Largest remaining difference of a coil, relative to `Calibration.full_scale`; noise or a wrong reading where
+        there are more coils than forces.
+    """
+
+    forces: Array
+    status: NDArray[np.str_]
+    error: Array
+    residual: Array
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Forces to inductances and back.
+
+    Attributes
+    ----------
+    forces : tuple of str
+        What was varied, such as ("F_x", "F_z").
+    coils : tuple of str
+        Names, in the order of the inductances.
+    unit : str
+        Of the inductances, "H" or "H/m".
+    L0 : ndarray, shape (n,)
+        Inductances without target [unit].
+    map : SmoothMap
+        Forces to inductances.
+    weights : ndarray, shape (n,)
+        Of each coil in the inverse, one over its noise [1/unit].
+    full_scale : ndarray, shape (n,)
+        Range of each inductance over the table [unit].
+    domain : Domain
+        Where the inverse holds.
+    seeds : tuple of ndarray
+        Starting points of Newton's method, in scaled forces, an array for each part of the domain, the valid first.
+    """
+
+    forces: tuple[str, ...]
+    coils: tuple[str, ...]
+    unit: str
+    L0: Array
+    map: SmoothMap
+    weights: Array
+    full_scale: Array
+    domain: Domain
+    seeds: tuple[Array, ...] = field(repr=False)
+
+    @property
+    def low(self) -> Array:
+        """Least force of the table in each direction [N, N m]."""
+        return self.map.low
+
+    @property
+    def high(self) -> Array:
+        """Greatest force of the table in each direction [N, N m]."""
+        return self.map.high
+
+    @property
+    def error(self) -> float:
+        """Largest error of foretelling a load that is left out, over the coil's full scale."""
+        return float(np.max(self.map.error / self.full_scale))
+
+    def forward(self, *forces: ArrayLike) -> Array:
+        """Return the inductances, shape (..., n) [unit], at forces given in the order of `forces`, of one shape."""
+        if len(forces) != len(self.forces):
+            raise ValueError(f"forces: must be {', '.join(self.forces)}; got {len(forces)} values")
+        return self.map.at(np.stack(np.broadcast_arrays(*(np.asarray(force, dtype=float) for force in forces)), -1))
+
+    def slopes(self, *forces: ArrayLike) -> Array:
+        """Return the derivatives of the inductances by the forces, shape (..., n, d) [unit / N]."""
+        return self.map.slopes(np.stack(np.broadcast_arrays(*(np.asarray(force, float) for force in forces)), -1))
+
+    def inverse(self, L: ArrayLike) -> Inverse:
+        """Return the forces that show inductances.
+
+        Parameters
+        ----------
+        L : array_like, shape (..., n)
+            Inductance of each coil [unit].
+
+        Returns
+        -------
+        Inverse
+            Of shape (...).
+
+        Raises
+        ------
+        ValueError
+            When the number of coils is not the table's, or is less than the number of forces.
+        """
+        L = np.asarray(L, dtype=float)
+        if L.ndim == 0 or L.shape[-1] != len(self.coils):
+            raise ValueError(f"L: must be of {len(self.coils)} coils ({', '.join(self.coils)}); got shape {L.shape}")
+        _check_enough(self.coils, self.forces)
+        flat = L.reshape(-1, len(self.coils))
+        x, residual, status = _solved(self, flat)
+        slopes = self.map.value_and_slopes(x)[1]
+        spread = np.abs(_pseudo_inverse(slopes * self.weights[:, None])) * self.weights
+        half = 0.5 * (self.high - self.low)
+        error = spread @ self.map.error * half
+        wrong = (status != OK)[:, None]
+        forces, error = np.where(wrong, np.nan, self.map.unscaled(x)), np.where(wrong, np.nan, error)
+        shape = L.shape[:-1]
+        return Inverse(
+            forces.reshape(*shape, -1), status.reshape(shape), error.reshape(*shape, -1), residual.reshape(shape)
+        )
+
+
+def calibration(
+    data: xr.Dataset, L0: Sequence[float] | None = None, noise: Sequence[float] | None = None
+) -> Calibration:
+    """Return the calibration that a table holds.
+
+    Parameters
+    ----------
+    data : Dataset
+        With L over (forces, coil, coil_2) and L0, as from `calibrate`, or L over (forces, coil); forces are the
+        dimensions of `FORCES` with more than one value. Loads whose ``status`` is not "converged" or whose L is missing
+        are left out.
+    L0 : sequence of float, optional
+        Inductances without target [H], for tables per metre of depth: the table's relative change is taken of them.
+    noise : sequence of float, optional
+        Of each coil, for the weights; equal by default.
+
+    Returns
+    -------
+    Calibration
+        In henry where `L0` is given or the table is in henry.
+
+    Raises
+    ------
+    ValueError
+        When there is no force with more than one value, or too few loads.
+    """
+    names = tuple(name for name in FORCES if name in data["L"].dims and data.sizes[name] > 1)
+    if not names:
+        raise ValueError("table: must hold at least two values of a force; got one load")
+    single = {name: 0 for name in FORCES if name in data["L"].dims and name not in names}
+    data = data.isel(single)
+    own = _own(data["L"]).transpose(*names, "coil")
+    good = np.isfinite(own.to_numpy()).all(axis=-1)
+    if "status" in data:
+        good &= (data["status"].transpose(*names) == "converged").to_numpy()
+    points = np.stack(np.meshgrid(*(data[name].to_numpy() for name in names), indexing="ij"), -1)[good]
+    table_L0 = _own(data["L0"]).to_numpy() if "L0" in data else np.full(data.sizes["coil"], np.nan)
+    unit, values = str(data.attrs.get("unit_L", "H")), own.to_numpy()[good]
+    if L0 is not None:
+        unit, values, table_L0 = "H", values / table_L0 * np.asarray(L0), np.asarray(L0, dtype=float)
+    coils = tuple(str(name) for name in data["coil"].to_numpy())
+    return calibration_of(points, values, forces=names, coils=coils, free=(unit, table_L0), noise=noise)
+
+
+def _own(matrix: xr.DataArray) -> xr.DataArray:
+    """Return the diagonal of a coil-by-coil matrix; what is none stays as it is."""
+    if "coil_2" not in matrix.dims:
+        return matrix
+    other = [dim for dim in matrix.dims if dim not in ("coil", "coil_2")]
+    values = np.diagonal(matrix.transpose(*other, "coil", "coil_2").to_numpy(), axis1=-2, axis2=-1)
+    return xr.DataArray(values, dims=[*other, "coil"])
+
+
+def calibration_of(
+    points: ArrayLike, L: ArrayLike, *, forces: Sequence[str], coils: Sequence[str],
+    free: tuple[str, ArrayLike], noise: Sequence[float] | None = None,
+) -> Calibration:  # fmt: skip
+    """Return the calibration through scattered loads.
+
+    Parameters
+    ----------
+    points : array_like, shape (m, d)
+        The loads [N, N m].
+    L : array_like, shape (m, n)
+        Inductance of each coil.
+    forces, coils : sequence of str
+        Names of the d forces and the n coils.
+    free : tuple
+        Unit of the inductances and their values without target, shape (n,).
+    noise : sequence of float, optional
+        Of each coil [unit], for the weights; equal by default.
+
+    Raises
+    ------
+    ValueError
+        When loads are too few, values not finite, or an inductance does not change.
+    """
+    L = np.asarray(L, dtype=float)
+    found = fit_map(forces, points, L)
+    full_scale = np.ptp(L, axis=0)
+    if not np.all(full_scale > 0.0):
+        raise ValueError(f"L: must change with the load; coil {coils[int(np.argmin(full_scale))]} does not")
+    weights = np.full(len(coils), 1.0 / full_scale.max()) if noise is None else 1.0 / np.asarray(noise, dtype=float)
+    domain, seeds = domain_of(found, weights, np.asarray(points, dtype=float))
+    unit, L0 = free
+    return Calibration(
+        tuple(forces), tuple(coils), unit, np.asarray(L0, dtype=float), found, weights, full_scale, domain, seeds
+    )
+
+
+def _check_enough(coils: Sequence[str], forces: Sequence[str]) -> None:
+    """Refuse to tell more forces than there are coils."""
+    if len(coils) < len(forces):
+        raise ValueError(f"coils: {len(coils)} cannot tell {len(forces)} forces apart ({', '.join(forces)})")
+
+
+def _solved(cal: Calibration, L: Array) -> tuple[Array, Array, NDArray[np.str_]]:
+    """Return scaled forces, relative residual and status of readings (m, n)."""
+    x, settled = _newton(cal, L, _nearest(cal, cal.seeds[0], L))
+    value = cal.map.value_and_slopes(x)[0]
+    residual = np.max(np.abs(value - L) / cal.full_scale, axis=-1)
+    status = np.full(len(L), OK, dtype="<U12")
+    status[~settled | (residual > _INCONSISTENT) | ~np.isfinite(residual)] = NO_SOLUTION
+    status[np.isfinite(residual) & ~cal.domain.holds(x, _MARGIN)] = OUTSIDE
+    status[(status == OK) & ~cal.domain.valid(x)] = AMBIGUOUS
+    for part in cal.seeds[1:]:
+        open_ = np.flatnonzero(np.isin(status, (OK, OUTSIDE, NO_SOLUTION)) & np.isfinite(L).all(axis=-1))
+        other, found = _newton(cal, L[open_], _nearest(cal, part, L[open_]))
+        off = np.max(np.abs(cal.map.value_and_slopes(other)[0] - L[open_]) / cal.full_scale, axis=-1)
+        away = (np.max(np.abs(other - x[open_]), axis=-1) > _APART) | (status[open_] != OK)
+        status[open_[found & away & (off < _INCONSISTENT) & cal.domain.holds(other, 0.0)]] = AMBIGUOUS
+    return x, residual, status
+
+
+def _nearest(cal: Calibration, seeds: Array, L: Array) -> Array:
+    """Return the starting point whose inductances are nearest to a reading, both seen along what the map varies in."""
+    table = cal.domain.whitened(cal.map.value_and_slopes(seeds)[0])
+    asked = np.nan_to_num(cal.domain.whitened(L), nan=0.0, posinf=1e6, neginf=-1e6)
+    return np.asarray(seeds[cKDTree(table).query(np.clip(asked, -1e6, 1e6))[1]])
+
+
+def _newton(cal: Calibration, L: Array, x: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Return where Gauss-Newton ends, in scaled forces, and whether it settled."""
+    x, settled = x.copy(), np.zeros(len(x), dtype=bool)
+    small = _SMALL if len(cal.coils) > len(cal.forces) else np.sqrt(_SMALL)  # Newton's next step is this one's square
+    active = np.flatnonzero(np.isfinite(L).all(axis=-1))
+    for _ in range(_STEPS):
+        if active.size == 0:
+            break
+        value, slopes = cal.map.value_and_slopes(x[active])
+        inverse = _pseudo_inverse(slopes * cal.weights[:, None])
+        step = np.clip(np.einsum("mdn,mn->md", inverse, (L[active] - value) * cal.weights), -0.3, 0.3)
+        x[active] = np.clip(x[active] + step, -1.2, 1.2)
+        done = np.max(np.abs(step), axis=-1) < small
+        settled[active[done]] = True
+        active = active[~done]
+    return x, settled
+
+
+def _pseudo_inverse(A: Array) -> Array:
+    """Return the least-squares inverses (m, d, n) of many small matrices (m, n, d); of a singular pair, zero."""
+    if A.shape[-2:] != (2, 2):
+        return np.asarray(np.linalg.pinv(A, rcond=1e-10))
+    det = A[:, 0, 0] * A[:, 1, 1] - A[:, 0, 1] * A[:, 1, 0]
+    found = np.empty_like(A)
+    found[:, 0, 0], found[:, 1, 1] = A[:, 1, 1], A[:, 0, 0]
+    found[:, 0, 1], found[:, 1, 0] = -A[:, 0, 1], -A[:, 1, 0]
+    return np.asarray(found / np.where(np.abs(det) > 1e-300, det, np.inf)[:, None, None])

@@ -1,0 +1,245 @@
+"""Which smooth map goes through scattered values? Chebyshev polynomials by least squares, their degree by prediction.
+
+    y_c(p) = sum_k a_kc prod_i T_{k_i}(x_i),    x_i = (2 p_i - high_i - low_i) / (high_i - low_i),    a by least squares
+
+The set of indices k is the tensor product 0..P_i, or, for many variables, the simplex sum_i k_i / P_i <= 1. The degrees
+P_i are raised one after the other for as long as the map foretells its own points better, all of one value of a
+variable (a line of a grid, a single scattered point) left out in turn, except the outermost:
+
+    e_G = (1 - H_GG)^-1 r_G,    r the residual, H the hat matrix, G the points left out  (exact, without fitting anew).
+
+So values with noise are not followed into it. `error` of each output is the largest e, or, if that is more, the largest
+difference over the box to the maps of two degrees more (one less, where the lines do not suffice): near the box's edge
+no line can be left out. Of up to five lines the map then takes all, with the error of one degree less; of two lines
+none can be told: it is infinite.
+Numbers only, no physics.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sits_mech.quantities import Array
+
+_HIGHEST = 12  # degree: beyond it a map over loads has no use
+_LEAST_FREEDOM = 1e-6  # of points left out: below it the others do not decide the map there
+
+
+@dataclass(frozen=True)
+class SmoothMap:
+    """A polynomial map from d variables to n outputs over a box.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the variables.
+    low, high : ndarray, shape (d,)
+        The box, in the variables' units.
+    powers : ndarray of int, shape (k, d)
+        Degrees of each term.
+    coefficients : ndarray, shape (k, n)
+        In the units of the outputs.
+    error, rms : ndarray, shape (n,)
+        Largest and root mean square error of foretelling a point that is left out.
+    """
+
+    names: tuple[str, ...]
+    low: Array
+    high: Array
+    powers: NDArray[np.int_]
+    coefficients: Array
+    error: Array
+    rms: Array
+
+    @property
+    def degrees(self) -> tuple[int, ...]:
+        """Highest degree in each variable."""
+        return tuple(int(degree) for degree in self.powers.max(axis=0))
+
+    def scaled(self, points: ArrayLike) -> Array:
+        """Return points of the box, shape (..., d), in the coordinates x from -1 to 1."""
+        return (2.0 * np.asarray(points, dtype=float) - self.high - self.low) / (self.high - self.low)
+
+    def unscaled(self, x: ArrayLike) -> Array:
+        """Return coordinates x in the variables' units."""
+        return 0.5 * (np.asarray(x, dtype=float) * (self.high - self.low) + self.high + self.low)
+
+    def at(self, points: ArrayLike) -> Array:
+        """Return the outputs at points, shape (..., d) to (..., n); outside the box an extrapolation."""
+        x = self.scaled(points)
+        return np.asarray(_design(x.reshape(-1, len(self.low)), self.powers) @ self.coefficients).reshape(
+            *x.shape[:-1], -1
+        )
+
+    def slopes(self, points: ArrayLike) -> Array:
+        """Return the derivatives of the outputs by the variables, shape (..., d) to (..., n, d)."""
+        x = self.scaled(points)
+        found = self.value_and_slopes(x.reshape(-1, len(self.low)))[1] * (2.0 / (self.high - self.low))
+        return found.reshape(*x.shape[:-1], *found.shape[1:])
+
+    def value_and_slopes(self, x: Array) -> tuple[Array, Array]:
+        """Return outputs (m, n) and derivatives by the coordinates x (m, n, d), at coordinates x of shape (m, d)."""
+        tables = [_chebyshev(x[:, i], degree) for i, degree in enumerate(self.degrees)]
+        factors, rates = [values for values, _ in tables], [slopes for _, slopes in tables]
+        dense = np.zeros((*(degree + 1 for degree in self.degrees), self.coefficients.shape[1]))
+        dense[tuple(self.powers.T)] = self.coefficients
+        each = [_contracted(dense, [*factors[:i], rate, *factors[i + 1 :]]) for i, rate in enumerate(rates)]
+        return _contracted(dense, factors), np.stack(each, axis=-1)
+
+
+def fit_map(names: Sequence[str], points: ArrayLike, values: ArrayLike, *, simplex: bool = False) -> SmoothMap:
+    """Return the smooth map through values at points.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the d variables.
+    points : array_like, shape (m, d)
+        Where the values are known, on a grid or scattered.
+    values : array_like, shape (m, n)
+        Finite.
+    simplex : bool
+        Take the smaller set of terms, for three and more variables.
+
+    Returns
+    -------
+    SmoothMap
+        Over the box that the points span.
+
+    Raises
+    ------
+    ValueError
+        When shapes differ, a value is not finite, a variable has one value only, or points are too few for a plane.
+    """
+    p, y = np.asarray(points, dtype=float), np.asarray(values, dtype=float)
+    _check(names, p, y)
+    low, high = p.min(axis=0), p.max(axis=0)
+    x = (2.0 * p - high - low) / (high - low)
+    scale = np.ptp(y, axis=0)
+    scale = np.where(scale > 0.0, scale, np.maximum(np.abs(y).max(axis=0), 1e-300))
+    groups = _lines(x)
+    degrees = _chosen(x, y / scale, groups, simplex)
+    off = _foretold(_design(x, _terms(degrees, simplex)), y, groups)
+    if off is None:
+        raise ValueError(f"points: must be more, or in general position, for a map of {len(names)}; got {len(p)}")
+    error, rms = np.max(np.abs(off), axis=0, initial=0.0), np.sqrt(np.mean(off**2, axis=0)) if len(off) else 0.0 * scale
+    counts = [len(np.unique(np.round(column, 9))) for column in x.T]
+    error = np.maximum(error, _doubt(x, y, degrees, counts, simplex))
+    if min(counts) < 3:
+        error, rms = np.full_like(scale, np.inf), np.full_like(scale, np.inf)
+    if not simplex and np.prod(counts) == len(p):
+        degrees = [n - 1 if n <= 5 and degree >= n - 2 else degree for degree, n in zip(degrees, counts, strict=True)]
+    powers = _terms(degrees, simplex)
+    coefficients = np.linalg.lstsq(_design(x, powers), y, rcond=None)[0]
+    return SmoothMap(tuple(names), low, high, powers, coefficients, error, rms)
+
+
+def _check(names: Sequence[str], points: Array, values: Array) -> None:
+    """Refuse what no map can be put through."""
+    if points.ndim != 2 or values.ndim != 2 or len(points) != len(values) or points.shape[1] != len(names):
+        form = f"(m, {len(names)}) and (m, n)"
+        raise ValueError(f"points and values: must be of shapes {form}; got {points.shape} and {values.shape}")
+    if not (np.all(np.isfinite(points)) and np.all(np.isfinite(values))):
+        raise ValueError("points and values: must be finite; got some that are not")
+    if len(points) < len(names) + 2:
+        raise ValueError(f"points: must be at least {len(names) + 2}; got {len(points)}")
+    for name, column in zip(names, points.T, strict=True):
+        if np.ptp(column) == 0.0:
+            raise ValueError(f"{name}: must take at least two values; got {column[0]:g} alone")
+
+
+def _lines(x: Array) -> list[NDArray[np.int_]]:
+    """Return the points of each value of each variable, without the outermost values."""
+    groups = []
+    for column in np.round(x, 9).T:
+        inner = np.unique(column)[1:-1]
+        groups += [np.flatnonzero(column == value) for value in inner]
+    return groups
+
+
+def _chosen(x: Array, y: Array, groups: Sequence[NDArray[np.int_]], simplex: bool) -> list[int]:
+    """Return the degrees that foretell best; one may rise by two at once, for maps that are even or odd."""
+    degrees = [1] * x.shape[1]
+    best = _score(x, y, groups, _terms(degrees, simplex))
+    while True:
+        raised = [[*degrees[:i], degrees[i] + step, *degrees[i + 1 :]] for i in range(len(degrees)) for step in (1, 2)]
+        raised = [trial for trial in raised if max(trial) <= _HIGHEST]
+        scores = [_score(x, y, groups, _terms(trial, simplex)) for trial in raised]
+        if not scores or not min(scores) < 0.98 * best:
+            return degrees
+        best, degrees = min(scores), raised[int(np.argmin(scores))]
+
+
+def _doubt(x: Array, y: Array, degrees: Sequence[int], counts: Sequence[int], simplex: bool) -> Array:
+    """Return the largest difference over the box to maps of other degrees, for each output."""
+    axes = [np.linspace(-1.0, 1.0, 33 if len(degrees) < 3 else 5)] * len(degrees)
+    fine = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(degrees))
+    trials = [list(degrees)]
+    for i, count in enumerate(counts):
+        other = next((degrees[i] + more for more in (2, 1) if degrees[i] + more < count), degrees[i] - 1)
+        trials.append([*degrees[:i], other, *degrees[i + 1 :]])
+    found = []
+    for trial in trials:
+        powers = _terms(trial, simplex)
+        found.append(_design(fine, powers) @ np.linalg.lstsq(_design(x, powers), y, rcond=None)[0])
+    return np.asarray(np.max(np.abs(np.array(found[1:]) - found[0]), axis=(0, 1)))
+
+
+def _score(x: Array, y: Array, groups: Sequence[NDArray[np.int_]], powers: NDArray[np.int_]) -> float:
+    """Return the root mean square error of foretelling; infinite where terms are too many."""
+    off = _foretold(_design(x, powers), y, groups)
+    return np.inf if off is None or not len(off) else float(np.sqrt(np.mean(off**2)) + 1e-15)
+
+
+def _foretold(design: Array, y: Array, groups: Sequence[NDArray[np.int_]]) -> Array | None:
+    """Return how far every point of every group is off when its group is left out; None where a term hangs on one."""
+    if design.shape[1] > design.shape[0]:
+        return None
+    q, r = np.linalg.qr(design)
+    diagonal = np.abs(np.diagonal(r))
+    if diagonal.min() < 1e-10 * diagonal.max():
+        return None
+    residual = y - q @ (q.T @ y)
+    off = [np.zeros((0, y.shape[1]))]
+    for group in groups:
+        left = np.eye(len(group)) - q[group] @ q[group].T
+        if np.linalg.eigvalsh(left)[0] < _LEAST_FREEDOM:
+            return None
+        off.append(np.linalg.solve(left, residual[group]))
+    return np.concatenate(off)
+
+
+def _terms(degrees: Sequence[int], simplex: bool) -> NDArray[np.int_]:
+    """Return the degrees of every term, shape (k, d)."""
+    terms = np.array(list(product(*(range(degree + 1) for degree in degrees))), dtype=int)
+    return terms[(terms / np.maximum(degrees, 1)).sum(axis=1) <= 1.0 + 1e-9] if simplex else terms
+
+
+def _design(x: Array, powers: NDArray[np.int_]) -> Array:
+    """Return every term at every point, shape (m, k)."""
+    tables = [_chebyshev(x[:, i], int(powers[:, i].max()))[0] for i in range(x.shape[1])]
+    return np.asarray(np.prod([values[:, powers[:, i]] for i, values in enumerate(tables)], axis=0))
+
+
+def _contracted(dense: Array, factors: Sequence[Array]) -> Array:
+    """Return the sum over all terms at every point: coefficients (P_1, ..., P_d, n) and factors (m, P_i) to (m, n)."""
+    found = np.tensordot(factors[0], dense, axes=1)
+    for factor in factors[1:]:
+        found = np.einsum("mj,mj...->m...", factor, found)
+    return np.asarray(found)
+
+
+def _chebyshev(x: Array, degree: int) -> tuple[Array, Array]:
+    """Return T_0..T_degree and their derivatives at x, shape (m, degree + 1) each."""
+    values, slopes = np.ones((len(x), degree + 1)), np.zeros((len(x), degree + 1))
+    if degree > 0:
+        values[:, 1], slopes[:, 1] = x, 1.0
+    for k in range(2, degree + 1):
+        values[:, k] = 2.0 * x * values[:, k - 1] - values[:, k - 2]
+        slopes[:, k] = 2.0 * values[:, k - 1] + 2.0 * x * slopes[:, k - 1] - slopes[:, k - 2]
+    return values, slopes
