@@ -1,7 +1,8 @@
 """What does a function give over a grid? One labelled table; a point that fails is a row with its status and reason.
 
-The function may be any callable; the executor may be any of `concurrent.futures` or what behaves like one. Finished
-points are kept on disk, one file per point, so that a run that was stopped goes on where it was.
+The grid is the product of its names' values, or takes them side by side. The function may be any callable; the executor
+may be any of `concurrent.futures` or what behaves like one. Finished points are kept on disk, one file per point, so
+that a run that was stopped goes on where it was.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, as_completed
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -27,6 +28,7 @@ from sits_mech.units import SceneError
 
 Row = dict[str, Any]
 Progress = Callable[[int, int], None]
+Combine = Literal["product", "zip"]
 DONE = "converged"
 _LASTING = (ValueError, ArithmeticError, SolveFailed)  # a failure that another try would only repeat
 
@@ -35,9 +37,11 @@ def sweep(
     function: Callable[..., Mapping[str, Any]],
     grid: Mapping[str, Sequence[Any]],
     *,
+    combine: Combine = "product",
     executor: Executor | None = None,
+    chunk: int = 1,
     folder: Path | None = None,
-    key: str = "",
+    key: str | Callable[[Row], str] = "",
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Call `function` at every point of a grid.
@@ -47,39 +51,61 @@ def sweep(
     function : callable
         Takes the grid's names as keywords; returns numbers or strings by name, or ``(dims, array)`` pairs.
     grid : mapping of str to sequence
-        The values that each name takes; their product is the grid.
+        The values that each name takes.
+    combine : {"product", "zip"}
+        Whether the grid is their product, or the first values of all, the second ones, and so on.
     executor : Executor, optional
         Where the calls run; one after the other in this process by default.
+    chunk : int
+        Points that go to the executor at once: many where a call is short.
     folder : Path, optional
         Where finished points are kept, and looked for first.
-    key : str
-        Stands for everything besides the point that the result depends on.
+    key : str, or callable
+        Stands for everything besides the point that the result depends on, or gives for a point what stands for all.
     progress : callable, optional
         Called with the number of finished points and of all.
 
     Returns
     -------
     Dataset
-        The function's results with dimensions `grid`, and ``status``, ``reason`` and ``seconds`` of every point.
+        The function's results, and ``status``, ``reason`` and ``seconds`` of every point. The dimensions are those of
+        `grid`; of a zipped one it is ``case``, with the grid's names along it.
+
+    Raises
+    ------
+    ValueError
+        When zipped values are not equally many.
     """
-    points = [dict(zip(grid, values, strict=True)) for values in itertools.product(*grid.values())]
+    points = grid_points(grid, combine)
+    names = [(key, point) if isinstance(key, str) else (key(point), {}) for point in points]
+    paths = [case_path(folder, *name) for name in names]
     rows: dict[int, Row] = {}
-    for index, row in _rows(function, points, executor, folder, key):
+    for index, row in _rows(function, points, paths, executor, chunk):
         rows[index] = row
         if progress is not None:
             progress(len(rows), len(points))
-    return table(grid, [rows[index] for index in range(len(points))])
+    return table(grid, [rows[index] for index in range(len(points))], combine)
+
+
+def grid_points(grid: Mapping[str, Sequence[Any]], combine: Combine = "product") -> list[Row]:
+    """Return the points of a grid, the last name running fastest; arguments and errors as of `sweep`."""
+    if combine == "zip":
+        counts = {name: len(values) for name, values in grid.items()}
+        if len(set(counts.values())) > 1:
+            shown = ", ".join(f"{name} has {count}" for name, count in counts.items())
+            raise SceneError(f"zipped values must be equally many; got: {shown}")
+        return [dict(zip(grid, values, strict=True)) for values in zip(*grid.values(), strict=True)]
+    return [dict(zip(grid, values, strict=True)) for values in itertools.product(*grid.values())]
 
 
 def _rows(
     function: Callable[..., Mapping[str, Any]],
     points: Sequence[Row],
+    paths: Sequence[Path | None],
     executor: Executor | None,
-    folder: Path | None,
-    key: str,
+    chunk: int,
 ) -> Iterable[tuple[int, Row]]:
     """Yield number and row of each point as it is finished, those on disk first."""
-    paths = [case_path(folder, key, point) for point in points]
     missing = []
     for index, path in enumerate(paths):
         row = read_case(path)
@@ -91,13 +117,20 @@ def _rows(
         for index in missing:
             yield index, finish(paths[index], attempt(function, points[index]))
         return
-    futures = {executor.submit(attempt, function, points[index]): index for index in missing}
+    parts = [missing[first : first + chunk] for first in range(0, len(missing), chunk)]
+    futures = {executor.submit(_attempts, function, [points[i] for i in part]): part for part in parts}
     try:
         for future in as_completed(futures):
-            yield futures[future], finish(paths[futures[future]], future.result())
+            for index, row in zip(futures[future], future.result(), strict=True):
+                yield index, finish(paths[index], row)
     finally:
         for future in futures:
             future.cancel()
+
+
+def _attempts(function: Callable[..., Mapping[str, Any]], points: Sequence[Row]) -> list[Row]:
+    """Return the rows of a few points; runs where the executor puts it."""
+    return [attempt(function, point) for point in points]
 
 
 def attempt(function: Callable[..., Mapping[str, Any]], point: Mapping[str, Any]) -> Row:
@@ -152,8 +185,8 @@ def finish(path: Path | None, row: Row) -> Row:
     return row
 
 
-def table(grid: Mapping[str, Sequence[Any]], rows: Sequence[Row]) -> xr.Dataset:
-    """Return rows in the order of the grid's product as one labelled table.
+def table(grid: Mapping[str, Sequence[Any]], rows: Sequence[Row], combine: Combine = "product") -> xr.Dataset:
+    """Return rows in the order of `grid_points` as one labelled table.
 
     Parameters
     ----------
@@ -161,29 +194,33 @@ def table(grid: Mapping[str, Sequence[Any]], rows: Sequence[Row]) -> xr.Dataset:
         The dimensions and their coordinates, the last one running fastest.
     rows : sequence of dict
         As from `attempt`; where a row lacks a number the table has NaN.
+    combine : {"product", "zip"}
+        As for `sweep`.
 
     Returns
     -------
     Dataset
         One variable for each name in any row.
     """
-    shape = tuple(len(values) for values in grid.values())
+    zipped = combine == "zip"
+    dims = ("case",) if zipped else tuple(grid)
+    shape = (len(rows),) if zipped else tuple(len(values) for values in grid.values())
     names = dict.fromkeys(name for row in rows for name in row if name != "lasting")
-    variables = {name: _column([row.get(name) for row in rows], tuple(grid), shape) for name in names}
-    return xr.Dataset(variables, coords={name: list(values) for name, values in grid.items()})
+    variables = {name: _column([row.get(name) for row in rows], dims, shape) for name in names}
+    return xr.Dataset(variables, {name: (dims if zipped else (name,), list(values)) for name, values in grid.items()})
 
 
 def _column(items: list[Any], dims: tuple[str, ...], shape: tuple[int, ...]) -> tuple[tuple[str, ...], Any]:
-    """Return dimensions and array of one variable."""
+    """Return dimensions and array of one variable: a number or a text a row, or an array with its own dimensions."""
     found = next(item for item in items if item is not None)
-    if isinstance(found, str):
-        return dims, np.array([item or "" for item in items], dtype=object).reshape(shape)
     inner, value = found if isinstance(found, tuple | list) else ((), found)
     inner = (inner,) if isinstance(inner, str) else tuple(inner)
-    size = np.shape(value)
-    empty = np.full(size, math.nan)
-    values = [empty if item is None else np.asarray(item[1] if inner else item, dtype=float) for item in items]
-    return (*dims, *inner), np.array(values).reshape(*shape, *size)
+    size, text = np.shape(value), np.asarray(value).dtype.kind in "UO"
+    values = np.full((len(items), *size), "" if text else math.nan, dtype=object if text else float)
+    for index, item in enumerate(items):
+        if item is not None:
+            values[index] = item[1] if inner else item
+    return (*dims, *inner), values.reshape(*shape, *size)
 
 
 def save_table(dataset: xr.Dataset, path: Path) -> None:

@@ -127,3 +127,41 @@ def quantity(value: object, unit: str, name: str) -> float:
         return si_value(value, unit)
     except SceneError as error:
         raise SceneError(f"{name}: {error}") from None
+
+
+def split_quantity(value: object, name: str) -> tuple[float, str]:
+    """Return the number and the unit of a written quantity, "" where it has none.
+
+    Parameters
+    ----------
+    value : object
+        A finite number, or a string of a number with an optional unit.
+    name : str
+        What the quantity is called where the user wrote it.
+
+    Raises
+    ------
+    SceneError
+        When it is neither.
+    """
+    if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
+        return float(value), ""
+    match = _QUANTITY.fullmatch(value[:100]) if isinstance(value, str) else None
+    if match is None:
+        raise SceneError(f'{name}: must be a number, or a number with a unit such as "2 mm"; got {shown(value)}')
+    return float(match[1]), match[2] or ""
+
+
+def si_label(value: object) -> object:
+    """Return a written quantity of any dimension as its number in SI, and anything else as it is or as its text."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        return str(value)
+    if not isinstance(value, str):
+        return float(value)
+    match = _QUANTITY.fullmatch(value[:100])
+    if match is None:
+        return value
+    if not match[2]:
+        return float(match[1])
+    unit = next((unit for unit in _KINDS if unit and math.isfinite(_converted(1.0, match[2], unit))), None)
+    return value if unit is None else _converted(float(match[1]), match[2], unit)

@@ -20,7 +20,7 @@ RANKS = {
     **dict.fromkeys(("mechanics", "magnetics", "readout"), 3),
     **dict.fromkeys(("batch", "chain", "cycle", "requests", "spectrum", "study"), 4),
     **dict.fromkeys(("report", "doctor"), 5),
-    **dict.fromkeys(("__init__", "console"), 6),
+    **dict.fromkeys(("__init__", "console", "export"), 6),
     "commands": 7,
     "cli": 8,
 }

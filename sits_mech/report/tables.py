@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import xarray as xr
@@ -151,14 +151,27 @@ def _largest(values: xr.DataArray) -> float:
 
 
 def failures(data: xr.Dataset) -> list[str]:
-    """Return one line for each load that has no result: the load, its status and the reason."""
+    """Return one line for each load or case that has no result: which one, its status and the reason."""
     lines = []
-    for F_x in data["F_x"].to_numpy():
-        for F_z in data["F_z"].to_numpy():
-            row = data.sel(F_x=F_x, F_z=F_z)
-            if row["status"].item() != DONE:
-                lines.append(f"F_x = {F_x:.4g} N, F_z = {F_z:.4g} N: {row['status'].item()}: {row['reason'].item()}")
+    for row in points(data):
+        if row["status"].item() != DONE:
+            lines.append(f"{point_name(row)}: {row['status'].item()}: {row['reason'].item()}")
     return lines
+
+
+def points(data: xr.Dataset) -> Iterator[xr.Dataset]:
+    """Give the points of a table one by one, the last dimension running fastest."""
+    dims = data["status"].dims
+    for index in np.ndindex(data["status"].shape):
+        yield data.isel(dict(zip(dims, index, strict=True)))
+
+
+def point_name(row: xr.Dataset) -> str:
+    """Return where a point of a table is: ``F_x = 0.5 N, F_z = 2 N``."""
+    items = [(str(name), row[name].item()) for name in row["status"].coords]
+    numbers = [f"{value:.4g}" if isinstance(value, float) else str(value) for _, value in items]
+    units = [" N" if name in ("F_x", "F_z") else "" for name, _ in items]
+    return ", ".join(f"{name} = {text}{unit}" for (name, _), text, unit in zip(items, numbers, units, strict=True))
 
 
 def remarks(data: xr.Dataset) -> list[str]:

@@ -1,0 +1,109 @@
+"""What does a whole study give? Its cases run anywhere, kept one by one, joined to one labelled table.
+
+A case is named by a hash of its resolved scene, the request with its arguments in SI, and the version: what is there is
+not computed again, whatever wrote it.
+"""
+
+from __future__ import annotations
+
+import json
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from sits_mech.requests import Variant
+from sits_mech.scene import write_text
+from sits_mech.sensor import SceneError, scene_hash
+from sits_mech.study import Study
+from sits_mech.sweep import Progress, Row, save_table, sweep
+from sits_mech.units import si_label
+from sits_mech.version import __version__
+
+
+@dataclass(frozen=True)
+class Case:
+    """The function of a study's sweep: a point in, a row out."""
+
+    study: Study
+
+    def __call__(self, **point: Any) -> Row:
+        """Return the answer at a point."""
+        variant, arguments = self.study.case(point)
+        return self.study.request.answer(variant, self.study.request.in_si(arguments))
+
+    def key(self, point: Row) -> str:
+        """Return what the answer at a point depends on."""
+        variant, arguments = self.study.case(point)
+        try:
+            scene = scene_hash(variant.sensor)
+        except SceneError as error:  # a case of its own: the row that says so
+            scene = str(error)
+        return json.dumps([__version__, scene, self.study.name, self.study.request.in_si(arguments)], sort_keys=True)
+
+
+def run_study(
+    study: Study, folder: Path, *, executor: Executor | None = None, progress: Progress | None = None
+) -> xr.Dataset:
+    """Run what a study has not yet run, and write its table.
+
+    Parameters
+    ----------
+    study : Study
+        As from `read_study`.
+    folder : Path
+        Where finished cases are kept under ``cases/``, and ``result.nc`` is written.
+    executor : Executor, optional
+        As from `workers`; the cases run in this process by default.
+    progress : callable, optional
+        Called with the number of cases done and of all.
+
+    Returns
+    -------
+    Dataset
+        The answers along what varies, in SI; ``status`` and ``reason`` of each case. Attributes hold the study.
+
+    Raises
+    ------
+    SceneError
+        When the folder is of another study, or cannot be written to.
+    """
+    claim(folder, study)
+    case = Case(study)
+    data = sweep(
+        case, study.vary, combine=study.combine, executor=executor, chunk=study.request.chunk, folder=folder / "cases",
+        key=case.key, progress=progress,
+    )  # fmt: skip
+    data = _labelled(data, study)
+    save_table(data, folder / "result.nc")
+    return data
+
+
+def claim(folder: Path, study: Study) -> None:
+    """Make a folder that of a study; raise SceneError when it is that of another, or cannot be written to."""
+    path = folder / "study.json"
+    try:
+        (folder / "cases").mkdir(parents=True, exist_ok=True)
+        if path.exists():
+            if path.read_text(encoding="utf-8") != study.identity:
+                what = "must be a new folder, or that of a study with the same scene, request, keys and fixed values"
+                raise SceneError(f"{folder}: {what}; it is that of another study")
+            return
+    except OSError as error:
+        raise SceneError(f"{folder}: must be a folder that can be written to; got: {error.strerror or error}") from None
+    write_text(path, study.identity)
+
+
+def _labelled(data: xr.Dataset, study: Study) -> xr.Dataset:
+    """Return a table with SI labels, and the names of coils and forces where those are dimensions."""
+    data = data.assign_coords({name: (data[name].dims, [*map(si_label, study.vary[name])]) for name in study.vary})
+    fixed = study.request.in_si(study.fixed)
+    names: dict[str, Any] = {"F_x": fixed.get("fx"), "F_z": fixed.get("fz")}
+    if "coil" in data.dims:
+        names |= dict.fromkeys(("coil", "coil_2"), [coil.name for coil in Variant(study.scene).sensor.coils])
+    data = data.assign_coords({name: values for name, values in names.items() if name in data.dims})
+    return data.assign_attrs(
+        scene=study.scene, request=study.name, fixed=json.dumps(study.fixed), combine=study.combine, version=__version__
+    )

@@ -1,0 +1,89 @@
+"""Where do the cases of a sweep run? In this process, in processes of this machine, or on a dask cluster.
+
+Every worker computes on one BLAS thread, so that as many of them as there are cores do not get in each other's way.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing.connection import wait
+
+from threadpoolctl import threadpool_limits
+
+from sits_mech.units import SceneError, shown
+
+_PATIENCE = 10  # seconds a cluster may take to answer
+
+
+@contextmanager
+def workers(processes: int = 1, address: str | None = None) -> Iterator[Executor | None]:
+    """Give the executor of a sweep, and close it in the end; what has not begun by then is not begun.
+
+    Parameters
+    ----------
+    processes : int
+        Of this machine; with one the cases run in this process and there is no executor.
+    address : str, optional
+        Of a running dask scheduler, such as "tcp://127.0.0.1:8786"; instead of local processes.
+
+    Raises
+    ------
+    SceneError
+        When there are no processes, or no scheduler answers.
+    """
+    if processes < 1:
+        raise SceneError(f"processes must be one or more; got {processes}")
+    if address is not None:
+        with _cluster(address) as executor:
+            yield executor
+        return
+    if processes == 1:
+        with threadpool_limits(1):
+            yield None
+        return
+    executor = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), initializer=_start)
+    try:
+        yield executor
+    finally:
+        executor.shutdown(cancel_futures=True)
+
+
+def _start() -> None:
+    """Make a process a worker: one BLAS thread, gone when its parent is."""
+    threadpool_limits(1)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_follow, args=(parent.sentinel,), daemon=True).start()
+
+
+def _follow(sentinel: int) -> None:
+    """End this process with its parent, even when that was killed."""
+    wait([sentinel])
+    os._exit(1)
+
+
+@contextmanager
+def _cluster(address: str) -> Iterator[Executor]:
+    """Give an executor on the cluster of a scheduler."""
+    try:
+        from distributed import Client
+    except ImportError:
+        raise SceneError("a dask cluster needs distributed: pip install 'sits-mech[cluster]'") from None
+    try:
+        client = Client(address, timeout=_PATIENCE)
+    except (OSError, ValueError, TypeError) as error:
+        line = " ".join(str(error).split()) or type(error).__name__
+        raise SceneError(f"dask: {shown(address)} must be the address of a running scheduler; got: {line}") from None
+    with client:
+        client.register_worker_callbacks(_limit_threads)
+        yield client.get_executor(pure=False)
+
+
+def _limit_threads() -> None:
+    """Keep a cluster's worker to one BLAS thread."""
+    threadpool_limits(1)

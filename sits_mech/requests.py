@@ -1,0 +1,173 @@
+"""What can be asked of a scene, and how is one case of it answered? The requests that a study varies.
+
+A case is a scene with changes and the arguments of a request; its answer is a row of named numbers. Cases that run in
+one process share what they can: a scene's models are made once, and prepare their plates and factors once.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from sits_mech.chain import calibrate, magnetic_model, mechanical_model, simulate
+from sits_mech.plan import quantity_range
+from sits_mech.quantities import Equilibrium, Impedance, MagneticModel, MechanicalModel, Pose, Wrench
+from sits_mech.sensor import Sensor, changed, sensor_from
+from sits_mech.sweep import DONE, Row
+from sits_mech.units import quantity
+
+_LOAD = {"fx": "N", "fz": "N", "moment": "N*m"}
+_PLACE = {"dv": "m", "dh": "m", "alpha": "rad", "frequency": "Hz"}
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A scene with changes; hashable, so that what is made of it can be kept.
+
+    Attributes
+    ----------
+    text : str
+        The scene file it starts from, as of `scene_text`.
+    overrides : tuple of str
+        Its changes, as on the command line.
+    """
+
+    text: str
+    overrides: tuple[str, ...] = ()
+
+    @property
+    def sensor(self) -> Sensor:
+        """Return the changed scene; raise SceneError when it is impossible."""
+        return _sensor(self)
+
+
+@dataclass(frozen=True)
+class Request:
+    """A kind of question.
+
+    Attributes
+    ----------
+    answer : callable
+        Scene and arguments by name, as written, in; a row out.
+    units : mapping
+        The arguments that are quantities, with their SI units.
+    words : tuple of str
+        The arguments that are names or plain numbers.
+    needed : tuple of str
+        The arguments that have no default.
+    ranges : tuple of str
+        The arguments that stand for many values, such as "-1 N:1 N:9"; a study cannot vary them.
+    layer : bool
+        Whether the answer needs the elastomer; where it does not, the scene's is left out.
+    chunk : int
+        Cases that go to a worker at once.
+    """
+
+    answer: Callable[[Variant, Row], Row]
+    units: Mapping[str, str]
+    words: tuple[str, ...]
+    needed: tuple[str, ...] = ()
+    ranges: tuple[str, ...] = ()
+    layer: bool = True
+    chunk: int = 1
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """Return the names of all arguments."""
+        return (*self.units, *self.words)
+
+    def in_si(self, arguments: Row) -> Row:
+        """Return arguments with quantities as SI numbers and ranges as lists; raise SceneError naming a bad one."""
+        return {name: self._si(name, value) for name, value in arguments.items()}
+
+    def _si(self, name: str, value: Any) -> Any:
+        """Return one argument in SI."""
+        if name in self.ranges:
+            return quantity_range(str(value), self.units[name], name)
+        return quantity(value, self.units[name], name) if name in self.units else value
+
+
+@lru_cache(maxsize=64)
+def _sensor(variant: Variant) -> Sensor:
+    """Return a scene with its changes."""
+    return changed(sensor_from(tomllib.loads(variant.text)), variant.overrides)
+
+
+@lru_cache(maxsize=4)
+def _mechanical(variant: Variant, model: str, tolerance: float) -> MechanicalModel:
+    """Return the mechanical model of a scene."""
+    return mechanical_model(variant.sensor, model, tolerance)[0]
+
+
+@lru_cache(maxsize=4)
+def _magnetic(variant: Variant, model: str, tolerance: float) -> MagneticModel:
+    """Return the magnetic model of a scene."""
+    return magnetic_model(variant.sensor, model, tolerance)[0]
+
+
+def _pose(variant: Variant, asked: Row) -> Row:
+    """Answer: where does the target come to rest?"""
+    wrench = Wrench(*(asked.pop(name, 0.0) for name in _LOAD))
+    layer = _mechanical(variant, asked.pop("model", "auto"), asked.pop("tolerance", 1e-2))
+    return _rest(layer.equilibrium(wrench))
+
+
+def _inductance(variant: Variant, asked: Row) -> Row:
+    """Answer: what do the coils show with the target at a pose?"""
+    pose = Pose(asked.get("dh", 0.0), asked["dv"], asked.get("alpha", 0.0))
+    field = _magnetic(variant, asked.get("model", "auto"), asked.get("tolerance", 1e-3))
+    return _shown(field.impedance(pose, asked.get("frequency", variant.sensor.frequency)))
+
+
+def _simulate(variant: Variant, asked: Row) -> Row:
+    """Answer: what does the sensor show under a load?"""
+    wrench = Wrench(*(asked.pop(name, 0.0) for name in _LOAD))
+    found = simulate(variant.sensor, wrench, **asked)
+    return _rest(found.equilibrium) | _shown(found.impedance) | asdict(found.signals)
+
+
+def _calibrate(variant: Variant, asked: Row) -> Row:
+    """Answer: what does the sensor show over a grid of loads? A load that failed is NaN and says why."""
+    forces = {"F_x": asked.pop("fx"), "F_z": asked.pop("fz")}
+    data = calibrate(variant.sensor, **forces, **asked)
+    own = {"status", "reason", "seconds"}
+    row: Row = {
+        f"load_{name}" if name in own else str(name): (tuple(map(str, item.dims)), item.to_numpy())
+        for name, item in data.data_vars.items()
+    }
+    return row | {"failed_loads": int(np.sum(data["status"] != DONE)), "unit_L": data.attrs["unit_L"]}
+
+
+def _rest(found: Equilibrium) -> Row:
+    """Return a target at rest as a row."""
+    report = found.report
+    row = {"d_h": found.pose.d_h, "d_v": found.pose.d_v, "alpha": found.pose.alpha}
+    row |= {"error_d_h": found.error.d_h, "error_d_v": found.error.d_v, "error_alpha": found.error.alpha}
+    row |= {"min_J": np.nan if report.min_J is None else report.min_J, "error_mechanics": report.estimated_error}
+    return row | {"mechanics": report.model, "notes_mechanics": "; ".join(report.notes)}
+
+
+def _shown(found: Impedance) -> Row:
+    """Return what the coils show as a row."""
+    pair, one, report = ("coil", "coil_2"), ("coil",), found.report
+    row: Row = {name: (pair, getattr(found, name)) for name in ("L", "R", "L0", "error_L", "error_R")}
+    row |= {"relative": (one, np.diagonal(found.L) / np.diagonal(found.L0)), "R_dc": (one, found.R_dc)}
+    row |= {"unit_L": found.unit_L, "error_magnetics": report.estimated_error}
+    return row | {"magnetics": report.model, "notes_magnetics": "; ".join(report.notes)}
+
+
+_CHAIN = ("mechanics", "magnetics", "tolerance")
+REQUESTS: Mapping[str, Request] = {
+    "pose": Request(_pose, _LOAD, ("model", "tolerance")),
+    "inductance": Request(_inductance, _PLACE, ("model", "tolerance"), needed=("dv",), layer=False, chunk=25),
+    "simulate": Request(_simulate, _LOAD, _CHAIN),
+    "calibrate": Request(
+        _calibrate, {name: _LOAD[name] for name in ("fx", "fz")}, _CHAIN, needed=("fx", "fz"), ranges=("fx", "fz")
+    ),
+}
+"""What a study can ask, by the name of the command."""

@@ -1,0 +1,201 @@
+"""What does a study file ask? A scene, a request, what varies and what is fixed.
+
+    scene = "biorob2018"              # a scene file beside the study, or a name of the catalogue
+    request = "inductance"            # or pose, simulate, calibrate
+    combine = "product"               # or "zip"
+    [vary]                            # keys of the scene in quotes, arguments of the request bare
+    "target.width" = ["8 mm", "15 mm", "22 mm"]
+    dv = { from = "1 mm", to = "5 mm", count = 41 }
+    [fixed]
+    frequency = "5 MHz"
+    model = "planar"
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sits_mech.materials import unknown
+from sits_mech.requests import REQUESTS, Request, Variant
+from sits_mech.scene import read_table, written
+from sits_mech.sensor import SceneError, load_sensor, scene_text
+from sits_mech.sweep import Combine, Row, grid_points
+from sits_mech.units import shown, split_quantity
+
+_KEYS = ("scene", "request", "combine", "vary", "fixed")
+_TOP = ("frequency", "substrate_radius")  # keys of a scene that stand in no table
+_MOST = 1_000_000  # cases of a study
+_RANGE = '{ from = "1 mm", to = "5 mm", count = 41 } with different ends in one unit and a count of two or more'
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study as its file says; made by `read_study`.
+
+    Attributes
+    ----------
+    scene : str
+        What all cases start from, the fixed keys of the scene applied; as of `scene_text`.
+    name : str
+        A key of `REQUESTS`.
+    vary : dict
+        The values of each varied key or argument as they were written; ranges are written out.
+    fixed : dict
+        The arguments that are the same in all cases.
+    combine : str
+        "product" or "zip".
+    """
+
+    scene: str
+    name: str
+    vary: dict[str, list[Any]]
+    fixed: Row
+    combine: Combine = "product"
+
+    @property
+    def request(self) -> Request:
+        """Return what is asked."""
+        return REQUESTS[self.name]
+
+    @property
+    def identity(self) -> str:
+        """Return what makes it this study and no other, as JSON; the values may grow."""
+        return json.dumps([self.scene, self.name, sorted(self.vary), self.fixed, self.combine], indent=1)
+
+    def case(self, point: Row) -> tuple[Variant, Row]:
+        """Return scene and arguments of a point."""
+        return Variant(self.scene, _overrides(point, self.request)), self.fixed | _arguments(point, self.request)
+
+
+def read_study(path: Path) -> Study:
+    """Read a study file.
+
+    Parameters
+    ----------
+    path : Path
+        TOML.
+
+    Returns
+    -------
+    Study
+        Checked; of the scenes one at least is possible.
+
+    Raises
+    ------
+    SceneError
+        One line: the file, the key, what it must be, what came.
+    """
+    table = read_table(path)
+    try:
+        return _study(table, path.parent)
+    except SceneError as error:
+        raise SceneError(f"{path}: {error}") from None
+
+
+def _study(table: Mapping[str, Any], folder: Path) -> Study:
+    """Return the study of a file's tables."""
+    for key in table:
+        if key not in _KEYS:
+            raise SceneError(f"key {unknown(key, _KEYS)}")
+    for key in ("scene", "request", "vary"):
+        if key not in table:
+            raise SceneError(f"{key}: must be given; it is missing")
+    combine: Combine = table.get("combine", "product")
+    for key, value, known in (("request", table["request"], tuple(REQUESTS)), ("combine", combine, ("product", "zip"))):
+        if value not in known:
+            raise SceneError(f"{key} {unknown(str(value), known)}")
+    request = REQUESTS[table["request"]]
+    varied, fixed = _table(table, "vary"), _table(table, "fixed")
+    _check_names(table["request"], request, varied, fixed)
+    place = folder / str(table["scene"])
+    scene = load_sensor(place if place.is_file() else str(table["scene"]), _overrides(fixed, request))
+    if not request.layer and not any(key.startswith("elastomer.") for key in varied):
+        scene = scene.model_copy(update={"elastomer": None})
+    vary = {name: _values(name, item) for name, item in varied.items()}
+    study = Study(scene_text(scene), table["request"], vary, _arguments(fixed, request), combine)
+    _check_cases(study)
+    return study
+
+
+def _table(table: Mapping[str, Any], name: str) -> Row:
+    """Return a table of the file; the one of what varies must have keys."""
+    part = table.get(name, {})
+    if not isinstance(part, dict) or (name == "vary" and not part):
+        raise SceneError(f"{name}: must be a table of keys and their values; got {shown(part)}")
+    return part
+
+
+def _check_names(name: str, request: Request, varied: Row, fixed: Row) -> None:
+    """Refuse arguments that a request does not know, lacks, or cannot vary."""
+    for key in (*varied, *fixed):
+        if not _of_scene(key, request) and key not in request.arguments:
+            raise SceneError(f"argument of {name} {unknown(key, request.arguments)}, or a dotted key of the scene")
+        if key in varied and key in fixed:
+            raise SceneError(f"{key}: must stand under vary or under fixed; it stands under both")
+    for key in request.needed:
+        if key not in varied and key not in fixed:
+            raise SceneError(f"{key}: must be given under vary or fixed for {name}; it is missing")
+    for key in request.ranges:
+        if key in varied:
+            form = 'such as "0 N:4 N:9"'
+            raise SceneError(f"{key}: must be a range under fixed for {name}, {form}; it stands under vary")
+
+
+def _check_cases(study: Study) -> None:
+    """Refuse a study that is too large, whose arguments are none, or that leaves no possible scene."""
+    sizes = [len(values) for values in study.vary.values()]
+    count = math.prod(sizes) if study.combine == "product" else max(sizes)
+    if count > _MOST:
+        raise SceneError(f"vary: must give at most {_MOST} cases; got {count}")
+    study.request.in_si(study.fixed)
+    for name, values in study.vary.items():
+        for value in values:
+            study.request.in_si(_arguments({name: value}, study.request))
+    first = None
+    for point in grid_points(study.vary, study.combine):
+        try:
+            study.case(point)[0].sensor  # noqa: B018  the look at it is the check
+            return
+        except SceneError as error:
+            first = first or error
+    raise SceneError(f"vary: must leave one possible scene at least; the first one: {first}")
+
+
+def _values(name: str, item: Any) -> list[Any]:
+    """Return the values of a varied key: a list as it is, a range written out."""
+    if isinstance(item, list) and item:
+        if len({json.dumps(value, default=str) for value in item}) == len(item):
+            return item
+        raise SceneError(f"{name}: must be a list of different values; got {shown(item)}")
+    if isinstance(item, dict) and set(item) == {"from", "to", "count"}:
+        count = item["count"]
+        if isinstance(count, int) and not isinstance(count, bool) and 2 <= count <= _MOST:
+            (first, unit), (last, other) = (split_quantity(item[end], f"{name}.{end}") for end in ("from", "to"))
+            if unit == other and first != last:
+                numbers = [float(f"{number:.15g}") for number in np.linspace(first, last, count)]
+                return [f"{number!r} {unit}" if unit else number for number in numbers]
+    raise SceneError(f"{name}: must be a list of values that is not empty, or a range {_RANGE}; got {shown(item)}")
+
+
+def _of_scene(name: str, request: Request) -> bool:
+    """Tell whether a name is a key of the scene, not an argument of the request."""
+    return name not in request.arguments and ("." in name or name in _TOP)
+
+
+def _arguments(names: Row, request: Request) -> Row:
+    """Return what belongs to the request."""
+    return {name: item for name, item in names.items() if not _of_scene(name, request)}
+
+
+def _overrides(names: Row, request: Request) -> tuple[str, ...]:
+    """Return what belongs to the scene, as it is written on the command line."""
+    return tuple(
+        f"{name}={written({'x': item})[3:].strip()}" for name, item in names.items() if _of_scene(name, request)
+    )
