@@ -8,10 +8,10 @@ variable (a line of a grid, a single scattered point) left out in turn, except t
 
     e_G = (1 - H_GG)^-1 r_G,    r the residual, H the hat matrix, G the points left out  (exact, without fitting anew).
 
-So values with noise are not followed into it. `error` of each output is the largest e, or, if that is more, the largest
-difference over the box to the maps of two degrees more (one less, where the lines do not suffice): near the box's edge
-no line can be left out. Of up to five lines the map then takes all, with the error of one degree less; of two lines
-none can be told: it is infinite.
+So values with noise are not followed into it. `error` of each output is the largest e, or, if that is more, 1.5 times
+the largest difference over the box to the maps of two degrees more: near the edge no line can be left out, and an odd
+map hides the error of an even degree. P_i stays three below the number of lines for that. Of up to five lines the map
+may take all and is compared with two degrees less; of two lines nothing can be told: the error is infinite.
 Numbers only, no physics.
 """
 
@@ -123,17 +123,17 @@ def fit_map(names: Sequence[str], points: ArrayLike, values: ArrayLike, *, simpl
     scale = np.ptp(y, axis=0)
     scale = np.where(scale > 0.0, scale, np.maximum(np.abs(y).max(axis=0), 1e-300))
     groups = _lines(x)
-    degrees = _chosen(x, y / scale, groups, simplex)
+    counts = [len(np.unique(np.round(column, 9))) for column in x.T]
+    highest = [min(_HIGHEST, n - 3 if n > 5 else max(1, n - 2)) for n in counts]
+    degrees = _chosen(x, y / scale, groups, highest, simplex)
     off = _foretold(_design(x, _terms(degrees, simplex)), y, groups)
     if off is None:
         raise ValueError(f"points: must be more, or in general position, for a map of {len(names)}; got {len(p)}")
-    error, rms = np.max(np.abs(off), axis=0, initial=0.0), np.sqrt(np.mean(off**2, axis=0)) if len(off) else 0.0 * scale
-    counts = [len(np.unique(np.round(column, 9))) for column in x.T]
-    error = np.maximum(error, _doubt(x, y, degrees, counts, simplex))
-    if min(counts) < 3:
-        error, rms = np.full_like(scale, np.inf), np.full_like(scale, np.inf)
     if not simplex and np.prod(counts) == len(p):
         degrees = [n - 1 if n <= 5 and degree >= n - 2 else degree for degree, n in zip(degrees, counts, strict=True)]
+    rms = np.sqrt(np.mean(off**2, axis=0)) if min(counts) > 2 else np.full_like(scale, np.inf)
+    error = np.maximum(np.max(np.abs(off), axis=0, initial=0.0), _doubt(x, y, degrees, counts, simplex))
+    error = np.where(np.isfinite(rms), error, np.inf)
     powers = _terms(degrees, simplex)
     coefficients = np.linalg.lstsq(_design(x, powers), y, rcond=None)[0]
     return SmoothMap(tuple(names), low, high, powers, coefficients, error, rms)
@@ -162,13 +162,13 @@ def _lines(x: Array) -> list[NDArray[np.int_]]:
     return groups
 
 
-def _chosen(x: Array, y: Array, groups: Sequence[NDArray[np.int_]], simplex: bool) -> list[int]:
+def _chosen(x: Array, y: Array, groups: Sequence[NDArray[np.int_]], highest: Sequence[int], simplex: bool) -> list[int]:
     """Return the degrees that foretell best; one may rise by two at once, for maps that are even or odd."""
     degrees = [1] * x.shape[1]
     best = _score(x, y, groups, _terms(degrees, simplex))
     while True:
         raised = [[*degrees[:i], degrees[i] + step, *degrees[i + 1 :]] for i in range(len(degrees)) for step in (1, 2)]
-        raised = [trial for trial in raised if max(trial) <= _HIGHEST]
+        raised = [trial for trial in raised if all(a <= b for a, b in zip(trial, highest, strict=True))]
         scores = [_score(x, y, groups, _terms(trial, simplex)) for trial in raised]
         if not scores or not min(scores) < 0.98 * best:
             return degrees
@@ -181,13 +181,13 @@ def _doubt(x: Array, y: Array, degrees: Sequence[int], counts: Sequence[int], si
     fine = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(degrees))
     trials = [list(degrees)]
     for i, count in enumerate(counts):
-        other = next((degrees[i] + more for more in (2, 1) if degrees[i] + more < count), degrees[i] - 1)
+        other = degrees[i] + 2 if degrees[i] + 2 < count else max(degrees[i] - 2, min(1, degrees[i] - 1))
         trials.append([*degrees[:i], other, *degrees[i + 1 :]])
     found = []
     for trial in trials:
         powers = _terms(trial, simplex)
         found.append(_design(fine, powers) @ np.linalg.lstsq(_design(x, powers), y, rcond=None)[0])
-    return np.asarray(np.max(np.abs(np.array(found[1:]) - found[0]), axis=(0, 1)))
+    return np.asarray(1.5 * np.max(np.abs(np.array(found[1:]) - found[0]), axis=(0, 1)))
 
 
 def _score(x: Array, y: Array, groups: Sequence[NDArray[np.int_]], powers: NDArray[np.int_]) -> float:
