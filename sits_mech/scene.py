@@ -150,13 +150,18 @@ def _literal(item: Any) -> str:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write `text` to `path` by an atomic rename, so that no half-written file can be met.
+    """Write `text` to `path` as `write_bytes` does, in UTF-8."""
+    write_bytes(path, text.encode("utf-8"))
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write `content` to `path` by an atomic rename, so that no half-written file can be met.
 
     Parameters
     ----------
     path : Path
         The file; its folder must exist.
-    text : str
+    content : bytes
         What it shall hold.
 
     Raises
@@ -169,8 +174,8 @@ def write_text(path: Path, text: str) -> None:
     except OSError as error:
         raise SceneError(f"{path}: must be writable; got: {error.strerror or error}") from None
     try:
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(text)
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(content)
         os.chmod(name, 0o644)
         os.replace(name, path)
     except OSError as error:

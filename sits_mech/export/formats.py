@@ -1,0 +1,72 @@
+"""Which formats are there, and which file does each ask for?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from sits_mech.export.kicad import write_kicad
+from sits_mech.export.source import Source
+from sits_mech.export.spice import write_spice
+from sits_mech.export.tables import write_csv, write_netcdf, write_xlsx
+from sits_mech.export.vtu import write_vtu
+from sits_mech.sensor import SceneError
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format: how its files end, and what writes them and returns one line for each thing to know."""
+
+    suffix: str
+    write: Callable[[Source, Path], tuple[str, ...]]
+
+
+FORMATS: Mapping[str, Format] = {
+    "csv": Format(".csv", write_csv),
+    "netcdf": Format(".nc", write_netcdf),
+    "xlsx": Format(".xlsx", write_xlsx),
+    "spice": Format(".cir", write_spice),
+    "kicad": Format(".kicad_mod", write_kicad),
+    "vtu": Format(".pvd", write_vtu),
+}
+"""The formats by name."""
+
+
+def export(source: Source, kind: str, path: Path | None = None) -> tuple[Path, tuple[str, ...]]:
+    """Write a calibration in a format.
+
+    Parameters
+    ----------
+    source : Source
+        The calibration, and the load of what shows a single state.
+    kind : str
+        A key of `FORMATS`.
+    path : Path, optional
+        The file; by default named after the sensor, in the present folder.
+
+    Returns
+    -------
+    tuple of Path and tuple of str
+        What was written, and one line for each thing to know about it.
+
+    Raises
+    ------
+    SceneError
+        When the format is unknown, the file ends otherwise or cannot be written, or the sensor cannot be put into it.
+    SolveFailed
+        When a state has to be solved anew and is not reached.
+    """
+    if kind not in FORMATS:
+        raise SceneError(f"--to: must be one of {', '.join(FORMATS)}; got {kind!r}")
+    form = FORMATS[kind]
+    path = Path(f"{plain_name(source.sensor.name)}{form.suffix}") if path is None else path
+    if path.suffix != form.suffix:
+        raise SceneError(f"--output: must end in {form.suffix} for --to {kind}; got {path.name!r}")
+    return path, form.write(source, path)
+
+
+def plain_name(name: str) -> str:
+    """Return a name of letters, digits and underscores."""
+    kept = "".join(sign if sign.isascii() and sign.isalnum() else "_" for sign in name)
+    return "_".join(part for part in kept.split("_") if part)[:60] or "sensor"

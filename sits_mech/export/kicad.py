@@ -1,0 +1,251 @@
+"""What goes onto the board? The coils as a footprint of KiCad (version 7 or later), tracks as arcs on copper layers.
+
+A coil of n layers is n spirals r(theta) in series (`geometry.windings`), on F.Cu, inner layers, B.Cu from the top down,
+all turning the same way seen from above. Two neighbouring layers make a pair: inwards, through a via inside the coil,
+outwards. Pairs follow each other through vias outside the coil, each pair turned on by an angle, so that no via meets
+another. Pads 2 i - 1 and 2 i are start and end of coil i: a positive current enters at the first. With an odd number of
+layers the end stays inside the coil.
+
+The board's y axis points down. Copper of a footprint belongs to no net: each coil's pads are declared a net tie.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from sits_mech.export.source import Source
+from sits_mech.geometry.windings import turn_radii
+from sits_mech.quantities import Array
+from sits_mech.scene import write_text
+from sits_mech.sensor import Coil, SceneError, Sensor
+
+_ARCS = 12  # per turn
+_VIA, _DRILL = 0.4e-3, 0.2e-3  # diameters of vias [m]
+_PAD, _HOLE = 1.0e-3, 0.6e-3  # of the pads at a coil's ends [m]
+_MM = 1e3
+
+
+@dataclass(frozen=True)
+class Track:
+    """A run of copper on one layer: arcs through points, shape (2 m + 1, 2), or straight lines along them [m]."""
+
+    layer: str
+    points: Array
+    arcs: bool
+    width: float
+
+
+@dataclass(frozen=True)
+class Hole:
+    """A plated hole with its copper ring; ``number`` is "" for a via [m]."""
+
+    place: Array
+    diameter: float
+    drill: float
+    number: str = ""
+
+
+@dataclass(frozen=True)
+class Winding:
+    """A coil on the board: tracks and holes, in the sensor's coordinates x, y."""
+
+    tracks: tuple[Track, ...]
+    holes: tuple[Hole, ...]
+
+
+def write_kicad(source: Source, path: Path) -> tuple[str, ...]:
+    """Write the footprint of all coils, one centre for the whole sensor.
+
+    Raises
+    ------
+    SceneError
+        When a coil has no room for its vias, coils lie on a curved substrate or have differing numbers of layers, or
+        the file cannot be written.
+    """
+    sensor = source.sensor
+    windings = [winding(sensor, number) for number in range(len(sensor.coils))]
+    write_text(path, _footprint(sensor, windings, path.stem))
+    holes = f"vias {_MM * _VIA:g}/{_MM * _DRILL:g} mm, pads {_MM * _PAD:g}/{_MM * _HOLE:g} mm"
+    return (f"{holes}; layers of the board, from the top: {', '.join(copper_layers(sensor.coils[0].layers))}",)
+
+
+def copper_layers(count: int) -> tuple[str, ...]:
+    """Return the board's names of a coil's layers, from the top down."""
+    return ("F.Cu", *(f"In{k}.Cu" for k in range(1, count - 1)), "B.Cu")[: max(count, 1)]
+
+
+def winding(sensor: Sensor, number: int) -> Winding:
+    """Return tracks and holes of one coil of a sensor.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        With coils on a flat substrate.
+    number : int
+        Which coil; its ends lead away from the others.
+
+    Raises
+    ------
+    SceneError
+        As `write_kicad`.
+    """
+    coil = sensor.coils[number]
+    inner = _check(sensor, coil)
+    start, stop = _reach(coil)
+    turned = 1.1 * (_VIA + coil.track_gap) / max(inner, 1e-9)  # from one pair to the next: their vias keep the gap
+    first, pairs = _away(sensor, number), (coil.layers + 1) // 2
+    if pairs > 1 and pairs * turned > np.pi:
+        raise SceneError(f"coils.{coil.name}.layers: must have room for a via for each two of them; got {coil.layers}")
+    outside = _outer_ends(coil, first, turned, number)
+    tracks: list[Track] = []
+    holes = list({(hole.place[0], hole.place[1]): hole for hole in outside}.values())
+    theta = np.linspace(0.0, 2.0 * np.pi * coil.turns, 2 * _ARCS * coil.turns + 1)
+    radius = start + (stop - start) * theta / theta[-1]
+    for k, layer in enumerate(copper_layers(coil.layers)):
+        angle, inwards = first + (k // 2) * turned, k % 2 == 0
+        via = _polar(np.array([inner]), np.array([angle]))
+        spiral = _polar(radius[::-1] if inwards else radius, angle + theta)
+        out = [outside[k].place[None]] if k < len(outside) else []
+        before, after = (out, [via]) if inwards else ([via], out)
+        for line, arcs in (([*before, spiral[:1]], False), ([spiral], True), ([spiral[-1:], *after], False)):
+            tracks += [Track(layer, np.vstack(line), arcs, coil.track_width)] if sum(map(len, line)) > 1 else []
+        if inwards:
+            last = str(2 * number + 2) if k == coil.layers - 1 else ""
+            holes.append(Hole(via[0], _VIA, _DRILL, last))
+    return _placed(coil, tracks, holes)
+
+
+def _reach(coil: Coil) -> tuple[float, float]:
+    """Return the radii at which the spirals start and stop [m]."""
+    half = (coil.track_width + coil.track_gap) / 2
+    radii = turn_radii(coil)
+    return float(radii[0] - half), float(radii[-1] + half)
+
+
+def _outer_ends(coil: Coil, first: float, turned: float, number: int) -> list[Hole]:
+    """Return where each layer ends outside the coil, about its centre: pads for the coil's ends, vias between pairs."""
+    edge = _reach(coil)[1] + coil.track_width / 2 + coil.track_gap
+    far = edge + _PAD / 2
+    aside = (0.5 * _PAD + coil.track_gap) / far
+    found = []
+    for k in range(coil.layers):
+        angle = first + (k // 2) * turned
+        if k in (0, coil.layers - 1) and (k == 0 or k % 2):
+            place = _polar(np.array([far]), np.array([angle + (aside if k else -aside)]))
+            found.append(Hole(place[0], _PAD, _HOLE, str(2 * number + 1 + (k > 0))))
+        else:
+            between = first + ((k + 1) // 2 - 0.5) * turned
+            found.append(Hole(_polar(np.array([edge + _VIA / 2]), np.array([between]))[0], _VIA, _DRILL))
+    return found
+
+
+def _placed(coil: Coil, tracks: list[Track], holes: list[Hole]) -> Winding:
+    """Return a coil about its own centre at its place in the sensor."""
+    centre = np.asarray(coil.centre)
+    return Winding(
+        tuple(Track(item.layer, item.points + centre, item.arcs, item.width) for item in tracks),
+        tuple(Hole(item.place + centre, item.diameter, item.drill, item.number) for item in holes),
+    )
+
+
+def _check(sensor: Sensor, coil: Coil) -> float:
+    """Return the radius that the inner vias stand at [m]; refuse what has no room for them."""
+    if sensor.substrate_radius is not None:
+        raise SceneError("substrate_radius: must not be given for --to kicad: a footprint is flat")
+    if len({item.layers for item in sensor.coils}) > 1:
+        raise SceneError("coils: must have one number of layers for --to kicad, which are the board's")
+    inner = _reach(coil)[0] - coil.track_width / 2 - coil.track_gap - _VIA / 2
+    if inner < 0.0:
+        least = coil.inner_diameter - 2.0 * inner
+        raise SceneError(
+            f"coils.{coil.name}.inner_diameter: must be at least {least:g} m for a via; got {coil.inner_diameter:g} m"
+        )
+    return float(inner)
+
+
+def _away(sensor: Sensor, number: int) -> float:
+    """Return the direction in which a coil's ends lead away from the other coils [rad]; towards -y for one alone."""
+    centres = np.array([coil.centre for coil in sensor.coils])
+    out = centres[number] - centres.mean(axis=0)
+    return float(np.arctan2(out[1], out[0])) if np.hypot(*out) > 1e-9 else -np.pi / 2
+
+
+def _polar(radius: Array, angle: Array) -> Array:
+    """Return points x, y at radii and angles."""
+    return np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
+
+
+def _footprint(sensor: Sensor, windings: list[Winding], name: str) -> str:
+    """Return the file's text."""
+    places = np.vstack([track.points for item in windings for track in item.tracks])
+    places = np.vstack([places, *(hole.place[None] for item in windings for hole in item.holes)])
+    low, high = places.min(axis=0) - _PAD, places.max(axis=0) + _PAD
+    ties = " ".join(f'"{2 * i + 1},{2 * i + 2}"' for i in range(len(windings)))
+    lines = [
+        f'(footprint "{name}" (version 20221018) (generator sits_mech)',
+        '  (layer "F.Cu")',
+        f'  (descr "Coils of: {_quoted(sensor.name)}")',
+        "  (attr exclude_from_pos_files exclude_from_bom)",
+        f"  (net_tie_pad_groups {ties})",
+        _text("reference", "REF**", (low[0], high[1]), "F.SilkS"),
+        _text("value", name, (low[0], low[1]), "F.Fab"),
+        _box(low, high, "F.CrtYd", 0.05e-3),
+    ]
+    if sensor.target is not None:
+        half = np.asarray(sensor.target.extent) / 2
+        lines.append(_box(-half, half, "Dwgs.User", 0.1e-3))
+    for item in windings:
+        lines += [line for track in item.tracks for line in _copper(track)]
+        lines += [_hole(hole) for hole in item.holes]
+    return "\n".join([*lines, ")", ""])
+
+
+def _copper(track: Track) -> list[str]:
+    """Return the lines of one run of copper."""
+    end = f'(stroke (width {_number(track.width)}) (type solid)) (layer "{track.layer}"))'
+    p = [_point(point) for point in track.points]
+    if track.arcs:
+        arcs = zip(p[:-2:2], p[1:-1:2], p[2::2], strict=True)
+        return [f"  (fp_arc (start {a}) (mid {b}) (end {c}) {end}" for a, b, c in arcs]
+    return [f"  (fp_line (start {a}) (end {b}) {end}" for a, b in zip(p[:-1], p[1:], strict=True)]
+
+
+def _hole(hole: Hole) -> str:
+    """Return the line of a pad or a via."""
+    size = _number(hole.diameter)
+    mask = ' "*.Mask"' if hole.number else ""
+    return (
+        f'  (pad "{hole.number}" thru_hole circle (at {_point(hole.place)}) (size {size} {size}) '
+        f'(drill {_number(hole.drill)}) (layers "*.Cu"{mask}))'
+    )
+
+
+def _text(kind: str, text: str, place: tuple[float, float], layer: str) -> str:
+    """Return the line of a text."""
+    at = _point(np.array(place))
+    font = "(effects (font (size 1 1) (thickness 0.15)) (justify left))"
+    return f'  (fp_text {kind} "{_quoted(text)}" (at {at}) (layer "{layer}") {font})'
+
+
+def _box(low: Array, high: Array, layer: str, width: float) -> str:
+    """Return the line of a rectangle."""
+    stroke = f"(stroke (width {_number(width)}) (type solid)) (fill none)"
+    return f'  (fp_rect (start {_point(low)}) (end {_point(high)}) {stroke} (layer "{layer}"))'
+
+
+def _point(point: Array) -> str:
+    """Return a point on the board, y down [mm]."""
+    return f"{_number(point[0])} {_number(-point[1])}"
+
+
+def _number(metres: float) -> str:
+    """Return a length in millimetres to the board's nanometre."""
+    return f"{_MM * metres + 0.0:.6f}".rstrip("0").rstrip(".").replace("-0", "0", int(abs(metres) < 5e-10))
+
+
+def _quoted(text: str) -> str:
+    """Return a text that may stand in quotes."""
+    return text.replace("\\", "/").replace('"', "'").replace("\n", " ")

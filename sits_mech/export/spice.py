@@ -1,0 +1,104 @@
+"""What does a circuit simulator get? The coupled coils at one pose, as a subcircuit of inductors, couplings, resistors.
+
+    V_i = (R_track,i + j omega L_i) I_i + sum_j (R_ij + j omega M_ij) I_j,    k_ij = M_ij / sqrt(L_i L_j)
+
+R_ij is what the eddy currents put into the coils, into the diagonal and between them; between coils it is written as
+current-controlled voltage sources. The numbers hold at the sensor's frequency; off it the eddy currents are others.
+
+A circuit needs henry and ohm. The coils are computed at the pose of the load by the calibration's model, or by the 3D
+model (`sheets`) where that one is per metre of depth. R_track and L_i have skin and proximity effect in the tracks.
+Leads and the capacitor across each coil are the circuit's own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from sits_mech.chain import magnetic_model
+from sits_mech.export.source import Source, resting_pose
+from sits_mech.quantities import Array, Impedance, Pose
+from sits_mech.scene import write_text
+from sits_mech.sensor import SceneError
+from sits_mech.spectrum import at_terminals
+
+
+def write_spice(source: Source, path: Path) -> tuple[str, ...]:
+    """Write the subcircuit of the coils at the pose of the source's load.
+
+    Raises
+    ------
+    SceneError
+        When the load is outside the table, the scene cannot be held in 3D, or the file cannot be written.
+    SolveFailed
+        When the coils cannot be solved at the pose.
+    """
+    pose = resting_pose(source)
+    name = source.request["magnetics"]
+    if source.data.attrs["unit_L"] != "H":
+        name = "sheets"
+    model, _ = magnetic_model(source.sensor, name, source.request["tolerance"])
+    found = model.impedance(pose, source.sensor.frequency)
+    seen, missing = at_terminals(source.sensor, found)
+    R_track, shift = (found.R_dc, np.zeros(len(found.R_dc))) if seen is None else (seen.R_ac, seen.shift)
+    error = float(np.max(found.error_L))
+    made = f"{source.about}; coils by {name}, error of L {error:.1e} H"
+    found = replace(found, L=found.L - np.diag(shift))
+    write_text(path, netlist([coil.name for coil in source.sensor.coils], found, R_track, (made, _state(source, pose))))
+    return missing
+
+
+def _state(source: Source, pose: Pose) -> str:
+    """Return load and pose as one line."""
+    load = f"F_x = {source.F_x:.4g} N, F_z = {source.F_z:.4g} N"
+    return f"{load}: d_h = {pose.d_h:.6g} m, d_v = {pose.d_v:.6g} m, alpha = {pose.alpha:.4g} rad"
+
+
+def netlist(names: list[str], found: Impedance, R_track: Array, remarks: tuple[str, ...] = ()) -> str:
+    """Return a subcircuit ``sits_coils`` with two pins for each coil, a positive current entering at the first.
+
+    Parameters
+    ----------
+    names : list of str
+        Of the coils.
+    found : Impedance
+        At one pose, in henry and ohm.
+    R_track : ndarray, shape (n,)
+        Resistance of the tracks [ohm].
+    remarks : tuple of str
+        Lines of the heading.
+
+    Raises
+    ------
+    SceneError
+        When the inductances are not those of coupled coils: not in henry, or not positive definite.
+    """
+    L, R = np.asarray(found.L), np.asarray(found.R)
+    if found.unit_L != "H" or np.any(np.linalg.eigvalsh(0.5 * (L + L.T)) <= 0.0):
+        raise SceneError(f"L: must be a positive definite matrix in H for --to spice; got {L.tolist()} {found.unit_L}")
+    count = len(names)
+    lines = [f"* {line}" for line in (*remarks, f"numbers hold at {found.frequency:.6g} Hz; L in H, R in ohm")]
+    lines.append("* " + ", ".join(f"{name}: pins a{i} b{i}" for i, name in enumerate(names, 1)))
+    lines.append(".subckt sits_coils " + " ".join(f"a{i} b{i}" for i in range(1, count + 1)))
+    for i in range(count):
+        n = i + 1
+        lines += [f"V{n} a{n} s{n} 0", f"R{n} s{n} r{n} {R_track[i] + R[i, i]:.9g}", f"L{n} r{n} e{n}_0 {L[i, i]:.9g}"]
+        lines += _resistive(i, R)
+    for i in range(count):
+        for j in range(i + 1, count):
+            k = 0.5 * (L[i, j] + L[j, i]) / np.sqrt(L[i, i] * L[j, j])
+            lines.append(f"K{i + 1}_{j + 1} L{i + 1} L{j + 1} {k:.9g}")
+    return "\n".join([*lines, ".ends sits_coils", ""])
+
+
+def _resistive(i: int, R: Array) -> list[str]:
+    """Return the sources of what the other coils' currents drop in coil i by the eddy currents' losses."""
+    others = [j for j in range(len(R)) if j != i]
+    nodes = [f"e{i + 1}_{step}" for step in range(len(others))] + [f"b{i + 1}"]
+    lines = []
+    for step, j in enumerate(others):
+        value = 0.5 * (R[i, j] + R[j, i])
+        lines.append(f"H{i + 1}_{j + 1} {nodes[step]} {nodes[step + 1]} V{j + 1} {value:.9g}")
+    return lines if others else [f"V{i + 1}e e{i + 1}_0 b{i + 1} 0"]

@@ -1,0 +1,109 @@
+"""How does a calibration get into other programs? One line per load as CSV, as netCDF, as a workbook of Excel."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from pathlib import Path
+from typing import Any
+
+from sits_mech.export.source import Source
+from sits_mech.report.tables import csv_text, figures
+from sits_mech.scene import write_bytes, write_text
+from sits_mech.sensor import SceneError, scene_text
+from sits_mech.sweep import save_table
+
+UNITS = {
+    "F_x": "N", "F_z": "N", "d_h": "m", "d_v": "m", "alpha": "rad", "seconds": "s", "min_J": "1", "iterations": "1",
+    "error_mechanics": "1", "error_magnetics": "1",
+}  # fmt: skip
+"""Units of a calibration's variables by name; those of inductance and resistance follow ``unit_L``."""
+
+
+def unit_of(name: str, unit_L: str) -> str:
+    """Return the unit of a variable or of a column such as ``error_L[C1][C2]``; "" where it is text."""
+    plain = name.partition("[")[0]
+    if plain.endswith("percent"):
+        return "% of L0"
+    bare = plain.removeprefix("error_")
+    if bare.startswith("L"):
+        return unit_L
+    return unit_L.replace("H", "ohm", 1) if bare == "R" else UNITS.get(plain, UNITS.get(bare, ""))
+
+
+def write_csv(source: Source, path: Path) -> tuple[str, ...]:
+    """Write one line per load, SI, every number to its last digit."""
+    write_text(path, csv_text(source.data))
+    return ()
+
+
+def write_netcdf(source: Source, path: Path) -> tuple[str, ...]:
+    """Write the labelled table; every variable has its unit."""
+    data = source.data.copy()
+    for name in data.variables:
+        unit = unit_of(str(name), data.attrs["unit_L"])
+        if unit:
+            data[name].attrs["units"] = unit
+    save_table(data, path)
+    return ()
+
+
+def write_xlsx(source: Source, path: Path) -> tuple[str, ...]:
+    """Write a workbook: loads, figures of merit, the scene, how it came about.
+
+    Raises
+    ------
+    SceneError
+        When openpyxl is missing, or the file cannot be written.
+    """
+    try:
+        from openpyxl import Workbook
+    except ImportError:
+        raise SceneError("--to xlsx: needs openpyxl: pip install 'sits-mech[excel]'") from None
+    book = Workbook()
+    loads = book.active
+    loads.title = "loads"
+    names, *rows = csv.reader(io.StringIO(csv_text(source.data)))
+    _fill(loads, [names, [unit_of(name, source.data.attrs["unit_L"]) for name in names], *rows], heading=2)
+    loads.freeze_panes = "C3"
+    table = [[name, _finite(value), _finite(error), unit] for name, value, error, unit in figures(source.data)]
+    _fill(book.create_sheet("figures"), [["figure", "value", "estimated error", "unit"], *table], heading=1)
+    _fill(book.create_sheet("scene"), [[line] for line in scene_text(source.sensor).splitlines()], heading=0)
+    made = [[str(name), str(value)] for name, value in source.data.attrs.items() if name != "scene"]
+    _fill(book.create_sheet("about"), made, heading=0)
+    stream = io.BytesIO()
+    book.save(stream)
+    write_bytes(path, stream.getvalue())
+    return ()
+
+
+def _fill(sheet: Any, rows: list[list[Any]], heading: int) -> None:
+    """Put rows into a sheet, texts that are numbers as numbers; the first ones are headings."""
+    from openpyxl.styles import Font
+
+    for number, row in enumerate(rows):
+        sheet.append([cell if number < heading else _cell(cell) for cell in row])
+        for cell in sheet[number + 1]:
+            if number < heading:
+                cell.font = Font(bold=number == 0, italic=number > 0)
+            elif isinstance(cell.value, str) and cell.value.startswith("="):
+                cell.data_type = "s"  # a line of a scene is no formula
+    for column in sheet.columns:
+        longest = max(len(str(cell.value or "")) for cell in column)
+        sheet.column_dimensions[column[0].column_letter].width = min(max(10, longest + 2), 60)
+
+
+def _cell(value: Any) -> Any:
+    """Return a number where a text is one, and nothing where it is not finite."""
+    if not isinstance(value, str):
+        return value
+    try:
+        return _finite(float(value))
+    except ValueError:
+        return value
+
+
+def _finite(value: float) -> float | None:
+    """Return a number that a sheet can hold."""
+    return value if math.isfinite(value) else None

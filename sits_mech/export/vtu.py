@@ -1,0 +1,128 @@
+"""How is the deformed layer looked at in ParaView? One .vtu for each load, and a .pvd that puts them in order.
+
+Every converged load of the calibration is a time step, shear by shear, each with rising normal force. A file holds the
+section y = 0: the layer's cells with their volume ratio J, the target, and the coils' tracks; ``part`` tells them apart
+(0, 1, 2), ``displacement`` is that of layer and target from rest. The layer is solved anew in plane strain, each load
+from the one before; a calibration by another mechanical model is shown by this one, and the notes say so.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import meshio
+import numpy as np
+from numpy.typing import NDArray
+
+from sits_mech.export.source import Source
+from sits_mech.geometry.windings import coil_bars
+from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh, planar_layer
+from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, Wrench
+from sits_mech.report.views import target_corners
+from sits_mech.scene import write_bytes, write_text
+from sits_mech.sensor import SceneError, Sensor
+from sits_mech.sweep import DONE
+
+_LAYER, _TARGET, _COIL = 0.0, 1.0, 2.0
+
+
+def write_vtu(source: Source, path: Path) -> tuple[str, ...]:
+    """Write the series beside `path`, which lists it.
+
+    Returns
+    -------
+    tuple of str
+        One line for each load that could not be shown.
+
+    Raises
+    ------
+    SceneError
+        When a file cannot be written.
+    """
+    model = planar_layer(source.sensor, source.request["tolerance"])
+    name = source.request["mechanics"]
+    notes = [] if name == "planar" else [f"the layer is shown in plane strain; the calibration is by {name!r}"]
+    steps: list[tuple[str, str]] = []
+    for F_x in source.data["F_x"].to_numpy():
+        last: Equilibrium | None = None
+        for F_z in source.data["F_z"].to_numpy():
+            if source.data["status"].sel(F_x=F_x, F_z=F_z).item() != DONE:
+                continue
+            try:
+                last = model.equilibrium(Wrench(float(F_x), float(F_z)), start=last)
+            except SolveFailed as error:
+                notes.append(f"F_x = {F_x:.4g} N, F_z = {F_z:.4g} N: not shown: {error}")
+                continue
+            file = f"{path.stem}_{len(steps):04d}.vtu"
+            write_bytes(path.parent / file, vtu_file(model, last))
+            steps.append((file, f"F_x = {F_x:.6g} N, F_z = {F_z:.6g} N"))
+    write_text(path, _collection(steps))
+    return tuple(notes)
+
+
+def vtu_file(model: PlanarLayer, found: Equilibrium) -> bytes:
+    """Return the file of one load: layer, target and tracks in the section y = 0."""
+    sensor = model.sensor
+    points, quads, J = deformed_mesh(model, found)
+    body = model.meshes[int(found.state[0])][0]
+    moved = points - body.mesh.nodes * _scale(sensor) - (0.0, _bottom(sensor))
+    rest = Pose(0.0, _bottom(sensor) + _scale(sensor), 0.0)
+    plate = target_corners(sensor, found.pose)
+    pieces = [(points, quads, moved), _boxes(plate[None], plate - target_corners(sensor, rest))]
+    tracks = _tracks(sensor)
+    pieces.append(_boxes(tracks, np.zeros((4 * len(tracks), 2))))
+    first = np.cumsum([0, *(len(piece[0]) for piece in pieces)])
+    cells = np.vstack([piece[1] + start for piece, start in zip(pieces, first, strict=False)])
+    part = np.repeat([_LAYER, _TARGET, _COIL], [len(piece[1]) for piece in pieces])
+    ratio = np.concatenate([J, np.ones(len(cells) - len(J))])
+    mesh = meshio.Mesh(
+        _flat(np.vstack([piece[0] for piece in pieces])), [("quad", cells)],
+        point_data={"displacement": _flat(np.vstack([piece[2] for piece in pieces]))},
+        cell_data={"J": [ratio], "part": [part]},
+    )  # fmt: skip
+    with tempfile.TemporaryDirectory() as folder:  # meshio writes files alone
+        file = Path(folder) / "layer.vtu"
+        mesh.write(file)
+        return file.read_bytes()
+
+
+def _boxes(corners: Array, moved: Array) -> tuple[Array, NDArray[np.int64], Array]:
+    """Return points, cells and displacements of separate quadrilaterals, corners of shape (m, 4, 2)."""
+    return corners.reshape(-1, 2), np.arange(4 * len(corners)).reshape(-1, 4), moved
+
+
+def _tracks(sensor: Sensor) -> Array:
+    """Return the corners of every track's section [m], shape (m, 4, 2)."""
+    found = []
+    for coil in sensor.coils:
+        bars = coil_bars(coil)
+        corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * (bars.width / 2, bars.thickness / 2)
+        found.append(np.stack([bars.x, bars.z], axis=1)[:, None, :] + corners)
+    return np.concatenate(found)
+
+
+def _flat(plane: Array) -> Array:
+    """Return x, y = 0, z."""
+    return np.column_stack([plane[:, 0], np.zeros(len(plane)), plane[:, 1]])
+
+
+def _scale(sensor: Sensor) -> float:
+    """Thickness of the layer, the unit of length of its mesh [m]."""
+    if sensor.elastomer is None:
+        raise SceneError("elastomer: must be given for --to vtu; it is missing")
+    return sensor.elastomer.thickness
+
+
+def _bottom(sensor: Sensor) -> float:
+    """Height of the layer's bottom face [m]."""
+    return 0.0 if sensor.elastomer is None else sensor.elastomer.standoff
+
+
+def _collection(steps: list[tuple[str, str]]) -> str:
+    """Return the list of files, each with its load."""
+    lines = ['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">']
+    lines.append("  <Collection>")
+    for number, (file, load) in enumerate(steps):
+        lines.append(f'    <!-- {load} --><DataSet timestep="{number}" group="" part="0" file="{file}"/>')
+    return "\n".join([*lines, "  </Collection>", "</VTKFile>", ""])

@@ -1,0 +1,147 @@
+"""The footprint, read back from its file: copper that is connected, turns as often as it should, touches nothing."""
+
+import math
+import re
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from sits_mech.export.kicad import copper_layers, winding, write_kicad
+from sits_mech.export.source import Source
+from sits_mech.geometry.windings import track_length
+from sits_mech.sensor import Sensor, changed, load_sensor
+
+
+def parsed(text: str) -> list[Any]:
+    """Return an s-expression as nested lists."""
+    stack: list[list[Any]] = [[]]
+    for token in re.findall(r'"[^"]*"|[()]|[^\s()]+', text):
+        if token == "(":
+            stack.append([])
+        elif token == ")":
+            stack[-2].append(stack.pop())
+        else:
+            stack[-1].append(token.strip('"'))
+    assert len(stack) == 1 and len(stack[0]) == 1
+    return stack[0][0]
+
+
+def value(node: list[Any], key: str) -> list[Any]:
+    """Return what stands behind a key of a node."""
+    return next(item[1:] for item in node if isinstance(item, list) and item[0] == key)
+
+
+def point(node: list[Any], key: str) -> np.ndarray:
+    """Return a point, y up [mm]."""
+    x, y = (float(text) for text in value(node, key))
+    return np.array([x, -y])
+
+
+def arc(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """Return points on the arc through three."""
+    m = np.array([b - a, c - a])
+    centre = np.linalg.solve(2.0 * m, (np.array([b, c]) ** 2).sum(axis=1) - (a**2).sum())
+    angles = [math.atan2(*(p - centre)[::-1]) for p in (a, b, c)]
+    angles = np.unwrap(angles)
+    turn = np.linspace(angles[0], angles[2], 9)
+    return centre + np.hypot(*(a - centre)) * np.column_stack([np.cos(turn), np.sin(turn)])
+
+
+def runs(tree: list[Any]) -> dict[str, list[np.ndarray]]:
+    """Return the runs of copper of each layer, pieces that meet joined, as points [mm]."""
+    found: dict[str, list[np.ndarray]] = {}
+    for node in tree:
+        if not isinstance(node, list) or node[0] not in ("fp_arc", "fp_line"):
+            continue
+        a, c = point(node, "start"), point(node, "end")
+        line = arc(a, point(node, "mid"), c) if node[0] == "fp_arc" else np.linspace(a, c, 9)
+        layer = found.setdefault(value(node, "layer")[0], [])
+        if layer and np.allclose(layer[-1][-1], line[0], atol=2e-6):
+            layer[-1] = np.vstack([layer[-1], line[1:]])
+        else:
+            layer.append(line)
+    return found
+
+
+def footprint(sensor: Sensor, folder: Path) -> list[Any]:
+    """Return the tree of a sensor's footprint."""
+    write_kicad(Source(sensor, None), folder / "coils.kicad_mod")  # type: ignore[arg-type]
+    return parsed((folder / "coils.kicad_mod").read_text())
+
+
+def turned(line: np.ndarray, centre: np.ndarray) -> float:
+    """Return how often a line goes round a centre, counter-clockwise."""
+    angle = np.unwrap(np.arctan2(*(line - centre).T[::-1]))
+    return float(angle[-1] - angle[0]) / (2.0 * math.pi)
+
+
+SENSOR = load_sensor("biorob2018-w15")
+
+
+def test_turns_and_length(tmp_path: Path) -> None:
+    """Twelve turns counter-clockwise on each layer; the length of the tracks and leads, by `geometry.windings`."""
+    tree = footprint(SENSOR, tmp_path)
+    assert tree[0] == "footprint" and value(tree, "net_tie_pad_groups") == ["1,2", "3,4"]
+    lines = runs(tree)
+    assert set(lines) == {"F.Cu", "B.Cu"}
+    for coil in SENSOR.coils:
+        centre, length = 1e3 * np.asarray(coil.centre), 0.0
+        for layer in lines.values():
+            near = [line for line in layer if np.hypot(*(line[len(line) // 2] - centre)) < 4.0]
+            assert sum(turned(line, centre) for line in near if len(line) > 100) == pytest.approx(12.0, abs=0.06)
+            length += sum(np.hypot(*np.diff(line, axis=0).T).sum() for line in near if len(line) > 100)
+        assert length == pytest.approx(1e3 * track_length(coil), abs=2.5)  # leads and the way to the via
+
+
+@pytest.mark.parametrize("layers", [1, 2, 3, 4, 6])
+def test_nothing_touches_that_should_not(layers: int, tmp_path: Path) -> None:
+    """On each layer copper of other runs, turns and holes keeps the gap, to 2 um; each end meets its hole."""
+    sensor = changed(SENSOR, [f"coils.{name}.layers={layers}" for name in ("C1", "C2")])
+    tree = footprint(sensor, tmp_path)
+    width, gap = 1e3 * sensor.coils[0].track_width, 1e3 * sensor.coils[0].track_gap
+    pads = [node for node in tree if isinstance(node, list) and node[0] == "pad"]
+    assert sorted(pad[1] for pad in pads if pad[1]) == ["1", "2", "3", "4"]
+    holes = [(point(pad, "at"), float(value(pad, "size")[0]) / 2) for pad in pads]
+    for (p, r), (q, s) in combinations(holes, 2):
+        assert np.hypot(*(p - q)) >= r + s + gap - 2e-3
+    lines = runs(tree)
+    assert tuple(lines) == copper_layers(layers)
+    for layer in lines.values():
+        for line in layer:
+            step = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
+            near = cKDTree(line).query_pairs(width + gap - 2e-3, output_type="ndarray")
+            assert np.abs(np.diff(step[near], axis=1)).max() < 4 * (width + gap)  # neighbours along the line alone
+            for place, radius in holes:
+                away = np.hypot(*(line - place).T)
+                at_end = min(away[0], away[-1]) < 1e-5
+                assert at_end or away.min() >= radius + width / 2 + gap - 2e-3
+            assert sum(min(np.hypot(*(line[end] - place)) for place, _ in holes) < 1e-5 for end in (0, -1)) == 2
+        for one, other in combinations(layer, 2):
+            ends = {tuple(np.round(line[end], 4)) for line in (one,) for end in (0, -1)}
+            if not ends & {tuple(np.round(other[end], 4)) for end in (0, -1)}:
+                assert cKDTree(one).query(other)[0].min() >= width + gap - 2e-3
+
+
+def test_current_turns_one_way_through_all_layers() -> None:
+    """Every spiral of a coil runs counter-clockwise from its start to its end, alternately inwards and outwards."""
+    sensor = changed(SENSOR, ["coils.C1.layers=4", "coils.C2.layers=4"])
+    spirals = [track.points for track in winding(sensor, 0).tracks if track.arcs]
+    centre = np.asarray(sensor.coils[0].centre)
+    for number, line in enumerate(spirals):
+        radius = np.hypot(*(line - centre).T)
+        assert turned(line, centre) == pytest.approx(12.0) and (radius[0] > radius[-1]) == (number % 2 == 0)
+
+
+@pytest.mark.parametrize(("change", "message"), [
+    (["coils.C1.inner_diameter=0.0006"], r"coils.C1.inner_diameter: must be at least 0.0008 m for a via; got 0.0006 m"),
+    (["coils.C1.layers=4"], "coils: must have one number of layers"),
+    (["substrate_radius=0.05"], "substrate_radius: must not be given"),
+])  # fmt: skip
+def test_what_is_no_footprint(change: list[str], message: str, tmp_path: Path) -> None:
+    """No room for a via, boards of two stacks, a round board."""
+    with pytest.raises(ValueError, match=message):
+        footprint(changed(SENSOR, change), tmp_path)

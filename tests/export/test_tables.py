@@ -1,0 +1,90 @@
+"""Tables for other programs: the same numbers, with their units."""
+
+import csv
+import io
+from pathlib import Path
+
+import numpy as np
+import openpyxl
+import pytest
+
+from sits_mech.export.formats import FORMATS, export, plain_name
+from sits_mech.export.source import Source, resting_pose
+from sits_mech.export.tables import unit_of
+from sits_mech.report.folder import read_calibration
+from sits_mech.sweep import read_table
+
+
+@pytest.fixture(scope="module")
+def source(calibrated: Path) -> Source:
+    """The small calibration."""
+    return Source(*read_calibration(calibrated))
+
+
+def test_csv_is_that_of_the_folder(source: Source, calibrated: Path, tmp_path: Path) -> None:
+    """One table, one text."""
+    path, notes = export(source, "csv", tmp_path / "t.csv")
+    assert path.read_text() == (calibrated / "result.csv").read_text() and notes == ()
+
+
+def test_netcdf_has_units(source: Source, tmp_path: Path) -> None:
+    """The numbers to the last digit; the unit of each with it."""
+    path, _ = export(source, "netcdf", tmp_path / "t.nc")
+    data = read_table(path)
+    np.testing.assert_array_equal(data["L"], source.data["L"])
+    found = {name: data[name].attrs.get("units") for name in ("F_x", "d_h", "alpha", "L", "error_R", "L_v_percent")}
+    assert found == {"F_x": "N", "d_h": "m", "alpha": "rad", "L": "H/m", "error_R": "ohm/m", "L_v_percent": "% of L0"}
+    assert "units" not in data["status"].attrs and "units" not in source.data["L"].attrs
+
+
+def test_workbook_holds_numbers(source: Source, calibrated: Path, tmp_path: Path) -> None:
+    """What is a number in the CSV is a number in the cell; the scene is text; headings name the units."""
+    path, _ = export(source, "xlsx", tmp_path / "t.xlsx")
+    book = openpyxl.load_workbook(path)
+    assert book.sheetnames == ["loads", "figures", "scene", "about"]
+    names, *rows = csv.reader(io.StringIO((calibrated / "result.csv").read_text()))
+    cells = list(book["loads"].values)
+    assert list(cells[0]) == names and len(cells) == 2 + len(rows) == 2 + 20
+    column = names.index("L[C1][C2]")
+    assert cells[1][column] == "H/m"
+    np.testing.assert_allclose([row[column] for row in cells[2:]], [float(row[column]) for row in rows], rtol=1e-15)
+    assert cells[2][names.index("status")] == "converged"
+    assert all(cell.data_type != "f" for sheet in book for row in sheet for cell in row)
+    assert ("target.width" not in book["scene"]["A1"].value) and len(list(book["figures"].values)) > 5
+
+
+@pytest.mark.parametrize(("name", "unit"), [
+    ("L[C1][C2]", "H/m"), ("error_L_v", "H/m"), ("error_L_v_percent", "% of L0"), ("R[C1][C1]", "ohm/m"),
+    ("error_d_v", "m"), ("error_alpha", "rad"), ("status", ""), ("reason", ""), ("seconds", "s"),
+])  # fmt: skip
+def test_units(name: str, unit: str) -> None:
+    """By the name of a column."""
+    assert unit_of(name, "H/m") == unit
+
+
+def test_pose_between_loads(source: Source) -> None:
+    """On a load the table's own pose; halfway the mean; outside refused."""
+    there = source.data.sel(F_x=0.5, F_z=2.0)
+    for name in ("d_h", "d_v", "alpha"):
+        assert getattr(resting_pose(Source(source.sensor, source.data, 0.5, 2.0)), name) == float(there[name])
+    between = resting_pose(Source(source.sensor, source.data, 0.5, 1.5))
+    both = source.data["d_v"].sel(F_x=0.5, F_z=[1.0, 2.0])
+    assert between.d_v == pytest.approx(float(both.mean()), rel=1e-14)
+    with pytest.raises(ValueError, match=r"--fz: must lie within the calibration, from 0 N to 3 N; got 4 N"):
+        resting_pose(Source(source.sensor, source.data, 0.0, 4.0))
+    broken = source.data.copy(deep=True)
+    broken["status"].loc[{"F_x": 0.5, "F_z": 2.0}] = "stalled"
+    with pytest.raises(ValueError, match="load: must have results on all sides"):
+        resting_pose(Source(source.sensor, broken, 0.5, 1.5))
+
+
+def test_what_cannot_be_written(source: Source, tmp_path: Path) -> None:
+    """Unknown format, wrong ending, no such folder: one line each."""
+    with pytest.raises(ValueError, match="--to: must be one of csv, netcdf, .*; got 'pdf'"):
+        export(source, "pdf", tmp_path / "t.pdf")
+    with pytest.raises(ValueError, match=r"--output: must end in .kicad_mod for --to kicad; got 't.txt'"):
+        export(source, "kicad", tmp_path / "t.txt")
+    for kind in ("csv", "netcdf", "xlsx", "kicad"):
+        with pytest.raises(ValueError, match="must be writable; got: No such file"):
+            export(source, kind, tmp_path / "nowhere" / f"t{FORMATS[kind].suffix}")
+    assert plain_name("BioRob 2018: µ/2") == "BioRob_2018_2" and plain_name("..") == "sensor"
