@@ -1,11 +1,11 @@
 """Planar integral model: the coils' bars below, a plate's eddy-current modes above; a pose couples the two.
 
 Per metre of depth along y, ``exp(+j omega t)``, one ampere in one coil at a time. The coils' potential over the
-plate has the complex Chebyshev coefficients c (`coupling`), the plate answers with a condensed admittance Y (`plate`):
+plate has few real coefficients c (`coupling`, `sampling`), the plate answers with a condensed admittance Y (`plate`):
 
     Delta Z_cd = c_c^T Y(omega) c_d,    R = Re Delta Z,    L = L0 + Im Delta Z / omega,
 
-with c^T = (Re c, Im c). The plate is prepared once for a range of clearance (a factor of two) and of frequency (a
+The plate is prepared once for a range of clearance (a factor of two) and of frequency (a
 decade); then a pose is a field at some twenty points and one small product.
 
 Free net current: the plate's current returns at the circle |p| = R_b, where A = 0. Its Green function
@@ -32,10 +32,10 @@ from scipy.constants import mu_0
 from sits_mech.geometry.collision import check_clearance, clearance
 from sits_mech.geometry.plates import Plate, check_apart, distance, section_plates
 from sits_mech.geometry.windings import Bars, coil_bars, resistance_per_metre
-from sits_mech.magnetics.coupling import Complex, circle_powers, coefficients, filaments
+from sits_mech.magnetics.coupling import Complex, circle_samples, filaments, samples
 from sits_mech.magnetics.kernels import mean_log
 from sits_mech.magnetics.neighbours import Answering, coupled_reaction
-from sits_mech.magnetics.plate import PreparedPlate, Resolution, prepare_plate, series_order
+from sits_mech.magnetics.plate import PreparedPlate, Resolution, prepare_plate
 from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.sensor import Sensor
 
@@ -256,8 +256,7 @@ def _answering(
         octave, decade = math.floor(math.log2(gap)), math.ceil(math.log10(frequency) - 1e-9)
         size = (plate.width, plate.thickness)
         prepared = section_modes(size, plate.conductivity, resolution, (octave, decade), None)
-        order = min(prepared.order, series_order(*size, gap, resolution.terms))
-        found.append(Answering(plate, prepared, order))
+        found.append(Answering(plate, prepared))
         nearest = min(nearest, from_coils)
     return tuple(found), nearest
 
@@ -290,33 +289,27 @@ def _reaction(sensor: Sensor, plate: PreparedPlate, pose: Pose, frequency: float
     radius = _return_radius(sensor)
     gap = float(np.min(clearance(sensor, pose)))
     source = filaments(coil_sections(sensor), gap, math.exp(-terms), radius)
-    size = (2 * plate.half_width, plate.thickness)
-    order = min(plate.order, series_order(*size, gap, terms))
-    Y = plate.admittance(omega, order)
-    c = _real_rows(coefficients(source, pose, size, order))
+    Y = plate.admittance(omega)
+    c = plate.coefficients(samples(source, pose, plate.thickness, plate.nodes))
     Yc = c @ Y
     change = Yc @ c.transpose(0, 2, 1)
     if radius is not None:
-        change = change - _image_reaction(Y, Yc, _circle_rows(pose, size, order, radius), omega)
+        U = plate.coefficients(_circle_rows(pose, plate, radius))
+        change = change - _image_reaction(Y, Yc, U, omega)
     return np.asarray((change + change.transpose(0, 2, 1)) / 2)
 
 
-def _real_rows(c: Complex) -> Array:
-    """Complex coefficients as the real rows (Re c, Im c)."""
-    return np.concatenate([c.real, c.imag], axis=-1)
-
-
-def _circle_rows(pose: Pose, size: tuple[float, float], order: int, radius: float) -> Array:
-    """Rows U of Re and Im (p / R_b)^m, each over sqrt(m) so that D is one number; shape (p, 2 terms, 2 order)."""
-    reach = float(np.max(np.hypot(pose.d_h, pose.d_v)) + np.hypot(*size))
+def _circle_rows(pose: Pose, plate: PreparedPlate, radius: float) -> Array:
+    """Samples of Re and Im (p / R_b)^m, each over sqrt(m) so that D is one number; shape (p, 2 terms, samples)."""
+    reach = float(np.max(np.hypot(pose.d_h, pose.d_v)) + plate.thickness + np.abs(plate.cells.x).max())
     if reach >= radius:
         raise ValueError(
             "target.planar_boundary_radius: must enclose the target in every pose, which reaches "
             f"{reach:.4g} m; got {radius:.4g} m"
         )
-    terms = min(order - 1, math.ceil(math.log(1e-9) / (2 * math.log(reach / radius))))
-    powers = circle_powers(pose, size, order, radius, terms) / np.sqrt(np.arange(1, terms + 1))[:, None]
-    return np.concatenate([_real_rows(powers), _real_rows(-1j * powers)], axis=1)
+    terms = math.ceil(math.log(1e-9) / (2 * math.log(reach / radius)))
+    scale = 1.0 / np.sqrt(np.tile(np.arange(1, terms + 1), 2))[:, None]
+    return circle_samples(pose, plate.thickness, plate.nodes, radius, terms) * scale
 
 
 def _image_reaction(Y: Complex, Yc: Complex, U: Array, omega: float) -> Complex:

@@ -1,17 +1,16 @@
-"""The coils' field on the plate's mid-line: what a pose costs in the planar integral model.
+"""The coils' field at the plate's nodes: what a pose costs in the planar integral model.
 
 A coil's bars carry s_k = +-1 A per ampere of the coil and have the complex potential f with A = Re f,
 
     f'(p) = -(mu0 / 2 pi) sum_k s_k [1 / (p - p_k) + conj(p_k) / (R_b^2 - p conj(p_k))],    p = x + j z;
 
 the second term is the image in a circle of radius R_b about the origin where A = 0 (absent for R_b = infinity).
-Each bar is a grid of Gauss filaments, as many as its distance asks for. On the mid-line of a plate of width w and
-thickness t, with zeta its own coordinate on [-1, 1],
+Each bar is a grid of Gauss filaments, as many as its distance asks for. A plate of thickness t samples f' at its nodes
+zeta = xi + j eta (`sampling`), in its own frame:
 
-    p(zeta) = d_h + j d_v + exp(-j alpha) (zeta w/2 + j t/2),    df/dzeta = f'(p) exp(-j alpha) w/2,
+    p(zeta) = d_h + j d_v + exp(-j alpha) (zeta + j t/2),    df/dzeta = f'(p) exp(-j alpha).
 
-and n values of df/dzeta at Chebyshev points give n + 1 coefficients of f, the constant apart: only a plate with a
-free net current feels that one.
+The constant in A acts on a plate with a free net current alone.
 """
 
 from __future__ import annotations
@@ -70,50 +69,42 @@ def _gauss(side: float, clearance: float, error: float) -> tuple[Array, Array]:
     return nodes, weights
 
 
-def coefficients(source: Filaments, pose: Pose, size: tuple[float, float], order: int) -> Complex:
-    """Return the Chebyshev coefficients of the coils' complex potential on the plate's mid-line.
+def samples(source: Filaments, pose: Pose, thickness: float, nodes: Complex) -> Array:
+    """Return what a plate feels of the coils at its nodes.
 
     Parameters
     ----------
     source : Filaments
     pose : Pose
         Fields of shape (p,).
-    size : tuple of float
-        Width and thickness of the plate [m].
-    order : int
-        Number of coefficients.
+    thickness : float
+        Of the plate [m].
+    nodes : ndarray, shape (m,)
+        xi + j eta from the centre of the section [m].
 
     Returns
     -------
-    ndarray, shape (p, n_coils, order)
-        [V s/m per A]; the constant's real part is right only where the source has a radius, its imaginary part is 0.
+    ndarray, shape (p, n_coils, 2 m) or (p, n_coils, 2 m + 1)
+        Re f' and Im f' at the nodes [V s/m^2 per A]; with a grounded circle, A at the centre follows [V s/m per A].
     """
-    angle = _chebyshev_angles(order - 1)
-    middle, turn = _middle(pose, size[1])
-    points = middle + turn * (np.cos(angle) * size[0] / 2)
-    slope = _slope(source, points.ravel()).reshape(*points.shape, -1) * (turn * size[0] / 2)[..., None]
-    matrix = _integration(angle, order)
-    result = np.swapaxes(matrix @ slope.real + 1j * (matrix @ slope.imag), 1, 2)
-    if source.radius is not None:  # at zeta = 0, T_n is cos(n pi / 2)
-        others = (result @ np.cos(np.pi / 2 * np.arange(order))).real
-        result[:, :, 0] = _potential(source, middle.ravel(), source.radius) - others
-    return result
+    middle, turn = _middle(pose, thickness)
+    slope = _slope(source, (middle + turn * nodes).ravel()).reshape(middle.size, nodes.size, -1) * turn[..., None]
+    parts = [slope.real, slope.imag]
+    if source.radius is not None:
+        parts.append(_potential(source, middle.ravel(), source.radius)[:, None])
+    return np.swapaxes(np.concatenate(parts, axis=1), 1, 2)
 
 
-def circle_powers(pose: Pose, size: tuple[float, float], order: int, radius: float, terms: int) -> Complex:
-    """Return the Chebyshev coefficients of ``(p / R_b)^m, m = 1 ... terms``; shape (p, terms, order)."""
-    angle = _chebyshev_angles(order)
-    middle, turn = _middle(pose, size[1])
-    points = (middle + turn * (np.cos(angle) * size[0] / 2)) / radius
-    powers = points[:, None, :] ** np.arange(1, terms + 1)[:, None]
-    transform = 2.0 / order * np.cos(np.arange(order)[:, None] * angle)
-    transform[0] /= 2
-    return np.asarray(powers @ transform.T)
-
-
-def _chebyshev_angles(count: int) -> Array:
-    """Angles of the Chebyshev points of the first kind."""
-    return np.asarray(np.pi * (np.arange(count) + 0.5) / count)
+def circle_samples(pose: Pose, thickness: float, nodes: Complex, radius: float, terms: int) -> Array:
+    """Return the same of Re, then Im of ``(p / R_b)^m, m = 1 ... terms``; shape (p, 2 terms, 2 nodes + 1)."""
+    middle, turn = _middle(pose, thickness)
+    m = np.arange(1, terms + 1)[:, None]
+    points, turn = ((middle + turn * nodes) / radius)[:, None], turn[:, None]
+    slope = m * points ** (m - 1) * turn / radius
+    centre = (middle / radius)[:, None] ** m
+    real = np.concatenate([slope.real, slope.imag, centre.real], axis=-1)
+    imaginary = np.concatenate([slope.imag, -slope.real, centre.imag], axis=-1)  # Im f = Re(-j f)
+    return np.concatenate([real, imaginary], axis=1)
 
 
 def _middle(pose: Pose, thickness: float) -> tuple[Complex, Complex]:
@@ -121,19 +112,6 @@ def _middle(pose: Pose, thickness: float) -> tuple[Complex, Complex]:
     turn = np.exp(-1j * np.atleast_1d(pose.alpha))[:, None]
     centre = (np.atleast_1d(pose.d_h) + 1j * np.atleast_1d(pose.d_v))[:, None]
     return centre + 0.5j * thickness * turn, turn
-
-
-def _integration(angle: Array, order: int) -> Array:
-    """Matrix from values of df/dzeta at Chebyshev points to the coefficients of f; shape (order, count)."""
-    count = angle.size
-    n = np.arange(order + 1)
-    values = 2.0 / count * np.cos(n[:, None] * angle)
-    values[0] /= 2
-    values[count:] = 0.0
-    matrix = np.zeros((order, count))
-    matrix[1:] = (values[:-2] - values[2:]) / (2 * n[1:-1, None])
-    matrix[1] = values[0] - values[2] / 2
-    return matrix
 
 
 def _slope(source: Filaments, points: Complex) -> Complex:

@@ -1,13 +1,13 @@
 """Several plates in the planar integral model: each answers to the coils and to the others' eddy currents.
 
 Plate X sees a potential with the coefficients c_X (`coupling`) and answers with the bar currents ``K_X c_X`` (`plate`).
-Those currents are line currents to every other plate, whose mid-line sees their potential with coefficients
+Those currents are line currents to every other plate, which sees their potential with coefficients
 G_XY K_Y c_Y; so, with c0 the coils' own coefficients,
 
     c_X = c0_X + sum over Y != X of G_XY K_Y c_Y,        Delta Z = sum over X of c0_X^T Y_X c_X.
 
-Only the few coefficients are unknown, whatever the plates' division; no air is meshed. K is complex as a phasor, G and
-c0 as places x + j z: the two imaginary units are kept apart by real rows (Re c, Im c).
+Only the few coefficients are unknown, whatever the plates' division; no air is meshed. The coefficients are real for a
+source without phase: phasors enter through K alone.
 
 Range: isolated non-magnetic plates of rectangular section that do not touch. Bars stand as filaments at their centres,
 so that plates closer than a few of their bars' lengths need the finer rungs; the divisions know the distance.
@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sits_mech.geometry.plates import Plate
-from sits_mech.magnetics.coupling import Complex, Filaments, coefficients
+from sits_mech.magnetics.coupling import Complex, Filaments, samples
 from sits_mech.magnetics.plate import PreparedPlate
 from sits_mech.quantities import Array, Pose
 
@@ -35,13 +35,10 @@ class Answering:
         Where it is.
     prepared : PreparedPlate
         Its modes.
-    order : int
-        Coefficients in use.
     """
 
     place: Plate
     prepared: PreparedPlate
-    order: int
 
 
 def coupled_reaction(plates: tuple[Answering, ...], source: Filaments, omega: float) -> Complex:
@@ -56,7 +53,7 @@ def coupled_reaction(plates: tuple[Answering, ...], source: Filaments, omega: fl
         [rad/s].
     """
     own = [_rows(plate, source) for plate in plates]
-    ends = np.cumsum([0, *(2 * plate.order for plate in plates)])
+    ends = np.cumsum([0, *(rows.shape[0] for rows in own)])
     system = np.eye(ends[-1], dtype=complex)
     for k, emitter in enumerate(plates):
         fields = _emitted(emitter, omega)
@@ -67,21 +64,20 @@ def coupled_reaction(plates: tuple[Answering, ...], source: Filaments, omega: fl
     total = np.linalg.solve(system, np.concatenate(own))
     change = np.zeros((source.current.shape[1],) * 2, dtype=complex)
     for k, plate in enumerate(plates):
-        Y = plate.prepared.admittance(omega, plate.order)
+        Y = plate.prepared.admittance(omega)
         change += own[k].T @ Y @ total[ends[k] : ends[k + 1]]
     return change
 
 
 def _rows(plate: Answering, source: Filaments) -> Array:
-    """Real rows (Re c, Im c) of a source's potential on a plate's mid-line, shape (2 order, columns of the source)."""
+    """Coefficients of a source's potential on a plate, shape (k, columns of the source)."""
     place = plate.place
     pose = Pose(np.array([place.bottom.real]), np.array([place.bottom.imag]), np.array([place.alpha]))
-    c = coefficients(source, pose, (place.width, place.thickness), plate.order)[0]
-    return np.concatenate([c.real, c.imag], axis=-1).T
+    return plate.prepared.coefficients(samples(source, pose, place.thickness, plate.prepared.nodes)[0]).T
 
 
 def _emitted(plate: Answering, omega: float) -> tuple[Filaments, Filaments]:
     """A plate's bars as line currents, real and imaginary phasors, one column for each of its coefficients."""
-    places, currents = plate.prepared.currents(omega, plate.order)
+    places, currents = plate.prepared.currents(omega)
     p = plate.place.placed(places + 0.5j * plate.place.thickness)
     return Filaments(p.real, p.imag, currents.real, None), Filaments(p.real, p.imag, currents.imag, None)

@@ -1,4 +1,4 @@
-"""The planar target's own eddy currents: a rectangular plate as bars, seen through Chebyshev fields on its mid-line.
+"""The planar target's own eddy currents: a rectangular plate as bars, seen through few samples of the coils' field.
 
 Unknowns: the currents i [A] of rectangular bars along y, per metre of depth, graded to the faces and the ends:
 
@@ -7,14 +7,10 @@ Unknowns: the currents i [A] of rectangular bars along y, per metre of depth, gr
 closed form in `kernels`. Isolated plate: sum i = 0, and the radius R_b of the return drops out. Plate whose current
 returns where A = 0: R_b is that circle's radius; its image of the target's own current is `bars`' business.
 
-The coils' potential is harmonic over the plate. In the plate's own coordinate ``zeta = (xi + j eta) / (w/2)`` (mid-line
-on [-1, 1]) it is the real part of an analytic function, and n complex Chebyshev coefficients on the mid-line carry it
-through the whole section:
-
-    A = Re sum_n c_n T_n(zeta) = sum_n Re c_n Re T_n - Im c_n Im T_n.
-
-Under the plate's two mirror symmetries Re T_n is even in eta, with the parity of n in xi; Im T_n is odd in eta, with
-the opposite parity in xi. The four classes decouple: one quadrant's cells carry each.
+The coils' potential is harmonic over the plate: few samples of its slope f' at the nodes of `sampling` carry it
+through the whole section, whatever the proportion of width, thickness and clearance. Coefficients c fitted to them, a
+set for each of the four mirror classes, give every bar's mean potential. The classes decouple: one quadrant's cells
+carry each.
 
 Neglected: the plate's ends along y (planar), displacement current.
 """
@@ -24,17 +20,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.constants import mu_0
+from scipy.linalg import block_diag
 
 from sits_mech.geometry.section import Cells, graded, quadrant_cells
 from sits_mech.magnetics.kernels import mean_log
 from sits_mech.magnetics.modes import Modes, eddy_modes
+from sits_mech.magnetics.sampling import CLASSES, Complex, fit, mirrored, probe_charges, sample_nodes, signs
 from sits_mech.quantities import Array, SolveFailed, SolveReport
 
 _GAUSS_X, _GAUSS_Z = np.polynomial.legendre.leggauss(4), np.polynomial.legendre.leggauss(2)
 _MOST_BARS = 11_200  # under a minute and two gigabytes
-PARITIES = ((0, "re"), (1, "re"), (0, "im"), (1, "im"))  # parity of n, part of T_n
 
 
 @dataclass(frozen=True)
@@ -53,7 +49,7 @@ class Resolution:
     resistive : float
         The same where resistance shapes it (a plate thinner than the skin): its error then wants more cells.
     terms : float
-        Digits (natural logarithm) that the Chebyshev series keeps.
+        Digits (natural logarithm) that the samples keep.
     """
 
     skin: float
@@ -69,21 +65,21 @@ class PreparedPlate:
 
     Attributes
     ----------
-    half_width : float
-        w / 2 [m].
     thickness : float
         t [m].
-    order : int
-        Number n of complex Chebyshev coefficients.
+    nodes : ndarray, shape (m,)
+        Where the plate samples f', xi + j eta from the centre of the section [m].
+    basis : ndarray, shape (k, samples)
+        From samples to coefficients, class by class.
     modes : tuple of Modes
-        One set a symmetry class, in the order of PARITIES.
+        One set a mirror class, in the order of `sampling.CLASSES`.
     cells : Cells
         Bars of the quadrant x, z > 0 about the section's centre.
     """
 
-    half_width: float
     thickness: float
-    order: int
+    nodes: Complex
+    basis: Array
     modes: tuple[Modes, ...]
     cells: Cells
 
@@ -92,35 +88,30 @@ class PreparedPlate:
         """Number of bars in the whole section."""
         return 4 * self.cells.x.size
 
-    def admittance(self, omega: float, order: int) -> NDArray[np.complex128]:
-        """Return Y(omega) for the first `order` coefficients, (Re c, Im c), so that ``c^T Y c`` is in ohm/m."""
-        Y = np.zeros((2 * order, 2 * order), dtype=complex)
-        for (parity, part), modes in zip(PARITIES, self.modes, strict=True):
-            rows = np.arange(parity, order, 2)
-            place = rows + (0 if part == "re" else order)
-            Y[np.ix_(place, place)] = modes.admittance(omega)[: rows.size, : rows.size]
-        return Y
+    def coefficients(self, samples: Array) -> Array:
+        """Return the coefficients c, shape (..., k), of samples (`coupling.samples`)."""
+        return np.asarray(samples @ self.basis.T)
 
-    def currents(self, omega: float, order: int) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    def admittance(self, omega: float) -> Complex:
+        """Return Y(omega), shape (k, k), so that ``c^T Y c`` is in ohm/m."""
+        return np.asarray(block_diag(*(modes.admittance(omega) for modes in self.modes)))
+
+    def currents(self, omega: float) -> tuple[Complex, Complex]:
         """Return the centres xi + j eta of all bars and their currents for a unit of each coefficient.
 
         Returns
         -------
         places : ndarray, shape (b,)
             From the centre of the section [m].
-        currents : ndarray, shape (b, 2 order)
-            [A per V s/m].
+        currents : ndarray, shape (b, k)
+            [A per unit].
         """
-        quadrant = self.cells.x + 1j * self.cells.z
-        places = np.concatenate([quadrant, -quadrant.conj(), quadrant.conj(), -quadrant])
-        currents = np.zeros((places.size, 2 * order), dtype=complex)
-        for (parity, part), modes in zip(PARITIES, self.modes, strict=True):
-            rows = np.arange(parity, order, 2)
-            sign_x, sign_z = _signs(parity, part)
-            own = modes.currents(omega)[:, : rows.size] / 2.0  # the coupling counts all four quadrants in its square
-            copies = [sign * own for sign in (1.0, sign_x, sign_z, sign_x * sign_z)]
-            currents[:, rows + (0 if part == "re" else order)] = np.concatenate(copies)
-        return places, currents
+        places = np.concatenate(mirrored(self.cells.x + 1j * self.cells.z))
+        columns = []
+        for parities, modes in zip(CLASSES, self.modes, strict=True):
+            own = modes.currents(omega) / 2.0  # the coupling counts all four quadrants in its square
+            columns.append(np.concatenate([sign * own for sign in signs(parities)]))
+        return places, np.concatenate(columns, axis=1)
 
 
 def prepare_plate(
@@ -148,26 +139,32 @@ def prepare_plate(
     SolveFailed
         If the plate is so wide for its clearance that its bars do not fit.
     """
-    width, thickness = size
-    order = series_order(width, thickness, clearance, resolution.terms)
-    cells = divide(width, thickness, resolution, clearance=clearance, skin_depth=skin_depth)
-    _check_size(cells, width, clearance)
+    cells = divide(*size, resolution, clearance=clearance, skin_depth=skin_depth)
+    _check_size(cells, size[0], clearance)
     R = 1.0 / (conductivity * cells.width * cells.height)
     logs = _image_logs(cells, 1.0 if return_radius is None else return_radius)
-    modes = []
-    for parity, part in PARITIES:
-        sign_x, sign_z = _signs(parity, part)
-        L = -mu_0 / (2 * np.pi) * (logs[0] + sign_x * logs[1] + sign_z * logs[2] + sign_x * sign_z * logs[3])
-        B = 2.0 * _means(cells, width / 2, np.arange(parity, order, 2), part)
-        isolated = sign_x > 0 and sign_z > 0 and return_radius is None
-        modes.append(eddy_modes(L, R, B, constraint=np.ones(R.size) if isolated else None))
-    return PreparedPlate(width / 2, thickness, order, tuple(modes), cells)
+    nodes = sample_nodes(size, clearance, resolution.terms)
+    charges = probe_charges(size, clearance)
+    felt, potentials = _felt(nodes, charges), _potentials(cells, charges)
+    weight = 1.0 / np.linalg.norm(felt[0], axis=0)
+    modes, bases = [], []
+    for parities in CLASSES:
+        L = -mu_0 / (2 * np.pi) * _combined(logs, parities)
+        basis, fields = fit(_combined(felt, parities) * weight, _combined(potentials, parities) * weight)
+        constraint = np.ones(R.size) if parities == CLASSES[0] and return_radius is None else None
+        if return_radius is not None:  # the last sample is the potential of the centre
+            basis = np.pad(basis, ((0, 0), (0, 1)))
+            if parities == CLASSES[0]:
+                basis = np.vstack([basis, np.eye(1, basis.shape[1], basis.shape[1] - 1)])
+                fields = np.hstack([fields, np.ones((R.size, 1))])
+        modes.append(eddy_modes(L, R, 2.0 * fields.T, constraint=constraint))
+        bases.append(basis)
+    return PreparedPlate(size[1], nodes, np.concatenate(bases), tuple(modes), cells)
 
 
-def _signs(parity: int, part: str) -> tuple[float, float]:
-    """Parities in xi and in eta of one class, as signs."""
-    even_x = parity == (0 if part == "re" else 1)
-    return (1.0 if even_x else -1.0), (1.0 if part == "re" else -1.0)
+def _combined(images: tuple[Array, ...], parities: tuple[float, float]) -> Array:
+    """Sum over the four images with a class's signs."""
+    return np.asarray(sum(sign * image for sign, image in zip(signs(parities), images, strict=True)))
 
 
 def _check_size(cells: Cells, width: float, clearance: float) -> None:
@@ -193,15 +190,6 @@ def divide(width: float, thickness: float, resolution: Resolution, *, clearance:
     return quadrant_cells(nodes_x, nodes_z)
 
 
-def series_order(width: float, thickness: float, clearance: float, terms: float) -> int:
-    """Return how many Chebyshev coefficients a field singular `clearance` below the plate needs.
-
-    The coefficients fall like rho^-n on the ellipse through the singularity, their effect on an energy like rho^-2n.
-    """
-    y = (clearance + thickness / 2) / (width / 2)
-    return int(np.ceil(terms / (2 * np.arcsinh(y)))) + 3
-
-
 def _image_logs(cells: Cells, unit: float) -> tuple[Array, Array, Array, Array]:
     """Mean ln(r / unit) from each cell to each cell's own place and its images in x, in z and in both."""
     x, z = cells.x, cells.z
@@ -215,11 +203,21 @@ def _image_logs(cells: Cells, unit: float) -> tuple[Array, Array, Array, Array]:
     return logs(1, 1), logs(-1, 1), logs(1, -1), logs(-1, -1)
 
 
-def _means(cells: Cells, half_width: float, n: NDArray[np.int_], part: str) -> Array:
-    """Mean of Re or -Im T_n over each cell, shape (len(n), cells)."""
-    (gx, wx), (gz, wz) = _GAUSS_X, _GAUSS_Z
-    x = cells.x[:, None, None] + cells.width[:, None, None] / 2 * gx[:, None]
-    z = cells.z[:, None, None] + cells.height[:, None, None] / 2 * gz
-    theta = np.arccos((x + 1j * z) / half_width)
-    means = np.einsum("ncij,i,j->nc", np.cos(n[:, None, None, None] * theta), wx, wz) / 4
-    return np.asarray(means.real if part == "re" else -means.imag)
+def _felt(nodes: Complex, charges: Complex) -> tuple[Array, ...]:
+    """Re f' and Im f' at the nodes of each charge and its images, with f = ln(p - p_k); each (2 m, charges)."""
+    slopes = (1.0 / (nodes[:, None] - image) for image in mirrored(charges))
+    return tuple(np.concatenate([slope.real, slope.imag]) for slope in slopes)
+
+
+def _potentials(cells: Cells, charges: Complex) -> tuple[Array, ...]:
+    """Mean of ln|p - p_k| over each cell, less that of the section's centre; each (cells, charges)."""
+    means = []
+    for image in mirrored(charges):
+        mean = np.zeros((cells.x.size, charges.size))
+        for gx, wx in zip(*_GAUSS_X, strict=True):
+            for gz, wz in zip(*_GAUSS_Z, strict=True):
+                dx = (cells.x + cells.width / 2 * gx)[:, None] - image.real
+                dz = (cells.z + cells.height / 2 * gz)[:, None] - image.imag
+                mean += wx * wz / 8 * np.log((dx * dx + dz * dz) / np.abs(image) ** 2)
+        means.append(mean)
+    return tuple(means)
