@@ -1,0 +1,193 @@
+"""What does an inductance-to-digital converter make of a coil? Frequency, code, resistance, drive, noise, and back.
+
+A coil L with R in series and C across it, driven at its parallel resonance:
+
+    f = 1 / (2 pi sqrt(L C)),    Q = 2 pi f L / R,    R_p = (2 pi f L)^2 / R = L / (R C)
+    code = 2^bits (f / d_in) / f_ref,    f_ref = f_clock / d_ref
+    amplitude = (4 / pi) R_p I_drive
+
+d_in and d_ref the part's dividers. L and R may depend on f: `resonance` solves f = 1 / (2 pi sqrt(L(f) C)).
+
+Noise: the part counts for T = 16 RCOUNT / f_ref and places the N = f T edges it sees to within a period of the
+reference; a line through them has the relative error of its slope
+
+    sigma_f / f = 1.5 / (f_ref T sqrt(N)),    and rounding the code adds  1 / (sqrt(12) code);
+
+1.5 is set by the one figure that the makers' note SNOA944 is quoted with: 8e-7 at f / f_ref = 0.1 and RCOUNT = 2048.
+It is a default, not a measurement of your board. Then sigma_L / L = 2 sigma_f / f.
+
+Neglected: the shift of the zero of phase by 1 / (2 Q^2), the same for all loads but for Q's change; phase noise of the
+reference. Sources: data sheets SNOSCY9A (LDC1612, LDC1614) and SNOSD01D (LDC1101). Numbers only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq
+
+from sits_mech.quantities import Array
+
+_NOISE = 1.5  # over the error of a line through ideal edges: see above
+
+
+@dataclass(frozen=True)
+class Converter:
+    """What a part can do, from its data sheet.
+
+    Attributes
+    ----------
+    name, source : str
+        The part and where its numbers are from.
+    channels, bits : int
+        Coils it reads one after the other; width of the code.
+    frequency : tuple of float
+        Least and greatest of the coil [Hz].
+    R_p : tuple of float
+        Least and greatest parallel resistance it can drive [ohm].
+    clock : tuple of float
+        Least and greatest of an external clock [Hz].
+    reference : tuple of float
+        Greatest reference frequency, reading several coils and one alone [Hz].
+    ratio : float
+        The coil's frequency, divided, must stay below the reference frequency over this.
+    amplitude : tuple of float
+        Least and greatest recommended, peak [V].
+    drive : tuple of float
+        Currents of the drive's settings, in the order of the codes [A].
+    rcount : tuple of int
+        Least and greatest reference count.
+    overhead : float
+        Periods of the reference that a conversion takes besides 16 RCOUNT.
+    switch : tuple of float
+        Time to go to the next channel: fixed [s], and in periods of the reference.
+    """
+
+    name: str
+    source: str
+    channels: int
+    bits: int
+    frequency: tuple[float, float]
+    R_p: tuple[float, float]
+    clock: tuple[float, float]
+    reference: tuple[float, float]
+    ratio: float
+    amplitude: tuple[float, float]
+    drive: tuple[float, ...]
+    rcount: tuple[int, int]
+    overhead: float
+    switch: tuple[float, float]
+
+
+_DRIVE_161X = (
+    16, 18, 20, 23, 28, 32, 40, 46, 52, 59, 72, 82, 95, 110, 127, 146, 169, 195, 212, 244, 297, 342, 424, 489, 551, 635,
+    763, 880, 1017, 1173, 1355, 1563,
+)  # fmt: skip
+_DRIVE_1101 = (4.7, 9.4, 18.7, 37.5, 75.0, 150.0, 300.0, 600.0)
+
+
+def _ldc161x(name: str, channels: int) -> Converter:
+    """Return the 28-bit parts, which differ by their channels."""
+    return Converter(
+        name, "SNOSCY9A", channels, 28, (1e3, 10e6), (1e3, 100e3), (2e6, 40e6), (40e6, 35e6), 4.0, (1.2, 1.8),
+        tuple(1e-6 * current for current in _DRIVE_161X), (9, 0xFFFF), 4.0, (692e-9, 5.0),
+    )  # fmt: skip
+
+
+CONVERTERS: Mapping[str, Converter] = {
+    "LDC1614": _ldc161x("LDC1614", 4),
+    "LDC1612": _ldc161x("LDC1612", 2),
+    "LDC1101": Converter(
+        "LDC1101", "SNOSD01D, high-resolution L mode", 1, 24, (500e3, 10e6), (1.25e3, 90e3), (1e6, 16e6), (16e6, 16e6),
+        4.0, (1.2, 1.2), tuple(1e-6 * current for current in _DRIVE_1101), (2, 0xFFFF), 55.0, (0.0, 0.0),
+    ),
+}  # fmt: skip
+"""The parts by name."""
+
+
+def converter(name: str) -> Converter:
+    """Return a part by its name; raise ValueError when there is none."""
+    if name not in CONVERTERS:
+        raise ValueError(f"converter: must be one of {', '.join(CONVERTERS)}; got {name}")
+    return CONVERTERS[name]
+
+
+def tank_frequency(L: ArrayLike, capacitance: float) -> Array:
+    """Return the resonance [Hz] of inductances [H] with a capacitance [F]; both must be positive (ValueError)."""
+    L = np.asarray(L, dtype=float)
+    if not (capacitance > 0.0 and np.all(L > 0.0)):
+        raise ValueError(f"L and capacitance: must be positive; got at least {np.min(L):g} H and {capacitance:g} F")
+    return np.asarray(1.0 / (2.0 * np.pi * np.sqrt(L * capacitance)))
+
+
+def tank_inductance(frequency: ArrayLike, capacitance: float) -> Array:
+    """Return the inductance [H] that resonates at a frequency [Hz] with a capacitance [F]."""
+    return np.asarray(1.0 / ((2.0 * np.pi * np.asarray(frequency, dtype=float)) ** 2 * capacitance))
+
+
+def parallel_resistance(L: ArrayLike, R: ArrayLike, capacitance: float) -> Array:
+    """Return R_p [ohm] of inductances [H] with series resistances [ohm] at resonance with a capacitance [F]."""
+    return np.asarray(np.asarray(L, dtype=float) / (np.asarray(R, dtype=float) * capacitance))
+
+
+def resonance(inductance: Callable[[float], float], capacitance: float, bounds: tuple[float, float]) -> float:
+    """Return the frequency at which a coil whose inductance depends on it resonates with a capacitance.
+
+    Parameters
+    ----------
+    inductance : callable
+        Frequency [Hz] to inductance [H].
+    capacitance : float
+        [F].
+    bounds : tuple of float
+        Least and greatest frequency to look in [Hz].
+
+    Raises
+    ------
+    ValueError
+        When there is no resonance between them.
+    """
+
+    def excess(f: float) -> float:
+        """Return the logarithm of f over the resonance of L(f)."""
+        return float(np.log(f / tank_frequency(inductance(f), capacitance)))
+
+    low, high = bounds
+    at_low, at_high = excess(low), excess(high)
+    if at_low * at_high > 0.0:
+        near = float(tank_frequency(inductance(low if at_low > 0.0 else high), capacitance))
+        reach = f"{low:.4g} and {high:.4g} Hz"
+        raise ValueError(f"capacitance: must put the resonance between {reach}; it is near {near:.4g} Hz")
+    return float(brentq(excess, low, high, xtol=1e-9 * low, rtol=1e-12))
+
+
+def code_of(frequency: ArrayLike, part: Converter, reference: float, divider: int = 1) -> Array:
+    """Return the code [-], not rounded, of coil frequencies [Hz] with a reference frequency [Hz] and input divider."""
+    return np.asarray(2.0**part.bits * np.asarray(frequency, dtype=float) / (divider * reference))
+
+
+def frequency_of(code: ArrayLike, part: Converter, reference: float, divider: int = 1) -> Array:
+    """Return the coil's frequency [Hz] of codes; `code_of` backwards."""
+    return np.asarray(np.asarray(code, dtype=float) * divider * reference / 2.0**part.bits)
+
+
+def conversion_time(rcount: int, part: Converter, reference: float) -> float:
+    """Return how long one conversion takes [s]: (16 RCOUNT + overhead) / f_ref."""
+    return (16.0 * rcount + part.overhead) / reference
+
+
+def relative_noise(frequency: ArrayLike, part: Converter, reference: float, rcount: int, divider: int = 1) -> Array:
+    """Return the default relative noise of the frequency, one standard deviation: counting and rounding [-]."""
+    f = np.asarray(frequency, dtype=float) / divider
+    duration = 16.0 * rcount / reference
+    counting = _NOISE / (reference * duration * np.sqrt(f * duration))
+    rounding = 1.0 / (np.sqrt(12.0) * code_of(f, part, reference))
+    return np.asarray(np.hypot(counting, rounding))
+
+
+def inductance_noise(L: ArrayLike, relative: ArrayLike) -> Array:
+    """Return the noise of inductances [H] from the relative noise of the frequency: twice as much, relative to L."""
+    return np.asarray(2.0 * np.asarray(L, dtype=float) * np.asarray(relative, dtype=float))

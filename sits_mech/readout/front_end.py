@@ -1,0 +1,252 @@
+"""How must the converter be set for these coils, how fast and how quiet is it then, and what can it not follow?
+
+For every coil over all loads, L from L_low to L_high with R_p from R_p_low to R_p_high:
+
+    input divider      2 above 8.75 MHz or where f >= f_ref / 4, else 1      (LDC1101: 1, 2, 4 or 8)
+    SETTLECOUNT        at least Q f_ref / (16 f), for the amplitude to settle after the switch to a channel
+    drive              the largest current whose amplitude (4/pi) R_p I stays below the greatest allowed at R_p_high
+                       (LDC1101 regulates: the largest R_p_min below 0.8 R_p_low)
+    time of a coil     settling 16 SETTLECOUNT / f_ref + conversion (16 RCOUNT + 4) / f_ref + switch 692 ns + 5 / f_ref
+
+The channels go one after the other; an idle coil is grounded by the part. A single coil neither settles nor switches
+between conversions. Sources: data sheets SNOSCY9A and SNOSD01D. Numbers only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sits_mech.quantities import Array
+from sits_mech.readout.converter import (
+    Converter,
+    code_of,
+    conversion_time,
+    inductance_noise,
+    parallel_resistance,
+    relative_noise,
+    tank_frequency,
+)
+
+_DIVIDE_ABOVE = 8.75e6  # [Hz] SNOSCY9A, table of CHx_FIN_DIVIDER
+_WORKS_DOWN_TO = 0.5  # [V] peak, of the LDC161x
+_DEGLITCH = ((1e6, 0b001), (3.3e6, 0b100), (10e6, 0b101), (33e6, 0b111))  # bandwidth [Hz] and its code
+_R_P_MIN = (96e3, 48e3, 24e3, 12e3, 6e3, 3e3, 1.5e3, 0.75e3)  # [ohm] of the LDC1101, in the order of its codes
+
+
+@dataclass(frozen=True)
+class FrontEnd:
+    """A converter set for a sensor; arrays are of shape (n,), one entry a coil.
+
+    Attributes
+    ----------
+    part : Converter
+    reference : float
+        Reference frequency after its divider [Hz].
+    rcount, input_divider, reference_divider : int
+    settlecount, drive : ndarray of int
+        Settings of each channel.
+    frequency : ndarray, shape (n, 2)
+        Least and greatest of each coil [Hz].
+    code : ndarray, shape (n, 2)
+        Their codes.
+    R_p, Q, amplitude : ndarray, shape (n, 2)
+        Least and greatest [ohm, -, V].
+    channel_time : ndarray
+        Of each coil, settling and switching included [s].
+    rate : float
+        Readings of all coils per second [1/s].
+    noise : ndarray
+        Of each inductance, one standard deviation [H].
+    warnings : tuple of str
+        What the part cannot follow, in plain words; empty where all is well.
+    registers : tuple of tuple
+        Address, name and value of each register.
+    """
+
+    part: Converter
+    reference: float
+    rcount: int
+    input_divider: int
+    reference_divider: int
+    settlecount: Array
+    drive: Array
+    frequency: Array
+    code: Array
+    R_p: Array
+    Q: Array
+    amplitude: Array
+    channel_time: Array
+    rate: float
+    noise: Array
+    warnings: tuple[str, ...]
+    registers: tuple[tuple[int, str, int], ...]
+
+
+def front_end(
+    part: Converter, L: ArrayLike, R: ArrayLike, capacitance: float, *, clock: float | None = None,
+    rcount: int = 0xFFFF, noise: float | None = None,
+) -> FrontEnd:  # fmt: skip
+    """Return the settings of a converter for coils over all their loads.
+
+    Parameters
+    ----------
+    part : Converter
+    L, R : array_like, shape (m, n)
+        Inductance and series resistance of each coil at its terminals, leads included, over m loads [H, ohm].
+    capacitance : float
+        Across each coil, of pins and cable too [F].
+    clock : float, optional
+        External clock [Hz]; the part's greatest by default.
+    rcount : int
+        Reference count: longer conversions are quieter.
+    noise : float, optional
+        Relative noise of the frequency as measured, one standard deviation; the default of `relative_noise` otherwise.
+
+    Raises
+    ------
+    ValueError
+        When L, R, the capacitance, the clock or the count is none the part can have.
+    """
+    L, R = np.atleast_2d(np.asarray(L, dtype=float)), np.atleast_2d(np.asarray(R, dtype=float))
+    clock = part.clock[1] if clock is None else clock
+    _check(part, L, R, clock, rcount)
+    f, R_p = tank_frequency(L, capacitance), parallel_resistance(L, R, capacitance)
+    divider, reference_divider = _dividers(part, float(f.max()), clock, L.shape[1])
+    reference = clock / reference_divider
+    Q = 2.0 * np.pi * f * L / R
+    settle = np.maximum(4, np.ceil((Q / f).max(axis=0) * reference / 16.0)).astype(int)
+    drive = _drive(part, R_p)
+    amplitude = 4.0 / np.pi * R_p * np.asarray(part.drive)[drive]
+    if part.channels == 1:
+        amplitude = np.full_like(R_p, part.amplitude[1])
+    several = min(L.shape[1], part.channels) > 1
+    switching = 16.0 * settle / reference + part.switch[0] + part.switch[1] / reference
+    times = conversion_time(rcount, part, reference) + several * switching
+    relative = np.max(relative_noise(f, part, reference, rcount, divider), axis=0) if noise is None else noise
+    found = FrontEnd(
+        part, reference, rcount, divider, reference_divider, np.minimum(settle, 0xFFFF), drive, _ends(f),
+        _ends(code_of(f, part, reference, divider)), _ends(R_p), _ends(Q), _ends(amplitude), times,
+        float(1.0 / times.sum()), inductance_noise(L.max(axis=0), relative), (), (),
+    )  # fmt: skip
+    return FrontEnd(**(vars(found) | {"warnings": _warnings(found, settle), "registers": _registers(found)}))
+
+
+def register_text(found: FrontEnd) -> str:
+    """Return the registers as text, one line each: address, value, name."""
+    digits = 4 if found.part.channels > 1 else 2
+    return "\n".join(f"0x{address:02X} = 0x{value:0{digits}X}  {name}" for address, name, value in found.registers)
+
+
+def _check(part: Converter, L: Array, R: Array, clock: float, rcount: int) -> None:
+    """Refuse what has no settings at all."""
+    if L.shape != R.shape or not (np.all(np.isfinite(L)) and np.all(R > 0.0)):
+        raise ValueError(f"L and R: must be finite, positive and of one shape; got {L.shape} and {R.shape}")
+    if not part.clock[0] <= clock <= part.clock[1]:
+        low, high = part.clock
+        raise ValueError(f"clock: must be from {low:g} to {high:g} Hz for the {part.name}; got {clock:g} Hz")
+    if not part.rcount[0] <= rcount <= part.rcount[1]:
+        low, high = part.rcount
+        raise ValueError(f"rcount: must be from {low} to {high} for the {part.name}; got {rcount}")
+
+
+def _ends(values: Array) -> Array:
+    """Return the least and the greatest of each coil, shape (n, 2)."""
+    return np.stack([values.min(axis=0), values.max(axis=0)], -1)
+
+
+def _dividers(part: Converter, highest: float, clock: float, coils: int) -> tuple[int, int]:
+    """Return the divider of the coil's frequency and of the clock."""
+    limit = part.reference[0 if min(coils, part.channels) > 1 else 1]
+    reference_divider = int(np.ceil(clock / limit - 1e-9))
+    reference = clock / reference_divider
+    options = (1, 2, 4, 8) if part.channels == 1 else (1, 2)
+    fits = [d for d in options if highest / d < reference / part.ratio and (d > 1 or highest <= _DIVIDE_ABOVE)]
+    return (fits[0] if fits else options[-1]), reference_divider
+
+
+def _drive(part: Converter, R_p: Array) -> Array:
+    """Return the drive's code of each coil."""
+    if part.channels == 1:
+        return np.array([next((k for k, r in enumerate(_R_P_MIN) if r <= 0.8 * low), 7) for low in R_p.min(axis=0)])
+    peaks = 4.0 / np.pi * np.outer(R_p.max(axis=0), part.drive)
+    return np.asarray(np.maximum(np.sum(peaks <= part.amplitude[1] * (1.0 + 1e-6), axis=1) - 1, 0))
+
+
+def _warnings(found: FrontEnd, settle: Array) -> tuple[str, ...]:
+    """Return what the part cannot follow."""
+    part, lines = found.part, []
+    n = len(found.settlecount)
+    if n > part.channels:
+        lines.append(f"{n} coils, but the {part.name} reads {part.channels}: take {-(-n // part.channels)} of them")
+    for coil in range(n):
+        lines += [f"coil {coil + 1} {text}" for text in (*_tank_warnings(found, coil), *_swing_warnings(found, coil))]
+        if settle[coil] > 0xFFFF:
+            lines.append(f"coil {coil + 1} needs SETTLECOUNT {settle[coil]}, more than {0xFFFF}: lower the clock")
+    return tuple(lines)
+
+
+def _tank_warnings(found: FrontEnd, coil: int) -> list[str]:
+    """Return what is wrong with the frequency and the resistance of a coil."""
+    part, (slow, fast), (R_low, R_high) = found.part, found.frequency[coil], found.R_p[coil]
+    lines = []
+    if slow < part.frequency[0] or fast > part.frequency[1]:
+        cure = "lower" if slow < part.frequency[0] else "raise"
+        reach = f"{part.frequency[0]:g} to {part.frequency[1]:g} Hz of the {part.name}"
+        lines.append(f"resonates at {slow:.4g} to {fast:.4g} Hz, outside {reach}: {cure} the capacitance")
+    if fast / found.input_divider >= found.reference / part.ratio:
+        lines.append(f"is too fast at {fast:.4g} Hz for a reference of {found.reference:.4g} Hz: raise the clock")
+    if R_low < part.R_p[0] or R_high > part.R_p[1]:
+        lossy = "too lossy: less resistance, more inductance or less capacitance"
+        way = lossy if R_low < part.R_p[0] else "more than the part damps: raise the capacitance"
+        reach = f"{part.R_p[0]:g} to {part.R_p[1]:g} ohm"
+        lines.append(f"has R_p of {R_low:.4g} to {R_high:.4g} ohm, outside {reach}: {way}")
+    return lines
+
+
+def _swing_warnings(found: FrontEnd, coil: int) -> list[str]:
+    """Return what is wrong with the amplitude of a coil; a part that regulates it has none."""
+    (low, high), (least, most) = found.amplitude[coil], found.part.amplitude
+    if found.part.channels == 1:
+        return []
+    lines = []
+    if low < least * (1.0 - 1e-6):
+        stop = "it may stop" if low < _WORKS_DOWN_TO else "more noise"
+        lines.append(f"swings {low:.3g} to {high:.3g} V, less than {least:g} V: {stop}")
+    if high > most * (1.0 + 1e-6):
+        lines.append(f"swings up to {high:.3g} V, more than {most:g} V: it is clipped")
+    return lines
+
+
+def _registers(found: FrontEnd) -> tuple[tuple[int, str, int], ...]:
+    """Return address, name and value of each register to write, in the order to write them."""
+    if found.part.channels == 1:
+        return _registers_1101(found)
+    n = min(len(found.settlecount), found.part.channels)
+    rows = [(0x08 + k, f"RCOUNT{k}", found.rcount) for k in range(n)]
+    rows += [(0x10 + k, f"SETTLECOUNT{k}", int(found.settlecount[k])) for k in range(n)]
+    dividers = (found.input_divider << 12) | found.reference_divider
+    rows += [(0x14 + k, f"CLOCK_DIVIDERS{k}", dividers) for k in range(n)]
+    rows += [(0x1E + k, f"DRIVE_CURRENT{k}", int(found.drive[k]) << 11) for k in range(n)]
+    highest = float(found.frequency.max())
+    deglitch = next((code for width, code in _DEGLITCH if highest < width), _DEGLITCH[-1][1])
+    sequence = (1 << 15) | (max(n - 2, 0) << 13) if n > 1 else 0
+    rows.append((0x1B, "MUX_CONFIG", sequence | 0x0208 | deglitch))
+    return (*rows, (0x1A, "CONFIG", 0x1601))  # awake; own drive current; external clock
+
+
+def _registers_1101(found: FrontEnd) -> tuple[tuple[int, str, int], ...]:
+    """Return the registers of the LDC1101 in its high-resolution L mode; RP_MAX is off."""
+    slowest = int(np.clip(np.floor(16.0 - 8e6 / found.frequency.min()), 0, 15))
+    return (
+        (0x01, "RP_SET", 0x80 | int(found.drive[0])),
+        (0x04, "DIG_CONFIG", (slowest << 4) | 0x07),
+        (0x05, "ALT_CONFIG", 0x01),
+        (0x0C, "D_CONFIG", 0x01),
+        (0x30, "LHR_RCOUNT_LSB", found.rcount & 0xFF),
+        (0x31, "LHR_RCOUNT_MSB", found.rcount >> 8),
+        (0x34, "LHR_CONFIG", int(np.log2(found.input_divider))),
+        (0x0B, "START_CONFIG", 0x00),
+    )

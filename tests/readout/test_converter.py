@@ -1,0 +1,139 @@
+"""The converters by hand, by their data sheets' own examples, and what they cannot follow."""
+
+import numpy as np
+import pytest
+
+from sits_mech.readout.converter import (
+    CONVERTERS,
+    code_of,
+    conversion_time,
+    converter,
+    frequency_of,
+    inductance_noise,
+    parallel_resistance,
+    relative_noise,
+    resonance,
+    tank_frequency,
+    tank_inductance,
+)
+from sits_mech.readout.front_end import front_end, register_text
+
+LDC1614, LDC1101 = CONVERTERS["LDC1614"], CONVERTERS["LDC1101"]
+
+
+def test_tank_by_hand() -> None:
+    """10 uH with 253.303 pF: 10 / (2 pi sqrt(2.53303)) MHz = 3.16228 MHz; back; R_p = L / (R C)."""
+    f = tank_frequency(10e-6, 253.303e-12)
+    assert float(f) == pytest.approx(3.16228e6, rel=1e-6)
+    assert float(tank_inductance(f, 253.303e-12)) == pytest.approx(10e-6, rel=1e-14)
+    R_p = float(parallel_resistance(10e-6, 4.0, 253.303e-12))
+    assert R_p == pytest.approx((2.0 * np.pi * float(f) * 10e-6) ** 2 / 4.0, rel=1e-12)
+    with pytest.raises(ValueError, match="L and capacitance: must be positive; got at least 1 H and 0 F"):
+        tank_frequency(1.0, 0.0)
+
+
+def test_code_and_back() -> None:
+    """5 MHz against 40 MHz is an eighth of 2^28; the divider halves it; LDC1101 has 24 bits."""
+    assert float(code_of(5e6, LDC1614, 40e6)) == 2**25
+    assert float(code_of(5e6, LDC1614, 40e6, 2)) == 2**24
+    assert float(frequency_of(2**24, LDC1614, 40e6, 2)) == 5e6
+    assert float(code_of(4e6, LDC1101, 16e6, 2)) == 2**21
+
+
+def test_times_by_the_data_sheet() -> None:
+    """(16 RCOUNT + 4) / f_ref; at 40 MHz the longest conversion takes 26.2 ms (SNOSCY9A, 8.1.4)."""
+    assert conversion_time(0xFFFF, LDC1614, 40e6) == pytest.approx(26.2e-3, rel=1e-3)
+    assert conversion_time(1000, LDC1101, 16e6) == pytest.approx((16000 + 55) / 16e6)
+
+
+def test_resonance_of_an_inductance_that_falls_with_frequency() -> None:
+    """L = L0 (1 + a / f): f and L(f) fit each other; a capacitance out of the part's reach is refused."""
+
+    def coil(f: float) -> float:
+        return 2e-6 * (1.0 + 1e6 / f)
+
+    f = resonance(coil, 330e-12, LDC1614.frequency)
+    assert f == pytest.approx(float(tank_frequency(coil(f), 330e-12)), rel=1e-10)
+    with pytest.raises(ValueError, match="resonance between 1000 and 1e.07 Hz; it is near 3.393e.08 Hz"):
+        resonance(coil, 1e-13, LDC1614.frequency)
+
+
+def test_noise_scales_and_rounds() -> None:
+    """The quoted figure, 8e-7 at a tenth of the reference and RCOUNT 2048; RCOUNT^-3/2; then the code's own step."""
+    quoted = float(relative_noise(4e6, LDC1614, 40e6, 2048))
+    assert quoted == pytest.approx(8e-7, rel=0.05)
+    assert float(relative_noise(4e6, LDC1614, 40e6, 512)) == pytest.approx(8.0 * quoted, rel=1e-3)
+    rounding = 1.0 / (np.sqrt(12.0) * 0.1 * 2**28)
+    assert rounding < float(relative_noise(4e6, LDC1614, 40e6, 0xFFFF)) < 1.2 * rounding
+    assert float(inductance_noise(2e-6, 1e-7)) == pytest.approx(4e-13)
+    codes = np.round(code_of(tank_frequency(np.linspace(2e-6, 2.001e-6, 4001), 330e-12), LDC1614, 40e6))
+    back = tank_inductance(frequency_of(codes, LDC1614, 40e6), 330e-12)
+    spread = np.std(back - np.linspace(2e-6, 2.001e-6, 4001))
+    f = float(tank_frequency(2e-6, 330e-12))
+    assert spread == pytest.approx(float(inductance_noise(2e-6, 1 / (np.sqrt(12) * 2**28 * f / 40e6))), rel=0.05)
+
+
+def test_settings_of_a_pair() -> None:
+    """Two coils of 2.3 uH and 2.7 ohm with 330 pF: every figure from the data sheet's formulas."""
+    found = front_end(LDC1614, [[2.3e-6, 2.3e-6], [2.25e-6, 2.3e-6]], np.full((2, 2), 2.7), 330e-12, rcount=2000)
+    f = 1.0 / (2.0 * np.pi * np.sqrt(2.3e-6 * 330e-12))
+    Q = 2.0 * np.pi * f * 2.3e-6 / 2.7
+    assert (found.reference, found.input_divider, found.reference_divider) == (40e6, 1, 1)
+    assert found.settlecount[1] == np.ceil(Q * 40e6 / (16 * f)) and found.frequency[1, 0] == pytest.approx(f)
+    R_p = 2.3e-6 / (2.7 * 330e-12)
+    current = LDC1614.drive[found.drive[1]]
+    assert 4 / np.pi * R_p * current <= 1.8 < 4 / np.pi * R_p * LDC1614.drive[found.drive[1] + 1]
+    each = (16 * 2000 + 4) / 40e6 + 16 * found.settlecount / 40e6 + 692e-9 + 5 / 40e6
+    np.testing.assert_allclose(found.channel_time, each, rtol=1e-12)
+    assert found.rate == pytest.approx(1.0 / each.sum()) and found.warnings == ()
+    single = front_end(LDC1614, [2.3e-6], [2.7], 330e-12, rcount=2000)
+    assert single.reference == 20e6 and single.rate == pytest.approx(20e6 / 32004)
+
+
+def test_registers() -> None:
+    """Bit fields of SNOSCY9A: dividers, drive current in bits 15..11, two channels in turn, the 10 MHz filter."""
+    found = front_end(LDC1614, [[2.3e-6, 2.3e-6]], [[2.7, 2.7]], 330e-12, rcount=0x04D6)
+    values = {name: value for _, name, value in found.registers}
+    assert values["RCOUNT1"] == 0x04D6 and values["CLOCK_DIVIDERS0"] == 0x1001
+    assert values["DRIVE_CURRENT0"] == found.drive[0] << 11
+    assert values["MUX_CONFIG"] == 0x820D and values["CONFIG"] == 0x1601
+    text = register_text(found)
+    assert "0x08 = 0x04D6  RCOUNT0" in text and "0x1B = 0x820D  MUX_CONFIG" in text
+    assert text.splitlines()[-1].startswith("0x1A")
+    four = front_end(LDC1614, [[2.3e-6] * 4], [[2.7] * 4], 330e-12)
+    assert dict((name, value) for _, name, value in four.registers)["MUX_CONFIG"] == 0xC20D
+
+
+def test_the_single_channel_part() -> None:
+    """LDC1101: 24 bits, divider for a 16 MHz clock, R_p_min below 0.8 R_p, no settling."""
+    found = front_end(LDC1101, [2.3e-6], [2.7], 330e-12, rcount=1000)
+    assert found.input_divider == 2 and found.rate == pytest.approx(16e6 / 16055)
+    values = {name: value for _, name, value in found.registers}
+    assert values["RP_SET"] == 0x80 | 6 and values["LHR_CONFIG"] == 1  # 1.5 kohm <= 0.8 * 2.58 kohm
+    assert values["LHR_RCOUNT_LSB"] + 256 * values["LHR_RCOUNT_MSB"] == 1000
+    two = front_end(LDC1101, [[2.3e-6] * 2], [[2.7] * 2], 330e-12)
+    assert any("2 coils, but the LDC1101 reads 1: take 2" in line for line in two.warnings)
+
+
+def test_warnings_in_plain_words() -> None:
+    """Too fast, too slow for the part, too lossy, too weak a swing."""
+    fast = front_end(LDC1614, [2.3e-6], [0.5], 50e-12)
+    assert any("outside 1000 to 1e+07 Hz" in line and "raise the capacitance" in line for line in fast.warnings)
+    lossy = front_end(LDC1614, [2.3e-6], [40.0], 330e-12)
+    assert any("too lossy" in line for line in lossy.warnings) and any("may stop" in line for line in lossy.warnings)
+    slow = front_end(LDC1614, [[2.3e-6, 2.3e-6]], [[1.0, 1.0]], 330e-12, clock=20e6)
+    assert slow.input_divider == 2 and slow.warnings == ()
+    late = front_end(LDC1614, [[2.3e-6, 2.3e-6]], [[1.0, 1.0]], 330e-12, clock=8e6)
+    assert any("raise the clock" in line for line in late.warnings)
+
+
+def test_what_cannot_be_set_is_refused() -> None:
+    """Unknown part, clock, count, resistance."""
+    with pytest.raises(ValueError, match="converter: must be one of LDC1614, LDC1612, LDC1101; got LDC9"):
+        converter("LDC9")
+    with pytest.raises(ValueError, match="clock: must be from 2e.06 to 4e.07 Hz for the LDC1614; got 1e.08 Hz"):
+        front_end(LDC1614, [2e-6], [1.0], 330e-12, clock=1e8)
+    with pytest.raises(ValueError, match="rcount: must be from 9 to 65535 for the LDC1614; got 3"):
+        front_end(LDC1614, [2e-6], [1.0], 330e-12, rcount=3)
+    with pytest.raises(ValueError, match="L and R: must be finite"):
+        front_end(LDC1614, [2e-6], [0.0], 330e-12)
