@@ -55,8 +55,8 @@ def solid_mesh(mesh: Mesh, element: Element, constant: bool = False) -> tuple[Se
     chi = np.concatenate([np.ones((1, *basis.dx.shape)), local]).swapaxes(0, 1)[:, : 1 if constant else 4]
     gram = np.einsum("emq,enq,eq->emn", chi, chi, basis.dx)
     chi = np.linalg.solve(np.linalg.cholesky(gram), chi) * basis.dx[:, None, :]
-    lines = [np.unique(np.round(nodes[:, axis], 12)) for axis in (0, 2)]
-    return Section(*lines, nodes, cells, dofs, B, basis.dx.copy(), chi), basis
+    x, z = (np.unique(np.round(nodes[:, axis], 12)) for axis in (0, 2))
+    return Section(x, z, nodes, cells, dofs, B, basis.dx.copy(), chi), basis
 
 
 def solid_deformation(mesh: Section, u: Array) -> tuple[Array, Array]:

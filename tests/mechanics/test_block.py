@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.block import block_pad, bonded_block
+from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.block_mesh import bonded_block
 from sits_mech.mechanics.path import compliance, follow, rest
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.sensor import load_sensor
@@ -26,7 +27,7 @@ SINK, D_H, ALPHA = 0.09766, 0.40669, -0.0026803
 
 @pytest.mark.parametrize(("cells", "grading", "allowed"), [(2, 2.5, 0.01), (3, 3.0, 0.003)])
 def test_small_strain_stiffness(cells, grading, allowed):
-    body = bonded_block(box(), cells, grading, 0.0)
+    body = bonded_block(box(), cells, grading, 0.0).body
     k = 2.0 * np.linalg.inv(compliance(body, rest(body), np.zeros(3))) * MU * 2e-3  # both halves [N/m]
     assert k[1, 1] * MM == pytest.approx(KZ, rel=allowed)
     assert k[0, 0] * MM == pytest.approx(KX, rel=allowed)
@@ -64,7 +65,7 @@ def test_mirrored_load_from_a_neighbour_mirrors_the_pose(pad):
 
 
 def test_work_is_the_energy_stored():
-    body, load = bonded_block(box(), 1, 2.0, 0.0), np.array([3.0, 20.0, 1.0])
+    body, load = bonded_block(box(), 1, 2.0, 0.0).body, np.array([3.0, 20.0, 1.0])
     factor, weight = np.polynomial.legendre.leggauss(8)
     state, before, work = rest(body), 0.0, 0.0
     for s, w in zip((factor + 1) / 2, weight / 2, strict=True):
@@ -119,9 +120,7 @@ def test_refusals(pad):
         block_pad(box(), 1.0)
     with pytest.raises(ValueError, match="finite"):
         pad.equilibrium(Wrench(np.nan, 1.0))
-    round_target = box().target.model_copy(update={"shape": "disc", "diameter": 8e-3, "width": None, "length": None})
-    with pytest.raises(ValueError, match="rectangle.*disc"):
-        block_pad(box().model_copy(update={"target": round_target}))
-    cylinder = box().elastomer.model_copy(update={"diameter": 15e-3, "width": None, "length": None})
-    with pytest.raises(ValueError, match="box"):
-        block_pad(box().model_copy(update={"elastomer": cylinder}))
+    points = ((-4e-3, -3e-3), (4e-3, -3e-3), (0.0, 4e-3))
+    triangle = box().target.model_copy(update={"shape": "outline", "points": points, "width": None, "length": None})
+    with pytest.raises(ValueError, match="disc.*outline"):
+        block_pad(box().model_copy(update={"target": triangle}))

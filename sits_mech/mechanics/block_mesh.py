@@ -1,0 +1,189 @@
+"""The pad as a body to solve in three dimensions: bricks, bonds, free faces, law, scales.
+
+Half the pad, y >= 0, is meshed: a box under a rectangle on a tensor grid, what is round in rings (meshing/bricks.py).
+Lines shrink towards the target's edge and the upper face, where the bonded corner is singular: the i-th of m lines of a
+segment of length l lies ``l (i/m)**beta`` from the edge. Where the target covers the whole upper face the corner below
+is as singular as the one above, and the lines through the thickness shrink towards both.
+
+Scales: lengths by the thickness t, stresses by the initial shear modulus mu; forces by mu t^2, moments by mu t^3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from skfem import Basis
+
+from sits_mech.mechanics.block_energy import cofactor, solid_energy
+from sits_mech.mechanics.block_forms import BRICK, solid_deformation, solid_mesh, solid_tangent
+from sits_mech.mechanics.forms import Indices, Section
+from sits_mech.mechanics.path import Bonded, Element
+from sits_mech.meshing.bricks import Outline, box_bricks, ring_bricks
+from sits_mech.quantities import Array
+from sits_mech.sensor import Elastomer, Sensor, Target
+
+SOLID = Element(solid_tangent, solid_deformation, cofactor)
+"""Three dimensions, block_forms.py."""
+
+_STRETCH = 4.0  # thicknesses of half target that one cell more than through the thickness is worth
+_REACH = 1.25  # thicknesses beside the target within which the pad is stressed: one cell does beyond
+_GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
+_OUTER = 0.3  # of the outermost cell beside the target along x, split off: the tilt under shear hangs on it
+_AROUND = 2  # cells from a corner of the core to the next middle of a side
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A pad with its target, and what is known of it besides the equations.
+
+    Attributes
+    ----------
+    body : Bonded
+        What is solved.
+    faces : ndarray
+        Nodes of the free faces.
+    target : Outline
+        Half the target's sizes [thicknesses].
+    share : float
+        Of the pad that is meshed: a half, or 1.
+    fineness : float
+        Cells through the thickness, or what stands for them: the error goes with its inverse squared.
+    """
+
+    body: Bonded
+    faces: Indices
+    target: Outline
+    share: float
+    fineness: float
+
+
+def bonded_block(sensor: Sensor, cells: int, grading: float, guard: float) -> Solid:
+    """Return half the pad (y >= 0) of a box or a cylinder with its target, meshed and scaled.
+
+    Parameters
+    ----------
+    sensor : Sensor
+    cells : int
+        Cells through the thickness; one more where the target covers the whole upper face.
+    grading : float
+        Power of the lines' spacing towards the target's edge and the faces; 1 is uniform.
+    guard : float
+        Part of the bulk modulus that acts pointwise against inversion [shear moduli].
+    """
+    target, elastomer = pad_parts(sensor)
+    plate, pad = outlines(target, elastomer)
+    through = _through(cells, grading, flush(plate, pad))
+    if plate.is_round or pad.is_round:
+        mesh = ring_bricks(plate, pad, (*_ring_lines(plate, pad, cells, grading), through), _AROUND)
+    else:
+        x = _half_lines(plate.half_x, pad.half_x, cells, grading, _OUTER)
+        y = _half_lines(plate.half_y, pad.half_y, cells, grading, 0.0)
+        mesh = box_bricks(np.concatenate([-x[:0:-1], x]), y, through)
+    section, basis = solid_mesh(mesh, BRICK)
+    x, y, z = section.nodes.T
+    top = (z > 1.0 - 1e-9) & within(plate, section.nodes, 1e-9)
+    bonded = np.stack([z < 1e-9, top, y < 1e-9])
+    return solid(sensor, section, bonded, (guard, len(through) - 1.0), free_faces(basis, bonded))
+
+
+def solid(sensor: Sensor, section: Section, where: Array, given: tuple[float, float], faces: Indices) -> Solid:
+    """Return a pad from its mesh.
+
+    Parameters
+    ----------
+    sensor : Sensor
+    section : Section
+        From `solid_mesh`.
+    where : ndarray of bool, shape (3, n)
+        Nodes on the ground, on the target, and in the plane of symmetry if half the pad is meshed.
+    given : tuple of float
+        Part of the bulk modulus that acts pointwise against inversion [shear moduli]; the mesh's fineness.
+    faces : ndarray
+        Nodes of the free faces.
+    """
+    target, elastomer = pad_parts(sensor)
+    ground, top, middle = where
+    held = np.repeat((ground | top)[:, None], 3, axis=1)
+    held[:, 1] |= middle
+    silicone, count = elastomer.silicone, section.dofs.shape[1]
+    K = silicone.bulk_modulus / silicone.shear_modulus
+    guard = min(given[0], _GUARD_SHARE * K)
+    rows, columns = np.repeat(section.dofs, count, axis=1).ravel(), np.tile(section.dofs, (1, count)).ravel()
+    bonded = 3 * np.flatnonzero(top)[:, None] + np.array([0, 2])
+    law, free = solid_energy(silicone, guard), np.flatnonzero(~held.ravel())
+    height = target.load_height / elastomer.thickness
+    body = Bonded(section, law, K - guard, height, free, bonded, section.nodes[top, 0], rows, columns, SOLID)
+    return Solid(body, faces, outlines(target, elastomer)[0], 0.5 if np.any(middle) else 1.0, given[1])
+
+
+def free_faces(basis: Basis, where: Array) -> Indices:
+    """Return the nodes of the faces that are bonded to nothing and in no plane of symmetry; `where` as of `solid`."""
+    facets = basis.mesh.boundary_facets()
+    corners = basis.nodal_dofs[0][basis.mesh.facets[:, facets]]
+    bonded = np.any([group[corners].all(axis=0) for group in where], axis=0)
+    found = basis.get_dofs(facets=facets[~bonded]).all()
+    return np.asarray(found[~np.any(where[:2, found], axis=0)])
+
+
+def outlines(target: Target, elastomer: Elastomer) -> tuple[Outline, Outline]:
+    """Return target and pad seen from above [thicknesses]."""
+    t = elastomer.thickness
+    plate, pad = ([length / (2.0 * t) for length in part.extent] for part in (target, elastomer))
+    return Outline(plate[0], plate[1], target.shape == "disc"), Outline(pad[0], pad[1], elastomer.diameter is not None)
+
+
+def flush(plate: Outline, pad: Outline) -> bool:
+    """Say whether a target reaches a side of its pad."""
+    return pad.half_x - plate.half_x < 1e-9 or pad.half_y - plate.half_y < 1e-9
+
+
+def within(outline: Outline, points: Array, slack: float) -> Array:
+    """Say which points, shape (n, 2 or more), lie in an outline with `slack` around it."""
+    a, b = np.abs(points[:, 0]) / (outline.half_x + slack), np.abs(points[:, 1]) / (outline.half_y + slack)
+    return np.asarray(np.hypot(a, b) < 1.0 if outline.is_round else np.maximum(a, b) < 1.0)
+
+
+def pad_parts(sensor: Sensor) -> tuple[Target, Elastomer]:
+    """Return target and elastomer of a scene that this model can hold, or refuse it."""
+    target, elastomer = sensor.target, sensor.elastomer
+    if target is None or elastomer is None:
+        missing = "target" if target is None else "elastomer"
+        raise ValueError(f"{missing}: must be given for a force to move the target; it is missing")
+    if target.shape == "outline":
+        raise ValueError("target.shape: must be 'rectangle' or 'disc' for the model 'block', got 'outline'")
+    return target, elastomer
+
+
+def _half_lines(edge: float, end: float, cells: int, grading: float, outer: float) -> Array:
+    """Lines from the middle to the end of the pad, closer towards the target's edge; `outer` splits the last cell."""
+    inner = cells + int(np.ceil(edge / _STRETCH))
+    lines = edge * (1.0 - (np.arange(inner, -1, -1) / inner) ** grading)
+    if end - edge < 1e-9:
+        return np.asarray(lines)
+    far = end - edge > 1.5 * _REACH
+    beside = (np.arange(cells + 1) / cells) ** grading
+    if outer > 0.0 and not far:
+        beside = np.insert(beside, cells, 1.0 - outer * (1.0 - beside[-2]))
+    lines = np.concatenate([lines, edge + (_REACH if far else end - edge) * beside[1:]])
+    return np.append(lines, end) if far else lines
+
+
+def _ring_lines(plate: Outline, pad: Outline, cells: int, grading: float) -> tuple[Array, Array]:
+    """Lines from the core to the target's outline, and from there to the pad's."""
+    inner = cells + int(np.ceil(max(plate[:2]) / _STRETCH))
+    inside = 1.0 - (np.arange(inner, -1, -1) / inner) ** grading
+    if flush(plate, pad):
+        return inside, np.zeros(1)
+    gap = min(pad.half_x - plate.half_x, pad.half_y - plate.half_y)
+    lines = _half_lines(0.0, gap, cells, grading, _OUTER)
+    return inside, lines[lines.searchsorted(0.0, "right") - 1 :] / gap
+
+
+def _through(cells: int, grading: float, flush: bool) -> Array:
+    """Lines through the thickness."""
+    if not flush:
+        return np.asarray(1.0 - (np.arange(cells, -1, -1) / cells) ** grading)
+    s = np.linspace(0.0, 1.0, cells + 2)
+    lower = 0.5 * (2.0 * np.minimum(s, 1.0 - s)) ** grading
+    return np.where(s < 0.5, lower, 1.0 - lower)

@@ -1,0 +1,82 @@
+"""Round pads and targets: an independent code's numbers, one shape between two others, corners in rings."""
+
+import numpy as np
+import pytest
+
+from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.block_mesh import bonded_block
+from sits_mech.mechanics.path import compliance, rest
+from sits_mech.quantities import Wrench
+from sits_mech.sensor import Elastomer, Target, load_sensor
+
+MU, MM = 3e4, 1e-3
+NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
+SQUARE, DISC = {"width": 8 * MM, "length": 8 * MM}, {"diameter": 8 * MM}
+
+
+def scene(pad, target):
+    """A pad 2 mm thick; the force acts at the bonded face."""
+    base = load_sensor("biorob2018", ["target.load_height=0", NEO_HOOKEAN])
+    shape = {"shape": "disc" if "diameter" in target else "rectangle", "material": "copper", "load_height": 0.0}
+    plate = Target.model_validate({**target, **shape, "thickness": 0.2 * MM})
+    layer = Elastomer.model_validate({**pad, "material": base.elastomer.material, "thickness": 2 * MM})
+    return base.model_copy(update={"target": plate, "elastomer": layer})
+
+
+def stiffness(sensor, cells, grading=2.0):
+    """kz, kx [N/mm], kxa [N/rad], ka [N mm/rad] about the centre of the bonded face."""
+    found = bonded_block(sensor, cells, grading, 0.0)
+    k = np.linalg.inv(compliance(found.body, rest(found.body), np.zeros(3))) * MU * 2e-3 / found.share
+    return np.array([k[1, 1] * MM, k[0, 0] * MM, k[0, 2] * 2 * MM, k[2, 2] * 4 * MM])
+
+
+CYLINDER = scene({"diameter": 15 * MM}, {"diameter": 15 * MM})
+
+
+# NGSolve 6.2, graded elements, radius 7.5 mm, height 2 mm, mu 30 kPa, K/mu 1000; to 1e-4.
+@pytest.mark.parametrize(("cells", "allowed"), [(1, 4e-3), (2, 1.5e-3), (3, 1e-3)])
+def test_small_strain_stiffness_of_a_cylinder(cells, allowed):
+    np.testing.assert_allclose(stiffness(CYLINDER, cells), [60.579, 2.56733, -2.56733, 386.547], rtol=allowed)
+
+
+def test_a_cylinder_pressed_by_a_tenth():
+    """14.5 N to 2 %: NGSolve, the same pad."""
+    pad, loads = block_pad(CYLINDER), (14.5, 14.8)
+    found = [pad.equilibrium(Wrench(F_z=load)) for load in loads]
+    sinks = [2 * MM - each.pose.d_v for each in found]
+    assert np.interp(0.2 * MM, sinks, loads) == pytest.approx(14.5, rel=0.02)
+    assert found[0].report.estimated_error < 0.02 and found[0].report.unknowns < 3000
+    assert abs(found[0].pose.d_h) < 1e-10
+
+
+def test_a_round_pad_is_alike_in_all_directions():
+    """The rings' mesh knows x from y, the pad does not: work in the field turned by 90 degrees is the same."""
+    found = bonded_block(CYLINDER, 1, 2.0, 0.0)
+    x, y, _ = found.body.mesh.nodes.T
+    rim = np.hypot(x, y)[found.faces]
+    np.testing.assert_allclose(rim, 3.75, rtol=1e-12)
+    assert found.body.mesh.weights.sum() == pytest.approx(np.pi * 3.75**2 / 2, rel=1e-4)
+
+
+def test_a_disc_lies_between_two_squares():
+    """A pad under a larger target is stiffer: square inside the disc, disc, square around it."""
+    box = {"width": 20 * MM, "length": 20 * MM}
+    inside = {side: size / np.sqrt(2) for side, size in SQUARE.items()}
+    small, middle, large = (stiffness(scene(box, plate), 2)[[0, 1, 3]] for plate in (inside, DISC, SQUARE))
+    assert np.all(small < middle) and np.all(middle < large)
+
+
+def test_rings_hold_a_square_as_a_tensor_grid_does():
+    """A square on a round pad that is far larger than it: the pad's own outline plays no part."""
+    round_pad = stiffness(scene({"diameter": 40 * MM}, SQUARE), 2, 2.5)
+    box = stiffness(scene({"width": 40 * MM, "length": 40 * MM}, SQUARE), 2, 2.5)
+    np.testing.assert_allclose(round_pad[[0, 1, 3]], box[[0, 1, 3]], rtol=0.01)
+
+
+def test_sheared_and_turned_cylinder_keeps_its_error_on_the_coarse_side():
+    wrench = Wrench(1.5, 5.0, 1e-3)
+    coarse, fine = (block_pad(CYLINDER, tolerance).equilibrium(wrench) for tolerance in (2e-2, 5e-3))
+    assert coarse.report.unknowns < fine.report.unknowns
+    for name in ("d_h", "d_v"):
+        away = abs(getattr(coarse.pose, name) - getattr(fine.pose, name))
+        assert away < getattr(coarse.error, name) + getattr(fine.error, name)
