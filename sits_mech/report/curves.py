@@ -33,15 +33,15 @@ _STYLE: Any = {
 
 
 @contextmanager
-def new_figure(height: float = 0.75, columns: int = 1) -> Iterator[tuple[Figure, list[Axes]]]:
-    """Give an empty figure one paper column wide and its axes side by side; what is drawn inside has the paper's style.
+def new_figure(height: float = 0.75, columns: int = 1, rows: int = 1) -> Iterator[tuple[Figure, list[Axes]]]:
+    """Give an empty figure one paper column wide and its axes row by row; what is drawn inside has the paper's style.
 
     Parameters
     ----------
     height : float
         Of the figure, over its width.
-    columns : int
-        Number of axes.
+    columns, rows : int
+        Number of axes across and down.
 
     Raises
     ------
@@ -57,7 +57,7 @@ def new_figure(height: float = 0.75, columns: int = 1) -> Iterator[tuple[Figure,
     with rc_context(_STYLE):
         figure = Figure(figsize=(COLUMN, COLUMN * height), layout="constrained")
         FigureCanvasAgg(figure)
-        yield figure, list(figure.subplots(1, columns, squeeze=False)[0])
+        yield figure, list(figure.subplots(rows, columns, squeeze=False).ravel())
 
 
 def add_polygons(axes: Axes, corners: Array, **style: Any) -> PolyCollection:
