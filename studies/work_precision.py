@@ -111,7 +111,7 @@ def main() -> None:
     (asked.output / "work_precision.md").write_text(markdown(lines), encoding="utf-8")
     rungs = [Rung(x.model, f"{x.tolerance:g}", x.one_pose, x.error_L, x.estimated_L) for x in lines]
     rungs += [Rung(f"{x.model}, 1000", f"{x.tolerance:g}", x.thousand_poses, x.error_L, x.estimated_L) for x in lines]
-    draw_ladders(rungs, asked.output / "work_precision.png")
+    draw_ladders({"magnetics": rungs}, asked.output / "work_precision.png")
 
 
 if __name__ == "__main__":

@@ -5,11 +5,17 @@ Drawn with matplotlib through `curves`, which alone imports it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+import platform
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from threadpoolctl import threadpool_info
+
 from sits_mech.report.curves import new_figure, save_figure
+
+_LEAST = 1e-12  # an error of zero on a logarithmic axis
 
 
 @dataclass(frozen=True)
@@ -24,6 +30,8 @@ class Rung:
         Wall time.
     error, estimated : float
         Relative error against the reference, and what the solve itself said.
+    resolved : float
+        Error of the reference itself: where `error` is below it, only that much is known.
     """
 
     model: str
@@ -31,31 +39,75 @@ class Rung:
     seconds: float
     error: float
     estimated: float
+    resolved: float = 0.0
+
+    @property
+    def honest(self) -> bool:
+        """Whether the estimate brackets the true error within a factor of five, as far as the reference can tell."""
+        highest, lowest = self.error + self.resolved, max(self.error - self.resolved, 0.0)
+        return lowest / 5.0 <= self.estimated <= 5.0 * highest
 
 
-def draw_ladders(rungs: Sequence[Rung], path: Path) -> None:
-    """Write error against seconds as a picture: full marks the true error, hollow ones the estimate.
+def pareto_front(rungs: Sequence[Rung]) -> list[Rung]:
+    """Return the rungs that no other one beats in both time and error, in the order of their times."""
+    front: list[Rung] = []
+    for rung in sorted(rungs, key=lambda rung: (rung.seconds, rung.error)):
+        if not front or rung.error < front[-1].error:
+            front.append(rung)
+    return front
+
+
+def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
+    """Write error against seconds: full marks the true error, hollow ones the estimate, a grey line the Pareto front.
 
     Parameters
     ----------
-    rungs : sequence of Rung
-        One curve for each model, in the order given.
+    panels : mapping
+        Rungs by the title of their panel; in each one curve for each model, in the order given.
     path : Path
         The PNG to write.
     """
-    with new_figure(height=1.0) as (figure, (axes,)):
-        for number, model in enumerate(dict.fromkeys(rung.model for rung in rungs)):
-            own = [rung for rung in rungs if rung.model == model]
-            seconds = [rung.seconds for rung in own]
-            axes.plot(seconds, [rung.error for rung in own], f"C{number}o-", label=model)
-            axes.plot(seconds, [rung.estimated for rung in own], f"C{number}o:", mfc="none", lw=0.6)
-        axes.set(xscale="log", yscale="log", xlabel="wall time of one solve [s]", ylabel="relative error [-]")
-        figure.legend(loc="outside lower center", ncols=2, title="full: true error, hollow: estimated")
+    with new_figure(height=1.25 * len(panels), rows=len(panels)) as (figure, axes):
+        for spot, (title, rungs) in zip(axes, panels.items(), strict=True):
+            front = pareto_front(rungs)
+            seconds, errors = [rung.seconds for rung in front], [max(rung.error, _LEAST) for rung in front]
+            spot.step(seconds, errors, "0.8", where="post", lw=3)
+            for number, model in enumerate(dict.fromkeys(rung.model for rung in rungs)):
+                own = [rung for rung in rungs if rung.model == model]
+                seconds = [rung.seconds for rung in own]
+                spot.plot(seconds, [max(rung.error, _LEAST) for rung in own], f"C{number}o-", label=model)
+                spot.plot(seconds, [rung.estimated for rung in own], f"C{number}o:", mfc="none", lw=0.6)
+            spot.set(xscale="log", yscale="log", ylabel="relative error [-]")
+            spot.set_title(title, fontsize=8)
+            spot.legend(ncols=2, fontsize=5.5, handlelength=1.5)
+        axes[-1].set_xlabel("wall time [s]")
+        figure.suptitle("full: true error, hollow: estimated, grey: Pareto front", fontsize=6.5)
         save_figure(figure, path)
 
 
-def markdown(rungs: Sequence[Rung]) -> str:
-    """Return the rungs as a Markdown table."""
-    lines = ["| model | rung | seconds | true error | estimated |", "|---|---|---|---|---|"]
-    row = "| {0.model} | {0.label} | {0.seconds:.3g} | {0.error:.2e} | {0.estimated:.2e} |"
-    return "\n".join([*lines, *(row.format(rung) for rung in rungs)]) + "\n"
+def rung_rows(panels: Mapping[str, Sequence[Rung]]) -> list[dict[str, object]]:
+    """Return the rungs as rows of a table, each with whether it is on its panel's Pareto front."""
+    rows: list[dict[str, object]] = []
+    for title, rungs in panels.items():
+        front = pareto_front(rungs)
+        for rung in rungs:
+            row: dict[str, object] = {"part": title, "model": rung.model, "rung": rung.label, "seconds": rung.seconds}
+            row |= {"true error": rung.error, "estimated": rung.estimated, "error of reference": rung.resolved}
+            rows.append(row | {"within 5": "yes" if rung.honest else "no", "front": "yes" if rung in front else ""})
+    return rows
+
+
+def machine() -> str:
+    """Return the kind of processor, its cores, and the threads that linear algebra may use, for a table's caption."""
+    threads = max((library["num_threads"] for library in threadpool_info()), default=1)
+    return f"{_processor()}, {os.cpu_count()} cores, {threads} BLAS thread{'s' * (threads != 1)}"
+
+
+def _processor() -> str:
+    """Return the name of the processor as far as the system tells."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.machine()

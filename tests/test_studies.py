@@ -1,0 +1,36 @@
+"""Studies: each says what it asks and how it is run, and can be asked for help."""
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from sits_mech.report.outputs import write_rows
+
+STUDIES = sorted((Path(__file__).parents[1] / "studies").glob("*.py"))
+
+
+@pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)
+def test_a_study_says_how_it_is_run(path: Path) -> None:
+    """The docstring holds the command; the file is no longer than one sitting."""
+    text = path.read_text(encoding="utf-8")
+    doc = ast.get_docstring(ast.parse(text)) or ""
+    assert re.search(rf"python studies/{path.name} \[--coarse\].*--output DIR", doc)
+    assert len(text.splitlines()) <= 350
+
+
+def test_help_costs_nothing() -> None:
+    """What a study asks, without running it."""
+    words = [sys.executable, str(STUDIES[0]), "--help"]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0 and "--coarse" in done.stdout
+
+
+def test_rows_as_csv_and_markdown(tmp_path: Path) -> None:
+    """Headings from the first row; digits kept in the one, cut in the other."""
+    text = write_rows([{"a": 1.0 / 3.0, "b": "x|y"}, {"a": 2.0, "b": "z"}], tmp_path / "t.csv")
+    assert (tmp_path / "t.csv").read_text() == "a,b\n0.3333333333333333,x|y\n2.0,z\n"
+    assert text == (tmp_path / "t.md").read_text() == "| a | b |\n|---|---|\n| 0.3333 | x/y |\n| 2 | z |\n"
