@@ -108,14 +108,26 @@ def ring_mutual(first: Sections, second: Sections, *, points: tuple[int, int] = 
     ndarray, shape (n, m)
         Symmetric to rounding only up to the quadrature when `first` is `second`; see `ring_inductance`.
     """
-    a, b = first.radius[:, None], second.radius
-    d = second.z - first.z[:, None]
+    column = Sections(first.radius[:, None], first.z[:, None], first.width[:, None], first.height[:, None])
+    return paired_mutual(column, second, points, (points[0] + 1, points[1]))
+
+
+def paired_mutual(first: Sections, second: Sections, points: tuple[int, int], others: tuple[int, int]) -> Array:
+    """Return the mutual inductances of rings of one shape with those of another, pair by pair as they broadcast [H].
+
+    Parameters
+    ----------
+    first, second : Sections
+    points, others : tuple of int
+        Gauss points of the first and the second section along r and z; where sections meet they must be unlike along r.
+    """
+    a, b = first.radius, second.radius
+    d = second.z - first.z
     scale = np.sqrt(a * b)
-    sides = ((first.width[:, None], first.height[:, None]), (second.width, second.height))
-    total = -mu_0 * scale * mean_log(b - a, d, *sides)
+    total = -mu_0 * scale * mean_log(b - a, d, (first.width, first.height), (second.width, second.height))
     for da, za, weight_a in _offsets(first, points):
-        for db, zb, weight_b in _offsets(second, (points[0] + 1, points[1])):
-            r1, r2, distance = a + da[:, None], b + db, d + zb - za[:, None]
+        for db, zb, weight_b in _offsets(second, others):
+            r1, r2, distance = a + da, b + db, d + zb - za
             logarithm = 0.5 * np.log((r1 - r2) ** 2 + distance**2)
             total += weight_a * weight_b * (mutual_loops(r1, r2, distance) + mu_0 * scale * logarithm)
     return np.asarray(total)
