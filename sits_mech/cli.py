@@ -12,11 +12,11 @@ from collections.abc import Sequence
 
 from cyclopts import CycloptsError
 
-from sits_mech.commands import batch, draw, inform, products, solve
+from sits_mech.commands import batch, draw, inform, products, read, solve
 from sits_mech.commands.options import app
 from sits_mech.console import warn
 
-COMMANDS = (inform, solve, draw, batch, products)  # importing them is what makes the app know their commands
+COMMANDS = (inform, solve, draw, batch, products, read)  # importing them is what makes the app know their commands
 
 
 def run(tokens: Sequence[str] | None = None) -> int:

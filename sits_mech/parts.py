@@ -216,6 +216,8 @@ class Elastomer(BaseModel):
         Of a cylinder, instead of width and length [m].
     thickness, standoff : float
         Height of the layer; rigid film between ``z = 0`` and the layer [m].
+    mesh : str or None
+        File of a mesh of the layer, within those sizes, with the groups `ground`, `target`, `free` (3D models only).
     """
 
     model_config = _FROZEN
@@ -225,6 +227,7 @@ class Elastomer(BaseModel):
     diameter: Length | None = None
     thickness: Length
     standoff: Offset = 0.0
+    mesh: str | None = None
 
     @model_validator(mode="after")
     def _whole(self) -> Elastomer:
@@ -310,7 +313,7 @@ class Readout(BaseModel):
     Attributes
     ----------
     converter : str
-        "LDC1614", or "none".
+        "LDC1614", "LDC1612", "LDC1101", or "none".
     parallel_capacitance : float
         Of the resonant circuit [F].
     idle_coil : str
@@ -320,7 +323,7 @@ class Readout(BaseModel):
     """
 
     model_config = _FROZEN
-    converter: Literal["LDC1614", "none"] = "LDC1614"
+    converter: Literal["LDC1614", "LDC1612", "LDC1101", "none"] = "LDC1614"
     parallel_capacitance: Capacitance = 330e-12
     idle_coil: Literal["shorted", "open"] = "shorted"
     lead_inductance: Inductance = 0.0

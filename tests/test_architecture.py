@@ -18,7 +18,7 @@ RANKS = {
     **dict.fromkeys(("plan", "sweep", "executors", "numerics", "meshing"), 1),
     "geometry": 2,
     **dict.fromkeys(("mechanics", "magnetics", "readout"), 3),
-    **dict.fromkeys(("batch", "chain", "cycle", "requests", "spectrum", "study"), 4),
+    **dict.fromkeys(("batch", "bench", "chain", "cycle", "requests", "spectrum", "study"), 4),
     **dict.fromkeys(("report", "doctor"), 5),
     **dict.fromkeys(("__init__", "console", "export"), 6),
     "commands": 7,

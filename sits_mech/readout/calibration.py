@@ -119,6 +119,34 @@ class Calibration:
         """Return the derivatives of the inductances by the forces, shape (..., n, d) [unit / N]."""
         return self.map.slopes(np.stack(np.broadcast_arrays(*(np.asarray(force, float) for force in forces)), -1))
 
+    def force_error(self, forces: ArrayLike, L_error: ArrayLike) -> Array:
+        """Return how far each force is off, at most, when each inductance is off by its error, of either sign.
+
+        Parameters
+        ----------
+        forces : array_like, shape (..., d)
+            Where [N, N m].
+        L_error : array_like, shape (n,)
+            Of the inductances [unit].
+
+        Returns
+        -------
+        ndarray, shape (..., d)
+        """
+        x = self.map.scaled(forces)
+        slopes = self.map.value_and_slopes(x.reshape(-1, len(self.low)))[1]
+        spread = np.abs(_pseudo_inverse(slopes * self.weights[:, None])) * self.weights
+        half = 0.5 * (self.high - self.low)
+        return np.asarray((spread @ np.asarray(L_error, dtype=float) * half).reshape(x.shape))
+
+    def force_noise(self, forces: ArrayLike, L_noise: ArrayLike) -> Array:
+        """Return the standard deviation of each force for independent noise of the inductances; as `force_error`."""
+        x = self.map.scaled(forces)
+        slopes = self.map.value_and_slopes(x.reshape(-1, len(self.low)))[1]
+        spread = _pseudo_inverse(slopes * self.weights[:, None]) * self.weights
+        half = 0.5 * (self.high - self.low)
+        return np.asarray((np.sqrt(spread**2 @ np.asarray(L_noise, dtype=float) ** 2) * half).reshape(x.shape))
+
     def inverse(self, L: ArrayLike) -> Inverse:
         """Return the forces that show inductances.
 
@@ -143,10 +171,7 @@ class Calibration:
         _check_enough(self.coils, self.forces)
         flat = L.reshape(-1, len(self.coils))
         x, residual, status = _solved(self, flat)
-        slopes = self.map.value_and_slopes(x)[1]
-        spread = np.abs(_pseudo_inverse(slopes * self.weights[:, None])) * self.weights
-        half = 0.5 * (self.high - self.low)
-        error = spread @ self.map.error * half
+        error = self.force_error(self.map.unscaled(x), self.map.error)
         wrong = (status != OK)[:, None]
         forces, error = np.where(wrong, np.nan, self.map.unscaled(x)), np.where(wrong, np.nan, error)
         shape = L.shape[:-1]

@@ -6,7 +6,7 @@ A coil L with R in series and C across it, driven at its parallel resonance:
     code = 2^bits (f / d_in) / f_ref,    f_ref = f_clock / d_ref
     amplitude = (4 / pi) R_p I_drive
 
-d_in and d_ref the part's dividers. L and R may depend on f: `resonance` solves f = 1 / (2 pi sqrt(L(f) C)).
+d_in and d_ref the part's dividers. L and R may depend on f: `resonance` iterates f = 1 / (2 pi sqrt(L(f) C)).
 
 Noise: the part counts for T = 16 RCOUNT / f_ref and places the N = f T edges it sees to within a period of the
 reference; a line through them has the relative error of its slope
@@ -27,10 +27,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from sits_mech.quantities import Array
 
+_ROUNDS = 60  # each divides the error by 2 / |d ln L / d ln f|, which is far above two for any coil
 _NOISE = 1.5  # over the error of a line through ideal edges: see above
 
 
@@ -151,17 +151,16 @@ def resonance(inductance: Callable[[float], float], capacitance: float, bounds: 
         When there is no resonance between them.
     """
 
-    def excess(f: float) -> float:
-        """Return the logarithm of f over the resonance of L(f)."""
-        return float(np.log(f / tank_frequency(inductance(f), capacitance)))
-
     low, high = bounds
-    at_low, at_high = excess(low), excess(high)
-    if at_low * at_high > 0.0:
-        near = float(tank_frequency(inductance(low if at_low > 0.0 else high), capacitance))
+    f = float(np.sqrt(low * high))
+    for _ in range(_ROUNDS):
+        last, f = f, float(tank_frequency(inductance(min(max(f, low), high)), capacitance))
+        if abs(f - last) <= 1e-10 * f:
+            break
+    if not low <= f <= high:
         reach = f"{low:.4g} and {high:.4g} Hz"
-        raise ValueError(f"capacitance: must put the resonance between {reach}; it is near {near:.4g} Hz")
-    return float(brentq(excess, low, high, xtol=1e-9 * low, rtol=1e-12))
+        raise ValueError(f"capacitance: must put the resonance between {reach}; it is near {f:.4g} Hz")
+    return f
 
 
 def code_of(frequency: ArrayLike, part: Converter, reference: float, divider: int = 1) -> Array:

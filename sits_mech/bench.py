@@ -1,0 +1,226 @@
+"""What does a bench see of a calibrated sensor? Henries at the terminals, settings of the converter, forces.
+
+A table in henry is taken as it is. Of a table per metre of depth only the relative change holds, so that
+
+    L_i = L0_i l_i / l0_i,    R_i = L0_i r_i / l0_i,
+
+with l, r, l0 per metre and L0 of the coil's rings in free space [H]; idle coils, whose coupling a planar model
+overstates, are then left out (in space they are worth some 3.5e-4 of L0). Tracks (with skin and proximity effect) and
+leads are added in series. `operating_points` solves f = 1 / (2 pi sqrt(L(f) C)) with the magnetic model itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
+
+import numpy as np
+import xarray as xr
+
+from sits_mech.magnetics.loops import coil_inductances
+from sits_mech.magnetics.losses import track_resistance
+from sits_mech.magnetics.terminals import terminal_impedance
+from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport
+from sits_mech.readout.calibration import Calibration, calibration
+from sits_mech.readout.converter import converter, parallel_resistance, resonance
+from sits_mech.readout.front_end import FrontEnd, front_end
+from sits_mech.sensor import Coil, SceneError, Sensor
+from sits_mech.spectrum import at_terminals
+from sits_mech.sweep import DONE
+
+_IDLE = "idle coils: left out, a model per metre overstates their coupling"
+
+
+@dataclass(frozen=True)
+class OperatingPoint:
+    """A coil swinging with its capacitance.
+
+    Attributes
+    ----------
+    coil : str
+        Its name.
+    frequency, L, R, Q, R_p : float
+        Resonance [Hz], inductance [H] and resistance [ohm] at the terminals there, quality, parallel resistance [ohm].
+    """
+
+    coil: str
+    frequency: float
+    L: float
+    R: float
+    Q: float
+    R_p: float
+
+
+def free_inductances(sensor: Sensor) -> Array:
+    """Return the inductance of each coil without target, by its rings, shape (n,) [H]."""
+    return np.array(_free(sensor.coils))
+
+
+@lru_cache(maxsize=16)
+def _free(coils: tuple[Coil, ...]) -> tuple[float, ...]:
+    """Equal coils are solved once."""
+    return tuple(float(L) for L in np.diagonal(coil_inductances(coils)))
+
+
+def absolute(sensor: Sensor, found: Impedance) -> tuple[Impedance, tuple[str, ...]]:
+    """Return an impedance in henry and ohm, and what had to be left out.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        Its coils are used.
+    found : Impedance
+        Of any unit.
+    """
+    if found.unit_L == "H":
+        return found, ()
+    n = len(sensor.coils)
+    scale = np.diag(free_inductances(sensor) / np.diagonal(found.L0))
+    parts = {name: getattr(found, name) * scale for name in ("L", "R", "L0", "error_L", "error_R")}
+    return replace(found, **parts, unit_L="H"), ((_IDLE,) if n > 1 else ())
+
+
+def table_impedance(data: xr.Dataset) -> Impedance:
+    """Return the impedance that a table holds, with leading axes (F_x, F_z); what failed is NaN."""
+    order = ("F_x", "F_z", "coil", "coil_2")
+    L, R, error_L, error_R = (data[name].transpose(*order).to_numpy() for name in ("L", "R", "error_L", "error_R"))
+    L0 = data["L0"].to_numpy()
+    report = SolveReport("table", 0, 0, 0.0, 0.0, 0.0)
+    unit = str(data.attrs["unit_L"])
+    return Impedance(float(data.attrs["frequency"]), L, R, L0, np.zeros(len(L0)), error_L, error_R, unit, report)
+
+
+def terminals(sensor: Sensor, data: xr.Dataset) -> tuple[xr.Dataset, tuple[str, ...]]:
+    """Return what each coil shows at the end of its leads over the loads of a table, and what was left out.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        What was calibrated.
+    data : Dataset
+        As from `calibrate`.
+
+    Returns
+    -------
+    Dataset, dims (F_x, F_z, coil)
+        ``L`` [H] and ``R`` [ohm].
+    tuple of str
+        Left out.
+
+    Raises
+    ------
+    SceneError
+        When the tracks' losses cannot be computed.
+    """
+    found, missing = absolute(sensor, table_impedance(data))
+    good = (data["status"].transpose("F_x", "F_z") == DONE).to_numpy()
+    seen, reasons = at_terminals(sensor, replace(found, L=found.L[good], R=found.R[good]))
+    if seen is None:
+        raise SceneError(f"{sensor.name}: {'; '.join(reasons)}")
+    shape = (*good.shape, len(sensor.coils))
+    L, R = np.full(shape, np.nan), np.full(shape, np.nan)
+    L[good], R[good] = seen.L, seen.R
+    dims = ("F_x", "F_z", "coil")
+    coords = {"F_x": data["F_x"], "F_z": data["F_z"], "coil": [coil.name for coil in sensor.coils]}
+    return xr.Dataset({"L": (dims, L), "R": (dims, R)}, coords=coords), missing
+
+
+def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
+    """Return the calibration of a sensor in henry, each coil driven alone, without leads.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        What was calibrated.
+    data : Dataset
+        As from `calibrate`, in henry or per metre.
+
+    Raises
+    ------
+    ValueError
+        When the table holds too few loads.
+    """
+    return calibration(data, None if data.attrs["unit_L"] == "H" else free_inductances(sensor).tolist())
+
+
+def model_errors(sensor: Sensor, data: xr.Dataset) -> Array:
+    """Return the largest estimated error of each coil's inductance over a table, by the solvers, shape (n,) [H]."""
+    found, _ = absolute(sensor, table_impedance(data))
+    own = np.diagonal(found.error_L, axis1=-2, axis2=-1).reshape(-1, len(sensor.coils))
+    return np.asarray(np.nanmax(own, axis=0))
+
+
+def sensor_front_end(
+    sensor: Sensor, data: xr.Dataset, *, clock: float | None = None, rcount: int = 0xFFFF, noise: float | None = None
+) -> tuple[FrontEnd, tuple[str, ...]]:
+    """Return the settings of the scene's converter for all loads of a table, and what was left out.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        Its ``readout`` is used.
+    data : Dataset
+        As from `calibrate`.
+    clock, rcount, noise
+        As for `front_end`.
+
+    Raises
+    ------
+    SceneError
+        When the scene has no converter.
+    ValueError
+        When the converter has no such settings.
+    """
+    if sensor.readout.converter == "none":
+        raise SceneError(f'{sensor.name}: readout.converter must be a part, such as "LDC1614"; got "none"')
+    seen, missing = terminals(sensor, data)
+    flat = [seen[name].to_numpy().reshape(-1, len(sensor.coils)) for name in ("L", "R")]
+    good = np.isfinite(flat[0]).all(axis=-1)
+    part, C = converter(sensor.readout.converter), sensor.readout.parallel_capacitance
+    found = front_end(part, flat[0][good], flat[1][good], C, clock=clock, rcount=rcount, noise=noise)
+    return found, (*missing, f"R is that at {sensor.frequency:.4g} Hz")
+
+
+def operating_points(sensor: Sensor, model: MagneticModel, pose: Pose) -> tuple[OperatingPoint, ...]:
+    """Return where each coil swings with the readout's capacitance at a pose: L and f solved together.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        Its readout gives capacitance, leads and what idle coils do.
+    model : MagneticModel
+        Of the sensor.
+    pose : Pose of float
+
+    Raises
+    ------
+    ValueError
+        When there is no resonance in the converter's range.
+    """
+    part = converter("LDC1614" if sensor.readout.converter == "none" else sensor.readout.converter)
+    direct = np.array([track_resistance(coil) for coil in sensor.coils])
+
+    def inductances(f: float) -> Array:
+        """Return L of each coil with leads and idle coils; what even current leaves out does not move f."""
+        found, omega = absolute(sensor, model.impedance(pose, f))[0], 2.0 * np.pi * f
+        seen = terminal_impedance(found.R + 1j * omega * found.L, direct, sensor.readout, omega)
+        return np.asarray(seen.imag / omega)
+
+    points = []
+    for k, coil in enumerate(sensor.coils):
+        C = sensor.readout.parallel_capacitance
+        f = resonance(partial(_one, inductances, k), C, part.frequency)
+        f = float(f"{f:.9g}")  # equal coils have equal tracks, which are solved once
+        seen, reasons = at_terminals(sensor, absolute(sensor, model.impedance(pose, f))[0])
+        if seen is None:
+            raise SceneError(f"{sensor.name}: {'; '.join(reasons)}")
+        L, R = float(seen.L[k]), float(seen.R[k])
+        R_p = float(parallel_resistance(L, R, C))
+        points.append(OperatingPoint(coil.name, f, L, R, 2.0 * np.pi * f * L / R, R_p))
+    return tuple(points)
+
+
+def _one(inductances: Callable[[float], Array], k: int, f: float) -> float:
+    """Return the inductance of coil k at a frequency."""
+    return float(inductances(f)[k])

@@ -1,0 +1,91 @@
+"""What do readings mean, and how is the converter set? invert, converter."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from sits_mech.commands.options import Json, Quantity, app
+from sits_mech.console import answer, warn
+
+if TYPE_CHECKING:
+    from sits_mech.readout.calibration import Calibration
+
+Folder = Annotated[Path, Parameter(help="Of a calibration: what was given to sits-mech calibrate -o.")]
+
+@app.command
+def invert(
+    folder: Folder, *, l1: Quantity, l2: Quantity | None = None, l3: Quantity | None = None, l4: Quantity | None = None,
+    as_json: Json = False,
+) -> int:  # fmt: skip
+    """Which forces show these inductances? Given in H, in "%" of free space, or plain in the table's unit.
+
+    Example: sits-mech invert calibration --l1 "92.1 %" --l2 "91.8 %"
+    """
+    import numpy as np
+
+    from sits_mech.bench import model_errors, sensor_calibration
+    from sits_mech.report.folder import read_calibration
+    from sits_mech.report.readings import inversion_record, inversion_table, refusal
+    from sits_mech.units import SceneError
+
+    sensor, data = read_calibration(folder)
+    cal = sensor_calibration(sensor, data)
+    given = [text for text in (l1, l2, l3, l4) if text is not None]
+    if len(given) != len(cal.coils):
+        options = " ".join(f"--l{k + 1}" for k in range(len(cal.coils)))
+        raise SceneError(f"{options}: must be given, one for each coil ({', '.join(cal.coils)}); got {len(given)}")
+    free = np.diagonal(data["L0"].to_numpy())
+    per_metre = str(data.attrs["unit_L"]) == "H/m"
+    L = np.array([_inductance(cal, k, text, free[k] if per_metre else None) for k, text in enumerate(given)])
+    record = inversion_record(cal, L, model_errors(sensor, data))
+    why = refusal(cal, record["status"], L.tolist())
+    if why:
+        raise SceneError(why)
+    answer(record, [inversion_table(record)], as_json)
+    return 0
+
+
+@app.command
+def converter(
+    folder: Folder, *,
+    clock: Annotated[Quantity | None, Parameter(help="External clock; the part's greatest.")] = None,
+    rcount: Annotated[int, Parameter(help="Reference count: more is slower and quieter.")] = 0xFFFF,
+    as_json: Json = False,
+) -> int:  # fmt: skip
+    """How to set the scene's converter for a calibrated sensor, and what it then shows.
+
+    Example: sits-mech converter calibration --clock "40 MHz" --rcount 4096
+    """
+    from sits_mech.bench import sensor_front_end
+    from sits_mech.report.folder import read_calibration
+    from sits_mech.report.readings import front_end_record, front_end_table
+    from sits_mech.units import quantity
+
+    sensor, data = read_calibration(folder)
+    hertz = None if clock is None else quantity(clock, "Hz", "--clock")
+    found, missing = sensor_front_end(sensor, data, clock=hertz, rcount=rcount)
+    names = [coil.name for coil in sensor.coils]
+    answer(front_end_record(found, names, missing), [front_end_table(found, names, missing)], as_json)
+    for line in found.warnings:
+        warn(line)
+    return 0
+
+
+def _inductance(cal: Calibration, k: int, text: str, per_metre: float | None) -> float:
+    """Return a written inductance of coil k [H]; `per_metre` is its free-space value where the table is in H/m."""
+    from sits_mech.units import SceneError, quantity, shown
+
+    name, free = f"--l{k + 1}", float(cal.L0[k])
+    if "%" in text:
+        return quantity(text, "", name) * free
+    plain = text.strip()[-1:].isdigit() or text.strip().endswith(".")
+    if per_metre is not None and (plain or "/" in text):
+        return quantity(text, "H/m", name) / per_metre * free
+    found = quantity(text, "H", name)
+    if not 0.2 * free < found < 5.0 * free:
+        per = "; the table's own values are in H/m" if per_metre is not None else ""
+        raise SceneError(f"{name}: must be near the inductance in free space, {free:.4g} H{per}; got {shown(text)}")
+    return found

@@ -1,0 +1,169 @@
+"""What a bench sees: absolute inductances, terminals, settings, forces from readings, by a table made by hand."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from sits_mech import bench, cli
+from sits_mech.quantities import Impedance, Pose, SolveReport
+from sits_mech.sensor import Sensor, changed, load_sensor, save_sensor, scene_hash
+from sits_mech.sweep import save_table
+from sits_mech.version import __version__
+
+F_X, F_Z = np.linspace(-1.0, 1.0, 7), np.linspace(0.0, 4.0, 7)
+
+
+@pytest.fixture(scope="module")
+def sensor() -> Sensor:
+    """The published sensor."""
+    return load_sensor("biorob2018-w15")
+
+
+def relative(F_x: np.ndarray, F_z: np.ndarray) -> np.ndarray:
+    """L over L0 of two coils."""
+    common, odd = 0.85 * np.exp(-0.01 * F_z) * (1.0 + 1e-3 * F_x**2), 0.01 * F_x * (1.0 + 0.05 * F_z)
+    return np.stack([common + odd, common - odd], -1)
+
+
+def table(sensor: Sensor, unit: str = "H/m") -> xr.Dataset:
+    """A calibration's table as by a planar model, L0 = 4e-4 H/m, or in henry, L0 = 2.5e-6 H."""
+    L0 = 4e-4 if unit == "H/m" else 2.5e-6
+    x, z = np.meshgrid(F_X, F_Z, indexing="ij")
+    names = ["C1", "C2"]
+    data = xr.Dataset(coords={"F_x": F_X, "F_z": F_Z, "coil": names, "coil_2": names})
+    pair = ("F_x", "F_z", "coil", "coil_2")
+    data["L"] = (pair, L0 * (relative(x, z)[..., None] * np.eye(2) - 0.02 * (1.0 - np.eye(2))))
+    data["R"] = (pair, np.broadcast_to(16.0 * (L0 / 4e-4) * np.eye(2), data["L"].shape).copy())
+    data["error_L"], data["error_R"] = 1e-5 * abs(data["L"]), 1e-2 * data["R"]
+    data["L0"] = (("coil", "coil_2"), L0 * np.array([[1.0, -0.02], [-0.02, 1.0]]))
+    for name in ("d_h", "d_v", "alpha", "L_v_percent", "L_h_percent"):
+        data[name] = (("F_x", "F_z"), x + z)
+    data["status"] = (("F_x", "F_z"), np.full(x.shape, "converged", dtype=object))
+    attributes = {"unit_L": unit, "frequency": sensor.frequency, "version": __version__, "name": sensor.name}
+    return data.assign_attrs(**attributes, scene_hash=scene_hash(sensor))
+
+
+def test_relative_change_of_the_rings(sensor: Sensor) -> None:
+    """A table per metre gives henry by L0 of the rings; one in henry is taken as it is."""
+    L0 = bench.free_inductances(sensor)
+    cal = bench.sensor_calibration(sensor, table(sensor))
+    np.testing.assert_allclose(cal.forward(0.3, 1.0), L0 * relative(np.array(0.3), np.array(1.0)), rtol=1e-6)
+    own = bench.sensor_calibration(sensor, table(sensor, "H"))
+    np.testing.assert_allclose(own.L0, 2.5e-6, rtol=1e-12)
+    np.testing.assert_allclose(bench.model_errors(sensor, table(sensor, "H")), 1e-5 * 2.5e-6 * 0.861, rtol=2e-3)
+
+
+def test_leads_and_tracks_at_the_terminals(sensor: Sensor) -> None:
+    """Leads add in series; the resistance is the tracks', the leads' and the target's share."""
+    data = table(sensor)
+    plain, missing = bench.terminals(sensor, data)
+    assert any("idle coils" in text for text in missing)
+    leads = ['readout.lead_inductance="50 nH"', 'readout.lead_resistance="0.3 ohm"']
+    led, _ = bench.terminals(changed(sensor, leads), data)
+    np.testing.assert_allclose(led["L"] - plain["L"], 50e-9, rtol=1e-9)
+    np.testing.assert_allclose(led["R"] - plain["R"], 0.3, rtol=1e-9)
+    L0 = bench.free_inductances(sensor)
+    np.testing.assert_allclose(plain["L"], L0 * relative(*np.meshgrid(F_X, F_Z, indexing="ij")), rtol=1e-12)
+    assert np.all(plain["R"] > 16.0 * L0[0] / 4e-4) and np.all(plain["R"] < 5.0)
+
+
+def test_idle_coil_of_a_model_in_henry(sensor: Sensor) -> None:
+    """The shorted coil takes M^2 / L: 4e-4 of L0 here; an open one nothing."""
+    shorted, missing = bench.terminals(sensor, table(sensor, "H"))
+    opened, _ = bench.terminals(changed(sensor, ['readout.idle_coil="open"']), table(sensor, "H"))
+    taken = (opened["L"] - shorted["L"]).sel(F_x=0.0, F_z=0.0, coil="C1")
+    assert missing == () and float(taken) == pytest.approx(0.02**2 / 0.85 * 2.5e-6, rel=0.01)
+
+
+def test_settings_follow_the_scene(sensor: Sensor) -> None:
+    """Frequency by hand, the part of the scene, no part, a clock."""
+    data = table(sensor)
+    found, missing = bench.sensor_front_end(sensor, data, clock=20e6, rcount=4096)
+    L = bench.free_inductances(sensor)[0] * relative(np.array(-1.0), np.array(4.0))[0]
+    assert found.frequency[0, 1] == pytest.approx(1.0 / (2.0 * np.pi * np.sqrt(L * 330e-12)), rel=1e-9)
+    assert found.part.name == "LDC1614" and found.reference == 20e6 and any("5e+06 Hz" in text for text in missing)
+    other, _ = bench.sensor_front_end(changed(sensor, ['readout.converter="LDC1612"']), data)
+    assert other.part.name == "LDC1612"
+    with pytest.raises(ValueError, match='readout.converter must be a part, such as "LDC1614"; got "none"'):
+        bench.sensor_front_end(changed(sensor, ['readout.converter="none"']), data)
+
+
+class Falling:
+    """L = 2 uH (1 + 0.4 MHz / f) on both coils, R = 1 ohm."""
+
+    def impedance(self, pose: Pose, frequency: float) -> Impedance:
+        """Return the closed form."""
+        one = np.eye(2)
+        L, report = 2e-6 * (1.0 + 4e5 / frequency) * one, SolveReport("falling", 1, 1, 0.0, 0.0, 0.0)
+        return Impedance(frequency, L, one, 2.5e-6 * one, np.ones(2), 0 * one, 0 * one, "H", report)
+
+
+def test_inductance_and_frequency_are_solved_together(sensor: Sensor) -> None:
+    """f^2 L(f) C = 1 / (2 pi)^2 holds at the answer, not at the scene's frequency."""
+    points = bench.operating_points(sensor, Falling(), Pose(0.0, 2e-3))
+    for point in points:
+        assert point.L == pytest.approx(2e-6 * (1.0 + 4e5 / point.frequency), rel=1e-9)
+        assert (2.0 * np.pi * point.frequency) ** 2 * point.L * 330e-12 == pytest.approx(1.0, rel=1e-8)
+        assert point.Q == pytest.approx(2.0 * np.pi * point.frequency * point.L / point.R, rel=1e-9) and point.R > 1.0
+    with pytest.raises(ValueError, match="must put the resonance between 1000 and 1e.07 Hz; it is near"):
+        bench.operating_points(changed(sensor, ['readout.parallel_capacitance="20 pF"']), Falling(), Pose(0.0, 2e-3))
+
+
+@pytest.fixture
+def folder(sensor: Sensor, tmp_path: Path) -> Path:
+    """A finished calibration."""
+    save_table(table(sensor), tmp_path / "result.nc")
+    save_sensor(sensor, tmp_path / "scene.toml")
+    return tmp_path
+
+
+def test_invert_command(sensor: Sensor, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Henry, per metre, per cent and plain numbers lead to the same forces."""
+    ratio = relative(np.array(0.4), np.array(1.5))
+    L0 = bench.free_inductances(sensor)
+    written = [
+        [f"{1e6 * L0[k] * ratio[k]:.12g} uH" for k in (0, 1)],
+        [f"{100.0 * ratio[k]:.12g} %" for k in (0, 1)],
+        [f"{4e-4 * ratio[k]:.12g} H/m" for k in (0, 1)],
+        [f"{4e-4 * ratio[k]:.12g}" for k in (0, 1)],
+    ]
+    for l1, l2 in written:
+        assert cli.run(["invert", str(folder), "--l1", l1, "--l2", l2, "--json"]) == 0
+        record = json.loads(capsys.readouterr().out)
+        assert record["forces"]["F_x"] == pytest.approx(0.4, abs=1e-4)
+        assert record["forces"]["F_z"] == pytest.approx(1.5, abs=1e-3)
+        assert record["status"] == "ok" and record["unit_L"] == "H" and record["no_inverse"] == []
+        assert record["domain"] == {"F_x": [-1.0, 1.0], "F_z": [0.0, 4.0]}
+        assert 0.0 < record["error"]["F_z"] < record["error_by_model"]["F_z"] < 0.1
+    assert cli.run(["invert", str(folder), "--l1", written[1][0], "--l2", written[1][1]]) == 0
+    assert "F_x" in capsys.readouterr().out
+
+
+def test_invert_refuses_in_one_line(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Outside the table, too few coils, inductances of another scale, no calibration."""
+    for words, message in [
+        (["--l1", "50 %", "--l2", "50 %"], "must belong to a load of the calibration (F_x -1 to 1, F_z 0 to 4); got"),
+        (["--l1", "85 %"], "--l1 --l2: must be given, one for each coil (C1, C2); got 1"),
+        (["--l1", "4e-4 H", "--l2", "4e-4 H"], "--l1: must be near the inductance in free space, 2.508e-06 H; the"),
+        (["--l1", "5 mm", "--l2", "85 %"], "--l1: must be an inductance"),
+    ]:
+        assert cli.run(["invert", str(folder), *words]) == 2
+        said = capsys.readouterr()
+        assert message in said.err and said.err.count("\n") == 1 and said.out == ""
+    assert cli.run(["invert", str(folder / "none"), "--l1", "1 uH"]) == 2
+    assert "must be the folder of a finished calibration" in capsys.readouterr().err
+
+
+def test_converter_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Settings and registers as JSON and as text."""
+    assert cli.run(["converter", str(folder), "--rcount", "4096", "--clock", "40 MHz", "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["converter"] == "LDC1614" and record["rcount"] == 4096 and record["warnings"] == []
+    assert record["registers"][0] == {"address": 8, "name": "RCOUNT0", "value": 4096}
+    assert 5e6 < record["coils"]["C1"]["frequency"][0] < record["coils"]["C1"]["frequency"][1] < 7e6
+    assert cli.run(["converter", str(folder)]) == 0
+    assert "0x1B = 0x820D  MUX_CONFIG" in capsys.readouterr().out
+    assert cli.run(["converter", str(folder), "--rcount", "2"]) == 2
