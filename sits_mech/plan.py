@@ -64,9 +64,12 @@ def choose_mechanics(sensor: Sensor, asked: str, known: tuple[str, ...]) -> Choi
     for part in ("target", "elastomer"):
         if getattr(sensor, part) is None:
             raise SceneError(f"{sensor.name}: {part}: must be given for a force to move the target; it is missing")
+    meshed = sensor.elastomer is not None and sensor.elastomer.mesh is not None
+    if meshed and asked not in ("auto", "block"):
+        raise SceneError(f"{sensor.name}: model (mechanics) must be block for an elastomer.mesh; got {asked}")
     if asked != "auto":
         return Choice(asked, "asked for")
-    return Choice("planar", _PLANE)
+    return Choice("block", "the layer has a mesh of its own") if meshed else Choice("planar", _PLANE)
 
 
 def choose_magnetics(sensor: Sensor, asked: str, known: tuple[str, ...]) -> Choice:

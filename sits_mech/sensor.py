@@ -233,7 +233,15 @@ def load_sensor(source: str | Path, overrides: Sequence[str] = ()) -> Sensor:
         raise SceneError(
             f"{shown(str(source))[1:-1]}: no such file; a scene of the catalogue {unknown(str(source), files)}"
         )
-    return sensor_from(overridden(read_table(path), overrides), str(source))
+    return sensor_from(overridden(_found(read_table(path), path.parent), overrides), str(source))
+
+
+def _found(table: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Return a scene's tables with the path of a mesh, written relative to the scene's folder, made whole."""
+    elastomer = table.get("elastomer")
+    if not isinstance(elastomer, dict) or not isinstance(elastomer.get("mesh"), str):
+        return table
+    return table | {"elastomer": elastomer | {"mesh": str((folder / elastomer["mesh"]).resolve())}}
 
 
 def changed(sensor: Sensor, overrides: Sequence[str]) -> Sensor:

@@ -11,7 +11,9 @@ is tried, and at last a guarded one (energy.py), in steps as small as it needs.
 Error. Every pose is solved on two meshes of graded cells and extrapolated from both, as if the error went with the
 square of the size of the cells; what that adds to the finer mesh's pose is called its error, and no component is called
 better than a quarter of the worst. `report.estimated_error` is the largest over the target's displacement, an angle
-counted at the target's end. Deformation and `min_J` are those of the finer mesh.
+counted at the target's end. Deformation and `min_J` are those of the finer mesh. On a mesh of the user's own the two
+are one mesh with linear and with constant pressures: one too stiff, the other too soft, in every case that was tried;
+the pose is their mean, and half their difference its error (block_user.py).
 
 Range: boxes and cylinders with rectangles and discs, every law; no contact: a face that folds onto the ground or the
 target is named in the notes. Neglected: viscosity, gravity, loads out of the plane of symmetry.
@@ -26,6 +28,7 @@ import numpy as np
 
 from sits_mech.mechanics.block_forms import solid_deformation
 from sits_mech.mechanics.block_mesh import Solid, bonded_block, flush, outlines, pad_parts, within
+from sits_mech.mechanics.block_user import meshed_pad
 from sits_mech.mechanics.pad import wrench_between
 from sits_mech.mechanics.path import Bonded, State, follow, packed, rest
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
@@ -34,6 +37,7 @@ from sits_mech.sensor import Sensor
 # Grading towards the target's edge and guard on J, in the order they are tried; beside the target, and flush with it.
 _KINDS = ((2.5, 0.0), (2.0, 0.0), (2.0, 5.0))
 _FLUSH = ((2.0, 0.0), (1.5, 0.0), (2.0, 5.0))
+_GUARDS = (0.0, 5.0)  # on J, on a mesh of the user's own
 _LADDER = ((1e-2, (2, 1)), (0.0, (3, 2)))  # asked error of the pose -> cells through the thickness, fine and coarse
 _SHARE = 0.25  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
 _PATIENCE = (0.6, 1e-2)  # smallest increment of the load path where another mesh waits, and where none does
@@ -100,6 +104,8 @@ def block_pad(sensor: Sensor, tolerance: float = 2e-2) -> BlockPad:
     if not 0.0 < tolerance < 1.0:
         raise ValueError(f"tolerance: must lie between 0 and 1, got {tolerance}")
     pair = next(cells for error, cells in _LADDER if tolerance >= error)
+    if sensor.elastomer is not None and sensor.elastomer.mesh is not None:
+        return BlockPad(sensor, tuple(meshed_pad(sensor, guard) for guard in _GUARDS))
     kinds = _FLUSH if flush(*outlines(*pad_parts(sensor))) else _KINDS
     bodies = [[bonded_block(sensor, cells, *kind) for cells in pair] for kind in kinds]
     return BlockPad(sensor, tuple((fine, coarse) for fine, coarse in bodies))
@@ -132,7 +138,8 @@ def _answer(sensor: Sensor, solids: tuple[Solid, Solid], found: tuple[State, Sta
     _, elastomer = pad_parts(sensor)
     t = elastomer.thickness
     size, lever = np.array([t, t, 1.0]), np.array([1.0, 1.0, float(body.X.max()) * t])
-    added = (fine.q - coarse.q) / ((solids[0].fineness / solids[1].fineness) ** 2 - 1.0)
+    finer = solids[0].fineness / solids[1].fineness
+    added = (fine.q - coarse.q) * (1.0 / (finer**2 - 1.0) if finer > 1.0 else -0.5)
     at_end = np.abs(added) * size * lever
     at_end = np.maximum(at_end, _SHARE * at_end.max())
     q = fine.q + added

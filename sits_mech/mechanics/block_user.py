@@ -1,0 +1,88 @@
+"""The pad as a body to solve, on a mesh of the user's own: domes, slots, pillars.
+
+The mesh, in metres and in the pad's own place (x, y from the target's centre, ``z = 0`` on the ground), names groups of
+faces: `ground` and `target` are bonded, `free` is free; `symmetry`, where it is given, lies in the plane y = 0 and says
+that half the pad is meshed. Tetrahedra or hexahedra, see block_forms.py. There is no second mesh to tell the error
+from: the same nodes with pressures constant in each element give a softer answer; the pose is the mean (block.py).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from sits_mech.mechanics.block_forms import BRICK, TETRAHEDRON, solid_mesh
+from sits_mech.mechanics.block_mesh import Solid, free_faces, outlines, pad_parts, solid, within
+from sits_mech.meshing.store import read_solid
+from sits_mech.quantities import Array
+from sits_mech.sensor import Elastomer, Sensor
+
+GROUPS = ("ground", "target", "free")
+"""Groups of faces that a pad's mesh must name."""
+
+_SLACK = 1e-3  # by which a mesh may miss the sizes that the scene gives, relative
+
+
+def meshed_pad(sensor: Sensor, guard: float) -> tuple[Solid, Solid]:
+    """Return a pad on the mesh that its scene names, and its poorer companion.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        With ``elastomer.mesh``.
+    guard : float
+        Part of the bulk modulus that acts pointwise against inversion [shear moduli].
+
+    Raises
+    ------
+    ValueError
+        One line: what the mesh must be, and what came.
+    """
+    target, elastomer = pad_parts(sensor)
+    name, t = str(elastomer.mesh), elastomer.thickness
+    mesh = read_solid(Path(name), GROUPS).scaled(1.0 / t)
+    section, basis = solid_mesh(mesh, TETRAHEDRON if len(mesh.t) == 4 else BRICK)
+    poorer, _ = solid_mesh(mesh, TETRAHEDRON if len(mesh.t) == 4 else BRICK, constant=True)
+    where = np.zeros((3, len(section.nodes)), dtype=bool)
+    for row, group in enumerate(("ground", "target", "symmetry")):
+        if group in mesh.boundaries:
+            where[row, basis.get_dofs(group).all()] = True
+    _check_place(name, section.nodes, where, elastomer)
+    plate, _ = outlines(target, elastomer)
+    bonded = section.nodes[where[1]]
+    if not np.all(within(plate, bonded, _SLACK * max(plate[:2]))):
+        reach = 2e3 * t * np.abs(bonded[:, :2]).max(axis=0)
+        raise ValueError(
+            f"{name}: the group target must lie under the target, {_sizes(target.extent)}; got {reach[0]:.4g} x "
+            f"{reach[1]:.4g} mm"
+        )
+    faces = free_faces(basis, where)
+    return solid(sensor, section, where, (guard, 1.0), faces), solid(sensor, poorer, where, (guard, 1.0), faces)
+
+
+def _check_place(name: str, nodes: Array, where: Array, elastomer: Elastomer) -> None:
+    """Refuse a mesh that is not where the scene's pad is; nodes [thicknesses]."""
+    ground, top, middle = where
+    t = elastomer.thickness
+    for group, own, level in (("ground", ground, 0.0), ("target", top, 1.0)):
+        away = nodes[own, 2] - level
+        worst = float(away[np.argmax(np.abs(away))])
+        if abs(worst) > _SLACK:
+            raise ValueError(
+                f"{name}: the group {group} must lie at z = {level * t:g} m (elastomer.thickness is {t:g} m); "
+                f"got a node at {(level + worst) * t:g} m"
+            )
+    reach = 2.0 * t * np.abs(nodes[:, :2]).max(axis=0)
+    if np.any(reach > (1.0 + _SLACK) * np.array(elastomer.extent)):
+        raise ValueError(
+            f"{name}: the pad must lie within the elastomer's {_sizes(elastomer.extent)}; got "
+            f"{_sizes((float(reach[0]), float(reach[1])))}"
+        )
+    if np.any(middle) and (np.abs(nodes[middle, 1]).max() > _SLACK or nodes[:, 1].min() < -_SLACK):
+        raise ValueError(f"{name}: the group symmetry must lie in the plane y = 0 with the pad at y > 0; it does not")
+
+
+def _sizes(extent: tuple[float, float]) -> str:
+    """Two lengths as one writes them."""
+    return f"{1e3 * extent[0]:.4g} x {1e3 * extent[1]:.4g} mm"

@@ -1,0 +1,188 @@
+"""Pads on meshes of the user's own: a mesh of the model's own shape, the examples, refusals in one line."""
+
+import hashlib
+import shutil
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+from skfem import MeshHex
+
+from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.block_mesh import bonded_block
+from sits_mech.mechanics.block_user import meshed_pad
+from sits_mech.mechanics.path import compliance, rest
+from sits_mech.meshing.bricks import box_bricks
+from sits_mech.plan import choose_mechanics
+from sits_mech.quantities import Wrench
+from sits_mech.sensor import SceneError, load_sensor, scene_text, sensor_from
+
+MM = 1e-3
+MESHES = Path(__file__).parents[2] / "meshes"
+NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
+KZ, KX = 120.67, 4.482  # NGSolve 6.2: 20 x 20 x 2 mm under 15 x 15 mm [N/mm]
+
+
+def scene(mesh, *more, size=15):
+    """A pad of 20 x 20 x 2 mm under a square target."""
+    sides = [f'target.{side}="{size} mm"' for side in ("width", "length")]
+    return load_sensor("biorob2018", ["target.load_height=0", *sides, NEO_HOOKEAN, f'elastomer.mesh="{mesh}"', *more])
+
+
+def stiffness(found):
+    """kz and kx [N/mm]."""
+    k = np.linalg.inv(compliance(found.body, rest(found.body), np.zeros(3))) * 3e4 * 2e-3 / found.share * MM
+    return np.array([k[1, 1], k[0, 0]])
+
+
+def box_file(path, *, half=True, groups=("ground", "target", "free", "symmetry"), size=15.0, change=None):
+    """Write a pad of the model's own shape in hexahedra of eight nodes; `change` moves the points [mm]."""
+    edge = size / 2
+    x = np.array([0, 0.6, 0.93, 1.0]) * edge
+    x = np.append(x, [edge + 0.5, 10.0])
+    both = np.concatenate([-x[:0:-1], x])
+    mesh = MeshHex.init_tensor(both, x if half else both, np.array([0, 1.6, 2.0]))
+    corner = mesh.p[:, mesh.facets]
+    low, high = corner.min(axis=1), corner.max(axis=1)
+    outer = mesh.f2t[1] == -1
+    top = (low[2] > 2 - 1e-9) & (np.abs(corner[:2]).max(axis=(0, 1)) < edge + 1e-9)
+    kinds = np.select([high[2] < 1e-9, top, (high[1] < 1e-9) & half], [1, 2, 4], 3)[outer]
+    points = mesh.p.copy()
+    if change is not None:
+        points = change(points)
+    order = [0, 1, 4, 2, 3, 5, 7, 6]  # to the order of VTK
+    cells = [("quad", mesh.facets[[0, 1, 3, 2]][:, outer].T), ("hexahedron", mesh.t[order].T)]
+    marks = [kinds, np.full(mesh.t.shape[1], 9)]
+    found = meshio.Mesh(points.T * MM, cells, cell_data={"gmsh:physical": marks, "gmsh:geometrical": marks})
+    for tag, name in enumerate(("ground", "target", "free", "symmetry"), start=1):
+        if name in groups:
+            found.field_data[name] = np.array([tag, 2])
+    meshio.write(path, found, file_format="gmsh22", binary=False)
+    return path
+
+
+@pytest.fixture(scope="module")
+def box(tmp_path_factory):
+    return box_file(tmp_path_factory.mktemp("meshes") / "box.msh")
+
+
+def test_hexahedra_of_the_models_own_shape(box):
+    """Against independent codes; the same numbers come from the same lines in the model's own mesh."""
+    stiffer, softer = (stiffness(found) for found in meshed_pad(scene(box), 0.0))
+    assert np.all(softer < stiffer)
+    np.testing.assert_allclose(stiffer, [KZ, KX], rtol=0.02)
+    own = bonded_block(scene(box), 2, 2.0, 0.0)
+    np.testing.assert_allclose(stiffer, stiffness(own), rtol=0.02)
+
+
+def test_half_a_pad_is_the_whole_pad(tmp_path, box):
+    whole = box_file(tmp_path / "whole.msh", half=False, groups=("ground", "target", "free"))
+    np.testing.assert_allclose(
+        stiffness(meshed_pad(scene(whole), 0.0)[0]), stiffness(meshed_pad(scene(box), 0.0)[0]), rtol=1e-7
+    )
+
+
+def test_pose_and_its_error(box):
+    """13 N sink 0.09766 mm to 0.6 %: NGSolve and FElupe."""
+    found = block_pad(scene(box)).equilibrium(Wrench(F_z=13.0))
+    sink = (2.0 * MM - found.pose.d_v) / MM
+    assert abs(sink - 0.09766) < found.error.d_v / MM < 0.15 * sink
+    assert found.report.min_J > 0.0
+
+
+EXAMPLES = {
+    "dome": ({"diameter": 16 * MM, "thickness": 3 * MM}, {"shape": "disc", "diameter": 8 * MM}),
+    "slotted": ({"width": 20 * MM, "length": 20 * MM, "thickness": 2 * MM}, {"width": 12 * MM, "length": 12 * MM}),
+    "pillars": ({"width": 15 * MM, "length": 15 * MM, "thickness": 3 * MM}, {"width": 12 * MM, "length": 12 * MM}),
+}
+
+
+def example(name):
+    """The scene of an example mesh."""
+    pad, plate = EXAMPLES[name]
+    base = load_sensor("biorob2018").model_dump(exclude_none=True)
+    material = {"law": "neo-hookean", "shear_modulus": 3e4, "bulk_modulus": 3e7}
+    base["elastomer"] = {**pad, "material": material, "mesh": str(MESHES / f"{name}.msh")}
+    base["target"] = {"shape": "rectangle", "material": "copper", "thickness": 0.2 * MM, **plate}
+    return sensor_from(base)
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_example_is_softer_than_the_box_around_it(name):
+    """A pad cut out of a larger one is softer, by the energy; and the index knows its file."""
+    sensor = example(name)
+    stiffer, softer = (stiffness(found) for found in meshed_pad(sensor, 0.0))
+    plain = sensor.model_copy(update={"elastomer": sensor.elastomer.model_copy(update={"mesh": None})})
+    assert np.all(stiffer < 1.1 * stiffness(bonded_block(plain, 2, 2.0, 0.0))) and np.all(softer < stiffer)
+    assert hashlib.sha256((MESHES / f"{name}.msh").read_bytes()).hexdigest() in (MESHES / "README.md").read_text()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_loaded_example(name):
+    pad = block_pad(example(name))
+    found = pad.equilibrium(Wrench(0.2, 1.0))
+    back = pad.equilibrium(Wrench(-0.2, 1.0), start=found)
+    assert found.report.estimated_error < 0.1 and found.report.min_J > 0.0
+    assert back.pose.d_h == pytest.approx(-found.pose.d_h, abs=2 * found.error.d_h)  # the mesh is not its mirror image
+
+
+def test_recipe_makes_the_same_pads(tmp_path):
+    pytest.importorskip("pygmsh")
+    gmsh = pytest.importorskip("gmsh", exc_type=(ImportError, OSError))
+    if gmsh.__version__ != "4.15.2":
+        pytest.skip("another gmsh makes other meshes")
+    namespace = {"__name__": "pads", "__file__": str(MESHES / "pads.py")}
+    exec(compile((MESHES / "pads.py").read_text(), "pads.py", "exec"), namespace)
+    namespace["main"](tmp_path)
+    for name in EXAMPLES:
+        assert (tmp_path / f"{name}.msh").read_bytes() == (MESHES / f"{name}.msh").read_bytes()
+
+
+def test_a_mesh_is_found_beside_its_scene(tmp_path, box):
+    shutil.copy(box, tmp_path / "own.msh")
+    text = scene_text(scene(box)).replace(str(box), "own.msh")
+    (tmp_path / "scene.toml").write_text(text)
+    sensor = load_sensor(tmp_path / "scene.toml")
+    assert sensor.elastomer.mesh == str(tmp_path / "own.msh")
+    assert choose_mechanics(sensor, "auto", ("planar", "block")).name == "block"
+    with pytest.raises(SceneError, match="must be block"):
+        choose_mechanics(sensor, "planar", ("planar", "block"))
+
+
+def inside_out(points):
+    """Push an inner node through its neighbours."""
+    moved = points.copy()
+    moved[0, np.argmin(np.abs(points - [[0], [4.5], [1.6]]).sum(axis=0))] += 6.0
+    return moved
+
+
+REFUSED = {
+    "must name groups": {"groups": ("ground", "free")},
+    "inside out": {"change": inside_out},
+    "must lie at z = 0.002 m": {"change": lambda points: points * [[1], [1], [0.5]]},
+    "must lie under the target": {"size": 17.0},
+    "must lie within the elastomer": {"change": lambda points: points * [[1.0], [1.5], [1.0]]},
+    "symmetry must lie": {"change": lambda points: points * [[1.0], [0.9], [1.0]] + [[0.0], [0.5], [0.0]]},
+}
+
+
+@pytest.mark.parametrize("said", REFUSED)
+def test_refusals(tmp_path, said):
+    path = box_file(tmp_path / "bad.msh", **REFUSED[said])
+    with pytest.raises(ValueError, match=said) as caught:
+        block_pad(scene(path))
+    assert str(path) in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_no_mesh_and_no_solid(tmp_path):
+    (tmp_path / "text.msh").write_text("no mesh")
+    for path, said in ((tmp_path / "none.msh", "meshio reads"), (tmp_path / "text.msh", "meshio reads"),
+                       (MESHES / "cross.msh", "must hold cells")):  # fmt: skip
+        with pytest.raises(ValueError, match=said):
+            block_pad(scene(path))
+
+
+def test_lines_are_where_they_were_put():
+    assert box_bricks(np.array([0.0, 2.0]), np.array([0.0, 1.0]), np.array([0.0, 1.0])).p.max() == 2.0
