@@ -36,3 +36,22 @@ def export(
     for line in [*notes, f"written to {path}"]:
         warn(line)
     return 0
+
+
+@app.command
+def report(folder: Folder, *, output: Output = None) -> int:
+    """Write a calibration as one HTML file with an explorer; it needs no network.
+
+    Example: sits-mech report calibration -o report.html
+    """
+    from sits_mech.report.folder import read_calibration
+    from sits_mech.report.html import write_html
+    from sits_mech.sensor import SceneError
+
+    path = folder / "report.html" if output is None else output
+    if path.suffix not in (".html", ".htm"):
+        raise SceneError(f"--output: must end in .html; got {path.name!r}")
+    sensor, data = read_calibration(folder)
+    write_html(sensor, data, folder, path)
+    warn(f"written to {path}")
+    return 0

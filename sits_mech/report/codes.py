@@ -1,0 +1,76 @@
+"""What is read over a calibration? Each coil's inductance in henry, and the codes of the scene's converter.
+
+The inductances are the table's own (`bench.absolute`), each coil driven alone; the codes are of what the coils show
+at the end of their leads (`bench.terminals`), swinging with the readout's capacitance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from sits_mech.bench import absolute, sensor_front_end, table_impedance, terminals
+from sits_mech.quantities import Array
+from sits_mech.readout.converter import code_of, tank_frequency
+from sits_mech.readout.front_end import FrontEnd
+from sits_mech.sensor import Sensor
+from sits_mech.sweep import DONE
+
+
+@dataclass(frozen=True)
+class Readings:
+    """What is read at each load; NaN where a load has no result.
+
+    Attributes
+    ----------
+    L, error_L : ndarray, shape (F_x, F_z, n)
+        Inductance of each coil and its estimated error [H].
+    L0 : ndarray, shape (n,)
+        Without target [H].
+    scaled : bool
+        Whether the table was per metre of depth.
+    front : FrontEnd or None
+        Settings of the converter; None where the sensor has none.
+    codes : ndarray or None, shape (F_x, F_z, n)
+        What the converter gives, not rounded.
+    left_out : tuple of str
+        One line for each thing that the codes do not have.
+    """
+
+    L: Array
+    error_L: Array
+    L0: Array
+    scaled: bool
+    front: FrontEnd | None
+    codes: Array | None
+    left_out: tuple[str, ...]
+
+
+def readings(sensor: Sensor, data: xr.Dataset) -> Readings:
+    """Return what is read over a calibration.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        With its readout.
+    data : Dataset
+        As from `calibrate`.
+
+    Raises
+    ------
+    ValueError
+        When the converter has no settings for these coils.
+    """
+    found, _ = absolute(sensor, table_impedance(data.where(data["status"] == DONE).assign(L0=data["L0"])))
+    L, error = (np.diagonal(values, axis1=-2, axis2=-1) for values in (found.L, found.error_L))
+    scaled, L0 = data.attrs["unit_L"] != "H", np.diagonal(found.L0)
+    if sensor.readout.converter == "none":
+        return Readings(L, error, L0, scaled, None, None, ())
+    front, missing = sensor_front_end(sensor, data)
+    seen = terminals(sensor, data)[0]["L"].transpose("F_x", "F_z", "coil").to_numpy()
+    good, f = np.isfinite(seen), np.full(seen.shape, np.nan)
+    f[good] = tank_frequency(seen[good], sensor.readout.parallel_capacitance)
+    codes = code_of(f, front.part, front.reference, front.input_divider)
+    return Readings(L, error, L0, scaled, front, codes, missing)

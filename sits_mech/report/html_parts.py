@@ -1,0 +1,229 @@
+"""What stands in each section of the HTML report? Text and tables of a calibration, every number with its error."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from pydantic import BaseModel
+from rich.table import Table
+
+from sits_mech.readout.crosstalk import crosstalk
+from sits_mech.report.codes import Readings
+from sits_mech.report.readings import front_end_table
+from sits_mech.report.tables import failures, load_table, remarks, summary_table
+from sits_mech.sensor import Sensor, scene_text
+from sits_mech.sweep import DONE
+
+_PICTURES = {
+    "L_v.png": "Sum of the inductances against the normal force; bars are estimated errors.",
+    "L_h.png": "Difference of the inductances against shear; bars are estimated errors.",
+    "crosstalk.png": "What each force does to the other's signal, relative to that signal's own full scale.",
+    "layer.png": "The deformed layer under the largest load, in the section y = 0.",
+}
+_NOTABLE = 10.0  # crosstalk worth a sentence [% of full scale]
+
+
+def subtitle(data: xr.Dataset) -> str:
+    """Return one line under the title."""
+    request = json.loads(data.attrs["request"])
+    models = f"{request['mechanics']} mechanics, {request['magnetics']} magnetics"
+    frequency = f"{float(data.attrs['frequency']) / 1e6:.4g} MHz"
+    return html.escape(f"Calibration over {data['status'].size} loads at {frequency} · {models}")
+
+
+def tiles(data: xr.Dataset, read: Readings) -> str:
+    """Return the headline numbers."""
+    stray = crosstalk(data).attrs
+    seconds = float(data["seconds"].sum())
+    found = [
+        (_span(data, "F_x"), "shear force [N]"),
+        (_span(data, "F_z"), "normal force [N]"),
+        (f"{1e6 * float(np.mean(read.L0)):.4g} µH", "free-space inductance of a coil"),
+        (f"{stray['full_scale_L_v']:.3g} %", "full scale of L_v, of L0"),
+        (f"{stray['full_scale_L_h']:.3g} %", "full scale of L_h, of L0"),
+        (f"{stray['largest_L_v_from_F_x']:.3g} %", "crosstalk of F_x into L_v"),
+        (f"{stray['largest_L_h_from_F_z']:.3g} %", "crosstalk of F_z into L_h"),
+        (f"{seconds:.3g} s", f"for {int((data['status'] == DONE).sum())} of {data['status'].size} loads"),
+    ]  # fmt: skip
+    texts = ((html.escape(value), html.escape(name)) for value, name in found)
+    return "\n".join(f'<div class="tile"><b>{value}</b><span>{name}</span></div>' for value, name in texts)
+
+
+def _span(data: xr.Dataset, force: str) -> str:
+    """Return a force's range."""
+    low, high = (float(data[force][end]) for end in (0, -1))
+    return f"{low:.4g} … {high:.4g}".replace("-", "−")
+
+
+def words_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
+    """Return warnings and what else a reader should know, in sentences."""
+    lines = [f"No result under {line}" for line in failures(data)]
+    lines += [_sentence(line) for line in remarks(data)]
+    if read.front is not None:
+        lines += [_sentence(line) for line in read.front.warnings]
+    lines += _mixing(data) + _models(sensor, data, read)
+    good = [] if failures(data) else [f'<li class="good">All {data["status"].size} loads converged.</li>']
+    return "\n".join(good + [f"<li>{html.escape(line)}</li>" for line in lines])
+
+
+def _sentence(line: str) -> str:
+    """Return a line that begins and ends as a sentence does."""
+    return line[:1].upper() + line[1:] + ("" if line.endswith(".") else ".")
+
+
+def _mixing(data: xr.Dataset) -> list[str]:
+    """Return what crosstalk means for the user, where there is much of it."""
+    stray, lines = crosstalk(data).attrs, []
+    for force, signal in (("F_x", "L_v"), ("F_z", "L_h")):
+        share = stray[f"largest_{signal}_from_{force}"]
+        if share > _NOTABLE:
+            lines.append(
+                f"{force} alone moves {signal} by up to {share:.2g} % of its full scale: read both forces from both "
+                "signals together, not each from its own."
+            )
+    return lines
+
+
+def _models(sensor: Sensor, data: xr.Dataset, read: Readings) -> list[str]:
+    """Return what the models that were used leave open."""
+    lines, mechanics = [], json.loads(data.attrs["request"])["mechanics"]
+    if read.scaled:
+        lines.append(
+            "The magnetic model is per metre of depth. Microhenries and codes are its relative changes times the "
+            "coils' inductance in free space; effects of the target's ends in y are not in them."
+        )
+    layer, target = sensor.elastomer, sensor.target
+    if mechanics != "block" and layer and target and target.extent[1] < 0.95 * layer.extent[1]:
+        lines.append(
+            f"The layer is solved as if the target were as long as the layer ({_mm(layer.extent[1])}); it is "
+            f"{_mm(target.extent[1])} long. The real pad is softer: take --mechanics block where newtons matter."
+        )
+    lines.append("Estimated errors are of the numerics. The constants of a silicone are uncertain by more.")
+    return lines
+
+
+def _mm(metres: float) -> str:
+    """Return a length for a reader."""
+    return f"{1e3 * metres:.4g} mm"
+
+
+def figures_part(data: xr.Dataset) -> str:
+    """Return the figures of merit."""
+    return html_table(summary_table(data))
+
+
+def pictures_part(folder: Path) -> str:
+    """Return the calibration's pictures, within the page; a line where there are none."""
+    found = []
+    for name, caption in _PICTURES.items():
+        file = folder / name
+        if file.is_file():
+            text = base64.b64encode(file.read_bytes()).decode("ascii")
+            image = f'<img alt="{html.escape(caption)}" src="data:image/png;base64,{text}">'
+            found.append(f"<figure>{image}<figcaption>{html.escape(caption)}</figcaption></figure>")
+    if not found:
+        return "<p>The folder has no pictures: they need matplotlib when the calibration is made.</p>"
+    return f'<div class="pictures">{"".join(found)}</div>'
+
+
+def readout_part(sensor: Sensor, read: Readings) -> str:
+    """Return how the converter is set and what it makes of the coils."""
+    if read.front is None:
+        return "<p>The scene has no converter.</p>"
+    names = [coil.name for coil in sensor.coils]
+    return html_table(front_end_table(read.front, names, read.left_out))
+
+
+def loads_part(data: xr.Dataset) -> str:
+    """Return every load with pose, signals, errors and time."""
+    return f'<div class="scroll">{html_table(load_table(data), numbers=True)}</div>'
+
+
+def scene_part(sensor: Sensor) -> str:
+    """Return the scene as tables, and as the file that makes it."""
+    blocks = [("sensor", [("name", sensor.name), ("frequency", f"{sensor.frequency / 1e6:.6g} MHz")])]
+    parts: list[tuple[str, BaseModel]] = [(f"coil {coil.name}", coil) for coil in sensor.coils]
+    parts += [(name, getattr(sensor, name)) for name in ("target", "elastomer") if getattr(sensor, name) is not None]
+    parts += [(f"conductor {part.name}", part) for part in sensor.conductors]
+    for title, part in [*parts, ("readout", sensor.readout)]:
+        rows = [(key, _shown(key, value)) for key, value in part.model_dump(exclude_none=True).items() if key != "name"]
+        blocks.append((title, rows))
+    tables = "".join(f"<div><h3>{html.escape(title)}</h3>{_pairs(rows)}</div>" for title, rows in blocks)
+    source = f"<details><summary>scene file</summary><pre>{html.escape(scene_text(sensor))}</pre></details>"
+    return f'<div class="two">{tables}</div>{source}'
+
+
+_LENGTHS = (
+    "diameter", "width", "gap", "thickness", "pitch", "length", "height", "centre", "standoff", "points", "radius",
+)  # fmt: skip
+
+
+_UNITS = {"capacitance": "F", "inductance": "H", "resistance": "ohm", "modulus": "Pa", "conductivity": "S/m"}
+
+
+def _shown(key: str, value: Any) -> str:
+    """Return a scene's value for a reader, lengths in millimetres."""
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {_shown(name, item)}" for name, item in value.items())
+    if isinstance(value, list | tuple):
+        return "; ".join(_shown(key, item) for item in value)
+    if isinstance(value, float) and key.endswith(_LENGTHS):
+        return _mm(value)
+    unit = next((f" {unit}" for word, unit in _UNITS.items() if key.endswith(word)), "")
+    return f"{value:.6g}{unit}" if isinstance(value, float) else str(value)
+
+
+def computed_part(data: xr.Dataset) -> str:
+    """Return models, tolerance, errors and times."""
+    request = json.loads(data.attrs["request"])
+    done = data.where(data["status"] == DONE)
+    seconds = data["seconds"]
+    rows = [
+        ("mechanics", f"{request['mechanics']}: relative error of a pose up to {_most(done, 'error_mechanics')}"),
+        ("magnetics", f"{request['magnetics']}: relative error of a change up to {_most(done, 'error_magnetics')}"),
+        ("asked tolerance", f"{request['tolerance']:g}"),
+        ("time", f"{float(seconds.sum()):.3g} s for all loads, at most {float(seconds.max()):.2g} s for one"),
+        ("smallest volume ratio", _least(done)),
+        ("largest error of L_v", f"{_most(done, 'error_L_v_percent')} % of L0"),
+        ("largest error of L_h", f"{_most(done, 'error_L_h_percent')} % of L0"),
+        ("version", f"sits-mech {data.attrs['version']}, scene {data.attrs['scene_hash']}"),
+    ]
+    return _pairs(rows)
+
+
+def _most(data: xr.Dataset, name: str) -> str:
+    """Return the largest value of a variable."""
+    value = float(data[name].max()) if name in data else math.nan
+    return f"{value:.2g}" if math.isfinite(value) else "unknown"
+
+
+def _least(data: xr.Dataset) -> str:
+    """Return the smallest volume ratio."""
+    value = float(data["min_J"].min()) if "min_J" in data else math.nan
+    return f"{value:.4f}" if math.isfinite(value) else "not known"
+
+
+def html_table(table: Table, *, numbers: bool = False) -> str:
+    """Return a table of the terminal as HTML; `numbers` aligns all cells to the right."""
+    kind = ' class="n"' if numbers else ""
+    head = "".join(f"<th{kind}>{html.escape(str(column.header))}</th>" for column in table.columns)
+    lines = [f"<table><thead><tr>{head}</tr></thead><tbody>"]
+    for cells in zip(*(column.cells for column in table.columns), strict=True):
+        texts = [html.escape(str(cell)).replace("+-", "±") for cell in cells]
+        bad = ' class="bad"' if numbers and texts[-1] != DONE else ""
+        lines.append(f"<tr{bad}>" + "".join(f"<td{kind}>{text}</td>" for text in texts) + "</tr>")
+    return "".join([*lines, "</tbody></table>"])
+
+
+def _pairs(rows: Sequence[tuple[str, str]]) -> str:
+    """Return a table of names and values."""
+    cells = (f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>" for name, value in rows)
+    return f"<table><tbody>{''.join(cells)}</tbody></table>"
