@@ -1,0 +1,116 @@
+"""What does a scripted batch run cost? Overhead of a case, gain of a second process, a kill and what is left to do.
+
+A thousand magnetic cases (25 places by 40 gaps over the published coils) run in one process: what the engine adds to a
+case is the wall time less that of the solves. The same study again finds every case done. Then loads of the nonlinear
+layer in one and in two processes, one BLAS thread each, started cold; and a run that is killed (SIGKILL) once a third
+of its cases are kept, then resumed: no kept case is computed again, the table is that of the uninterrupted run.
+
+Run ``python studies/batch.py [--coarse] --output DIR``.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from sits_mech.batch import run_study
+from sits_mech.executors import workers
+from sits_mech.report.outputs import study_arguments, write_rows
+from sits_mech.study import read_study
+from sits_mech.sweep import read_table
+
+MAGNETIC = """
+scene = "biorob2018"
+request = "inductance"
+[vary]
+dh = {{ from = "-1 mm", to = "1 mm", count = {0} }}
+dv = {{ from = "2 mm", to = "3 mm", count = {1} }}
+"""
+LOADS = """
+scene = "biorob2018"
+request = "pose"
+[vary]
+fx = {{ from = "0.1 N", to = "1 N", count = {0} }}
+fz = {{ from = "1 N", to = "4 N", count = {1} }}
+[fixed]
+model = "planar"
+tolerance = 3e-3
+"""
+
+
+def timed(path: Path, folder: Path, processes: int = 1) -> float:
+    """Return the wall seconds of a study."""
+    began = time.perf_counter()
+    with workers(processes) as executor:
+        run_study(read_study(path), folder, executor=executor)
+    return time.perf_counter() - began
+
+
+def overhead(folder: Path, counts: tuple[int, int]) -> list[tuple[str, float]]:
+    """Return what the engine adds to a magnetic case, and what a run costs that finds all done."""
+    path, out = folder / "magnetic.toml", folder / "magnetic"
+    path.write_text(MAGNETIC.format(*counts))
+    wall, cases = timed(path, out), counts[0] * counts[1]
+    solves = float(read_table(out / "result.nc")["seconds"].sum())
+    return [
+        ("magnetic cases", cases), ("wall [s]", wall), ("of it solves [s]", solves),
+        ("overhead a case [ms]", 1e3 * (wall - solves) / cases), ("the same again, all done [s]", timed(path, out)),
+    ]  # fmt: skip
+
+
+def two_processes(folder: Path, counts: tuple[int, int]) -> list[tuple[str, float]]:
+    """Return how much sooner two processes are done with loads of the layer."""
+    path = folder / "loads.toml"
+    path.write_text(LOADS.format(*counts))
+    one, two = timed(path, folder / "one"), timed(path, folder / "two", 2)
+    same = read_table(folder / "one" / "result.nc").drop_vars("seconds").identical(
+        read_table(folder / "two" / "result.nc").drop_vars("seconds")
+    )
+    return [
+        ("mechanical cases", counts[0] * counts[1]), ("one process [s]", one), ("two processes [s]", two),
+        ("two over one", one / two), ("same table", float(same)),
+    ]  # fmt: skip
+
+
+def killed(folder: Path, counts: tuple[int, int]) -> list[tuple[str, float]]:
+    """Return what is kept of a killed run, what of it is computed again, and whether the resumed table is the same."""
+    path, out = folder / "killed.toml", folder / "killed"
+    path.write_text(LOADS.format(*counts))
+    command = "from sits_mech.cli import main; main()"
+    process = subprocess.Popen(
+        [sys.executable, "-c", command, "sweep", str(path), "-o", str(out)],
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    cases, third = out / "cases", counts[0] * counts[1] // 3
+    while process.poll() is None and (not cases.exists() or len(os.listdir(cases)) < third):
+        time.sleep(0.01)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    kept = {item.name: item.stat().st_mtime_ns for item in cases.glob("*.json")}
+    seconds = timed(path, out)
+    again = sum((cases / name).stat().st_mtime_ns != when for name, when in kept.items())
+    same = read_table(out / "result.nc").drop_vars("seconds").identical(
+        read_table(folder / "one" / "result.nc").drop_vars("seconds")
+    )
+    return [
+        ("cases kept of the killed run", len(kept)), ("of them computed again", again), ("resumed in [s]", seconds),
+        ("same table as uninterrupted", float(same)),
+    ]  # fmt: skip
+
+
+def main() -> None:
+    """Run the batches and write what they cost."""
+    coarse, folder = study_arguments(__doc__ or "")
+    loads = (3, 2) if coarse else (6, 5)
+    found = [
+        *overhead(folder, (5, 10) if coarse else (25, 40)), *two_processes(folder, loads), *killed(folder, loads),
+    ]  # fmt: skip
+    print(write_rows([{"what": what, "value": value} for what, value in found], folder / "batch.csv"))
+
+
+if __name__ == "__main__":
+    main()
