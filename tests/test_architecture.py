@@ -14,11 +14,12 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 
 # a file or folder may import lower ranks, and siblings of its own folder (of its own rank, at the top level)
 RANKS = {
-    **dict.fromkeys(("version", "units", "scene", "bounds", "parts", "sensor", "materials", "quantities"), 0),
+    **dict.fromkeys(("version", "units", "scene", "bounds", "outlines", "parts", "sensor"), 0),
+    **dict.fromkeys(("materials", "quantities"), 0),
     **dict.fromkeys(("plan", "sweep", "executors", "numerics", "meshing"), 1),
     "geometry": 2,
     **dict.fromkeys(("mechanics", "magnetics", "readout"), 3),
-    **dict.fromkeys(("batch", "bench", "chain", "cycle", "requests", "spectrum", "study"), 4),
+    **dict.fromkeys(("adaptive", "batch", "bench", "chain", "cycle", "requests", "spectrum", "study"), 4),
     **dict.fromkeys(("report", "doctor"), 5),
     **dict.fromkeys(("__init__", "console", "export"), 6),
     "commands": 7,

@@ -8,10 +8,10 @@ variable (a line of a grid, a single scattered point) left out in turn, except t
 
     e_G = (1 - H_GG)^-1 r_G,    r the residual, H the hat matrix, G the points left out  (exact, without fitting anew).
 
-So values with noise are not followed into it. `error` of each output is the largest e, or, if that is more, 1.5 times
-the largest difference over the box to the maps of two degrees more: near the edge no line can be left out, and an odd
-map hides the error of an even degree. P_i stays three below the number of lines for that. Of up to five lines the map
-may take all and is compared with two degrees less; of two lines nothing can be told: the error is infinite.
+So values with noise are not followed into it. `error` of each output is the largest e; on a grid, if it is more, 1.5
+times the largest difference over the box to the maps of two degrees more: near the edge no line can be left out, and an
+odd map hides the error of an even degree. P_i stays three below the number of lines for that. Of up to five lines the
+map may take all and is compared with two degrees less; of two lines nothing can be told: the error is infinite.
 Numbers only, no physics.
 """
 
@@ -129,10 +129,11 @@ def fit_map(names: Sequence[str], points: ArrayLike, values: ArrayLike, *, simpl
     off = _foretold(_design(x, _terms(degrees, simplex)), y, groups)
     if off is None:
         raise ValueError(f"points: must be more, or in general position, for a map of {len(names)}; got {len(p)}")
-    if not simplex and np.prod(counts) == len(p):
+    error = np.max(np.abs(off), axis=0, initial=0.0)
+    if np.prod(counts) == len(p):
         degrees = [n - 1 if n <= 5 and degree >= n - 2 else degree for degree, n in zip(degrees, counts, strict=True)]
+        error = np.maximum(error, _doubt(x, y, degrees, counts, simplex))
     rms = np.sqrt(np.mean(off**2, axis=0)) if min(counts) > 2 else np.full_like(scale, np.inf)
-    error = np.maximum(np.max(np.abs(off), axis=0, initial=0.0), _doubt(x, y, degrees, counts, simplex))
     error = np.where(np.isfinite(rms), error, np.inf)
     powers = _terms(degrees, simplex)
     coefficients = np.linalg.lstsq(_design(x, powers), y, rcond=None)[0]
