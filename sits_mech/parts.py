@@ -28,6 +28,7 @@ from sits_mech.bounds import (
     SiliconeOrName,
 )
 from sits_mech.materials import Metal, Silicone, metals, silicones, table_of
+from sits_mech.outlines import check_rims, with_rims_of_mesh
 from sits_mech.units import SceneError, shown
 
 _FROZEN = ConfigDict(frozen=True, extra="forbid")
@@ -57,12 +58,6 @@ def _check_sizes(part: BaseModel, needed: tuple[str, ...]) -> None:
             raise SceneError(f"{key} must {'' if key in needed else 'not '}be given for a {shape}; {come}")
 
 
-def _area(points: tuple[tuple[float, float], ...]) -> float:
-    """Return the signed area inside an outline [m^2]."""
-    following = points[1:] + points[:1]
-    return 0.5 * sum(x * v - u * y for (x, y), (u, v) in zip(points, following, strict=True))
-
-
 def _extent(width: float | None, length: float | None, diameter: float | None) -> tuple[float, float]:
     """Return the size along x and y [m] of a rectangle or a disc."""
     if diameter is not None:
@@ -87,6 +82,8 @@ class Coil(BaseModel):
         Cross-section of the track and the clear distance of neighbouring turns [m]; one turn needs no gap.
     layer_pitch : float
         Between the middles of neighbouring layers [m]; one layer needs none.
+    winding : str
+        "rings" (concentric) or "spiral" (the track's true path; model `sheets`).
     """
 
     model_config = _FROZEN
@@ -99,6 +96,7 @@ class Coil(BaseModel):
     track_gap: Length
     track_thickness: Length
     layer_pitch: Length
+    winding: Literal["rings", "spiral"] = "rings"
 
     @model_validator(mode="before")
     @classmethod
@@ -141,11 +139,14 @@ class Target(BaseModel):
     conductivity, relative_permeability : float or None
         Instead of the catalogue's numbers [S/m, -].
     shape : str
-        "rectangle" (width along x, length along y), "disc" (diameter) or "outline" (points, from the target's centre).
+        "rectangle" (width along x, length along y), "disc" (diameter) or "outline" (points, from the target's centre,
+        or a file `mesh`: the border of the cells in its group `mesh_group`, by default "target").
     width, length, diameter, thickness : float
         [m].
     points : tuple of (x, y)
         Corners of the outline in order, not closed [m].
+    holes : tuple of tuple of (x, y)
+        Corners of each hole in an outline [m].
     net_current : str
         Planar models only: "zero" (isolated plate) or "free" (the current returns at `planar_boundary_radius`).
     load_height : float
@@ -163,10 +164,17 @@ class Target(BaseModel):
     length: Length | None = None
     diameter: Length | None = None
     points: tuple[Point, ...] | None = None
+    holes: tuple[tuple[Point, ...], ...] = ()
     thickness: Length
     net_current: Literal["zero", "free"] = "zero"
     load_height: Offset
     planar_boundary_radius: Length | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_a_mesh(cls, given: Any) -> Any:
+        """Take corners and holes from a mesh file."""
+        return with_rims_of_mesh(given) if isinstance(given, Mapping) else given
 
     @model_validator(mode="before")
     @classmethod
@@ -183,8 +191,7 @@ class Target(BaseModel):
         _check_sizes(
             self, {"rectangle": ("width", "length"), "disc": ("diameter",), "outline": ("points",)}[self.shape]
         )
-        if self.points is not None and (len(self.points) < 3 or not abs(_area(self.points)) > 0.0):
-            raise SceneError(f"points must be at least three corners around an area; got {shown(self.points)}")
+        check_rims(self.points, self.holes)
         if self.net_current == "free" and self.planar_boundary_radius is None:
             raise SceneError('planar_boundary_radius must be given with net_current = "free"; it is missing')
         return self

@@ -108,6 +108,8 @@ def left_out(sensor: Sensor, force: bool) -> tuple[str, ...]:
         found.append("mechanics: the pose is given")
     if sensor.target is None:
         found.append("eddy currents: no target")
+    if sensor.coils[0].winding == "spiral":
+        found.append("pitch of the spiral windings: in all models but sheets, which take them as rings")
     if sensor.readout.idle_coil == "shorted" and len(sensor.coils) > 1:
         found.append("current in the idle coil: each coil is driven alone; L holds the mutual inductances to add it")
     return tuple(found)

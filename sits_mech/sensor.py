@@ -81,6 +81,9 @@ class Sensor(BaseModel):
             twice = [name for name in names if names.count(name) > 1]
             if twice:
                 raise SceneError(f"{key} must have a name of their own each; got {shown(twice[0])} twice")
+        windings = sorted({coil.winding for coil in self.coils})
+        if len(windings) > 1:
+            raise SceneError(f"coils must all have one winding; got {' and '.join(windings)}")
         for coil, other in combinations(self.coils, 2):
             _check_apart(coil, other)
         for conductor in self.conductors:
@@ -237,11 +240,12 @@ def load_sensor(source: str | Path, overrides: Sequence[str] = ()) -> Sensor:
 
 
 def _found(table: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Return a scene's tables with the path of a mesh, written relative to the scene's folder, made whole."""
-    elastomer = table.get("elastomer")
-    if not isinstance(elastomer, dict) or not isinstance(elastomer.get("mesh"), str):
-        return table
-    return table | {"elastomer": elastomer | {"mesh": str((folder / elastomer["mesh"]).resolve())}}
+    """Return a scene's tables with the paths of meshes, written relative to the scene's folder, made whole."""
+    for key in ("target", "elastomer"):
+        part = table.get(key)
+        if isinstance(part, dict) and isinstance(part.get("mesh"), str):
+            table = table | {key: part | {"mesh": str((folder / part["mesh"]).resolve())}}
+    return table
 
 
 def changed(sensor: Sensor, overrides: Sequence[str]) -> Sensor:
@@ -273,6 +277,8 @@ def _table(sensor: Sensor) -> dict[str, Any]:
     target = table.get("target")
     if target is not None and target["load_height"] == target["thickness"]:
         del target["load_height"]
+    if target is not None and not target["holes"]:
+        del target["holes"]
     return {key: item for key, item in table.items() if item != ()}
 
 

@@ -7,21 +7,18 @@ triangulated (Delaunay, on a triangular lattice). A mesh file brings an outline 
 
 from __future__ import annotations
 
-import contextlib
-import io
 from dataclasses import dataclass
 from pathlib import Path
 
-import meshio
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay, cKDTree
 
 from sits_mech.geometry.sheet_plan import Grading, Integers, Plan, graded_axis
+from sits_mech.outlines import Loop, read_loops, signed_area
 from sits_mech.quantities import Array
 from sits_mech.sensor import Target
 
-Loop = tuple[tuple[float, float], ...]
 _DEPTH = 0.3  # of the rim's quadrilaterals together, over the narrowest width of metal
 _TRIES = 4
 _TRIANGLE = 1.3  # lattice spacing over the largest side of a quadrilateral
@@ -50,7 +47,7 @@ def target_outline(target: Target, outline: Outline | None = None) -> Outline:
     if outline is not None:
         return outline
     if target.shape == "outline" and target.points is not None:
-        return Outline((target.points,))
+        return Outline((target.points, *target.holes))
     if target.shape == "disc":
         angle = np.linspace(0.0, 2 * np.pi, 128, endpoint=False)
         radius = target.extent[0] / 2
@@ -59,57 +56,15 @@ def target_outline(target: Target, outline: Outline | None = None) -> Outline:
     return Outline((((-a, -b), (a, -b), (a, b), (-a, b)),))
 
 
-def read_outline(path: str | Path) -> Outline:
+def read_outline(path: str | Path, group: str | None = None) -> Outline:
     """Return the outline of the triangles and quadrilaterals in a mesh file, in the file's own unit (metres).
 
     Raises
     ------
     ValueError
-        If the file is no mesh, has no plane cells, or is not in one piece with simple rims.
+        If the file is no mesh, has no plane cells or no such group, or is not in one piece with simple rims.
     """
-    said = io.StringIO()
-    try:
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-            mesh = meshio.read(path)
-    except (OSError, meshio.ReadError, UnicodeDecodeError, ValueError, KeyError, IndexError, SystemExit) as error:
-        # meshio prints its reason and ends the program where it cannot read a file
-        reason = " ".join((str(error) if not isinstance(error, SystemExit) else said.getvalue()).split())
-        raise ValueError(f"{path}: must be a mesh file that meshio reads; got: {reason}") from None
-    cells = [block.data.astype(int) for block in mesh.cells if block.type in ("triangle", "quad")]
-    if not cells:
-        raise ValueError(f"{path}: must hold triangles or quadrilaterals; got {[block.type for block in mesh.cells]}")
-    points = np.asarray(mesh.points, dtype=float)[:, :2]
-    loops = [points[loop] for loop in _border(cells, str(path))]
-    loops.sort(key=lambda loop: -abs(_signed_area(loop)))
-    return Outline(tuple(tuple((float(x), float(y)) for x, y in _straightened(loop)) for loop in loops))
-
-
-def _border(cells: list[Integers], name: str) -> list[list[int]]:
-    """Chains of nodes around the cells' border."""
-    edges: set[tuple[int, int]] = set()
-    for block in cells:
-        ahead = np.roll(block, -1, axis=1)
-        edges.update(zip(block.ravel().tolist(), ahead.ravel().tolist(), strict=True))
-    after = {a: b for a, b in edges if (b, a) not in edges}
-    if len(after) != sum((b, a) not in edges for a, b in edges):
-        raise ValueError(f"{name}: cells must all turn the same way and rims must not touch themselves")
-    loops = []
-    while after:
-        start, node = after.popitem()
-        loop = [start]
-        while node != start:
-            loop.append(node)
-            node = after.pop(node)
-        loops.append(loop)
-    return loops
-
-
-def _straightened(loop: Array) -> Array:
-    """Leave out nodes on straight stretches."""
-    before, after = np.roll(loop, 1, axis=0), np.roll(loop, -1, axis=0)
-    u, v = loop - before, after - loop
-    turn = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
-    return np.asarray(loop[turn > 1e-9 * np.linalg.norm(u, axis=1) * np.linalg.norm(v, axis=1)])
+    return Outline(read_loops(path, group))
 
 
 def outline_plan(outline: Outline, grading: Grading) -> Plan:
@@ -121,7 +76,7 @@ def outline_plan(outline: Outline, grading: Grading) -> Plan:
         If a rim crosses itself or another, or the metal is too narrow to divide.
     """
     loops = [np.array(loop) for loop in outline.loops]
-    loops = [loop if (_signed_area(loop) > 0) == (k == 0) else loop[::-1] for k, loop in enumerate(loops)]
+    loops = [loop if (signed_area(loop) > 0) == (k == 0) else loop[::-1] for k, loop in enumerate(loops)]
     _check_simple(loops)
     depth = min(_DEPTH * _narrowest(loops), 0.8 * grading.largest)
     rim = Grading(min(grading.first, depth / 2), grading.growth, depth, grading.halvings)
@@ -165,7 +120,7 @@ def _assembled(loops: list[Array], counts: list[Integers], layers: Array, spacin
     area = (corners[:, 1, 0] - corners[:, 0, 0]) * (corners[:, 2, 1] - corners[:, 0, 1])
     area -= (corners[:, 1, 1] - corners[:, 0, 1]) * (corners[:, 2, 0] - corners[:, 0, 0])
     simplices = np.where((area > 0)[:, None], simplices, simplices[:, ::-1])[np.abs(area) > 1e-12 * np.abs(area).max()]
-    if abs(np.abs(area).sum() / 2 - sum(_signed_area(core) for core in cores)) > 1e-9 * np.abs(area).sum():
+    if abs(np.abs(area).sum() / 2 - sum(signed_area(core) for core in cores)) > 1e-9 * np.abs(area).sum():
         return None
     number_of = np.concatenate([border, total + np.arange(lattice.shape[0])])
     triangles = number_of[simplices]
@@ -173,12 +128,6 @@ def _assembled(loops: list[Array], counts: list[Integers], layers: Array, spacin
     loop_of = np.concatenate([*marks, np.full(lattice.shape[0], -1)])
     every = np.vstack([ring, lattice])
     return Plan(every, np.vstack(cells), loop_of, np.eye(2)[None], np.ones((1, 1), complex), np.ones(1))
-
-
-def _signed_area(loop: Array) -> float:
-    """Area of a polygon, positive when it goes counter-clockwise."""
-    after = np.roll(loop, -1, axis=0)
-    return float((loop[:, 0] * after[:, 1] - loop[:, 1] * after[:, 0]).sum() / 2)
 
 
 def _offset(loop: Array, depth: float) -> Array:

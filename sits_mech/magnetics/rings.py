@@ -79,7 +79,8 @@ class Axisymmetric:
         seconds = time.perf_counter() - began
         worst = float((error.imag / np.abs(change.imag)).max())
         note = f"disc as {rings} rings, extrapolated from {levels} levels of division"
-        report = SolveReport("axisymmetric", rings, levels, 0.0, worst, seconds, notes=(note,))
+        notes = (note, "spiral windings taken as rings") if self.sensor.coils[0].winding == "spiral" else (note,)
+        report = SolveReport("axisymmetric", rings, levels, 0.0, worst, seconds, notes=notes)
         omega = 2 * np.pi * frequency
         parts = (change.imag / omega, change.real, error.imag / omega, error.real)
         delta_L, R, error_L, error_R = (part.reshape(*shape, 1, 1) for part in parts)

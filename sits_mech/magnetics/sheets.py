@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -135,7 +135,8 @@ class Sheets:
         d_h, d_v, alpha = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (pose.d_h, pose.d_v, pose.alpha)))
         c, s, o = np.cos(alpha), np.sin(alpha), np.zeros(alpha.shape)
         rotation = np.stack([c, o, s, o, o + 1.0, o, -s, o, c], axis=-1).reshape(*alpha.shape, 3, 3)
-        return self.impedance_at(rotation, np.stack([d_h, o, d_v], axis=-1), frequency)
+        found = self.impedance_at(rotation, np.stack([d_h, o, d_v], axis=-1), frequency)
+        return found if self.windings == "rings" else _against_rings(found, self.sensor)
 
     def impedance_at(self, rotation: Array, offset: Array, frequency: float) -> Impedance:
         """Return L and R [H, ohm] for any rigid poses at `frequency` [Hz].
@@ -202,7 +203,7 @@ class Sheets:
 
 
 def sheets(
-    sensor: Sensor, tolerance: float = 5e-3, *, windings: str = "rings", outline: Outline | None = None
+    sensor: Sensor, tolerance: float = 5e-3, *, windings: str | None = None, outline: Outline | None = None
 ) -> Sheets:
     """Return the three-dimensional model of `sensor`.
 
@@ -211,8 +212,8 @@ def sheets(
     sensor : Sensor
     tolerance : float
         Asked relative error of the change of inductance.
-    windings : str
-        "rings" (concentric) or "spiral" (the tracks' true path).
+    windings : str, optional
+        "rings" (concentric) or "spiral" (the tracks' true path); the scene's by default.
     outline : Outline, optional
         The target's outline instead of the scene's: with holes, or from a mesh file (`read_outline`).
 
@@ -226,6 +227,7 @@ def sheets(
         raise ValueError(refusal)
     if not 0.0 < tolerance < 1.0:
         raise ValueError(f"tolerance: must lie between 0 and 1, got {tolerance}")
+    windings = sensor.coils[0].winding if windings is None else windings
     if windings not in ("rings", "spiral"):
         raise ValueError(f'windings: must be "rings" or "spiral", got {windings!r}')
     if outline is not None and sensor.target is None:
@@ -258,6 +260,13 @@ def track_resistances(sensor: Sensor) -> Array:
     """Direct-current resistance of each coil's copper tracks [ohm], shape (n,)."""
     sigma = metals()["copper"].conductivity
     return np.array([track_length(c) / (sigma * c.track_width * c.track_thickness) for c in sensor.coils])
+
+
+def _against_rings(found: Impedance, sensor: Sensor) -> Impedance:
+    """Say how far spiral windings are from rings."""
+    step = float(np.max(np.abs(np.diag(found.L0) / np.diag(free_space(sensor)) - 1.0)))
+    note = f"spiral windings: L0 differs from that of rings by up to {step:.2%}"
+    return replace(found, report=replace(found.report, notes=(*found.report.notes, note)))
 
 
 def _largest(matrices: Array) -> Array:
