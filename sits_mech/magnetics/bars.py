@@ -6,7 +6,8 @@ plate has few real coefficients c (`coupling`, `sampling`), the plate answers wi
     Delta Z_cd = c_c^T Y(omega) c_d,    R = Re Delta Z,    L = L0 + Im Delta Z / omega,
 
 The plate is prepared once for a range of clearance (a factor of two) and of frequency (a
-decade); then a pose is a field at some twenty points and one small product.
+decade); then a pose is a field at a dozen points and one small product. Two divisions of the plate give the answer,
+extrapolated in the size of the bars, and with a third one its estimated error (`division`).
 
 Free net current: the plate's current returns at the circle |p| = R_b, where A = 0. Its Green function
 ``ln|p - p'| - ln|R_b - p conj(p')/R_b|`` adds, by ``ln|1 - q| = -sum_m Re(q^m) / m``, a correction of low rank
@@ -33,21 +34,23 @@ from sits_mech.geometry.collision import check_clearance, clearance
 from sits_mech.geometry.plates import Plate, check_apart, distance, section_plates
 from sits_mech.geometry.windings import Bars, coil_bars, resistance_per_metre
 from sits_mech.magnetics.coupling import Complex, circle_samples, filaments, samples
+from sits_mech.magnetics.division import Lengths, Resolution
 from sits_mech.magnetics.kernels import mean_log
 from sits_mech.magnetics.neighbours import Answering, coupled_reaction
-from sits_mech.magnetics.plate import PreparedPlate, Resolution, prepare_plate
+from sits_mech.magnetics.plate import PreparedPlate, prepare_plate
 from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.sensor import Sensor
 
-# Asked error of the change of inductance -> division of the plate; measured against an independent high-order FEM.
+# Asked error of the change of inductance -> division of the plate. Largest errors against an independent high-order FEM
+# (8 x 0.2 mm, 1 to 5 mm, 5 kHz and 5 MHz): L 1.8e-3, 6.3e-4, 5.5e-5, 7e-6; R 5e-4, 3e-4, 7e-5, 2e-5.
 LADDER = (
-    (1e-2, Resolution(skin=0.20, growth=1.50, along=0.40, resistive=0.080, terms=8.0)),
-    (1e-3, Resolution(skin=0.08, growth=1.25, along=0.20, resistive=0.025, terms=10.0)),
-    (1e-4, Resolution(skin=0.055, growth=1.18, along=0.17, resistive=0.015, terms=13.0)),
-    (1e-5, Resolution(skin=0.04, growth=1.15, along=0.15, resistive=0.010, terms=16.0)),
+    (1e-2, Resolution(skin=0.20, growth=1.50, along=0.30, near=1.2, terms=8.0)),
+    (1e-3, Resolution(skin=0.12, growth=1.32, along=0.20, near=0.6, terms=10.0)),
+    (1e-4, Resolution(skin=0.08, growth=1.22, along=0.09, near=0.35, terms=13.0)),
+    (1e-5, Resolution(skin=0.06, growth=1.18, along=0.045, near=0.2, terms=16.0)),
 )
-_COARSER = 1.6  # of the companion whose difference is the error estimate
-_PROBES = 5  # poses of a batch on which the companion is solved
+_RIPPLE = 3.0  # cells that resolve the ripple of single tracks, over those that resolve the gap
+_SAFETY = np.array([0.3, 0.15])  # estimated errors of R, L over the difference of the check with cells twice as large
 
 
 @dataclass(frozen=True)
@@ -197,13 +200,10 @@ def _change(sensor: Sensor, tolerance: float, pose: Pose, frequency: float) -> t
         return np.zeros((np.size(pose.d_v), n, n), dtype=complex), (0.0, 0.0), 0
     resolution = next((rung for error, rung in LADDER if tolerance >= error), LADDER[-1][1])
     react = _among_others if sensor.conductors else _alone
-    change, bars = react(sensor, resolution, pose, frequency)
-    picked = np.unique(np.linspace(0, np.size(pose.d_v) - 1, _PROBES).astype(int))
-    probes = Pose(*(np.asarray(v)[picked] for v in (pose.d_h, pose.d_v, pose.alpha)))
-    companion, _ = react(sensor, _coarser(resolution), probes, frequency)
-    difference = np.abs(_split(companion - change[picked]))
-    scale = np.max(np.abs(_split(change[picked])), axis=(-2, -1))
-    errors = np.max(np.max(difference, axis=(-2, -1)) / scale, axis=-1) + math.exp(-resolution.terms)
+    change, check, bars = react(sensor, resolution, pose, frequency)
+    scale = np.max(np.abs(_split(change)), axis=(-2, -1))
+    errors = np.max(np.max(np.abs(_split(change - check)), axis=(-2, -1)) / scale, axis=-1)
+    errors = _SAFETY * errors + math.exp(-resolution.terms)
     return change, (float(errors[1]), float(errors[0])), bars
 
 
@@ -212,33 +212,28 @@ def _split(Z: Complex) -> Array:
     return np.stack([Z.real, Z.imag])
 
 
-def _coarser(resolution: Resolution) -> Resolution:
-    """Return the companion: every cell larger by one factor, the same series."""
-    return Resolution(
-        resolution.skin * _COARSER, resolution.growth**_COARSER, resolution.along * _COARSER,
-        resolution.resistive * _COARSER, resolution.terms,
-    )
+def _alone(sensor: Sensor, resolution: Resolution, pose: Pose, frequency: float) -> tuple[Complex, Complex, int]:
+    """Delta Z of a batch of poses with nothing but the target, its check, and the number of bars."""
+    plate = prepared_plate(sensor, resolution, float(np.min(clearance(sensor, pose))), frequency)
+    change, check = _reaction(sensor, plate, pose, frequency, resolution.terms)
+    return change, check, plate.bars
 
 
-def _alone(sensor: Sensor, resolution: Resolution, pose: Pose, frequency: float) -> tuple[Complex, int]:
-    """Delta Z of a batch of poses with nothing but the target, and the number of bars."""
-    octave = math.floor(math.log2(np.min(clearance(sensor, pose))))
-    plate = prepared_plate(sensor, resolution, octave, math.ceil(math.log10(frequency) - 1e-9))
-    return _reaction(sensor, plate, pose, frequency, resolution.terms), plate.bars
-
-
-def _among_others(sensor: Sensor, resolution: Resolution, pose: Pose, frequency: float) -> tuple[Complex, int]:
-    """Delta Z of a batch of poses with other plates in the section, pose by pose, and the largest number of bars."""
+def _among_others(
+    sensor: Sensor, resolution: Resolution, pose: Pose, frequency: float
+) -> tuple[Complex, Complex, int]:
+    """The same with other plates in the section, pose by pose, and the largest number of bars."""
     changes, most = [], 0
     for d_h, d_v, alpha in zip(pose.d_h, pose.d_v, pose.alpha, strict=True):  # type: ignore[arg-type]
         plates = section_plates(sensor, Pose(float(d_h), float(d_v), float(alpha)))
         check_apart(plates)
         answering, gap = _answering(sensor, plates, resolution, frequency)
         source = filaments(coil_sections(sensor), gap, math.exp(-resolution.terms), None)
-        Z = coupled_reaction(answering, source, 2 * np.pi * frequency)
-        changes.append((Z + Z.T) / 2)
+        changes.append([coupled_reaction(answering, source, 2 * np.pi * frequency, finest) for finest in (0, 1)])
         most = max(most, sum(plate.prepared.bars for plate in answering))
-    return np.array(changes), most
+    found = np.array(changes)
+    found = (found + np.swapaxes(found, -1, -2)) / 2
+    return found[:, 0], found[:, 1], most
 
 
 def _answering(
@@ -253,9 +248,8 @@ def _answering(
         gap = min([from_coils, *others])
         if from_coils <= 0.0:
             raise ValueError(f"{plate.name}: must be clear of every coil's tracks in the section, got a coil within it")
-        octave, decade = math.floor(math.log2(gap)), math.ceil(math.log10(frequency) - 1e-9)
-        size = (plate.width, plate.thickness)
-        prepared = section_modes(size, plate.conductivity, resolution, (octave, decade), None)
+        size, lengths = (plate.width, plate.thickness), _lengths(gap, 0.0, plate.conductivity, frequency)
+        prepared = section_modes(size, plate.conductivity, resolution, lengths, None)
         found.append(Answering(plate, prepared))
         nearest = min(nearest, from_coils)
     return tuple(found), nearest
@@ -263,45 +257,58 @@ def _answering(
 
 @lru_cache(maxsize=64)
 def section_modes(
-    size: tuple[float, float], conductivity: float, resolution: Resolution, scales: tuple[int, int],
+    size: tuple[float, float], conductivity: float, resolution: Resolution, lengths: Lengths,
     return_radius: float | None,
 ) -> PreparedPlate:  # fmt: skip
-    """Return a plate prepared for clearances from 2^octave m on, frequencies up to 10^decade Hz; kept for later."""
-    octave, decade = scales
-    skin_depth = math.sqrt(1.0 / (math.pi * 10.0**decade * mu_0 * conductivity))
-    return prepare_plate(
-        size, conductivity, resolution, clearance=2.0**octave, skin_depth=skin_depth, return_radius=return_radius
-    )
+    """Return a prepared plate (`plate.prepare_plate`); kept for later."""
+    return prepare_plate(size, conductivity, resolution, lengths, return_radius)
 
 
-def prepared_plate(sensor: Sensor, resolution: Resolution, octave: int, decade: int) -> PreparedPlate:
-    """Return the sensor's target prepared for clearances from 2^octave m on and frequencies up to 10^decade Hz."""
+def prepared_plate(sensor: Sensor, resolution: Resolution, gap: float, frequency: float) -> PreparedPlate:
+    """Return the sensor's target prepared for clearances from `gap` on [m] and up to `frequency` [Hz], and more."""
     target = sensor.target
     if target is None:
         raise ValueError("target: the scene has none to prepare")
-    size = (target.extent[0], target.thickness)
-    return section_modes(size, target.metal.conductivity, resolution, (octave, decade), _return_radius(sensor))
+    size, conductivity = (target.extent[0], target.thickness), target.metal.conductivity
+    winding = min(coil.turns * (coil.track_width + coil.track_gap) for coil in sensor.coils)
+    lengths = _lengths(gap, winding, conductivity, frequency)
+    return section_modes(size, conductivity, resolution, lengths, _return_radius(sensor))
 
 
-def _reaction(sensor: Sensor, plate: PreparedPlate, pose: Pose, frequency: float, terms: float) -> Complex:
-    """Delta Z, shape (p, n, n) [ohm/m], with so many digits (natural logarithm) in the coils' field."""
+def _lengths(gap: float, winding: float, conductivity: float, frequency: float) -> Lengths:
+    """Lengths to resolve, from steps of an octave in the gap [m] and of a decade in the frequency [Hz].
+
+    Below a winding much wider than the gap the field is smooth on its width, but for the tracks' ripple on the gap.
+    """
+    closest = 2.0 ** math.floor(math.log2(gap))
+    highest = 10.0 ** math.ceil(math.log10(frequency) - 1e-9)
+    grain = min(_RIPPLE * closest, max(closest, winding / 8))
+    return Lengths(closest, grain, math.sqrt(1.0 / (math.pi * highest * mu_0 * conductivity)))
+
+
+def _reaction(
+    sensor: Sensor, plate: PreparedPlate, pose: Pose, frequency: float, terms: float
+) -> tuple[Complex, Complex]:
+    """Delta Z and its check, shape (p, n, n) [ohm/m], with so many digits (natural logarithm) in the coils' field."""
     omega = 2 * np.pi * frequency
     radius = _return_radius(sensor)
-    gap = float(np.min(clearance(sensor, pose)))
-    source = filaments(coil_sections(sensor), gap, math.exp(-terms), radius)
-    Y = plate.admittance(omega)
+    source = filaments(coil_sections(sensor), float(np.min(clearance(sensor, pose))), math.exp(-terms), radius)
     c = plate.coefficients(samples(source, pose, plate.thickness, plate.nodes))
-    Yc = c @ Y
-    change = Yc @ c.transpose(0, 2, 1)
-    if radius is not None:
-        U = plate.coefficients(_circle_rows(pose, plate, radius))
-        change = change - _image_reaction(Y, Yc, U, omega)
-    return np.asarray((change + change.transpose(0, 2, 1)) / 2)
+    U = None if radius is None else plate.coefficients(_circle_rows(pose, plate, radius))
+    found = []
+    for finest in (0, 1):
+        Y = plate.admittance(omega, finest)
+        Yc = c @ Y
+        change = Yc @ c.transpose(0, 2, 1)
+        if U is not None:
+            change = change - _image_reaction(Y, Yc, U, omega)
+        found.append((change + change.transpose(0, 2, 1)) / 2)
+    return found[0], found[1]
 
 
 def _circle_rows(pose: Pose, plate: PreparedPlate, radius: float) -> Array:
     """Samples of Re and Im (p / R_b)^m, each over sqrt(m) so that D is one number; shape (p, 2 terms, samples)."""
-    reach = float(np.max(np.hypot(pose.d_h, pose.d_v)) + plate.thickness + np.abs(plate.cells.x).max())
+    reach = float(np.max(np.hypot(pose.d_h, pose.d_v)) + plate.thickness + plate.cells[0].x.max())
     if reach >= radius:
         raise ValueError(
             "target.planar_boundary_radius: must enclose the target in every pose, which reaches "

@@ -41,7 +41,9 @@ class Answering:
     prepared: PreparedPlate
 
 
-def coupled_reaction(plates: tuple[Answering, ...], source: Filaments, omega: float) -> Complex:
+def coupled_reaction(
+    plates: tuple[Answering, ...], source: Filaments, omega: float, finest: int = 0
+) -> Complex:
     """Return Delta Z of the coils over several plates, shape (n, n) [ohm/m]; not yet symmetrised.
 
     Parameters
@@ -51,12 +53,14 @@ def coupled_reaction(plates: tuple[Answering, ...], source: Filaments, omega: fl
         All coils, in free space.
     omega : float
         [rad/s].
+    finest : int
+        Finest division in use; from 1 on for the check.
     """
     own = [_rows(plate, source) for plate in plates]
     ends = np.cumsum([0, *(rows.shape[0] for rows in own)])
     system = np.eye(ends[-1], dtype=complex)
     for k, emitter in enumerate(plates):
-        fields = _emitted(emitter, omega)
+        fields = _emitted(emitter, omega, finest)
         for i, receiver in enumerate(plates):
             if i != k:
                 real, imaginary = (_rows(receiver, part) for part in fields)
@@ -64,7 +68,7 @@ def coupled_reaction(plates: tuple[Answering, ...], source: Filaments, omega: fl
     total = np.linalg.solve(system, np.concatenate(own))
     change = np.zeros((source.current.shape[1],) * 2, dtype=complex)
     for k, plate in enumerate(plates):
-        Y = plate.prepared.admittance(omega)
+        Y = plate.prepared.admittance(omega, finest)
         change += own[k].T @ Y @ total[ends[k] : ends[k + 1]]
     return change
 
@@ -76,8 +80,8 @@ def _rows(plate: Answering, source: Filaments) -> Array:
     return plate.prepared.coefficients(samples(source, pose, place.thickness, plate.prepared.nodes)[0]).T
 
 
-def _emitted(plate: Answering, omega: float) -> tuple[Filaments, Filaments]:
+def _emitted(plate: Answering, omega: float, finest: int) -> tuple[Filaments, Filaments]:
     """A plate's bars as line currents, real and imaginary phasors, one column for each of its coefficients."""
-    places, currents = plate.prepared.currents(omega)
+    places, currents = plate.prepared.currents(omega, finest)
     p = plate.place.placed(places + 0.5j * plate.place.thickness)
     return Filaments(p.real, p.imag, currents.real, None), Filaments(p.real, p.imag, currents.imag, None)

@@ -23,40 +23,15 @@ import numpy as np
 from scipy.constants import mu_0
 from scipy.linalg import block_diag
 
-from sits_mech.geometry.section import Cells, graded, quadrant_cells
+from sits_mech.geometry.section import Cells
+from sits_mech.magnetics.division import Division, Lengths, Resolution, divisions
 from sits_mech.magnetics.kernels import mean_log
 from sits_mech.magnetics.modes import Modes, eddy_modes
-from sits_mech.magnetics.sampling import CLASSES, Complex, fit, mirrored, probe_charges, sample_nodes, signs
+from sits_mech.magnetics.sampling import CLASSES, Complex, all_nodes, fit, mirrored, probe_charges, sample_nodes, signs
 from sits_mech.quantities import Array, SolveFailed, SolveReport
 
 _GAUSS_X, _GAUSS_Z = np.polynomial.legendre.leggauss(4), np.polynomial.legendre.leggauss(2)
 _MOST_BARS = 11_200  # under a minute and two gigabytes
-
-
-@dataclass(frozen=True)
-class Resolution:
-    """How fine the plate is divided.
-
-    Attributes
-    ----------
-    skin : float
-        First cell at the surface over the skin depth.
-    growth : float
-        Ratio of neighbouring cells.
-    along : float
-        Largest cell along the plate over the clearance to the coils, where the induced field shapes the current;
-        and largest cell through the plate over its thickness.
-    resistive : float
-        The same where resistance shapes it (a plate thinner than the skin): its error then wants more cells.
-    terms : float
-        Digits (natural logarithm) that the samples keep.
-    """
-
-    skin: float
-    growth: float
-    along: float
-    resistive: float
-    terms: float
 
 
 @dataclass(frozen=True)
@@ -71,51 +46,58 @@ class PreparedPlate:
         Where the plate samples f', xi + j eta from the centre of the section [m].
     basis : ndarray, shape (k, samples)
         From samples to coefficients, class by class.
-    modes : tuple of Modes
-        One set a mirror class, in the order of `sampling.CLASSES`.
-    cells : Cells
-        Bars of the quadrant x, z > 0 about the section's centre.
+    modes : tuple of tuple of Modes
+        For each division, from the finest on, one set a mirror class in the order of `sampling.CLASSES`.
+    cells : tuple of Cells
+        Bars of the quadrant x, z > 0 about the section's centre, of each division.
     """
 
     thickness: float
     nodes: Complex
     basis: Array
-    modes: tuple[Modes, ...]
-    cells: Cells
+    modes: tuple[tuple[Modes, ...], ...]
+    cells: tuple[Cells, ...]
 
     @property
     def bars(self) -> int:
         """Number of bars in the whole section."""
-        return 4 * self.cells.x.size
+        return 4 * self.cells[0].x.size
 
     def coefficients(self, samples: Array) -> Array:
         """Return the coefficients c, shape (..., k), of samples (`coupling.samples`)."""
         return np.asarray(samples @ self.basis.T)
 
-    def admittance(self, omega: float) -> Complex:
-        """Return Y(omega), shape (k, k), so that ``c^T Y c`` is in ohm/m."""
-        return np.asarray(block_diag(*(modes.admittance(omega) for modes in self.modes)))
+    def admittance(self, omega: float, finest: int = 0) -> Complex:
+        """Return Y(omega), shape (k, k), so that ``c^T Y c`` is in ohm/m; from the divisions `finest` and the next."""
+        fine, coarse = (
+            block_diag(*(modes.admittance(omega) for modes in self.modes[level])) for level in (finest, finest + 1)
+        )
+        return np.asarray(fine + (fine - coarse) / 3)
 
-    def currents(self, omega: float) -> tuple[Complex, Complex]:
+    def currents(self, omega: float, finest: int = 0) -> tuple[Complex, Complex]:
         """Return the centres xi + j eta of all bars and their currents for a unit of each coefficient.
 
         Returns
         -------
         places : ndarray, shape (b,)
-            From the centre of the section [m].
+            From the centre of the section, bars of the division `finest` and of the next [m].
         currents : ndarray, shape (b, k)
-            [A per unit].
+            Those of the finer bars weigh 4/3, those of the coarser ones -1/3 [A per unit].
         """
-        places = np.concatenate(mirrored(self.cells.x + 1j * self.cells.z))
-        columns = []
-        for parities, modes in zip(CLASSES, self.modes, strict=True):
-            own = modes.currents(omega) / 2.0  # the coupling counts all four quadrants in its square
-            columns.append(np.concatenate([sign * own for sign in signs(parities)]))
-        return places, np.concatenate(columns, axis=1)
+        places: list[Complex] = []
+        rows: list[Complex] = []
+        for level, weight in ((finest, 4 / 3), (finest + 1, -1 / 3)):
+            places += mirrored(self.cells[level].x + 1j * self.cells[level].z)
+            columns = []
+            for parities, modes in zip(CLASSES, self.modes[level], strict=True):
+                own = weight / 2.0 * modes.currents(omega)  # the coupling counts all four quadrants in its square
+                columns.append(np.concatenate([sign * own for sign in signs(parities)]))
+            rows.append(np.concatenate(columns, axis=1))
+        return np.concatenate(places), np.concatenate(rows)
 
 
 def prepare_plate(
-    size: tuple[float, float], conductivity: float, resolution: Resolution, *, clearance: float, skin_depth: float,
+    size: tuple[float, float], conductivity: float, resolution: Resolution, lengths: Lengths,
     return_radius: float | None = None,
 ) -> PreparedPlate:
     """Divide a plate and find its modes.
@@ -127,10 +109,8 @@ def prepare_plate(
     conductivity : float
         [S/m].
     resolution : Resolution
-    clearance : float
-        Smallest distance of the plate to a coil that has to be resolved [m].
-    skin_depth : float
-        Smallest skin depth that has to be resolved [m].
+    lengths : Lengths
+        Smallest ones that have to be resolved.
     return_radius : float, optional
         Radius R_b where A = 0 for a plate with free net current; None for an isolated plate [m].
 
@@ -139,27 +119,38 @@ def prepare_plate(
     SolveFailed
         If the plate is so wide for its clearance that its bars do not fit.
     """
-    cells = divide(*size, resolution, clearance=clearance, skin_depth=skin_depth)
-    _check_size(cells, size[0], clearance)
-    R = 1.0 / (conductivity * cells.width * cells.height)
+    levels = divisions(size, resolution, lengths)
+    cells = levels[0].cells
+    _check_size(cells, size[0], lengths.clearance)
     logs = _image_logs(cells, 1.0 if return_radius is None else return_radius)
-    nodes = sample_nodes(size, clearance, resolution.terms)
-    charges = probe_charges(size, clearance)
-    felt, potentials = _felt(nodes, charges), _potentials(cells, charges)
+    places, copies = sample_nodes(size, lengths.clearance, resolution.terms)
+    charges = probe_charges(size, lengths.clearance)
+    felt, potentials = _felt(places, charges), _potentials(cells, charges)
     weight = 1.0 / np.linalg.norm(felt[0], axis=0)
     modes, bases = [], []
     for parities in CLASSES:
         L = -mu_0 / (2 * np.pi) * _combined(logs, parities)
-        basis, fields = fit(_combined(felt, parities) * weight, _combined(potentials, parities) * weight)
-        constraint = np.ones(R.size) if parities == CLASSES[0] and return_radius is None else None
+        felt_by_class, induced = (_combined(images, parities) * weight for images in (felt, potentials))
+        basis, fields = fit(felt_by_class, induced, parities, copies)
         if return_radius is not None:  # the last sample is the potential of the centre
             basis = np.pad(basis, ((0, 0), (0, 1)))
             if parities == CLASSES[0]:
                 basis = np.vstack([basis, np.eye(1, basis.shape[1], basis.shape[1] - 1)])
-                fields = np.hstack([fields, np.ones((R.size, 1))])
-        modes.append(eddy_modes(L, R, 2.0 * fields.T, constraint=constraint))
+                fields = np.hstack([fields, np.ones((cells.x.size, 1))])
+        isolated = parities == CLASSES[0] and return_radius is None
+        modes.append([_modes(level, L, fields, conductivity, isolated) for level in levels])
         bases.append(basis)
-    return PreparedPlate(size[1], nodes, np.concatenate(bases), tuple(modes), cells)
+    by_level = tuple(zip(*modes, strict=True))
+    return PreparedPlate(
+        size[1], all_nodes(places, copies), np.concatenate(bases), by_level, tuple(level.cells for level in levels)
+    )
+
+
+def _modes(level: Division, L: Array, fields: Array, conductivity: float, isolated: bool) -> Modes:
+    """Modes of one class on one division, from the finest one's inductances and fields."""
+    R = 1.0 / (conductivity * level.cells.width * level.cells.height)
+    own = level.joined(level.joined(L).T)
+    return eddy_modes(own, R, 2.0 * level.joined(fields).T, constraint=np.ones(R.size) if isolated else None)
 
 
 def _combined(images: tuple[Array, ...], parities: tuple[float, float]) -> Array:
@@ -176,18 +167,6 @@ def _check_size(cells: Cells, width: float, clearance: float) -> None:
             f"bars for this tolerance, {_MOST_BARS} fit; ask for a larger tolerance, or for 'planar-fem'",
             SolveReport("planar", bars, 0, 0.0, 1.0, 0.0, "too many bars"),
         )
-
-
-def divide(width: float, thickness: float, resolution: Resolution, *, clearance: float, skin_depth: float) -> Cells:
-    """Return one quadrant's cells, graded to the surfaces."""
-    inductive = thickness > 2 * skin_depth or skin_depth**2 / thickness < clearance / 25
-    along = resolution.along if inductive else resolution.resistive
-    largest = min(along * (clearance + thickness / 2), along * width / 4)
-    first = resolution.skin * skin_depth
-    nodes_x = graded(width / 2, min(first, largest), largest, resolution.growth)
-    through = resolution.along * thickness
-    nodes_z = graded(thickness / 2, min(first, through), through, resolution.growth)
-    return quadrant_cells(nodes_x, nodes_z)
 
 
 def _image_logs(cells: Cells, unit: float) -> tuple[Array, Array, Array, Array]:

@@ -55,8 +55,8 @@ def probe_charges(size: tuple[float, float], clearance: float) -> Complex:
     return np.concatenate([_offset_curve(size, d, d / 4)[0] for d in distances])
 
 
-def sample_nodes(size: tuple[float, float], clearance: float, terms: float) -> Complex:
-    """Return the places where the plate samples f', symmetric about both middle planes.
+def sample_nodes(size: tuple[float, float], clearance: float, terms: float) -> tuple[Complex, int]:
+    """Return one quadrant's places where the plate samples f', and the number of their copies in all quadrants.
 
     Parameters
     ----------
@@ -69,21 +69,28 @@ def sample_nodes(size: tuple[float, float], clearance: float, terms: float) -> C
 
     Returns
     -------
-    ndarray, shape (m,)
-        xi + j eta from the centre of the section [m].
+    places : ndarray, shape (m,)
+        xi + j eta from the centre of the section [m]; all nodes are those of `all_nodes`.
+    copies : int
+        4, or 2 where the places lie on an axis.
     """
     if size[1] > size[0]:
-        return np.asarray(1j * sample_nodes((size[1], size[0]), clearance, terms))
-    outer = _offset_curve(size, clearance, clearance / 3)
-    rim = _rectangle(size[0] / 2, size[1] / 2, clearance / 3)
+        places, copies = sample_nodes((size[1], size[0]), clearance, terms)
+        return 1j * places.conj(), copies
+    outer = _offset_curve(size, clearance, clearance / 1.5)
+    rim = _rectangle(size[0] / 2, size[1] / 2, clearance / 1.5)
     count = terms * float(np.sum(_charge(rim, outer))) * 4 / 2 + 3
     flat = size[1] <= min(2 * clearance, size[0] / 4)
     depth = size[1] / 2 if flat else min(size[1] / 4, clearance)
-    inner = _rectangle(size[0] / 2 - depth, 0.0 if flat else size[1] / 2 - depth, clearance / 3)
+    inner = _rectangle(size[0] / 2 - depth, 0.0 if flat else size[1] / 2 - depth, clearance / 1.5)
     density = _charge(inner, outer)
     copies = 2 if flat else 4
-    places = _equal_parts(inner, density, int(np.ceil(count / copies)))
-    return np.concatenate([places, -places] if flat else [places, -places.conj(), places.conj(), -places])
+    return _equal_parts(inner, density, int(np.ceil(count / copies))), copies
+
+
+def all_nodes(places: Complex, copies: int) -> Complex:
+    """Return one quadrant's places and their images."""
+    return np.concatenate(mirrored(places) if copies == 4 else (places, -places))
 
 
 def _charge(inner: tuple[Complex, Array], outer: tuple[Complex, Array]) -> Array:
@@ -141,16 +148,24 @@ def _offset_curve(size: tuple[float, float], distance: float, step: float) -> tu
     return np.concatenate(places), np.concatenate(lengths)
 
 
-def fit(samples: Array, fields: Array) -> tuple[Array, Array]:
-    """Return the basis S^-1 U^T, shape (k, samples), and the field of each of its coefficients, shape (cells, k).
+def fit(samples: Array, fields: Array, parities: tuple[float, float], copies: int) -> tuple[Array, Array]:
+    """Return the basis S^-1 U^T, shape (k, copies x samples), and the field of each coefficient, shape (cells, k).
 
     Parameters
     ----------
-    samples : ndarray, shape (samples, q)
-        Real and imaginary parts of f' at the nodes, for each test charge.
+    samples : ndarray, shape (2 m, q)
+        Real, then imaginary parts of f' at one quadrant's m nodes, for each test charge with its images.
     fields : ndarray, shape (cells, q)
-        Mean potential that each charge gives in each cell.
+        Mean potential that each charge with its images gives in each cell.
+    parities : tuple of float
+        Of the class.
+    copies : int
+        4 where every node has three images, 2 where the nodes lie on an axis.
     """
     U, S, V = np.linalg.svd(samples, full_matrices=False)
     kept = S > _CUT * S[0]
-    return U.T[kept] / S[kept, None], fields @ V[kept].T
+    real, imaginary = np.split(U.T[kept] / (copies * S[kept, None]), 2, axis=1)
+    x, z = parities
+    images = ((1.0, 1.0), (-x, x), (z, -z), (-x * z, -x * z)) if copies == 4 else ((1.0, 1.0), (-x * z, -x * z))
+    basis = [sign[0] * real for sign in images] + [sign[1] * imaginary for sign in images]
+    return np.concatenate(basis, axis=1), fields @ V[kept].T

@@ -50,7 +50,9 @@ def test_free_space_inductance_is_the_closed_form(sensor):
 
 
 @pytest.mark.parametrize(
-    ("tolerance", "error_L", "error_R"), [(1e-2, 1e-2, 1e-1), (1e-3, 1e-3, 1e-2), (1e-5, 1e-4, 1e-3)]
+    ("tolerance", "error_L", "error_R"),
+    [(1e-2, 1e-2, 1e-1), (1e-3, 1e-3, 1e-2), (1e-4, 1e-4, 1e-3),
+     pytest.param(1e-5, 1e-5, 1e-4, marks=pytest.mark.slow)],
 )
 def test_isolated_plate_against_independent_fem(sensor, tolerance, error_L, error_R):
     for d_v, d_h, f, L1, L2, M, R1, R2 in ISOLATED:
@@ -68,14 +70,15 @@ def test_returning_current_against_independent_fem(tolerance, error_L, error_R):
         assert z.R[0, 0] == pytest.approx(R1, rel=error_R)
 
 
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
 def test_estimated_error_brackets_the_true_one(sensor, tolerance):
+    """Never less than half the true error; at most five times it, where it is not far below what was asked for."""
     for d_v, d_h, f, L1, L2, M, R1, R2 in ISOLATED:
         z, dL = change(sensor, tolerance, Pose(d_h * MM, d_v * MM, 0.0), f)
         true_L = np.max(np.abs([dL[0, 0] - L1, dL[1, 1] - L2, dL[0, 1] - M]))
         true_R = np.max(np.abs([z.R[0, 0] - R1, z.R[1, 1] - R2]))
-        assert true_L / 2 < z.error_L.max() < 10 * true_L
-        assert true_R / 2 < z.error_R.max() < 10 * true_R
+        assert true_L / 2 < z.error_L.max() < max(5 * true_L, 0.2 * tolerance * max(-L1, -L2))
+        assert true_R / 2 < z.error_R.max() < max(5 * true_R, 2 * tolerance * max(R1, R2))
 
 
 @pytest.mark.parametrize("pose", [Pose(0.0, 1 * MM, 0.0), Pose(1.5 * MM, 2 * MM, 0.3), Pose(-2 * MM, 1 * MM, -0.15)])
