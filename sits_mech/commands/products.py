@@ -15,7 +15,7 @@ Folder = Annotated[Path, Parameter(help="Of a calibration: what was given to sit
 
 @app.command
 def export(
-    folder: Folder, *, to: Annotated[str, Parameter(help="csv, netcdf, xlsx, spice, kicad or vtu.")],
+    folder: Folder, *, to: Annotated[str, Parameter(help="csv, netcdf, xlsx, c, spice, kicad or vtu.")],
     output: Output = None, load: Load = Load(),
 ) -> int:  # fmt: skip
     """Write a calibration for another program; --fx and --fz choose the state that --to spice shows.

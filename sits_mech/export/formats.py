@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from sits_mech.export.firmware import write_header
 from sits_mech.export.kicad import write_kicad
 from sits_mech.export.source import Source
 from sits_mech.export.spice import write_spice
@@ -26,6 +27,7 @@ FORMATS: Mapping[str, Format] = {
     "csv": Format(".csv", write_csv),
     "netcdf": Format(".nc", write_netcdf),
     "xlsx": Format(".xlsx", write_xlsx),
+    "c": Format(".h", write_header),
     "spice": Format(".cir", write_spice),
     "kicad": Format(".kicad_mod", write_kicad),
     "vtu": Format(".pvd", write_vtu),
