@@ -26,7 +26,7 @@ from sits_mech.sensor import Elastomer, Sensor, Target
 SOLID = Element(solid_tangent, solid_deformation, cofactor)
 """Three dimensions, block_forms.py."""
 
-_STRETCH = 4.0  # thicknesses of half target that one cell more than through the thickness is worth
+_STRETCH = 3.0  # thicknesses of half target that one cell more than through the thickness is worth
 _REACH = 1.25  # thicknesses beside the target within which the pad is stressed: one cell does beyond
 _GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
 _OUTER = 0.3  # of the outermost cell beside the target along x, split off: the tilt under shear hangs on it
@@ -157,7 +157,7 @@ def pad_parts(sensor: Sensor) -> tuple[Target, Elastomer]:
 
 def _half_lines(edge: float, end: float, cells: int, grading: float, outer: float) -> Array:
     """Lines from the middle to the end of the pad, closer towards the target's edge; `outer` splits the last cell."""
-    inner = cells + int(np.ceil(edge / _STRETCH))
+    inner = cells + int(edge / _STRETCH)
     lines = edge * (1.0 - (np.arange(inner, -1, -1) / inner) ** grading)
     if end - edge < 1e-9:
         return np.asarray(lines)
@@ -171,7 +171,7 @@ def _half_lines(edge: float, end: float, cells: int, grading: float, outer: floa
 
 def _ring_lines(plate: Outline, pad: Outline, cells: int, grading: float) -> tuple[Array, Array]:
     """Lines from the core to the target's outline, and from there to the pad's."""
-    inner = cells + int(np.ceil(max(plate[:2]) / _STRETCH))
+    inner = cells + int(max(plate[:2]) / _STRETCH)
     inside = 1.0 - (np.arange(inner, -1, -1) / inner) ** grading
     if flush(plate, pad):
         return inside, np.zeros(1)

@@ -1,0 +1,118 @@
+"""What does plane strain make of a pad of finite length? Its stiffness at small strain over that in three dimensions.
+
+    factor = k_planar / k_3D,    k in shear (tilt locked), in compression and in tilt, about the bonded face's centre.
+
+The planar model spreads a force over the elastomer's length, a target that is shorter or narrower than its pad makes it
+too stiff by the factor. k_3D is extrapolated from two meshes (block_mesh.py) as if the error went with the square of
+the cells' size. What goes on at the ends of a long pad does not depend on its length: beyond 20 thicknesses and two
+widths only the ends are meshed, and the middle is plane strain. Neglected: finite strain, where the factors shrink or
+grow with the load; meshes of the user's own.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from sits_mech.mechanics.block_mesh import bonded_block, flush, outlines, pad_parts
+from sits_mech.mechanics.layer import linear_layer
+from sits_mech.mechanics.path import compliance, rest
+from sits_mech.quantities import Array
+from sits_mech.sensor import Elastomer, Sensor, Target
+
+_LADDER = ((1e-2, (2, 1)), (0.0, (3, 2)))  # asked error -> cells through the thickness, fine and coarse
+_GRADING = (2.5, 2.0)  # beside the target, and flush with it
+_LONG = (20.0, 2.0)  # thicknesses, widths
+
+
+@dataclass(frozen=True)
+class FiniteLength:
+    """By how much the planar model is too stiff.
+
+    Attributes
+    ----------
+    shear, compression, tilt : float
+        Planar stiffness over stiffness in three dimensions, at small strain.
+    error : float
+        Estimated relative error of the factors.
+    seconds : float
+        Wall time.
+    """
+
+    shear: float
+    compression: float
+    tilt: float
+    error: float
+    seconds: float
+
+
+def finite_length_factor(sensor: Sensor) -> FiniteLength:
+    """Return by how much plane strain is too stiff for a sensor's pad.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        With a target, a rectangle or a disc, and an elastomer, a box or a cylinder.
+
+    Raises
+    ------
+    ValueError
+        For a scene without target or elastomer, or a target of another shape.
+    """
+    began = time.perf_counter()
+    _, elastomer = pad_parts(sensor)
+    planar = np.linalg.inv(linear_layer(sensor).compliance)
+    long = planar * elastomer.silicone.shear_modulus * _units(elastomer.thickness) * elastomer.extent[1]
+    short, cut = _shortened(sensor)
+    solid, error = small_strain_stiffness(short)
+    solid = solid + long * (cut / elastomer.extent[1])
+    factors = [float(long[i, i] / solid[i, i]) for i in range(3)]
+    return FiniteLength(factors[0], factors[1], factors[2], error, time.perf_counter() - began)
+
+
+def small_strain_stiffness(sensor: Sensor, tolerance: float = 1e-2) -> tuple[Array, float]:
+    """Return the stiffness of a box or a cylinder under its target at small strain, and its estimated relative error.
+
+    Parameters
+    ----------
+    sensor : Sensor
+    tolerance : float
+        Asked error; two rungs, 1 % and what is finer.
+
+    Returns
+    -------
+    stiffness : ndarray, shape (3, 3)
+        Of d_h, d_v and alpha against F_x, an upward force and a moment about the bonded face's centre
+        [N/m, N, N/rad, N m/rad].
+    error : float
+        What the extrapolation from the two meshes moved, relative, the worst of the three on the diagonal.
+    """
+    target, elastomer = pad_parts(sensor)
+    pair = next(cells for least, cells in _LADDER if tolerance >= least)
+    grading = _GRADING[flush(*outlines(target, elastomer))]
+    found = [bonded_block(sensor, cells, grading, 0.0) for cells in pair]
+    fine, coarse = (compliance(each.body, rest(each.body), np.zeros(3)) * each.share for each in found)
+    best = fine + (fine - coarse) / ((found[0].fineness / found[1].fineness) ** 2 - 1.0)
+    t = elastomer.thickness
+    moved = np.abs(np.diag(best) / np.diag(fine) - 1.0)
+    return np.linalg.inv(best) * elastomer.silicone.shear_modulus * t * _units(t), float(moved.max())
+
+
+def _units(t: float) -> Array:
+    """What turns scaled stiffnesses, over shear modulus and a length, into those of SI."""
+    size = np.array([1.0, 1.0, t])
+    return np.outer(size, size)
+
+
+def _shortened(sensor: Sensor) -> tuple[Sensor, float]:
+    """A scene whose pad and target lost as much of their middle as plays no part, and how much that is [m]."""
+    target, elastomer = pad_parts(sensor)
+    enough = max(_LONG[0] * elastomer.thickness, _LONG[1] * elastomer.extent[0])
+    cut = target.extent[1] - enough
+    if target.length is None or elastomer.length is None or cut <= 0.0:
+        return sensor, 0.0
+    plate = Target.model_validate(target.model_dump() | {"length": target.length - cut})
+    pad = Elastomer.model_validate(elastomer.model_dump() | {"length": elastomer.length - cut})
+    return sensor.model_copy(update={"target": plate, "elastomer": pad}), cut

@@ -1,0 +1,52 @@
+"""What plane strain makes of a pad of finite length: independent stiffnesses, the long limit, invariance."""
+
+import numpy as np
+import pytest
+
+from sits_mech.mechanics.finite_length import finite_length_factor, small_strain_stiffness
+from sits_mech.sensor import load_sensor
+
+NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
+
+
+def scene(length, *more, width=15):
+    """A target as long as its pad, which is 20 mm wide and 2 mm thick."""
+    sizes = [f'elastomer.length="{length} mm"', f'target.length="{length} mm"', f'target.width="{width} mm"']
+    return load_sensor("biorob2018", [*sizes, NEO_HOOKEAN, *more])
+
+
+def test_stiffness_of_a_box_in_si():
+    """NGSolve 6.2 and FElupe 11.3: 20 x 20 x 2 mm under 15 x 15 mm, within the reference's own error of each."""
+    found, error = small_strain_stiffness(scene(20, 'target.length="15 mm"'), 1e-3)
+    known = {(1, 1): (120.67e3, 1e-3), (0, 0): (4.482e3, 1e-3), (0, 2): (6.915, 3e-3), (2, 2): (1.0695, 1.5e-3)}
+    for (i, j), (value, bar) in known.items():
+        assert found[i, j] == pytest.approx(value, rel=bar)
+    assert error < 5e-3
+    np.testing.assert_allclose(found, found.T, atol=1e-6 * found[1, 1])
+
+
+def test_a_long_pad_is_plane_strain_but_for_its_ends():
+    short, long = (finite_length_factor(scene(length)) for length in (100, 1000))
+    for name in ("shear", "compression", "tilt"):
+        assert 1.0 < getattr(long, name) < 1.02
+        # what an end costs does not depend on the length
+        loss = [length * (1.0 - 1.0 / getattr(found, name)) for length, found in ((100, short), (1000, long))]
+        assert loss[0] == pytest.approx(loss[1], rel=0.05, abs=0.05)
+
+
+def test_a_short_target_is_far_softer_than_plane_strain_says():
+    found = finite_length_factor(load_sensor("biorob2018", [NEO_HOOKEAN]))
+    assert 2.0 < found.shear < 2.5 < found.compression  # the 8 mm target stands on 20 mm: 2.5 by length alone
+    assert found.error < 0.03
+
+
+def test_the_modulus_scales_out():
+    stiffer = NEO_HOOKEAN.replace("3e4", "3e5").replace("3e7", "3e8")
+    one, two = (finite_length_factor(scene(20, law, width=8)) for law in (NEO_HOOKEAN, stiffer))
+    assert one.compression == pytest.approx(two.compression, rel=1e-9)
+    assert one.tilt == pytest.approx(two.tilt, rel=1e-9)
+
+
+def test_no_target_is_refused():
+    with pytest.raises(ValueError, match="target"):
+        finite_length_factor(scene(20).model_copy(update={"target": None}))
