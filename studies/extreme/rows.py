@@ -1,0 +1,62 @@
+"""What is a row of the table of extremes, and when does it hold?"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sits_mech.geometry.collision import Collision
+from sits_mech.quantities import SolveFailed
+from sits_mech.sensor import SceneError
+
+DONE = "converged"
+REFUSALS = ("load path ended", "too many bars", "too many rings", "not resolved", "collision", "bad input")
+"""The names that a refusal may have."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One case: how it ended, and its worst violation of what must hold beside what is allowed."""
+
+    physics: str
+    case: str
+    status: str = DONE
+    min_J: float = np.nan
+    violation: float = np.nan
+    allowed: float = np.nan
+    estimated: float = np.nan
+    seconds: float = 0.0
+    remark: str = ""
+    must: bool = False  # a case that no refusal will do for
+
+    @property
+    def holds(self) -> bool:
+        """Whether the case is consistent, or refused by a name and consistent as far as it went."""
+        if self.min_J <= 0.0 or self.violation > self.allowed:
+            return False
+        if self.status == DONE:
+            return bool(np.isfinite(self.violation))
+        return self.status in REFUSALS and not self.must
+
+
+def measured(physics: str, case: str, ask: Callable[[], Row], must: bool = False) -> Row:
+    """Return the row of a case with its time; a refusal becomes its name, any other end its type."""
+    began = time.perf_counter()
+    try:
+        row = ask()
+    except SolveFailed as failed:
+        report = failed.report
+        min_J = np.nan if report.min_J is None else report.min_J
+        remark = "; ".join(report.notes) if failed.last is not None else str(failed)
+        row = Row("", "", report.status, min_J, estimated=report.estimated_error, remark=remark)
+    except Collision as error:
+        row = Row("", "", "collision", remark=str(error))
+    except ValueError as error:
+        status = "bad input" if isinstance(error, SceneError) or ": must " in str(error) else "ValueError"
+        row = Row("", "", status, remark=str(error))
+    except Exception as error:  # a row that does not hold
+        row = Row("", "", type(error).__name__, remark=str(error))
+    return replace(row, physics=physics, case=case, must=must, seconds=time.perf_counter() - began)
