@@ -5,7 +5,10 @@
 R_track with skin and proximity effect for models in henry and ohm, the direct-current one for planar models, which are
 per metre. At the terminals a coil shows, with the tracks and the leads in series and the idle coils open or shorted,
 
-    Z_i = R_i + j omega L_i  (`magnetics.terminals`),    Q_i = omega L_i / R_i.
+    Z_i = R_i + j omega L_i  (`magnetics.terminals`),    Q_i = omega L_i / R_i,
+
+and with the readout's capacitance across them the apparent ``Z_i / (1 + j omega C Z_i)``, which grows towards the
+tank's own resonance and is capacitive above.
 
 Both L are those of even current in the tracks; what skin and proximity effect take from it is kept apart (`shift`).
 """
@@ -20,7 +23,7 @@ from functools import lru_cache
 import numpy as np
 import xarray as xr
 
-from sits_mech.magnetics.terminals import terminal_impedance
+from sits_mech.magnetics.terminals import tank_frequency, terminal_impedance, with_capacitance
 from sits_mech.magnetics.track_modes import TrackSpectrum, track_spectrum
 from sits_mech.plan import quantity_range
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport, as_jsonable
@@ -31,18 +34,22 @@ _PER_METRE = "terminals: the model is per metre of depth, leads and idle coils a
 
 @dataclass(frozen=True)
 class Terminals:
-    """What each coil shows at the end of its leads, before the capacitance; all of shape (..., n).
+    """What each coil shows at the end of its leads; all of shape (..., n).
 
     Attributes
     ----------
     L, R : ndarray
-        [H, ohm].
+        Before the capacitance [H, ohm].
     R_ac : ndarray
         Resistance of the tracks, contained in R [ohm].
     Q : ndarray
         omega L / R.
     shift : ndarray
         What skin and proximity effect in the tracks take from the coil's inductance, not contained in L [H].
+    apparent_L, apparent_R, apparent_Q : ndarray
+        With the readout's capacitance across the terminals; negative L above the tank's resonance [H, ohm, -].
+    tank_frequency : ndarray
+        Where the tank resonates, with L and R of this frequency; NaN if it is damped too much [Hz].
     """
 
     L: Array
@@ -50,6 +57,10 @@ class Terminals:
     R_ac: Array
     Q: Array
     shift: Array
+    apparent_L: Array
+    apparent_R: Array
+    apparent_Q: Array
+    tank_frequency: Array
 
 
 def at_terminals(sensor: Sensor, found: Impedance) -> tuple[Terminals | None, tuple[str, ...]]:
@@ -85,7 +96,8 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
     -------
     Dataset, dims (frequency, coil, coil_2)
         ``L, R, error_L, error_R, Q, R_track, L0, R_dc``, in the model's unit; for models in henry and ohm also
-        ``terminal_L, terminal_R, terminal_Q, shift`` (`Terminals`). Attributes: ``unit_L`` and ``report``, as JSON.
+        ``terminal_L, terminal_R, terminal_Q, shift``, the apparent ones and ``tank_frequency`` (`Terminals`).
+        Attributes: ``unit_L`` and ``report``, as JSON.
 
     Raises
     ------
@@ -111,6 +123,8 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
         seen = [_terminals(sensor, found, tracks[0][:, k], tracks[1][:, k]) for k, found in enumerate(each)]
         for name in ("L", "R", "Q"):
             data[f"terminal_{name}"] = (pair[:2], np.array([getattr(item, name) for item in seen]))
+        for name in ("apparent_L", "apparent_R", "apparent_Q", "tank_frequency"):
+            data[name] = (pair[:2], np.array([getattr(item, name) for item in seen]))
         data["shift"] = (pair[:2], tracks[1].T)
     report = replace(_joined([found.report for found in each], hertz), left_out=(*each[0].report.left_out, *missing))
     return data.assign_attrs(unit_L=each[0].unit_L, name=sensor.name, report=json.dumps(as_jsonable(asdict(report))))
@@ -141,10 +155,12 @@ def _terminals(sensor: Sensor, found: Impedance, R_ac: Array, shift: Array) -> T
     """Network of coils, tracks, leads and idle coils at one frequency."""
     omega = 2.0 * np.pi * found.frequency
     Z = terminal_impedance(found.R + 1j * omega * found.L, R_ac, sensor.readout, omega)
-    shape = Z.real.shape
+    shape, capacitance = Z.real.shape, sensor.readout.parallel_capacitance
+    tank = with_capacitance(Z, capacitance, omega)
     return Terminals(
-        Z.imag / omega, Z.real, np.broadcast_to(R_ac, shape), Z.imag / Z.real, np.broadcast_to(shift, shape)
-    )
+        Z.imag / omega, Z.real, np.broadcast_to(R_ac, shape), Z.imag / Z.real, np.broadcast_to(shift, shape),
+        tank.imag / omega, tank.real, tank.imag / tank.real, tank_frequency(Z, capacitance, omega),
+    )  # fmt: skip
 
 
 def _tracks(sensor: Sensor, unit_L: str, hertz: Sequence[float]) -> tuple[tuple[Array, Array] | None, tuple[str, ...]]:

@@ -55,6 +55,10 @@ def test_terminals_of_two_coils_alone(free: Sensor) -> None:
     assert found.L[0, 0] + 20e-9 - seen.L[0] == pytest.approx(0.8971e-9, rel=2e-2)
     assert seen.R[0] == pytest.approx(seen.R_ac[0] + 0.5 + brought.real, rel=1e-12)
     np.testing.assert_allclose(seen.Q, omega * seen.L / seen.R, rtol=1e-14)
+    Z = seen.R[0] + 1j * omega * seen.L[0]
+    tank = 1 / (1 / Z + 1j * omega * 330e-12)  # in parallel
+    np.testing.assert_allclose((seen.apparent_R[0], seen.apparent_L[0]), (tank.real, tank.imag / omega), rtol=1e-12)
+    assert seen.tank_frequency[0] == pytest.approx(1 / (2 * np.pi * np.sqrt(seen.L[0] * 330e-12)), rel=1e-3)
     opened = sensor.model_copy(update={"readout": lead.model_copy(update={"idle_coil": "open"})})
     seen, _ = at_terminals(opened, found)
     assert seen is not None and seen.L[0] == pytest.approx(found.L[0, 0] + 20e-9, rel=1e-14)
@@ -68,6 +72,7 @@ def test_spectrum_carries_the_terminals(free: Sensor) -> None:
     assert seen is not None
     for name, value in (("L", seen.L), ("R", seen.R), ("Q", seen.Q)):
         np.testing.assert_allclose(data[f"terminal_{name}"][0], value, rtol=2e-4)
+    np.testing.assert_allclose(data["tank_frequency"][0], seen.tank_frequency, rtol=2e-4)
     np.testing.assert_allclose(data["R_track"][0], data["R_dc"], rtol=7e-4)
     assert np.all(data["R_track"][1] > 1.02 * data["R_dc"]) and np.all(data["shift"] < 0.0)
 

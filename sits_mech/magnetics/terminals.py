@@ -6,7 +6,9 @@ shorted one has V_j = 0, and eliminating all of them leaves
 
     Z_i = Z_ii - Z_ij (Z_jj)^-1 Z_ji = 1 / (Z^-1)_ii,    j = the idle coils.
 
-A capacitance across the terminals gives ``Z_i / (1 + j omega C Z_i)``.
+A capacitance across the terminals gives ``Z_i / (1 + j omega C Z_i)``, which is real, and the tank at resonance, at
+
+    omega_0^2 = 1 / (L C) - (R / L)^2.
 
 Neglected: currents of an open idle coil through its own capacitance; the sensor's distributed capacitance.
 """
@@ -60,6 +62,17 @@ def with_capacitance(Z: ArrayLike, capacitance: float, omega: float) -> Complex:
     """Return impedances [ohm] with a capacitance [F] across their terminals."""
     Z = np.asarray(Z, dtype=complex)
     return np.asarray(Z / (1.0 + 1j * omega * capacitance * Z))
+
+
+def tank_frequency(Z: ArrayLike, capacitance: float, omega: float) -> NDArray[np.float64]:
+    """Return where coils of impedance Z [ohm] at `omega` resonate with a capacitance [F] across them [Hz].
+
+    With the L and R of that `omega`; NaN for a coil that is damped too much to resonate.
+    """
+    Z = np.asarray(Z, dtype=complex)
+    L = Z.imag / omega
+    square = 1.0 / (L * capacitance) - (Z.real / L) ** 2
+    return np.asarray(np.sqrt(np.where(square > 0.0, square, np.nan)) / (2.0 * np.pi))
 
 
 def seen_by_readout(impedance: Impedance, readout: Readout) -> Complex:

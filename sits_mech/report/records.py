@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -52,7 +53,7 @@ def impedance_record(
         "unit_L": found.unit_L,
         **matrices,
         "relative": own / free,
-        **({} if seen is None else {"terminals": _terminals(seen.L, seen.R, seen.R_ac, seen.Q, seen.shift)}),
+        **({} if seen is None else {"terminals": _terminals(vars(seen))}),
         "report": report_record(found.report, left_out),
     }
 
@@ -63,17 +64,23 @@ def spectrum_record(pose: Pose, data: xr.Dataset, left_out: tuple[str, ...] = ()
     found: Record = {"pose": pose_record(pose), "unit_L": data.attrs["unit_L"]}
     found |= {name: data[name].to_numpy() for name in names}
     if "shift" in data:
-        found["terminals"] = _terminals(
-            *(data[name].to_numpy() for name in ("terminal_L", "terminal_R", "R_track", "terminal_Q", "shift"))
-        )
+        inner = {"L": "terminal_L", "R": "terminal_R", "R_ac": "R_track", "Q": "terminal_Q"}
+        outer = ("shift", "apparent_L", "apparent_R", "apparent_Q", "tank_frequency")
+        keys = inner | {name: name for name in outer}
+        found["terminals"] = _terminals({key: data[name].to_numpy() for key, name in keys.items()})
     report = json.loads(data.attrs["report"])
     del report["min_J"]
     return found | {"report": report | {"left_out": [*report["left_out"], *left_out]}}
 
 
-def _terminals(L: Array, R: Array, R_ac: Array, Q: Array, shift: Array) -> Record:
-    """Return what the coils show at their terminals; ``delta_L_ac`` of uneven current in the tracks is not in L."""
-    return {"L": L, "R": R, "R_ac": R_ac, "Q": Q, "delta_L_ac": shift}
+def _terminals(seen: Mapping[str, Array]) -> Record:
+    """Return what the coils show at their terminals; ``delta_L_ac`` of uneven current in the tracks is not in L.
+
+    ``apparent`` is with the readout's capacitance across the terminals.
+    """
+    found: Record = {name: seen[name] for name in ("L", "R", "R_ac", "Q")} | {"delta_L_ac": seen["shift"]}
+    found["apparent"] = {name: seen[f"apparent_{name}"] for name in ("L", "R", "Q")}
+    return found | {"tank_frequency": seen["tank_frequency"]}
 
 
 def simulation_record(found: Simulation, left_out: tuple[str, ...] = ()) -> Record:

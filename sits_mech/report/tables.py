@@ -250,6 +250,10 @@ def terminal_table(coils: Sequence[str], seen: Terminals | None, missing: Sequen
             shown = f"L = {1e6 * seen.L[k]:.6g} uH, R = {seen.R[k]:.4g} ohm, Q = {seen.Q[k]:.4g}"
             uneven = f"uneven current in them: {1e9 * seen.shift[k]:.3g} nH, not in L"
             lines.append((name, f"{shown}; tracks alone {seen.R_ac[k]:.4g} ohm; {uneven}"))
+            resonance = 1e-6 * seen.tank_frequency[k]
+            tank = f"resonance at {resonance:.5g} MHz" if resonance > 0.0 else "no resonance"
+            apparent = f"L = {1e6 * seen.apparent_L[k]:.5g} uH, R = {seen.apparent_R[k]:.4g} ohm"
+            lines.append(("", f"with the capacitance: {tank}; apparent {apparent}, Q = {seen.apparent_Q[k]:.4g}"))
     return key_table("terminals", [*lines, *(("left out", text) for text in missing)])
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sits_mech.magnetics.losses import track_resistance
-from sits_mech.magnetics.terminals import seen_by_readout, terminal_impedance, with_capacitance
+from sits_mech.magnetics.terminals import seen_by_readout, tank_frequency, terminal_impedance, with_capacitance
 from sits_mech.quantities import Impedance, SolveReport
 from sits_mech.sensor import Coil, Readout
 
@@ -53,6 +53,20 @@ def test_capacitance_resonates():
     Z = with_capacitance(1.0 + 1j * omega * L1, C, omega)
     assert Z.real == pytest.approx(L1 / (C * 1.0), rel=1e-3)
     assert with_capacitance(5.0 + 1j, 0.0, omega) == 5.0 + 1j
+
+
+def test_tank_frequency_is_where_the_reactance_vanishes():
+    """With damping, by bisection of Im Z / (1 + j omega C Z) at constant L and R."""
+    C, L1, R = 330e-12, 2.5e-6, 30.0
+    found = float(tank_frequency(R + 1j * OMEGA * L1, C, OMEGA))
+    low, high = 1e6, 1e7
+    for _ in range(60):
+        omega = np.pi * (low + high)
+        inductive = with_capacitance(R + 1j * omega * L1, C, omega).imag > 0.0
+        low, high = ((low + high) / 2, high) if inductive else (low, (low + high) / 2)
+    assert found == pytest.approx(low, rel=1e-10)
+    assert found < 1 / (2 * np.pi * np.sqrt(L1 * C))
+    assert np.isnan(tank_frequency(200.0 + 1j * OMEGA * L1, C, OMEGA))
 
 
 def test_planar_impedance_and_shapes_that_do_not_fit_are_refused():
