@@ -1,11 +1,17 @@
-"""Is everything there? Versions of what the package stands on, and what each missing part would be needed for."""
+"""Is everything there? Versions of what the package stands on, what each missing part would be needed for, and a try.
+
+gmsh and OpenGL can be installed and yet not work for want of system libraries: one is loaded, the other renders once.
+"""
 
 from __future__ import annotations
 
 import platform
+from collections.abc import Callable
 from importlib import metadata
 from importlib.util import find_spec
 
+from sits_mech.meshing.unstructured import mesh_generator
+from sits_mech.report.spatial import renders
 from sits_mech.version import __version__
 
 _PARTS = {
@@ -25,7 +31,16 @@ def examine() -> list[tuple[str, str, str]]:
     found = [("sits-mech", __version__, ""), ("python", platform.python_version(), "3.11 or later")]
     for name, purpose in _PARTS.items():
         found.append((name, _version(name), purpose))
-    return found
+    return [*found, _tried("mesh generator", mesh_generator), _tried("render off screen", renders)]
+
+
+def _tried(name: str, use: Callable[[], object]) -> tuple[str, str, str]:
+    """Say whether something that may lack system libraries works, or the sentence that names them."""
+    try:
+        use()
+    except ValueError as error:
+        return name, "fails", str(error)
+    return name, "works", ""
 
 
 def _version(name: str) -> str:

@@ -19,9 +19,9 @@ RANKS = {
     **dict.fromkeys(("plan", "sweep", "executors", "numerics", "meshing"), 1),
     "geometry": 2,
     **dict.fromkeys(("mechanics", "magnetics", "readout"), 3),
-    **dict.fromkeys(("adaptive", "batch", "bench", "chain", "cycle", "requests", "spectrum", "study"), 4),
-    **dict.fromkeys(("report", "doctor"), 5),
-    **dict.fromkeys(("__init__", "console", "export"), 6),
+    **dict.fromkeys(("adaptive", "batch", "bench", "chain", "comparison", "cycle", "requests", "spectrum", "study"), 4),
+    **dict.fromkeys(("report",), 5),
+    **dict.fromkeys(("__init__", "console", "doctor", "export"), 6),
     "commands": 7,
     "cli": 8,
 }
