@@ -223,6 +223,9 @@ class Elastomer(BaseModel):
         Of a cylinder, instead of width and length [m].
     thickness, standoff : float
         Height of the layer; rigid film between ``z = 0`` and the layer [m].
+    contact : str
+        Planar model: whether free faces that fold onto the ground or the target are held there, "never", "always" or,
+        "auto", where that moves the target by more than 1 %.
     mesh : str or None
         File of a mesh of the layer, within those sizes, with the groups `ground`, `target`, `free` (3D models only).
     """
@@ -234,6 +237,7 @@ class Elastomer(BaseModel):
     diameter: Length | None = None
     thickness: Length
     standoff: Offset = 0.0
+    contact: Literal["auto", "always", "never"] = "auto"
     mesh: str | None = None
 
     @model_validator(mode="after")

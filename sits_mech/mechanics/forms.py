@@ -12,12 +12,13 @@ minimum and its tangent symmetric:
 
 Unknowns: nodal displacements in layer thicknesses; energies per depth in shear modulus times thickness squared; K in
 shear moduli. Source: D. Boffi, F. Brezzi, M. Fortin, Mixed Finite Element Methods and Applications (2013), section 8.6.
-Valid for rectangles of any aspect. Neglected: inertia, gravity, contact of the free faces.
+Valid for rectangles of any aspect. Neglected: inertia, gravity. Contact stands in contact.py, what becomes of the
+elements at bonded corners in fan.py.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +29,9 @@ from sits_mech.mechanics.energy import PlaneEnergy
 from sits_mech.quantities import Array
 
 Indices = NDArray[np.int64]
+
+_NODES = np.array([(i, j) for i in (0.0, 0.5, 1.0) for j in (0.0, 0.5, 1.0)]).T  # of the reference square
+_SIMPSON = np.outer([1.0, 4.0, 1.0], [1.0, 4.0, 1.0]).ravel() / 36.0
 
 # dJ/dF = H_J F with F = (F_11, F_12, F_21, F_22): H is linear in F in two dimensions.
 H_J = np.array([[0.0, 0, 0, 1], [0, 0, -1, 0], [0, -1, 0, 0], [1, 0, 0, 0]])
@@ -53,6 +57,8 @@ class Section:
         Quadrature weights.
     chi : ndarray, shape (e, 3, 9)
         Orthonormal pressure polynomials times the weights, at the quadrature points.
+    node_B, node_weights : ndarray, shapes (e, 9, 4, 18) and (e, 9)
+        F - 1 at the elements' nodes and the weights of Simpson's rule there; None where not looked at.
     """
 
     x: Array
@@ -63,6 +69,8 @@ class Section:
     B: Array
     weights: Array
     chi: Array
+    node_B: Array | None = None
+    node_weights: Array | None = None
 
 
 class Tangent(NamedTuple):
@@ -83,17 +91,14 @@ def section(x: Array, z: Array) -> Section:
     x, z : ndarray
         Mesh lines [thicknesses].
     """
-    basis = Basis(MeshQuad.init_tensor(x, z), ElementQuad2(), intorder=5)
+    mesh = MeshQuad.init_tensor(x, z)
+    basis = Basis(mesh, ElementQuad2(), intorder=5)
     nodes = basis.doflocs.T
     order = np.lexsort((np.round(nodes[:, 1], 12), np.round(nodes[:, 0], 12)))
     rank = np.empty(len(order), dtype=np.int64)
     rank[order] = np.arange(len(order))
     cells = rank[basis.element_dofs.T]
-    gradients = np.stack([basis.basis[a][0].grad for a in range(9)])  # a, j, e, q
-    B = np.zeros((*basis.dx.shape, 4, 18))
-    for i in range(2):
-        for j in range(2):
-            B[:, :, 2 * i + j, i::2] = np.moveaxis(gradients[:, j], 0, -1)
+    at_nodes = Basis(mesh, ElementQuad2(), quadrature=(_NODES, _SIMPSON))
     dofs = (2 * cells[:, :, None] + np.arange(2)).reshape(len(cells), 18)
     points = np.asarray(basis.global_coordinates())
     centre = nodes[basis.element_dofs].mean(axis=0).T  # (2, e)
@@ -101,7 +106,25 @@ def section(x: Array, z: Array) -> Section:
     chi = np.stack([np.ones_like(basis.dx), local[0], local[1]], axis=1)
     norm = np.sqrt(np.einsum("emq,eq->em", chi**2, basis.dx))
     chi = chi / norm[:, :, None] * basis.dx[:, None, :]
-    return Section(x, z, nodes[order], cells, dofs, B, basis.dx.copy(), chi)
+    parts = (_strains(basis), basis.dx.copy(), chi, _strains(at_nodes), at_nodes.dx.copy())
+    return Section(x, z, nodes[order], cells, dofs, *parts)
+
+
+def _strains(basis: Basis) -> Array:
+    """F - 1 at a basis' points from an element's displacements, shape (e, points, 4, 18)."""
+    gradients = np.stack([basis.basis[a][0].grad for a in range(9)])  # a, j, e, q
+    B = np.zeros((*basis.dx.shape, 4, 18))
+    for i in range(2):
+        for j in range(2):
+            B[:, :, 2 * i + j, i::2] = np.moveaxis(gradients[:, j], 0, -1)
+    return B
+
+
+def node_volumes(mesh: Section, u: Array) -> Array:
+    """Return J at the elements' nodes, shape (e, 9); of shape (0, 9) for a mesh that does not look at them."""
+    if mesh.node_B is None:
+        return np.ones((0, 9))
+    return deformation(replace(mesh, B=mesh.node_B), u)[1]
 
 
 def deformation(mesh: Section, u: Array) -> tuple[Array, Array]:

@@ -2,19 +2,21 @@
 
 The layer of width W and thickness t, bonded to the rigid ground over its whole width, carries an exactly rigid target
 bonded over the middle of its top face; the wrench is a dead load in newtons, spread over the elastomer's length in y.
-Equations: forms.py (layer), target.py (rigid target), path.py (solution). Pose: ``d_v = standoff + t - sink``.
+Equations: forms.py (layer), target.py (rigid target), contact.py (free faces), newton.py and path.py (solution).
+Pose: ``d_v = standoff + t - sink``. Any mix of forces and places of the target can be given (control.py).
 
-Meshes. Small strain wants a strong grading towards the singular corners. At finite strain that resolves corners which
-then crease, or turn inside out. So several meshes stand in line, each tougher and a little less accurate than the
-one before: strongly graded, mildly graded, and mildly graded with a guard on J. The first whose load path gets there
-with an error near the tolerance gives the answer, or else the one with the smallest error.
+Meshes. Small strain wants a strong grading towards the singular corners. At finite strain the corners open, which
+cells split into triangles follow (fan.py). So several pairs of meshes stand in line, each tougher and a little less
+accurate than the one before: strongly graded; with split corners; mildly graded; with a guard on J. The first that
+gets there, J positive at every quadrature point and node, with an error near the tolerance gives the answer, or else
+the one with the smallest error. The error is that between the two meshes of a pair (answer.py).
 
-Error. Every pose is solved on two meshes. The corner singularity makes it converge as h^1.2 to h^1.8 on these
-gradings; the error is extrapolated from the difference as if it were h, to be on the safe side, and no component is
-called better than a twentieth of the worst. `report.estimated_error` is the largest over the target's displacement.
+Contact of the free faces with the ground and the target (scene key `elastomer.contact`) is "never" solved, "always",
+or, "auto", where it matters: a load whose free faces fold onto the ground or the target is solved again with contact,
+and where that moves the target by more than 1 % of its displacement, or the layer could not be followed without, it
+is the answer; otherwise its effect is part of the error. The notes say which.
 
-Range: plane strain (the true pad is softer by its ends); no contact: a free face that folds onto the ground or the
-target is found and named in the notes. Neglected: viscosity, gravity.
+Range: plane strain (the true pad is softer by its ends). Neglected: viscosity, gravity, friction.
 """
 
 from __future__ import annotations
@@ -24,24 +26,33 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sits_mech.mechanics.answer import Pair, errors_of, pose_of, relative, settled, unpacked
+from sits_mech.mechanics.body import Bonded, rest
+from sits_mech.mechanics.control import Control, under
+from sits_mech.mechanics.folds import folds
 from sits_mech.mechanics.forms import Indices, deformation
-from sits_mech.mechanics.pad import Fineness, bonded_body, scaled_load, wrench_between
-from sits_mech.mechanics.path import Bonded, State, compliance, correction, follow, packed, rest
+from sits_mech.mechanics.newton import compliance, correction
+from sits_mech.mechanics.pad import Fineness, bonded_body, force_unit, scaled_load
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.sensor import Sensor
 
-_STRONG, _MILD, _GUARDED = (2.5, 0.0), (1.5, 0.0), (1.5, 5.0)  # grading towards the corners, guard on J
+_STRONG, _MILD = 2.5, 1.5  # grading towards the corners
+_GUARD = 0.5  # part of the bulk modulus [shear moduli]
+_GIVE = 1e-3  # thicknesses over which the pressure of contact builds up
+# grading, split corners, guard, order that the error is extrapolated with; in the order they are tried
+_SHARP, _SPLIT = (_STRONG, False, 0.0, 1.5), (_STRONG, True, 0.0, 1.5)
+_TOUGH, _GUARDED = (_MILD, True, 0.0, 1.5), (_MILD, True, _GUARD, 1.5)
+_Kind = tuple[float, bool, float, float]
 # Asked error of the pose -> cells through the thickness, fine and coarse; meshes in the order they are tried.
-_LADDER = (
-    (2e-2, ((4, 2), (_MILD, _GUARDED))),
-    (1e-2, ((6, 4), (_MILD, _GUARDED))),
-    (1e-3, ((8, 4), (_STRONG, _MILD, _GUARDED))),
-    (1e-4, ((16, 8), (_STRONG, _MILD, _GUARDED))),
+_LADDER: tuple[tuple[float, tuple[tuple[int, int], tuple[_Kind, ...]]], ...] = (
+    (2e-2, ((4, 2), (_TOUGH, _GUARDED))),
+    (1e-2, ((6, 4), (_TOUGH, _GUARDED))),
+    (1e-3, ((8, 4), (_SHARP, _SPLIT, _TOUGH, _GUARDED))),
+    (1e-4, ((16, 8), (_SHARP, _SPLIT, _TOUGH, _GUARDED))),
 )
-_SHARE = 0.05  # of the worst component's error that every component owns to
 _LENIENCE = 2.0  # the estimate is on the safe side: up to so many tolerances no other mesh is tried
 _PATIENCE = (0.25, 1e-4)  # smallest increment of the load path where another mesh waits, and where none does
-_BUCKLES = "beyond this load the layer buckles: its rest is not stable"
+_EFFECT = 0.01  # of the displacement that contact may be worth and still be left out
 
 
 @dataclass(frozen=True)
@@ -53,13 +64,16 @@ class PlanarLayer:
     sensor : Sensor
     tolerance : float
         Asked error of the pose over the size of the displacement.
-    meshes : tuple of (Bonded, Bonded)
-        The mesh of the answer and that of its error estimate, in the order in which they are tried.
+    meshes : tuple of Pair
+        Mesh of the answer and of its error estimate, in the order in which they are tried.
+    touching : int
+        How many at the end are those before them once more, with contact.
     """
 
     sensor: Sensor
     tolerance: float
-    meshes: tuple[tuple[Bonded, Bonded], ...]
+    meshes: tuple[Pair, ...]
+    touching: int = 0
 
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the equilibrium under `wrench` [N, N m], reached from `start` or from rest.
@@ -69,20 +83,27 @@ class PlanarLayer:
         SolveFailed
             If the load path ends before the wrench; its `last` is the last equilibrium on the way.
         """
-        began = time.perf_counter()
         _check_load(wrench)
-        last, part = _tried(self, 0, start, wrench)
-        for number in range(1, len(self.meshes)):
-            if part == 1.0 and last.report.estimated_error <= _LENIENCE * self.tolerance:
-                break
-            other = _tried(self, number, start, wrench)
-            if (other[1], -other[0].report.estimated_error) > (part, -last.report.estimated_error):
-                last, part = other
+        return self.controlled(under(wrench), start=start)
+
+    def controlled(self, control: Control, *, start: Equilibrium | None = None) -> Equilibrium:
+        """Return the equilibrium with forces or places of the target given, reached from `start` or from rest.
+
+        Its `wrench` holds the forces, given or found; `report.estimated_error` covers the forces found too. Errors as
+        of `equilibrium`.
+        """
+        began = time.perf_counter()
+        last, part = _first_good(self, range(len(self.meshes) - self.touching), start, control)
+        if self.touching and (part < 1.0 or _touches(self, last)):
+            last, part = _chosen((last, part), _in_contact(self, (last, part), start, control), self)
         report = replace(last.report, seconds=time.perf_counter() - began)
         if part == 1.0:
+            if report.estimated_error > self.tolerance:
+                missed = f"estimated error {report.estimated_error:.2g}: the tolerance {self.tolerance:g} is missed"
+                report = replace(report, notes=(*report.notes, missed))
             return replace(last, report=report)
         report = replace(report, status="load path ended", notes=(*report.notes, f"reached {part:.1%} of the path"))
-        raise SolveFailed(_ended(last, wrench, part), report, replace(last, report=report))
+        raise SolveFailed(_ended(last, control, part), report, replace(last, report=report))
 
 
 @dataclass(frozen=True)
@@ -115,13 +136,13 @@ class LinearLayer:
         t = _thickness(self.sensor)
         size, reach = np.array([t, t, 1.0]), self.body.X.max() * t
         away, min_J = correction(self.body, load)
-        error = _errors((np.abs((self.compliance - self.coarse) @ force) + np.abs(away)) * size, reach)
+        error = errors_of((np.abs((self.compliance - self.coarse) @ force) + np.abs(away)) * size, reach)
         notes = () if np.all(np.isfinite(error)) else ("strains too large for a linear layer: use the planar one",)
         report = SolveReport(
-            "linear", len(self.body.free) + 3, 1, 0.0, _relative(error, q * size, reach), time.perf_counter() - began,
+            "linear", len(self.body.free) + 3, 1, 0.0, relative(error, q * size, reach), time.perf_counter() - began,
             notes=notes, min_J=min_J,
         )
-        return Equilibrium(wrench, _pose(self.sensor, q * size), Pose(*error), q, report)
+        return Equilibrium(wrench, pose_of(self.sensor, q * size), Pose(*error), q, report)
 
 
 def planar_layer(sensor: Sensor, tolerance: float = 1e-2) -> PlanarLayer:
@@ -139,15 +160,17 @@ def planar_layer(sensor: Sensor, tolerance: float = 1e-2) -> PlanarLayer:
     ValueError
         For a scene without target or elastomer, or a tolerance outside (0, 1).
     """
-    (fine, coarse), kinds = _rung(tolerance)
-    pairs = (tuple(bonded_body(sensor, Fineness(cells, *kind)) for cells in (fine, coarse)) for kind in kinds)
-    return PlanarLayer(sensor, tolerance, tuple((first, second) for first, second in pairs))
+    cells, kinds = _rung(tolerance)
+    contact = sensor.elastomer.contact if sensor.elastomer is not None else "never"
+    meshes = () if contact == "always" else tuple(_pair(sensor, cells, kind, 0.0) for kind in kinds)
+    touching = () if contact == "never" else tuple(_pair(sensor, cells, kind, _GIVE) for kind in kinds if kind[1])
+    return PlanarLayer(sensor, tolerance, (*meshes, *touching), len(touching) if meshes else 0)
 
 
 def linear_layer(sensor: Sensor, tolerance: float = 1e-2) -> LinearLayer:
     """Return the small-strain model of a sensor's layer; arguments and errors as of `planar_layer`."""
     cells, _ = _rung(tolerance)
-    bodies = [bonded_body(sensor, Fineness(count, *_STRONG)) for count in cells]
+    bodies = [bonded_body(sensor, Fineness(count, _STRONG)) for count in cells]
     return LinearLayer(sensor, bodies[0], *(compliance(body, rest(body), np.zeros(3)) for body in bodies))
 
 
@@ -159,68 +182,114 @@ def deformed_mesh(model: PlanarLayer, equilibrium: Equilibrium) -> tuple[Array, 
     points : ndarray, shape (n, 2)
         Nodes x, z in the sensor's coordinates [m].
     quads : ndarray, shape (m, 4)
-        Corners of the cells, counter-clockwise.
+        Corners of the cells, counter-clockwise; of a triangle one of them twice.
     J : ndarray, shape (m,)
         Mean volume ratio of each cell.
     """
-    t = _thickness(model.sensor)
-    fine = model.meshes[int(equilibrium.state[0])][0]
-    state, mesh = _unpacked(fine, equilibrium.state[1:]), fine.mesh
-    points = (mesh.nodes + state.u.reshape(-1, 2)) * t
-    points[:, 1] += _standoff(model.sensor)
+    elastomer = model.sensor.elastomer
+    t, standoff = (elastomer.thickness, elastomer.standoff) if elastomer is not None else (0.0, 0.0)
+    fine = model.meshes[int(equilibrium.state[0])].fine
+    mesh, u = fine.mesh, equilibrium.state[1 : 1 + fine.mesh.nodes.size]
+    points = (mesh.nodes + u.reshape(-1, 2)) * t
+    points[:, 1] += standoff
     corners = mesh.nodes[mesh.cells[:, :4]]
     turn = np.argsort(np.arctan2(*(corners - corners.mean(axis=1, keepdims=True)).T[::-1]).T, axis=1)
     quads = np.take_along_axis(mesh.cells[:, :4], turn, axis=1)
-    return points, quads, deformation(mesh, state.u)[1].mean(axis=1)
+    return points, quads, deformation(mesh, u)[1].mean(axis=1)
 
 
-def _standoff(sensor: Sensor) -> float:
-    """Height of the layer's bottom face above the coils [m]."""
-    return sensor.elastomer.standoff if sensor.elastomer is not None else 0.0
+def stored(model: PlanarLayer, equilibrium: Equilibrium) -> float:
+    """Return the energy of a layer at rest [J], that of its contacts included: the work of the target's forces."""
+    body, elastomer = model.meshes[int(equilibrium.state[0])].fine, model.sensor.elastomer
+    t = elastomer.thickness if elastomer is not None else 0.0
+    state = unpacked(body, equilibrium.state[1:])
+    parts = sum(part(state.u, state.q).energy for part in body.parts)
+    return force_unit(model.sensor) * t * (body.element.tangent(body.mesh, body.law, body.K, state.u).energy + parts)
 
 
-def _tried(layer: PlanarLayer, number: int, start: Equilibrium | None, wrench: Wrench) -> tuple[Equilibrium, float]:
-    """The last equilibrium towards a wrench on one pair of meshes, and how much of the path that is."""
-    sensor, meshes = layer.sensor, layer.meshes[number]
-    patience = _PATIENCE[number == len(layer.meshes) - 1]
-    states, before = tuple(rest(body) for body in meshes), Wrench()
-    if start is not None and start.state.size == 1 + _size(meshes) and start.state[0] == number:
-        first, second = np.split(start.state[1:], [_size(meshes[:1])])
-        states, before = (_unpacked(meshes[0], first), _unpacked(meshes[1], second)), start.wrench
-    loads = (scaled_load(sensor, before), scaled_load(sensor, wrench))
-    fine = follow(meshes[0], states[0], loads, smallest=patience)
-    midway = loads[0] + fine.reached * (loads[1] - loads[0])
-    coarse = follow(meshes[1], states[1], (loads[0], midway), smallest=patience)
-    part = fine.reached * coarse.reached
-    if coarse.reached < 1.0:  # both must rest under one load for the error to mean something
-        fine = follow(meshes[0], states[0], (loads[0], loads[0] + part * (loads[1] - loads[0])), smallest=patience)
-    found = _answer(sensor, meshes, wrench_between(before, wrench, part), (fine.state, coarse.state))
-    notes = (*found.report.notes, _BUCKLES) if part < 1.0 and (fine.buckled or coarse.buckled) else found.report.notes
-    report = replace(found.report, notes=notes)
-    return replace(found, report=report, state=np.concatenate([[number], found.state])), part
-
-
-def _answer(sensor: Sensor, meshes: tuple[Bonded, Bonded], wrench: Wrench, found: tuple[State, State]) -> Equilibrium:
-    """Equilibrium with its errors from the two meshes."""
-    (body, companion), (fine, coarse) = meshes, found
-    t = _thickness(sensor)
-    size, reach = np.array([t, t, 1.0]), body.X.max() * t
-    ratio = np.sqrt(len(body.mesh.cells) / len(companion.mesh.cells))
-    error = _errors(np.abs(fine.q - coarse.q) * size / (ratio - 1.0), reach)
-    report = SolveReport(
-        "planar", len(body.free) + 3, fine.iterations + coarse.iterations, fine.residual,
-        _relative(error, fine.q * size, reach), 0.0, notes=_folds(body, fine, sensor), min_J=fine.min_J,
+def _pair(sensor: Sensor, cells: tuple[int, int], kind: _Kind, give: float) -> Pair:
+    """Two meshes of one kind; the coarse one gives over twice the length."""
+    grading, fan, guard, order = kind
+    fine, coarse = cells
+    return Pair(
+        bonded_body(sensor, Fineness(fine, grading, fan, guard, give)),
+        bonded_body(sensor, Fineness(coarse, grading, fan, guard, 2.0 * give)),
+        order,
     )
-    state = np.concatenate([packed(fine), packed(coarse)])
-    return Equilibrium(wrench, _pose(sensor, fine.q * size), Pose(*error), state, report)
 
 
-def _ended(last: Equilibrium, wrench: Wrench, part: float) -> str:
+def _first_good(
+    layer: PlanarLayer, numbers: range, start: Equilibrium | None, control: Control
+) -> tuple[Equilibrium, float]:
+    """Of some pairs of meshes, the first good answer, or else the farthest and best."""
+    best: tuple[Equilibrium, float] | None = None
+    toughest = (len(layer.meshes) - layer.touching - 1, len(layer.meshes) - 1)
+    for number in numbers:
+        pair, own = layer.meshes[number], None
+        if start is not None and start.state.size == 1 + pair.size and start.state[0] == number:
+            own = replace(start, state=start.state[1:])
+        found, part = settled(layer.sensor, pair, own, control, _PATIENCE[number in toughest])
+        found = replace(found, state=np.concatenate([[number], found.state]))
+        if best is None or (part, -found.report.estimated_error) > (best[1], -best[0].report.estimated_error):
+            best = found, part
+        if best[1] == 1.0 and best[0].report.estimated_error <= _LENIENCE * layer.tolerance:
+            break
+    if best is None:
+        raise ValueError("meshes: there must be at least one pair")
+    return best
+
+
+def _in_contact(
+    layer: PlanarLayer, free: tuple[Equilibrium, float], start: Equilibrium | None, control: Control
+) -> tuple[Equilibrium, float]:
+    """The answer with contact: from that without it where there is one, or else on its own."""
+    found, part = free
+    count = len(layer.meshes)
+    twin = int(found.state[0]) + layer.touching
+    if part == 1.0 and twin >= count - layer.touching:
+        begin = replace(found, state=np.concatenate([[twin], found.state[1:]]))
+        other, reached = _first_good(layer, range(twin, twin + 1), begin, control)
+        if reached == 1.0:
+            return other, reached
+    return _first_good(layer, range(count - layer.touching, count), start, control)
+
+
+def _touches(layer: PlanarLayer, found: Equilibrium) -> bool:
+    """Whether a free face lies on or behind a plane."""
+    body = layer.meshes[int(found.state[0])].fine
+    return folds(body, unpacked(body, found.state[1:])).touch
+
+
+def _chosen(
+    free: tuple[Equilibrium, float], touching: tuple[Equilibrium, float], layer: PlanarLayer
+) -> tuple[Equilibrium, float]:
+    """With or without contact: the farther; of two that arrive, the one without where contact is worth little."""
+    (one, part), (other, farther) = free, touching
+    if part < 1.0 or farther < 1.0:
+        return (other, farther) if farther >= part else (one, part)
+    poses = [np.array([found.pose.d_h, found.pose.d_v, found.pose.alpha]) for found in (one, other)]
+    loads = [np.array([found.wrench.F_x, found.wrench.F_z]) for found in (one, other)]
+    reach = layer.meshes[0].fine.X.max() * _thickness(layer.sensor)
+    size = np.abs(poses[1] - [0.0, pose_of(layer.sensor, np.zeros(3)).d_v, 0.0]) * [1.0, 1.0, reach]
+    moved = float(np.max(np.abs(poses[0] - poses[1]) * [1.0, 1.0, reach]) / max(float(size.max()), 1e-300))
+    pushed = float(np.max(np.abs(loads[0] - loads[1])) / max(float(np.max(np.abs(loads[1]))), 1e-300))
+    effect = max(moved, pushed)
+    if effect > _EFFECT:
+        return other, 1.0
+    notes = (*one.report.notes, f"contact would change this by {effect:.2g}, which is in the estimated error")
+    away = np.abs(poses[0] - poses[1])
+    error = Pose(*(float(a + b) for a, b in zip((one.error.d_h, one.error.d_v, one.error.alpha), away, strict=True)))
+    report = replace(one.report, notes=notes, estimated_error=one.report.estimated_error + effect)
+    return replace(one, error=error, report=report), 1.0
+
+
+def _ended(last: Equilibrium, control: Control, part: float) -> str:
     """Say where a load path ended."""
+    asked = ", ".join(f"{name} = {value:.6g}" for name, value in vars(control).items() if value is not None)
     return (
         f"wrench: the layer could be followed to F_x = {last.wrench.F_x:.6g} N, F_z = {last.wrench.F_z:.6g} N, "
-        f"M = {last.wrench.M:.6g} N m ({part:.1%} of the path), not to F_x = {wrench.F_x:.6g} N, "
-        f"F_z = {wrench.F_z:.6g} N, M = {wrench.M:.6g} N m; smallest volume ratio there {last.report.min_J:.3g}"
+        f"M = {last.wrench.M:.6g} N m ({part:.1%} of the path), not to {asked} [N, N m, m, rad]; "
+        f"smallest volume ratio there {last.report.min_J:.3g}"
     )
 
 
@@ -229,7 +298,7 @@ def _thickness(sensor: Sensor) -> float:
     return sensor.elastomer.thickness if sensor.elastomer is not None else 0.0
 
 
-def _rung(tolerance: float) -> tuple[tuple[int, int], tuple[tuple[float, float], ...]]:
+def _rung(tolerance: float) -> tuple[tuple[int, int], tuple[_Kind, ...]]:
     """Cells through the thickness, and kinds of meshes, for a tolerance."""
     if not 0.0 < tolerance < 1.0:
         raise ValueError(f"tolerance: must lie between 0 and 1, got {tolerance}")
@@ -240,61 +309,3 @@ def _check_load(wrench: Wrench) -> None:
     """Refuse a wrench that is not a number."""
     if not np.all(np.isfinite([wrench.F_x, wrench.F_z, wrench.M])):
         raise ValueError(f"wrench: must be finite numbers, got {wrench}")
-
-
-def _pose(sensor: Sensor, q: Array) -> Pose:
-    """Pose from the target's displacement (d_h, d_z) [m] and rotation."""
-    return Pose(float(q[0]), float(_standoff(sensor) + _thickness(sensor) + q[1]), float(q[2]))
-
-
-def _errors(difference: Array, reach: float) -> tuple[float, float, float]:
-    """Errors of d_h, d_v, alpha, none better than a share of the worst; an angle counts at the target's end."""
-    lever = np.array([1.0, 1.0, reach])
-    floor = _SHARE * np.max(difference * lever) / lever
-    d_h, d_v, alpha = np.maximum(difference, floor)
-    return float(d_h), float(d_v), float(alpha)
-
-
-def _relative(error: tuple[float, float, float], q: Array, reach: float) -> float:
-    """Largest error over the size of the displacement, an angle counted at the target's end."""
-    lever = np.array([1.0, 1.0, reach])
-    size = float(np.max(np.abs(q) * lever))
-    return float(np.max(np.array(error) * lever)) / size if size > 0.0 else 0.0
-
-
-def _size(bodies: tuple[Bonded, ...]) -> int:
-    """Length of the packed states of some meshes."""
-    return sum(2 * len(body.mesh.nodes) + 3 + 3 * len(body.mesh.cells) for body in bodies)
-
-
-def _unpacked(body: Bonded, array: Array) -> State:
-    """State from one array."""
-    n, cells = 2 * len(body.mesh.nodes), len(body.mesh.cells)
-    _, J = deformation(body.mesh, array[:n])
-    return State(array[:n], array[n : n + 3], array[n + 3 :][: 3 * cells].reshape(-1, 3), min_J=float(J.min()))
-
-
-def _folds(body: Bonded, state: State, sensor: Sensor) -> tuple[str, ...]:
-    """Sentences about free faces that passed the ground or the target's bottom face."""
-    target = sensor.target
-    if target is None:
-        return ()
-    sides, top = _free_faces(body)
-    place = body.mesh.nodes + state.u.reshape(-1, 2)
-    notes = []
-    if np.any(place[sides, 1] < -1e-6):
-        notes.append("a free face folds onto the ground: contact is not modelled, the true layer is stiffer")
-    cos, sin = np.cos(state.q[2]), np.sin(state.q[2])
-    x, z = (place[np.concatenate([sides, top])] - [state.q[0], 1.0 + state.q[1]]).T
-    along, above = x * cos - z * sin, x * sin + z * cos
-    if np.any((above > 1e-6) & (np.abs(along) < body.X.max() * (1 - 1e-9))):
-        notes.append("a free face folds onto the target: contact is not modelled, the true layer is stiffer")
-    return tuple(notes)
-
-
-def _free_faces(body: Bonded) -> tuple[Indices, Indices]:
-    """Nodes of the two sides, and of the top face beside the target."""
-    x, z = body.mesh.nodes.T
-    half = body.mesh.x[-1]
-    side = np.flatnonzero((np.abs(x) > half - 1e-9) & (z > 1e-9) & (z < 1.0 - 1e-9))
-    return side, np.flatnonzero((z > 1.0 - 1e-9) & (np.abs(x) > body.X.max() + 1e-9))

@@ -14,9 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sits_mech.mechanics.energy import guarded, plane_energy
-from sits_mech.mechanics.forms import section
-from sits_mech.mechanics.path import Bonded
+from sits_mech.mechanics.body import Bonded, Part
+from sits_mech.mechanics.contact import Contact, Guard, face_along
+from sits_mech.mechanics.energy import plane_energy
+from sits_mech.mechanics.fan import fanned
+from sits_mech.mechanics.forms import Indices, Section, section
 from sits_mech.meshing.structured import graded_lines, matched_cells
 from sits_mech.quantities import Array, Wrench
 from sits_mech.sensor import Elastomer, Sensor, Target
@@ -34,13 +36,19 @@ class Fineness:
         Cells through the thickness, even.
     grading : float
         Power of the lines' spacing towards the corners; 1 is uniform.
+    fan : bool
+        Whether the cells at the singular corners are split into triangles (fan.py).
     guard : float
         Part of the bulk modulus that acts pointwise against inversion [shear moduli].
+    give : float
+        Depth over which the pressure of contact builds up; 0 for no contact [thicknesses].
     """
 
     cells: int
     grading: float
+    fan: bool = False
     guard: float = 0.0
+    give: float = 0.0
 
 
 def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
@@ -54,6 +62,8 @@ def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
         breaks = [-half_layer, half_layer]
     counts = [matched_cells(b - a, 1.0, cells, grading) for a, b in zip(breaks[:-1], breaks[1:], strict=True)]
     mesh = section(graded_lines(breaks, counts, grading), graded_lines([0.0, 1.0], [cells], grading))
+    if fineness.fan:
+        mesh = fanned(mesh, np.array([(x, z) for x, z in _corners(half_layer, half_target)]))
     x, z = mesh.nodes.T
     ground = z < 1e-9
     top = (z > 1.0 - 1e-9) & (np.abs(x) < half_target + 1e-9)
@@ -63,15 +73,55 @@ def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
     silicone = elastomer.silicone
     K = silicone.bulk_modulus / silicone.shear_modulus
     guard = min(fineness.guard, _GUARD_SHARE * K)
-    law = guarded(plane_energy(silicone), guard)
-    return Bonded(mesh, law, K - guard, target.load_height / t, free, bonded, x[top], rows, columns)
+    parts = (*((Guard(mesh, guard),) if guard > 0.0 else ()), *_contacts(mesh, half_target, fineness.give))
+    height, law = target.load_height / t, plane_energy(silicone)
+    return Bonded(
+        mesh, law, K - guard, height, free, bonded, x[top], rows, columns, parts=parts, guarded=guard > 0.0
+    )
+
+
+def side_faces(mesh: Section) -> list[Indices]:
+    """Return the nodes of the left and the right face, from the ground upwards."""
+    x, z = mesh.nodes.T
+    faces = (np.flatnonzero(np.abs(x - end) < 1e-9) for end in (mesh.x[0], mesh.x[-1]))
+    return [face[np.argsort(z[face])] for face in faces]
+
+
+def top_faces(mesh: Section, half: float) -> list[Indices]:
+    """Return the nodes of the top face left and right of a target of half width `half`, outwards from its edge."""
+    x, z = mesh.nodes.T
+    if mesh.x[-1] - half < 1e-9:
+        return []
+    faces = (np.flatnonzero((z > 1.0 - 1e-9) & (side * x > half - 1e-9)) for side in (-1.0, 1.0))
+    return [face[np.argsort(np.abs(x[face]))] for face in faces]
+
+
+def _corners(half_layer: float, half_target: float) -> list[tuple[float, float]]:
+    """Where the layer's free faces meet ground and target."""
+    return [(side * half, z) for half, z in ((half_layer, 0.0), (half_target, 1.0)) for side in (-1.0, 1.0)]
+
+
+def _contacts(mesh: Section, half: float, give: float) -> tuple[Part, ...]:
+    """Contacts of the free faces; none without a length over which they give."""
+    if give == 0.0:
+        return ()
+    sides, top = side_faces(mesh), top_faces(mesh, half)
+    ground = Contact(face_along(mesh, sides), "ground", give, half)
+    if top:
+        return ground, Contact(face_along(mesh, top), "wall", give, half)
+    return ground, Contact(ground.face, "plane", give, half)
+
+
+def force_unit(sensor: Sensor) -> float:
+    """Return the force that is one in the body's scales [N]; moments in it times the thickness."""
+    _, elastomer = _parts(sensor)
+    return elastomer.silicone.shear_modulus * elastomer.thickness * elastomer.extent[1]
 
 
 def scaled_load(sensor: Sensor, wrench: Wrench) -> Array:
     """Return F_x, F_z, M per depth in the body's scales."""
     _, elastomer = _parts(sensor)
-    t, unit = elastomer.thickness, elastomer.silicone.shear_modulus * elastomer.thickness * elastomer.extent[1]
-    return np.array([wrench.F_x / unit, wrench.F_z / unit, wrench.M / (unit * t)])
+    return np.array([wrench.F_x, wrench.F_z, wrench.M / elastomer.thickness]) / force_unit(sensor)
 
 
 def wrench_between(before: Wrench, after: Wrench, part: float) -> Wrench:

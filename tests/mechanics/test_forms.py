@@ -11,7 +11,7 @@ from sits_mech.sensor import load_sensor
 
 @pytest.fixture(scope="module")
 def body():
-    return bonded_body(load_sensor("biorob2018"), Fineness(2, 1.5, guard=1.0))
+    return bonded_body(load_sensor("biorob2018"), Fineness(2, 1.5, fan=True))
 
 
 def test_forces_and_tangent_are_derivatives_of_the_energy(body):

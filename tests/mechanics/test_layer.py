@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.forms import stored_energy
-from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh, linear_layer, planar_layer
+from sits_mech.mechanics.answer import Pair
+from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh, linear_layer, planar_layer, stored
 from sits_mech.mechanics.pad import Fineness, bonded_body
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.sensor import load_sensor
@@ -118,13 +118,6 @@ def test_work_is_the_energy_stored():
     assert stored(layer, end) == pytest.approx(work, rel=1e-6)
 
 
-def stored(layer, found):
-    """Energy of the fine mesh [J], from the state itself."""
-    body, elastomer = layer.meshes[int(found.state[0])][0], layer.sensor.elastomer
-    scale = elastomer.silicone.shear_modulus * elastomer.thickness**2 * elastomer.length
-    return scale * stored_energy(body.mesh, body.law, body.K, found.state[1:][: 2 * len(body.mesh.nodes)])
-
-
 def test_mirrored_load_mirrors_the_pose():
     layer = planar_layer(pad(20, 15, 2), 2e-2)
     here, there = (layer.equilibrium(Wrench(F_x, 800.0, M)) for F_x, M in ((120.0, 0.3), (-120.0, -0.3)))
@@ -148,8 +141,8 @@ DRIVEN = ((Wrench(0.0, 900.0), "d_v"), (Wrench(50.0, 0.0), "d_h"), (Wrench(0.0, 
 def best():
     """Driven components on a strongly graded mesh, twelve cells through the thickness."""
     sensor = pad(20, 15, 2)
-    bodies = tuple(bonded_body(sensor, Fineness(cells, 2.5)) for cells in (12, 2))
-    layer = PlanarLayer(sensor, 1.0, (bodies,))
+    bodies = (bonded_body(sensor, Fineness(cells, 2.5, fan=True)) for cells in (12, 2))
+    layer = PlanarLayer(sensor, 1.0, (Pair(*bodies),))
     return [getattr(layer.equilibrium(wrench).pose, component) for wrench, component in DRIVEN]
 
 
