@@ -18,7 +18,8 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from sits_mech.magnetics.sheets import prepared, sheets
+from sits_mech.magnetics.sheet_rungs import prepared
+from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import Pose
 from sits_mech.sensor import Sensor, load_sensor
 

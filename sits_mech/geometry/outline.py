@@ -115,7 +115,7 @@ def _assembled(loops: list[Array], counts: list[Integers], layers: Array, spacin
     points = np.vstack([ring[border], lattice])
     simplices = Delaunay(points).simplices
     corners = points[simplices]
-    simplices = simplices[_inside(cores, corners.mean(1))]
+    simplices = simplices[inside_loops(cores, corners.mean(1))]
     corners = points[simplices]
     area = (corners[:, 1, 0] - corners[:, 0, 0]) * (corners[:, 2, 1] - corners[:, 0, 1])
     area -= (corners[:, 1, 1] - corners[:, 0, 1]) * (corners[:, 2, 0] - corners[:, 0, 0])
@@ -210,8 +210,8 @@ def _neighbours(loops: list[Array]) -> NDArray[np.bool_]:
     return near
 
 
-def _inside(loops: list[Array], points: Array) -> NDArray[np.bool_]:
-    """Points with an odd number of edges to their right."""
+def inside_loops(loops: list[Array], points: Array) -> NDArray[np.bool_]:
+    """Tell which points (n, 2) have an odd number of the loops' edges to their right."""
     a, b = _edges(loops)
     y = points[:, 1, None]
     between = (a[:, 1] > y) != (b[:, 1] > y)
@@ -226,6 +226,6 @@ def _lattice(cores: list[Array], spacing: float) -> Array:
     columns = np.arange(low[0] - spacing, high[0], spacing)
     x = columns + spacing / 2 * (np.arange(rows.size)[:, None] % 2)
     points = np.column_stack([x.ravel(), np.repeat(rows, columns.size)])
-    points = points[_inside(cores, points)]
+    points = points[inside_loops(cores, points)]
     distance, _ = cKDTree(np.vstack(cores)).query(points) if points.size else (np.zeros(0), None)
     return np.asarray(points[distance > 0.6 * spacing])

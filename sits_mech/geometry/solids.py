@@ -96,7 +96,7 @@ def placed_plates(sensor: Sensor, outline: Outline | None, turns: Array, places:
         for name, gap in apart.items():
             if gap <= 0.0:
                 raise Collision(f"pose: target, {name}: the boxes around them must not touch, got boxes that do")
-        gap = min(float(_lowest(sensor.target, outline, turns, places).min()), *apart.values(), np.inf)
+        gap = min(float(lowest_points(sensor.target, outline, turns, places).min()), *apart.values(), np.inf)
         parts = [PlacedPlate("", sensor.target, outline, turns, places, gap, (0.0, 0.0))]
     for k, (part, solid) in enumerate(zip(sensor.conductors, plates, strict=True)):
         gap = nearest(solid, (*coils, *moving, *plates[:k], *plates[k + 1 :]))
@@ -161,8 +161,22 @@ def nearest(solid: Solid, others: Sequence[Solid]) -> float:
     return min((float(separation(solid, other).min()) for other in others), default=np.inf)
 
 
-def _lowest(target: Target, outline: Outline | None, turns: Array, places: Array) -> Array:
-    """Height of the plate's lowest point over the coil plane, one a pose; raises Collision where it is not above."""
+def lowest_points(target: Target, outline: Outline | None, turns: Array, places: Array) -> Array:
+    """Return the height of the plate's lowest point over the coil plane, one a pose [m].
+
+    Parameters
+    ----------
+    target : Target
+    outline : Outline or None
+        Instead of the scene's.
+    turns, places : ndarray, shapes (p, 3, 3), (p, 3)
+        Poses [m].
+
+    Raises
+    ------
+    Collision
+        Where it is not above.
+    """
     rim = target_outline(target, outline).rim
     low = places[:, 2] + (turns[:, 2, :2] @ rim.T).min(1) + np.minimum(turns[:, 2, 2] * target.thickness, 0.0)
     if not np.all(low > 0.0):

@@ -215,11 +215,16 @@ def _compressed(coupling: Array) -> tuple[Array, Array]:
     """Split coupling (fields, modes) into few combinations of fields and these' coupling."""
     size = np.linalg.norm(coupling, axis=1)
     rows = np.flatnonzero(size > _KEEP * 1e-2 * size.max())
-    values, vectors = eigh(coupling[rows] @ coupling[rows].T)
+    seen = coupling[rows]
+    few_modes = seen.shape[1] < seen.shape[0]
+    values, vectors = eigh(seen.T @ seen if few_modes else seen @ seen.T)
     keep = values > _KEEP**2 * values[-1]
+    vectors = vectors[:, keep]
+    if few_modes:
+        vectors = seen @ (vectors / np.sqrt(values[keep]))
     basis = np.zeros((coupling.shape[0], int(keep.sum())))
-    basis[rows] = vectors[:, keep]
-    return basis, np.asarray(basis[rows].T @ coupling[rows])
+    basis[rows] = vectors
+    return basis, np.asarray(vectors.T @ seen)
 
 
 def _matrices(problem: _Problem, means: Array, fields: Array, conductivity: float) -> tuple[Complex, Complex, Complex]:

@@ -23,63 +23,28 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from scipy.constants import mu_0
 
 from sits_mech.geometry.collision import check_clearance
-from sits_mech.geometry.outline import Outline, outline_plan, target_outline
-from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan, graded_axis, rectangle_plan
-from sits_mech.geometry.solids import overlapping, placed_plates
+from sits_mech.geometry.outline import Outline
+from sits_mech.geometry.solids import PlacedPlate, lowest_points, overlapping, placed_plates
 from sits_mech.geometry.windings import track_length
 from sits_mech.magnetics.loops import coil_inductances
 from sits_mech.magnetics.ring_field import spiral_inductances
 from sits_mech.magnetics.sheet_coupling import reactions
 from sits_mech.magnetics.sheet_loops import Complex
-from sits_mech.magnetics.sheet_modes import Box, Sheeted, prepare_sheets
+from sits_mech.magnetics.sheet_modes import Sheeted
+from sits_mech.magnetics.sheet_near import FACTORS, averaged, carried_down, infinite_plate, under_plate
 from sits_mech.magnetics.sheet_neighbours import Answering, coupled_reactions
+from sits_mech.magnetics.sheet_rungs import LADDER, Rung, carried, field_length, prepared, skin_depth, unseen
 from sits_mech.materials import metals
 from sits_mech.quantities import Array, Impedance, Pose, SolveReport
-from sits_mech.sensor import Sensor, Target
+from sits_mech.sensor import Sensor
 
-
-@dataclass(frozen=True)
-class Rung:
-    """How fine the coarser of the two divisions is.
-
-    Attributes
-    ----------
-    skin : float
-        First cell and sheet at the surface over the skin depth.
-    growth : float
-        Ratio of neighbouring cells.
-    along : float
-        Largest cell over the clearance.
-    across : float
-        Largest cell over the plate's half width.
-    terms : float
-        Digits (natural logarithm) the coils' field keeps.
-    """
-
-    skin: float
-    growth: float
-    along: float
-    across: float
-    terms: float
-
-
-# Asked error of the change of inductance -> division of the plate; measured in studies/benchmark_sheets.py.
-LADDER = (
-    (1e-2, Rung(skin=2.5, growth=4.0, along=1.2, across=0.4, terms=7.0)),
-    (5e-3, Rung(skin=2.0, growth=4.0, along=0.9, across=0.33, terms=8.0)),
-    (2e-3, Rung(skin=1.6, growth=3.4, along=0.6, across=0.25, terms=9.0)),
-    (1e-3, Rung(skin=1.5, growth=2.9, along=0.5, across=0.2, terms=10.0)),
-)
-_FINEST = 0.16  # smallest the largest cell may get, over the half width
-_MOST = 2000  # polynomials in all; what a wide plate close to the coils misses is in its estimated error
-_RESISTIVE = 0.8  # where the current fills the thickness, cells are smaller by this
+_PLATES = 1.5  # length on which another plate's field changes, over the distance
 
 
 @dataclass(frozen=True)
@@ -99,6 +64,33 @@ class _Doubt:
     trust: float = 1.0
     unseen: float = 0.0
     skin: float = 0.0
+
+
+@dataclass(frozen=True)
+class _Divided:
+    """A plate's divisions, the smallest clearance they carry [m], how far to trust them, and what there is to say."""
+
+    divisions: tuple[Sheeted, Sheeted]
+    lowest: float
+    doubt: _Doubt
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Changes:
+    """Delta Z on the fine and the coarse division, error of small gaps, unknowns, doubts of each plate, notes."""
+
+    fine: Complex
+    coarse: Complex
+    near: Complex
+    unknowns: int
+    doubts: tuple[_Doubt, ...]
+    notes: tuple[str, ...]
+
+    def doubt(self) -> _Doubt:
+        """The worst of all plates."""
+        doubts = [astuple(each) for each in self.doubts] or [astuple(_Doubt())]
+        return _Doubt(*(max(several) for several in zip(*doubts, strict=True)))
 
 
 @dataclass(frozen=True)
@@ -156,50 +148,49 @@ class Sheets:
         turns = np.broadcast_to(rotation, (*shape, 3, 3)).reshape(-1, 3, 3)
         places = np.broadcast_to(offset, (*shape, 3)).reshape(-1, 3)
         n = len(self.sensor.coils)
-        fine, coarse, unknowns, doubt, notes = self._changes(turns, places, frequency)
-        change = ((4 * fine - coarse) / 3).reshape(*shape, n, n)
-        spread = (doubt.trust * (fine - coarse) / 3).reshape(*shape, n, n)
+        found = self._changes(turns, places, frequency)
+        doubt = found.doubt()
+        change = ((4 * found.fine - found.coarse) / 3).reshape(*shape, n, n)
+        spread = (doubt.trust * (found.fine - found.coarse) / 3).reshape(*shape, n, n)
+        near = found.near.reshape(*shape, n, n)
         omega = 2 * np.pi * frequency
         scale = _largest(change.imag / omega)
-        error_L = _largest(spread.imag / omega) + doubt.unseen * scale
-        error_R = _largest(spread.real) + (doubt.unseen + doubt.skin) * _largest(change.real)
+        error_L = _largest(spread.imag / omega) + _largest(near.imag / omega) + doubt.unseen * scale
+        error_R = _largest(spread.real) + _largest(near.real)
+        error_R = error_R + (doubt.unseen + doubt.skin) * _largest(change.real)
         relative = float(np.max(error_L / np.where(scale > 0.0, scale, 1.0), initial=0.0))
         L0 = free_space(self.sensor, self.windings)
         R_dc = track_resistances(self.sensor)
-        report = SolveReport("sheets", unknowns, 1, 0.0, relative, time.perf_counter() - began, notes=notes)
+        report = SolveReport(
+            "sheets", found.unknowns, 1, 0.0, relative, time.perf_counter() - began, notes=found.notes
+        )
         return Impedance(frequency, L0 + change.imag / omega, change.real, L0, R_dc, error_L, error_R, "H", report)
 
-    def _changes(
-        self, turns: Array, places: Array, frequency: float
-    ) -> tuple[Complex, Complex, int, _Doubt, tuple[str, ...]]:
-        """Delta Z on the fine and the coarse division, unknowns, how far to trust them, and what there is to say."""
-        sensor, scale = self.sensor, math.ceil(math.log10(frequency) - 1e-9)
+    def _changes(self, turns: Array, places: Array, frequency: float) -> _Changes:
+        """What the plates do to the coils."""
+        sensor = self.sensor
         parts = placed_plates(sensor, self.outline, turns, places)
         if not parts or places.size == 0:
             none = np.zeros((places.shape[0], len(sensor.coils), len(sensor.coils)), dtype=complex)
-            return none, none, 0, _Doubt(), ()
+            return _Changes(none, none, none, 0, (), ())
         rung = next((rung for error, rung in LADDER if self.tolerance >= error), LADDER[-1][1])
-        answering, doubts, notes = [], [], []
-        for part in parts:
-            octave = math.floor(math.log2(part.gap) + 1e-9)
-            reach = _reach(sensor, part.middle) + 2 * 2.0**octave
-            divisions = [prepared(part.plate, part.outline, rung, (octave, scale, reach), h) for h in (1, 0)]
-            answering.append(Answering(tuple(divisions), part.turns, part.places))
-            depth, unseen = _skin_depth(part.plate, frequency), _unseen(divisions[0].box)
-            thin = depth > part.plate.thickness
-            first = rung.skin * _skin_depth(part.plate, 10.0**scale) / (1.0 + math.sqrt(rung.growth))
-            doubts.append((1.0 / 3.0 if thin else 1.0, unseen, 0.0 if thin else (first / depth) ** 2 / 12))
-            notes += [part.title + note for note in _notes(part.plate.thickness / depth, divisions[0].sheets, unseen)]
-        unknowns = sum(plate.divisions[0].unknowns for plate in answering)
+        plates = [_divided(sensor, part, rung, frequency, alone=not sensor.conductors) for part in parts]
+        notes = tuple(part.title + note for part, plate in zip(parts, plates, strict=True) for note in plate.notes)
         if sensor.conductors:
+            both = zip(parts, plates, strict=True)
+            answering = [Answering(plate.divisions, part.turns, part.places) for part, plate in both]
             target = answering.pop(0) if sensor.target is not None else None
             fine, coarse = coupled_reactions(sensor.coils, self.windings, target, answering, frequency)
             fine, coarse = ((Z + np.swapaxes(Z, 1, 2)) / 2 for Z in (fine, coarse))
             fine, coarse = (np.broadcast_to(Z, (places.shape[0], *Z.shape[1:])) for Z in (fine, coarse))
+            near = np.zeros(fine.shape, dtype=complex)
         else:
-            fine, coarse = reactions(sensor.coils, self.windings, answering[0].divisions, (turns, places), frequency)
-        doubt = _Doubt(*(max(several) for several in zip(*doubts, strict=True)))
-        return fine, coarse, unknowns, doubt, tuple(notes)
+            fine, coarse, near = _alone(sensor, self.windings, parts[0], plates[0], frequency)
+            if near.any():
+                low = plates[0].lowest * 1e3
+                notes = (*notes, f"gaps below {low:.3g} mm: carried down from there along the infinite plate")
+        unknowns = sum(plate.divisions[0].unknowns for plate in plates)
+        return _Changes(fine, coarse, near, unknowns, tuple(plate.doubt for plate in plates), notes)
 
 
 def sheets(
@@ -274,61 +265,55 @@ def _largest(matrices: Array) -> Array:
     return np.broadcast_to(np.abs(matrices).max(axis=(-2, -1), keepdims=True), matrices.shape)
 
 
-@lru_cache(maxsize=32)
-def prepared(
-    target: Target, outline: Outline | None, rung: Rung, scale: tuple[int, int, float], halvings: int
-) -> Sheeted:
-    """Return the target prepared for clearances from 2^scale[0] m on and frequencies up to 10^scale[1] Hz.
-
-    The third of `scale` is how far from the target's middle the coils' currents call for small cells [m].
-    """
-    clearance, skin_depth = 2.0 ** scale[0], _skin_depth(target, 10.0 ** scale[1])
-    shape = target_outline(target, outline)
-    half = np.array([*np.abs(shape.rim).max(0) * (1.0 + 1e-3), target.thickness / 2])
-    box = _box(half, clearance, rung.terms)
-    width = min(float(half[:2].min()), scale[2])
-    largest = min(rung.along * (clearance + target.thickness / 2), rung.across * width)
-    largest = max(largest, _FINEST * width) * (_RESISTIVE if 2 * skin_depth > target.thickness else 1.0)
-    first = min(rung.skin * skin_depth, largest)
-    grading = Grading(first, rung.growth, largest, halvings, scale[2])
-    levels = graded_axis(target.thickness / 2, grading, target.thickness / 2)
-    plan = _plan(target, outline, grading, max(box.order[:2]))
-    return prepare_sheets(plan, levels, target.metal.conductivity, box, depth=min(skin_depth, target.thickness / 2))
+def _divided(sensor: Sensor, part: PlacedPlate, rung: Rung, frequency: float, *, alone: bool) -> _Divided:
+    """Prepare a plate for its clearance; alone, not for smaller ones than its polynomials carry."""
+    scale = math.ceil(math.log10(frequency) - 1e-9)
+    octave = math.floor(math.log2(part.gap) + 1e-9)
+    if alone:
+        octave = carried(part.plate, part.outline, octave, rung)
+    reach, middle = _reach(sensor, part.middle) + 2 * 2.0**octave, 2.0**octave + part.plate.thickness / 2
+    length = min(field_length(coil, middle) for coil in sensor.coils)
+    if not alone:
+        length = min(length, _PLATES * middle)
+    fine, coarse = (prepared(part.plate, part.outline, rung, (octave, scale, reach, length), h) for h in (1, 0))
+    depth, missed = skin_depth(part.plate, frequency), unseen(fine.box)
+    thin = depth > part.plate.thickness
+    first = rung.skin * skin_depth(part.plate, 10.0**scale) / (1.0 + math.sqrt(rung.growth))
+    doubt = _Doubt(1.0 / 3.0 if thin else 1.0, missed, 0.0 if thin else (first / depth) ** 2 / 12)
+    return _Divided((fine, coarse), 2.0**octave, doubt, _notes(part.plate.thickness / depth, fine.sheets, missed))
 
 
-def _plan(target: Target, outline: Outline | None, grading: Grading, orders: int) -> Plan:
-    """Division of the target's outline."""
-    if outline is None and target.shape == "rectangle":
-        return rectangle_plan(*target.extent, grading)
-    if outline is None and target.shape == "disc":
-        return disc_plan(target.extent[0], grading, orders=orders)
-    return outline_plan(target_outline(target, outline), grading)
-
-
-def _box(half: Array, clearance: float, terms: float) -> Box:
-    """Bounding box with the polynomials that a field singular `clearance` below it needs (as `plate.series_order`)."""
-    rates = [math.asinh((clearance + half[2]) / side) for side in half]
-    order = [math.ceil(terms / (2 * rate)) + extra for rate, extra in zip(rates, (3, 3, 1), strict=True)]
-    short, long = (0, 1) if half[0] <= half[1] else (1, 0)
-    order[short] = min(order[short], math.isqrt(_MOST // order[2]))
-    order[long] = min(order[long], _MOST // (order[2] * order[short]))
-    return Box(half, (order[0], order[1], order[2]), (math.exp(rates[0]), math.exp(rates[1]), math.exp(rates[2])))
+def _alone(
+    sensor: Sensor, windings: str, part: PlacedPlate, plate: _Divided, frequency: float
+) -> tuple[Complex, Complex, Complex]:
+    """Delta Z of a plate without others on the fine and the coarse division, and its error where the gap is small."""
+    gap = lowest_points(part.plate, part.outline, part.turns, part.places)
+    near, up = gap < plate.lowest * (1.0 - 1e-9), FACTORS * plate.lowest
+    lift = (up - gap[near, None])[..., None] * (0.0, 0.0, 1.0)
+    lifted = (part.places[near, None] + lift).reshape(-1, 3)
+    turns = np.vstack([part.turns[~near], np.repeat(part.turns[near], up.size, axis=0)])
+    poses = turns, np.vstack([part.places[~near], lifted])
+    found = reactions(sensor.coils, windings, plate.divisions, poses, frequency)
+    results = [np.empty((gap.size, *Z.shape[1:]), dtype=complex) for Z in found]
+    error = np.zeros(results[0].shape, dtype=complex)
+    for result, Z in zip(results, found, strict=True):
+        result[~near] = Z[: gap.size - lifted.shape[0] // up.size]
+    if near.any():
+        heights = under_plate(sensor.coils, part.plate, part.outline, (part.turns[near], part.places[near]), gap[near])
+        reach = float(heights[0].max()) + up[-1]
+        plane = infinite_plate(sensor.coils, part.plate, (float(gap.min()), reach), frequency)
+        below = averaged(plane, heights, 0.0 * gap[near])
+        above = np.stack([averaged(plane, heights, height - gap[near]) for height in up], axis=1)
+        for result, Z in zip(results, found, strict=True):
+            nodes = Z[gap.size - lifted.shape[0] // up.size :].reshape(above.shape)
+            result[near], error[near] = carried_down(nodes, (above, below), gap[near], plate.lowest)
+    return results[0], results[1], error
 
 
 def _reach(sensor: Sensor, middle: tuple[float, float]) -> float:
     """Farthest winding from a plate's middle along x or y [m]."""
     return max(max(abs(c - m) for c, m in zip(coil.centre, middle, strict=True)) + coil.outer_diameter / 2
                for coil in sensor.coils)  # fmt: skip
-
-
-def _skin_depth(target: Target, frequency: float) -> float:
-    """Skin depth of the target's metal [m]."""
-    return math.sqrt(1.0 / (math.pi * frequency * mu_0 * target.metal.conductivity))
-
-
-def _unseen(box: Box) -> float:
-    """Share of the coils' field energy that the box's polynomials miss: rho^-2n."""
-    return float(max(rho ** (-2.0 * n) for rho, n in zip(box.decay[:2], box.order[:2], strict=True)))
 
 
 def _notes(ratio: float, sheets_used: int, unseen: float) -> tuple[str, ...]:

@@ -8,7 +8,8 @@ from sits_mech.geometry.solids import Solid, placed_plates, separation
 from sits_mech.magnetics.dodd_deeds import Layer, coil_change
 from sits_mech.magnetics.loops import coil_sections
 from sits_mech.magnetics.sheet_neighbours import Answering, coupled_reactions
-from sits_mech.magnetics.sheets import LADDER, prepared, sheets
+from sits_mech.magnetics.sheet_rungs import LADDER, prepared
+from sits_mech.magnetics.sheets import sheets
 from sits_mech.materials import metals
 from sits_mech.quantities import Pose
 from sits_mech.sensor import Conductor, load_sensor
@@ -101,9 +102,8 @@ def test_reciprocal_before_it_is_made_so_and_passive():
     sensor = scene(BESIDE, plate(-8.0, 3.5, 4.0, name="third"))
     tilt = np.array([[np.cos(0.1), 0.0, np.sin(0.1)], [0.0, 1.0, 0.0], [-np.sin(0.1), 0.0, np.cos(0.1)]])
     plates = placed_plates(sensor, None, tilt[None], np.array([[0.5 * MM, 0.0, 2.5 * MM]]))
-    ready = [
-        Answering((prepared(p.plate, None, LADDER[0][1], (-10, 7, 9 * MM), 0),), p.turns, p.places) for p in plates
-    ]
+    scale = (-10, 7, 9 * MM, 1.5 * MM)
+    ready = [Answering((prepared(p.plate, None, LADDER[0][1], scale, 0),), p.turns, p.places) for p in plates]
     (Z,) = coupled_reactions(sensor.coils, "rings", ready[0], ready[1:], 5e6)
     np.testing.assert_allclose(Z, Z.swapaxes(1, 2), rtol=0, atol=1e-12 * np.abs(Z).max())
     assert np.linalg.eigvalsh(Z[0].real).min() > 0.0
