@@ -1,4 +1,4 @@
-"""What do readings mean, and how is the converter set? invert, converter."""
+"""What do readings mean, and how is the converter set? invert, converter, compare."""
 
 from __future__ import annotations
 
@@ -71,6 +71,37 @@ def converter(
     answer(front_end_record(found, names, missing), [front_end_table(found, names, missing)], as_json)
     for line in found.warnings:
         warn(line)
+    return 0
+
+
+@app.command
+def compare(
+    folder: Folder, measured: Annotated[Path, Parameter(help="CSV: F_x [N], F_z [N], L1 [uH] or code1, ...")], *,
+    free: Annotated[str, Parameter(help="To fit: modulus, gap, lead, with commas.")] = "modulus,gap,lead",
+    clock: Annotated[Quantity, Parameter(help="Reference frequency of the codes.")] = "40 MHz",
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"], help="Picture of data and model.")] = None,
+    as_json: Json = False,
+) -> int:  # fmt: skip
+    """How far is a measurement from a calibration, and which modulus, gap and lead bring them together?
+
+    Example: sits-mech compare calibration bench.csv --free modulus,lead -o residual.png
+    """
+    from sits_mech import comparison
+    from sits_mech.readout.measured import read_measured
+    from sits_mech.report.folder import read_calibration
+    from sits_mech.report.measured_view import comparison_record, comparison_rows, save_comparison
+    from sits_mech.report.tables import key_table
+    from sits_mech.units import quantity
+
+    sensor, data = read_calibration(folder)
+    tank = comparison.tank_of(sensor, quantity(clock, "Hz", "--clock"))
+    names = [coil.name for coil in sensor.coils]
+    bench = read_measured(measured, comparison.varied(data), names, tank)
+    found = comparison.compare(sensor, data, bench, [name.strip() for name in free.split(",")])
+    if output is not None:
+        save_comparison(found, names, output)
+        warn(f"written to {output}")
+    answer(comparison_record(found, names), [key_table(str(measured), comparison_rows(found))], as_json)
     return 0
 
 
