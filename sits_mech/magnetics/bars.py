@@ -44,12 +44,12 @@ from sits_mech.sensor import Sensor
 # Asked error of the change of inductance -> division of the plate. Largest errors against an independent high-order FEM
 # (8 x 0.2 mm, 1 to 5 mm, 5 kHz and 5 MHz): L 1.8e-3, 6.3e-4, 5.5e-5, 7e-6; R 5e-4, 3e-4, 7e-5, 2e-5.
 LADDER = (
-    (1e-2, Resolution(skin=0.20, growth=1.50, along=0.30, near=1.2, terms=8.0)),
-    (1e-3, Resolution(skin=0.12, growth=1.32, along=0.20, near=0.6, terms=10.0)),
-    (1e-4, Resolution(skin=0.08, growth=1.22, along=0.09, near=0.35, terms=13.0)),
-    (1e-5, Resolution(skin=0.06, growth=1.18, along=0.045, near=0.2, terms=16.0)),
+    (1e-2, Resolution(skin=0.20, growth=1.50, along=0.30, near=0.8, terms=8.0)),
+    (1e-3, Resolution(skin=0.12, growth=1.32, along=0.20, near=0.4, terms=10.0)),
+    (1e-4, Resolution(skin=0.08, growth=1.22, along=0.09, near=0.22, terms=13.0)),
+    (1e-5, Resolution(skin=0.06, growth=1.18, along=0.045, near=0.12, terms=16.0)),
 )
-_RIPPLE = 3.0  # cells that resolve the ripple of single tracks, over those that resolve the gap
+_RIPPLE = 4.0  # cells that resolve the ripple of single tracks, over those that resolve the gap
 _SAFETY = np.array([0.3, 0.15])  # estimated errors of R, L over the difference of the check with cells twice as large
 
 
@@ -282,7 +282,7 @@ def _lengths(gap: float, winding: float, conductivity: float, frequency: float) 
     """
     closest = 2.0 ** math.floor(math.log2(gap))
     highest = 10.0 ** math.ceil(math.log10(frequency) - 1e-9)
-    grain = min(_RIPPLE * closest, max(closest, winding / 8))
+    grain = min(_RIPPLE * closest, max(closest, winding / 6))
     return Lengths(closest, grain, math.sqrt(1.0 / (math.pi * highest * mu_0 * conductivity)))
 
 

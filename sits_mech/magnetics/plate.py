@@ -31,7 +31,7 @@ from sits_mech.magnetics.sampling import CLASSES, Complex, all_nodes, fit, mirro
 from sits_mech.quantities import Array, SolveFailed, SolveReport
 
 _GAUSS_X, _GAUSS_Z = np.polynomial.legendre.leggauss(4), np.polynomial.legendre.leggauss(2)
-_MOST_BARS = 11_200  # under a minute and two gigabytes
+_MOST_BARS, _MOST_NODES = 11_200, 1_500  # about a minute and two gigabytes
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ def prepare_plate(
     """
     levels = divisions(size, resolution, lengths)
     cells = levels[0].cells
-    _check_size(cells, size[0], lengths.clearance)
+    _check_size(cells, size, lengths.clearance, resolution.terms)
     logs = _image_logs(cells, 1.0 if return_radius is None else return_radius)
     places, copies = sample_nodes(size, lengths.clearance, resolution.terms)
     charges = probe_charges(size, lengths.clearance)
@@ -158,13 +158,14 @@ def _combined(images: tuple[Array, ...], parities: tuple[float, float]) -> Array
     return np.asarray(sum(sign * image for sign, image in zip(signs(parities), images, strict=True)))
 
 
-def _check_size(cells: Cells, width: float, clearance: float) -> None:
-    """Refuse more bars than fit in memory and a minute."""
-    bars = 4 * cells.x.size
-    if bars > _MOST_BARS:
+def _check_size(cells: Cells, size: tuple[float, float], clearance: float, terms: float) -> None:
+    """Refuse more bars, or more nodes for the coils' field, than fit in memory and a minute."""
+    bars, nodes = 4 * cells.x.size, int(terms * sum(size) / (2 * np.pi * clearance))
+    if bars > _MOST_BARS or nodes > _MOST_NODES:
         raise SolveFailed(
-            f"planar: a plate of {width * 1e3:.4g} mm at a clearance down to {clearance * 1e3:.3g} mm needs {bars} "
-            f"bars for this tolerance, {_MOST_BARS} fit; ask for a larger tolerance, or for 'planar-fem'",
+            f"planar: a plate of {size[0] * 1e3:.4g} mm at a clearance down to {clearance * 1e3:.3g} mm needs {bars} "
+            f"bars and {nodes} field nodes for this tolerance, {_MOST_BARS} and {_MOST_NODES} fit; ask for a larger "
+            "tolerance, or for 'planar-fem'",
             SolveReport("planar", bars, 0, 0.0, 1.0, 0.0, "too many bars"),
         )
 
