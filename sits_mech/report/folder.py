@@ -16,7 +16,7 @@ from sits_mech.report.curves import crosstalk_map, normal_curves, save_figure, s
 from sits_mech.report.tables import csv_text
 from sits_mech.report.views import load_view
 from sits_mech.scene import write_text
-from sits_mech.sensor import SceneError, Sensor, load_sensor, save_sensor, scene_hash
+from sits_mech.sensor import SceneError, Sensor, load_sensor, save_sensor
 from sits_mech.sweep import DONE, read_table, save_table
 from sits_mech.version import __version__
 
@@ -66,7 +66,7 @@ def read_calibration(folder: Path) -> tuple[Sensor, xr.Dataset]:
         came = data.attrs.get("version", "an unknown one")
         raise SceneError(f"{folder}: must be a calibration by version {__version__}; got {came}: calibrate anew")
     sensor = load_sensor(folder / "scene.toml")
-    if data.attrs.get("scene_hash") != scene_hash(sensor):
+    if data.attrs.get("scene") != (folder / "scene.toml").read_text(encoding="utf-8"):
         raise SceneError(f"{folder}: scene.toml must be the scene of result.nc; it was changed: calibrate anew")
     if not np.any(data["status"] == DONE):
         raise SceneError(f"{folder}: must hold at least one load that converged; got none")

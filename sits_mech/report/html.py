@@ -22,6 +22,7 @@ from sits_mech.report.codes import Readings, readings
 from sits_mech.report.html_parts import (
     computed_part,
     figures_part,
+    inverse_part,
     loads_part,
     pictures_part,
     readout_part,
@@ -71,6 +72,7 @@ def page(sensor: Sensor, data: xr.Dataset, folder: Path) -> str:
         css=(files / "page.css").read_text(encoding="utf-8"), js=(files / "page.js").read_text(encoding="utf-8"),
         readouts=_cards(items), words=words_part(sensor, data, read), figures=figures_part(data),
         pictures=pictures_part(folder), readout=readout_part(sensor, read), loads=loads_part(data),
+        inverse=inverse_part(sensor, data, read),
         scene=scene_part(sensor), how=computed_part(data), data=_table(sensor, data, read, items),
         footer=f"Made by sits-mech {html.escape(__version__)}. SI units; x is shear, F_z presses down, alpha turns the "
         "right edge down.",
@@ -85,7 +87,8 @@ def readout_items(sensor: Sensor, read: Readings) -> list[dict[str, Any]]:
         found.append(entry | {"unit": "µH"})
         if read.codes is not None:
             found.append({"label": f"code of {coil.name}", "name": f"code{i}", "scale": 1, "digits": 0, "unit": ""})
-    signals = (("L_v", "sum signal L_v"), ("L_h", "difference L_h"))
+    several = len(sensor.coils) > 1
+    signals = (("L_v", "sum signal L_v"), ("L_h", "difference L_h")) if several else (("L_v", "signal L_v"),)
     for name, label in signals:
         entry = {"label": label, "name": f"{name}_percent", "error": f"error_{name}_percent", "scale": 1, "digits": 3}
         found.append(entry | {"unit": "%"})

@@ -15,6 +15,7 @@ import xarray as xr
 from pydantic import BaseModel
 from rich.table import Table
 
+from sits_mech.bench import sensor_calibration
 from sits_mech.readout.crosstalk import crosstalk
 from sits_mech.report.codes import Readings
 from sits_mech.report.readings import front_end_table
@@ -53,14 +54,14 @@ def tiles(data: xr.Dataset, read: Readings) -> str:
         (f"{stray['largest_L_h_from_F_z']:.3g} %", "crosstalk of F_z into L_h"),
         (f"{seconds:.3g} s", f"for {int((data['status'] == DONE).sum())} of {data['status'].size} loads"),
     ]  # fmt: skip
-    texts = ((html.escape(value), html.escape(name)) for value, name in found)
+    texts = ((html.escape(value), html.escape(name)) for value, name in found if not value.startswith("nan"))
     return "\n".join(f'<div class="tile"><b>{value}</b><span>{name}</span></div>' for value, name in texts)
 
 
 def _span(data: xr.Dataset, force: str) -> str:
     """Return a force's range."""
-    low, high = (float(data[force][end]) for end in (0, -1))
-    return f"{low:.4g} … {high:.4g}".replace("-", "−")
+    low, high = (f"{float(data[force][end]):.4g}".replace("-", "−") for end in (0, -1))
+    return low if low == high else f"{low} … {high}"
 
 
 def words_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
@@ -140,6 +141,29 @@ def readout_part(sensor: Sensor, read: Readings) -> str:
         return "<p>The scene has no converter.</p>"
     names = [coil.name for coil in sensor.coils]
     return html_table(front_end_table(read.front, names, read.left_out))
+
+
+def inverse_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
+    """Return how well the table can be turned around: its error, where it has no answer, noise in newtons."""
+    try:
+        cal = sensor_calibration(sensor, data)
+    except ValueError as error:
+        return f"<p>{html.escape(_sentence(str(error)))}</p>"
+    if len(cal.coils) < len(cal.forces):
+        return f"<p>{len(cal.coils)} coils cannot tell {' and '.join(cal.forces)} apart.</p>"
+    rows = [
+        ("told apart", " and ".join(cal.forces)),
+        ("error of the map", f"{cal.error:.1e} of a coil's full scale, foretelling loads that are left out"),
+        ("loads with one answer", f"{100.0 * cal.domain.share:.4g} % of the calibrated range"),
+        *(("no answer", region) for region in cal.domain.regions),
+    ]
+    loads = np.meshgrid(*(np.linspace(a, b, 9) for a, b in zip(cal.low, cal.high, strict=True)), indexing="ij")
+    if read.front is not None:
+        spread = cal.force_noise(np.stack(loads, -1), read.front.noise)
+        for name, each in zip(cal.forces, spread.reshape(-1, len(cal.forces)).T, strict=True):
+            span = f"{1e3 * np.median(each):.2g} mN over half of the loads, {1e3 * each.max():.2g} mN at worst"
+            rows.append((f"converter noise as {name}", f"at most {span} (one standard deviation)"))
+    return _pairs(rows)
 
 
 def loads_part(data: xr.Dataset) -> str:

@@ -19,7 +19,7 @@ from sits_mech.cli import run
 from sits_mech.report.codes import readings
 from sits_mech.report.folder import read_calibration
 from sits_mech.report.html import page
-from sits_mech.report.html_parts import words_part
+from sits_mech.report.html_parts import inverse_part, words_part
 from sits_mech.sensor import changed
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
@@ -212,6 +212,32 @@ def test_a_load_without_result_says_so(browser: Browser, calibrated: Path, tmp_p
     assert shown(browser, "L_v_percent") == pytest.approx(expected, abs=0.5001e-3)
     assert browser.run('document.querySelectorAll("tr.bad").length') == 1
     assert browser.complaints() == []
+
+
+@needs_browser
+def test_one_shear_force_leaves_one_slider(browser: Browser, calibrated: Path, tmp_path: Path) -> None:
+    """A table of normal forces alone: no plane of both forces, no curve over shear, no complaint; F_z still moves."""
+    sensor, data = read_calibration(calibrated)
+    line = data.isel(F_x=[2])
+    (tmp_path / "line.html").write_text(page(sensor, line, tmp_path))
+    browser.open(tmp_path / "line.html")
+    there = {name: f'document.getElementById("{name}") !== null' for name in ("pad", "chart-h", "chart-v")}
+    gone = [name for name, script in there.items() if not browser.run(script)]
+    assert gone == ["pad", "chart-h"] and browser.run('document.getElementById("fx").disabled') is True
+    browser.run('document.getElementById("fz").focus()')
+    browser.press("End")
+    assert shown(browser, "d_v") == pytest.approx(1e6 * float(line["d_v"][0, -1]), abs=0.05001)
+    assert browser.complaints() == []
+
+
+def test_forces_back(calibrated: Path) -> None:
+    """Error of the map, share with an answer, noise in newtons; a sentence where forces cannot be told apart."""
+    sensor, data = read_calibration(calibrated)
+    text = inverse_part(sensor, data, readings(sensor, data))
+    for word in ("F_x and F_z", "100 % of the calibrated range", "converter noise as F_z", "mN"):
+        assert word in text
+    few = data.isel(F_x=[0, 1], F_z=[0])
+    assert "must" in inverse_part(sensor, few, readings(sensor, few))
 
 
 def test_one_file_of_a_size_to_send(made: Path) -> None:

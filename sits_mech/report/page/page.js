@@ -47,7 +47,11 @@
   window.sensorAt = (name, fx, fz) => at(data.values[name], fx, fz);
 
   // ---- numbers as they are shown ----
-  const shown = (value, digits) => (value === null ? "–" : value.toFixed(digits).replace("-", "−"));
+  const shown = (value, digits) => {
+    if (value === null) return "–";
+    const text = value.toFixed(digits);
+    return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");
+  };
   const digitsFor = (error, most) => {
     if (error === null || !(error > 0)) return most;
     return Math.max(0, Math.min(most, 1 - Math.floor(Math.log10(error))));
@@ -113,6 +117,10 @@
   // ---- curves through the present load ----
   function chart(id, name, along, across, unit) {
     const svg = byId(id), W = 520, H = 300, m = { l: 68, r: 14, t: 12, b: 44 };
+    if (!data.items.some((item) => item.name === name) || data[along].length < 2) {
+      svg.parentNode.remove();
+      return () => {};
+    }
     svg.setAttribute("viewBox", "0 0 " + W + " " + H);
     const xs = data[along], family = data[across], values = data.values[name];
     const flat = values.flat().filter((v) => v !== null);
@@ -129,11 +137,11 @@
     };
     for (const [v, d] of ticks(lo, hi)) {
       svgNode("line", { x1: m.l, x2: W - m.r, y1: Y(v), y2: Y(v), stroke: "#e6eaf1" }, svg);
-      svgNode("text", { x: m.l - 8, y: Y(v) + 4, "text-anchor": "end", "font-size": 12, fill: "#5b6780" }, svg).textContent = v.toFixed(d).replace("-", "−");
+      svgNode("text", { x: m.l - 8, y: Y(v) + 4, "text-anchor": "end", "font-size": 12, fill: "#5b6780" }, svg).textContent = shown(v, d);
     }
     for (const [v, d] of ticks(xs[0], xs[xs.length - 1])) {
       svgNode("line", { x1: X(v), x2: X(v), y1: m.t, y2: H - m.b, stroke: "#f0f3f7" }, svg);
-      svgNode("text", { x: X(v), y: H - m.b + 17, "text-anchor": "middle", "font-size": 12, fill: "#5b6780" }, svg).textContent = v.toFixed(d).replace("-", "−");
+      svgNode("text", { x: X(v), y: H - m.b + 17, "text-anchor": "middle", "font-size": 12, fill: "#5b6780" }, svg).textContent = shown(v, d);
     }
     svgNode("text", { x: (m.l + W - m.r) / 2, y: H - 8, "text-anchor": "middle", "font-size": 13, fill: "#16213a" }, svg).textContent = (along === "F_z" ? "normal force F_z" : "shear force F_x") + " [N]";
     svgNode("text", { x: 14, y: (H - m.b + m.t) / 2, "text-anchor": "middle", "font-size": 13, fill: "#16213a", transform: "rotate(-90 14 " + (H - m.b + m.t) / 2 + ")" }, svg).textContent = unit;
@@ -162,6 +170,10 @@
 
   // ---- the plane of both forces: shade is L_v, dots are the computed loads ----
   function forcePlane() {
+    if (data.F_x.length < 2 || data.F_z.length < 2) {
+      byId("pad").remove();
+      return () => {};
+    }
     const svg = byId("pad"), W = 620, H = 252, m = { l: 58, r: 16, t: 12, b: 40 }, values = data.values.L_v_percent;
     svg.setAttribute("viewBox", "0 0 " + W + " " + H);
     const span = (nodes) => [nodes[0], nodes[nodes.length - 1] > nodes[0] ? nodes[nodes.length - 1] : nodes[0] + 1];
