@@ -27,7 +27,7 @@ from threadpoolctl import threadpool_limits
 from sits_mech.report.curves import new_figure, save_figure
 
 PARTS = {"mechanics": layers, "magnetics": plates, "chain": chain}
-SMALLEST = 1e-17  # where nothing at all is drawn
+SMALLEST = 1e-9  # where nothing at all, and less, is drawn
 MARKS = "cross: refused, with the error of what it reached; star: does not hold"
 
 
@@ -53,7 +53,8 @@ def draw(rows: Sequence[Row], path: Path) -> None:
     with new_figure(height=0.7, columns=2) as (figure, (left, right)):
         for number, part in enumerate(PARTS):
             own = [row for row in rows if row.physics == part]
-            for axes, values in ((left, [row.estimated for row in own]), (right, [row.violation for row in own])):
+            over = [row.violation / row.allowed for row in own]
+            for axes, values in ((left, [row.estimated for row in own]), (right, over)):
                 done = [row.status == DONE for row in own]
                 seconds = np.maximum([row.seconds for row in own], 1e-2)
                 share = np.maximum(values, SMALLEST)
@@ -63,7 +64,7 @@ def draw(rows: Sequence[Row], path: Path) -> None:
         wrong = [row for row in rows if not row.holds]
         right.plot([max(row.seconds, 1e-2) for row in wrong], [1.0] * len(wrong), "r*")
         left.set(xscale="log", yscale="log", xlabel="wall time [s]", ylabel="estimated error [-]")
-        right.set(xscale="log", yscale="log", xlabel="wall time [s]", ylabel="violation [-]")
+        right.set(xscale="log", yscale="log", xlabel="wall time [s]", ylabel="violation over what is allowed [-]")
         figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3, title=MARKS)
         save_figure(figure, path)
 
