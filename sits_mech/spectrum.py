@@ -23,6 +23,7 @@ from functools import lru_cache
 import numpy as np
 import xarray as xr
 
+from sits_mech.geometry.windings import wave_notes
 from sits_mech.magnetics.terminals import tank_frequency, terminal_impedance, with_capacitance
 from sits_mech.magnetics.track_modes import TrackSpectrum, track_spectrum
 from sits_mech.plan import quantity_range
@@ -74,6 +75,7 @@ def at_terminals(sensor: Sensor, found: Impedance) -> tuple[Terminals | None, tu
         In henry and ohm; of one that is per metre nothing is said.
     """
     tracks, missing = _tracks(sensor, found.unit_L, [found.frequency])
+    missing += wave_notes(sensor.coils, found.frequency)
     if tracks is None:
         return None, missing
     return _terminals(sensor, found, tracks[0][:, 0], tracks[1][:, 0]), missing
@@ -109,6 +111,7 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
         raise SceneError(f"frequencies must be one or more different positive numbers [Hz]; got {list(frequencies)}")
     each = [model.impedance(pose, float(f)) for f in hertz[::-1]][::-1]  # the highest asks most of a preparation
     tracks, missing = _tracks(sensor, each[0].unit_L, hertz.tolist())
+    missing += wave_notes(sensor.coils, float(hertz[-1]))
     names = [coil.name for coil in sensor.coils]
     pair = ("frequency", "coil", "coil_2")
     data = xr.Dataset(coords={"frequency": hertz, "coil": names, "coil_2": names})

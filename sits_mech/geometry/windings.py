@@ -14,9 +14,12 @@ y = 0 it runs along +y (into the picture of x to the right, z up) on the coil's 
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.constants import c
 
 from sits_mech.materials import metals
 from sits_mech.quantities import Array
@@ -116,6 +119,37 @@ def spiral_path(coil: Coil, *, points_per_turn: int = 60) -> Array:
 def track_length(coil: Coil) -> float:
     """Length of the track, all turns and layers [m]."""
     return float(2 * np.pi * turn_radii(coil).sum() * coil.layers)
+
+
+def check_frequency(coils: Sequence[Coil], frequency: float) -> None:
+    """Refuse a frequency at which a track is as long as a wave in free space: its current is no longer one current.
+
+    Raises
+    ------
+    ValueError
+        Also if the frequency is not a positive number.
+    """
+    if not 0.0 < frequency < math.inf:
+        raise ValueError(f"frequency: must be a positive number of hertz, got {frequency}")
+    coil = max(coils, key=track_length)
+    length = track_length(coil)
+    if frequency * length > c:
+        raise ValueError(
+            f"frequency: must be below {c / length:.3g} Hz, where a wave is as long as the track of coil {coil.name} "
+            f"({length:.3g} m), got {frequency:g} Hz; no model here holds waves: it takes a full-wave solver"
+        )
+
+
+def wave_notes(coils: Sequence[Coil], frequency: float) -> tuple[str, ...]:
+    """Say where a track is longer than a tenth of a wave: near its self-resonance, which no model here holds."""
+    coil = max(coils, key=track_length)
+    share = frequency * track_length(coil) / c
+    if share < 0.1:
+        return ()
+    return (
+        f"displacement current: the track of {coil.name} is {share:.2g} waves long at {frequency:.3g} Hz; what its "
+        "turns' own capacitance adds is not held",
+    )
 
 
 def resistance_per_metre(bars: int, width: float, thickness: float) -> float:

@@ -32,7 +32,7 @@ from scipy.constants import mu_0
 
 from sits_mech.geometry.collision import check_clearance, clearance
 from sits_mech.geometry.plates import Plate, check_apart, distance, section_plates
-from sits_mech.geometry.windings import Bars, coil_bars, resistance_per_metre
+from sits_mech.geometry.windings import Bars, check_frequency, coil_bars, resistance_per_metre
 from sits_mech.magnetics.coupling import Complex, circle_samples, filaments, samples
 from sits_mech.magnetics.division import Lengths, Resolution
 from sits_mech.magnetics.kernels import mean_log
@@ -75,11 +75,10 @@ class PlanarBars:
         Collision
             If a pose brings the target to the coil plane.
         ValueError
-            If the frequency is not positive.
+            If the frequency is not positive, or beyond the coils' (`check_frequency`).
         """
         began = time.perf_counter()
-        if not 0.0 < frequency < np.inf:
-            raise ValueError(f"frequency: must be a positive number of hertz, got {frequency}")
+        check_frequency(self.sensor.coils, frequency)
         check_clearance(self.sensor, pose)
         fields = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (pose.d_h, pose.d_v, pose.alpha)))
         batch = Pose(*(field.ravel() for field in fields))

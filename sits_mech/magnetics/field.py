@@ -28,6 +28,7 @@ from scipy.spatial import cKDTree
 
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.plates import Plate, not_cut, section_plates
+from sits_mech.geometry.windings import check_frequency
 from sits_mech.magnetics.field_mesh import Division, Fineness, divide_plane, outline_samples
 from sits_mech.magnetics.field_solve import FieldSolution, element_errors, solve_field
 from sits_mech.magnetics.field_source import Track, coil_potentials, free_inductance, track_resistances, tracks
@@ -169,8 +170,7 @@ class PlanarFem:
 
         Raises as `impedance` does.
         """
-        if not 0.0 < frequency < np.inf:
-            raise ValueError(f"frequency: must be a positive number of hertz, got {frequency}")
+        check_frequency(self.sensor.coils, frequency)
         check_clearance(self.sensor, pose)
         plates = section_plates(self.sensor, pose)
         return _adapted(self, plates, 2 * np.pi * frequency) if plates else None

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.constants import mu_0
 
 from sits_mech.geometry.collision import check_clearance
+from sits_mech.geometry.windings import check_frequency
 from sits_mech.magnetics.disc import Disc, DiscProblem, count_rings, prepare_disc
 from sits_mech.magnetics.loops import coil_inductances
 from sits_mech.magnetics.losses import track_resistance
@@ -57,13 +58,13 @@ class Axisymmetric:
         Collision
             If a pose brings the disc to the coil plane.
         ValueError
-            If a pose leaves the coil's axis, or the frequency is not positive.
+            If a pose leaves the coil's axis, or the frequency is not positive or beyond the coil's
+            (`check_frequency`).
         SolveFailed
             If the tolerance asks for more rings than fit.
         """
         began = time.perf_counter()
-        if not (frequency > 0.0 and np.isfinite(frequency)):
-            raise ValueError(f"frequency: must be a positive number of hertz; got {frequency}")
+        check_frequency(self.sensor.coils, frequency)
         shape = np.broadcast(pose.d_h, pose.d_v, pose.alpha).shape
         L0 = _free_inductance(self.sensor.coils)
         R_dc = np.array([track_resistance(coil) for coil in self.sensor.coils])

@@ -31,7 +31,7 @@ import numpy as np
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.outline import Outline
 from sits_mech.geometry.solids import PlacedPlate, lowest_points, overlapping, placed_plates
-from sits_mech.geometry.windings import track_length
+from sits_mech.geometry.windings import check_frequency, track_length
 from sits_mech.magnetics.loops import coil_inductances
 from sits_mech.magnetics.ring_field import spiral_inductances
 from sits_mech.magnetics.sheet_coupling import reactions
@@ -121,7 +121,7 @@ class Sheets:
         Collision
             If a pose brings the target to the coil plane.
         ValueError
-            If the frequency is not positive.
+            If the frequency is not positive, or beyond the coils' (`check_frequency`).
         """
         check_clearance(self.sensor, pose)
         d_h, d_v, alpha = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (pose.d_h, pose.d_v, pose.alpha)))
@@ -142,8 +142,7 @@ class Sheets:
         frequency : float
         """
         began = time.perf_counter()
-        if not 0.0 < frequency < np.inf:
-            raise ValueError(f"frequency: must be a positive number of hertz, got {frequency}")
+        check_frequency(self.sensor.coils, frequency)
         shape = np.broadcast_shapes(np.shape(rotation)[:-2], np.shape(offset)[:-1])
         turns = np.broadcast_to(rotation, (*shape, 3, 3)).reshape(-1, 3, 3)
         places = np.broadcast_to(offset, (*shape, 3)).reshape(-1, 3)
