@@ -12,10 +12,8 @@ Markdown, and a picture of violations beside what is allowed.
 from __future__ import annotations
 
 import argparse
-import csv
 import sys
 from collections.abc import Sequence
-from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -25,27 +23,11 @@ from extreme.rows import DONE, Row
 from threadpoolctl import threadpool_limits
 
 from sits_mech.report.curves import new_figure, save_figure
+from sits_mech.report.outputs import write_rows
 
 PARTS = {"mechanics": layers, "magnetics": plates, "chain": chain}
 SMALLEST = 1e-9  # where nothing at all, and less, is drawn
 MARKS = "cross: refused, with the error of what it reached; star: does not hold"
-
-
-def number(value: float, form: str = ".1e") -> str:
-    """Return a number for a reader, nothing for none."""
-    return "" if np.isnan(value) else format(value, form)
-
-
-def markdown(rows: Sequence[Row]) -> str:
-    """Return the rows as a Markdown table."""
-    head = "| physics | case | status | holds | min J | violation | allowed | estimated error | seconds | remark |"
-    lines = [head, "|---" * 10 + "|"]
-    for row in rows:
-        numbers = [number(row.min_J, ".3g"), *(number(x) for x in (row.violation, row.allowed, row.estimated))]
-        holds, remark = "yes" if row.holds else "NO", row.remark.replace("|", "/")
-        cells = [row.physics, row.case, row.status, holds, *numbers, f"{row.seconds:.1f}", remark]
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines) + "\n"
 
 
 def draw(rows: Sequence[Row], path: Path) -> None:
@@ -84,10 +66,7 @@ def main() -> int:
                 rows.append(row)
                 verdict = "" if row.holds else "DOES NOT HOLD  "
                 print(f"{verdict}{row.physics}: {row.case}: {row.status}, {row.seconds:.1f} s", flush=True)
-    with (asked.output / "extremes.csv").open("w", newline="", encoding="utf-8") as file:
-        names = [item.name for item in fields(Row)]
-        csv.writer(file).writerows([[*names, "holds"], *([*vars(row).values(), row.holds] for row in rows)])
-    (asked.output / "extremes.md").write_text(markdown(rows), encoding="utf-8")
+    write_rows([vars(row) | {"holds": row.holds} for row in rows], asked.output / "extremes.csv")
     draw(rows, asked.output / "extremes.png")
     wrong = sum(not row.holds for row in rows)
     print(f"{len(rows)} rows: {sum(row.status == DONE for row in rows)} converged, {wrong} do not hold")
