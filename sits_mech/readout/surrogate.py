@@ -169,6 +169,7 @@ def _chosen(x: Array, y: Array, groups: Sequence[NDArray[np.int_]], highest: Seq
     best = _score(x, y, groups, _terms(degrees, simplex))
     while True:
         raised = [[*degrees[:i], degrees[i] + step, *degrees[i + 1 :]] for i in range(len(degrees)) for step in (1, 2)]
+        raised += [[degree + 1 for degree in degrees]] if simplex else []  # products need two degrees at once
         raised = [trial for trial in raised if all(a <= b for a, b in zip(trial, highest, strict=True))]
         scores = [_score(x, y, groups, _terms(trial, simplex)) for trial in raised]
         if not scores or not min(scores) < 0.98 * best:

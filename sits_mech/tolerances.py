@@ -1,0 +1,158 @@
+"""What do the tolerances of a sensor make of its readings? Thickness, modulus, gap and coil offset, as forces misread.
+
+A sensor that is a little off shows L' where the calibrated one shows L; read by the calibration, and tared at rest,
+
+    error of the forces = (dL/dF)^-1 (dL(F) - dL(0)),    dL = L' - L.
+
+Only the layer's thickness and modulus need it solved anew, and the modulus only at F / s (see `comparison`); a gap
+lifts every pose, an offset of the coils along x shifts it. A few samples are solved, a map through them gives the
+scatter and the shares of each tolerance (`readout.spread`). Neglected: tilt of the target as made, tolerances of its
+size.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from sits_mech.bench import sensor_calibration
+from sits_mech.chain import magnetic_model, mechanical_model
+from sits_mech.quantities import Array, Pose, SolveFailed, Wrench
+from sits_mech.readout.spread import Spread, design, spread
+from sits_mech.sensor import SceneError, Sensor
+from sits_mech.sweep import Progress
+
+TOLERANCES = ("thickness", "modulus", "gap", "offset")
+"""Standard deviations: of the layer [m], of the modulus over its own [-], of the gap [m], of the coils along x [m]."""
+
+
+@dataclass(frozen=True)
+class ForceSpread:
+    """How far the forces are misread.
+
+    Attributes
+    ----------
+    loads : ndarray, shape (k, d)
+        Where [N].
+    forces : tuple of str
+    spread : Spread
+        Of the errors [N], in the order loads times forces.
+    samples : int
+        Sensors solved; those that failed are left out.
+    """
+
+    loads: Array
+    forces: tuple[str, ...]
+    spread: Spread
+    samples: int
+
+    def table(self) -> xr.Dataset:
+        """Return deviation, interval and shares over (load, force), the shares also over the cause."""
+        shape = (len(self.loads), len(self.forces))
+        found, dims = self.spread, ("load", "force")
+        return xr.Dataset(
+            {
+                "deviation": (dims, found.deviation.reshape(shape)),
+                "low": (dims, found.interval[:, 0].reshape(shape)),
+                "high": (dims, found.interval[:, 1].reshape(shape)),
+                "first": ((*dims, "cause"), found.first.reshape(*shape, -1)),
+                "total": ((*dims, "cause"), found.total.reshape(*shape, -1)),
+                **{name: ("load", self.loads[:, k]) for k, name in enumerate(self.forces)},
+            },
+            coords={"force": list(self.forces), "cause": list(found.names)},
+        )
+
+
+def force_spread(
+    sensor: Sensor, data: xr.Dataset, deviations: Mapping[str, float], loads: Sequence[Sequence[float]], *,
+    samples: int = 64, progress: Progress | None = None,
+) -> ForceSpread:  # fmt: skip
+    """Return how far tolerances let the forces be misread at some loads.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        What was calibrated.
+    data : Dataset
+        As from `calibrate`, over F_x and F_z.
+    deviations : mapping
+        Standard deviation of each of `TOLERANCES` that counts.
+    loads : sequence
+        Loads (F_x, F_z) [N].
+    samples : int
+        Sensors to solve; a power of two.
+    progress : callable, optional
+        Called with the number of sensors solved and of all.
+
+    Raises
+    ------
+    SceneError
+        When a tolerance is unknown, or the table does not vary both forces.
+    ValueError
+        When a deviation is not positive, or too few sensors could be solved.
+    """
+    wrong = [name for name in deviations if name not in TOLERANCES]
+    if wrong or not deviations:
+        raise SceneError(f"tolerance: must be some of {', '.join(TOLERANCES)}; got {', '.join(wrong) or 'none'}")
+    cal = sensor_calibration(sensor, data)
+    if cal.forces != ("F_x", "F_z"):
+        raise SceneError(f"table: must vary F_x and F_z; it varies {', '.join(cal.forces)}")
+    asked = np.vstack([np.zeros((1, 2)), np.asarray(loads, dtype=float)])  # the first one is what is tared
+    points = design([deviations[name] for name in deviations], samples)
+    request = json.loads(data.attrs["request"])
+    poses, kept = [], dict[tuple[float, float], Array]()
+    for number, point in enumerate(points):
+        at = {name: 0.0 for name in TOLERANCES} | dict(zip(deviations, point.tolist(), strict=True))
+        poses.append(_poses(sensor, at, asked, (request["mechanics"], request["tolerance"]), kept))
+        if progress is not None:
+            progress(number + 1, len(points))
+    L = _relative(sensor, np.array(poses), (request["magnetics"], request["tolerance"])) * cal.L0
+    off = L - L[:1]
+    inverse = np.linalg.pinv(cal.map.slopes(asked[1:]))
+    errors = np.einsum("kdn,mkn->mkd", inverse, off[:, 1:] - off[:, :1])
+    names = tuple(deviations)
+    found = spread(names, [deviations[name] for name in names], points, errors.reshape(len(points), -1))
+    return ForceSpread(asked[1:], cal.forces, found, int(np.sum(np.isfinite(errors).all(axis=(1, 2)))))
+
+
+def _poses(
+    sensor: Sensor, at: Mapping[str, float], loads: Array, model: tuple[str, float],
+    kept: dict[tuple[float, float], Array],
+) -> Array:  # fmt: skip
+    """Return the poses (k, 3) of a sensor that is off, its coils at their places; NaN where a load fails."""
+    key = (at["thickness"], at["modulus"])
+    if key not in kept:
+        kept[key] = _settled(sensor, *key, loads, model)
+    return kept[key] + [-at["offset"], at["gap"], 0.0]
+
+
+def _settled(sensor: Sensor, thicker: float, stiffer: float, loads: Array, model: tuple[str, float]) -> Array:
+    """Return the poses (k, 3) of a layer of another thickness and modulus."""
+    if sensor.elastomer is None:
+        raise SceneError(f"{sensor.name}: elastomer: must be given; it is missing")
+    if stiffer <= -0.9 or sensor.elastomer.thickness + thicker <= 0.0:
+        raise SceneError("tolerance: must leave three deviations of modulus and thickness positive; got more")
+    layer = sensor.elastomer.model_copy(update={"thickness": sensor.elastomer.thickness + thicker})
+    solver, _ = mechanical_model(sensor.model_copy(update={"elastomer": layer}), *model)
+    found, start = np.full((len(loads), 3), np.nan), None
+    for k, load in enumerate(loads):
+        try:
+            start = solver.equilibrium(Wrench(*(float(force) / (1.0 + stiffer) for force in load)), start=start)
+        except SolveFailed:
+            continue
+        found[k] = start.pose.d_h, start.pose.d_v, start.pose.alpha
+    return found
+
+
+def _relative(sensor: Sensor, poses: Array, model: tuple[str, float]) -> Array:
+    """Return L over L0 at poses (m, k, 3), shape (m, k, n)."""
+    flat = poses.reshape(-1, 3)
+    good = np.isfinite(flat).all(axis=1)
+    shown = magnetic_model(sensor, model[0], 0.1 * model[1])[0].impedance(Pose(*flat[good].T), sensor.frequency)
+    L = np.full((len(flat), len(sensor.coils)), np.nan)
+    L[good] = np.diagonal(shown.L, axis1=-2, axis2=-1) / np.diagonal(shown.L0)
+    return L.reshape(*poses.shape[:-1], -1)
