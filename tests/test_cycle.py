@@ -67,6 +67,23 @@ def test_slow_cycles_have_no_viscous_loop_and_sudden_loads_find_a_stiffer_pad() 
     assert sudden.attrs["loop_L_v_percent"] == []
 
 
+def test_a_sudden_load_meets_the_static_layer_of_the_instantaneous_constants() -> None:
+    """Model against model at finite strain: all stresses 1/(1 - w) times as large, so shear and bulk modulus, too.
+
+    A bulk modulus that does not relax makes less: of the thin layer's 4 mu S^2 (1 - 0.4 y^2), y^2 = 12 mu S^2/K, the
+    instantaneous stiffness then lacks ``0.4 y^2 w/(1 - w)``, 0.8 % here; S = 2, K = 1000 mu, w = 0.3.
+    """
+    scene = sensor(', prony=[{weight=0.3, time="5 s"}]')
+    sudden = load_cycle(scene, PEAK, Programme(np.array([0.0, 0.0]), np.array([0.0, 1.0])), points=9).isel(time=1)
+    law = 'elastomer.material={law="neo-hookean", shear_modulus=42857.142857, bulk_modulus='
+    both, shape = (simulate(load_sensor("biorob2018", [f"{law}{K}}}"]), PEAK) for K in (42857142.857, 30e6))
+    pose = both.equilibrium.pose
+    rest = 2e-3
+    assert float(sudden["d_h"]) == pytest.approx(float(pose.d_h), rel=1e-4)
+    assert rest - float(sudden["d_v"]) == pytest.approx(rest - float(pose.d_v), rel=1e-4)
+    assert rest - float(shape.equilibrium.pose.d_v) == pytest.approx(rest - float(pose.d_v), rel=2e-2)
+
+
 @pytest.mark.parametrize(
     ("time", "share", "message"),
     [

@@ -25,9 +25,10 @@ The energy lost is ``(U_max/r) (erf(1) - (1 - 1/e)/sqrt(pi)) = 0.486 U_max/r``, 
 Unknowns: shares s of a peak wrench [-], loads being proportional to it; poses [m, rad].
 Sources: Y. C. Fung, Biomechanics, 2nd ed. (1993), section 7.6; R. W. Ogden, D. G. Roxburgh, Proc. R. Soc. A 455 (1999)
 2861, with the scale of its energies taken as U_max: m = 0, beta = 1 in W. V. Mars, Tire Sci. Technol. 32 (2004) 120.
-Valid: viscosity is exact at small strain where volume relaxes as shape does or not at all, and with the load at the
-bonded face (above it, the force's lever is that of the present pose). Neglected: inertia, dependence of G on strain,
-softening point by point, permanent set, temperature.
+Valid: viscosity is exact at small strain for a bulk modulus that relaxes as the shear modulus does, or is infinite, and
+with the load at the bonded face (above it, the force's lever is that of the present pose). A finite one that does not
+relax makes a sudden compression softer, by about ``0.4 (12 mu S^2/K) w/(1 - w)``: 1 % at S = 2, K = 1000 mu, w = 0.3.
+Neglected: inertia, dependence of G on strain, softening point by point, permanent set, temperature.
 """
 
 from __future__ import annotations
