@@ -34,7 +34,7 @@ def reactions(
     windings : str
         "rings" or "spiral".
     plates : sequence of Sheeted
-        The plate, divided in one or several ways, all with the same box.
+        The plate, divided in one or several ways, as prepared together.
     poses : tuple of ndarray
         Rotations (p, 3, 3) and places (p, 3) of the bottom face's centre [m].
     frequency : float
@@ -47,30 +47,31 @@ def reactions(
     """
     admittances = [[part.admittance(2 * np.pi * frequency) for part in plate.classes] for plate in plates]
     results = [np.empty((poses[1].shape[0], len(coils), len(coils)), dtype=complex) for _ in plates]
-    for some, found in drives(coils, windings, plates, poses):
-        for result, Y, drive in zip(results, admittances, found, strict=True):
+    for some, drive in drives(coils, windings, plates[0], poses):
+        for result, Y in zip(results, admittances, strict=True):
             result[some] = _reaction(Y, drive)
     return results
 
 
 def drives(
-    coils: tuple[Coil, ...], windings: str, plates: Sequence[Sheeted], poses: tuple[Array, Array]
-) -> Iterator[tuple[slice, list[Array]]]:
-    """Yield, for some poses after others, what each division feels of each coil's potential.
+    coils: tuple[Coil, ...], windings: str, plate: Sheeted, poses: tuple[Array, Array]
+) -> Iterator[tuple[slice, Array]]:
+    """Yield, for some poses after others, what a plate feels of each coil's potential.
 
     Parameters
     ----------
-    coils, windings, plates, poses
+    coils, windings, poses
         As in `reactions`.
+    plate : Sheeted
+        Any of its divisions: they feel the same combinations.
 
     Yields
     ------
-    slice, list of ndarray
-        Which poses; a_c of all classes side by side, one array a division, shape (poses, n, sum of r).
+    slice, ndarray
+        Which poses; a_c of all classes side by side, shape (poses, n, sum of r).
     """
     turns, places = poses
-    box = plates[0].box
-    nodes, transforms = box_points(box), [nodal_transform(plate) for plate in plates]
+    box, nodes = plate.box, box_points(plate.box)
     p, q = places.shape[0], nodes.shape[0]
     corners = np.array(list(product((-1.0, 1.0), repeat=3))) * box.half + (0.0, 0.0, box.half[2])
     extremes = _moved(corners, turns, places).reshape(-1, 3)
@@ -80,8 +81,8 @@ def drives(
         some = slice(start, start + step)
         points = _moved(nodes, turns[some], places[some]).reshape(-1, 3)
         A = np.stack([field(points).reshape(-1, q, 3) @ turns[some] for field in fields], axis=1)
-        A = np.swapaxes(A, 2, 3).reshape(-1, 3 * q)  # one large product: the transforms do not fit the cache
-        yield some, [(A @ transform).reshape(-1, len(coils), transform.shape[1]) for transform in transforms]
+        A = np.swapaxes(A, 2, 3).reshape(-1, 3 * q)  # one large product: the transform does not fit the cache
+        yield some, (A @ plate.transform).reshape(-1, len(coils), plate.transform.shape[1])
 
 
 def _reaction(admittances: Sequence[Complex], drives: Array) -> Complex:
@@ -102,16 +103,6 @@ def box_points(box: Box) -> Array:
     """Return the Chebyshev points of the box (z fastest) from the bottom face's centre, shape (q, 3) [m]."""
     axes = [h * np.cos(np.pi * (np.arange(n) + 0.5) / n) for h, n in zip(box.half, box.order, strict=True)]
     return np.asarray(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3) + (0.0, 0.0, box.half[2]))
-
-
-def nodal_transform(plate: Sheeted) -> Array:
-    """Return all classes' bases for values at the box's points instead of coefficients, shape (3 q, sum of r)."""
-    basis = np.hstack([part.basis for part in plate.classes]).reshape(3, *plate.box.order, -1)
-    for k, n in enumerate(plate.box.order):
-        T = np.cos(np.outer(np.arange(n), np.pi * (np.arange(n) + 0.5) / n)) * 2 / n
-        T[0] /= 2
-        basis = np.moveaxis(np.tensordot(T, basis, axes=(0, k + 1)), 0, k + 1)
-    return np.asarray(basis.reshape(-1, basis.shape[-1]))
 
 
 def _moved(points: Array, turns: Array, places: Array) -> Array:

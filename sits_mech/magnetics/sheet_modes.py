@@ -11,7 +11,7 @@ cells (`prisms`). The plate's symmetries split the problem into classes, each wi
 
 The coils' potential over the plate is a polynomial: the products of Chebyshev polynomials ``T_i T_j T_k`` on its
 bounding box, for each component of A. Coefficients fall like ``rho^-(i+j+k)``; weighted by that, the few
-combinations the plate can feel are kept (`Class.basis`), and a pose pays for these alone:
+combinations the plate can feel are kept (`Sheeted.transform`), and a pose pays for these alone:
 
     Delta Z_cd = omega^2 sum_k a_ck a_dk / (1 + j omega tau_k),   a_c = coupling^T basis^T (coefficients).
 
@@ -21,6 +21,7 @@ size away from them. Neglected: displacement current; cells carry uniform curren
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -62,15 +63,12 @@ class Class:
 
     Attributes
     ----------
-    basis : ndarray, shape (3 * coefficients, r)
-        Combinations of field coefficients (A_x first, then A_y, A_z) that drive the class.
     tau : ndarray, shape (m,)
         Time constants [s].
     coupling : ndarray, shape (r, m)
-        What a unit of each combination induces in each mode.
+        What a unit of each of the class's combinations of fields induces in each mode.
     """
 
-    basis: Array
     tau: Array
     coupling: Array
 
@@ -82,22 +80,35 @@ class Class:
 
 @dataclass(frozen=True)
 class Sheeted:
-    """A plate prepared for any pose: its classes, the box of its fields, and its size as a discrete problem."""
+    """A plate prepared for any pose.
+
+    Attributes
+    ----------
+    box : Box
+        Of its fields.
+    transform : ndarray, shape (3 q, sum of r)
+        All classes' combinations, from the potential at the box's points: A_x first, then A_y, A_z.
+    classes : tuple of Class
+    unknowns, sheets : int
+        Its size as a discrete problem.
+    """
 
     box: Box
+    transform: Array
     classes: tuple[Class, ...]
     unknowns: int
     sheets: int
 
 
-def prepare_sheets(plan: Plan, levels: Array, conductivity: float, box: Box, *, depth: float = 0.0) -> Sheeted:
-    """Find a plate's modes.
+def prepare_sheets(
+    divisions: Sequence[tuple[Plan, Array]], conductivity: float, box: Box, *, depth: float = 0.0
+) -> tuple[Sheeted, ...]:
+    """Find a plate's modes on several divisions.
 
     Parameters
     ----------
-    plan : Plan
-        Of the outline, or of its fundamental part.
-    levels : ndarray, shape (l + 1,)
+    divisions : sequence of (Plan, ndarray of shape (l + 1,))
+        The finest first, whose combinations of fields serve for all. Plan of the outline or of its fundamental part;
         z of the sheets' interfaces from the middle plane (0) up to the top face [m].
     conductivity : float
         [S/m].
@@ -105,21 +116,46 @@ def prepare_sheets(plan: Plan, levels: Array, conductivity: float, box: Box, *, 
     depth : float
         How far from the rim current may pass between sheets [m].
     """
+    bases: dict[tuple[int, int], Array] = {}
+    found: list[tuple[dict[tuple[int, int], Class], int, int]] = []
+    for plan, levels in divisions:
+        found.append((*_modes(plan, levels, conductivity, (box, depth), bases), 2 * (levels.size - 1)))
+    if not bases:
+        raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")
+    transform = _nodal(np.hstack(list(bases.values())), box)
+    none = {key: Class(np.zeros(0), np.zeros((basis.shape[1], 0))) for key, basis in bases.items()}
+    return tuple(
+        Sheeted(box, transform, tuple(classes.get(key, none[key]) for key in bases), unknowns, sheets)
+        for classes, unknowns, sheets in found
+    )
+
+
+def _modes(
+    plan: Plan, levels: Array, conductivity: float, reach: tuple[Box, float], bases: dict[tuple[int, int], Array]
+) -> tuple[dict[tuple[int, int], Class], int]:
+    """Classes of one division by order and mirror, and unknowns; the first division fills `bases`."""
+    box, depth = reach
     prisms = stacked(plan, levels)
     means = _kernel(plan, levels, prisms)
     fields = _field_means(plan, prisms, box)
     scale = _decay_scale(box)
     seams = plan_seams(plan)
-    classes, unknowns = [], 0
-    for character, weight in zip(plan.characters, plan.weights, strict=True):
+    classes, unknowns, first = {}, 0, not bases
+    for order, (character, weight) in enumerate(zip(plan.characters, plan.weights, strict=True)):
         for mirror in (1, -1):
             loops = class_loops(plan, seams, np.diff(levels), (character, mirror), depth=depth)
-            if loops.unknowns == 0:
+            if loops.unknowns == 0 or not (first or (order, mirror) in bases):
                 continue
-            problem = _Problem(plan, loops, character, mirror, weight)
-            classes.append(_solve_class(problem, means, fields, scale, conductivity))
+            tau, seen = _solve_class(_Problem(plan, loops, character, mirror, weight), means, fields, conductivity)
+            seen *= scale[:, None]
+            if first:
+                basis = _strongest(seen)
+                bases[order, mirror] = basis / scale[:, None]
+            else:
+                basis = bases[order, mirror] * scale[:, None]
+            classes[order, mirror] = Class(tau, np.asarray(basis.T @ seen))
             unknowns += loops.unknowns * int(weight)
-    return Sheeted(box, tuple(c for c in classes if c.basis.size), unknowns, 2 * (levels.size - 1))
+    return classes, unknowns
 
 
 def stacked(plan: Plan, levels: Array) -> Prisms:
@@ -198,33 +234,40 @@ def _decay_scale(box: Box) -> Array:
     return np.tile(np.exp(total).ravel(), 3)
 
 
-def _solve_class(problem: _Problem, means: Array, fields: Array, scale: Array, conductivity: float) -> Class:
-    """Assemble and diagonalise one class."""
+def _solve_class(problem: _Problem, means: Array, fields: Array, conductivity: float) -> tuple[Array, Array]:
+    """Time constants of one class and what its modes feel of each coefficient, shape (3 * coefficients, m)."""
     L, R, B = _matrices(problem, means, fields, conductivity)
     unit = 1.0 / np.sqrt(np.real(np.diag(R)))
     tau, V = eigh(L * unit[:, None] * unit, R * unit[:, None] * unit, overwrite_a=True, overwrite_b=True)
-    seen = scale[:, None] * ((B * unit) @ V)
+    seen = (B * unit) @ V
     if np.iscomplexobj(seen):
         seen = np.hstack([seen.real, seen.imag]) * np.sqrt(problem.weight)
         tau = np.tile(tau, 2)
-    basis, coupling = _compressed(np.asarray(seen.real))
-    return Class(basis / scale[:, None], np.maximum(tau, 0.0), coupling)
+    return np.maximum(tau, 0.0), np.asarray(seen.real)
 
 
-def _compressed(coupling: Array) -> tuple[Array, Array]:
-    """Split coupling (fields, modes) into few combinations of fields and these' coupling."""
-    size = np.linalg.norm(coupling, axis=1)
+def _strongest(seen: Array) -> Array:
+    """Few orthonormal combinations of fields in which the modes feel nearly all, from `seen` (fields, modes)."""
+    size = np.linalg.norm(seen, axis=1)
     rows = np.flatnonzero(size > _KEEP * 1e-2 * size.max())
-    seen = coupling[rows]
-    few_modes = seen.shape[1] < seen.shape[0]
-    values, vectors = eigh(seen.T @ seen if few_modes else seen @ seen.T)
+    felt = seen[rows]
+    few_modes = felt.shape[1] < felt.shape[0]
+    values, vectors = eigh(felt.T @ felt if few_modes else felt @ felt.T)
     keep = values > _KEEP**2 * values[-1]
     vectors = vectors[:, keep]
-    if few_modes:
-        vectors = seen @ (vectors / np.sqrt(values[keep]))
-    basis = np.zeros((coupling.shape[0], int(keep.sum())))
-    basis[rows] = vectors
-    return basis, np.asarray(vectors.T @ seen)
+    basis = np.zeros((seen.shape[0], vectors.shape[1]))
+    basis[rows] = felt @ (vectors / np.sqrt(values[keep])) if few_modes else vectors
+    return basis
+
+
+def _nodal(basis: Array, box: Box) -> Array:
+    """Combinations of coefficients as combinations of values at the box's Chebyshev points (z fastest)."""
+    basis = basis.reshape(3, *box.order, -1)
+    for k, n in enumerate(box.order):
+        T = np.cos(np.outer(np.arange(n), np.pi * (np.arange(n) + 0.5) / n)) * 2 / n
+        T[0] /= 2
+        basis = np.moveaxis(np.tensordot(T, basis, axes=(0, k + 1)), 0, k + 1)
+    return np.ascontiguousarray(basis.reshape(-1, basis.shape[-1]))
 
 
 def _matrices(problem: _Problem, means: Array, fields: Array, conductivity: float) -> tuple[Complex, Complex, Complex]:

@@ -28,7 +28,7 @@ from scipy.constants import mu_0
 from scipy.linalg import block_diag
 from scipy.spatial.distance import cdist
 
-from sits_mech.magnetics.sheet_coupling import box_points, drives, nodal_transform
+from sits_mech.magnetics.sheet_coupling import box_points, drives
 from sits_mech.magnetics.sheet_loops import Complex
 from sits_mech.magnetics.sheet_modes import Sheeted
 from sits_mech.quantities import Array
@@ -60,10 +60,10 @@ class Answering:
 
 @dataclass(frozen=True)
 class _Ready:
-    """One division of a plate at one frequency: D (q, 3, r), Y (r, r) and the coils' a0 (p, n, r)."""
+    """A plate at one frequency: D (q, 3, r), Y (r, r) of each division and the coils' a0 (p, n, r)."""
 
     transform: Array
-    admittance: Complex
+    admittances: list[Complex]
     own: Array
 
 
@@ -91,48 +91,49 @@ def coupled_reactions(
         Delta Z, one array a division, not yet symmetrised [ohm]; p = 1 without target.
     """
     omega = 2 * np.pi * frequency
-    moving = [] if target is None else _ready(coils, windings, target, omega)
-    results = []
-    for d, parts in enumerate(zip(*(_ready(coils, windings, other, omega) for other in others), strict=True)):
-        Y, own = _joined(others, parts, omega), np.hstack([part.own[0] for part in parts])
-        alone = own @ Y @ own.T
-        if target is None:
-            results.append(alone[None])
-            continue
-        change = np.empty((target.places.shape[0], *alone.shape), dtype=complex)
-        for pose in range(change.shape[0]):
-            P = np.hstack([
-                _mutual(target.at(pose), other.at(0), moving[d].transform, part.transform)
-                for other, part in zip(others, parts, strict=True)
-            ])  # fmt: skip
-            change[pose] = alone + _shielded(moving[d].own[pose], moving[d].admittance, P, (own, Y), omega)
-        results.append(change)
+    fixed = [_ready(coils, windings, other, omega) for other in others]
+    P, own = _between(others, fixed), np.hstack([part.own[0] for part in fixed])
+    joined = [_joined(Ys, P, omega) for Ys in zip(*(part.admittances for part in fixed), strict=True)]
+    alone = [own @ Y @ own.T for Y in joined]
+    if target is None:
+        return [Z[None] for Z in alone]
+    moving = _ready(coils, windings, target, omega)
+    results = [np.empty((target.places.shape[0], *Z.shape), dtype=complex) for Z in alone]
+    for pose in range(target.places.shape[0]):
+        P = np.hstack([
+            _mutual(target.at(pose), other.at(0), moving.transform, part.transform)
+            for other, part in zip(others, fixed, strict=True)
+        ])  # fmt: skip
+        for result, Z, Y, Y_F in zip(results, alone, moving.admittances, joined, strict=True):
+            result[pose] = Z + _shielded(moving.own[pose], Y, P, (own, Y_F), omega)
     return results
 
 
-def _ready(coils: tuple[Coil, ...], windings: str, plate: Answering, omega: float) -> list[_Ready]:
-    """Each division of a plate, its combinations by point."""
-    felt = [found for _, found in drives(coils, windings, plate.divisions, (plate.turns, plate.places))]
-    ready = []
-    for division, parts in zip(plate.divisions, zip(*felt, strict=True), strict=True):
-        D = nodal_transform(division)
-        by_point = np.ascontiguousarray(D.reshape(3, -1, D.shape[1]).transpose(1, 0, 2))
-        Y = block_diag(*(part.admittance(omega) for part in division.classes))
-        ready.append(_Ready(by_point, Y, np.concatenate(parts)))
-    return ready
+def _ready(coils: tuple[Coil, ...], windings: str, plate: Answering, omega: float) -> _Ready:
+    """A plate's divisions, its combinations by point."""
+    first = plate.divisions[0]
+    felt = [drive for _, drive in drives(coils, windings, first, (plate.turns, plate.places))]
+    by_point = np.ascontiguousarray(first.transform.reshape(3, -1, first.transform.shape[1]).transpose(1, 0, 2))
+    admittances = [block_diag(*(part.admittance(omega) for part in each.classes)) for each in plate.divisions]
+    return _Ready(by_point, admittances, np.concatenate(felt))
 
 
-def _joined(plates: Sequence[Answering], parts: Sequence[_Ready], omega: float) -> Complex:
-    """Admittance of fixed plates together."""
-    Y = np.asarray(block_diag(*(part.admittance for part in parts)))
+def _between(plates: Sequence[Answering], parts: Sequence[_Ready]) -> Array:
+    """P of all fixed plates, in blocks; nothing on the diagonal."""
     ends = np.cumsum([0, *(part.own.shape[2] for part in parts)])
-    P = np.zeros(Y.shape)
+    P = np.zeros((int(ends[-1]), int(ends[-1])))
     for k in range(len(plates)):
         for i in range(k):
             mutual = _mutual(plates[i].at(0), plates[k].at(0), parts[i].transform, parts[k].transform)
             P[ends[i] : ends[i + 1], ends[k] : ends[k + 1]] = mutual
             P[ends[k] : ends[k + 1], ends[i] : ends[i + 1]] = mutual.T
-    return Y if len(plates) == 1 else np.asarray(np.linalg.solve(np.eye(len(Y)) + 1j / omega * (Y @ P), Y))
+    return P
+
+
+def _joined(admittances: Sequence[Complex], P: Array, omega: float) -> Complex:
+    """Admittance of fixed plates together."""
+    Y = np.asarray(block_diag(*admittances))
+    return Y if len(admittances) == 1 else np.asarray(np.linalg.solve(np.eye(len(Y)) + 1j / omega * (Y @ P), Y))
 
 
 def _mutual(first: tuple[Array, Array], second: tuple[Array, Array], D: Array, E: Array) -> Array:

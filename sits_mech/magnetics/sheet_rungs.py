@@ -63,11 +63,11 @@ _RESISTIVE = 0.8  # where the current fills the thickness, cells are smaller by 
 
 @lru_cache(maxsize=32)
 def prepared(
-    target: Target, outline: Outline | None, rung: Rung, scale: tuple[int, int, float, float], halvings: int
-) -> Sheeted:
-    """Return the target prepared for clearances from 2^scale[0] m on and frequencies up to 10^scale[1] Hz.
+    target: Target, outline: Outline | None, rung: Rung, scale: tuple[int, int, float, float]
+) -> tuple[Sheeted, ...]:
+    """Return the target on a fine and a coarse division, prepared for clearances and frequencies.
 
-    The third of `scale` is how far from the target's middle the coils' currents call for small cells, the fourth the
+    Clearances from 2^scale[0] m on, frequencies up to 10^scale[1] Hz. The third of `scale` is how far from the target's middle the coils' currents call for small cells, the fourth the
     length on which their field changes [m].
     """
     clearance, depth = 2.0 ** scale[0], skin_depth(target, 10.0 ** scale[1])
@@ -77,10 +77,12 @@ def prepared(
     largest = min(rung.along * scale[3], rung.across * width)
     largest = max(largest, _FINEST * width) * (_RESISTIVE if 2 * depth > target.thickness else 1.0)
     first = min(rung.skin * depth, largest)
-    grading = Grading(first, rung.growth, largest, halvings, scale[2])
-    levels = graded_axis(target.thickness / 2, grading, target.thickness / 2)
-    plan = _plan(target, outline, grading, max(box.order[:2]))
-    return prepare_sheets(plan, levels, target.metal.conductivity, box, depth=min(depth, target.thickness / 2))
+    divisions = []
+    for halvings in (1, 0):
+        grading = Grading(first, rung.growth, largest, halvings, scale[2])
+        levels = graded_axis(target.thickness / 2, grading, target.thickness / 2)
+        divisions.append((_plan(target, outline, grading, max(box.order[:2])), levels))
+    return prepare_sheets(divisions, target.metal.conductivity, box, depth=min(depth, target.thickness / 2))
 
 
 def _plan(target: Target, outline: Outline | None, grading: Grading, orders: int) -> Plan:

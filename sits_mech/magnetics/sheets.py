@@ -274,7 +274,7 @@ def _divided(sensor: Sensor, part: PlacedPlate, rung: Rung, frequency: float, *,
     length = min(field_length(coil, middle) for coil in sensor.coils)
     if not alone:
         length = min(length, _PLATES * middle)
-    fine, coarse = (prepared(part.plate, part.outline, rung, (octave, scale, reach, length), h) for h in (1, 0))
+    fine, coarse = prepared(part.plate, part.outline, rung, (octave, scale, reach, length))
     depth, missed = skin_depth(part.plate, frequency), unseen(fine.box)
     thin = depth > part.plate.thickness
     first = rung.skin * skin_depth(part.plate, 10.0**scale) / (1.0 + math.sqrt(rung.growth))
