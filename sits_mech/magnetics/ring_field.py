@@ -7,7 +7,7 @@ cancels on the axis):
     r1^2 = (a + rho)^2 + (z - z_k)^2,   r2^2 = (a - rho)^2 + (z - z_k)^2.
 
 P of all the coil's rings together is a smooth function of rho and z: for many points it is tabulated once and
-interpolated (bicubic splines of degree five on a grid that follows the distance to the coil).
+interpolated (bicubic splines on a grid even in rho, with its mirror image, and in ln z).
 
 Straight piece of a spiral along t, from s1 to s2 as seen from the foot of the perpendicular of length p:
 
@@ -25,7 +25,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy.constants import mu_0
-from scipy.interpolate import RectBivariateSpline
+from scipy.ndimage import map_coordinates, spline_filter
 from scipy.special import elliprd
 
 from sits_mech.geometry.windings import coil_rings, spiral_path
@@ -33,7 +33,8 @@ from sits_mech.quantities import Array
 from sits_mech.sensor import Coil
 
 Potential = Callable[[Array], Array]
-_STEP = 0.15  # of the table, in distances to the coil
+_STEP = 0.05  # of the table, in distances to the coil
+_PAD = 12  # cells of the table beyond the region, where the spline does not feel its end
 
 
 def ring_potential(coil: Coil, points: Array, *, across: int = 1) -> Array:
@@ -92,15 +93,17 @@ def coil_potential(coil: Coil, windings: str, points: Array, expected: int) -> P
     reach = float(np.hypot(points[:, 0] - coil.centre[0], points[:, 1] - coil.centre[1]).max())
     if low <= 0.0:
         return lambda asked: ring_potential(coil, asked, across=across)
-    rho = np.linspace(0.0, 1.001 * reach, int(np.ceil(reach / (_STEP * low))) + 8)
-    z = np.geomspace(0.999 * low, 1.001 * high, int(np.ceil(np.log(high / low) / _STEP)) + 8)
+    rho = _STEP * low * np.arange(np.ceil(reach / (_STEP * low)) + _PAD)
+    start = np.log(low) - _PAD * _STEP
+    z = np.exp(start + _STEP * np.arange(np.ceil(np.log(high / low) / _STEP) + 2 * _PAD))
     if expected < 2 * rho.size * z.size:
         return lambda asked: ring_potential(coil, asked, across=across)
-    table = RectBivariateSpline(rho, z, _profile(coil, rho[:, None], z, across), kx=5, ky=5)
+    table = spline_filter(_profile(coil, rho[:, None], z, across), order=3, mode="mirror")
 
     def tabulated(asked: Array) -> Array:
         x, y = asked[:, 0] - coil.centre[0], asked[:, 1] - coil.centre[1]
-        profile = table.ev(np.hypot(x, y), asked[:, 2])
+        place = np.hypot(x, y) / (_STEP * low), (np.log(asked[:, 2]) - start) / _STEP
+        profile = map_coordinates(table, place, order=3, mode="mirror", prefilter=False)
         return np.column_stack([-y * profile, x * profile, np.zeros(x.size)])
 
     return tabulated

@@ -65,10 +65,10 @@ _RESISTIVE = 0.8  # where the current fills the thickness, cells are smaller by 
 def prepared(
     target: Target, outline: Outline | None, rung: Rung, scale: tuple[int, int, float, float]
 ) -> tuple[Sheeted, ...]:
-    """Return the target on a fine and a coarse division, prepared for clearances and frequencies.
+    """Return the target on a fine and a coarse division, prepared for a range of clearance and frequency.
 
-    Clearances from 2^scale[0] m on, frequencies up to 10^scale[1] Hz. The third of `scale` is how far from the target's middle the coils' currents call for small cells, the fourth the
-    length on which their field changes [m].
+    From 2^scale[0] m on, up to 10^scale[1] Hz. The third of `scale` is how far from the target's middle the coils'
+    currents call for small cells, the fourth the length on which their field changes [m].
     """
     clearance, depth = 2.0 ** scale[0], skin_depth(target, 10.0 ** scale[1])
     box = field_box(target, outline, clearance, rung)
