@@ -17,6 +17,7 @@ from rich.table import Table
 
 from sits_mech.bench import sensor_calibration
 from sits_mech.readout.crosstalk import crosstalk
+from sits_mech.readout.quality import Quality, quality
 from sits_mech.report.codes import Readings
 from sits_mech.report.readings import front_end_table
 from sits_mech.report.tables import failures, load_table, remarks, summary_table
@@ -157,13 +158,26 @@ def inverse_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
         ("loads with one answer", f"{100.0 * cal.domain.share:.4g} % of the calibrated range"),
         *(("no answer", region) for region in cal.domain.regions),
     ]
-    loads = np.meshgrid(*(np.linspace(a, b, 9) for a, b in zip(cal.low, cal.high, strict=True)), indexing="ij")
-    if read.front is not None:
-        spread = cal.force_noise(np.stack(loads, -1), read.front.noise)
-        for name, each in zip(cal.forces, spread.reshape(-1, len(cal.forces)).T, strict=True):
-            span = f"{1e3 * np.median(each):.2g} mN over half of the loads, {1e3 * each.max():.2g} mN at worst"
-            rows.append((f"converter noise as {name}", f"at most {span} (one standard deviation)"))
+    if read.front is not None and cal.domain.share > 0.0:
+        found = quality(cal, read.front.noise, positions=[coil.centre[0] for coil in sensor.coils])
+        rows += [row for k in range(len(found.forces)) for row in _quality_rows(found, k)]
+        rows.append(("condition number", f"{found.condition[0]:.3g} to {found.condition[1]:.3g}; 1 is best"))
     return _pairs(rows)
+
+
+def _quality_rows(found: Quality, k: int) -> list[tuple[str, str]]:
+    """Return resolution, linearity and crosstalk of one force."""
+    name, milli = found.forces[k], 1e3 * found.resolution[k]
+    span = f"{milli[0]:.2g} mN at best, {milli[1]:.2g} mN in the median, {milli[2]:.2g} mN at worst"
+    rows = [
+        (f"resolution of {name}", f"{span}: one standard deviation of the converter's noise"),
+        (f"linearity for {name}", f"{100.0 * found.linearity[k]:.2g} % of its signal's range off a straight line"),
+    ]
+    for j, other in enumerate(found.forces):
+        if j != k:
+            share = f"up to {100.0 * found.crosstalk[k, j]:.2g} % of its full scale"
+            rows.append((f"{other} read as {name}", f"{share}, if both are read from the signals by one matrix"))
+    return rows
 
 
 def loads_part(data: xr.Dataset) -> str:
