@@ -21,6 +21,7 @@ _PARTS = {
     "pyvista": "3D views: pip install 'sits-mech[view]'",
     "gmsh": "meshes of any outline: pip install 'sits-mech[mesh]'",
     "pygmsh": "meshes of any outline: pip install 'sits-mech[mesh]'",
+    "openpyxl": "workbooks: pip install 'sits-mech[excel]'",
     "distributed": "runs on a cluster: pip install 'sits-mech[cluster]'",
 }  # fmt: skip
 _MODULES = {"scikit-fem": "skfem"}

@@ -81,9 +81,10 @@ def code_calibration(source: Source) -> Calibration:
     if len(names) != 2 or min(sizes.values()) < 2:
         came = f"{len(names)} coils and {sizes['F_x']} x {sizes['F_z']} loads"
         raise SceneError(f"--to c: must have two coils and several values of both forces; got {came}")
-    codes = readings(source.sensor, source.data).codes
+    read = readings(source.sensor, source.data)
+    codes = read.codes
     if codes is None:
-        raise SceneError('--to c: must have a converter: readout.converter = "LDC1614"; got "none"')
+        raise SceneError(f"--to c: must have codes of a converter; {'; '.join(read.left_out)}")
     grid = np.stack(np.meshgrid(*(source.data[name].to_numpy() for name in sizes), indexing="ij"), -1)
     good = np.isfinite(codes).all(axis=-1)
     return calibration_of(grid[good], codes[good], forces=tuple(sizes), coils=names, free=("code", [np.nan, np.nan]))

@@ -32,11 +32,11 @@ class Readings:
     scaled : bool
         Whether the table was per metre of depth.
     front : FrontEnd or None
-        Settings of the converter; None where the sensor has none.
+        Settings of the converter; None where the sensor has none, or none that fit it.
     codes : ndarray or None, shape (F_x, F_z, n)
         What the converter gives, not rounded.
     left_out : tuple of str
-        One line for each thing that the codes do not have.
+        One line for each thing that the codes do not have, or why there are none.
     """
 
     L: Array
@@ -57,18 +57,16 @@ def readings(sensor: Sensor, data: xr.Dataset) -> Readings:
         With its readout.
     data : Dataset
         As from `calibrate`.
-
-    Raises
-    ------
-    ValueError
-        When the converter has no settings for these coils.
     """
     found, _ = absolute(sensor, table_impedance(data.where(data["status"] == DONE).assign(L0=data["L0"])))
     L, error = (np.diagonal(values, axis1=-2, axis2=-1) for values in (found.L, found.error_L))
     scaled, L0 = data.attrs["unit_L"] != "H", np.diagonal(found.L0)
     if sensor.readout.converter == "none":
-        return Readings(L, error, L0, scaled, None, None, ())
-    front, missing = sensor_front_end(sensor, data)
+        return Readings(L, error, L0, scaled, None, None, ("the scene has no converter",))
+    try:
+        front, missing = sensor_front_end(sensor, data)
+    except ValueError as reason:
+        return Readings(L, error, L0, scaled, None, None, (str(reason),))
     seen = terminals(sensor, data)[0]["L"].transpose("F_x", "F_z", "coil").to_numpy()
     good, f = np.isfinite(seen), np.full(seen.shape, np.nan)
     f[good] = tank_frequency(seen[good], sensor.readout.parallel_capacitance)

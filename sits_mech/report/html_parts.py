@@ -139,7 +139,7 @@ def pictures_part(folder: Path) -> str:
 def readout_part(sensor: Sensor, read: Readings) -> str:
     """Return how the converter is set and what it makes of the coils."""
     if read.front is None:
-        return "<p>The scene has no converter.</p>"
+        return f"<p>{html.escape(_sentence('; '.join(read.left_out)))}</p>"
     names = [coil.name for coil in sensor.coils]
     return html_table(front_end_table(read.front, names, read.left_out))
 

@@ -170,7 +170,7 @@ def test_what_has_no_header(source: Source, tmp_path: Path) -> None:
     """No converter, one coil, one force: one line each."""
     alone = source.data.isel(coil=[0], coil_2=[0])
     cases: list[tuple[Source, str]] = [
-        (Source(changed(source.sensor, ['readout.converter="none"']), source.data), "must have a converter"),
+        (Source(changed(source.sensor, ['readout.converter="none"']), source.data), "must have codes of a converter"),
         (Source(source.sensor.model_copy(update={"coils": source.sensor.coils[:1]}), alone), "two coils.*got 1 coils"),
         (Source(source.sensor, source.data.isel(F_x=[2])), "several values of both forces; got 2 coils and 1 x 4"),
     ]

@@ -276,6 +276,16 @@ def test_without_converter_or_pictures(calibrated: Path, tmp_path: Path) -> None
     assert "The scene has no converter." in whole and "The folder has no pictures" in whole and "code of" not in whole
 
 
+def test_coils_that_no_converter_follows(calibrated: Path, tmp_path: Path) -> None:
+    """Tracks whose losses cannot be told at the frequency: the page stands and says why it has no codes."""
+    sensor, data = read_calibration(calibrated)
+    reason = "tracks: none of the kind"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sits_mech.bench.at_terminals", lambda *_: (None, (reason,)))
+        whole = page(sensor, data, tmp_path)
+    assert reason in whole and "code of" not in whole
+
+
 def test_what_cannot_be_reported(calibrated: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """No calibration, another ending, a folder that is not there: one line each."""
     for words, message in (
