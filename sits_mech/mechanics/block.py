@@ -29,6 +29,7 @@ import numpy as np
 from sits_mech.mechanics.block_forms import solid_deformation
 from sits_mech.mechanics.block_mesh import Solid, bonded_block, flush, outlines, pad_parts, within
 from sits_mech.mechanics.block_user import meshed_pad
+from sits_mech.mechanics.forms import Indices
 from sits_mech.mechanics.pad import wrench_between
 from sits_mech.mechanics.path import Bonded, State, follow, packed, rest
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
@@ -109,6 +110,27 @@ def block_pad(sensor: Sensor, tolerance: float = 2e-2) -> BlockPad:
     kinds = _FLUSH if flush(*outlines(*pad_parts(sensor))) else _KINDS
     bodies = [[bonded_block(sensor, cells, *kind) for cells in pair] for kind in kinds]
     return BlockPad(sensor, tuple((fine, coarse) for fine, coarse in bodies))
+
+
+def deformed_section(model: BlockPad, equilibrium: Equilibrium) -> tuple[Array, Indices, Array]:
+    """Return the deformed pad in the plane y = 0 for pictures.
+
+    Returns
+    -------
+    points : ndarray, shape (n, 2)
+        x, z in the sensor's coordinates [m].
+    quads : ndarray, shape (m, 4)
+        Corners of the cells' faces in that plane, in order; of a triangle the last one twice.
+    J : ndarray, shape (m,)
+        Mean volume ratio of each cell.
+    """
+    _, elastomer = pad_parts(model.sensor)
+    solid = model.meshes[int(equilibrium.state[0])][0]
+    section = solid.body.mesh
+    u = equilibrium.state[1 : 1 + section.nodes.size].reshape(-1, 3)
+    points = (section.nodes + u)[:, [0, 2]] * elastomer.thickness + (0.0, elastomer.standoff)
+    mean = solid_deformation(section, u.ravel())[1].mean(axis=1)
+    return points, solid.middle[:, 1:], mean[solid.middle[:, 0]]
 
 
 def _tried(pad: BlockPad, number: int, start: Equilibrium | None, wrench: Wrench) -> tuple[Equilibrium, float]:

@@ -47,6 +47,8 @@ class Solid:
         Half the target's sizes [thicknesses].
     share : float
         Of the pad that is meshed: a half, or 1.
+    middle : ndarray, shape (m, 5)
+        Faces in the plane y = 0: the cell of each and its four corners in order, of a triangle the last one twice.
     fineness : float
         Cells through the thickness, or what stands for them: the error goes with its inverse squared.
     """
@@ -55,6 +57,7 @@ class Solid:
     faces: Indices
     target: Outline
     share: float
+    middle: Indices
     fineness: float
 
 
@@ -84,10 +87,10 @@ def bonded_block(sensor: Sensor, cells: int, grading: float, guard: float) -> So
     x, y, z = section.nodes.T
     top = (z > 1.0 - 1e-9) & within(plate, section.nodes, 1e-9)
     bonded = np.stack([z < 1e-9, top, y < 1e-9])
-    return solid(sensor, section, bonded, (guard, len(through) - 1.0), free_faces(basis, bonded))
+    return solid(sensor, section, bonded, (guard, len(through) - 1.0), basis)
 
 
-def solid(sensor: Sensor, section: Section, where: Array, given: tuple[float, float], faces: Indices) -> Solid:
+def solid(sensor: Sensor, section: Section, where: Array, given: tuple[float, float], basis: Basis) -> Solid:
     """Return a pad from its mesh.
 
     Parameters
@@ -99,8 +102,8 @@ def solid(sensor: Sensor, section: Section, where: Array, given: tuple[float, fl
         Nodes on the ground, on the target, and in the plane of symmetry if half the pad is meshed.
     given : tuple of float
         Part of the bulk modulus that acts pointwise against inversion [shear moduli]; the mesh's fineness.
-    faces : ndarray
-        Nodes of the free faces.
+    basis : Basis
+        From `solid_mesh`.
     """
     target, elastomer = pad_parts(sensor)
     ground, top, middle = where
@@ -114,16 +117,32 @@ def solid(sensor: Sensor, section: Section, where: Array, given: tuple[float, fl
     law, free = solid_energy(silicone, guard), np.flatnonzero(~held.ravel())
     height = target.load_height / elastomer.thickness
     body = Bonded(section, law, K - guard, height, free, bonded, section.nodes[top, 0], rows, columns, SOLID)
-    return Solid(body, faces, outlines(target, elastomer)[0], 0.5 if np.any(middle) else 1.0, given[1])
+    share = 0.5 if np.any(middle) else 1.0
+    return Solid(
+        body, _free_faces(basis, where), outlines(target, elastomer)[0], share, _middle_faces(basis, middle), given[1]
+    )
 
 
-def free_faces(basis: Basis, where: Array) -> Indices:
-    """Return the nodes of the faces that are bonded to nothing and in no plane of symmetry; `where` as of `solid`."""
+def _free_faces(basis: Basis, where: Array) -> Indices:
+    """The nodes of the faces that are bonded to nothing and in no plane of symmetry; `where` as of `solid`."""
     facets = basis.mesh.boundary_facets()
     corners = basis.nodal_dofs[0][basis.mesh.facets[:, facets]]
     bonded = np.any([group[corners].all(axis=0) for group in where], axis=0)
     found = basis.get_dofs(facets=facets[~bonded]).all()
     return np.asarray(found[~np.any(where[:2, found], axis=0)])
+
+
+def _middle_faces(basis: Basis, middle: Array) -> Indices:
+    """Faces in the plane of symmetry, as of `Solid.middle`."""
+    mesh = basis.mesh
+    facets = mesh.boundary_facets()
+    corners = basis.nodal_dofs[0][mesh.facets[:, facets]].T
+    own = np.all(middle[corners], axis=1)
+    corners, cells = corners[own], mesh.f2t[0, facets[own]]
+    x, z = np.moveaxis(basis.doflocs.T[corners][..., [0, 2]], -1, 0)
+    around = np.arctan2(z - z.mean(axis=1, keepdims=True), x - x.mean(axis=1, keepdims=True))
+    corners = np.take_along_axis(corners, np.argsort(around, axis=1), axis=1)
+    return np.column_stack([cells, corners, *([corners[:, -1]] if corners.shape[1] == 3 else [])])
 
 
 def outlines(target: Target, elastomer: Elastomer) -> tuple[Outline, Outline]:

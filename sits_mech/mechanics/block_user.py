@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from sits_mech.mechanics.block_forms import BRICK, TETRAHEDRON, solid_mesh
-from sits_mech.mechanics.block_mesh import Solid, free_faces, outlines, pad_parts, solid, within
+from sits_mech.mechanics.block_mesh import Solid, outlines, pad_parts, solid, within
 from sits_mech.meshing.store import read_solid
 from sits_mech.quantities import Array
 from sits_mech.sensor import Elastomer, Sensor
@@ -57,8 +57,7 @@ def meshed_pad(sensor: Sensor, guard: float) -> tuple[Solid, Solid]:
             f"{name}: the group target must lie under the target, {_sizes(target.extent)}; got {reach[0]:.4g} x "
             f"{reach[1]:.4g} mm"
         )
-    faces = free_faces(basis, where)
-    return solid(sensor, section, where, (guard, 1.0), faces), solid(sensor, poorer, where, (guard, 1.0), faces)
+    return solid(sensor, section, where, (guard, 1.0), basis), solid(sensor, poorer, where, (guard, 1.0), basis)
 
 
 def _check_place(name: str, nodes: Array, where: Array, elastomer: Elastomer) -> None:

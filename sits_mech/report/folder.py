@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tempfile
 from collections.abc import Callable
 from importlib.util import find_spec
@@ -118,4 +119,4 @@ def _largest_load(sensor: Sensor, data: xr.Dataset) -> Figure:
     size = (shear**2 + normal**2 + 1e-9 * shear).where(data["status"] == DONE).transpose("F_x", "F_z")
     i, j = np.unravel_index(int(np.nanargmax(size)), size.shape)
     wrench = Wrench(float(data["F_x"][i]), float(data["F_z"][j]))
-    return load_view(sensor, wrench)
+    return load_view(sensor, wrench, mechanics=json.loads(data.attrs["request"])["mechanics"])

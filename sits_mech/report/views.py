@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sits_mech.chain import mechanical_model
 from sits_mech.geometry.windings import coil_bars
 from sits_mech.magnetics.field import planar_fem
-from sits_mech.mechanics.layer import deformed_mesh, planar_layer
-from sits_mech.quantities import Array, Equilibrium, Pose, Wrench
+from sits_mech.mechanics.block import BlockPad, deformed_section
+from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh
+from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, Wrench
 from sits_mech.report.curves import add_polygons, new_figure
 from sits_mech.report.fields import current_view, potential_view
 from sits_mech.sensor import SceneError, Sensor
@@ -61,8 +63,8 @@ def layer_view(sensor: Sensor, equilibrium: Equilibrium, mesh: Mesh | None = Non
     return figure
 
 
-def load_view(sensor: Sensor, wrench: Wrench, tolerance: float = 1e-2) -> Figure:
-    """Return a picture of the section y = 0 under a load, the planar layer solved for it.
+def load_view(sensor: Sensor, wrench: Wrench, tolerance: float = 1e-2, mechanics: str = "auto") -> Figure:
+    """Return a picture of the section y = 0 under a load, the layer solved for it by the model `mechanics`.
 
     Raises
     ------
@@ -74,9 +76,16 @@ def load_view(sensor: Sensor, wrench: Wrench, tolerance: float = 1e-2) -> Figure
     for part in ("target", "elastomer"):
         if getattr(sensor, part) is None:
             raise SceneError(f"{sensor.name}: {part}: must be given for a picture of the layer; it is missing")
-    model = planar_layer(sensor, tolerance)
+    model, _ = mechanical_model(sensor, mechanics, tolerance)
     equilibrium = model.equilibrium(wrench)
-    return layer_view(sensor, equilibrium, deformed_mesh(model, equilibrium))
+    return layer_view(sensor, equilibrium, _deformed(model, equilibrium))
+
+
+def _deformed(model: MechanicalModel, equilibrium: Equilibrium) -> Mesh | None:
+    """The deformed layer in the section y = 0, where the model has one."""
+    if isinstance(model, BlockPad):
+        return deformed_section(model, equilibrium)
+    return deformed_mesh(model, equilibrium) if isinstance(model, PlanarLayer) else None
 
 
 def field_view(sensor: Sensor, pose: Pose, frequency: float, driven: str | None = None) -> Figure:

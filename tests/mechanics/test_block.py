@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.block import block_pad, deformed_section
 from sits_mech.mechanics.block_mesh import bonded_block
 from sits_mech.mechanics.path import compliance, follow, rest
 from sits_mech.quantities import SolveFailed, Wrench
@@ -124,3 +124,17 @@ def test_refusals(pad):
     triangle = box().target.model_copy(update={"shape": "outline", "points": points, "width": None, "length": None})
     with pytest.raises(ValueError, match="disc.*outline"):
         block_pad(box().model_copy(update={"target": triangle}))
+
+
+def test_section_for_pictures(pad):
+    """At rest it fills the section; under a load it hangs on ground and target."""
+    for wrench in (Wrench(), Wrench(0.9, 6.0)):
+        found = pad.equilibrium(wrench)
+        points, quads, J = deformed_section(pad, found)
+        x, z = np.moveaxis(points[quads], -1, 0)
+        area = 0.5 * np.abs(np.sum(x * np.roll(z, -1, axis=1) - z * np.roll(x, -1, axis=1), axis=1))
+        assert J.shape == (len(quads),) and J.min() > 0.9
+        assert z.min() == pytest.approx(0.0, abs=1e-12) and np.ptp(x) > 19.9 * MM
+        if wrench == Wrench():
+            assert area.sum() == pytest.approx(20 * MM * 2 * MM) and np.all(J == pytest.approx(1.0))
+        assert np.min(np.hypot(*(points - [found.pose.d_h, found.pose.d_v]).T)) < 0.01 * MM
