@@ -2,13 +2,14 @@
 
 Every converged load of the calibration is a time step, shear by shear, each with rising normal force. A file holds the
 section y = 0: the layer's cells with their volume ratio J, the target, and the coils' tracks; ``part`` tells them apart
-(0, 1, 2), ``displacement`` is that of layer and target from rest. The layer is solved anew in plane strain, each load
-from the one before; a calibration by another mechanical model is shown by this one, and the notes say so.
+(0, 1, 2), ``displacement`` is that of layer and target from rest. The layer is solved anew, each load from the one
+before, by the calibration's model; one by the linear model, which has no mesh to show, by the planar one.
 """
 
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import meshio
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 
 from sits_mech.export.source import Source
 from sits_mech.geometry.windings import coil_bars
+from sits_mech.mechanics.block import BlockPad, block_pad, deformed_section
 from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh, planar_layer
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, Wrench
 from sits_mech.report.views import target_corners
@@ -40,9 +42,10 @@ def write_vtu(source: Source, path: Path) -> tuple[str, ...]:
     SceneError
         When a file cannot be written.
     """
-    model = planar_layer(source.sensor, source.request["tolerance"])
     name = source.request["mechanics"]
-    notes = [] if name == "planar" else [f"the layer is shown in plane strain; the calibration is by {name!r}"]
+    model = (block_pad if name == "block" else planar_layer)(source.sensor, source.request["tolerance"])
+    shown = name in ("block", "planar")
+    notes = [] if shown else [f"the layer is shown at finite strain in plane strain; the calibration is by {name!r}"]
     steps: list[tuple[str, str]] = []
     for F_x in source.data["F_x"].to_numpy():
         last: Equilibrium | None = None
@@ -61,15 +64,15 @@ def write_vtu(source: Source, path: Path) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def vtu_file(model: PlanarLayer, found: Equilibrium) -> bytes:
+def vtu_file(model: PlanarLayer | BlockPad, found: Equilibrium) -> bytes:
     """Return the file of one load: layer, target and tracks in the section y = 0."""
     sensor = model.sensor
-    points, quads, J = deformed_mesh(model, found)
-    body = model.meshes[int(found.state[0])][0]
-    moved = points - body.mesh.nodes * _scale(sensor) - (0.0, _bottom(sensor))
-    rest = Pose(0.0, _bottom(sensor) + _scale(sensor), 0.0)
-    plate = target_corners(sensor, found.pose)
-    pieces = [(points, quads, moved), _boxes(plate[None], plate - target_corners(sensor, rest))]
+    points, quads, J = _section(model, found)
+    still = replace(found, state=np.concatenate([found.state[:1], np.zeros(found.state.size - 1)]))
+    kept, quads = np.unique(quads, return_inverse=True)  # a section of a solid leaves most of its nodes out
+    points, at_rest = points[kept], _section(model, still)[0][kept]
+    plate, there = target_corners(sensor, found.pose), target_corners(sensor, _rest(sensor))
+    pieces = [(points, quads.reshape(-1, 4), points - at_rest), _boxes(plate[None], plate - there)]
     tracks = _tracks(sensor)
     pieces.append(_boxes(tracks, np.zeros((4 * len(tracks), 2))))
     first = np.cumsum([0, *(len(piece[0]) for piece in pieces)])
@@ -85,6 +88,18 @@ def vtu_file(model: PlanarLayer, found: Equilibrium) -> bytes:
         file = Path(folder) / "layer.vtu"
         mesh.write(file)
         return file.read_bytes()
+
+
+def _section(model: PlanarLayer | BlockPad, found: Equilibrium) -> tuple[Array, NDArray[np.int64], Array]:
+    """Return points, quadrilaterals and volume ratios of the layer in the section y = 0."""
+    return deformed_section(model, found) if isinstance(model, BlockPad) else deformed_mesh(model, found)
+
+
+def _rest(sensor: Sensor) -> Pose:
+    """Return where the target is without load."""
+    if sensor.elastomer is None:
+        raise SceneError("elastomer: must be given for --to vtu; it is missing")
+    return Pose(0.0, sensor.elastomer.standoff + sensor.elastomer.thickness, 0.0)
 
 
 def _boxes(corners: Array, moved: Array) -> tuple[Array, NDArray[np.int64], Array]:
@@ -105,18 +120,6 @@ def _tracks(sensor: Sensor) -> Array:
 def _flat(plane: Array) -> Array:
     """Return x, y = 0, z."""
     return np.column_stack([plane[:, 0], np.zeros(len(plane)), plane[:, 1]])
-
-
-def _scale(sensor: Sensor) -> float:
-    """Thickness of the layer, the unit of length of its mesh [m]."""
-    if sensor.elastomer is None:
-        raise SceneError("elastomer: must be given for --to vtu; it is missing")
-    return sensor.elastomer.thickness
-
-
-def _bottom(sensor: Sensor) -> float:
-    """Height of the layer's bottom face [m]."""
-    return 0.0 if sensor.elastomer is None else sensor.elastomer.standoff
 
 
 def _collection(steps: list[tuple[str, str]]) -> str:

@@ -1,10 +1,12 @@
 """The series for ParaView: read back by meshio, the layer as it was solved."""
 
+import json
 import re
 from pathlib import Path
 
 import meshio
 import numpy as np
+import pytest
 
 from sits_mech.export.formats import export
 from sits_mech.export.source import Source
@@ -35,3 +37,21 @@ def test_series(calibrated: Path, tmp_path: Path) -> None:
         np.testing.assert_allclose(mesh.points[bonded][:, [0, 2]], expected, atol=1e-6)
         assert np.all(moved[quads[part == 2].ravel()] == 0.0) and np.count_nonzero(part == 2) == 96
         assert 0.9 < mesh.cell_data["J"][0].min() <= 1.0 and np.all(mesh.points[:, 1] == 0.0)
+
+
+def test_section_of_a_solid(calibrated: Path, tmp_path: Path) -> None:
+    """A calibration by the 3D pad is shown by it: the section through its middle, the bonded face with the target."""
+    sensor, data = read_calibration(calibrated)
+    request = json.loads(data.attrs["request"]) | {"mechanics": "block", "tolerance": 0.05}
+    data = data.isel(F_x=[2], F_z=[0, 2]).assign_attrs(request=json.dumps(request))
+    _, notes = export(Source(sensor, data), "vtu", tmp_path / "pad.pvd")
+    rest, loaded = (meshio.read(tmp_path / f"pad_000{k}.vtu") for k in range(2))
+    assert notes == () and np.abs(rest.point_data["displacement"]).max() < 1e-9
+    part, quads, moved = loaded.cell_data["part"][0], loaded.cells[0].data, loaded.point_data["displacement"]
+    before = loaded.points - moved
+    layer = np.unique(quads[part == 0])
+    assert before[layer, 0].min() == pytest.approx(-10e-3) and before[layer, 2].max() == pytest.approx(2e-3)
+    sunk = moved[quads[part == 1].ravel(), 2].mean()
+    bonded = layer[(np.abs(before[layer, 2] - 2e-3) < 1e-9) & (np.abs(before[layer, 0]) < 7.4e-3)]
+    assert sunk < -1e-5 and len(bonded) >= 5
+    np.testing.assert_allclose(moved[bonded, 2], sunk, rtol=1e-6)
