@@ -42,6 +42,7 @@ from sits_mech.sensor import Coil
 
 _TAIL = 16.0  # fields are cut where exp(-k gap) falls to exp(-16), their energy to exp(-32)
 _FIRST, _GROWTH, _ALONG = 2.0, 2.0, 1.0  # first cell / skin depth, ratio of cells, largest / distance to the coil
+_TALL = 0.25  # highest row over the radius: the loops' quadrature fails for rings much higher than that
 _ROWS = 64  # of a matrix at once
 _NEAR = 4.0  # pairs closer than so many of their longest side
 _PANEL = 60.0  # phase of the fastest wave over one panel of the quadrature [rad]
@@ -138,7 +139,7 @@ def divided_disc(problem: DiscProblem, level: int) -> list[Row]:
     while z[-1] > step / 2:
         depth = thickness / 2 - z[-1] + step
         z.append(z[-1] - step)
-        step = min(_GROWTH * step, thickness / 4, _ALONG * (gap + depth))
+        step = min(_GROWTH * step, thickness / 4, _ALONG * (gap + depth), _TALL * radius)
     nodes = _fitted(z)
     rows = [
         Row(low, high, _across(problem, first, gap + thickness / 2 - high))
