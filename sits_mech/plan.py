@@ -32,6 +32,7 @@ class Choice:
     reason: str
 
 
+_LONG = 10.0  # widths of a pad from which on its length stands for the depth of a planar model
 _PLANE = (
     "finite strain in plane strain, the force spread over the elastomer's length; "
     "a pad or a target shorter than that is softer: compare with block"
@@ -69,7 +70,19 @@ def choose_mechanics(sensor: Sensor, asked: str, known: tuple[str, ...]) -> Choi
         raise SceneError(f"{sensor.name}: model (mechanics) must be block for an elastomer.mesh; got {asked}")
     if asked != "auto":
         return Choice(asked, "asked for")
-    return Choice("block", "the layer has a mesh of its own") if meshed else Choice("planar", _PLANE)
+    if meshed:
+        return Choice("block", "the layer has a mesh of its own")
+    if "block" in known and _is_finite(sensor):
+        return Choice("block", "finite strain in three dimensions: the pad is too short for plane strain")
+    return Choice("planar", _PLANE)
+
+
+def _is_finite(sensor: Sensor) -> bool:
+    """Say whether a pad is one that the 3D model holds and the planar one does not."""
+    target, elastomer = sensor.target, sensor.elastomer
+    if target is None or elastomer is None or target.shape == "outline":
+        return False
+    return elastomer.extent[1] < _LONG * elastomer.extent[0]
 
 
 def choose_magnetics(sensor: Sensor, asked: str, known: tuple[str, ...]) -> Choice:

@@ -27,6 +27,9 @@ def test_choices_have_reasons() -> None:
     sensor = load_sensor("biorob2018")
     assert choose_mechanics(sensor, "linear", ("planar", "linear")).reason == "asked for"
     assert choose_mechanics(sensor, "auto", ("planar", "linear")).name == "planar"
+    assert choose_mechanics(sensor, "auto", ("planar", "block")).name == "block"
+    long = load_sensor("biorob2018", ['elastomer.length="200 mm"'])
+    assert choose_mechanics(long, "auto", ("planar", "block")).name == "planar"
     bare = sensor.model_copy(update={"target": None})
     assert "no target" in choose_magnetics(bare, "auto", ("planar",)).reason
     assert any("no target" in text for text in left_out(bare, False))
