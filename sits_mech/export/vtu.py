@@ -3,7 +3,8 @@
 Every converged load of the calibration is a time step, shear by shear, each with rising normal force. A file holds the
 section y = 0: the layer's cells with their volume ratio J, the target, and the coils' tracks; ``part`` tells them apart
 (0, 1, 2), ``displacement`` is that of layer and target from rest. The layer is solved anew, each load from the one
-before, by the calibration's model; one by the linear model, which has no mesh to show, by the planar one.
+before, by the calibration's model; one by the linear model, which has no mesh to show, by the planar one. The target is
+at its pose, which the 3D pad extrapolates from two meshes: it stands off the layer by that model's error.
 """
 
 from __future__ import annotations
