@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -76,8 +77,12 @@ def absolute(sensor: Sensor, found: Impedance) -> tuple[Impedance, tuple[str, ..
     if found.unit_L == "H":
         return found, ()
     n = len(sensor.coils)
-    scale = np.diag(free_inductances(sensor) / np.diagonal(found.L0))
-    parts = {name: getattr(found, name) * scale for name in ("L", "R", "L0", "error_L", "error_R")}
+    scale = free_inductances(sensor) / np.diagonal(found.L0)
+    parts: dict[str, Any] = {}
+    for name in ("L", "R", "L0", "error_L", "error_R"):
+        matrix = np.asarray(getattr(found, name), dtype=float)
+        parts[name] = np.zeros_like(matrix)
+        parts[name][..., range(n), range(n)] = np.diagonal(matrix, axis1=-2, axis2=-1) * scale
     return replace(found, **parts, unit_L="H"), ((_IDLE,) if n > 1 else ())
 
 

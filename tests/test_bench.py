@@ -9,7 +9,7 @@ import xarray as xr
 
 from sits_mech import bench, cli
 from sits_mech.quantities import Impedance, Pose, SolveReport
-from sits_mech.sensor import Sensor, changed, load_sensor, save_sensor, scene_hash
+from sits_mech.sensor import Sensor, changed, load_sensor, save_sensor, scene_hash, scene_text
 from sits_mech.sweep import save_table
 from sits_mech.version import __version__
 
@@ -43,7 +43,7 @@ def table(sensor: Sensor, unit: str = "H/m") -> xr.Dataset:
         data[name] = (("F_x", "F_z"), x + z)
     data["status"] = (("F_x", "F_z"), np.full(x.shape, "converged", dtype=object))
     attributes = {"unit_L": unit, "frequency": sensor.frequency, "version": __version__, "name": sensor.name}
-    return data.assign_attrs(**attributes, scene_hash=scene_hash(sensor))
+    return data.assign_attrs(**attributes, scene_hash=scene_hash(sensor), scene=scene_text(sensor))
 
 
 def test_relative_change_of_the_rings(sensor: Sensor) -> None:

@@ -1,11 +1,15 @@
 """Forces misread by tolerances: what follows from the definition, and what symmetry forbids."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech import chain
-from sits_mech.sensor import Sensor, load_sensor
+from sits_mech import chain, cli
+from sits_mech.sensor import Sensor, load_sensor, save_sensor
+from sits_mech.sweep import save_table
 from sits_mech.tolerances import force_spread
 
 
@@ -50,3 +54,23 @@ def test_what_has_no_tolerance_is_refused(sensor: Sensor, data: xr.Dataset) -> N
         force_spread(sensor, data, {"gap": 0.0}, [[0.0, 1.0]])
     with pytest.raises(ValueError, match="must leave three deviations of modulus and thickness positive"):
         force_spread(sensor, data, {"modulus": 0.5}, [[0.0, 1.0]], samples=16)
+
+
+def test_quality_command(
+    sensor: Sensor, data: xr.Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Figures with and without tolerances, for a program and for a reader; noise doubled, resolution doubled."""
+    save_table(data, tmp_path / "result.nc")
+    save_sensor(sensor, tmp_path / "scene.toml")
+    found = []
+    for noise in ("10 fH", "20 fH"):
+        assert cli.run(["quality", str(tmp_path), "--noise", noise, "--json"]) == 0
+        found.append(json.loads(capsys.readouterr().out))
+    fine, coarse = (np.array(record["resolution"]["F_z"]) for record in found)
+    np.testing.assert_allclose(coarse, 2.0 * fine, rtol=1e-9)
+    assert found[0]["full_scale"] == {"F_x": [-1.0, 1.0], "F_z": [0.0, 4.0]} and found[0]["no_inverse"] == []
+    assert found[0]["crosstalk"]["F_z"]["F_x"] > 0.0 and found[0]["hysteresis"] == {"F_x": None, "F_z": None}
+    assert cli.run(["quality", str(tmp_path), "--modulus", "2 %", "--samples", "8"]) == 0
+    said = capsys.readouterr()
+    assert "modulus 100 %" in said.out and "default noise" in said.err
+    assert cli.run(["quality", str(tmp_path), "--gap", "2 N"]) == 2

@@ -1,7 +1,8 @@
-"""What do readings mean, and how is the converter set? invert, converter, compare."""
+"""What do readings mean, and how is the converter set? invert, converter, quality, compare."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -71,6 +72,63 @@ def converter(
     answer(front_end_record(found, names, missing), [front_end_table(found, names, missing)], as_json)
     for line in found.warnings:
         warn(line)
+    return 0
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Deviations:
+    """Standard deviations of what is made; those that are given count."""
+
+    thickness: Annotated[Quantity | None, Parameter(help="Of the layer's thickness.")] = None
+    modulus: Annotated[Quantity | None, Parameter(help='Of the modulus, over its own, such as "5 %".')] = None
+    gap: Annotated[Quantity | None, Parameter(help="Of the gap between coils and target.")] = None
+    offset: Annotated[Quantity | None, Parameter(help="Of the coils' place along x.")] = None
+
+    def given(self) -> dict[str, float]:
+        """Return those that are given, in SI."""
+        from sits_mech.units import quantity
+
+        units = {"thickness": "m", "modulus": "", "gap": "m", "offset": "m"}
+        texts = {name: getattr(self, name) for name in units}
+        return {name: quantity(text, units[name], f"--{name}") for name, text in texts.items() if text is not None}
+
+
+@app.command
+def quality(
+    folder: Folder, *, deviations: Deviations = Deviations(),
+    noise: Annotated[Quantity | None, Parameter(help="Of an inductance; the converter's by default.")] = None,
+    samples: Annotated[int, Parameter(help="Sensors to solve for the deviations, a power of two.")] = 32,
+    as_json: Json = False,
+) -> int:  # fmt: skip
+    """Range, linearity, crosstalk, resolution, condition of a calibrated sensor; what tolerances make of it.
+
+    Example: sits-mech quality calibration --modulus "5 %" --gap "20 um"
+    """
+    import numpy as np
+
+    from sits_mech.bench import sensor_calibration, sensor_front_end
+    from sits_mech.console import progress_bar
+    from sits_mech.readout import quality as figures
+    from sits_mech.report.folder import read_calibration
+    from sits_mech.report.quality_table import quality_record, quality_tables
+    from sits_mech.tolerances import force_spread
+    from sits_mech.units import quantity as written
+
+    sensor, data = read_calibration(folder)
+    cal, off = sensor_calibration(sensor, data), deviations.given()
+    one = None if noise is None else written(noise, "H", "--noise")
+    sizes = sensor_front_end(sensor, data)[0].noise if one is None else np.full(len(cal.coils), one)
+    found = figures.quality(cal, sizes, positions=[coil.centre[0] for coil in sensor.coils])
+    scatter = None
+    if off:
+        loads = cal.low + (cal.high - cal.low) * np.array([[0.5, 0.5], [0.75, 0.5], [0.75, 1.0]])
+        with progress_bar("sensors") as progress:
+            scatter = force_spread(sensor, data, off, loads.tolist(), samples=samples, progress=progress)
+    record = quality_record(found, data, scatter) | {"noise": sizes.tolist()}
+    answer(record, quality_tables(record), as_json)
+    if one is None:
+        warn("resolution: by the converter's default noise at its longest conversion; --noise takes what a board shows")
     return 0
 
 
