@@ -28,13 +28,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.constants import mu_0
-from scipy.linalg import eigh
+from scipy.linalg import cholesky, eigh, solve_triangular
 
 from sits_mech.geometry.sheet_plan import Plan, plan_seams
 from sits_mech.magnetics.prisms import Prisms, box_means, gauss_points, prism_means
 from sits_mech.magnetics.sheet_loops import Complex, Loops, class_loops
 from sits_mech.quantities import Array
 
+_LARGE = 800  # unknowns of a class from which on its modes are found in single precision
 _KEEP = 5e-5  # weaker combinations of fields are left out: their energy, to the strongest, is the square
 
 
@@ -238,12 +239,28 @@ def _solve_class(problem: _Problem, means: Array, fields: Array, conductivity: f
     """Time constants of one class and what its modes feel of each coefficient, shape (3 * coefficients, m)."""
     L, R, B = _matrices(problem, means, fields, conductivity)
     unit = 1.0 / np.sqrt(np.real(np.diag(R)))
-    tau, V = eigh(L * unit[:, None] * unit, R * unit[:, None] * unit, overwrite_a=True, overwrite_b=True)
-    seen = (B * unit) @ V
+    tau, seen = _felt_modes(L * unit[:, None] * unit, R * unit[:, None] * unit, B * unit)
     if np.iscomplexobj(seen):
         seen = np.hstack([seen.real, seen.imag]) * np.sqrt(problem.weight)
         tau = np.tile(tau, 2)
     return np.maximum(tau, 0.0), np.asarray(seen.real)
+
+
+def _felt_modes(L: Complex, R: Complex, B: Complex) -> tuple[Array, Complex]:
+    """Time constants of R-orthonormal modes and what these feel of the fields; many in single precision.
+
+    That is in doubt by 1e-6 of the slowest time constant: below 1e-3 of a reaction in the decade that is prepared.
+    """
+    if len(R) < _LARGE:
+        tau, V = eigh(L, R, overwrite_a=True, overwrite_b=True)
+        return np.asarray(tau, dtype=float), np.asarray(B @ V)
+    C = cholesky(R, lower=True, overwrite_a=True, check_finite=False)
+    half = solve_triangular(C, L, lower=True, check_finite=False).conj().T
+    both = solve_triangular(C, half, lower=True, check_finite=False)
+    single = np.complex64 if np.iscomplexobj(both) else np.float32
+    tau, U = eigh(both.astype(single), overwrite_a=True, check_finite=False, driver="evd")
+    felt = solve_triangular(C, B.conj().T, lower=True, check_finite=False).conj().T.astype(single) @ U
+    return np.asarray(tau, dtype=float), np.asarray(felt, dtype=both.dtype)
 
 
 def _strongest(seen: Array) -> Array:
