@@ -32,6 +32,7 @@ from sits_mech.version import __version__
 _SIZES = (9, 13, 17, 25, 33, 49, 65)  # nodes along each force
 _FAITH = 0.25  # of a code, of the table to the map
 _MOST_BITS = 22  # of the table's numbers, so that products stay within 64 bits
+_FORCES = ("F_x", "F_z")
 _MICRO = 1e6
 _MARKS = {OK: 0, OUTSIDE: 1}  # any other status is SITS_AMBIGUOUS
 
@@ -77,7 +78,7 @@ def code_calibration(source: Source) -> Calibration:
         When there are too few loads.
     """
     names = [coil.name for coil in source.sensor.coils]
-    sizes = {name: source.data.sizes[name] for name in ("F_x", "F_z")}
+    sizes = {name: source.data.sizes[name] for name in _FORCES}
     if len(names) != 2 or min(sizes.values()) < 2:
         came = f"{len(names)} coils and {sizes['F_x']} x {sizes['F_z']} loads"
         raise SceneError(f"--to c: must have two coils and several values of both forces; got {came}")
@@ -157,10 +158,21 @@ def write_header(source: Source, path: Path) -> tuple[str, ...]:
         raise SceneError(f"--to c: must have a region where codes belong to one force; there is none: {regions}")
     write_text(path, header(source, found))
     size = found.table.shape[1]
-    notes = [f"table of {size} x {size} nodes, within {found.error:.2g} codes of the map"]
+    missed = float(found.cal.map.error.max())
+    milli = zip(_FORCES, 1e3 * missed * _worth(found.cal), strict=True)
+    force = ", ".join(f"{each:.2g} mN of {name}" for name, each in milli)
+    notes = [
+        f"table of {size} x {size} nodes, within {found.error:.2g} codes of the map",
+        f"the map foretells loads that are left out to {missed:.3g} codes: {force}",
+    ]
     if lost > 0.0:
         notes.append(f"{lost:.1%} of the cells have no answer: {'; '.join(found.cal.domain.regions) or 'no results'}")
     return tuple(notes)
+
+
+def _worth(cal: Calibration) -> Array:
+    """Return what one code is worth of each force, mid-range [N]."""
+    return np.asarray(1.0 / np.abs(cal.slopes(*(0.5 * (cal.low + cal.high)))).max(axis=0))
 
 
 def header(source: Source, found: CodeTable) -> str:
@@ -168,7 +180,7 @@ def header(source: Source, found: CodeTable) -> str:
     cal, front = found.cal, readings(source.sensor, source.data).front
     low, high = (np.rint(_MICRO * values).astype(np.int64) for values in (cal.low, cal.high))
     none = np.clip(0.0, cal.low, cal.high)
-    slopes = np.abs(cal.slopes(*(0.5 * (cal.low + cal.high)))).max(axis=0)
+    worth = _MICRO * _worth(cal)
     codes = (found.table / 2.0**found.fraction).reshape(2, -1)
     spread = [np.ptp(codes[0] + codes[1]), np.ptp(codes[0] - codes[1])]
     weights = np.clip(np.rint(max(spread) / np.maximum(spread, 1e-9)), 1, 64).astype(int)
@@ -180,7 +192,7 @@ def header(source: Source, found: CodeTable) -> str:
         fx_low=f"{cal.low[0]:.4g}", fx_high=f"{cal.high[0]:.4g}", fz_low=f"{cal.low[1]:.4g}",
         fz_high=f"{cal.high[1]:.4g}",
         table_error=f"{found.error:.2g}", map_error=f"{cal.map.error.max():.3g}", value_bits=found.fraction + 8,
-        newtons_x=f"{_MICRO / slopes[0]:.3g}", newtons_z=f"{_MICRO / slopes[1]:.3g}",
+        newtons_x=f"{worth[0]:.3g}", newtons_z=f"{worth[1]:.3g}",
         nx=found.table.shape[1], nz=found.table.shape[2], fraction=found.fraction,
         low=_row(low), range=_row(high - low), rest=_row(np.rint(cal.forward(*none)).astype(np.int64)),
         base=_row(found.base), registers=len(registers), weight_sum=weights[0], weight_gap=weights[1],

@@ -160,7 +160,7 @@ def test_failed_loads_are_outside(source: Source, tmp_path: Path) -> None:
     data["status"] = data["status"].astype(object)
     for x, z in ((4, 3), (4, 2), (3, 3)):
         data["status"][x, z] = "stalled"
-    assert write_header(Source(source.sensor, data), tmp_path / "table.h")[1].endswith("no results")
+    assert write_header(Source(source.sensor, data), tmp_path / "table.h")[2].endswith("no results")
     cal = code_calibration(source)
     codes = np.rint(cal.forward([1.0, 0.0], [3.0, 1.0]))
     assert list(asked(compiled(tmp_path), "f", codes)[0]) == [STATUS[OUTSIDE], 0]
