@@ -1,14 +1,6 @@
 """Force in, inductance out: the one place where both physics meet.
 
     wrench --(mechanics)--> pose p +- e --(magnetics)--> L(p), R(p) --> signals
-
-The error of a result is the magnetic model's own plus what the error of the pose makes of it, added without sign:
-
-    error(y) = error_magnetics(y) + sum_k |y(p + s_k) - y(p - s_k)| / 2  e_k / s_k
-
-with steps s_k = e_k, or less near a collision.
-
-For L_v and L_h the pose's part is taken of the signal itself: what moves both coils alike leaves their difference.
 """
 
 from __future__ import annotations
@@ -22,7 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from sits_mech.geometry.collision import Collision, check_clearance, clearance
+from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.magnetics.rings import axisymmetric
@@ -30,9 +22,11 @@ from sits_mech.magnetics.sheets import sheets
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.layer import linear_layer, planar_layer
 from sits_mech.mechanics.loads import settle
-from sits_mech.plan import Choice, choose_magnetics, choose_mechanics
-from sits_mech.quantities import Array, Equilibrium, Impedance, MagneticModel, MechanicalModel, Pose, Wrench
-from sits_mech.readout.signals import Signals, combine, shear_weights, signals
+from sits_mech.omissions import mirrored
+from sits_mech.plan import MAGNETIC_SHARE, Choice, Plan, choose_magnetics, choose_mechanics
+from sits_mech.quantities import Equilibrium, Impedance, MagneticModel, MechanicalModel, Pose, Wrench
+from sits_mech.reading import read_poses, signals_at, stacked
+from sits_mech.readout.signals import Signals
 from sits_mech.sensor import SceneError, Sensor, scene_hash, scene_text
 from sits_mech.sweep import DONE, Progress, Row, table
 from sits_mech.version import __version__
@@ -50,9 +44,6 @@ MAGNETICS: Mapping[str, Callable[[Sensor, float], MagneticModel]] = {
     "sheets": sheets,
 }
 """The magnetic models by name; each factory takes a sensor and a tolerance."""
-
-_SHARE = 0.1  # of the tolerance that is asked of the magnetics: it is much the cheaper half
-_SMALLEST = 1e-9  # step of a difference quotient [m, rad]: far below any pose, far above rounding
 
 
 @dataclass(frozen=True)
@@ -74,16 +65,34 @@ class Simulation:
     signals: Signals
 
 
-@dataclass(frozen=True)
-class Reading:
-    """Impedance and signals of many poses with all errors; ``untilted`` is L_h at the same place unrotated [%]."""
+def plan(
+    sensor: Sensor, loads: Sequence[Wrench] = (), *, tolerance: float = 1e-2, mechanics: str = "auto",
+    magnetics: str = "auto",
+) -> Plan:  # fmt: skip
+    """Return what a request takes, what it leaves out, and what to expect of it.
 
-    impedance: Impedance
-    signals: Signals
-    untilted: Array
+    Parameters
+    ----------
+    sensor : Sensor
+        The scene.
+    loads : sequence of Wrench
+        Those asked for; none where poses are given.
+    tolerance, mechanics, magnetics
+        As for `simulate`.
+
+    Raises
+    ------
+    SceneError
+        When a model is unknown or cannot hold the scene.
+    """
+    by_layer = choose_mechanics(sensor, mechanics, tuple(MECHANICS), loads, tolerance) if loads else None
+    by_field = choose_magnetics(sensor, magnetics, tuple(MAGNETICS))
+    return Plan.of(sensor, loads, _checked(tolerance), by_layer, by_field)
 
 
-def mechanical_model(sensor: Sensor, name: str = "auto", tolerance: float = 1e-2) -> tuple[MechanicalModel, Choice]:
+def mechanical_model(
+    sensor: Sensor, name: str = "auto", tolerance: float = 1e-2, loads: Sequence[Wrench] = ()
+) -> tuple[MechanicalModel, Choice]:
     """Return the mechanical model of a name with the reason for it.
 
     Parameters
@@ -94,13 +103,15 @@ def mechanical_model(sensor: Sensor, name: str = "auto", tolerance: float = 1e-2
         "auto" or a key of `MECHANICS`.
     tolerance : float
         Asked relative error of the pose.
+    loads : sequence of Wrench
+        All it will be asked for, where that is known: small ones need less.
 
     Raises
     ------
     SceneError
         When the model is unknown or cannot hold the scene.
     """
-    choice = choose_mechanics(sensor, name, tuple(MECHANICS))
+    choice = choose_mechanics(sensor, name, tuple(MECHANICS), loads, tolerance)
     return MECHANICS[choice.name](sensor, _checked(tolerance)), choice
 
 
@@ -147,75 +158,14 @@ def simulate(
     SolveFailed
         When the layer has no equilibrium that could be reached.
     """
-    field, _ = magnetic_model(sensor, magnetics, _SHARE * tolerance)
-    layer, _ = mechanical_model(sensor, mechanics, tolerance)
+    field, _ = magnetic_model(sensor, magnetics, MAGNETIC_SHARE * tolerance)
+    layer, _ = mechanical_model(sensor, mechanics, tolerance, [wrench])
     equilibrium = layer.equilibrium(wrench)
     check_clearance(sensor, equilibrium.pose)
-    reading = read_poses(sensor, field, _stacked([equilibrium.pose]), _stacked([equilibrium.error]))
+    reading = read_poses(sensor, field, stacked([equilibrium.pose]), stacked([equilibrium.error]))
     found = reading.impedance
     single = {name: getattr(found, name)[0] for name in ("L", "R", "error_L", "error_R")}
-    return Simulation(equilibrium, replace(found, **single), _at(reading.signals, 0))
-
-
-def _stacked(poses: Sequence[Pose]) -> Pose:
-    """Return many poses as one."""
-    return Pose(*(np.array([getattr(pose, name) for pose in poses], dtype=float) for name in ("d_h", "d_v", "alpha")))
-
-
-def _at(found: Signals, index: int) -> Signals:
-    """Return one of many signals."""
-    return Signals(**{name: float(np.asarray(value)[index]) for name, value in vars(found).items()})
-
-
-def read_poses(sensor: Sensor, model: MagneticModel, pose: Pose, error: Pose) -> Reading:
-    """Return impedance and signals of many poses in one call of the model, their errors by the errors of the poses.
-
-    Parameters
-    ----------
-    sensor : Sensor
-        The scene; its frequency is used.
-    model : MagneticModel
-        Of the sensor.
-    pose, error : Pose of ndarray, shape (p,)
-        Poses above the coil plane, and their estimated absolute errors [m, rad].
-
-    Returns
-    -------
-    Reading
-        With leading axis (p,).
-    """
-    shifted, gain = _shifted(sensor, pose, error)
-    found = model.impedance(shifted, sensor.frequency)
-    weights = shear_weights([coil.centre[0] for coil in sensor.coils])
-    own, L0 = np.diagonal(found.L, axis1=-2, axis2=-1), np.diagonal(found.L0)
-    by_pose = [_spread(values, gain) for values in (found.L, found.R, *combine(own, weights))]
-    error_L, error_R = found.error_L[0] + by_pose[0], found.error_R[0] + by_pose[1]
-    model_error = np.trace(found.error_L[0], axis1=-2, axis2=-1)
-    shown = signals(own[0], L0, weights, (model_error + by_pose[2], model_error + by_pose[3]))
-    impedance = replace(found, L=found.L[0], R=found.R[0], error_L=error_L, error_R=error_R)
-    return Reading(impedance, shown, np.asarray(signals(own[7], L0, weights).L_h_percent))
-
-
-def _shifted(sensor: Sensor, pose: Pose, error: Pose) -> tuple[Pose, Array]:
-    """Return each pose, shifted along each component both ways, and untilted, shape (8, p); error over step (3, p)."""
-    centre = np.stack([np.asarray(part, dtype=float) for part in (pose.d_h, pose.d_v, pose.alpha)])
-    errors = np.stack([np.asarray(part, dtype=float) for part in (error.d_h, error.d_v, error.alpha)])
-    room = 0.1 * clearance(sensor, pose)
-    reach = 1.0 if sensor.target is None else sensor.target.extent[0]
-    limit = np.stack([np.full_like(room, 0.1 * reach), room, room / reach])
-    steps = np.minimum(np.maximum(errors, _SMALLEST), limit)
-    stack = np.repeat(centre[None], 8, axis=0)
-    for k in range(3):
-        stack[1 + 2 * k, k] += steps[k]
-        stack[2 + 2 * k, k] -= steps[k]
-    stack[7, 2] = 0.0
-    return Pose(stack[:, 0], stack[:, 1], stack[:, 2]), errors / steps
-
-
-def _spread(values: Array, gain: Array) -> Array:
-    """Return what the pose's error makes of values on the shifted poses, shape (p, ...)."""
-    half = np.abs(values[1:7:2] - values[2:7:2]) / 2.0
-    return np.asarray(np.einsum("kp...,kp->p...", half, gain))
+    return Simulation(equilibrium, replace(found, **single), signals_at(reading.signals, 0))
 
 
 def calibrate(
@@ -256,14 +206,13 @@ def calibrate(
         When a model cannot hold the scene, or a list of forces is empty, has a value twice or one that is not finite.
     """
     grid = {"F_x": _checked_forces("F_x", F_x), "F_z": _checked_forces("F_z", F_z)}
-    field, by_field = magnetic_model(sensor, magnetics, _SHARE * tolerance)
-    layer, by_layer = mechanical_model(sensor, mechanics, tolerance)
+    field, by_field = magnetic_model(sensor, magnetics, MAGNETIC_SHARE * tolerance)
+    loads = [Wrench(x, z) for x in grid["F_x"] for z in grid["F_z"]]
+    layer, by_layer = mechanical_model(sensor, mechanics, tolerance, loads)
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance, **grid}
     key = f"{__version__} {scene_hash(sensor)} {by_layer.name} {tolerance}"
-    symmetric = sensor.target is not None and sensor.target.shape != "outline"
-    rows = settle(layer, grid, symmetric=symmetric, keep=(folder, key), progress=progress)
-    order = [(x, z) for x in grid["F_x"] for z in grid["F_z"]]
-    reading, done = _read_rows(sensor, field, [rows[load] for load in order])
+    rows = settle(layer, grid, symmetric=mirrored(sensor), keep=(folder, key), progress=progress)
+    reading, done = _read_rows(sensor, field, [rows[load.F_x, load.F_z] for load in loads])
     data = table(grid, done)
     data = data.assign_coords(coil=[coil.name for coil in sensor.coils], coil_2=[coil.name for coil in sensor.coils])
     data["L0"] = (("coil", "coil_2"), reading.L0)
@@ -284,8 +233,8 @@ def _read_rows(sensor: Sensor, model: MagneticModel, rows: Sequence[Row]) -> tup
     """Return the impedance of all converged rows, and the rows with what the coils show."""
     checked = [_guarded(sensor, {name: item for name, item in row.items() if name != "state"}) for row in rows]
     good = [row for row in checked if row["status"] == DONE]
-    poses = _stacked([Pose(row["d_h"], row["d_v"], row["alpha"]) for row in good])
-    errors = _stacked([Pose(row["error_d_h"], row["error_d_v"], row["error_alpha"]) for row in good])
+    poses = stacked([Pose(row["d_h"], row["d_v"], row["alpha"]) for row in good])
+    errors = stacked([Pose(row["error_d_h"], row["error_d_v"], row["error_alpha"]) for row in good])
     reading = read_poses(sensor, model, poses, errors)
     found, coils = reading.impedance, ("coil", "coil_2")
     share = found.report.seconds / max(len(good), 1)
@@ -297,7 +246,7 @@ def _read_rows(sensor: Sensor, model: MagneticModel, rows: Sequence[Row]) -> tup
         if row["status"] == DONE:
             i = next(numbers)
             shown = {name: (coils, getattr(found, name)[i]) for name in ("L", "R", "error_L", "error_R")}
-            shown |= vars(_at(reading.signals, i)) | {"L_h_untilted_percent": float(reading.untilted[i])}
+            shown |= vars(signals_at(reading.signals, i)) | {"L_h_untilted_percent": float(reading.untilted[i])}
             shown |= {"error_magnetics": found.report.estimated_error, "seconds": row["seconds"] + share}
         done.append(row | shown)
     return found, done

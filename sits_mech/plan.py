@@ -5,14 +5,28 @@ Also what a request's ranges stand for.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from sits_mech.materials import unknown
+from sits_mech.omissions import Omission, half_suffices, omissions, strain_bound
+from sits_mech.quantities import Wrench
 from sits_mech.sensor import Sensor
 from sits_mech.units import SceneError, quantity, shown
 
+MAGNETIC_SHARE = 0.1  # of the tolerance that is asked of the magnetics: it is much the cheaper half
+COSTS: dict[tuple[str, str], tuple[tuple[float, float, float], ...]] = {
+    ("mechanics", "linear"): ((1e-2, 0.1, 1e-3), (0.0, 0.4, 1e-3)),
+    ("mechanics", "planar"): ((1e-2, 0.2, 0.15), (0.0, 0.3, 0.6)),
+    ("mechanics", "block"): ((2e-2, 0.3, 0.4), (0.0, 1.0, 3.0)),
+    ("magnetics", "planar"): ((1e-2, 0.1, 1e-4), (1e-3, 0.3, 1e-4), (0.0, 3.0, 3e-4)),
+    ("magnetics", "planar-fem"): ((1e-3, 0.2, 0.6), (0.0, 0.5, 3.0)),
+    ("magnetics", "axisymmetric"): ((1e-3, 0.3, 1e-3), (0.0, 3.0, 3e-3)),
+    ("magnetics", "sheets"): ((1e-2, 3.0, 1e-3), (2e-3, 10.0, 1e-3), (0.0, 30.0, 2e-3)),
+}
+"""Seconds by half and model: from each tolerance on, once for a scene and for each load or pose; as measured."""
 _MOST = 10_000  # values of a range
 
 
@@ -39,7 +53,9 @@ _PLANE = (
 )
 
 
-def choose_mechanics(sensor: Sensor, asked: str, known: tuple[str, ...]) -> Choice:
+def choose_mechanics(
+    sensor: Sensor, asked: str, known: tuple[str, ...], loads: Sequence[Wrench] = (), tolerance: float = 1e-2
+) -> Choice:
     """Return the mechanical model for a scene.
 
     Parameters
@@ -50,6 +66,10 @@ def choose_mechanics(sensor: Sensor, asked: str, known: tuple[str, ...]) -> Choi
         A name of `known`, or "auto".
     known : tuple of str
         What there is.
+    loads : sequence of Wrench
+        All that will be asked for, where that is known.
+    tolerance : float
+        Asked relative error of the pose.
 
     Returns
     -------
@@ -74,6 +94,9 @@ def choose_mechanics(sensor: Sensor, asked: str, known: tuple[str, ...]) -> Choi
         return Choice("block", "the layer has a mesh of its own")
     if "block" in known and _is_finite(sensor):
         return Choice("block", "finite strain in three dimensions: the pad is too short for plane strain")
+    bound = strain_bound(sensor, loads) if loads and "linear" in known else tolerance
+    if bound < tolerance:
+        return Choice("linear", f"small strain in plane strain: one compliance is off by less than {bound:.1g}")
     return Choice("planar", _PLANE)
 
 
@@ -106,32 +129,58 @@ def choose_magnetics(sensor: Sensor, asked: str, known: tuple[str, ...]) -> Choi
     return Choice("planar", reason)
 
 
-def left_out(sensor: Sensor, force: bool) -> tuple[str, ...]:
-    """Return what a request does not need solved, each with its reason.
-
-    Parameters
-    ----------
-    sensor : Sensor
-        The scene.
-    force : bool
-        Whether a force is asked for.
-    """
-    found = []
-    if not force:
-        found.append("mechanics: the pose is given")
-    if sensor.target is None:
-        found.append("eddy currents: no target")
-    if sensor.coils[0].winding == "spiral":
-        found.append("pitch of the spiral windings: in all models but sheets, which take them as rings")
-    if sensor.readout.idle_coil == "shorted" and len(sensor.coils) > 1:
-        found.append("current in the idle coil: each coil is driven alone; L holds the mutual inductances to add it")
-    return tuple(found)
-
-
 def _check_known(kind: str, asked: str, known: tuple[str, ...]) -> None:
     """Refuse a model that does not exist."""
     if asked not in ("auto", *known):
         raise SceneError(f"model ({kind}) {unknown(asked, ('auto', *known))}")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a request takes, what it leaves out, and what to expect of it.
+
+    Attributes
+    ----------
+    mechanics : Choice or None
+        None where no load is asked for.
+    magnetics : Choice
+        The other half.
+    rungs : tuple of str
+        Which rung of their ladders the tolerance picks.
+    left_out : tuple of Omission
+        With sizes.
+    error : float
+        Expected relative error of the change of inductance: of the pose's tolerance, the magnetics', the omissions'.
+    seconds : float
+        Expected on one core of the machine that the ladders were measured on; within a factor of some three.
+    """
+
+    mechanics: Choice | None
+    magnetics: Choice
+    rungs: tuple[str, ...]
+    left_out: tuple[Omission, ...]
+    error: float
+    seconds: float
+
+    @classmethod
+    def of(
+        cls, sensor: Sensor, loads: Sequence[Wrench], tolerance: float, mechanics: Choice | None, magnetics: Choice
+    ) -> Plan:
+        """Return the plan of a request whose models are chosen; arguments as of `sits_mech.chain.plan`."""
+        parts = [("magnetics", magnetics.name, tolerance * (MAGNETIC_SHARE if loads else 1.0), max(len(loads), 1))]
+        if mechanics is not None:
+            count = (len(loads) + 1) // 2 if half_suffices(sensor, loads) else len(loads)
+            parts.insert(0, ("mechanics", mechanics.name, tolerance, count))
+        missing = omissions(sensor, loads, None if mechanics is None else mechanics.name, magnetics.name)
+        rungs = tuple(f"{name} at {asked:.1g}" for _, name, asked, _ in parts)
+        error = sum(asked for _, _, asked, _ in parts) + sum(item.size for item in missing if item.of_change)
+        return cls(mechanics, magnetics, rungs, missing, error, sum(cost(*part) for part in parts))
+
+
+def cost(half: str, model: str, tolerance: float, count: int) -> float:
+    """Return the seconds to expect of a model for a number of loads or poses; see `COSTS`."""
+    once, each = next((once, each) for asked, once, each in COSTS[half, model] if asked <= tolerance)
+    return once + count * each
 
 
 def quantity_range(text: str, unit: str, name: str) -> list[float]:

@@ -1,10 +1,28 @@
-"""Requests: ranges, choices, what is left out."""
+"""Requests: ranges, choices, and that what is left out changes the answer by no more than is promised."""
 
+import math
+
+import numpy as np
 import pytest
 
-from sits_mech.plan import choose_magnetics, choose_mechanics, left_out, quantity_range
-from sits_mech.sensor import load_sensor
+from sits_mech.chain import magnetic_model, mechanical_model, plan, simulate
+from sits_mech.omissions import half_suffices, idle_coupling, omissions, skin_depths, strain_bound
+from sits_mech.plan import choose_magnetics, choose_mechanics, quantity_range
+from sits_mech.quantities import Pose, Wrench
+from sits_mech.sensor import Sensor, load_sensor
+from sits_mech.spectrum import at_terminals
 from sits_mech.units import SceneError
+
+LONG = 'elastomer.length="200 mm"'
+COAXIAL = (
+    'coils=[{name="C", centre=["0 mm", "0 mm"], layers=2, turns=12, inner_diameter="2.2 mm", track_width="0.1 mm", '
+    'track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]',
+    'target={material="copper", shape="disc", diameter="8 mm", thickness="0.2 mm"}',
+)
+BACKING = (
+    'conductors=[{name="backing", material="ferrite", shape="rectangle", centre=["0 mm", "-1 mm"], width="18 mm", '
+    'length="18 mm", thickness="0.5 mm"}]',
+)
 
 
 def test_ranges_by_hand() -> None:
@@ -24,13 +42,107 @@ def test_what_is_no_range(text: str) -> None:
 
 def test_choices_have_reasons() -> None:
     """What was asked for is taken; auto says why."""
-    sensor = load_sensor("biorob2018")
+    sensor, long = load_sensor("biorob2018"), load_sensor("biorob2018", [LONG])
     assert choose_mechanics(sensor, "linear", ("planar", "linear")).reason == "asked for"
     assert choose_mechanics(sensor, "auto", ("planar", "linear")).name == "planar"
     assert choose_mechanics(sensor, "auto", ("planar", "block")).name == "block"
-    long = load_sensor("biorob2018", ['elastomer.length="200 mm"'])
     assert choose_mechanics(long, "auto", ("planar", "block")).name == "planar"
+    loads = [Wrench(0.01, 0.02)]
+    assert choose_mechanics(long, "auto", ("planar", "linear", "block"), loads).name == "linear"
     bare = sensor.model_copy(update={"target": None})
     assert "no target" in choose_magnetics(bare, "auto", ("planar",)).reason
-    assert any("no target" in text for text in left_out(bare, False))
-    assert not any("mechanics" in text for text in left_out(sensor, True))
+
+
+def test_five_scenes_have_five_plans() -> None:
+    """No target, one coil under a disc, a symmetric load, ferrite behind the coils, thin and thick skin."""
+    sensor = load_sensor("biorob2018")
+    requests = [
+        (sensor.model_copy(update={"target": None}), []), (load_sensor("biorob2018", COAXIAL), []),
+        (sensor, [Wrench(0.0, 2.0)]), (load_sensor("biorob2018", BACKING), []), (sensor, [Wrench(0.5, 2.0)]),
+    ]  # fmt: skip
+    plans = [plan(scene, loads) for scene, loads in requests]
+    told = [(found.mechanics, found.magnetics, found.left_out) for found in plans]
+    assert len({str(item) for item in told}) == 5
+    assert [found.magnetics.name for found in plans] == ["planar", "axisymmetric", "planar", "planar-fem", "planar"]
+    whats = [{item.what for item in found.left_out} for found in plans]
+    assert "eddy currents" in whats[0] and "poses beside and turned" in whats[2] and "mesh of the air" not in whats[3]
+    assert skin_depths(sensor) > 6.0 > 1.0 > skin_depths(load_sensor("biorob2018", ["frequency=5e3"]))
+    assert all(found.seconds > 0.0 and found.error > 0.0 for found in plans)
+    assert {item.what for item in omissions(sensor, (), None, "sheets")} >= {"mechanics", "inside of the target"}
+
+
+@pytest.mark.parametrize("keys", [[], ["target.width=0.015"], ["elastomer.thickness=0.006"]], ids=["8", "15", "tall"])
+@pytest.mark.parametrize("wrench", [(0.0, 1.0), (1.0, 0.0), (0.5, 1.0)], ids=["press", "shear", "both"])
+def test_one_compliance_misses_less_than_its_bound(keys: list[str], wrench: tuple[float, float]) -> None:
+    """The nonlinear layer against the linear one, at a load whose bound is 1 %."""
+    sensor = load_sensor("biorob2018", [LONG, *keys])
+    part = 1e-2 / strain_bound(sensor, [Wrench(*wrench)])
+    load = Wrench(*(part * force for force in wrench))
+    full, small = (mechanical_model(sensor, name, 1e-3)[0].equilibrium(load) for name in ("planar", "linear"))
+    rest = sensor.elastomer.thickness if sensor.elastomer else 0.0
+    reach = 0.5 * sensor.target.extent[0] if sensor.target else 0.0
+
+    def moved(pose: Pose) -> np.ndarray:
+        return np.array([pose.d_h, rest - pose.d_v, reach * pose.alpha])
+
+    size = np.abs(moved(full.pose)).max()
+    missed = float(np.abs(moved(full.pose) - moved(small.pose)).max() / size)
+    assert missed < 1e-2 + full.report.estimated_error
+    assert missed > 1e-5  # the promise is about something
+
+
+def test_slender_layers_have_no_small_strain() -> None:
+    """They buckle at strains of any smallness."""
+    assert math.isinf(strain_bound(load_sensor("biorob2018", ['elastomer.thickness="10 mm"']), [Wrench(0.0, 0.01)]))
+
+
+def test_the_idle_coil_is_worth_its_coupling() -> None:
+    """Shorted or open at the terminals, against the promise of the omission."""
+    sensor = load_sensor("biorob2018", ["target.thickness=2e-4"])
+    open_ = sensor.model_copy(update={"readout": sensor.readout.model_copy(update={"idle_coil": "open"})})
+    bare = sensor.model_copy(update={"target": None})
+    found = magnetic_model(bare, "sheets", 1e-2)[0].impedance(Pose(0.0, 2e-3), sensor.frequency)
+    seen, _ = at_terminals(sensor, found)
+    alone, _ = at_terminals(open_, found)
+    assert seen is not None and alone is not None
+    missed = float(np.max(np.abs(seen.L - alone.L)) / found.L0[0, 0])
+    promise = idle_coupling(sensor)
+    assert promise == pytest.approx(3.58e-4, rel=1e-3) and 0.5 * promise < missed < 1.05 * promise
+
+
+def test_a_symmetric_load_needs_no_places_beside(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same answer with and without them, from fewer poses."""
+    sensor = load_sensor("biorob2018", [LONG])
+    asked = {"tolerance": 3e-2, "mechanics": "linear"}
+    few = simulate(sensor, Wrench(0.0, 1.0), **asked)
+    monkeypatch.setattr("sits_mech.reading._ROUNDING", -1.0)
+    all_ = simulate(sensor, Wrench(0.0, 1.0), **asked)
+    assert few.signals.L_v_percent == pytest.approx(all_.signals.L_v_percent, rel=1e-12)
+    assert few.signals.error_L_v_percent == pytest.approx(all_.signals.error_L_v_percent, rel=1e-6)
+
+
+@pytest.mark.parametrize("depths", [3.0, 4.5])
+def test_the_inside_of_a_thick_target_is_worth_what_passes_through(depths: float) -> None:
+    """Surface impedance in finite elements against the bars that divide the whole thickness."""
+    sensor = load_sensor("biorob2018")
+    target = sensor.target
+    assert target is not None
+    frequency = sensor.frequency * (depths / skin_depths(sensor)) ** 2
+    full, skins = (
+        magnetic_model(sensor, name, 1e-3)[0].impedance(Pose(0.0, 2e-3), frequency) for name in ("planar", "planar-fem")
+    )
+    missed = abs((full.L - skins.L)[0, 0] / (full.L - full.L0)[0, 0])
+    assert missed < math.exp(-depths) + 2e-3
+
+
+def test_half_of_mirrored_loads() -> None:
+    """Only in scenes that are their own mirror image."""
+    sensor, loads = load_sensor("biorob2018"), [Wrench(-1.0, 1.0), Wrench(1.0, 1.0)]
+    assert half_suffices(sensor, loads) and not half_suffices(sensor, loads[1:])
+    assert not half_suffices(_lopsided(sensor), loads)
+
+
+def _lopsided(sensor: Sensor) -> Sensor:
+    """Return a scene whose target is no mirror image of itself."""
+    points = "points=[[-4e-3, -4e-3], [5e-3, 0], [-4e-3, 4e-3]]"
+    return load_sensor("biorob2018", [f'target={{material="copper", shape="outline", {points}, thickness=2e-4}}'])

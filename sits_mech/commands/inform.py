@@ -8,7 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from sits_mech.commands.options import Json, Load, Overrides, Scene, Tolerance, app, sensor_of
+from sits_mech.commands.options import Json, Load, Models, Overrides, Scene, app, sensor_of
 from sits_mech.console import answer, show, warn
 
 
@@ -44,23 +44,19 @@ def doctor() -> int:
 
 
 @app.command
-def explain(scene: Scene, *, load: Load = Load(), tolerance: Tolerance = 1e-2, overrides: Overrides = ()) -> int:
-    """Tell which models a request takes, what it leaves out, and why.
+def explain(
+    scene: Scene, *, load: Load = Load(), models: Models = Models(), overrides: Overrides = (), as_json: Json = False
+) -> int:
+    """Tell which models a request takes, what it leaves out and what that is worth, and what error and time to expect.
 
     Example: sits-mech explain biorob2018 --fx "0.5 N" --fz "2 N"
     """
-    from sits_mech.chain import magnetic_model, mechanical_model
-    from sits_mech.plan import left_out
-    from sits_mech.report.tables import key_table
+    from sits_mech.chain import plan
+    from sits_mech.report.plan_table import plan_record, plan_table
 
     sensor, wrench = sensor_of(scene, overrides), load.wrench()
-    force = any((wrench.F_x, wrench.F_z, wrench.M))
-    choice = magnetic_model(sensor, tolerance=tolerance)[1]
-    rows = [("magnetics", f"{choice.name}: {choice.reason}")]
-    if force:
-        choice = mechanical_model(sensor, tolerance=tolerance)[1]
-        rows.insert(0, ("mechanics", f"{choice.name}: {choice.reason}"))
-    show(key_table(sensor.name, rows + [("left out", text) for text in left_out(sensor, force)]))
+    found = plan(sensor, [wrench] if any((wrench.F_x, wrench.F_z, wrench.M)) else [], **asdict(models))
+    answer(plan_record(sensor, found), [plan_table(sensor, found)], as_json)
     return 0
 
 

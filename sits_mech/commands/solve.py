@@ -32,18 +32,19 @@ def pose(
     Example: sits-mech pose biorob2018 --fx "0.5 N" --fz "2 N"
     """
     from sits_mech.chain import mechanical_model
-    from sits_mech.plan import left_out
+    from sits_mech.omissions import omissions
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import equilibrium_record
     from sits_mech.report.tables import equilibrium_table
 
-    sensor = sensor_of(scene, overrides)
-    layer, _ = mechanical_model(sensor, model, tolerance)
+    sensor, loads = sensor_of(scene, overrides), [load.wrench()]
+    layer, choice = mechanical_model(sensor, model, tolerance, loads)
     try:
-        found = layer.equilibrium(load.wrench())
+        found = layer.equilibrium(*loads)
     except SolveFailed as error:
         return not_converged(error, as_json)
-    answer(equilibrium_record(found, left_out(sensor, True)), [equilibrium_table(found)], as_json)
+    unsolved = tuple(item.text for item in omissions(sensor, loads, choice.name, None))
+    answer(equilibrium_record(found, unsolved), [equilibrium_table(found)], as_json)
     return 0
 
 
@@ -57,7 +58,7 @@ def inductance(
     Example: sits-mech inductance biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 MHz"
     """
     from sits_mech.chain import magnetic_model
-    from sits_mech.plan import left_out
+    from sits_mech.omissions import omissions
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import impedance_record, spectrum_record
     from sits_mech.report.tables import impedance_table, spectrum_table, terminal_table
@@ -65,8 +66,9 @@ def inductance(
 
     sensor, place = sensor_of(scene, overrides), place_at(dh, dv, alpha)
     hertz = [sensor.frequency] if frequency is None else frequency_range(frequency, "--frequency")
-    solver, _ = magnetic_model(sensor, model, tolerance)
-    unsolved = left_out(sensor, False)
+    solver, choice = magnetic_model(sensor, model, tolerance)
+    slowest = sensor.model_copy(update={"frequency": min(hertz)})
+    unsolved = tuple(item.text for item in omissions(slowest, (), None, choice.name))
     try:
         if len(hertz) > 1:
             data = spectrum(sensor, solver, place, hertz)
@@ -91,14 +93,14 @@ def simulate(
     Example: sits-mech simulate biorob2018 --fx "0.5 N" --fz "2 N"
     """
     from sits_mech import chain
-    from sits_mech.plan import left_out
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import simulation_record
     from sits_mech.report.tables import equilibrium_table, impedance_table, signal_table
 
-    sensor = sensor_of(scene, overrides)
+    sensor, wrench = sensor_of(scene, overrides), load.wrench()
+    unsolved = tuple(item.text for item in chain.plan(sensor, [wrench], **asdict(models)).left_out)
     try:
-        found = chain.simulate(sensor, load.wrench(), **asdict(models))
+        found = chain.simulate(sensor, wrench, **asdict(models))
     except SolveFailed as error:
         return not_converged(error, as_json)
     tables = [
@@ -106,7 +108,7 @@ def simulate(
         impedance_table([coil.name for coil in sensor.coils], found.impedance),
         signal_table(found.signals, found.impedance.unit_L),
     ]
-    answer(simulation_record(found, left_out(sensor, True)), tables, as_json)
+    answer(simulation_record(found, unsolved), tables, as_json)
     return 0
 
 

@@ -1,0 +1,171 @@
+"""What does a request not need solved, and how large at most is what that leaves out?
+
+Sizes are of the answer's relative change: of the target's displacement for what the mechanics leave out, of the change
+of inductance for the magnetics, of L0 for idle coils; zero where nothing changes at all.
+
+Small strain. A bonded strip of width w, thickness t, depth L, shape factor S = w/(2 t) under the load
+
+    sink/t = F_z/(E_c w L),   shear = F_x/(mu w L),   edge = alpha w/(2 t),   alpha = M_o t/(E_b w^3 L/12)
+
+with 1/E_c = 1/(4 mu (1 + S^2)) + 1/K, E_b = mu (4 + 0.8 S^2), M_o the moment about the layer's middle (within 4 % of
+finite elements from S = 2 on). One linear compliance then misses the displacement by less than
+
+    3 sink/t + (shear + edge)/2,
+
+where finite elements show 1.6 to 2.8 times sink/t under pure compression, and up to 0.4 times the larger of shear and
+edge under combined loads (w/t from 1.3 to 7.5); slender layers, which buckle, are excluded.
+
+Skin. Of a plate of n = t/skin depth much is current in two skins; what passes from face to face is exp(-n).
+
+Idle coils. A shorted coil beside the driven one takes M^2/L_2 from its inductance: M^2/(L_1 L_2) of L0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sits_mech.magnetics.loops import coil_inductances
+from sits_mech.magnetics.losses import skin_depth
+from sits_mech.quantities import Wrench
+from sits_mech.sensor import Sensor
+
+_SLENDER = 0.5  # shape factor below which no layer counts as one of small strain
+_THICK = 3.0  # skin depths from which on the inside of a plate is at rest
+
+
+@dataclass(frozen=True)
+class Omission:
+    """Something that a request does not need solved.
+
+    Attributes
+    ----------
+    what, reason : str
+        A few words each.
+    size : float
+        Largest relative change of the answer, see above; 0 where it is exact.
+    of_change : bool
+        Whether the size is of the change of inductance, to which errors are stated, or of L0.
+    """
+
+    what: str
+    reason: str
+    size: float = 0.0
+    of_change: bool = True
+
+    @property
+    def text(self) -> str:
+        """Return it as one line."""
+        of = "" if self.of_change else " of L0"
+        return f"{self.what}: {self.reason}" + (f" (at most {self.size:.1g}{of})" if self.size > 0.0 else "")
+
+
+def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
+    """Return how far at most one linear compliance misses the displacement under any of the loads [-].
+
+    Infinite for slender layers, and where the scene has no layer that a strip stands for.
+    """
+    target, elastomer = sensor.target, sensor.elastomer
+    if target is None or elastomer is None or elastomer.mesh is not None or target.shape != "rectangle":
+        return math.inf
+    (w, _), t, length = target.extent, elastomer.thickness, elastomer.extent[1]
+    shape, mu = w / (2.0 * t), elastomer.silicone.shear_modulus
+    if shape < _SLENDER:
+        return math.inf
+    E_c = 1.0 / (1.0 / (4.0 * mu * (1.0 + shape**2)) + 1.0 / elastomer.silicone.bulk_modulus)
+    E_b = mu * (4.0 + 0.8 * shape**2)
+    bounds = [0.0]
+    for load in loads:
+        sink, shear = abs(load.F_z) / (E_c * w * length), abs(load.F_x) / (mu * w * length)
+        moment = abs(load.M) + abs(load.F_x) * (target.load_height + 0.5 * t)
+        edge = moment / (E_b * w**2 * length / 6.0)
+        bounds.append(3.0 * sink + 0.5 * (shear + edge))
+    return max(bounds)
+
+
+def skin_depths(sensor: Sensor) -> float:
+    """Return the target's thickness in skin depths at the scene's frequency; 0 without a target."""
+    target = sensor.target
+    if target is None:
+        return 0.0
+    conductivity = target.metal.conductivity * target.metal.relative_permeability
+    return target.thickness / skin_depth(sensor.frequency, conductivity)
+
+
+def idle_coupling(sensor: Sensor) -> float:
+    """Return what the shorted idle coils take at most of a coil's inductance, over L0."""
+    if len(sensor.coils) < 2:
+        return 0.0
+    L = coil_inductances(sensor.coils, tolerance=1e-6)
+    own = np.diagonal(L)
+    share = L**2 / np.outer(own, own)
+    np.fill_diagonal(share, 0.0)
+    return float(np.max(share.sum(axis=1)))
+
+
+def omissions(
+    sensor: Sensor, loads: Sequence[Wrench], mechanics: str | None, magnetics: str | None
+) -> tuple[Omission, ...]:
+    """Return what a request leaves out.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The scene.
+    loads : sequence of Wrench
+        The loads asked for; none where the pose is given.
+    mechanics, magnetics : str
+        The models that were chosen; None where no load, or no inductance, is asked for.
+
+    Returns
+    -------
+    tuple of Omission
+        With sizes.
+    """
+    found = []
+    if mechanics is None:
+        found.append(Omission("mechanics", "the pose is given"))
+    elif mechanics == "linear":
+        bound = strain_bound(sensor, loads)
+        reason = "the load strains the layer so little that one compliance will do"
+        found.append(Omission("finite strain", reason, bound))
+    if loads and mirrored(sensor) and all(load.F_x == load.M == 0.0 for load in loads):
+        found.append(Omission("poses beside and turned", "scene and load are symmetric"))
+    elif half_suffices(sensor, loads):
+        found.append(Omission("half of the loads", "each is the mirror image of another"))
+    return tuple(found) if magnetics is None else tuple(found) + _magnetic(sensor, magnetics)
+
+
+def _magnetic(sensor: Sensor, model: str) -> tuple[Omission, ...]:
+    """Return what the magnetic half leaves out."""
+    found, depths = [], skin_depths(sensor)
+    if sensor.target is None:
+        found.append(Omission("eddy currents", "no target: the coils in free space"))
+    elif depths >= _THICK and model in ("planar-fem", "sheets"):
+        reason = f"{depths:.2g} skin depths thick: its surface stands for it"
+        found.append(Omission("inside of the target", reason, math.exp(-depths)))
+    if model != "planar-fem":
+        found.append(Omission("mesh of the air", "nothing permeable: integral model"))
+    if sensor.coils[0].winding == "spiral" and model != "sheets":
+        found.append(Omission("pitch of the spiral windings", "rings stand for them in this model"))
+    if len(sensor.coils) > 1 and sensor.readout.idle_coil == "shorted":
+        reason = "each coil is driven alone; L holds the mutual inductances to add it"
+        found.append(Omission("current in the idle coil", reason, idle_coupling(sensor), False))
+    elif len(sensor.coils) > 1:
+        found.append(Omission("current in the idle coil", "it is open"))
+    return tuple(found)
+
+
+def mirrored(sensor: Sensor) -> bool:
+    """Tell whether layer and target are their own mirror image in x."""
+    target, elastomer = sensor.target, sensor.elastomer
+    return target is not None and target.shape != "outline" and (elastomer is None or elastomer.mesh is None)
+
+
+def half_suffices(sensor: Sensor, loads: Sequence[Wrench]) -> bool:
+    """Tell whether loads have mirror images among them, in a scene that is its own."""
+    sheared = {(load.F_x, load.F_z, load.M) for load in loads if load.F_x != 0.0}
+    return mirrored(sensor) and any((-F_x, F_z, -M) in sheared for F_x, F_z, M in sheared)

@@ -1,0 +1,104 @@
+"""What do the coils show at poses that are known within errors? Impedance and signals, all errors with them.
+
+The error of a result is the magnetic model's own plus what the error of the pose makes of it, added without sign:
+
+    error(y) = error_magnetics(y) + sum_k |y(p + s_k) - y(p - s_k)| / 2  e_k / s_k
+
+with steps s_k = e_k, or less near a collision; places that no pose of a batch has an error in are not evaluated (a
+symmetric load is neither sheared nor turned).
+
+For L_v and L_h the pose's part is taken of the signal itself: what moves both coils alike leaves their difference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sits_mech.geometry.collision import clearance
+from sits_mech.quantities import Array, Impedance, MagneticModel, Pose
+from sits_mech.readout.signals import Signals, combine, shear_weights, signals
+from sits_mech.sensor import Sensor
+
+_ROUNDING = 1e-12  # a pose, or an error of it, that is none [m, rad]
+_SMALLEST = 1e-9  # step of a difference quotient [m, rad]: far below any pose, far above rounding
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Impedance and signals of many poses with all errors; ``untilted`` is L_h at the same place unrotated [%]."""
+
+    impedance: Impedance
+    signals: Signals
+    untilted: Array
+
+
+def stacked(poses: Sequence[Pose]) -> Pose:
+    """Return many poses as one."""
+    return Pose(*(np.array([getattr(pose, name) for pose in poses], dtype=float) for name in ("d_h", "d_v", "alpha")))
+
+
+def signals_at(found: Signals, index: int) -> Signals:
+    """Return one of many signals."""
+    return Signals(**{name: float(np.asarray(value)[index]) for name, value in vars(found).items()})
+
+
+def read_poses(sensor: Sensor, model: MagneticModel, pose: Pose, error: Pose) -> Reading:
+    """Return impedance and signals of many poses in one call of the model, their errors by the errors of the poses.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The scene; its frequency is used.
+    model : MagneticModel
+        Of the sensor.
+    pose, error : Pose of ndarray, shape (p,)
+        Poses above the coil plane, and their estimated absolute errors [m, rad].
+
+    Returns
+    -------
+    Reading
+        With leading axis (p,).
+    """
+    tilted = bool(np.any(np.abs(pose.alpha) > _ROUNDING))
+    shifted, gain = _shifted(sensor, pose, error, tilted)
+    found = model.impedance(shifted, sensor.frequency)
+    weights = shear_weights([coil.centre[0] for coil in sensor.coils])
+    own, L0 = np.diagonal(found.L, axis1=-2, axis2=-1), np.diagonal(found.L0)
+    by_pose = [_spread(values, gain) for values in (found.L, found.R, *combine(own, weights))]
+    level = own[-1 if tilted else 0]
+    error_L, error_R = found.error_L[0] + by_pose[0], found.error_R[0] + by_pose[1]
+    model_error = np.trace(found.error_L[0], axis1=-2, axis2=-1)
+    shown = signals(own[0], L0, weights, (model_error + by_pose[2], model_error + by_pose[3]))
+    impedance = replace(found, L=found.L[0], R=found.R[0], error_L=error_L, error_R=error_R)
+    return Reading(impedance, shown, np.asarray(signals(level, L0, weights).L_h_percent))
+
+
+def _shifted(sensor: Sensor, pose: Pose, error: Pose, tilted: bool) -> tuple[Pose, Array]:
+    """Return the poses, shifted both ways along each component with an error, and untilted; errors over steps.
+
+    The shapes are (1 + 2 k + tilted, p) and (k, p); the last ones, untilted, are there only where poses are `tilted`.
+    """
+    centre = np.stack([np.asarray(part, dtype=float) for part in (pose.d_h, pose.d_v, pose.alpha)])
+    errors = np.stack([np.asarray(part, dtype=float) for part in (error.d_h, error.d_v, error.alpha)])
+    room = 0.1 * clearance(sensor, pose)
+    reach = 1.0 if sensor.target is None else sensor.target.extent[0]
+    limit = np.stack([np.full_like(room, 0.1 * reach), room, room / reach])
+    steps = np.minimum(np.maximum(errors, _SMALLEST), limit)
+    uncertain = [k for k in range(3) if np.any(errors[k] > _ROUNDING)]
+    stack = np.repeat(centre[None], 1 + 2 * len(uncertain) + tilted, axis=0)
+    for row, k in enumerate(uncertain):
+        stack[1 + 2 * row, k] += steps[k]
+        stack[2 + 2 * row, k] -= steps[k]
+    if tilted:
+        stack[-1, 2] = 0.0
+    return Pose(stack[:, 0], stack[:, 1], stack[:, 2]), (errors / steps)[uncertain]
+
+
+def _spread(values: Array, gain: Array) -> Array:
+    """Return what the pose's error makes of values on the shifted poses, shape (p, ...)."""
+    end = 1 + 2 * len(gain)
+    half = np.abs(values[1:end:2] - values[2:end:2]) / 2.0
+    return np.asarray(np.einsum("kp...,kp->p...", half, gain))
