@@ -23,7 +23,7 @@ from sits_mech.quantities import Array, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.sensor import Sensor
 
 _SHARE = 0.05  # of the worst component's error that every component owns to
-_TOUCHED = 0.01  # share of the layer's section that may be stretched more than what is called its largest stretch
+_TOUCHED = 0.001  # share of the layer's section that may be stretched more than what is called its largest stretch
 _REASONS = {
     "buckled": "beyond this load the layer buckles: its rest is not stable",
     "inverted": "beyond this load the mesh turns inside out at a corner",
@@ -110,7 +110,7 @@ def unpacked(body: Bonded, array: Array) -> State:
 
 
 def largest_stretch(body: Bonded, u: Array) -> float:
-    """Return the largest principal stretch or reciprocal of one, but for what 1 % of the section exceeds at corners."""
+    """Return the largest principal stretch, or reciprocal of one, that all but 0.1 % of the section stays below."""
     F, J = deformation(body.mesh, u)
     half = 0.5 * (F**2).sum(axis=-1)
     greater = np.sqrt(half + np.sqrt(np.maximum(half**2 - J**2, 0.0)))

@@ -7,7 +7,8 @@ Pose: ``d_v = standoff + t - sink``. Any mix of forces and places of the target 
 
 Meshes. Small strain wants a strong grading towards the singular corners. At finite strain the corners open, which
 cells split into triangles follow (fan.py). So several pairs of meshes stand in line, each tougher and a little less
-accurate than the one before: strongly graded; with split corners; mildly graded; with a guard on J. The first that
+accurate than the one before: strongly graded; with split corners; mildly graded; with a guard
+on J; even, with a stronger guard. The first that
 gets there, J positive at every quadrature point and node, with an error near the tolerance gives the answer, or else
 the one with the smallest error. The error is that between the two meshes of a pair (answer.py).
 
@@ -37,11 +38,10 @@ from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveRep
 from sits_mech.sensor import Sensor
 
 _STRONG, _MILD = 2.5, 1.5  # grading towards the corners
-_GUARD = 0.5  # part of the bulk modulus [shear moduli]
-_GIVE = 1e-3  # thicknesses over which the pressure of contact builds up
+_GIVE = 1e-5  # thicknesses over which the pressure of contact builds up
 # grading, split corners, guard, order that the error is extrapolated with; in the order they are tried
 _SHARP, _SPLIT = (_STRONG, False, 0.0, 1.5), (_STRONG, True, 0.0, 1.5)
-_TOUGH, _GUARDED = (_MILD, True, 0.0, 1.5), (_MILD, True, _GUARD, 1.5)
+_TOUGH, _GUARDED, _EVEN = (_MILD, True, 0.0, 1.5), (_MILD, True, 0.5, 1.5), (1.0, True, 5.0, 1.0)
 _Kind = tuple[float, bool, float, float]
 # Asked error of the pose -> cells through the thickness, fine and coarse; meshes in the order they are tried.
 _LADDER: tuple[tuple[float, tuple[tuple[int, int], tuple[_Kind, ...]]], ...] = (
@@ -51,7 +51,7 @@ _LADDER: tuple[tuple[float, tuple[tuple[int, int], tuple[_Kind, ...]]], ...] = (
     (1e-4, ((16, 8), (_SHARP, _SPLIT, _TOUGH, _GUARDED))),
 )
 _LENIENCE = 2.0  # the estimate is on the safe side: up to so many tolerances no other mesh is tried
-_PATIENCE = (0.25, 1e-4)  # smallest increment of the load path where another mesh waits, and where none does
+_PATIENCE = (0.25, 0.02, 1e-3)  # smallest increment of the load path: meshes wait, one does, none does
 _EFFECT = 0.01  # of the displacement that contact may be worth and still be left out
 
 
@@ -67,7 +67,7 @@ class PlanarLayer:
     meshes : tuple of Pair
         Mesh of the answer and of its error estimate, in the order in which they are tried.
     touching : int
-        How many at the end are those before them once more, with contact.
+        How many at the end have contact: the last of those before them once more, and one that is tougher still.
     """
 
     sensor: Sensor
@@ -162,9 +162,13 @@ def planar_layer(sensor: Sensor, tolerance: float = 1e-2) -> PlanarLayer:
     """
     cells, kinds = _rung(tolerance)
     contact = sensor.elastomer.contact if sensor.elastomer is not None else "never"
-    meshes = () if contact == "always" else tuple(_pair(sensor, cells, kind, 0.0) for kind in kinds)
-    touching = () if contact == "never" else tuple(_pair(sensor, cells, kind, _GIVE) for kind in kinds if kind[1])
-    return PlanarLayer(sensor, tolerance, (*meshes, *touching), len(touching) if meshes else 0)
+    last = (*(kind for kind in kinds if kind[1]), _EVEN)
+    if contact == "always":
+        return PlanarLayer(sensor, tolerance, tuple(_pair(sensor, cells, kind, _GIVE) for kind in last))
+    if contact == "never":
+        return PlanarLayer(sensor, tolerance, tuple(_pair(sensor, cells, kind, 0.0) for kind in (*kinds, _EVEN)))
+    free, touching = ([_pair(sensor, cells, kind, give) for kind in own] for own, give in ((kinds, 0.0), (last, _GIVE)))
+    return PlanarLayer(sensor, tolerance, (*free, *touching), len(touching))
 
 
 def linear_layer(sensor: Sensor, tolerance: float = 1e-2) -> LinearLayer:
@@ -223,12 +227,12 @@ def _first_good(
 ) -> tuple[Equilibrium, float]:
     """Of some pairs of meshes, the first good answer, or else the farthest and best."""
     best: tuple[Equilibrium, float] | None = None
-    toughest = (len(layer.meshes) - layer.touching - 1, len(layer.meshes) - 1)
-    for number in numbers:
+    waiting = [len(layer.meshes) - 1 - number for number in numbers]
+    for number, left in zip(numbers, waiting, strict=True):
         pair, own = layer.meshes[number], None
         if start is not None and start.state.size == 1 + pair.size and start.state[0] == number:
             own = replace(start, state=start.state[1:])
-        found, part = settled(layer.sensor, pair, own, control, _PATIENCE[number in toughest])
+        found, part = settled(layer.sensor, pair, own, control, _PATIENCE[max(0, 2 - left)])
         found = replace(found, state=np.concatenate([[number], found.state]))
         if best is None or (part, -found.report.estimated_error) > (best[1], -best[0].report.estimated_error):
             best = found, part
@@ -245,7 +249,7 @@ def _in_contact(
     """The answer with contact: from that without it where there is one, or else on its own."""
     found, part = free
     count = len(layer.meshes)
-    twin = int(found.state[0]) + layer.touching
+    twin = int(found.state[0]) + layer.touching - 1
     if part == 1.0 and twin >= count - layer.touching:
         begin = replace(found, state=np.concatenate([[twin], found.state[1:]]))
         other, reached = _first_good(layer, range(twin, twin + 1), begin, control)

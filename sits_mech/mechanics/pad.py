@@ -11,6 +11,7 @@ mu t^2.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -57,13 +58,7 @@ def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
     target, elastomer = _parts(sensor)
     t = elastomer.thickness
     half_layer, half_target = elastomer.extent[0] / (2 * t), target.extent[0] / (2 * t)
-    breaks = [-half_layer, -half_target, half_target, half_layer]
-    if half_layer - half_target < 1e-9:
-        breaks = [-half_layer, half_layer]
-    counts = [matched_cells(b - a, 1.0, cells, grading) for a, b in zip(breaks[:-1], breaks[1:], strict=True)]
-    mesh = section(graded_lines(breaks, counts, grading), graded_lines([0.0, 1.0], [cells], grading))
-    if fineness.fan:
-        mesh = fanned(mesh, np.array([(x, z) for x, z in _corners(half_layer, half_target)]))
+    mesh = _mesh(half_layer, half_target, cells, grading, fineness.fan)
     x, z = mesh.nodes.T
     ground = z < 1e-9
     top = (z > 1.0 - 1e-9) & (np.abs(x) < half_target + 1e-9)
@@ -94,6 +89,17 @@ def top_faces(mesh: Section, half: float) -> list[Indices]:
         return []
     faces = (np.flatnonzero((z > 1.0 - 1e-9) & (side * x > half - 1e-9)) for side in (-1.0, 1.0))
     return [face[np.argsort(np.abs(x[face]))] for face in faces]
+
+
+@lru_cache(maxsize=32)
+def _mesh(half_layer: float, half_target: float, cells: int, grading: float, fan: bool) -> Section:
+    """Mesh of a layer and a target of some half widths; many bodies share one."""
+    breaks = [-half_layer, -half_target, half_target, half_layer]
+    if half_layer - half_target < 1e-9:
+        breaks = [-half_layer, half_layer]
+    counts = [matched_cells(b - a, 1.0, cells, grading) for a, b in zip(breaks[:-1], breaks[1:], strict=True)]
+    mesh = section(graded_lines(breaks, counts, grading), graded_lines([0.0, 1.0], [cells], grading))
+    return fanned(mesh, np.array(_corners(half_layer, half_target))) if fan else mesh
 
 
 def _corners(half_layer: float, half_target: float) -> list[tuple[float, float]]:
