@@ -17,8 +17,9 @@ from rich.table import Table
 
 from sits_mech.bench import sensor_calibration
 from sits_mech.readout.crosstalk import crosstalk
-from sits_mech.readout.quality import Quality, quality
+from sits_mech.readout.quality import quality
 from sits_mech.report.codes import Readings
+from sits_mech.report.quality_table import quality_record, quality_tables
 from sits_mech.report.readings import front_end_table
 from sits_mech.report.tables import failures, load_table, remarks, summary_table
 from sits_mech.sensor import Sensor, scene_text
@@ -158,26 +159,12 @@ def inverse_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
         ("loads with one answer", f"{100.0 * cal.domain.share:.4g} % of the calibrated range"),
         *(("no answer", region) for region in cal.domain.regions),
     ]
-    if read.front is not None and cal.domain.share > 0.0:
-        found = quality(cal, read.front.noise, positions=[coil.centre[0] for coil in sensor.coils])
-        rows += [row for k in range(len(found.forces)) for row in _quality_rows(found, k)]
-        rows.append(("condition number", f"{found.condition[0]:.3g} to {found.condition[1]:.3g}; 1 is best"))
-    return _pairs(rows)
-
-
-def _quality_rows(found: Quality, k: int) -> list[tuple[str, str]]:
-    """Return resolution, linearity and crosstalk of one force."""
-    name, milli = found.forces[k], 1e3 * found.resolution[k]
-    span = f"{milli[0]:.2g} mN at best, {milli[1]:.2g} mN in the median, {milli[2]:.2g} mN at worst"
-    rows = [
-        (f"resolution of {name}", f"{span}: one standard deviation of the converter's noise"),
-        (f"linearity for {name}", f"{100.0 * found.linearity[k]:.2g} % of its signal's range off a straight line"),
-    ]
-    for j, other in enumerate(found.forces):
-        if j != k:
-            share = f"up to {100.0 * found.crosstalk[k, j]:.2g} % of its full scale"
-            rows.append((f"{other} read as {name}", f"{share}, if both are read from the signals by one matrix"))
-    return rows
+    if read.front is None or cal.domain.share == 0.0:
+        return _pairs(rows)
+    found = quality(cal, read.front.noise, positions=[coil.centre[0] for coil in sensor.coils])
+    tables = quality_tables(quality_record(found, data))
+    title = "<h3>Quality; resolution is one standard deviation of the converter's noise at its longest conversion</h3>"
+    return _pairs(rows) + title + "".join(html_table(table) for table in tables)
 
 
 def loads_part(data: xr.Dataset) -> str:
