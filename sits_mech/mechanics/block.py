@@ -27,7 +27,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sits_mech.mechanics.block_forms import solid_deformation
-from sits_mech.mechanics.block_mesh import Solid, bonded_block, flush, outlines, pad_parts, within
+from sits_mech.mechanics.block_mesh import Solid, bonded_block, flush, fold_notes, outlines, pad_parts
 from sits_mech.mechanics.block_user import meshed_pad
 from sits_mech.mechanics.forms import Indices
 from sits_mech.mechanics.pad import wrench_between
@@ -179,16 +179,9 @@ def _answer(sensor: Sensor, solids: tuple[Solid, Solid], found: tuple[State, Sta
 
 def _folds(solid: Solid, state: State) -> tuple[str, ...]:
     """Sentences about free faces that passed the ground or the target's bottom face."""
-    x, y, z = (solid.body.mesh.nodes + state.u.reshape(-1, 3))[solid.faces].T
-    notes = []
-    if np.any(z < -1e-6):
-        notes.append("a free face folds onto the ground: contact is not modelled, the true pad is stiffer")
     cos, sin = np.cos(state.q[2]), np.sin(state.q[2])
-    x, z = x - state.q[0], z - 1.0 - state.q[1]
-    along, above = x * cos - z * sin, x * sin + z * cos
-    if np.any(within(solid.target, np.stack([along, y], axis=-1), -1e-9) & (above > 1e-6)):
-        notes.append("a free face folds onto the target: contact is not modelled, the true pad is stiffer")
-    return tuple(notes)
+    turn = np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
+    return fold_notes(solid, state.u, np.array([state.q[0], 0.0, state.q[1]]), turn)
 
 
 def _scaled(sensor: Sensor, wrench: Wrench) -> Array:

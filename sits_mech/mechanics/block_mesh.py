@@ -80,9 +80,7 @@ def bonded_block(sensor: Sensor, cells: int, grading: float, guard: float) -> So
     if plate.is_round or pad.is_round:
         mesh = ring_bricks(plate, pad, (*_ring_lines(plate, pad, cells, grading), through), _AROUND)
     else:
-        x = _half_lines(plate.half_x, pad.half_x, cells, grading, _OUTER)
-        y = _half_lines(plate.half_y, pad.half_y, cells, grading, 0.0)
-        mesh = box_bricks(np.concatenate([-x[:0:-1], x]), y, through)
+        mesh = box_bricks(*box_lines(plate, pad, cells, grading))
     section, basis = solid_mesh(mesh, BRICK)
     x, y, z = section.nodes.T
     top = (z > 1.0 - 1e-9) & within(plate, section.nodes, 1e-9)
@@ -145,6 +143,27 @@ def _middle_faces(basis: Basis, middle: Array) -> Indices:
     return np.column_stack([cells, corners, *([corners[:, -1]] if corners.shape[1] == 3 else [])])
 
 
+def fold_notes(solid: Solid, u: Array, centre: Array, turn: Array) -> tuple[str, ...]:
+    """Return sentences about free faces that passed the ground or the target's bottom face.
+
+    Parameters
+    ----------
+    solid : Solid
+    u : ndarray, shape (3 n,)
+        Nodal displacements [thicknesses].
+    centre, turn : ndarray, shape (3,) and (3, 3)
+        How far the target's centre moved [thicknesses], and its rotation.
+    """
+    place = (solid.body.mesh.nodes + u.reshape(-1, 3))[solid.faces]
+    notes = []
+    if np.any(place[:, 2] < -1e-6):
+        notes.append("a free face folds onto the ground: contact is not modelled, the true pad is stiffer")
+    seen = (place - centre - (0.0, 0.0, 1.0)) @ turn
+    if np.any(np.logical_and(within(solid.target, seen, -1e-9), seen[:, 2] > 1e-6)):
+        notes.append("a free face folds onto the target: contact is not modelled, the true pad is stiffer")
+    return tuple(notes)
+
+
 def outlines(target: Target, elastomer: Elastomer) -> tuple[Outline, Outline]:
     """Return target and pad seen from above [thicknesses]."""
     t = elastomer.thickness
@@ -172,6 +191,13 @@ def pad_parts(sensor: Sensor) -> tuple[Target, Elastomer]:
     if target.shape == "outline":
         raise ValueError("target.shape: must be 'rectangle' or 'disc' for the model 'block', got 'outline'")
     return target, elastomer
+
+
+def box_lines(plate: Outline, pad: Outline, cells: int, grading: float) -> tuple[Array, Array, Array]:
+    """Return the lines of a box along x, along y from the middle on, and through the thickness; as `bonded_block`."""
+    x = _half_lines(plate.half_x, pad.half_x, cells, grading, _OUTER)
+    y = _half_lines(plate.half_y, pad.half_y, cells, grading, 0.0)
+    return np.concatenate([-x[:0:-1], x]), y, _through(cells, grading, flush(plate, pad))
 
 
 def _half_lines(edge: float, end: float, cells: int, grading: float, outer: float) -> Array:

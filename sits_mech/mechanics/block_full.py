@@ -1,0 +1,243 @@
+"""From all six components of a wrench to all six of the pose: the whole pad in three dimensions (Python only).
+
+The target is exactly rigid: a bonded point X of its lower face goes to ``c + R X``, c the centre's place, R a rotation.
+Per unit of virtual work, with f the pad's forces on the bonded nodes and x = R X,
+
+    forces     sum f = F,             moments     sum x x f = M + (R h) x F,          h = (0, 0, load height),
+
+F a dead force, M a dead moment about the fixed axes. Newton's method turns R by ``exp([w])``, so that nothing is
+singular at any rotation: with ``du = dc + w x x`` on the bonded nodes the tangent is that of the pad between those
+fields, and what the turned arms add to the moments, in matrices of vector products: ``sum [f][x] - [F][R h]`` by w.
+It is not symmetric, as a moment about fixed axes has no potential.
+
+The pad is that of block.py: both halves of it, the same elements, two meshes, the same extrapolation. Unknowns: nodal
+displacements and c in thicknesses, w in radians; scales of block_mesh.py. Range: boxes under rectangles; a free face
+that folds is named in the notes, stability is not looked for. Components follow the right hand; ``M_y > 0`` turns
+clockwise in the x-z picture, like `M`.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from sits_mech.mechanics.block_forms import BRICK, solid_mesh
+from sits_mech.mechanics.block_mesh import Solid, box_lines, flush, fold_notes, outlines, pad_parts, solid, within
+from sits_mech.mechanics.forms import Indices
+from sits_mech.mechanics.newton import solved
+from sits_mech.meshing.bricks import box_bricks
+from sits_mech.quantities import Array, SolveFailed, SolveReport
+from sits_mech.sensor import Sensor
+
+_LADDER = ((1e-2, (2, 1)), (0.0, (3, 2)))  # asked error of the pose -> cells through the thickness, fine and coarse
+_GRADING = (2.0, 1.5)  # beside the target, and flush with it
+_SETTLED = 1e-9
+_ITERATIONS = 14
+_SMALLEST = 1e-2  # increment of the load below which it is given up
+_SHARE = 0.25  # of the worst component's error that every component owns to
+
+
+@dataclass(frozen=True)
+class FullWrench:
+    """Dead forces [N], downwards F_z positive, and moments [N m] about the fixed axes through where the force acts."""
+
+    F_x: float = 0.0
+    F_y: float = 0.0
+    F_z: float = 0.0
+    M_x: float = 0.0
+    M_y: float = 0.0
+    M_z: float = 0.0
+
+
+@dataclass(frozen=True)
+class FullPose:
+    """Where the target rests.
+
+    Attributes
+    ----------
+    centre : ndarray, shape (3,)
+        Centre of its lower face [m].
+    rotation : ndarray, shape (3,)
+        Rotation vector [rad].
+    error : ndarray, shape (6,)
+        Estimated absolute errors of both [m, rad].
+    report : SolveReport
+    """
+
+    centre: Array
+    rotation: Array
+    error: Array
+    report: SolveReport
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A pad's state: nodal displacements, pressures, the target's centre and rotation."""
+
+    u: Array
+    p: Array
+    c: Array
+    R: Array
+    residual: float = np.inf
+    iterations: int = 0
+    min_J: float = 1.0
+
+
+def full_equilibrium(sensor: Sensor, wrench: FullWrench, tolerance: float = 1e-2) -> FullPose:
+    """Return where a box's target rests under all six components of a load.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        With a rectangular target on a box of elastomer.
+    wrench : FullWrench
+        [N, N m].
+    tolerance : float
+        Asked error of the pose; two rungs, 1 % and what is finer.
+
+    Raises
+    ------
+    ValueError
+        For another scene, or a load that is not finite.
+    SolveFailed
+        If the load cannot be reached.
+    """
+    began = time.perf_counter()
+    target, elastomer = pad_parts(sensor)
+    t, mu = elastomer.thickness, elastomer.silicone.shear_modulus
+    load = np.array([wrench.F_x, wrench.F_y, -wrench.F_z, wrench.M_x / t, wrench.M_y / t, wrench.M_z / t]) / (mu * t**2)
+    if not np.all(np.isfinite(load)):
+        raise ValueError(f"wrench: must be finite numbers, got {wrench}")
+    pair = next(cells for least, cells in _LADDER if tolerance >= least)
+    solids = [whole_block(sensor, cells) for cells in pair]
+    fine, coarse = (_followed(each, load) for each in solids)
+    places = [np.concatenate([place.c * t, _vector(place.R)]) for place in (fine, coarse)]
+    added = (places[0] - places[1]) / ((solids[0].fineness / solids[1].fineness) ** 2 - 1.0)
+    lever = np.array([1.0, 1.0, 1.0, *[float(max(target.extent)) / 2.0] * 3])
+    at_end = np.maximum(np.abs(added) * lever, _SHARE * np.max(np.abs(added) * lever))
+    best = places[0] + added
+    size = float(np.max(np.abs(best) * lever))
+    report = SolveReport(
+        "block", len(solids[0].body.free) + 6, fine.iterations + coarse.iterations, fine.residual,
+        float(at_end.max()) / size if size > 0.0 else 0.0, time.perf_counter() - began,
+        notes=fold_notes(solids[0], fine.u, fine.c, fine.R), min_J=fine.min_J,
+    )
+    return FullPose(best[:3] + (0.0, 0.0, elastomer.standoff + t), best[3:], at_end / lever, report)
+
+
+def whole_block(sensor: Sensor, cells: int) -> Solid:
+    """Return both halves of a box with its target, meshed and scaled."""
+    target, elastomer = pad_parts(sensor)
+    plate, pad = outlines(target, elastomer)
+    if plate.is_round or pad.is_round or elastomer.mesh is not None:
+        raise ValueError("elastomer, target: must be a box under a rectangle for all six components of a load")
+    x, y, z = box_lines(plate, pad, cells, _GRADING[flush(plate, pad)])
+    section, basis = solid_mesh(box_bricks(x, np.concatenate([-y[:0:-1], y]), z), BRICK)
+    height = section.nodes[:, 2]
+    top = np.logical_and(height > 1.0 - 1e-9, within(plate, section.nodes, 1e-9))
+    return solid(sensor, section, np.stack([height < 1e-9, top, np.zeros_like(top)]), (0.0, len(z) - 1.0), basis)
+
+
+def _followed(pad: Solid, load: Array) -> _Place:
+    """At rest under a load, in steps as small as they need be; SolveFailed where that leads nowhere."""
+    mesh = pad.body.mesh
+    here = _Place(np.zeros(mesh.nodes.size), np.zeros(mesh.chi.shape[:2]), np.zeros(3), np.eye(3))
+    at, increment, spent = 0.0, 1.0, 0
+    while at < 1.0:
+        part = min(1.0, at + increment)
+        trial = _newton(pad, here, part * load)
+        spent += trial.iterations
+        if trial.residual <= _SETTLED:
+            here, at = trial, part
+        else:
+            increment *= 0.5
+        if increment < _SMALLEST:
+            report = SolveReport(
+                "block", len(pad.body.free) + 6, spent, trial.residual, np.inf, 0.0, "load path ended", min_J=here.min_J
+            )
+            raise SolveFailed(f"wrench: the pad could be followed to {at:.1%} of the load; no rest beyond", report)
+    return _Place(here.u, here.p, here.c, here.R, here.residual, spent, here.min_J)
+
+
+def _newton(pad: Solid, start: _Place, load: Array) -> _Place:
+    """Iterate to rest under one load; the result's residual says whether it settled."""
+    body, here = pad.body, start
+    top = body.bonded[:, 0] // 3
+    X = body.mesh.nodes[top] * (1.0, 1.0, 0.0)
+    size = max(float(np.linalg.norm(load)), 1e-5 * body.K)
+    for count in range(_ITERATIONS + 1):
+        found = body.element.tangent(body.mesh, body.law, body.K, here.u, here.p)
+        x, f = X @ here.R.T, found.forces.reshape(-1, 3)[top]
+        arm = body.height * here.R[:, 2]
+        T = np.concatenate([np.broadcast_to(np.eye(3), (len(x), 3, 3)), -_cross(x)], axis=2)
+        P = _map(body.free, top, T, len(here.u))
+        gradient = P.T @ found.forces
+        gradient[-6:] -= np.concatenate([load[:3], load[3:] + np.cross(arm, load[:3])])
+        here = _Place(here.u, here.p, here.c, here.R, float(np.linalg.norm(gradient)) / size, count, found.min_J)
+        if here.residual <= _SETTLED or not np.isfinite(here.residual) or count == _ITERATIONS:
+            break
+        K = sparse.csr_matrix((found.stiffness.ravel(), (body.rows, body.columns)), shape=(len(here.u),) * 2)
+        turning = np.einsum("aij,ajk->ik", _cross(f), _cross(x)) + _cross(load[None, :3])[0] @ -_cross(arm[None])[0]
+        m = P.shape[1]
+        add = sparse.coo_matrix((turning.ravel(), tuple(m - 3 + np.indices((3, 3)).reshape(2, -1))), (m, m))
+        step = solved((P.T @ K @ P + add).tocsc(), -gradient)
+        moved = None if step is None else _moved(pad, here, step, (P, X, top))
+        if moved is None:
+            break
+        here = moved
+    return here
+
+
+def _moved(pad: Solid, here: _Place, step: Array, maps: tuple[sparse.csr_matrix, Array, Indices]) -> _Place | None:
+    """State after the longest part of a step that keeps every quadrature point well above inversion."""
+    body, (P, X, top) = pad.body, maps
+    linear = P @ step
+    F, J = body.element.deformation(body.mesh, here.u)
+    B, dofs = body.mesh.B, body.mesh.dofs
+    dF = (B.reshape(len(J), -1, dofs.shape[1]) @ linear[dofs][:, :, None]).reshape(F.shape)
+    volume = J - 1.0 + np.einsum("eqi,eqi->eq", body.element.cofactor(F), dF)
+    p_full = body.K * np.einsum("emq,eq->em", body.mesh.chi, volume)
+    part = 1.0
+    while part > 1e-3:
+        c, R = here.c + part * step[-6:-3], _rotation(part * step[-3:]) @ here.R
+        u = here.u + part * linear
+        u.reshape(-1, 3)[top] = c + X @ (R - np.eye(3)).T
+        least = float(body.element.deformation(body.mesh, u)[1].min())
+        if least > 0.2 * min(here.min_J, 1.0):
+            return _Place(u, here.p + part * (p_full - here.p), c, R, min_J=least)
+        part *= 0.5
+    return None
+
+
+def _map(free: Indices, top: Indices, T: Array, n: int) -> sparse.csr_matrix:
+    """From the unknowns to the nodal displacements."""
+    count = len(free)
+    rows = 3 * top[:, None, None] + np.arange(3)[:, None] + np.zeros(6, dtype=int)
+    columns = np.broadcast_to(count + np.arange(6), rows.shape)
+    values, at = np.concatenate([np.ones(count), T.ravel()]), np.concatenate([free, rows.ravel()])
+    return sparse.csr_matrix((values, (at, np.concatenate([np.arange(count), columns.ravel()]))), shape=(n, count + 6))
+
+
+def _cross(v: Array) -> Array:
+    """Matrices of the vector products with v, shape (n, 3) -> (n, 3, 3)."""
+    found = np.zeros((len(v), 3, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        found[:, i, j], found[:, j, i] = -v[:, k], v[:, k]
+    return found
+
+
+def _rotation(w: Array) -> Array:
+    """Rotation matrix of a rotation vector."""
+    angle = float(np.linalg.norm(w))
+    W = _cross(w[None])[0]
+    return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * W + 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2 * W @ W)
+
+
+def _vector(R: Array) -> Array:
+    """Rotation vector of a rotation by less than half a turn."""
+    axis = 0.5 * np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    sine = float(np.linalg.norm(axis))
+    return axis * (np.arctan2(sine, 0.5 * (np.trace(R) - 1.0)) / sine if sine > 0.0 else 1.0)

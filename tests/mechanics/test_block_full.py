@@ -1,0 +1,68 @@
+"""All six components: the half model as a special case, turned loads, the linear limit, refusal."""
+
+import numpy as np
+import pytest
+
+from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.block_full import FullWrench, full_equilibrium
+from sits_mech.quantities import Wrench
+from sits_mech.sensor import load_sensor
+
+MM = 1e-3
+NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
+
+
+@pytest.fixture(scope="module")
+def sensor():
+    """A pad of 20 x 20 x 2 mm under 15 x 15 mm; the force acts at the target's upper face."""
+    return load_sensor("biorob2018", ['target.width="15 mm"', 'target.length="15 mm"', NEO_HOOKEAN])
+
+
+@pytest.fixture(scope="module")
+def combined(sensor):
+    return full_equilibrium(sensor, FullWrench(F_x=1.2, F_z=6.0, M_y=2e-3))
+
+
+def test_a_load_in_the_plane_is_that_of_the_half_model(sensor, combined):
+    half = block_pad(sensor).equilibrium(Wrench(1.2, 6.0, 2e-3))
+    assert abs(combined.centre[0] - half.pose.d_h) < combined.error[0] + half.error.d_h
+    assert abs(combined.centre[2] - half.pose.d_v) < combined.error[2] + half.error.d_v
+    assert abs(combined.rotation[1] - half.pose.alpha) < combined.error[4] + half.error.alpha
+    np.testing.assert_allclose(combined.centre[1], 0.0, atol=1e-10)
+    np.testing.assert_allclose(combined.rotation[[0, 2]], 0.0, atol=1e-8)
+
+
+@pytest.mark.slow
+def test_a_turned_load_turns_the_pose(sensor, combined):
+    """The square pad is its own image under a quarter turn about z: x to y, y to -x; the mesh is not quite."""
+    turned = full_equilibrium(sensor, FullWrench(F_y=1.2, F_z=6.0, M_x=-2e-3))
+    assert turned.centre[1] == pytest.approx(combined.centre[0], abs=combined.error[0])
+    assert turned.centre[2] == pytest.approx(combined.centre[2], abs=combined.error[2])
+    assert turned.rotation[0] == pytest.approx(-combined.rotation[1], abs=combined.error[4])
+
+
+def test_twist_of_a_layer_as_wide_as_its_target():
+    """Sheared by w x r it resists with mu a^4/(6 t) at most: an edge sheared along itself loses nothing, one sheared
+    across as much as 0.2308 t of the width (the closed form of k_x in plane strain)."""
+    sides = [f'{part}.{side}="15 mm"' for part in ("target", "elastomer") for side in ("width", "length")]
+    found = full_equilibrium(load_sensor("biorob2018", [*sides, NEO_HOOKEAN]), FullWrench(M_z=1e-4))
+    mu, a, t = 3e4, 15 * MM, 2 * MM
+    assert mu * (a - 0.2308 * t) ** 4 / 6 / t < 1e-4 / found.rotation[2] < mu * a**4 / 6 / t
+    np.testing.assert_allclose(found.rotation[:2], 0.0, atol=1e-9)
+
+
+@pytest.mark.slow
+def test_all_six_at_once_with_quadratic_convergence(sensor):
+    found = full_equilibrium(sensor, FullWrench(0.8, -0.6, 5.0, 1e-3, 2e-3, 3e-3))
+    mirrored = full_equilibrium(sensor, FullWrench(0.8, 0.6, 5.0, -1e-3, 2e-3, -3e-3))
+    assert found.report.iterations <= 14 and found.report.min_J > 0.0 and found.report.estimated_error < 0.03
+    np.testing.assert_allclose(mirrored.centre, found.centre * [1, -1, 1], rtol=1e-6, atol=1e-10)
+    np.testing.assert_allclose(mirrored.rotation, found.rotation * [-1, 1, -1], rtol=1e-5, atol=1e-9)
+
+
+def test_refusals(sensor):
+    with pytest.raises(ValueError, match="finite"):
+        full_equilibrium(sensor, FullWrench(np.nan))
+    with pytest.raises(ValueError, match="box under a rectangle"):
+        disc = sensor.target.model_copy(update={"shape": "disc", "diameter": 15 * MM, "width": None, "length": None})
+        full_equilibrium(sensor.model_copy(update={"target": disc}), FullWrench(1.0))
