@@ -87,6 +87,7 @@ def test_a_fold_is_named_and_refused() -> None:
     found = cal.inverse(folded(np.array([0.1, 0.1, 0.1, -0.9]), np.array([1.0, 2.5, 3.5, 1.9])))
     assert found.status.tolist() == ["ok", "ambiguous", "ambiguous", "ok"]
     np.testing.assert_allclose(found.forces[[0, 3]], [[0.1, 1.0], [-0.9, 1.9]], atol=1e-9)
+    assert cal.inverse(folded(0.1, 3.0005)).status == "ambiguous"  # on the fold itself, where both answers meet
     assert np.all(np.isnan(found.forces[1:3]))
 
 
