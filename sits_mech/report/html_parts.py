@@ -240,7 +240,7 @@ def html_table(table: Table, *, numbers: bool = False) -> str:
     """Return a table of the terminal as HTML; `numbers` aligns all cells to the right."""
     kind = ' class="n"' if numbers else ""
     head = "".join(f"<th{kind}>{html.escape(str(column.header))}</th>" for column in table.columns)
-    lines = [f"<table><thead><tr>{head}</tr></thead><tbody>"]
+    lines = [f"<table><thead><tr>{head}</tr></thead><tbody>" if table.show_header else "<table><tbody>"]
     for cells in zip(*(column.cells for column in table.columns), strict=True):
         texts = [html.escape(str(cell)).replace("+-", "±") for cell in cells]
         bad = ' class="bad"' if numbers and texts[-1] != DONE else ""
