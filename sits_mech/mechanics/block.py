@@ -51,11 +51,14 @@ class BlockPad:
     Attributes
     ----------
     sensor : Sensor
+    tolerance : float
+        Asked error of the pose over the size of the displacement; an answer that misses it says so.
     meshes : tuple of (Solid, Solid)
         The mesh of the answer and that of its error estimate, in the order in which they are tried.
     """
 
     sensor: Sensor
+    tolerance: float
     meshes: tuple[tuple[Solid, Solid], ...]
 
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
@@ -78,7 +81,9 @@ class BlockPad:
                 last, part = other, farther
         report = replace(last.report, seconds=time.perf_counter() - began)
         if part == 1.0:
-            return replace(last, report=report)
+            missed = report.estimated_error > self.tolerance
+            notes = (f"the estimated error is above the tolerance {self.tolerance:g}",) if missed else ()
+            return replace(last, report=replace(report, notes=(*report.notes, *notes)))
         report = replace(report, status="load path ended", notes=(*report.notes, f"reached {part:.1%} of the path"))
         message = (
             f"wrench: the pad could be followed to {last.wrench} ({part:.1%} of the path), not to {wrench}; "
@@ -106,10 +111,10 @@ def block_pad(sensor: Sensor, tolerance: float = 2e-2) -> BlockPad:
         raise ValueError(f"tolerance: must lie between 0 and 1, got {tolerance}")
     pair = next(cells for error, cells in _LADDER if tolerance >= error)
     if sensor.elastomer is not None and sensor.elastomer.mesh is not None:
-        return BlockPad(sensor, tuple(meshed_pad(sensor, guard) for guard in _GUARDS))
+        return BlockPad(sensor, tolerance, tuple(meshed_pad(sensor, guard) for guard in _GUARDS))
     kinds = _FLUSH if flush(*outlines(*pad_parts(sensor))) else _KINDS
     bodies = [[bonded_block(sensor, cells, *kind) for cells in pair] for kind in kinds]
-    return BlockPad(sensor, tuple((fine, coarse) for fine, coarse in bodies))
+    return BlockPad(sensor, tolerance, tuple((fine, coarse) for fine, coarse in bodies))
 
 
 def deformed_section(model: BlockPad, equilibrium: Equilibrium) -> tuple[Array, Indices, Array]:

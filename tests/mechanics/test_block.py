@@ -1,5 +1,7 @@
 """The 3D pad: independent codes, invariants, work and energy, honest refusal."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -46,6 +48,9 @@ def test_pressed_pose_and_its_error(pad):
     assert abs(sink - SINK) * MM < found.error.d_v < 0.05 * SINK * MM
     assert abs(found.pose.d_h) < 1e-10 and abs(found.pose.alpha) < 1e-8
     assert found.report.status == "converged" and 0.0 < found.report.min_J < 1.0
+    assert not any("tolerance" in note for note in found.report.notes)
+    rough = replace(pad, tolerance=1e-4).equilibrium(Wrench(F_z=13.0), start=found)
+    assert rough.report.notes[-1] == "the estimated error is above the tolerance 0.0001"
 
 
 def test_sheared_pose_and_its_error(pad):
