@@ -6,6 +6,7 @@ against
     work = energy      int s dx over the load path against the energy stored on the mesh at its end
     moment identity    with the moment that holds a block's tilt by symmetry, the solved tilt vanishes
     path               back at a load, back at its pose
+    refinement         a tenth of the tolerance moves the pose by no more than both stated errors
 """
 
 from __future__ import annotations
@@ -19,13 +20,13 @@ from scipy.interpolate import CubicSpline
 
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.closed_form import compression_modulus, holding_moment, shear_stiffness
-from sits_mech.mechanics.forms import stored_energy
-from sits_mech.mechanics.layer import PlanarLayer, planar_layer
+from sits_mech.mechanics.layer import PlanarLayer, planar_layer, stored
 from sits_mech.quantities import Equilibrium, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.sensor import Sensor, load_sensor
 
 MM, MU = 1e-3, 3e4
 REST = Wrench()
+LOADS = ((100.0, 1000.0), (267.0, 4050.0), (600.0, 0.0), (0.0, 6000.0))  # F_x, F_z [N/m]
 
 
 def pad(W: float, w: float, t: float, *, mu: float = MU, ratio: float = 1e3, j_m: float | None = None) -> Sensor:
@@ -44,15 +45,6 @@ def scaled(wrench: Wrench, share: float) -> Wrench:
 def way(peak: Wrench, pose: Pose, thickness: float) -> float:
     """Return the work of a whole wrench, acting at the bonded face, from rest to a pose."""
     return float(peak.F_x * pose.d_h + peak.F_z * (thickness - pose.d_v) + peak.M * pose.alpha)
-
-
-def stored(layer: PlanarLayer, found: Equilibrium) -> float:
-    """Return the energy on the mesh that gave an equilibrium [J]."""
-    body = layer.meshes[int(found.state[0])][0]
-    elastomer = layer.sensor.elastomer
-    assert elastomer is not None
-    scale = elastomer.silicone.shear_modulus * elastomer.thickness**2 * elastomer.extent[1]
-    return scale * stored_energy(body.mesh, body.law, body.K, found.state[1 : 1 + body.mesh.nodes.size])
 
 
 def energy_row(layer: PlanarLayer, peak: Wrench, shares: Sequence[float], path: Sequence[Equilibrium]) -> Row:
@@ -144,6 +136,18 @@ def to_and_fro(layer: MechanicalModel, wrench: Wrench, reach: float) -> Row:
     return Row("", "", DONE, report.min_J or np.nan, away, allowed, report.estimated_error)
 
 
+def refined(sensor: Sensor, wrench: Wrench) -> Row:
+    """Return how far the pose moves when a tenth of the tolerance is asked, in sums of both stated errors."""
+    coarse, fine = (planar_layer(sensor, tolerance).equilibrium(wrench) for tolerance in (1e-2, 1e-3))
+    names = ("d_h", "d_v", "alpha")
+    away = np.array([abs(float(getattr(coarse.pose, name)) - float(getattr(fine.pose, name))) for name in names])
+    doubt = np.array([float(getattr(coarse.error, name)) + float(getattr(fine.error, name)) for name in names])
+    report = fine.report
+    violation = float(np.max(away / np.maximum(doubt, 1e-15)))
+    remark = f"{coarse.report.estimated_error:.1e} asked for 1e-2, {report.estimated_error:.1e} for 1e-3"
+    return Row("", "", DONE, report.min_J or np.nan, violation, 1.0, report.estimated_error, remark=remark)
+
+
 def nothing(layer: MechanicalModel, rest: float) -> Row:
     """Return how far no load moves a layer."""
     found = layer.equilibrium(REST)
@@ -194,6 +198,11 @@ def layers(coarse: bool) -> Iterator[Row]:
     yield ask("load to and fro", lambda: to_and_fro(thin, Wrench(200.0, 2000.0, 1.0), 7.5 * MM))
     yield ask("moment identity, pressed and sheared", lambda: identity(block, Wrench(100.0, 400.0)))
     yield ask("moment identity, sheared by half", lambda: identity(block, Wrench(F_x=200.0)))
+    pads = {"overhanging 20/15/2": thin.sensor, "flush 15/15/3": block}
+    for F_x, F_z in LOADS[:1] if coarse else LOADS:
+        for name, sensor in pads.items():
+            load, case = Wrench(F_x, F_z), f"{name}, refined at {F_x:g} and {F_z:g} N/m"
+            yield ask(case, lambda load=load, sensor=sensor: refined(sensor, load), F_z == 1000.0)
     if not coarse:
         yield ask("100 times too much, pressed", lambda: combined(thin.sensor, press=5.0, points=5), False)
         yield ask("100 times too much, sheared", lambda: combined(thin.sensor, press=0.0, shear=10.0, points=5), False)
