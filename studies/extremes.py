@@ -46,7 +46,7 @@ def draw(rows: Sequence[Row], path: Path) -> None:
         wrong = [row for row in rows if not row.holds]
         right.plot([max(row.seconds, 1e-2) for row in wrong], [1.0] * len(wrong), "r*")
         left.set(xscale="log", yscale="log", xlabel="wall time [s]", ylabel="estimated error [-]", ylim=(1e-6, 0.3))
-        right.set(xscale="log", yscale="log", xlabel="wall time [s]", ylabel="violation over allowance [-]", ylim=(0.3 * SMALLEST, 3.0))
+        right.set(xscale="log", yscale="log", xlabel="wall time [s]", ylabel="violation over allowance [-]")
         figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3, title=MARKS)
         save_figure(figure, path)
 
