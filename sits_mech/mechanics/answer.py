@@ -138,7 +138,7 @@ def _answer(sensor: Sensor, pair: Pair, control: Control, found: tuple[State, St
     if sensor.elastomer is not None:
         notes = (*notes, *layer_notes(sensor.elastomer.silicone, largest_stretch(body, fine.u)))
     report = SolveReport(
-        "planar", len(body.free) + 3, fine.iterations + coarse.iterations, fine.residual, off, 0.0, notes=notes,
+        "planar", len(body.free) + 3, fine.iterations + coarse.iterations, fine.residual, float(off), 0.0, notes=notes,
         min_J=fine.min_J,
     )
     F_x, F_z, M = (float(value) for value in fine.load * unit * [1.0, 1.0, t])

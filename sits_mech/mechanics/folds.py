@@ -1,8 +1,8 @@
 """What do the free faces of a layer do: do they lie on the ground, rise at the target, touch themselves?
 
-Read off the deformed nodes. Where contact is solved, a face lies on its plane within the length over which the
-contact gives; where it is not, it may have gone through. Self-contact and the target's top face are solved nowhere:
-they are found here and named.
+Read off the deformed nodes and the contacts' energy. Where contact is solved, a face lies on its plane within the
+length over which the contact gives; where it is not, it may have gone through. Self-contact and the target's top face
+are solved nowhere: they are found here and named.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from sits_mech.mechanics.pad import side_faces, top_faces
 from sits_mech.quantities import Array
 
 _SEEN = 1e-6  # thicknesses behind a plane that count
+_PRESSED = 1e-14  # energy of a contact that counts [shear modulus times thickness squared]
 
 
 @dataclass(frozen=True)
@@ -55,14 +56,18 @@ def folds(body: Bonded, state: State) -> Folds:
     x, z = (place - [state.q[0], 1.0 + state.q[1]]).T
     along, above = x * cos - z * sin, x * sin + z * cos
     inner = np.concatenate([face[1:-1] for face in sides])
-    ground = bool(np.any(place[inner, 1] < -_SEEN))
+    pressed = {
+        part.plane for part in body.parts if isinstance(part, Contact) and part(state.u, state.q).energy > _PRESSED
+    }
+    ground = "ground" in pressed or bool(np.any(place[inner, 1] < -_SEEN))
     if not top:
-        return Folds(ground, bool(np.any(above[inner] > _SEEN)), False, 0.0, _crossing([place[face] for face in sides]))
+        target = "plane" in pressed or bool(np.any(above[inner] > _SEEN))
+        return Folds(ground, target, False, 0.0, _crossing([place[face] for face in sides]))
     beside = np.concatenate([face[1:] for face in top])
     inside = (np.abs(along[beside]) < half - _SEEN) & (above[beside] > _SEEN)
     rise = float(above[beside][inside].max()) if inside.any() else 0.0
     whole = [np.concatenate([place[side], place[face[::-1]][1:]]) for side, face in zip(sides, top, strict=True)]
-    return Folds(ground, False, bool(inside.any()), rise, _crossing(whole))
+    return Folds(ground, False, "wall" in pressed or bool(inside.any()), rise, _crossing(whole))
 
 
 def fold_notes(body: Bonded, state: State, plate: float) -> tuple[str, ...]:
