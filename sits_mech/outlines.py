@@ -101,7 +101,7 @@ def read_loops(path: str | Path, group: str | None = None) -> tuple[Loop, ...]:
     SceneError
         One line: the file is no mesh, has no such cells or group, or is not in one piece with simple rims.
     """
-    mesh = _read(path)
+    mesh = read_mesh(path)
     blocks = [(k, block.data.astype(np.int64)) for k, block in enumerate(mesh.cells) if block.type in _KINDS]
     if not blocks:
         kinds = ", ".join(sorted({block.type for block in mesh.cells})) or "no cells"
@@ -112,8 +112,8 @@ def read_loops(path: str | Path, group: str | None = None) -> tuple[Loop, ...]:
     return tuple(tuple((float(x), float(y)) for x, y in _straightened(loop)) for loop in loops)
 
 
-def _read(path: str | Path) -> Any:
-    """Return what meshio reads; it prints its reason and ends the program where it cannot."""
+def read_mesh(path: str | Path) -> Any:
+    """Return what meshio reads; SceneError where it cannot, for it prints its reason and ends the program then."""
     import meshio
 
     said = io.StringIO()

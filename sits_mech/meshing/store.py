@@ -6,8 +6,6 @@ space, a group that is missing, a cell that is flat or inside out.
 
 from __future__ import annotations
 
-import contextlib
-import io
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -17,30 +15,13 @@ from numpy.typing import NDArray
 from skfem import Mesh
 from skfem.io.meshio import from_meshio
 
+from sits_mech.outlines import read_mesh
 from sits_mech.quantities import Array
 
 CELLS = {"tetra": 4, "tetra10": 4, "hexahedron": 8, "hexahedron27": 8}
 """Cells that can be read, with their corners."""
 
 _FLAT = 1e-6  # smallest determinant of the map onto a cell, over the cube of the cell's size
-
-
-def read_mesh(path: str | Path) -> meshio.Mesh:
-    """Return what meshio reads from a file.
-
-    Raises
-    ------
-    ValueError
-        If it cannot read it.
-    """
-    said = io.StringIO()
-    try:
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-            return meshio.read(path)
-    except (OSError, meshio.ReadError, UnicodeDecodeError, ValueError, KeyError, IndexError, SystemExit) as error:
-        # meshio prints its reason and ends the program where it cannot read a file
-        reason = " ".join((str(error) if not isinstance(error, SystemExit) else said.getvalue()).split())
-        raise ValueError(f"{path}: must be a mesh file that meshio reads; got: {reason}") from None
 
 
 def read_solid(path: str | Path, groups: Sequence[str]) -> Mesh:
