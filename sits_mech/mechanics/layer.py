@@ -48,7 +48,7 @@ _LADDER: tuple[tuple[float, tuple[tuple[int, int], tuple[_Kind, ...]]], ...] = (
     (2e-2, ((4, 2), (_TOUGH, _GUARDED))),
     (1e-2, ((6, 4), (_TOUGH, _GUARDED))),
     (1e-3, ((8, 4), (_SHARP, _SPLIT, _TOUGH, _GUARDED))),
-    (1e-4, ((16, 8), (_SHARP, _SPLIT, _TOUGH, _GUARDED))),
+    (1e-4, ((14, 8), (_SHARP, _SPLIT, _TOUGH, _GUARDED))),
 )
 _LENIENCE = 2.0  # the estimate is on the safe side: up to so many tolerances no other mesh is tried
 _PATIENCE = (0.25, 0.02, 1e-3)  # smallest increment of the load path: meshes wait, one does, none does

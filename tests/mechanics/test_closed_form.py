@@ -87,6 +87,15 @@ def test_corner_and_grading_set_the_rate(grading):
     assert np.all(order > 0.9 * promised)
 
 
+def test_split_corners_show_the_rate_of_the_singularity_on_uniform_meshes():
+    """An incompressible clamped corner: 2 k = 1.189; squares show it only beyond 32 cells, triangles at once."""
+    sensor = strip(1.0, 1e6)
+    bodies = [bonded_body(sensor, Fineness(cells, 1.0, fan=True)) for cells in (16, 32, 64)]
+    values = np.array([np.diag(np.linalg.inv(compliance(body, rest(body), np.zeros(3)))) for body in bodies])
+    order = np.log2((values[0] - values[1]) / (values[1] - values[2]))
+    np.testing.assert_allclose(order, 2.0 * corner_exponent(0.5), atol=0.1)
+
+
 def test_refusals():
     with pytest.raises(ValueError, match="positive"):
         compression_modulus(1.0, -1.0, 2.0)

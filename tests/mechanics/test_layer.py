@@ -74,6 +74,19 @@ def test_small_strain_stiffness(S, E_c, E_b):
     assert 12 * turn @ k @ turn / w**3 == pytest.approx(E_b, rel=1e-3)
 
 
+@pytest.mark.parametrize(("S", "E_c", "E_b"), STRIPS)
+def test_small_strain_stiffness_at_the_finest_rung(S, E_c, E_b):
+    """1.5e-4 of the same numbers with at most 7,500 unknowns."""
+    w = 2.0 * S
+    material = 'elastomer.material={law="neo-hookean", shear_modulus=1.0, bulk_modulus=1e7}'
+    layer = linear_layer(pad(w * 1e3, w * 1e3, 1e3, material), 1e-4)
+    assert len(layer.body.free) + 3 <= 7500
+    k, turn = np.linalg.inv(layer.compliance), np.array([0.5, 0.0, 1.0])
+    assert k[1, 1] / w == pytest.approx(E_c, rel=1.5e-4)
+    assert k[0, 0] == pytest.approx(w - 0.2308, rel=1.5e-4)
+    assert 12 * turn @ k @ turn / w**3 == pytest.approx(E_b, rel=1.5e-4)
+
+
 @pytest.mark.parametrize(("S", "K", "E_c"), [(2, 1e2, 16.486), (3.75, 1e3, 55.042), (5.5, 1e4, 120.6)])
 def test_small_strain_compressible(S, K, E_c):
     material = f'elastomer.material={{law="neo-hookean", shear_modulus=1.0, bulk_modulus={K}}}'
