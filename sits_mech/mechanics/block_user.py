@@ -4,6 +4,7 @@ The mesh, in metres and in the pad's own place (x, y from the target's centre, `
 faces: `ground` and `target` are bonded, `free` is free; `symmetry`, where it is given, lies in the plane y = 0 and says
 that half the pad is meshed. Tetrahedra or hexahedra, see block_forms.py. There is no second mesh to tell the error
 from: the same nodes with pressures constant in each element give a softer answer; the pose is the mean (block.py).
+Free faces are held against ground and target alone: the walls of a slot that close on each other are not seen.
 """
 
 from __future__ import annotations

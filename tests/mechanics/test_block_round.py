@@ -80,3 +80,17 @@ def test_sheared_and_turned_cylinder_keeps_its_error_on_the_coarse_side():
     for name in ("d_h", "d_v"):
         away = abs(getattr(coarse.pose, name) - getattr(fine.pose, name))
         assert away < getattr(coarse.error, name) + getattr(fine.error, name)
+
+
+def test_moment_that_holds_the_tilt_of_a_flush_pad():
+    """Exact for a pad that is its own image under a half turn: sheared by F_x, its target needs the moment F_x t/2."""
+    for pad, target in (({"diameter": 8 * MM}, DISC), (SQUARE, SQUARE)):
+        k = stiffness(scene(pad, target), 1)
+        assert k[2] == pytest.approx(-0.5 * k[1] * 2.0, rel=1e-9)
+
+
+def test_stiffness_falls_towards_the_truth_at_second_order_or_better():
+    """16.68 N/mm and 55.4 N mm/rad: three divisions extrapolated; a conforming element comes from the stiff side."""
+    sensor = scene({"width": 20 * MM, "length": 20 * MM}, SQUARE)
+    errors = np.array([stiffness(sensor, cells, 2.5)[[0, 3]] / [16.68, 55.4] - 1.0 for cells in (1, 2)])
+    assert np.all(errors > 0.0) and np.all(np.log2(errors[0] / errors[1]) > 2.0)
