@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from sits_mech.filling import settle_grid
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.field import planar_fem
@@ -21,7 +22,6 @@ from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.layer import linear_layer, planar_layer
-from sits_mech.mechanics.loads import settle
 from sits_mech.omissions import mirrored
 from sits_mech.plan import MAGNETIC_SHARE, Choice, Plan, choose_magnetics, choose_mechanics
 from sits_mech.quantities import Equilibrium, Impedance, MagneticModel, MechanicalModel, Pose, Wrench
@@ -198,7 +198,8 @@ def calibrate(
     -------
     Dataset, dims (F_x, F_z)
         Pose, impedance, signals, each with ``error_``; ``status``, ``reason``, ``notes``, ``seconds``, ``min_J``. A
-        load that fails has NaN and says why. Attributes hold scene, hash, request, version, ``unit_L``.
+        load that fails has NaN and says why; a pose between solved loads is noted as such. Attributes hold scene,
+        hash, request, version, ``unit_L``.
 
     Raises
     ------
@@ -211,7 +212,9 @@ def calibrate(
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance, loads)
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance, **grid}
     key = f"{__version__} {scene_hash(sensor)} {by_layer.name} {tolerance}"
-    rows = settle(layer, grid, symmetric=mirrored(sensor), keep=(folder, key), progress=progress)
+    rows = settle_grid(
+        sensor, layer, grid, symmetric=mirrored(sensor), tolerance=tolerance, keep=(folder, key), progress=progress
+    )
     reading, done = _read_rows(sensor, field, [rows[load.F_x, load.F_z] for load in loads])
     data = table(grid, done)
     data = data.assign_coords(coil=[coil.name for coil in sensor.coils], coil_2=[coil.name for coil in sensor.coils])

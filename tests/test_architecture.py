@@ -20,7 +20,7 @@ RANKS = {
     "geometry": 2,
     **dict.fromkeys(("mechanics", "magnetics", "readout"), 3),
     **dict.fromkeys(("adaptive", "batch", "bench", "chain", "comparison", "cycle"), 4),
-    **dict.fromkeys(("design", "omissions", "plan", "reading", "requests", "spectrum"), 4),
+    **dict.fromkeys(("design", "filling", "omissions", "plan", "reading", "requests", "spectrum"), 4),
     **dict.fromkeys(("study", "tolerances", "wrenches"), 4),
     **dict.fromkeys(("report",), 5),
     **dict.fromkeys(("__init__", "console", "doctor", "export"), 6),

@@ -27,6 +27,7 @@ def settle(
     *,
     symmetric: bool,
     keep: tuple[Path | None, str] = (None, ""),
+    known: Mapping[Load, Row] | None = None,
     progress: Progress | None = None,
 ) -> dict[Load, Row]:
     """Return a row for every load of a grid.
@@ -41,6 +42,8 @@ def settle(
         Whether the layer with its target is its own mirror image.
     keep : tuple of Path or None, and str
         Folder of finished loads, and what stands for everything besides the load that a row depends on.
+    known : mapping, optional
+        Rows of loads that are settled already.
     progress : callable, optional
         Called with the number of loads done and of all.
 
@@ -49,9 +52,9 @@ def settle(
     dict
         Rows by (F_x, F_z), as from `attempt`: pose with errors, min_J, notes, state.
     """
-    rows: dict[Load, Row] = {}
+    rows: dict[Load, Row] = dict(known or {})
     loads = outward(grid["F_x"], grid["F_z"])
-    for load in loads:
+    for load in [load for load in loads if load not in rows]:
         twin = rows.get((-load[0], load[1])) if symmetric and load[0] != 0.0 else None
         rows[load] = _row(layer, rows, load, keep) if twin is None else _mirrored(twin)
         if progress is not None:
