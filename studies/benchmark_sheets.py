@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheet_rungs import prepared
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import Pose
@@ -32,6 +33,8 @@ DISCS = {
     3.5e-3: ((5e3, 2e-3, -1.09405875e-8, 1.26011961e-3), (5e6, 2e-3, -1.72208696e-7, 0.115273800)),
     7.5e-3: ((5e3, 2e-3, -4.65903043e-8, 2.61817465e-3), (5e6, 2e-3, -2.18587417e-7, 0.0952016920)),
 }
+# 0.2 mm copper discs at small gaps, 5 MHz, one coil: diameter, gap [m]; against the axisymmetric model at 2e-3
+SMALL_GAPS = ((4.6e-3, 5e-5), (4.6e-3, 2e-4), (15e-3, 5e-5))
 COLUMNS = (
     "target", "tolerance", "frequency", "gap", "unknowns", "error_L", "estimated_L", "error_R", "estimated_R",
     "prepare_seconds", "thousand_poses_seconds",
@@ -64,6 +67,18 @@ def measure(name: str, sensor: Sensor, tolerance: float, row: tuple[float, float
     return dict(zip(COLUMNS, values, strict=True))
 
 
+def small_gaps(tolerance: float) -> list[dict[str, object]]:
+    """Lines of the small gaps: a disc whose edge lies above the windings, and one wider than the coil."""
+    lines = []
+    for diameter, gap in SMALL_GAPS:
+        sensor = disc_sensor(diameter / 2)
+        alone = sensor.model_copy(update={"coils": sensor.coils[:1]})
+        z = axisymmetric(alone, 2e-3).impedance(Pose(0.0, gap), 5e6)
+        row = (5e6, gap, float((z.L - z.L0)[0, 0]), float(z.R[0, 0]))
+        lines.append(measure(f"disc {1e3 * diameter:g} mm", sensor, tolerance, row))
+    return lines
+
+
 def table(coarse: bool) -> list[dict[str, object]]:
     """All lines."""
     plate = load_sensor("biorob2018")
@@ -72,6 +87,7 @@ def table(coarse: bool) -> list[dict[str, object]]:
         lines += [measure("8 x 8 mm", plate, tolerance, row) for row in PLATE]
         for radius, rows in list(DISCS.items())[: 1 if coarse else 2]:
             lines += [measure(f"disc {2e3 * radius:g} mm", disc_sensor(radius), tolerance, row) for row in rows]
+        lines += [] if coarse else small_gaps(tolerance)
     return lines
 
 

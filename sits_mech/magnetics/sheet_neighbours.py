@@ -13,7 +13,8 @@ Each plate's modes are found once, alone; no air is meshed. The fixed plates F t
     b = a0_t + T a0_F,    T = P_tF Y_F / (j omega),
     Delta Z = a0_F^T Y_F a0_F + b^T Y_t (1 - T P_Ft Y_t / (j omega))^-1 b.
 
-P_YX = P_XY^T makes the result reciprocal to rounding. A pose costs P_tF, T and one linear solve.
+P_YX = P_XY^T makes the result reciprocal to rounding. Plates apart feel little detail of each other: P_tF = Q X has few
+columns Q, found with random currents (Delta Z keeps 1e-5), and a pose costs their field, products and a small solve.
 
 Range: plates whose boxes do not overlap; the boxes' polynomials know the smallest distance.
 """
@@ -33,6 +34,10 @@ from sits_mech.magnetics.sheet_loops import Complex
 from sits_mech.magnetics.sheet_modes import Sheeted
 from sits_mech.quantities import Array
 from sits_mech.sensor import Coil
+
+_SKETCH = 100  # currents that first tell what two plates feel of each other
+_PROBES = 4  # that check it
+_LOST = 1e-4  # of what they feel, at most: the detail that is lost first drives least
 
 
 @dataclass(frozen=True)
@@ -99,13 +104,11 @@ def coupled_reactions(
         return [Z[None] for Z in alone]
     moving = _ready(coils, windings, target, omega)
     results = [np.empty((target.places.shape[0], *Z.shape), dtype=complex) for Z in alone]
+    placed = [(other.at(0), part.transform) for other, part in zip(others, fixed, strict=True)]
     for pose in range(target.places.shape[0]):
-        P = np.hstack([
-            _mutual(target.at(pose), other.at(0), moving.transform, part.transform)
-            for other, part in zip(others, fixed, strict=True)
-        ])  # fmt: skip
+        Q, X = _factors((target.at(pose), moving.transform), placed)
         for result, Z, Y, Y_F in zip(results, alone, moving.admittances, joined, strict=True):
-            result[pose] = Z + _shielded(moving.own[pose], Y, P, (own, Y_F), omega)
+            result[pose] = Z + _shielded(moving.own[pose], Y, (Q, X), (own, Y_F), omega)
     return results
 
 
@@ -146,8 +149,49 @@ def _mutual(first: tuple[Array, Array], second: tuple[Array, Array], D: Array, E
     return np.asarray(D.reshape(-1, D.shape[2]).T @ field.reshape(-1, r))
 
 
-def _shielded(own: Array, Y: Complex, P: Array, others: tuple[Array, Complex], omega: float) -> Complex:
+def _factors(
+    target: tuple[tuple[Array, Array], Array], fixed: Sequence[tuple[tuple[Array, Array], Array]]
+) -> tuple[Array, Array]:
+    """Q (r, k) orthonormal and X (k, r') with P_tF = Q X to `_LOST`: k random currents of F tell the range of P.
+
+    Where that takes half of all combinations, Q is the identity.
+    """
+    (place, D), ends = target, np.cumsum([0, *(E.shape[2] for _, E in fixed)])
+    count = _SKETCH
+    while 2 * count < min(D.shape[2], int(ends[-1])):
+        some = np.random.default_rng(0).normal(size=(int(ends[-1]), count + _PROBES))
+        felt = np.zeros((D.shape[2], count + _PROBES))
+        for (other, E), start, end in zip(fixed, ends[:-1], ends[1:], strict=True):
+            felt += _applied(place, other, (D, E), some[start:end])
+        Q, probes = np.linalg.qr(felt[:, :count])[0], felt[:, count:]
+        if np.linalg.norm(probes - Q @ (Q.T @ probes)) <= _LOST * np.linalg.norm(probes):
+            return Q, np.vstack([_applied(other, place, (E, D), Q) for other, E in fixed]).T
+        count = 2 * count
+    return np.eye(D.shape[2]), np.hstack([_mutual(place, other, D, E) for other, E in fixed])
+
+
+def _applied(first: tuple[Array, Array], second: tuple[Array, Array], both: tuple[Array, Array], W: Array) -> Array:
+    """P of two plates (rotations and points, D of each) times some columns W."""
+    D, E = both
+    q = E.shape[0]
+    currents = (E.reshape(3 * q, -1) @ W).reshape(q, 3, -1)
+    turned = np.einsum("ab,qbr->qar", first[0].T @ second[0], currents, optimize=True).reshape(q, -1)
+    field = (mu_0 / (4 * np.pi) / cdist(first[1], second[1])) @ turned
+    return np.asarray(D.reshape(-1, D.shape[2]).T @ field.reshape(3 * D.shape[0], -1))
+
+
+def _between_both(Q: Array, Y: Complex) -> Complex:
+    """Q^T Y Q for real Q."""
+    return np.asarray(Q.T @ (Y.real @ Q) + 1j * (Q.T @ (Y.imag @ Q)))
+
+
+def _shielded(
+    own: Array, Y: Complex, P: tuple[Array, Array], others: tuple[Array, Complex], omega: float
+) -> Complex:
     """What the target adds to Delta Z among the others, from their a0 and joint admittance, shape (n, n)."""
-    T = (P @ others[1].real + 1j * (P @ others[1].imag)) / (1j * omega)
-    b = own + others[0] @ T.T
-    return np.asarray(b @ Y @ np.linalg.solve(np.eye(len(Y)) - (T @ P.T) @ Y / (1j * omega), b.T))
+    (Q, X), (others_own, Y_F) = P, others
+    b = own + ((others_own @ Y_F) @ X.T / (1j * omega)) @ Q.T
+    S = _between_both(X.T, Y_F) / (1j * omega) ** 2
+    answer = b @ Y
+    u = np.linalg.solve(np.eye(len(S)) - _between_both(Q, Y) @ S, Q.T @ answer.T)
+    return np.asarray(answer @ b.T + (answer @ Q) @ (S @ u))

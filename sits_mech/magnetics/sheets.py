@@ -13,8 +13,11 @@ Its distance from Z_fine is the estimated error; a third of it in the thin regim
 along the plate has to be resolved. In the thick regime uniform current in the first cell, of size h, is in doubt by
 (h/delta)^2 / 12 of the resistance, which is added.
 
-Other metal (`sheet_neighbours`): plates parallel to the coils join with their own modes. A pose then costs a tenth of
-a second, or some more where such a plate is wide for its distance.
+Small gaps under wide plates (`sheet_near`): the plate is lifted to where its division carries the coils' field, and
+its answer carried down along the infinite plate; the estimated error holds what that leaves in doubt.
+
+Other metal (`sheet_neighbours`): plates parallel to the coils join with their own modes. A pose then costs some tenths
+of a second, or a second where such a plate is wide for its distance.
 
 Range: non-magnetic plates. Neglected: eddies in the coils' own tracks (`losses`), displacement current.
 """

@@ -108,7 +108,7 @@ def test_reciprocal_before_it_is_made_so_and_passive():
     np.testing.assert_allclose(Z, Z.swapaxes(1, 2), rtol=0, atol=1e-12 * np.abs(Z).max())
     assert np.linalg.eigvalsh(Z[0].real).min() > 0.0
     (swapped,) = coupled_reactions(sensor.coils, "rings", None, ready, 5e6)
-    np.testing.assert_allclose(swapped, Z, rtol=0, atol=1e-10 * np.abs(Z).max())
+    np.testing.assert_allclose(swapped, Z, rtol=0, atol=1e-5 * np.abs(Z).max())  # what few columns of P promise
 
 
 def test_what_does_not_fit_is_refused_by_name():
