@@ -7,13 +7,16 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from skfem import MeshHex
+from scipy.spatial import cKDTree
+from skfem import MeshHex, MeshHex2
+from skfem.io.meshio import to_meshio
 
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.block_mesh import bonded_block
-from sits_mech.mechanics.block_user import meshed_pad
+from sits_mech.mechanics.block_user import GROUPS, meshed_pad
 from sits_mech.mechanics.path import compliance, rest
 from sits_mech.meshing.bricks import box_bricks
+from sits_mech.meshing.store import read_solid
 from sits_mech.plan import choose_mechanics
 from sits_mech.quantities import Wrench
 from sits_mech.sensor import SceneError, load_sensor, scene_text, sensor_from
@@ -186,3 +189,40 @@ def test_no_mesh_and_no_solid(tmp_path):
 
 def test_lines_are_where_they_were_put():
     assert box_bricks(np.array([0.0, 2.0]), np.array([0.0, 1.0]), np.array([0.0, 1.0])).p.max() == 2.0
+
+
+EDGES = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
+
+
+def test_quadratic_tetrahedra_with_straight_edges_are_the_linear_ones(tmp_path):
+    given = meshio.read(MESHES / "dome.msh")
+    corners = given.cells_dict["tetra"]
+    ends = np.sort(corners[:, EDGES].reshape(-1, 2), axis=1)
+    edges, number = np.unique(ends, axis=0, return_inverse=True)
+    points = np.vstack([given.points, given.points[edges].mean(axis=1)])
+    cells = np.hstack([corners, len(given.points) + number.reshape(-1, 6)])
+    marks = given.cell_data_dict["gmsh:physical"]
+    marks = [marks["triangle"], marks["tetra"]]
+    blocks = [("triangle", given.cells_dict["triangle"]), ("tetra10", cells)]
+    curved = meshio.Mesh(points, blocks, cell_data={"gmsh:physical": marks, "gmsh:geometrical": marks})
+    curved.field_data = given.field_data
+    meshio.write(tmp_path / "dome10.msh", curved, file_format="gmsh22", binary=False)
+    plain = example("dome")
+    pad = plain.elastomer.model_copy(update={"mesh": str(tmp_path / "dome10.msh")})
+    found = stiffness(meshed_pad(plain.model_copy(update={"elastomer": pad}), 0.0)[0])
+    np.testing.assert_allclose(found, stiffness(meshed_pad(plain, 0.0)[0]), rtol=1e-9)
+
+
+def test_bricks_of_27_nodes_are_those_of_eight_where_they_are_straight(tmp_path, box):
+    given = meshio.read(box)
+    solid = to_meshio(MeshHex2.from_mesh(read_solid(box, GROUPS)), encode_cell_data=False)
+    cells = solid.cells_dict["hexahedron27"]
+    place = cKDTree(solid.points).query(given.points)[1]
+    marks = given.cell_data_dict["gmsh:physical"]
+    marks = [marks["quad"], marks["hexahedron"]]
+    blocks = [("quad", place[given.cells_dict["quad"]]), ("hexahedron27", cells)]
+    finer = meshio.Mesh(solid.points, blocks, cell_data={"gmsh:physical": marks, "gmsh:geometrical": marks})
+    finer.field_data = given.field_data
+    meshio.write(tmp_path / "box27.msh", finer, file_format="gmsh22", binary=False)
+    plain = stiffness(meshed_pad(scene(box), 0.0)[0])
+    np.testing.assert_allclose(stiffness(meshed_pad(scene(tmp_path / "box27.msh"), 0.0)[0]), plain, rtol=1e-9)
