@@ -161,6 +161,9 @@ def simulate(
     field, _ = magnetic_model(sensor, magnetics, MAGNETIC_SHARE * tolerance)
     layer, _ = mechanical_model(sensor, mechanics, tolerance, [wrench])
     equilibrium = layer.equilibrium(wrench)
+    if mirrored(sensor) and wrench.F_x == wrench.M == 0.0:
+        pose, error = (Pose(0.0, part.d_v, 0.0) for part in (equilibrium.pose, equilibrium.error))
+        equilibrium = replace(equilibrium, pose=pose, error=error)
     check_clearance(sensor, equilibrium.pose)
     reading = read_poses(sensor, field, stacked([equilibrium.pose]), stacked([equilibrium.error]))
     found = reading.impedance

@@ -5,7 +5,7 @@ more and more of it. A layer that is its own mirror image answers ``-F_x`` with 
 
     (d_h, d_v, alpha)(-F_x, F_z) = (-d_h, d_v, -alpha)(F_x, F_z),
 
-which is taken, not solved again.
+which is taken, not solved again; without shear it is its own image, d_h = alpha = 0.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from sits_mech.quantities import Equilibrium, MechanicalModel, Pose, SolveReport
 from sits_mech.sweep import DONE, Progress, Row, attempt, case_path, finish, read_case
 
 Load = tuple[float, float]
+_UPRIGHT = dict.fromkeys(("d_h", "alpha", "error_d_h", "error_alpha"), 0.0)  # of a symmetric load
 
 
 def settle(
@@ -56,7 +57,8 @@ def settle(
     loads = outward(grid["F_x"], grid["F_z"])
     for load in [load for load in loads if load not in rows]:
         twin = rows.get((-load[0], load[1])) if symmetric and load[0] != 0.0 else None
-        rows[load] = _row(layer, rows, load, keep) if twin is None else _mirrored(twin)
+        row = _row(layer, rows, load, keep) if twin is None else _mirrored(twin)
+        rows[load] = row | _UPRIGHT if symmetric and load[0] == 0.0 and row["status"] == DONE else row
         if progress is not None:
             progress(len(rows), len(loads))
     return rows
