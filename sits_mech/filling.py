@@ -3,7 +3,7 @@
 A grid is solved at 5, 9, 17, ... of its values along each force, ends included, until the map of the poses through
 those loads (Chebyshev least squares, its error by foretelling what is left out) is within the tolerance of the largest
 displacement. The loads between take their pose from the map; its error is added to the solver's. A grid of fewer than
-seven values along a force is solved whole, and so is one with a load that failed: nothing smooth ends there.
+seven values along a force is solved whole, and so is one with a load that failed, or whose error nothing is known of.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def settle_grid(
     for part in _parts(grid):
         rows = settle(layer, part, symmetric=symmetric, keep=keep, known=rows, progress=progress)
         loads = [(x, z) for x in part["F_x"] for z in part["F_z"]]
-        if any(rows[load]["status"] != DONE for load in loads):
+        if any(rows[load]["status"] != DONE or not np.isfinite(rows[load]["error_mechanics"]) for load in loads):
             break
         found = _map(rows, loads)
         if _good(sensor, found, rows, tolerance):

@@ -80,3 +80,10 @@ def test_error_of_a_slope_is_the_worst_case() -> None:
         moved = data + errors * xr.DataArray(2.0 * np.array(signs) - 1.0, dims="F_z")
         worst = np.maximum(worst, abs(slope(moved, "F_z") - slope(data, "F_z")))
     np.testing.assert_allclose(worst, allowed, rtol=1e-9)
+
+
+def test_an_unknown_error_spreads_to_its_neighbours() -> None:
+    """Infinite where a difference uses it, the others untouched, no warning."""
+    errors = xr.DataArray([0.1, 0.1, 0.1, 0.1, np.inf], {"F_x": [0.0, 1.0, 2.0, 3.0, 4.0]}, ["F_x"])
+    found = slope_error(errors, "F_x").to_numpy()
+    assert found[:3] == pytest.approx([0.4, 0.1, 0.1]) and np.isinf(found[3:]).all()
