@@ -13,23 +13,25 @@ from typing import TYPE_CHECKING, Any
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:
-    from sits_mech.chain import Simulation, calibrate, magnetic_model, mechanical_model, simulate
+    from sits_mech.bench import sensor_calibration
+    from sits_mech.chain import calibrate, magnetic_model, mechanical_model, plan, simulate
     from sits_mech.quantities import Impedance, Pose, SolveFailed, Wrench
-    from sits_mech.readout.crosstalk import crosstalk, rotation_error, sensitivity
+    from sits_mech.readout.crosstalk import crosstalk, sensitivity
     from sits_mech.sensor import SceneError, Sensor, catalogue, load_sensor, save_sensor
     from sits_mech.spectrum import spectrum
     from sits_mech.sweep import sweep
 
 __all__ = [
-    "Impedance", "Pose", "SceneError", "Sensor", "Simulation", "SolveFailed", "Wrench", "__version__", "calibrate",
-    "catalogue", "crosstalk", "load_sensor", "magnetic_model", "mechanical_model", "rotation_error", "save_sensor",
-    "sensitivity", "simulate", "spectrum", "sweep",
+    "Impedance", "Pose", "SceneError", "Sensor", "SolveFailed", "Wrench", "__version__", "calibrate", "catalogue",
+    "crosstalk", "load_sensor", "magnetic_model", "mechanical_model", "plan", "save_sensor", "sensitivity",
+    "sensor_calibration", "simulate", "spectrum", "sweep",
 ]  # fmt: skip
 
 _HOMES = {
-    "chain": ("Simulation", "calibrate", "magnetic_model", "mechanical_model", "simulate"),
+    "bench": ("sensor_calibration",),
+    "chain": ("calibrate", "magnetic_model", "mechanical_model", "plan", "simulate"),
     "quantities": ("Impedance", "Pose", "SolveFailed", "Wrench"),
-    "readout.crosstalk": ("crosstalk", "rotation_error", "sensitivity"),
+    "readout.crosstalk": ("crosstalk", "sensitivity"),
     "sensor": ("SceneError", "Sensor", "catalogue", "load_sensor", "save_sensor"),
     "spectrum": ("spectrum",),
     "sweep": ("sweep",),
