@@ -1,5 +1,7 @@
 """Forces and places of the target in any mix: round trip, instabilities followed, refusals."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -55,10 +57,11 @@ def test_tilt_is_given_and_the_moment_found():
 
 
 def test_a_held_path_that_ends_gives_back_the_last_state():
+    layer = planar_layer(pad(15, 15, 3, 'elastomer.contact="always"'), 2e-2)
     with pytest.raises(SolveFailed, match="sink = 0.00294") as caught:
-        planar_layer(pad(15, 15, 3), 2e-2).controlled(Control(d_h=0.0, sink=2.94 * MM, alpha=0.0))
+        replace(layer, meshes=layer.meshes[:1]).controlled(Control(d_h=0.0, sink=2.94 * MM, alpha=0.0))
     last = caught.value.last
-    assert last.report.min_J > 0.0 and 0.9 * MM < 3.0 * MM - last.pose.d_v < 2.94 * MM
+    assert last.report.min_J > 0.0 and 0.5 * MM < 3.0 * MM - last.pose.d_v < 2.94 * MM
     assert any(word in " ".join(last.report.notes) for word in ("inside out", "no state at rest"))
 
 
@@ -73,6 +76,7 @@ def test_law_that_is_unstable_where_it_was_used_is_named():
     """Yeoh with c20/c10 = -1/5: planar tension fails first, at stretch 1.582 (stability.py has its own test)."""
     falling = 'elastomer.material={law="yeoh", c10=1.5e4, c20=-3e3, c30=0, bulk_modulus=3e7}'
     layer = planar_layer(pad(20, 15, 2, falling, 'elastomer.contact="never"'), 2e-2)
+    layer = replace(layer, meshes=layer.meshes[-1:])
     small = layer.controlled(Control(d_h=0.3 * MM, sink=0.0, alpha=0.0))
     assert not any("unstable" in note for note in small.report.notes)
     with pytest.raises(SolveFailed) as caught:
