@@ -57,7 +57,7 @@ def measure(name: str, sensor: Sensor, tolerance: float, row: tuple[float, float
     z = model.impedance(Pose(0.0, gap), f)
     prepare = time.process_time() - began
     s = np.linspace(0.0, 1.0, 1000)
-    poses = Pose(1e-4 * (2 * s - 1), gap * (1.06 + 0.1 * s), 0.01 * (2 * s - 1))
+    poses = Pose(1e-4 * (2 * s - 1), gap * (1.06 + 0.1 * s), min(0.01, gap / 0.01) * (2 * s - 1))
     began = time.process_time()
     model.impedance(poses, f)
     thousand = time.process_time() - began

@@ -8,8 +8,8 @@ plate in the same place D(x) (both Delta L, or both R),
 
 defines a symmetric P that tells how much of the infinite plate there is: the identity under a very wide plate, some
 smooth function of x elsewhere, without the gap's fine structure. P is found at `FACTORS` times the smallest distance
-that the plate is divided for, as the plate is lifted to there, and extrapolated as a polynomial; the last degree's
-share is the estimated error.
+that the plate is divided for, as the plate is lifted to there, and extrapolated as a polynomial; twice the last
+degree's share is the estimated error.
 
 D is the integral of Dodd and Deeds, for the coils c and d a distance s apart
 
@@ -74,7 +74,7 @@ def carried_down(
         for value, weights in zip(values, (all_of_them, some), strict=True):
             share = np.einsum("pf,pfij->pij", weights, P[:, : weights.shape[1]])
             value += unit * (share @ there + there @ share) / 2
-    error = values[0] - values[1]
+    error = 2.0 * (values[0] - values[1])
     return values[0], np.abs(error.real) + 1j * np.abs(error.imag)
 
 
