@@ -46,7 +46,7 @@ class Omission:
     what, reason : str
         A few words each.
     size : float
-        Largest relative change of the answer, see above; 0 where it is exact.
+        Largest relative change of the answer, see above; 0 where it is exact, NaN where it is not estimated.
     of_change : bool
         Whether the size is of the change of inductance, to which errors are stated, or of L0.
     """
@@ -60,7 +60,8 @@ class Omission:
     def text(self) -> str:
         """Return it as one line."""
         of = "" if self.of_change else " of L0"
-        return f"{self.what}: {self.reason}" + (f" (at most {self.size:.1g}{of})" if self.size > 0.0 else "")
+        size = "" if self.size == 0.0 else f" (at most {self.size:.1g}{of})"
+        return f"{self.what}: {self.reason}" + (" (not estimated)" if math.isnan(self.size) else size)
 
 
 def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
@@ -132,6 +133,10 @@ def omissions(
         bound = strain_bound(sensor, loads)
         reason = "the load strains the layer so little that one compliance will do"
         found.append(Omission("finite strain", reason, bound))
+    silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
+    if loads and silicone is not None and (silicone.prony or silicone.mullins):
+        reason = "slow load on virgin material; ask for cycle"
+        found.append(Omission("rate and history of the silicone", reason, math.nan))
     if loads and mirrored(sensor) and all(load.F_x == load.M == 0.0 for load in loads):
         found.append(Omission("poses beside and turned", "scene and load are symmetric"))
     elif half_suffices(sensor, loads):

@@ -173,7 +173,8 @@ class Plan:
             parts.insert(0, ("mechanics", mechanics.name, tolerance, count))
         missing = omissions(sensor, loads, None if mechanics is None else mechanics.name, magnetics.name)
         rungs = tuple(f"{name} at {asked:.1g}" for _, name, asked, _ in parts)
-        error = sum(asked for _, _, asked, _ in parts) + sum(item.size for item in missing if item.of_change)
+        sizes = [item.size for item in missing if item.of_change and item.size > 0.0]
+        error = sum(asked for _, _, asked, _ in parts) + sum(sizes)
         return cls(mechanics, magnetics, rungs, missing, error, sum(cost(*part) for part in parts))
 
 

@@ -241,3 +241,14 @@ def test_every_help_has_its_example(capsys: Capture, command: str) -> None:
     """One example each."""
     assert run([command, "--help"]) == 0
     assert capsys.readouterr().out.count(f"Example: sits-mech {command}") == 1
+
+
+def test_a_load_that_comes_and_goes(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """A viscous silicone opens a loop, narrower once it has settled; the table is kept; another silicone has none."""
+    law = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7'
+    words = ["cycle", "biorob2018", "--fz", "1 N", "--mechanics", "linear", "--tolerance", "0.05", "--json", "--set"]
+    assert run([*words, f'{law}, prony=[{{weight=0.2, time="0.5 s"}}]}}', "-o", str(tmp_path / "c.nc")]) == 0
+    loops = json.loads(capsys.readouterr().out)["loop_L_v_percent"]
+    assert len(loops) == 2 and loops[0] > loops[1] > 1.0 and (tmp_path / "c.nc").exists()
+    assert run([*words, law + "}"]) == 0
+    assert json.loads(capsys.readouterr().out)["loop_L_v_percent"] == pytest.approx([0.0, 0.0], abs=1e-9)

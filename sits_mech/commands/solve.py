@@ -1,4 +1,4 @@
-"""Where does the target go, what do the coils show? pose, inductance, simulate, calibrate."""
+"""Where does the target go, what do the coils show? pose, inductance, simulate, calibrate, cycle."""
 
 from __future__ import annotations
 
@@ -146,3 +146,30 @@ def calibrate(
     for line in [*remarks(data), *missing, f"written to {folder}"]:
         warn(line)
     return 3 if missing else 0
+
+
+@app.command
+def cycle(
+    scene: Scene, *, load: Load = Load(), models: Models = Models(), period: Quantity = "1 s", cycles: int = 2,
+    output: Output = None, overrides: Overrides = (), as_json: Json = False,
+) -> int:  # fmt: skip
+    """How wide is the loop of the signals while a load comes and goes? For silicones with prony or mullins.
+
+    Example: sits-mech cycle soft.toml --fz "4 N" --period "2 s" --cycles 3 -o cycle.nc
+    """
+    from sits_mech.cycle import load_cycle, triangle
+    from sits_mech.quantities import SolveFailed
+    from sits_mech.report.loops import loop_record, loop_table
+    from sits_mech.sweep import save_table
+    from sits_mech.units import quantity
+
+    sensor, seconds = sensor_of(scene, overrides), quantity(period, "s", "--period")
+    try:
+        data = load_cycle(sensor, load.wrench(), triangle(seconds, cycles), **asdict(models))
+    except SolveFailed as error:
+        return not_converged(error, as_json)
+    answer(loop_record(data), [loop_table(data)], as_json)
+    if output is not None:
+        save_table(data, output)
+        warn(f"written to {output}")
+    return 0

@@ -53,9 +53,10 @@ def slope_error(errors: xr.DataArray, along: str) -> xr.DataArray:
     if coordinate.size < 2:
         return xr.full_like(errors, np.nan)
     weights = np.gradient(np.eye(coordinate.size), coordinate, axis=0, edge_order=2 if coordinate.size > 2 else 1)
-    sizes, weights = np.moveaxis(np.abs(errors.to_numpy()), errors.get_axis_num(along), 0), np.abs(np.asarray(weights))
-    found = np.tensordot(weights, np.where(np.isfinite(sizes), sizes, 0.0), axes=1)
-    found[np.tensordot(weights, np.isinf(sizes), axes=1) > 0.0] = np.inf
+    reach = np.abs(np.asarray(weights))
+    sizes = np.moveaxis(np.abs(errors.to_numpy()), errors.get_axis_num(along), 0)
+    found = np.tensordot(reach, np.where(np.isfinite(sizes), sizes, 0.0), axes=1)
+    found[np.tensordot(reach, np.isinf(sizes), axes=1) > 0.0] = np.inf
     return errors.copy(data=np.moveaxis(found, 0, errors.get_axis_num(along)))
 
 

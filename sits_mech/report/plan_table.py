@@ -6,6 +6,7 @@ from typing import Any
 
 from rich.table import Table
 
+from sits_mech.mechanics.finite_length import FiniteLength, finite_length_factor
 from sits_mech.omissions import skin_depths
 from sits_mech.plan import Plan
 from sits_mech.report.tables import key_table
@@ -19,12 +20,23 @@ def plan_rows(sensor: Sensor, found: Plan) -> list[tuple[str, str]]:
         if choice is not None:
             rows.append((half, f"{choice.name}: {choice.reason}"))
     rows.append(("resolution", "; ".join(found.rungs)))
+    if found.mechanics is not None and (factor := plane_strain(sensor)) is not None:
+        text = f"shear {factor.shear:.3g}, compression {factor.compression:.3g}, tilt {factor.tilt:.3g}"
+        rows.append(("plane strain", f"too stiff for this pad by {text} (small strain, to {factor.error:.1g})"))
     if sensor.target is not None:
         rows.append(("skin", _skin(skin_depths(sensor))))
     rows += [("left out", item.text) for item in found.left_out]
     rows.append(("expected error", f"{found.error:.1g} of the change of inductance"))
     rows.append(("expected time", f"about {found.seconds:.1g} s on one core"))
     return rows
+
+
+def plane_strain(sensor: Sensor) -> FiniteLength | None:
+    """Return what the planar layer is worth for a pad; None where no planar layer stands for it at all."""
+    target, elastomer = sensor.target, sensor.elastomer
+    if target is None or elastomer is None or target.shape == "outline" or elastomer.mesh is not None:
+        return None
+    return finite_length_factor(sensor)
 
 
 def _skin(depths: float) -> str:
@@ -44,10 +56,12 @@ def plan_table(sensor: Sensor, found: Plan) -> Table:
 def plan_record(sensor: Sensor, found: Plan) -> dict[str, Any]:
     """Return a plan for a program."""
     choices = {"mechanics": found.mechanics, "magnetics": found.magnetics}
+    factor = None if found.mechanics is None else plane_strain(sensor)
     return {
         **{half: None if choice is None else vars(choice) for half, choice in choices.items()},
         "rungs": found.rungs,
         "skin_depths": skin_depths(sensor),
+        "plane_strain": None if factor is None else vars(factor),
         "left_out": [vars(item) for item in found.left_out],
         "expected_error": found.error,
         "expected_seconds": found.seconds,
