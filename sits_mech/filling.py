@@ -2,8 +2,9 @@
 
 A grid is solved at 5, 9, 17, ... of its values along each force, ends included, until the map of the poses through
 those loads (Chebyshev least squares, its error by foretelling what is left out) is within the tolerance of the largest
-displacement. The loads between take their pose from the map; its error is added to the solver's. A grid of fewer than
-seven values along a force is solved whole, and so is one with a load that failed, or whose error nothing is known of.
+displacement. The loads between take their pose from cubic splines through the solved ones, so that the table has no
+steps between both kinds; the error of the map is added to the solver's. A grid of fewer than seven values along a force
+is solved whole, and so is one with a load that failed, or whose error nothing is known of.
 """
 
 from __future__ import annotations
@@ -12,8 +13,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+from scipy.interpolate import RectBivariateSpline
 
-from sits_mech.mechanics.loads import Load, settle
+from sits_mech.mechanics.loads import Load, settle, upright
 from sits_mech.quantities import Array, MechanicalModel
 from sits_mech.readout.surrogate import SmoothMap, fit_map
 from sits_mech.sensor import Sensor
@@ -58,7 +60,11 @@ def settle_grid(
             break
         found = _map(rows, loads)
         if _good(sensor, found, rows, tolerance):
-            return _filled(found, rows, grid, progress)
+            more = _between(found, rows, part, grid)
+            rows |= {load: upright(row) if symmetric and load[0] == 0.0 else row for load, row in more.items()}
+            if progress is not None:
+                progress(len(rows), len(rows))
+            return rows
     return settle(layer, grid, symmetric=symmetric, keep=keep, known=rows, progress=progress)
 
 
@@ -94,21 +100,26 @@ def _good(sensor: Sensor, found: SmoothMap, rows: Mapping[Load, Row], tolerance:
     return bool(np.max(found.error[:3] * scale) <= tolerance * np.max(np.ptp(poses, axis=0) * scale))
 
 
-def _filled(
-    found: SmoothMap, rows: dict[Load, Row], grid: Mapping[str, Sequence[float]], progress: Progress | None
+def _between(
+    found: SmoothMap, rows: Mapping[Load, Row], part: Mapping[str, Sequence[float]], grid: Mapping[str, Sequence[float]]
 ) -> dict[Load, Row]:
-    """Return the rows with those between them."""
-    loads = [(x, z) for x in grid["F_x"] for z in grid["F_z"]]
-    missing = [load for load in loads if load not in rows]
+    """Return the rows of a grid's loads between the solved ones, which are all of its part."""
+    loads = [(x, z) for x in grid["F_x"] for z in grid["F_z"] if (x, z) not in rows]
     worst = max(row["error_mechanics"] for row in rows.values())
     highest = np.max([[row[f"error_{name}"] for name in _POSE] for row in rows.values()], axis=0)
-    for load, values in zip(missing, found.at(np.array(missing)), strict=True):
+    errors = np.clip(found.at(np.array(loads))[:, 3:6], 0.0, highest) + found.error[:3]
+    poses = np.column_stack([_spline(rows, part, name).ev(*np.array(loads).T) for name in (*_POSE, "min_J")])
+    more: dict[Load, Row] = {}
+    for load, pose, error in zip(loads, poses.tolist(), errors.tolist(), strict=True):
         row: Row = {"status": DONE, "reason": "", "lasting": True}
-        row |= {name: float(value) for name, value in zip(_POSE, values[:3], strict=True)}
-        errors = np.clip(values[3:6], 0.0, highest) + found.error[:3]
-        row |= {f"error_{name}": float(error) for name, error in zip(_POSE, errors, strict=True)}
-        row |= {"min_J": float(values[6]), "error_mechanics": worst, "iterations": 0, "notes": BETWEEN, "seconds": 0.0}
-        rows[load] = row
-    if progress is not None:
-        progress(len(loads), len(loads))
-    return rows
+        row |= dict(zip((*_POSE, "min_J"), pose, strict=True))
+        row |= {f"error_{name}": size for name, size in zip(_POSE, error, strict=True)}
+        row |= {"error_mechanics": worst, "iterations": 0, "notes": BETWEEN, "seconds": 0.0}
+        more[load] = row
+    return more
+
+
+def _spline(rows: Mapping[Load, Row], part: Mapping[str, Sequence[float]], name: str) -> RectBivariateSpline:
+    """Return cubic splines through a number of every solved load; one that is missing counts as one."""
+    values = np.array([[rows[x, z][name] for z in part["F_z"]] for x in part["F_x"]])
+    return RectBivariateSpline(part["F_x"], part["F_z"], np.nan_to_num(values, nan=1.0))

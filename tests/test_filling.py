@@ -15,9 +15,10 @@ GRID = {"F_x": np.linspace(-1.0, 1.0, 9).tolist(), "F_z": np.linspace(0.0, 4.0, 
 
 @dataclass
 class Spring:
-    """A layer by formula that counts its solves; past `limit` it fails."""
+    """A layer by formula that counts its solves; past `limit` it fails, and `wave` [m] scatters."""
 
     kink: float = 0.0
+    wave: float = 0.0
     limit: float = np.inf
     solved: list[Wrench] = field(default_factory=list)
 
@@ -25,7 +26,8 @@ class Spring:
         """Smooth in both forces, but for a kink at 0.3 of the shear."""
         x, z = wrench.F_x, wrench.F_z
         bend = self.kink * np.sign(x) * max(abs(x) - 0.3, 0.0)
-        return Pose(1e-3 * (x * (1 + 0.1 * z) + bend), 2e-3 - 5e-5 * z / (1 + 0.1 * z), 1e-2 * x * z)
+        scatter = self.wave * np.sign(x) * np.cos(2.0 * np.pi * x)
+        return Pose(1e-3 * (x * (1 + 0.1 * z) + bend) + scatter, 2e-3 - 5e-5 * z / (1 + 0.1 * z), 1e-2 * x * z)
 
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the formula's pose."""
@@ -77,3 +79,14 @@ def test_the_linear_layer_needs_the_fewest() -> None:
     sensor = load_sensor("biorob2018", ['elastomer.length="200 mm"'])
     rows = settle_grid(sensor, linear_layer(sensor, 3e-2), GRID, symmetric=True, tolerance=1e-2)
     assert sum(row["notes"].endswith(BETWEEN) for row in rows.values()) == 56
+
+
+def test_the_table_has_no_steps_between_solved_loads_and_others() -> None:
+    """Solved loads with scatter: those between follow them, not a map that passes by; without shear all is straight."""
+    layer, sensor = Spring(wave=2e-6), load_sensor("biorob2018")
+    rows = settle_grid(sensor, layer, GRID, symmetric=True, tolerance=1e-2)
+    assert sum(row["notes"] == BETWEEN for row in rows.values()) == 56
+    for x, z, before, after in ((0.5, 0.5, 0.0, 1.0), (-1.0, 2.5, 2.0, 3.0)):
+        mean = 0.5 * (rows[x, before]["d_h"] + rows[x, after]["d_h"])
+        assert abs(rows[x, z]["d_h"] - mean) < 4e-7  # a map that misses the scatter is off by its 2 um
+    assert all(rows[0.0, z]["d_h"] == rows[0.0, z]["error_alpha"] == 0.0 for z in GRID["F_z"])

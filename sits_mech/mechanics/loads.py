@@ -58,10 +58,15 @@ def settle(
     for load in [load for load in loads if load not in rows]:
         twin = rows.get((-load[0], load[1])) if symmetric and load[0] != 0.0 else None
         row = _row(layer, rows, load, keep) if twin is None else _mirrored(twin)
-        rows[load] = row | _UPRIGHT if symmetric and load[0] == 0.0 and row["status"] == DONE else row
+        rows[load] = upright(row) if symmetric and load[0] == 0.0 else row
         if progress is not None:
             progress(len(rows), len(loads))
     return rows
+
+
+def upright(row: Row) -> Row:
+    """Return the row of a load without shear on a layer that is its own mirror image: exactly straight."""
+    return row | _UPRIGHT if row["status"] == DONE else row
 
 
 def outward(F_x: Sequence[float], F_z: Sequence[float]) -> list[Load]:
