@@ -152,6 +152,9 @@ def _magnetic(sensor: Sensor, model: str) -> tuple[Omission, ...]:
     elif depths >= _THICK and model in ("planar-fem", "sheets"):
         reason = f"{depths:.2g} skin depths thick: its surface stands for it"
         found.append(Omission("inside of the target", reason, math.exp(-depths)))
+    if model in ("planar", "planar-fem") and sensor.target is not None:
+        reason = "a plane section stands for coils and plates: ask for sheets for what their ends are worth"
+        found.append(Omission("ends along y", reason, math.nan))
     if model != "planar-fem":
         found.append(Omission("mesh of the air", "nothing permeable: integral model"))
     if sensor.coils[0].winding == "spiral" and model != "sheets":
