@@ -31,7 +31,7 @@ CHANGES = {
         f"{n}": [f"coils.{coil}.layers={n}" for coil in ("C1", "C2")] for n in (1, 2, 3, 4, 6)
     },
     "copper plate below at": {
-        f"{-z} mm": [PLATE.format(z)] for z in (-0.6, -1.0, -2.0, -5.0, -10.0)
+        f"{-z} mm": [PLATE.format(z)] for z in (-0.8, -1.0, -2.0, -5.0, -10.0)
     },
     "substrate radius": {
         **{f"{r} mm": [f'substrate_radius="{r} mm"'] for r in (15, 25, 50, 100)}, "flat": [],
