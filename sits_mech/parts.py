@@ -226,6 +226,9 @@ class Elastomer(BaseModel):
     contact : str
         Planar model: whether free faces that fold onto the ground or the target are held there, "never", "always" or,
         "auto", where that moves the target by more than 1 %.
+    edge_radius : float or None
+        Planar models: radius of the fillets with which the free side faces meet the plates; they are drawn in by half
+        of it, bonded widths stay. By default corners are sharp, and singular [m].
     mesh : str or None
         File of a mesh of the layer, within those sizes, with the groups `ground`, `target`, `free` (3D models only).
     """
@@ -238,6 +241,7 @@ class Elastomer(BaseModel):
     thickness: Length
     standoff: Offset = 0.0
     contact: Literal["auto", "always", "never"] = "auto"
+    edge_radius: Length | None = None
     mesh: str | None = None
 
     @model_validator(mode="after")

@@ -27,7 +27,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sits_mech.mechanics.block_forms import solid_deformation
-from sits_mech.mechanics.block_mesh import Solid, bonded_block, flush, fold_notes, outlines, pad_parts
+from sits_mech.mechanics.block_mesh import Solid, bonded_block, edge_notes, flush, fold_notes, outlines, pad_parts
 from sits_mech.mechanics.block_user import meshed_pad
 from sits_mech.mechanics.forms import Indices
 from sits_mech.mechanics.pad import wrench_between
@@ -173,8 +173,8 @@ def _answer(sensor: Sensor, solids: tuple[Solid, Solid], found: tuple[State, Sta
     displaced = float(np.max(np.abs(q) * size * lever))
     report = SolveReport(
         "block", len(body.free) + 3, fine.iterations + coarse.iterations, fine.residual,
-        float(at_end.max()) / displaced if displaced > 0.0 else 0.0, 0.0, notes=_folds(solids[0], fine),
-        min_J=fine.min_J,
+        float(at_end.max()) / displaced if displaced > 0.0 else 0.0, 0.0,
+        notes=(*_folds(solids[0], fine), *edge_notes(sensor)), min_J=fine.min_J,
     )
     d_h, d_z, alpha = (float(value) for value in q * size)
     error = Pose(*(float(value) for value in at_end / lever))

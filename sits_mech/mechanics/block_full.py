@@ -25,7 +25,17 @@ import numpy as np
 from scipy import sparse
 
 from sits_mech.mechanics.block_forms import BRICK, solid_mesh
-from sits_mech.mechanics.block_mesh import Solid, box_lines, flush, fold_notes, outlines, pad_parts, solid, within
+from sits_mech.mechanics.block_mesh import (
+    Solid,
+    box_lines,
+    edge_notes,
+    flush,
+    fold_notes,
+    outlines,
+    pad_parts,
+    solid,
+    within,
+)
 from sits_mech.mechanics.forms import Indices
 from sits_mech.mechanics.newton import solved
 from sits_mech.meshing.bricks import box_bricks
@@ -123,7 +133,7 @@ def full_equilibrium(sensor: Sensor, wrench: FullWrench, tolerance: float = 1e-2
     report = SolveReport(
         "block", len(solids[0].body.free) + 6, fine.iterations + coarse.iterations, fine.residual,
         float(at_end.max()) / size if size > 0.0 else 0.0, time.perf_counter() - began,
-        notes=fold_notes(solids[0], fine.u, fine.c, fine.R), min_J=fine.min_J,
+        notes=(*fold_notes(solids[0], fine.u, fine.c, fine.R), *edge_notes(sensor)), min_J=fine.min_J,
     )
     return FullPose(best[:3] + (0.0, 0.0, elastomer.standoff + t), best[3:], at_end / lever, report)
 

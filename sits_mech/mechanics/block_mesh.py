@@ -193,6 +193,13 @@ def pad_parts(sensor: Sensor) -> tuple[Target, Elastomer]:
     return target, elastomer
 
 
+def edge_notes(sensor: Sensor) -> tuple[str, ...]:
+    """Say that an edge radius plays no part here."""
+    if sensor.elastomer is None or sensor.elastomer.edge_radius is None:
+        return ()
+    return ("elastomer.edge_radius is left out: the edges of this model are sharp, or as its mesh has them",)
+
+
 def box_lines(plate: Outline, pad: Outline, cells: int, grading: float) -> tuple[Array, Array, Array]:
     """Return the lines of a box along x, along y from the middle on, and through the thickness; as `bonded_block`."""
     x = _half_lines(plate.half_x, pad.half_x, cells, grading, _OUTER)

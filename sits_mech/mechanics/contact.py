@@ -65,9 +65,10 @@ def face_along(mesh: Section, lines: list[Indices]) -> Face:
     edges = np.concatenate([np.stack([line[:-2:2], line[1:-1:2], line[2::2]], axis=1) for line in lines])
     s = 0.5 * (_POINTS + 1.0)
     shape = np.stack([(1.0 - s) * (1.0 - 2.0 * s), 4.0 * s * (1.0 - s), s * (2.0 * s - 1.0)], axis=1)
-    length = np.linalg.norm(mesh.nodes[edges[:, 2]] - mesh.nodes[edges[:, 0]], axis=1)
+    slope = np.stack([4.0 * s - 3.0, 4.0 - 8.0 * s, 4.0 * s - 1.0], axis=1)
+    length = np.linalg.norm(np.einsum("pa,eai->epi", slope, mesh.nodes[edges]), axis=2)
     rest = np.einsum("pa,eai->epi", shape, mesh.nodes[edges])
-    weight = length[:, None] * (0.5 * _WEIGHTS)
+    weight = length * (0.5 * _WEIGHTS)
     return Face(np.repeat(edges, 3, axis=0), np.tile(shape, (len(edges), 1)), rest.reshape(-1, 2), weight.ravel())
 
 

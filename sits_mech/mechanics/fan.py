@@ -74,7 +74,9 @@ def fanned(mesh: Section, corners: Array) -> Section:
         for name in ("B", "weights", "chi", "node_B", "node_weights")
     }
     dofs = (2 * cells[:, :, None] + np.arange(2)).reshape(len(cells), 18)
-    return replace(mesh, nodes=np.vstack([mesh.nodes, *new]), cells=cells, dofs=dofs, **joined)
+    nodes = np.vstack([mesh.nodes, *new])
+    flat = None if mesh.flat is None else np.vstack([mesh.flat, *new])  # cells that are split are rectangles
+    return replace(mesh, nodes=nodes, cells=cells, dofs=dofs, flat=flat, **joined)
 
 
 def _triangles(mesh: Section, cell: Indices, corner: int) -> list[Indices]:

@@ -63,7 +63,8 @@ def finite_length_factor(sensor: Sensor) -> FiniteLength:
     """
     began = time.perf_counter()
     _, elastomer = pad_parts(sensor)
-    planar = np.linalg.inv(linear_layer(sensor).compliance)
+    sharp = Elastomer.model_validate(elastomer.model_dump() | {"edge_radius": None})
+    planar = np.linalg.inv(linear_layer(sensor.model_copy(update={"elastomer": sharp})).compliance)
     long = planar * elastomer.silicone.shear_modulus * _units(elastomer.thickness) * elastomer.extent[1]
     short, cut = _shortened(sensor)
     solid, error = small_strain_stiffness(short)

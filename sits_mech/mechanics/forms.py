@@ -12,18 +12,19 @@ minimum and its tangent symmetric:
 
 Unknowns: nodal displacements in layer thicknesses; energies per depth in shear modulus times thickness squared; K in
 shear moduli. Source: D. Boffi, F. Brezzi, M. Fortin, Mixed Finite Element Methods and Applications (2013), section 8.6.
-Valid for rectangles of any aspect. Neglected: inertia, gravity. Contact stands in contact.py, what becomes of the
-elements at bonded corners in fan.py.
+Valid for rectangles of any aspect, and with sides that are parabolas. Neglected: inertia, gravity. Contact stands in
+contact.py, what becomes of the elements at bonded corners in fan.py.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from skfem import Basis, ElementQuad2, MeshQuad
+from skfem import Basis, ElementQuad2, MeshQuad, MeshQuad2
 
 from sits_mech.mechanics.energy import PlaneEnergy
 from sits_mech.quantities import Array
@@ -59,6 +60,8 @@ class Section:
         Orthonormal pressure polynomials times the weights, at the quadrature points.
     node_B, node_weights : ndarray, shapes (e, 9, 4, 18) and (e, 9)
         F - 1 at the elements' nodes and the weights of Simpson's rule there; None where not looked at.
+    flat : ndarray, shape (n, 2), or None
+        Where the nodes of a mesh with curved sides stood in its rectangle; None where they stand there.
     """
 
     x: Array
@@ -71,6 +74,12 @@ class Section:
     chi: Array
     node_B: Array | None = None
     node_weights: Array | None = None
+    flat: Array | None = None
+
+    @property
+    def places(self) -> Array:
+        """Nodes in the rectangle, shape (n, 2) [thicknesses]."""
+        return self.nodes if self.flat is None else self.flat
 
 
 class Tangent(NamedTuple):
@@ -83,18 +92,24 @@ class Tangent(NamedTuple):
     min_J: float
 
 
-def section(x: Array, z: Array) -> Section:
+def section(x: Array, z: Array, placed: Callable[[Array], Array] | None = None) -> Section:
     """Mesh a rectangle with mixed elements on the given lines.
 
     Parameters
     ----------
     x, z : ndarray
         Mesh lines [thicknesses].
+    placed : callable, optional
+        Where the nodes of the rectangle, shape (n, 2), come to stand: sides become parabolas.
     """
     mesh = MeshQuad.init_tensor(x, z)
+    flat = Basis(mesh, ElementQuad2(), intorder=5).doflocs.T
+    if placed is not None:
+        straight = MeshQuad2.from_mesh(mesh)
+        mesh = replace(straight, doflocs=np.ascontiguousarray(placed(straight.doflocs.T).T))
     basis = Basis(mesh, ElementQuad2(), intorder=5)
     nodes = basis.doflocs.T
-    order = np.lexsort((np.round(nodes[:, 1], 12), np.round(nodes[:, 0], 12)))
+    order = np.lexsort((np.round(flat[:, 1], 12), np.round(flat[:, 0], 12)))
     rank = np.empty(len(order), dtype=np.int64)
     rank[order] = np.arange(len(order))
     cells = rank[basis.element_dofs.T]
@@ -104,10 +119,10 @@ def section(x: Array, z: Array) -> Section:
     centre = nodes[basis.element_dofs].mean(axis=0).T  # (2, e)
     local = points - centre[:, :, None]
     chi = np.stack([np.ones_like(basis.dx), local[0], local[1]], axis=1)
-    norm = np.sqrt(np.einsum("emq,eq->em", chi**2, basis.dx))
-    chi = chi / norm[:, :, None] * basis.dx[:, None, :]
+    gram = np.einsum("emq,enq,eq->emn", chi, chi, basis.dx)
+    chi = np.linalg.solve(np.linalg.cholesky(gram), chi) * basis.dx[:, None, :]
     parts = (_strains(basis), basis.dx.copy(), chi, _strains(at_nodes), at_nodes.dx.copy())
-    return Section(x, z, nodes[order], cells, dofs, *parts)
+    return Section(x, z, nodes[order], cells, dofs, *parts, flat=None if placed is None else flat[order])
 
 
 def _strains(basis: Basis) -> Array:

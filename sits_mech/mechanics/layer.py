@@ -30,6 +30,7 @@ import numpy as np
 from sits_mech.mechanics.answer import Pair, errors_of, pose_of, relative, settled, unpacked
 from sits_mech.mechanics.body import Bonded, rest
 from sits_mech.mechanics.control import Control, under
+from sits_mech.mechanics.edges import Edges, edge_effect, edge_notes
 from sits_mech.mechanics.folds import folds
 from sits_mech.mechanics.forms import Indices, deformation
 from sits_mech.mechanics.newton import compliance, correction
@@ -68,12 +69,15 @@ class PlanarLayer:
         Mesh of the answer and of its error estimate, in the order in which they are tried.
     touching : int
         How many at the end have contact: the last of those before them once more, and one that is tougher still.
+    edges : Edges or None
+        What the fillets of `elastomer.edge_radius` do (edges.py); None for sharp edges.
     """
 
     sensor: Sensor
     tolerance: float
     meshes: tuple[Pair, ...]
     touching: int = 0
+    edges: Edges | None = None
 
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the equilibrium under `wrench` [N, N m], reached from `start` or from rest.
@@ -98,6 +102,7 @@ class PlanarLayer:
             last, part = _chosen((last, part), _in_contact(self, (last, part), start, control), self)
         report = replace(last.report, seconds=time.perf_counter() - began)
         if part == 1.0:
+            report = replace(report, notes=(*report.notes, *_edge_notes(self.sensor, self.edges, last.wrench)))
             if report.estimated_error > self.tolerance:
                 missed = f"estimated error {report.estimated_error:.2g}: the tolerance {self.tolerance:g} is missed"
                 report = replace(report, notes=(*report.notes, missed))
@@ -122,6 +127,7 @@ class LinearLayer:
     body: Bonded
     compliance: Array
     coarse: Array
+    edges: Edges | None = None
 
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the pose under `wrench` by linear elasticity; `start` plays no part.
@@ -138,6 +144,7 @@ class LinearLayer:
         away, min_J = correction(self.body, load)
         error = errors_of((np.abs((self.compliance - self.coarse) @ force) + np.abs(away)) * size, reach)
         notes = () if np.all(np.isfinite(error)) else ("strains too large for a linear layer: use the planar one",)
+        notes = (*notes, *_edge_notes(self.sensor, self.edges, wrench))
         report = SolveReport(
             "linear", len(self.body.free) + 3, 1, 0.0, relative(error, q * size, reach), time.perf_counter() - began,
             notes=notes, min_J=min_J,
@@ -161,21 +168,24 @@ def planar_layer(sensor: Sensor, tolerance: float = 1e-2) -> PlanarLayer:
         For a scene without target or elastomer, or a tolerance outside (0, 1).
     """
     cells, kinds = _rung(tolerance)
-    contact = sensor.elastomer.contact if sensor.elastomer is not None else "never"
+    contact, edges = sensor.elastomer.contact if sensor.elastomer is not None else "never", edge_effect(sensor)
+    kinds = kinds if edges is None else tuple(kind for kind in kinds if kind[1])
     last = (*(kind for kind in kinds if kind[1]), _EVEN)
     if contact == "always":
-        return PlanarLayer(sensor, tolerance, tuple(_pair(sensor, cells, kind, _GIVE) for kind in last))
+        return PlanarLayer(sensor, tolerance, tuple(_pair(sensor, cells, kind, _GIVE) for kind in last), edges=edges)
     if contact == "never":
-        return PlanarLayer(sensor, tolerance, tuple(_pair(sensor, cells, kind, 0.0) for kind in (*kinds, _EVEN)))
+        pairs = tuple(_pair(sensor, cells, kind, 0.0) for kind in (*kinds, _EVEN))
+        return PlanarLayer(sensor, tolerance, pairs, edges=edges)
     free, touching = ([_pair(sensor, cells, kind, give) for kind in own] for own, give in ((kinds, 0.0), (last, _GIVE)))
-    return PlanarLayer(sensor, tolerance, (*free, *touching), len(touching))
+    return PlanarLayer(sensor, tolerance, (*free, *touching), len(touching), edges)
 
 
 def linear_layer(sensor: Sensor, tolerance: float = 1e-2) -> LinearLayer:
     """Return the small-strain model of a sensor's layer; arguments and errors as of `planar_layer`."""
     cells, _ = _rung(tolerance)
     bodies = [bonded_body(sensor, Fineness(count, _STRONG)) for count in cells]
-    return LinearLayer(sensor, bodies[0], *(compliance(body, rest(body), np.zeros(3)) for body in bodies))
+    fine, coarse = (compliance(body, rest(body), np.zeros(3)) for body in bodies)
+    return LinearLayer(sensor, bodies[0], fine, coarse, edge_effect(sensor))
 
 
 def deformed_mesh(model: PlanarLayer, equilibrium: Equilibrium) -> tuple[Array, Indices, Array]:
@@ -285,6 +295,11 @@ def _chosen(
     error = Pose(*(float(a + b) for a, b in zip((one.error.d_h, one.error.d_v, one.error.alpha), away, strict=True)))
     report = replace(one.report, notes=notes, estimated_error=one.report.estimated_error + effect)
     return replace(one, error=error, report=report), 1.0
+
+
+def _edge_notes(sensor: Sensor, edges: Edges | None, wrench: Wrench) -> tuple[str, ...]:
+    """What the fillets do to the pose under a wrench."""
+    return () if edges is None else edge_notes(edges, scaled_load(sensor, wrench), _thickness(sensor))
 
 
 def _ended(last: Equilibrium, control: Control, part: float) -> str:

@@ -11,7 +11,7 @@ mu t^2.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from sits_mech.mechanics.body import Bonded, Part
 from sits_mech.mechanics.contact import Contact, Guard, face_along
 from sits_mech.mechanics.energy import plane_energy
 from sits_mech.mechanics.fan import fanned
+from sits_mech.mechanics.fillet import Fillet, checked, drawn_in, fillet_lines
 from sits_mech.mechanics.forms import Indices, Section, section
 from sits_mech.meshing.structured import graded_lines, matched_cells
 from sits_mech.quantities import Array, Wrench
@@ -58,7 +59,8 @@ def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
     target, elastomer = _parts(sensor)
     t = elastomer.thickness
     half_layer, half_target = elastomer.extent[0] / (2 * t), target.extent[0] / (2 * t)
-    mesh = _mesh(half_layer, half_target, cells, grading, fineness.fan)
+    edges = Fillet(_radius(elastomer), half_layer, half_target)
+    mesh = _mesh(checked(edges, t) if edges.radius > 0.0 else edges, cells, grading, fineness.fan)
     x, z = mesh.nodes.T
     ground = z < 1e-9
     top = (z > 1.0 - 1e-9) & (np.abs(x) < half_target + 1e-9)
@@ -77,14 +79,14 @@ def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
 
 def side_faces(mesh: Section) -> list[Indices]:
     """Return the nodes of the left and the right face, from the ground upwards."""
-    x, z = mesh.nodes.T
+    x, z = mesh.places.T
     faces = (np.flatnonzero(np.abs(x - end) < 1e-9) for end in (mesh.x[0], mesh.x[-1]))
     return [face[np.argsort(z[face])] for face in faces]
 
 
 def top_faces(mesh: Section, half: float) -> list[Indices]:
     """Return the nodes of the top face left and right of a target of half width `half`, outwards from its edge."""
-    x, z = mesh.nodes.T
+    x, z = mesh.places.T
     if mesh.x[-1] - half < 1e-9:
         return []
     faces = (np.flatnonzero((z > 1.0 - 1e-9) & (side * x > half - 1e-9)) for side in (-1.0, 1.0))
@@ -92,19 +94,23 @@ def top_faces(mesh: Section, half: float) -> list[Indices]:
 
 
 @lru_cache(maxsize=32)
-def _mesh(half_layer: float, half_target: float, cells: int, grading: float, fan: bool) -> Section:
-    """Mesh of a layer and a target of some half widths; many bodies share one."""
-    breaks = [-half_layer, -half_target, half_target, half_layer]
-    if half_layer - half_target < 1e-9:
-        breaks = [-half_layer, half_layer]
+def _mesh(edges: Fillet, cells: int, grading: float, fan: bool) -> Section:
+    """Mesh of a layer and a target of some half widths, with an edge radius or with none; many bodies share one."""
+    _, half_layer, half_target = edges
+    if edges.radius > 0.0:
+        mesh = section(*fillet_lines(edges, cells, grading), partial(drawn_in, edges))
+        corners = [] if edges.flush else [(side * half_target, 1.0) for side in (-1.0, 1.0)]
+        return fanned(mesh, np.array(corners)) if fan and corners else mesh
+    breaks = [-half_layer, half_layer] if edges.flush else [-half_layer, -half_target, half_target, half_layer]
     counts = [matched_cells(b - a, 1.0, cells, grading) for a, b in zip(breaks[:-1], breaks[1:], strict=True)]
     mesh = section(graded_lines(breaks, counts, grading), graded_lines([0.0, 1.0], [cells], grading))
-    return fanned(mesh, np.array(_corners(half_layer, half_target))) if fan else mesh
+    corners = [(side * half, z) for half, z in ((half_layer, 0.0), (half_target, 1.0)) for side in (-1.0, 1.0)]
+    return fanned(mesh, np.array(corners)) if fan else mesh
 
 
-def _corners(half_layer: float, half_target: float) -> list[tuple[float, float]]:
-    """Where the layer's free faces meet ground and target."""
-    return [(side * half, z) for half, z in ((half_layer, 0.0), (half_target, 1.0)) for side in (-1.0, 1.0)]
+def _radius(elastomer: Elastomer) -> float:
+    """Edge radius [thicknesses]; 0 for sharp edges."""
+    return (elastomer.edge_radius or 0.0) / elastomer.thickness
 
 
 def _contacts(mesh: Section, half: float, give: float) -> tuple[Part, ...]:
