@@ -21,10 +21,10 @@ COSTS: dict[tuple[str, str], tuple[tuple[float, float, float], ...]] = {
     ("mechanics", "linear"): ((1e-2, 0.1, 1e-3), (0.0, 0.4, 1e-3)),
     ("mechanics", "planar"): ((1e-2, 0.2, 0.15), (0.0, 0.3, 0.6)),
     ("mechanics", "block"): ((2e-2, 0.3, 0.4), (0.0, 1.0, 3.0)),
-    ("magnetics", "planar"): ((1e-2, 0.1, 1e-4), (1e-3, 0.3, 1e-4), (0.0, 3.0, 3e-4)),
-    ("magnetics", "planar-fem"): ((1e-3, 0.2, 0.6), (0.0, 0.5, 3.0)),
-    ("magnetics", "axisymmetric"): ((1e-3, 0.3, 1e-3), (0.0, 3.0, 3e-3)),
-    ("magnetics", "sheets"): ((1e-2, 3.0, 1e-3), (2e-3, 10.0, 1e-3), (0.0, 30.0, 2e-3)),
+    ("magnetics", "planar"): ((1e-2, 0.04, 1e-5), (1e-3, 0.15, 2e-5), (1e-4, 0.6, 2e-5), (0.0, 3.2, 6e-5)),
+    ("magnetics", "planar-fem"): ((1e-2, 0.1, 0.12), (1e-3, 0.1, 0.22), (1e-4, 0.1, 0.75), (0.0, 0.1, 3.2)),
+    ("magnetics", "axisymmetric"): ((1e-2, 0.06, 2e-6), (1e-3, 0.13, 2e-6), (0.0, 1.1, 2e-6)),
+    ("magnetics", "sheets"): ((1e-2, 0.7, 1e-4), (5e-3, 1.5, 2e-4), (2e-3, 5.5, 2e-4), (0.0, 9.0, 2e-4)),
 }
 """Seconds by half and model: from each tolerance on, once for a scene and for each load or pose; as measured."""
 _MOST = 10_000  # values of a range
