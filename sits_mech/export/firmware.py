@@ -158,16 +158,26 @@ def write_header(source: Source, path: Path) -> tuple[str, ...]:
         raise SceneError(f"--to c: must have a region where codes belong to one force; there is none: {regions}")
     write_text(path, header(source, found))
     size = found.table.shape[1]
-    missed = float(found.cal.map.error.max())
-    milli = zip(_FORCES, 1e3 * missed * _worth(found.cal), strict=True)
-    force = ", ".join(f"{each:.2g} mN of {name}" for name, each in milli)
     notes = [
         f"table of {size} x {size} nodes, within {found.error:.2g} codes of the map",
-        f"the map foretells loads that are left out to {missed:.3g} codes: {force}",
+        f"the map foretells loads that are left out to {_in_words(found.cal, float(found.cal.map.error.max()))}",
+        f"the loads' own estimated errors are up to {_in_words(found.cal, _own_error(source))}",
     ]
     if lost > 0.0:
         notes.append(f"{lost:.1%} of the cells have no answer: {'; '.join(found.cal.domain.regions) or 'no results'}")
     return tuple(notes)
+
+
+def _own_error(source: Source) -> float:
+    """Return the largest estimated error of a load of the table, by its inductance, in codes."""
+    read = readings(source.sensor, source.data)
+    return 0.0 if read.codes is None else float(np.nanmax(0.5 * read.codes * read.error_L / read.L))
+
+
+def _in_words(cal: Calibration, codes: float) -> str:
+    """Return an error in codes and what it makes of each force."""
+    milli = zip(_FORCES, 1e3 * codes * _worth(cal), strict=True)
+    return f"{codes:.3g} codes: " + ", ".join(f"{each:.2g} mN of {name}" for name, each in milli)
 
 
 def _worth(cal: Calibration) -> Array:
@@ -191,7 +201,8 @@ def header(source: Source, found: CodeTable) -> str:
         part="converter" if front is None else front.part.name,
         fx_low=f"{cal.low[0]:.4g}", fx_high=f"{cal.high[0]:.4g}", fz_low=f"{cal.low[1]:.4g}",
         fz_high=f"{cal.high[1]:.4g}",
-        table_error=f"{found.error:.2g}", map_error=f"{cal.map.error.max():.3g}", value_bits=found.fraction + 8,
+        table_error=f"{found.error:.2g}", map_error=f"{cal.map.error.max():.3g}", own_error=f"{_own_error(source):.3g}",
+        value_bits=found.fraction + 8,
         newtons_x=f"{worth[0]:.3g}", newtons_z=f"{worth[1]:.3g}",
         nx=found.table.shape[1], nz=found.table.shape[2], fraction=found.fraction,
         low=_row(low), range=_row(high - low), rest=_row(np.rint(cal.forward(*none)).astype(np.int64)),

@@ -2,7 +2,7 @@
 
 For every coil over all loads, L from L_low to L_high with R_p from R_p_low to R_p_high:
 
-    input divider      2 above 8.75 MHz or where f >= f_ref / 4, else 1      (LDC1101: 1, 2, 4 or 8)
+    input divider      2 from 8.75 MHz on or where f >= f_ref / 4, else 1      (LDC1101: 1, 2, 4 or 8)
     SETTLECOUNT        at least Q f_ref / (16 f), for the amplitude to settle after the switch to a channel
     drive              the largest current whose amplitude (4/pi) R_p I stays below the greatest allowed at R_p_high
                        (LDC1101 regulates: the largest R_p_min below 0.8 R_p_low)
@@ -30,7 +30,7 @@ from sits_mech.readout.converter import (
     tank_frequency,
 )
 
-_DIVIDE_ABOVE = 8.75e6  # [Hz] SNOSCY9A, table of CHx_FIN_DIVIDER
+_DIVIDE_FROM = 8.75e6  # [Hz] SNOSCY9A, registers CLOCK_DIVIDERSx: at least 2 from here on
 _WORKS_DOWN_TO = 0.5  # [V] peak, of the LDC161x
 _DEGLITCH = ((1e6, 0b001), (3.3e6, 0b100), (10e6, 0b101), (33e6, 0b111))  # bandwidth [Hz] and its code
 _R_P_MIN = (96e3, 48e3, 24e3, 12e3, 6e3, 3e3, 1.5e3, 0.75e3)  # [ohm] of the LDC1101, in the order of its codes
@@ -163,7 +163,7 @@ def _dividers(part: Converter, highest: float, clock: float, coils: int) -> tupl
     reference_divider = int(np.ceil(clock / limit - 1e-9))
     reference = clock / reference_divider
     options = (1, 2, 4, 8) if part.channels == 1 else (1, 2)
-    fits = [d for d in options if highest / d < reference / part.ratio and (d > 1 or highest <= _DIVIDE_ABOVE)]
+    fits = [d for d in options if highest / d < reference / part.ratio and (d > 1 or highest < _DIVIDE_FROM)]
     return (fits[0] if fits else options[-1]), reference_divider
 
 

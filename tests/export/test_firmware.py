@@ -12,6 +12,7 @@ from sits_mech.export.firmware import code_calibration, code_table, header, writ
 from sits_mech.export.formats import export
 from sits_mech.export.source import Source
 from sits_mech.readout.calibration import AMBIGUOUS, OK, OUTSIDE, Calibration, calibration_of
+from sits_mech.report.codes import readings
 from sits_mech.report.folder import read_calibration
 from sits_mech.sensor import changed
 
@@ -154,13 +155,22 @@ def test_table_is_fine_enough(source: Source) -> None:
     assert np.abs(found.table).max() < 2**22
 
 
+def test_says_what_its_table_is_worth(source: Source, tmp_path: Path) -> None:
+    """code = C L^-1/2: a load's error is half its relative error of L, in codes; the header and the notes say it."""
+    read = readings(source.sensor, source.data)
+    off = float(np.max(0.5 * read.codes * read.error_L / read.L))
+    notes = write_header(source, tmp_path / "table.h")
+    assert notes[2].startswith(f"the loads' own estimated errors are up to {off:.3g} codes: ")
+    assert f"own estimated errors are up to {off:.3g} codes" in (tmp_path / "table.h").read_text(encoding="utf-8")
+
+
 def test_failed_loads_are_outside(source: Source, tmp_path: Path) -> None:
     """Without the loads of a corner the header still stands, and refuses readings of that corner."""
     data = source.data.copy(deep=True)
     data["status"] = data["status"].astype(object)
     for x, z in ((4, 3), (4, 2), (3, 3)):
         data["status"][x, z] = "stalled"
-    assert write_header(Source(source.sensor, data), tmp_path / "table.h")[2].endswith("no results")
+    assert write_header(Source(source.sensor, data), tmp_path / "table.h")[-1].endswith("no results")
     cal = code_calibration(source)
     codes = np.rint(cal.forward([1.0, 0.0], [3.0, 1.0]))
     assert list(asked(compiled(tmp_path), "f", codes)[0]) == [STATUS[OUTSIDE], 0]
