@@ -20,7 +20,7 @@ from skfem import Basis, Mesh
 from skfem.element import Element, ElementHex2, ElementTetCCR
 
 from sits_mech.mechanics.block_energy import SolidEnergy, cofactor, stress_and_tangent
-from sits_mech.mechanics.forms import Section, Tangent
+from sits_mech.mechanics.forms import Section, Tangent, summed
 from sits_mech.quantities import Array
 
 BRICK, TETRAHEDRON = ElementHex2(), ElementTetCCR()
@@ -91,8 +91,7 @@ def solid_tangent(mesh: Section, law: SolidEnergy, K: float, u: Array, pressure:
     P = mesh.weights[..., None] * P + p_at[..., None] * H
     n = mesh.dofs.shape[1]
     B = mesh.B.reshape(e, -1, n)
-    forces = np.zeros(mesh.nodes.size)
-    np.add.at(forces, mesh.dofs, (P.reshape(e, 1, -1) @ B)[:, 0])
+    forces = summed(mesh.dofs, P.reshape(e, 1, -1) @ B, mesh.nodes.size)
     p_geometric = p_at if pressure is None else np.einsum("em,emq->eq", pressure, mesh.chi)
     A *= mesh.weights[..., None, None]
     A += p_geometric[..., None, None] * L

@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from sits_mech.mechanics.assembly import Pattern, pattern
 from sits_mech.mechanics.block_energy import SolidEnergy
 from sits_mech.mechanics.energy import PlaneEnergy
 from sits_mech.mechanics.forms import (
@@ -28,7 +30,10 @@ from sits_mech.quantities import Array
 
 
 class Term(NamedTuple):
-    """A part of the energy, its forces (n + 3,) on the n displacements and q, its stiffness as triplets of these."""
+    """A part of the energy, its forces (n + 3,) on the n displacements and q, its stiffness as triplets of these.
+
+    Their rows and columns are the same in every state.
+    """
 
     energy: float
     forces: Array
@@ -74,7 +79,7 @@ class Bonded:
     X : ndarray, shape (n,)
         Their distances from the target's centre [thicknesses].
     rows, columns : ndarray
-        Sparsity of the element stiffnesses.
+        Sparsity of the element stiffnesses; that of the parts they tell themselves, the same in every state.
     element : Element
         What the mesh is made of.
     parts : tuple of callable
@@ -95,6 +100,19 @@ class Bonded:
     element: Element = PLANE
     parts: tuple[Part, ...] = ()
     guarded: bool = False
+
+    @cached_property
+    def pattern(self) -> Pattern:
+        """Where the entries of the stiffnesses go."""
+        n = self.mesh.nodes.size
+        terms = [part(np.zeros(n), np.zeros(3)) for part in self.parts]
+        rows, columns = (
+            np.concatenate([own, *others])
+            for own, others in (
+                (self.rows, [term.rows for term in terms]), (self.columns, [term.columns for term in terms])
+            )
+        )
+        return pattern(rows, columns, self.free, np.concatenate([self.bonded.ravel(), n + np.arange(3)]))
 
 
 @dataclass(frozen=True)

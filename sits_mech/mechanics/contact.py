@@ -29,7 +29,7 @@ from typing import Literal
 import numpy as np
 
 from sits_mech.mechanics.body import Term
-from sits_mech.mechanics.forms import H_J, Indices, Section, deformation, plane_cofactor
+from sits_mech.mechanics.forms import H_J, Indices, Section, deformation, plane_cofactor, summed
 from sits_mech.quantities import Array
 
 Plane = Literal["ground", "plane", "wall"]
@@ -98,17 +98,16 @@ class Contact:
         dofs = 2 * self.face.nodes[:, :, None] + np.arange(2)
         place = self.face.rest + np.einsum("ma,mai->mi", self.face.shape, u[dofs])
         energy, slope, curvature = self._of_place(place, q)
-        near = np.flatnonzero(energy)  # m, then on (x, z, q): 5
-        weight, shape = self.face.weight[near], self.face.shape[near]
-        spread = np.zeros((len(near), 5, 9))
+        weight, shape = self.face.weight, self.face.shape
+        spread = np.zeros((len(place), 5, 9))  # on (x, z, q): 5
         spread[:, 0, 0:6:2] = spread[:, 1, 1:6:2] = shape
         spread[:, [2, 3, 4], [6, 7, 8]] = 1.0
-        numbers = np.concatenate([dofs[near].reshape(-1, 6), np.tile(n + np.arange(3), (len(near), 1))], axis=1)
-        forces = np.zeros(n + 3)
-        np.add.at(forces, numbers, np.einsum("m,mi,mij->mj", weight, slope[near], spread))
-        stiffness = spread.transpose(0, 2, 1) @ (weight[:, None, None] * curvature[near]) @ spread
+        numbers = np.concatenate([dofs.reshape(-1, 6), np.tile(n + np.arange(3), (len(place), 1))], axis=1)
+        on = (weight[:, None, None] * slope[:, None]) @ spread
+        forces = summed(numbers, on, n + 3)
+        stiffness = spread.transpose(0, 2, 1) @ (weight[:, None, None] * curvature) @ spread
         rows, columns = np.repeat(numbers, 9, axis=1).ravel(), np.tile(numbers, (1, 9)).ravel()
-        return Term(float(weight @ energy[near]), forces, rows, columns, stiffness.ravel())
+        return Term(float(weight @ energy), forces, rows, columns, stiffness.ravel())
 
     def _of_place(self, place: Array, q: Array) -> tuple[Array, Array, Array]:
         """Energy per length, its slope and curvature in (x, z, d_h, d_z, alpha) of every point."""
@@ -182,8 +181,8 @@ class Guard:
         F, J = deformation(replace(mesh, B=mesh.node_B), u)
         H, B = plane_cofactor(F), mesh.node_B.reshape(e, -1, 18)
         first, second = self.kappa * mesh.node_weights * (1.0 - 1.0 / J), self.kappa * mesh.node_weights / J**2
-        forces = np.zeros(len(u) + 3)
-        np.add.at(forces, mesh.dofs, ((first[..., None] * H).reshape(e, 1, -1) @ B)[:, 0])
+        on = (first[..., None] * H).reshape(e, 1, -1) @ B
+        forces = summed(mesh.dofs, on, len(u) + 3)
         C = H_J * first[..., None, None] + second[..., None, None] * H[..., :, None] * H[..., None, :]
         stiffness = B.transpose(0, 2, 1) @ (C @ mesh.node_B).reshape(e, -1, 18)
         energy = self.kappa * float((mesh.node_weights * (J - 1.0 - np.log(J))).sum())

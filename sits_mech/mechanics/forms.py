@@ -163,6 +163,11 @@ def deformation(mesh: Section, u: Array) -> tuple[Array, Array]:
     return F, F[..., 0] * F[..., 3] - F[..., 1] * F[..., 2]
 
 
+def summed(places: Indices, values: Array, size: int) -> Array:
+    """Return the sums, shape (size,), of the values that go to each place; both arrays in one order."""
+    return np.asarray(np.bincount(places.ravel(), values.ravel(), size), dtype=np.float64)
+
+
 def plane_cofactor(F: Array) -> Array:
     """Return ``H = dJ/dF`` of F, both of shape (..., 4)."""
     return np.asarray(F[..., ::-1] * np.array([1.0, -1.0, -1.0, 1.0]))
@@ -214,8 +219,7 @@ def tangent(mesh: Section, law: PlaneEnergy, K: float, u: Array, pressure: Array
     p_at = np.einsum("em,emq->eq", p, mesh.chi)  # carries the weights
     P = mesh.weights[..., None] * (2.0 * d.w_s[..., None] * F + d.w_J[..., None] * H) + p_at[..., None] * H
     B = mesh.B.reshape(e, -1, 18)
-    forces = np.zeros(2 * len(mesh.nodes))
-    np.add.at(forces, mesh.dofs, (P.reshape(e, 1, -1) @ B)[:, 0])
+    forces = summed(mesh.dofs, P.reshape(e, 1, -1) @ B, mesh.nodes.size)
     p_geometric = p_at if pressure is None else np.einsum("em,emq->eq", pressure, mesh.chi)
     C = H_J * (mesh.weights * d.w_J + p_geometric)[..., None, None]
     C = C + np.eye(4) * (2.0 * mesh.weights * d.w_s)[..., None, None]

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sits_mech.mechanics.body import Bonded, Element, State, packed, rest, smallest_volume
-from sits_mech.mechanics.newton import FREE, MOST, SETTLED, Held, compliance, newton, stable
+from sits_mech.mechanics.newton import FREE, MOST, SETTLED, Held, compliance, felt, newton, stable
 from sits_mech.quantities import Array
 
 __all__ = ["Bonded", "Element", "Outcome", "State", "compliance", "follow", "packed", "rest"]
@@ -78,9 +78,9 @@ def follow(
     for _ in range(_STEPS):
         target = min(1.0, at + increment)
         goal = (1.0 - target) * goals[0] + target * goals[1]
-        trial = newton(body, replace(here, iterations=0), goal, held)
+        trial, stiffness = newton(body, replace(here, iterations=0), goal, held)
         spent += trial.iterations
-        least, reason = _verdict(body, trial, held)
+        least, reason = _verdict(body, trial, stiffness, held)
         if not reason:
             here, at = replace(trial, iterations=spent, min_J=least), target
             increment *= 2.0 if trial.iterations <= _EASY else 1.0
@@ -93,11 +93,13 @@ def follow(
     return Outcome(replace(here, iterations=spent), at, reason)
 
 
-def _verdict(body: Bonded, trial: State, held: Held) -> tuple[float, str]:
+def _verdict(body: Bonded, trial: State, stiffness: Array | None, held: Held) -> tuple[float, str]:
     """Smallest J of a trial, and what speaks against it."""
     if trial.residual > SETTLED or not np.isfinite(trial.residual):
         return trial.min_J, "lost"
     least = smallest_volume(body, trial.u, everywhere=True)
     if not least > 0.0:
         return least, "inverted"
-    return least, "" if stable(body, trial, held) else "buckled"
+    if held.all() or stable(felt(body, trial) if stiffness is None else stiffness, held):
+        return least, ""
+    return least, "buckled"

@@ -1,0 +1,109 @@
+"""How do element stiffnesses become the equations of a layer whose target is three numbers? Straight, by a fixed map.
+
+The displacements are free, or bonded to the target and follow q with ``T = du_bonded/dq``, or held. Entries of
+element stiffnesses go
+
+    free x free        to K, a sparse matrix whose pattern stays,
+    free x bonded      times T to the side C (m, 3),
+    bonded x bonded    times T on both sides to the corner D (3, 3),
+
+a sum over repeated places each. Free displacements are numbered so that elimination fills in little, found once for a
+mesh. The equations ``K dx + C dq = -g``, ``C^T dx + D dq = -g_q`` are solved for dq first, by the stiffness that the
+target feels, ``S = D - C^T K^-1 C``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from sits_mech.mechanics.forms import Indices, summed
+from sits_mech.quantities import Array
+
+
+class _Sums(NamedTuple):
+    """Which entries are summed, where to, and which rows of T they take."""
+
+    entries: Indices
+    places: Indices
+    taken: Indices
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """Where the stiffnesses' entries of one mesh go.
+
+    Attributes
+    ----------
+    free : ndarray, shape (m,)
+        Numbers of the free displacements in the order of elimination.
+    border : ndarray, shape (b,)
+        Numbers of the bonded displacements and of q.
+    """
+
+    free: Indices
+    border: Indices
+    _indices: Indices
+    _indptr: Indices
+    _inner: _Sums
+    _side: _Sums
+    _corner: _Sums
+
+    def equations(self, values: Array, T: Array) -> tuple[sparse.csc_matrix, Array, Array]:
+        """Return K, C, D of stiffness entries; T, shape (b, 3), moves the border by q."""
+        m, b = len(self.free), len(self.border)
+        data = summed(self._inner.places, values[self._inner.entries], len(self._indices))
+        K = sparse.csc_matrix((data, self._indices, self._indptr), shape=(m, m))
+        side, corner = values[self._side.entries, None] * T[self._side.taken], values[self._corner.entries]
+        C = np.stack([summed(self._side.places, column, m) for column in side.T], axis=1)
+        return K, C, T.T @ summed(self._corner.places, corner, b * b).reshape(b, b) @ T
+
+
+def pattern(rows: Indices, columns: Indices, free: Indices, border: Indices) -> Pattern:
+    """Return where entries at rows and columns go.
+
+    Parameters
+    ----------
+    rows, columns : ndarray
+        Numbers of displacements and of q of every entry; what is neither free nor border is held.
+    free, border : ndarray
+    """
+    natural = _pattern(rows, columns, free, border)
+    m = len(free)
+    K = sparse.csc_matrix((np.ones(len(natural._indices)), natural._indices, natural._indptr), shape=(m, m))
+    dominant = (K + sparse.diags(np.full(m, 2.0 * m))).tocsc()
+    order = splu(dominant, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.0).perm_c
+    return _pattern(rows, columns, free[np.argsort(order)], border)
+
+
+def solved_in_order(K: sparse.csc_matrix, right: Array) -> Array | None:
+    """Return the solution of a system whose order of elimination is its own; None where it is singular."""
+    try:
+        factor = splu(K, permc_spec="NATURAL", options={"SymmetricMode": True}, diag_pivot_thresh=0.01)
+    except RuntimeError:
+        return None
+    x = factor.solve(right)
+    return x if np.all(np.isfinite(x)) else None
+
+
+def _pattern(rows: Indices, columns: Indices, free: Indices, border: Indices) -> Pattern:
+    """Pattern in a given order of the free displacements."""
+    size, m, b = 1 + max(int(rows.max()), int(border.max())), len(free), len(border)
+    inner, outer = np.full(size, -1), np.full(size, -1)
+    inner[free], outer[border] = np.arange(m), np.arange(b)
+    both = np.flatnonzero((inner[rows] >= 0) & (inner[columns] >= 0))
+    key = inner[columns[both]] * np.int64(m) + inner[rows[both]]
+    kept, places = np.unique(key, return_inverse=True)
+    indptr = np.searchsorted(kept, np.arange(m + 1) * np.int64(m))
+    side = np.flatnonzero((inner[rows] >= 0) & (outer[columns] >= 0))
+    corner = np.flatnonzero((outer[rows] >= 0) & (outer[columns] >= 0))
+    none = np.zeros(0, dtype=np.int64)
+    return Pattern(
+        free, border, (kept % m).astype(np.int32), indptr.astype(np.int32), _Sums(both, places.ravel(), none),
+        _Sums(side, inner[rows[side]], outer[columns[side]]),
+        _Sums(corner, outer[rows[corner]] * b + outer[columns[corner]], none),
+    )
