@@ -22,6 +22,7 @@ from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.layer import linear_layer, planar_layer
+from sits_mech.mechanics.strip import strip_layer
 from sits_mech.omissions import mirrored
 from sits_mech.plan import MAGNETIC_SHARE, Choice, Plan, choose_magnetics, choose_mechanics
 from sits_mech.quantities import Equilibrium, Impedance, MagneticModel, MechanicalModel, Pose, Wrench
@@ -35,6 +36,7 @@ MECHANICS: Mapping[str, Callable[[Sensor, float], MechanicalModel]] = {
     "planar": planar_layer,
     "linear": linear_layer,
     "block": block_pad,
+    "closed-form": strip_layer,
 }
 """The mechanical models by name; each factory takes a sensor and a tolerance."""
 MAGNETICS: Mapping[str, Callable[[Sensor, float], MagneticModel]] = {

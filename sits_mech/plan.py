@@ -18,6 +18,7 @@ from sits_mech.units import SceneError, quantity, shown
 
 MAGNETIC_SHARE = 0.1  # of the tolerance that is asked of the magnetics: it is much the cheaper half
 COSTS: dict[tuple[str, str], tuple[tuple[float, float, float], ...]] = {
+    ("mechanics", "closed-form"): ((0.0, 0.0, 1e-5),),
     ("mechanics", "linear"): ((1e-2, 0.1, 1e-3), (0.0, 0.4, 1e-3)),
     ("mechanics", "planar"): ((1e-2, 0.2, 0.15), (0.0, 0.3, 0.6)),
     ("mechanics", "block"): ((2e-2, 0.3, 0.4), (0.0, 1.0, 3.0)),

@@ -69,7 +69,7 @@ class Place:
 class Models:
     """Which model takes each half, and to what relative error."""
 
-    mechanics: Annotated[str, Parameter(help="auto, block, planar or linear.")] = "auto"
+    mechanics: Annotated[str, Parameter(help="auto, block, planar, linear or closed-form.")] = "auto"
     magnetics: Annotated[str, Parameter(help="auto, planar, planar-fem, axisymmetric or sheets.")] = "auto"
     tolerance: Tolerance = 1e-2
 

@@ -1,0 +1,58 @@
+"""The layer by formula: within its stated error of finite elements, refused where the formulas do not hold."""
+
+import numpy as np
+import pytest
+
+from sits_mech.chain import simulate
+from sits_mech.mechanics.layer import linear_layer, planar_layer
+from sits_mech.mechanics.strip import strip_layer
+from sits_mech.quantities import Pose, Wrench
+from sits_mech.sensor import SceneError, Sensor, load_sensor
+
+
+def flush(shape: float, ratio: float = 1e4, extra: tuple[str, ...] = ()) -> Sensor:
+    """Return a flush layer 2 mm thick of a shape factor and a ratio of moduli, a metre long."""
+    law = f'elastomer.material={{law="neo-hookean", shear_modulus=3e4, bulk_modulus={3e4 * ratio}}}'
+    width = 4e-3 * shape
+    sizes = [f"elastomer.width={width}", f"target.width={width}", "elastomer.length=1.0"]
+    return load_sensor("biorob2018", [*sizes, law, *extra])
+
+
+def parts(pose: Pose) -> np.ndarray:
+    """Return shear, sink and tilt."""
+    return np.array([pose.d_h, 2e-3 - pose.d_v, pose.alpha])
+
+
+@pytest.mark.parametrize("shape", [1.0, 2.0, 3.75, 8.0])
+@pytest.mark.parametrize("ratio", [1e3, 1e5])
+def test_within_its_error_of_finite_elements(shape: float, ratio: float) -> None:
+    """Each component of a small combined load; the error says what the formulas miss, no more than 7 %."""
+    sensor, wrench = flush(shape, ratio), Wrench(1e-3, 1e-3, 1e-6)
+    found, true = strip_layer(sensor).equilibrium(wrench), linear_layer(sensor, 1e-3).equilibrium(wrench)
+    assert np.all(np.abs(parts(found.pose) - parts(true.pose)) <= [found.error.d_h, found.error.d_v, found.error.alpha])
+    assert found.report.estimated_error < 0.07
+
+
+def test_small_strain_is_part_of_the_error() -> None:
+    """At some percent of strain the nonlinear layer is still within it."""
+    sensor = flush(3.75)
+    wrench = Wrench(100.0, 1000.0)
+    found, true = strip_layer(sensor).equilibrium(wrench), planar_layer(sensor, 1e-2).equilibrium(wrench)
+    assert np.all(np.abs(parts(found.pose) - parts(true.pose)) <= [found.error.d_h, found.error.d_v, found.error.alpha])
+
+
+@pytest.mark.parametrize(
+    ("keys", "why"),
+    [(["elastomer.width=0.02"], "flush"), (["elastomer.thickness=0.006"], "twice as wide"), (["target=1"], "target")],
+)
+def test_refused_where_the_formulas_do_not_hold(keys: list[str], why: str) -> None:
+    """One line that says what must be."""
+    with pytest.raises(SceneError, match=why):
+        strip_layer(flush(2.0, extra=tuple(keys)))
+
+
+def test_the_chain_takes_it_by_name() -> None:
+    """A load in microseconds, the error with it."""
+    found = simulate(flush(2.0), Wrench(1.0, 5.0), tolerance=0.1, mechanics="closed-form")
+    assert found.equilibrium.report.model == "closed-form" and found.equilibrium.report.seconds < 0.1
+    assert found.signals.error_L_v_percent > 0.0
