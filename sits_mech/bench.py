@@ -187,6 +187,30 @@ def sensor_front_end(
     return found, (*missing, f"R is that at {sensor.frequency:.4g} Hz")
 
 
+def branches(sensor: Sensor, data: xr.Dataset, points: int = 41) -> tuple[Array, Array]:
+    """Return the inductances of each coil at the same loads while the last cycle rises and falls, shape (m, n) [H].
+
+    Parameters
+    ----------
+    sensor : Sensor
+        What was loaded.
+    data : Dataset
+        As from `load_cycle`; its last cycle starts and ends without load.
+    points : int
+        Loads, even from none to the peak.
+    """
+    free = np.diagonal(data["L0"].to_numpy())
+    L = np.diagonal(data["L"].transpose("time", "coil", "coil_2").to_numpy(), axis1=-2, axis2=-1)
+    L = L if data.attrs["unit_L"] == "H" else L / free * free_inductances(sensor)
+    share = data["share"].to_numpy()
+    last = int(np.flatnonzero(share == share.max())[-1])
+    first = int(np.flatnonzero(share[:last] == share.min())[-1])
+    grid = np.linspace(share[first], share[last], points)
+    ways = (slice(first, last + 1), slice(None, last - 1 if last else None, -1))
+    rising, falling = ([np.interp(grid, share[way], coil[way]) for coil in L.T] for way in ways)
+    return np.array(rising).T, np.array(falling).T
+
+
 def operating_points(sensor: Sensor, model: MagneticModel, pose: Pose) -> tuple[OperatingPoint, ...]:
     """Return where each coil swings with the readout's capacitance at a pose: L and f solved together.
 

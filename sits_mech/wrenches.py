@@ -5,22 +5,30 @@
 the second factor the layer's compliance at small strain, the first a central difference of the magnetic model. The
 components of the other plane are those of the scene turned by a quarter about z: coils, target and elastomer change x
 with y. M_z turns the target about its own axis, which the models do not have: a disc shows nothing of it, nor does, to
-first order, a target over coils that mirror each other.
+first order, a target over coils that mirror each other. `components_told` says which components the coils tell apart.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 
 import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
 
+from sits_mech.bench import free_inductances
+from sits_mech.chain import magnetic_model, mechanical_model
 from sits_mech.quantities import Array, MagneticModel, MechanicalModel, Pose, Wrench
+from sits_mech.readout.observability import Observability, observability
 from sits_mech.sensor import SceneError, Sensor
 
 COMPONENTS = ("F_x", "F_z", "M_y", "F_y", "M_x")
 """Of a load [N, N m], as `wrench_slopes` orders them."""
 _STEP = 2e-3  # of the distance to the coils: steps of the differences
 _LOAD = 1e-3  # [N, N m / 1000]: small enough for small strain, large enough for rounding
+_TOLERANCE = 1e-2  # of the field in space: slopes at rest decide between seen and hidden
+_LEVER = 0.25  # of the target's sides: where the greatest normal force acts for the full scale of the moments
 
 
 def turned(sensor: Sensor) -> Sensor:
@@ -56,6 +64,40 @@ def wrench_slopes(
     other = turned(sensor)
     across = _plane(other, mechanics(other), magnetics(other))
     return np.hstack([own, across[:, [0, 2]]])
+
+
+def components_told(sensor: Sensor, data: xr.Dataset, noise: ArrayLike) -> Observability:
+    """Return which of `COMPONENTS` the coils of a calibrated sensor tell apart at rest, by the field in space.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        What was calibrated.
+    data : Dataset
+        As from `calibrate`: its mechanics, and its greatest forces as full scale. F_y has that of F_x; a moment that of
+        F_z acting a quarter of the target's side off its centre.
+    noise : array_like, shape (n,)
+        Standard deviation of each inductance [H].
+
+    Raises
+    ------
+    SceneError
+        When the scene cannot be turned, or the table has no F_x or F_z.
+    """
+    if sensor.target is None:
+        raise SceneError(f"{sensor.name}: target: must be given to bear a load; it is missing")
+    request = json.loads(data.attrs["request"])
+    F_x, F_z = (float(np.abs(data[name]).max()) for name in ("F_x", "F_z"))
+    if not (F_x > 0.0 and F_z > 0.0):
+        raise SceneError(f"table: must reach beyond zero in F_x and F_z; got {F_x:g} and {F_z:g} N")
+    width, length = sensor.target.extent
+    slopes = wrench_slopes(
+        sensor,
+        lambda scene: mechanical_model(scene, request["mechanics"], request["tolerance"])[0],
+        lambda scene: magnetic_model(scene, "sheets", _TOLERANCE)[0],
+    )
+    full_scale = [F_x, F_z, _LEVER * width * F_z, F_x, _LEVER * length * F_z]
+    return observability(COMPONENTS, slopes, np.asarray(noise, dtype=float) / free_inductances(sensor), full_scale)
 
 
 def _plane(sensor: Sensor, layer: MechanicalModel, field: MagneticModel) -> Array:

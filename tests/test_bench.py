@@ -22,6 +22,22 @@ def sensor() -> Sensor:
     return load_sensor("biorob2018-w15")
 
 
+def test_branches_of_a_loop(sensor: Sensor) -> None:
+    """Two triangles whose falling half lags by 0.1 s (1 - s) s: both branches by formula, of the last cycle."""
+    time = np.linspace(0.0, 2.0, 401)
+    share = 1.0 - np.abs(2.0 * (time % 1.0) - 1.0)
+    lag = np.where(time % 1.0 > 0.5, 0.1 * share * (1.0 - share), 0.0) + np.where(time < 1.0, 0.3 * share, 0.0)
+    data = xr.Dataset(coords={"time": time, "coil": ["C1", "C2"], "coil_2": ["C1", "C2"]}, attrs={"unit_L": "H"})
+    data["L"] = (("time", "coil", "coil_2"), (2e-6 * (1.0 - 0.1 * (share - lag)))[:, None, None] * np.eye(2))
+    data["L0"], data["share"] = (("coil", "coil_2"), 2.5e-6 * np.eye(2)), ("time", share)
+    s = np.linspace(0.0, 1.0, 41)
+    up, down = bench.branches(sensor, data)
+    np.testing.assert_allclose(up, np.tile(2e-6 * (1.0 - 0.1 * s), (2, 1)).T, rtol=1e-9)
+    np.testing.assert_allclose(down, np.tile(2e-6 * (1.0 - 0.1 * (s - 0.1 * s * (1.0 - s))), (2, 1)).T, rtol=1e-5)
+    per_metre = bench.branches(sensor, data.assign_attrs(unit_L="H/m"))[0]
+    np.testing.assert_allclose(per_metre, up / 2.5e-6 * bench.free_inductances(sensor), rtol=1e-12)
+
+
 def relative(F_x: np.ndarray, F_z: np.ndarray) -> np.ndarray:
     """L over L0 of two coils."""
     common, odd = 0.85 * np.exp(-0.01 * F_z) * (1.0 + 1e-3 * F_x**2), 0.01 * F_x * (1.0 + 0.05 * F_z)

@@ -74,3 +74,5 @@ def test_quality_command(
     said = capsys.readouterr()
     assert "modulus 100 %" in said.out and "default noise" in said.err
     assert cli.run(["quality", str(tmp_path), "--gap", "2 N"]) == 2
+    assert cli.run(["quality", str(tmp_path), "--period", "0 s"]) == 2
+    assert "period must be a positive time" in capsys.readouterr().err

@@ -4,10 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+import xarray as xr
 
+from sits_mech import wrenches
 from sits_mech.quantities import Equilibrium, Impedance, Pose, SolveReport, Wrench
+from sits_mech.report import quality_table
 from sits_mech.sensor import Coil, Sensor, load_sensor
-from sits_mech.wrenches import COMPONENTS, turned, wrench_slopes
+from sits_mech.wrenches import COMPONENTS, components_told, turned, wrench_slopes
 
 REPORT = SolveReport("by hand", 1, 1, 0.0, 0.0, 0.0)
 
@@ -68,3 +71,18 @@ def test_four_turns_are_none(four: Sensor) -> None:
     assert again.target == four.target and turned(four).target.width == four.target.length
     with pytest.raises(ValueError, match="must have a rectangle or disc on an elastomer"):
         turned(four.model_copy(update={"elastomer": None}))
+
+
+def test_what_four_coils_tell(four: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Coils that answer shear and moment alike, by x or y: full moments move them 1/130 as much, and stay unseen."""
+    monkeypatch.setattr(wrenches, "mechanical_model", lambda scene, *_: (Spring(scene.target.extent[0]), None))
+    monkeypatch.setattr(wrenches, "magnetic_model", lambda scene, *_: (Near(scene.coils), None))
+    forces = {"F_x": [-1.0, 1.0], "F_z": [0.0, 4.0]}
+    data = xr.Dataset(coords=forces, attrs={"request": '{"mechanics": "block", "tolerance": 0.01}'})
+    found = components_told(four, data, np.full(4, 1e-12))
+    assert found.told == ("F_x", "F_z", "F_y") and np.all(found.signal[3:] == pytest.approx(0.0, abs=1e-3))
+    assert sorted(line.split()[-1] for line in found.hidden) == ["M_x", "M_y"]
+    told, hidden = (row for row in quality_table._told_rows(quality_table.components_record(found)))
+    assert told[1].startswith("at rest, by the field in space: F_x to ") and hidden[1].endswith("; M_z")
+    with pytest.raises(ValueError, match="table: must reach beyond zero in F_x and F_z; got 0 and 4 N"):
+        components_told(four, data.isel(F_x=[0]).assign_coords(F_x=[0.0]), np.full(4, 1e-12))

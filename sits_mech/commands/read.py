@@ -12,7 +12,11 @@ from sits_mech.commands.options import Json, Quantity, app
 from sits_mech.console import answer, warn
 
 if TYPE_CHECKING:
+    import xarray as xr
+
+    from sits_mech.quantities import Array
     from sits_mech.readout.calibration import Calibration
+    from sits_mech.sensor import Sensor
 
 Folder = Annotated[Path, Parameter(help="Of a calibration: what was given to sits-mech calibrate -o.")]
 
@@ -99,6 +103,8 @@ def quality(
     folder: Folder, *, deviations: Deviations = Deviations(),
     noise: Annotated[Quantity | None, Parameter(help="Of an inductance; the converter's by default.")] = None,
     samples: Annotated[int, Parameter(help="Sensors to solve for the deviations, a power of two.")] = 32,
+    period: Annotated[Quantity | None, Parameter(help="Of a load to the table's end and back: hysteresis.")] = None,
+    components: Annotated[bool, Parameter(help="Which forces and moments, of six, do the coils tell apart?")] = False,
     as_json: Json = False,
 ) -> int:  # fmt: skip
     """Range, linearity, crosstalk, resolution, condition of a calibrated sensor; what tolerances make of it.
@@ -111,22 +117,29 @@ def quality(
     from sits_mech.console import progress_bar
     from sits_mech.readout import quality as figures
     from sits_mech.report.folder import read_calibration
-    from sits_mech.report.quality_table import quality_record, quality_tables
+    from sits_mech.report.quality_table import components_record, quality_record, quality_tables
     from sits_mech.tolerances import force_spread
     from sits_mech.units import quantity as written
+    from sits_mech.wrenches import components_told
 
     sensor, data = read_calibration(folder)
     cal, off = sensor_calibration(sensor, data), deviations.given()
     one = None if noise is None else written(noise, "H", "--noise")
     sizes = sensor_front_end(sensor, data)[0].noise if one is None else np.full(len(cal.coils), one)
-    found = figures.quality(cal, sizes, positions=[coil.centre[0] for coil in sensor.coils])
+    places, loop = [coil.centre[0] for coil in sensor.coils], None if period is None else _loop(sensor, data, period)
+    found = figures.quality(cal, sizes, positions=places, branches=loop)
     scatter = None
     if off:
         loads = cal.low + (cal.high - cal.low) * np.array([[0.5, 0.5], [0.75, 0.5], [0.75, 1.0]])
         with progress_bar("sensors") as progress:
             scatter = force_spread(sensor, data, off, loads.tolist(), samples=samples, progress=progress)
     record = quality_record(found, data, scatter) | {"noise": sizes.tolist()}
+    if components:
+        record["components"] = components_record(components_told(sensor, data, sizes))
     answer(record, quality_tables(record), as_json)
+    silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
+    if silicone is not None and (silicone.prony or silicone.mullins) and period is None:
+        warn("hysteresis: the silicone has prony or mullins; --period shows what they make of the forces")
     if one is None:
         warn("resolution: by the converter's default noise at its longest conversion; --noise takes what a board shows")
     return 0
@@ -161,6 +174,21 @@ def compare(
         warn(f"written to {output}")
     answer(comparison_record(found, names), [key_table(str(measured), comparison_rows(found))], as_json)
     return 0
+
+
+def _loop(sensor: Sensor, data: xr.Dataset, period: str) -> tuple[Array, Array]:
+    """Return the inductances of a table's largest load while it comes and goes, the second time."""
+    import json
+
+    from sits_mech.bench import branches
+    from sits_mech.cycle import load_cycle, triangle
+    from sits_mech.quantities import Wrench
+    from sits_mech.units import quantity
+
+    request = json.loads(data.attrs["request"])
+    models = {name: request[name] for name in ("mechanics", "magnetics", "tolerance")}
+    peak = Wrench(*(float(data[name].max()) for name in ("F_x", "F_z")))
+    return branches(sensor, load_cycle(sensor, peak, triangle(quantity(period, "s", "--period")), **models))
 
 
 def _inductance(cal: Calibration, k: int, text: str, per_metre: float | None) -> float:

@@ -101,9 +101,15 @@ def _models(sensor: Sensor, data: xr.Dataset, read: Readings) -> list[str]:
     if read.scaled:
         lines.append(
             "The magnetic model is per metre of depth. Microhenries and codes are its relative changes times the "
-            "coils' inductance in free space; effects of the target's ends in y are not in them."
+            "coils' inductance in free space; effects of the target's ends in y are not in them. Of a short target the "
+            "shear signal can be several times smaller in space: calibrate with --magnetics sheets where it matters."
         )
     layer, target = sensor.elastomer, sensor.target
+    if layer and (layer.silicone.prony or layer.silicone.mullins):
+        lines.append(
+            "The silicone relaxes or softens, the table is its first elastic answer: quality --period says "
+            "what a load that comes and goes makes of the forces."
+        )
     if mechanics != "block" and layer and target and target.extent[1] < 0.95 * layer.extent[1]:
         lines.append(
             f"The layer is solved as if the target were as long as the layer ({_mm(layer.extent[1])}); it is "

@@ -11,6 +11,7 @@ from rich.table import Table
 
 from sits_mech.quantities import Array, as_jsonable
 from sits_mech.readout.crosstalk import crosstalk, rotation_error
+from sits_mech.readout.observability import Observability
 from sits_mech.readout.quality import Quality
 from sits_mech.report.tables import key_table
 from sits_mech.tolerances import ForceSpread
@@ -63,6 +64,21 @@ def _signals(data: xr.Dataset) -> Record:
     return found
 
 
+def components_record(found: Observability) -> Record:
+    """Return which components of a load the coils tell apart, for a program."""
+    fine = {name: float(size) for name, size in zip(found.names, found.resolution, strict=True) if np.isfinite(size)}
+    return {"told": list(found.told), "resolution": fine, "hidden": list(found.hidden), "signal": found.signal.tolist()}
+
+
+def _told_rows(record: Record) -> list[tuple[str, str]]:
+    """Return which components are told and which are not, for a reader."""
+    units = {"F": "N", "M": "N m"}
+    told = [f"{name} to {size:.3g} {units[name[0]]}" for name, size in record["resolution"].items()]
+    hidden = "; ".join(record["hidden"]) or "nothing of these"
+    told_text = f"at rest, by the field in space: {', '.join(told) or 'none on its own'}"
+    return [("told apart", told_text), ("not seen", f"{hidden}; M_z")]
+
+
 def _scatter_record(scatter: ForceSpread) -> list[Record]:
     """Return deviation, interval and shares of each force at each load."""
     table, rows = scatter.table(), []
@@ -95,6 +111,9 @@ def quality_tables(record: Record) -> list[Table]:
     share = f"inverse for {100.0 * record['valid_share']:.4g} % of the loads"
     rows.append(("condition", f"{low:.3g} to {high:.3g}; {share}"))
     rows += [("no inverse", region) for region in record["no_inverse"]]
+    lag = [f"{100.0 * part:.3g} % of {name}" for name, part in record["hysteresis"].items() if np.isfinite(part)]
+    rows += [("hysteresis", f"{', '.join(lag)}, loading against unloading")] if lag else []
+    rows += _told_rows(record["components"]) if "components" in record else []
     signals = record["signals"]
     if "rotation_as_F_x" in signals:
         force, shift = signals["rotation_as_F_x"], 1e6 * signals["rotation_as_d_h"]
