@@ -22,10 +22,10 @@ def sweep(
 
     Example: sits-mech sweep study.toml -o widths -j 2
     """
-    from sits_mech.batch import run_study
-    from sits_mech.executors import workers
+    from sits_mech.batch.executors import workers
+    from sits_mech.batch.run import run_study
+    from sits_mech.batch.study import read_study
     from sits_mech.report.case_table import case_failures, case_table
-    from sits_mech.study import read_study
 
     asked = read_study(study)
     with workers(processes, dask) as executor, progress_bar("cases") as progress:

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.batch import run_study
+from sits_mech.batch.executors import workers
+from sits_mech.batch.run import run_study
+from sits_mech.batch.study import read_study
 from sits_mech.chain import calibrate, magnetic_model
 from sits_mech.cli import run
-from sits_mech.executors import workers
 from sits_mech.quantities import Pose
 from sits_mech.sensor import load_sensor
-from sits_mech.study import read_study
 from sits_mech.sweep import read_table
 from sits_mech.units import SceneError
 
@@ -199,7 +199,7 @@ def test_no_cluster_at_an_address(
 ) -> None:
     """One line that names the address."""
     pytest.importorskip("distributed")
-    monkeypatch.setattr("sits_mech.executors._PATIENCE", 1)
+    monkeypatch.setattr("sits_mech.batch.executors._PATIENCE", 1)
     path = written(tmp_path, HEAD + '[vary]\ndv = ["2 mm"]\n' + COARSE)
     assert run(["sweep", str(path), "-o", str(tmp_path / "out"), "--dask", "tcp://127.0.0.1:1"]) == 2
     assert "tcp://127.0.0.1:1" in capsys.readouterr().err

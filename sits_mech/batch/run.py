@@ -14,10 +14,10 @@ from typing import Any
 
 import xarray as xr
 
-from sits_mech.requests import Variant
+from sits_mech.batch.requests import Variant
+from sits_mech.batch.study import Study
 from sits_mech.scene import write_text
 from sits_mech.sensor import SceneError, scene_hash
-from sits_mech.study import Study
 from sits_mech.sweep import Progress, Row, save_table, sweep
 from sits_mech.units import si_label
 from sits_mech.version import __version__
