@@ -155,6 +155,8 @@ def _magnetic(sensor: Sensor, model: str) -> tuple[Omission, ...]:
     if model in ("planar", "planar-fem") and sensor.target is not None:
         reason = "a plane section stands for coils and plates: ask for sheets for what their ends are worth"
         found.append(Omission("ends along y", reason, math.nan))
+        if sensor.target.shape == "disc":
+            found.append(Omission("roundness of the target", "a strip as wide as its diameter stands for it", math.nan))
     if model != "planar-fem":
         found.append(Omission("mesh of the air", "nothing permeable: integral model"))
     if sensor.coils[0].winding == "spiral" and model != "sheets":
