@@ -86,6 +86,8 @@ class Bonded:
         What stores energy besides the elements.
     guarded : bool
         Whether one of the parts keeps J above zero at the elements' nodes, so that no step may pass it.
+    shared : callable or None
+        Gives the pattern where bodies of one mesh share it.
     """
 
     mesh: Section
@@ -100,10 +102,13 @@ class Bonded:
     element: Element = PLANE
     parts: tuple[Part, ...] = ()
     guarded: bool = False
+    shared: Callable[[], Pattern] | None = None
 
     @cached_property
     def pattern(self) -> Pattern:
         """Where the entries of the stiffnesses go."""
+        if self.shared is not None:
+            return self.shared()
         n = self.mesh.nodes.size
         terms = [part(np.zeros(n), np.zeros(3)) for part in self.parts]
         rows, columns = (

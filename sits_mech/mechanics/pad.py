@@ -15,6 +15,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
+from sits_mech.mechanics.assembly import Pattern, pattern
 from sits_mech.mechanics.body import Bonded, Part
 from sits_mech.mechanics.contact import Contact, Guard, face_along
 from sits_mech.mechanics.energy import plane_energy
@@ -61,20 +62,31 @@ def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
     half_layer, half_target = elastomer.extent[0] / (2 * t), target.extent[0] / (2 * t)
     edges = Fillet(_radius(elastomer), half_layer, half_target)
     mesh = _mesh(checked(edges, t) if edges.radius > 0.0 else edges, cells, grading, fineness.fan)
-    x, z = mesh.nodes.T
-    ground = z < 1e-9
-    top = (z > 1.0 - 1e-9) & (np.abs(x) < half_target + 1e-9)
-    free = np.flatnonzero(~np.repeat(ground | top, 2))
-    bonded = 2 * np.flatnonzero(top)[:, None] + np.arange(2)
-    rows, columns = np.repeat(mesh.dofs, 18, axis=1).ravel(), np.tile(mesh.dofs, (1, 18)).ravel()
+    free, bonded, X = _bonds(mesh, half_target)
+    rows, columns = _places(mesh)
     silicone = elastomer.silicone
     K = silicone.bulk_modulus / silicone.shear_modulus
     guard = min(fineness.guard, _GUARD_SHARE * K)
     parts = (*((Guard(mesh, guard),) if guard > 0.0 else ()), *_contacts(mesh, half_target, fineness.give))
     height, law = target.load_height / t, plane_energy(silicone)
+    kind = (edges, cells, grading, fineness.fan, guard > 0.0, fineness.give > 0.0)
     return Bonded(
-        mesh, law, K - guard, height, free, bonded, x[top], rows, columns, parts=parts, guarded=guard > 0.0
+        mesh, law, K - guard, height, free, bonded, X, rows, columns, parts=parts, guarded=guard > 0.0,
+        shared=partial(_pattern, kind),
     )
+
+
+def _bonds(mesh: Section, half_target: float) -> tuple[Indices, Indices, Array]:
+    """Free displacements, bonded ones, and these nodes' distances from the target's centre."""
+    x, z = mesh.nodes.T
+    top = (z > 1.0 - 1e-9) & (np.abs(x) < half_target + 1e-9)
+    free = np.flatnonzero(~np.repeat((z < 1e-9) | top, 2))
+    return free, 2 * np.flatnonzero(top)[:, None] + np.arange(2), x[top]
+
+
+def _places(mesh: Section) -> tuple[Indices, Indices]:
+    """Rows and columns of the element stiffnesses."""
+    return np.repeat(mesh.dofs, 18, axis=1).ravel(), np.tile(mesh.dofs, (1, 18)).ravel()
 
 
 def side_faces(mesh: Section) -> list[Indices]:
@@ -106,6 +118,20 @@ def _mesh(edges: Fillet, cells: int, grading: float, fan: bool) -> Section:
     mesh = section(graded_lines(breaks, counts, grading), graded_lines([0.0, 1.0], [cells], grading))
     corners = [(side * half, z) for half, z in ((half_layer, 0.0), (half_target, 1.0)) for side in (-1.0, 1.0)]
     return fanned(mesh, np.array(corners)) if fan else mesh
+
+
+@lru_cache(maxsize=32)
+def _pattern(kind: tuple[Fillet, int, float, bool, bool, bool]) -> Pattern:
+    """Pattern of the bodies on one mesh, with a guard or not, in contact or not; many share one."""
+    edges, cells, grading, fan, guarded, touching = kind
+    mesh = _mesh(edges, cells, grading, fan)
+    free, bonded, _ = _bonds(mesh, edges.half_target)
+    zero = np.zeros(mesh.nodes.size)
+    parts = (*((Guard(mesh, 1.0),) if guarded else ()), *_contacts(mesh, edges.half_target, float(touching)))
+    terms = [part(zero, np.zeros(3)) for part in parts]
+    each = (_places(mesh), *((term.rows, term.columns) for term in terms))
+    rows, columns = (np.concatenate(own) for own in zip(*each, strict=True))
+    return pattern(rows, columns, free, np.concatenate([bonded.ravel(), mesh.nodes.size + np.arange(3)]))
 
 
 def _radius(elastomer: Elastomer) -> float:
