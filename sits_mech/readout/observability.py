@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.linalg import qr, solve_triangular
 
 from sits_mech.quantities import Array
 
@@ -34,7 +35,7 @@ class Observability:
     signal : ndarray, shape (p,)
         Singular values s, largest first; zero for those that no coil is left for.
     hidden : tuple of str
-        In words: combinations that the coils do not see.
+        In words: loads that the coils do not see, the largest component at full scale [as it is].
     """
 
     names: tuple[str, ...]
@@ -78,12 +79,22 @@ def observability(
     spread = np.sqrt(np.sum((rows[seen] / signal[seen, None]) ** 2, axis=0)) * F
     resolution = np.where(blind <= _TOLD**2, spread, np.inf)
     told = tuple(name for name, size in zip(names, resolution, strict=True) if np.isfinite(size))
-    hidden = tuple(_words(names, row / F) for row in rows[~seen])
+    hidden = tuple(_words(names, share, F) for share in _loads(rows[~seen]))
     return Observability(tuple(names), told, resolution, signal, hidden)
 
 
-def _words(names: Sequence[str], direction: Array) -> str:
-    """Name a direction by its components, the largest taken as one."""
-    unit = direction / direction[int(np.argmax(np.abs(direction)))]
-    parts = [f"{part:+.3g} {name}" for name, part in zip(names, unit, strict=True) if abs(part) > 1e-3]
-    return " ".join(parts).replace("+1 ", "", 1) if len(parts) == 1 else " ".join(parts)
+def _loads(rows: Array) -> Array:
+    """Return loads that span the same directions (k, p), each with one component of its own, which is one."""
+    if not len(rows):
+        return rows
+    triangle, order = qr(rows, mode="r", pivoting=True)
+    found = np.zeros_like(rows)
+    found[:, order] = solve_triangular(triangle[: len(rows), : len(rows)], triangle[: len(rows)])
+    return found
+
+
+def _words(names: Sequence[str], share: Array, full_scale: Array) -> str:
+    """Name a load by its components, given as shares of full scale."""
+    named = zip(names, share * full_scale, share, strict=True)
+    parts = [(name, size) for name, size, part in named if abs(part) > _TOLD]
+    return parts[0][0] if len(parts) == 1 else " ".join(f"{size:+.3g} {name}" for name, size in parts)
