@@ -16,6 +16,7 @@ from sits_mech.mechanics.body import Bonded, State, packed, rest
 from sits_mech.mechanics.control import Control
 from sits_mech.mechanics.folds import fold_notes
 from sits_mech.mechanics.forms import deformation
+from sits_mech.mechanics.newton import newton
 from sits_mech.mechanics.pad import force_unit
 from sits_mech.mechanics.path import Outcome, follow
 from sits_mech.mechanics.stability import layer_notes
@@ -23,6 +24,7 @@ from sits_mech.quantities import Array, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.sensor import Sensor
 
 _SHARE = 0.05  # of the worst component's error that every component owns to
+_NEARLY = 1e-2  # residual at which a small change is known to some percent of it
 _TOUCHED = 0.001  # share of the layer's section that may be stretched more than what is called its largest stretch
 _REASONS = {
     "buckled": "beyond this load the layer buckles: its rest is not stable",
@@ -79,6 +81,37 @@ def settled(
     reached = (found.wrench.F_x, found.wrench.F_z, found.wrench.M)
     exact = Wrench(*(own if own is not None else other for own, other in zip(given, reached, strict=True)))
     return replace(found, wrench=exact), part
+
+
+def nearly_settled(
+    sensor: Sensor, bodies: tuple[Bonded, Bonded], found: Equilibrium, control: Control
+) -> tuple[Array, Array] | None:
+    """Return how far an equilibrium's target and forces move on another body of the same mesh, nearly at rest there.
+
+    Parameters
+    ----------
+    sensor : Sensor
+    bodies : (Bonded, Bonded)
+        That of the equilibrium, and the other one.
+    found : Equilibrium
+    control : Control
+        What is given.
+
+    Returns
+    -------
+    pose : ndarray, shape (3,)
+        Changes of d_h, d_v, alpha [m, rad].
+    forces : ndarray, shape (3,)
+        Changes of F_x, F_z, M [N, N m].
+        None where Newton's method does not get there at once.
+    """
+    t, unit = _thickness(sensor), force_unit(sensor)
+    load = np.array([found.wrench.F_x, found.wrench.F_z, found.wrench.M / t]) / unit
+    here = replace(unpacked(bodies[0], found.state), load=load)
+    there, _ = newton(bodies[1], here, control.goal(t, unit), control.held, until=_NEARLY)
+    if not there.residual <= _NEARLY:
+        return None
+    return (there.q - here.q) * [t, t, 1.0], (there.load - here.load) * unit * [1.0, 1.0, t]
 
 
 def errors_of(difference: Array, reach: float) -> tuple[float, float, float]:

@@ -27,7 +27,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.mechanics.answer import Pair, errors_of, pose_of, relative, settled, unpacked
+from sits_mech.mechanics.answer import Pair, errors_of, nearly_settled, pose_of, relative, settled, unpacked
 from sits_mech.mechanics.body import Bonded, rest
 from sits_mech.mechanics.control import Control, under
 from sits_mech.mechanics.edges import Edges, edge_effect, edge_notes
@@ -99,7 +99,7 @@ class PlanarLayer:
         began = time.perf_counter()
         last, part = _first_good(self, range(len(self.meshes) - self.touching), start, control)
         if self.touching and (part < 1.0 or _touches(self, last)):
-            last, part = _chosen((last, part), _in_contact(self, (last, part), start, control), self)
+            last, part = _in_contact(self, (last, part), start, control)
         report = replace(last.report, seconds=time.perf_counter() - began)
         if part == 1.0:
             report = replace(report, notes=(*report.notes, *_edge_notes(self.sensor, self.edges, last.wrench)))
@@ -256,16 +256,20 @@ def _first_good(
 def _in_contact(
     layer: PlanarLayer, free: tuple[Equilibrium, float], start: Equilibrium | None, control: Control
 ) -> tuple[Equilibrium, float]:
-    """The answer with contact: from that without it where there is one, or else on its own."""
+    """The answer with contact, or the one without it where contact is worth little."""
     found, part = free
     count = len(layer.meshes)
     twin = int(found.state[0]) + layer.touching - 1
     if part == 1.0 and twin >= count - layer.touching:
+        bodies = layer.meshes[int(found.state[0])].fine, layer.meshes[twin].fine
+        changes = nearly_settled(layer.sensor, bodies, replace(found, state=found.state[1:]), control)
+        if changes is not None and _effect(layer, found, changes) <= _EFFECT:
+            return _without(layer, found, changes), 1.0
         begin = replace(found, state=np.concatenate([[twin], found.state[1:]]))
         other, reached = _first_good(layer, range(twin, twin + 1), begin, control)
         if reached == 1.0:
-            return other, reached
-    return _first_good(layer, range(count - layer.touching, count), start, control)
+            return _chosen(layer, free, (other, reached))
+    return _chosen(layer, free, _first_good(layer, range(count - layer.touching, count), start, control))
 
 
 def _touches(layer: PlanarLayer, found: Equilibrium) -> bool:
@@ -275,26 +279,40 @@ def _touches(layer: PlanarLayer, found: Equilibrium) -> bool:
 
 
 def _chosen(
-    free: tuple[Equilibrium, float], touching: tuple[Equilibrium, float], layer: PlanarLayer
+    layer: PlanarLayer, free: tuple[Equilibrium, float], touching: tuple[Equilibrium, float]
 ) -> tuple[Equilibrium, float]:
     """With or without contact: the farther; of two that arrive, the one without where contact is worth little."""
     (one, part), (other, farther) = free, touching
     if part < 1.0 or farther < 1.0:
         return (other, farther) if farther >= part else (one, part)
-    poses = [np.array([found.pose.d_h, found.pose.d_v, found.pose.alpha]) for found in (one, other)]
-    loads = [np.array([found.wrench.F_x, found.wrench.F_z]) for found in (one, other)]
-    reach = layer.meshes[0].fine.X.max() * _thickness(layer.sensor)
-    size = np.abs(poses[1] - [0.0, pose_of(layer.sensor, np.zeros(3)).d_v, 0.0]) * [1.0, 1.0, reach]
-    moved = float(np.max(np.abs(poses[0] - poses[1]) * [1.0, 1.0, reach]) / max(float(size.max()), 1e-300))
-    pushed = float(np.max(np.abs(loads[0] - loads[1])) / max(float(np.max(np.abs(loads[1]))), 1e-300))
-    effect = max(moved, pushed)
-    if effect > _EFFECT:
-        return other, 1.0
-    notes = (*one.report.notes, f"contact would change this by {effect:.2g}, which is in the estimated error")
-    away = np.abs(poses[0] - poses[1])
-    error = Pose(*(float(a + b) for a, b in zip((one.error.d_h, one.error.d_v, one.error.alpha), away, strict=True)))
-    report = replace(one.report, notes=notes, estimated_error=one.report.estimated_error + effect)
-    return replace(one, error=error, report=report), 1.0
+    changes = _places(other)[0] - _places(one)[0], _places(other)[1] - _places(one)[1]
+    return (other, 1.0) if _effect(layer, one, changes) > _EFFECT else (_without(layer, one, changes), 1.0)
+
+
+def _places(found: Equilibrium) -> tuple[Array, Array]:
+    """Pose and wrench as arrays."""
+    pose, wrench = found.pose, found.wrench
+    return np.array([pose.d_h, pose.d_v, pose.alpha]), np.array([wrench.F_x, wrench.F_z, wrench.M])
+
+
+def _effect(layer: PlanarLayer, found: Equilibrium, changes: tuple[Array, Array]) -> float:
+    """What contact changes, over the target's displacement or the forces, the larger share."""
+    pose, forces = _places(found)
+    t = _thickness(layer.sensor)
+    size = np.array([1.0, 1.0, layer.meshes[0].fine.X.max() * t])
+    away = (pose - [0.0, pose_of(layer.sensor, np.zeros(3)).d_v, 0.0] + changes[0]) * size
+    moved = float(np.max(np.abs(changes[0] * size))) / max(float(np.max(np.abs(away))), 1e-300)
+    with_contact = float(np.max(np.abs(forces + changes[1])[:2]))
+    return max(moved, float(np.max(np.abs(changes[1][:2]))) / max(with_contact, 1e-300))
+
+
+def _without(layer: PlanarLayer, found: Equilibrium, changes: tuple[Array, Array]) -> Equilibrium:
+    """An answer that leaves contact out, what that changes added to its errors."""
+    effect = _effect(layer, found, changes)
+    notes = (*found.report.notes, f"contact would change this by {effect:.2g}, which is in the estimated error")
+    error = np.array([found.error.d_h, found.error.d_v, found.error.alpha]) + np.abs(changes[0])
+    report = replace(found.report, notes=notes, estimated_error=found.report.estimated_error + effect)
+    return replace(found, error=Pose(*(float(value) for value in error)), report=report)
 
 
 def _edge_notes(sensor: Sensor, edges: Edges | None, wrench: Wrench) -> tuple[str, ...]:

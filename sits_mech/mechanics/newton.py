@@ -63,7 +63,7 @@ class Linear(NamedTuple):
     turning: float
 
 
-def newton(body: Bonded, start: State, goal: Array, held: Held = FREE) -> Settled:
+def newton(body: Bonded, start: State, goal: Array, held: Held = FREE, *, until: float = SETTLED) -> Settled:
     """Iterate to rest under one goal; the result's residual says whether it settled.
 
     Parameters
@@ -73,6 +73,8 @@ def newton(body: Bonded, start: State, goal: Array, held: Held = FREE) -> Settle
     goal : ndarray, shape (3,)
         F_x, F_z, M; where `held`, d_h, d_z, alpha instead; scaled.
     held : ndarray of bool, shape (3,)
+    until : float
+        Residual at which to stop.
     """
     here, stiffness, before = replace(start, load=np.where(held, start.load, goal)), None, np.inf
     for count in range(MOST + 1):
@@ -82,7 +84,7 @@ def newton(body: Bonded, start: State, goal: Array, held: Held = FREE) -> Settle
         left = float(np.hypot(np.linalg.norm(found.gradient), np.linalg.norm(found.on_target))) / size
         left += float(np.abs(gap).max())
         here = replace(here, residual=left, iterations=count)
-        if left <= SETTLED or not np.isfinite(left) or count == MOST:
+        if left <= until or not np.isfinite(left) or count == MOST:
             break
         before = left
         eliminated = _eliminated(body, found)
