@@ -196,7 +196,7 @@ def _tank_warnings(found: FrontEnd, coil: int) -> list[str]:
         cure = "lower" if slow < part.frequency[0] else "raise"
         reach = f"{part.frequency[0]:g} to {part.frequency[1]:g} Hz of the {part.name}"
         lines.append(f"resonates at {slow:.4g} to {fast:.4g} Hz, outside {reach}: {cure} the capacitance")
-    if fast / found.input_divider >= found.reference / part.ratio:
+    elif fast / found.input_divider >= found.reference / part.ratio:
         lines.append(f"is too fast at {fast:.4g} Hz for a reference of {found.reference:.4g} Hz: raise the clock")
     if R_low < part.R_p[0] or R_high > part.R_p[1]:
         lossy = "too lossy: less resistance, more inductance or less capacitance"
