@@ -6,7 +6,7 @@ is meshed, the target moves by (d_h, d_z) and turns by alpha about y. Equations:
 target), path.py (solution). Pose: ``d_v = standoff + t - sink``.
 
 Meshes: block_mesh.py, graded towards the bonded corners. Where such a mesh does not carry a load at once, a milder one
-is tried, and at last a guarded one (energy.py), in steps as small as it needs.
+is tried, and at last a guarded one (block_energy.py), in steps as small as it needs.
 
 Error. Every pose is solved on two meshes of graded cells and extrapolated from both, as if the error went with the
 square of the size of the cells; what that adds to the finer mesh's pose is called its error, and no component is called

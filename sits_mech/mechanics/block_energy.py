@@ -92,7 +92,8 @@ def solid_energy(silicone: Silicone, guard: float = 0.0) -> SolidEnergy:
     silicone : Silicone
         Law and constants; the energy comes out in units of its initial shear modulus.
     guard : float
-        Part of the bulk modulus that acts pointwise, as ``guard (J - 1 - ln J)``, see energy.py [shear moduli].
+        Part of the bulk modulus that acts pointwise, as ``guard (J - 1 - ln J)``, without bound
+        towards inversion [shear moduli].
 
     Returns
     -------

@@ -112,30 +112,6 @@ def plane_energy(silicone: Silicone) -> PlaneEnergy:
     return _plane_of_invariants(invariant_energy(silicone))
 
 
-def guarded(law: PlaneEnergy, kappa: float) -> PlaneEnergy:
-    """Add ``kappa (J - 1 - ln J)``, which holds J pointwise and grows without bound towards inversion.
-
-    The mixed element (forms.py) controls J only up to a polynomial; at a bonded corner the rest can turn an element
-    inside out. A few shear moduli of the bulk modulus, taken from it, act pointwise instead: the sum is the same next
-    to J = 1. The element converges as before, from a stiffer start.
-
-    Parameters
-    ----------
-    law : callable
-        Isochoric energy.
-    kappa : float
-        Part of the bulk modulus that acts pointwise [shear moduli].
-    """
-
-    def energy(s: Array, J: Array) -> PlaneDerivatives:
-        d = law(s, J)
-        return d._replace(
-            w=d.w + kappa * (J - 1.0 - np.log(J)), w_J=d.w_J + kappa * (1.0 - 1.0 / J), w_JJ=d.w_JJ + kappa / J**2
-        )
-
-    return energy
-
-
 def _polynomial(c: Sequence[float], c01: float) -> InvariantEnergy:
     """Sum of ``c[k-1] (I1 - 3)**k`` plus ``c01 (I2 - 3)``."""
     law = np.polynomial.Polynomial([0.0, *c])

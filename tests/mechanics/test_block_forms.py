@@ -7,7 +7,7 @@ from skfem import MeshHex, MeshTet
 from sits_mech.materials import silicone_from
 from sits_mech.mechanics.block_energy import cofactor, solid_energy, stress_and_tangent, turning
 from sits_mech.mechanics.block_forms import BRICK, TETRAHEDRON, solid_deformation, solid_mesh, solid_tangent
-from sits_mech.mechanics.energy import guarded, plane_energy
+from sits_mech.mechanics.energy import plane_energy
 
 K = {"bulk_modulus": 3e7}
 LAWS = {
@@ -66,7 +66,8 @@ def test_plane_strain_is_the_planar_law(silicone):
     G = G[np.linalg.det(G) > 0.2]
     F = np.zeros((len(G), 3, 3))
     F[:, :2, :2], F[:, 2, 2] = G, 1.0
-    plane = guarded(plane_energy(silicone), GUARD)((G**2).sum(axis=(1, 2)), np.linalg.det(G)).w
+    J = np.linalg.det(G)
+    plane = plane_energy(silicone)((G**2).sum(axis=(1, 2)), J).w + GUARD * (J - 1.0 - np.log(J))
     solid = stress_and_tangent(solid_energy(silicone, GUARD), F.reshape(-1, 9))[0]
     np.testing.assert_allclose(solid, plane, rtol=1e-12, atol=1e-13)
 

@@ -199,3 +199,12 @@ def test_a_face_that_crosses_itself_is_seen(body):
     for node, other, aside in ((face[3], face[5], 0.1), (face[5], face[3], 0.1), (face[4], face[4], 0.2)):
         u[2 * node : 2 * node + 2] = aside, body.mesh.nodes[other, 1] - body.mesh.nodes[node, 1]
     assert folds(body, replace(state, u=u)).itself
+
+
+def test_overhanging_layer_is_sheared_by_its_own_thickness_by_force_alone():
+    """Tilt and sink free. A neo-Hookean layer's shear is nearly linear: 0.2005838 mm at 53.9 N/m (NGSolve, FElupe)."""
+    layer = planar_layer(pad(20, 15, 2), 2e-2)
+    found = layer.equilibrium(Wrench(F_x=540.0))
+    assert found.pose.d_h == pytest.approx(540.0 / 53.9 * 0.2005838 * MM, rel=0.05)
+    assert found.pose.d_h > 2.0 * MM and found.report.min_J > 0.0
+    assert found.report.estimated_error < 2e-2
