@@ -2,7 +2,7 @@
 
 The loads of `readout.sampling`, each from the nearest settled one; a sensor that is its own mirror image gives two
 loads at once: F_x -> -F_x swaps the coils. The result is the same `Calibration` that a regular table gives. Its error
-is told by the last loads alone: where the solver's own answers scatter it can be passed elsewhere (a 3D pad at tolerance
+is told by the last loads alone: where the solver scatters it can be passed elsewhere (a 3D pad at tolerance
 1e-2, 15 loads: told 0.4e-3 of full scale, 1.4e-3 at the worst of 81). `chain.calibrate` leaves out loads of a grid too.
 """
 
