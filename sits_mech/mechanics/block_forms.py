@@ -47,8 +47,8 @@ def solid_mesh(mesh: Mesh, element: Element, constant: bool = False) -> tuple[Se
     for a in range(count):
         gradient = np.moveaxis(basis.basis[a][0].grad, 0, -1)  # e, q, j
         for i in range(3):
-            B[:, :, 3 * i : 3 * i + 3, 3 * a + i] = gradient
-    dofs = (3 * cells[:, :, None] + np.arange(3)).reshape(len(cells), -1)
+            B[:, :, 3 * i : 3 * i + 3, i * count + a] = gradient
+    dofs = (3 * cells[:, None, :] + np.arange(3)[:, None]).reshape(len(cells), -1)  # by component
     points = np.asarray(basis.global_coordinates())
     size = np.cbrt(basis.dx.sum(axis=1))
     local = (points - points.mean(axis=2, keepdims=True)) / size[:, None]
@@ -62,7 +62,9 @@ def solid_mesh(mesh: Mesh, element: Element, constant: bool = False) -> tuple[Se
 def solid_deformation(mesh: Section, u: Array) -> tuple[Array, Array]:
     """Return F, shape (e, q, 9), and J, shape (e, q), at the quadrature points of nodal displacements (3 n,)."""
     e = len(mesh.cells)
-    F = (mesh.B.reshape(e, -1, mesh.dofs.shape[1]) @ u[mesh.dofs][:, :, None]).reshape(e, -1, 9)
+    slope = _gradients(mesh)
+    each = u[mesh.dofs].reshape(e, 3, -1).transpose(0, 2, 1)
+    F = (slope.reshape(e, -1, slope.shape[-1]) @ each).reshape(e, -1, 3, 3).swapaxes(2, 3).reshape(e, -1, 9)
     F = F + np.eye(3).ravel()
     return F, (F[..., :3] * cofactor(F)[..., :3]).sum(axis=-1)
 
@@ -89,13 +91,36 @@ def solid_tangent(mesh: Section, law: SolidEnergy, K: float, u: Array, pressure:
     p = K * np.einsum("emq,eq->em", mesh.chi, J - 1.0)
     p_at = np.einsum("em,emq->eq", p, mesh.chi)  # carries the weights
     P = mesh.weights[..., None] * P + p_at[..., None] * H
-    n = mesh.dofs.shape[1]
-    B = mesh.B.reshape(e, -1, n)
-    forces = summed(mesh.dofs, P.reshape(e, 1, -1) @ B, mesh.nodes.size)
+    slope = _gradients(mesh)
+    along = slope.reshape(e, -1, slope.shape[-1])
+    forces = summed(mesh.dofs, _by_component(P) @ along, mesh.nodes.size)
     p_geometric = p_at if pressure is None else np.einsum("em,emq->eq", pressure, mesh.chi)
     A *= mesh.weights[..., None, None]
     A += p_geometric[..., None, None] * L
-    b = (mesh.chi[..., None] * H[:, None]).reshape(e, len(mesh.chi[0]), -1) @ B
-    stiffness = B.transpose(0, 2, 1) @ (A @ mesh.B).reshape(e, -1, n) + K * b.transpose(0, 2, 1) @ b
+    b = (_by_component(mesh.chi[..., None] * H[:, None]) @ along[:, None]).reshape(e, mesh.chi.shape[1], -1)
+    stiffness = K * b.transpose(0, 2, 1) @ b
+    _add_stiffness(stiffness, slope, A)
     energy = float((mesh.weights * w).sum() + 0.5 * (p**2).sum() / K)
     return Tangent(energy, forces, stiffness, p, float(J.min()))
+
+
+def _gradients(mesh: Section) -> Array:
+    """Slopes of the shape functions at the quadrature points, shape (e, q, 3, nodes): B holds them three times."""
+    return np.ascontiguousarray(mesh.B[:, :, :3, : mesh.dofs.shape[1] // 3])
+
+
+def _by_component(P: Array) -> Array:
+    """Stresses (..., q, 9) as rows of a component each, (..., 3, 3 q), to go with slopes as (..., 3 q, nodes)."""
+    return P.reshape(*P.shape[:-1], 3, 3).swapaxes(-3, -2).reshape(*P.shape[:-2], 3, -1)
+
+
+def _add_stiffness(stiffness: Array, slope: Array, A: Array) -> None:
+    """Add ``int dF : A : dF`` of symmetric tangents A, shape (e, q, 9, 9), block by block, to element stiffnesses."""
+    e, q, _, count = slope.shape
+    left = slope.reshape(e, 3 * q, count).transpose(0, 2, 1)
+    for i in range(3):
+        own, after = slice(i * count, (i + 1) * count), slice((i + 1) * count, None)
+        stress = A[:, :, 3 * i : 3 * i + 3, 3 * i :].reshape(e, q, -1, 3) @ slope  # component i of P by later ones
+        blocks = left @ stress.reshape(e, 3 * q, -1)
+        stiffness[:, own, i * count :] += blocks
+        stiffness[:, after, own] += blocks[:, :, count:].transpose(0, 2, 1)
