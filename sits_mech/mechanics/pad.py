@@ -61,9 +61,8 @@ def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
     t = elastomer.thickness
     half_layer, half_target = elastomer.extent[0] / (2 * t), target.extent[0] / (2 * t)
     edges = Fillet(_radius(elastomer), half_layer, half_target)
-    mesh = _mesh(checked(edges, t) if edges.radius > 0.0 else edges, cells, grading, fineness.fan)
-    free, bonded, X = _bonds(mesh, half_target)
-    rows, columns = _places(mesh)
+    edges = checked(edges, t) if edges.radius > 0.0 else edges
+    mesh, (free, bonded, X), (rows, columns) = _numbered(edges, cells, grading, fineness.fan)
     silicone = elastomer.silicone
     K = silicone.bulk_modulus / silicone.shear_modulus
     guard = min(fineness.guard, _GUARD_SHARE * K)
@@ -105,9 +104,8 @@ def top_faces(mesh: Section, half: float) -> list[Indices]:
     return [face[np.argsort(np.abs(x[face]))] for face in faces]
 
 
-@lru_cache(maxsize=32)
 def _mesh(edges: Fillet, cells: int, grading: float, fan: bool) -> Section:
-    """Mesh of a layer and a target of some half widths, with an edge radius or with none; many bodies share one."""
+    """Mesh of a layer and a target of some half widths, with an edge radius or with none."""
     _, half_layer, half_target = edges
     if edges.radius > 0.0:
         mesh = section(*fillet_lines(edges, cells, grading), partial(drawn_in, edges))
@@ -121,15 +119,23 @@ def _mesh(edges: Fillet, cells: int, grading: float, fan: bool) -> Section:
 
 
 @lru_cache(maxsize=32)
+def _numbered(
+    edges: Fillet, cells: int, grading: float, fan: bool
+) -> tuple[Section, tuple[Indices, Indices, Array], tuple[Indices, Indices]]:
+    """A mesh with its bonds and the places of its stiffnesses; many bodies share one."""
+    mesh = _mesh(edges, cells, grading, fan)
+    return mesh, _bonds(mesh, edges.half_target), _places(mesh)
+
+
+@lru_cache(maxsize=32)
 def _pattern(kind: tuple[Fillet, int, float, bool, bool, bool]) -> Pattern:
     """Pattern of the bodies on one mesh, with a guard or not, in contact or not; many share one."""
     edges, cells, grading, fan, guarded, touching = kind
-    mesh = _mesh(edges, cells, grading, fan)
-    free, bonded, _ = _bonds(mesh, edges.half_target)
+    mesh, (free, bonded, _), places = _numbered(edges, cells, grading, fan)
     zero = np.zeros(mesh.nodes.size)
     parts = (*((Guard(mesh, 1.0),) if guarded else ()), *_contacts(mesh, edges.half_target, float(touching)))
     terms = [part(zero, np.zeros(3)) for part in parts]
-    each = (_places(mesh), *((term.rows, term.columns) for term in terms))
+    each = (places, *((term.rows, term.columns) for term in terms))
     rows, columns = (np.concatenate(own) for own in zip(*each, strict=True))
     return pattern(rows, columns, free, np.concatenate([bonded.ravel(), mesh.nodes.size + np.arange(3)]))
 
