@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sits_mech.bench import free_inductances
-from sits_mech.chain import magnetic_model, mechanical_model
+from sits_mech.chain import loaded_model, mechanical_model
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.quantities import Array, Equilibrium, MagneticModel, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.reading import read_poses
@@ -124,7 +124,7 @@ def calibrate_adaptively(
     for name, (low, high) in zip(_NAMES, (F_x, F_z), strict=True):
         if not low < high:
             raise SceneError(f"{name}: must be a range from low to high [N]; got {low} to {high}")
-    field_model, _ = magnetic_model(sensor, models[1], 0.1 * tolerance)
+    field_model, _ = loaded_model(sensor, models[1], tolerance)
     layer, _ = mechanical_model(sensor, models[0], tolerance)
     solve = _Loads(sensor, layer, field_model, progress, most)
     mirror = _mirror(sensor) if F_x[0] == -F_x[1] else None

@@ -24,7 +24,7 @@ from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.layer import linear_layer, planar_layer
 from sits_mech.mechanics.strip import strip_layer
 from sits_mech.omissions import mirrored
-from sits_mech.plan import MAGNETIC_SHARE, Choice, Plan, choose_magnetics, choose_mechanics
+from sits_mech.plan import Choice, Plan, choose_magnetics, choose_mechanics, magnetic_tolerance
 from sits_mech.quantities import Equilibrium, Impedance, MagneticModel, MechanicalModel, Pose, Wrench
 from sits_mech.reading import read_poses, signals_at, stacked
 from sits_mech.readout.signals import Signals
@@ -88,7 +88,7 @@ def plan(
         When a model is unknown or cannot hold the scene.
     """
     by_layer = choose_mechanics(sensor, mechanics, tuple(MECHANICS), loads, tolerance) if loads else None
-    by_field = choose_magnetics(sensor, magnetics, tuple(MAGNETICS))
+    by_field = choose_magnetics(sensor, magnetics, tuple(MAGNETICS), bool(loads))
     return Plan.of(sensor, loads, _checked(tolerance), by_layer, by_field)
 
 
@@ -123,6 +123,12 @@ def magnetic_model(sensor: Sensor, name: str = "auto", tolerance: float = 1e-3) 
     return MAGNETICS[choice.name](sensor, _checked(tolerance)), choice
 
 
+def loaded_model(sensor: Sensor, name: str = "auto", tolerance: float = 1e-2) -> tuple[MagneticModel, Choice]:
+    """Return the magnetic model for poses that loads give to a tolerance, with the reason; as `magnetic_model`."""
+    choice = choose_magnetics(sensor, name, tuple(MAGNETICS), True)
+    return MAGNETICS[choice.name](sensor, magnetic_tolerance(choice.name, _checked(tolerance))), choice
+
+
 def _checked(tolerance: float) -> float:
     """Refuse a tolerance that is none."""
     if not 0.0 < tolerance < 1.0:
@@ -142,7 +148,7 @@ def simulate(
     wrench : Wrench
         The load [N, N m].
     tolerance : float
-        Asked relative error of the pose; of the change of inductance a tenth of it.
+        Asked relative error of the pose; of the change of inductance a tenth of it, by sheets as much.
     mechanics, magnetics : str
         Names of the models.
 
@@ -160,7 +166,7 @@ def simulate(
     SolveFailed
         When the layer has no equilibrium that could be reached.
     """
-    field, _ = magnetic_model(sensor, magnetics, MAGNETIC_SHARE * tolerance)
+    field, _ = loaded_model(sensor, magnetics, tolerance)
     layer, _ = mechanical_model(sensor, mechanics, tolerance, [wrench])
     equilibrium = layer.equilibrium(wrench)
     if mirrored(sensor) and wrench.F_x == wrench.M == 0.0:
@@ -212,7 +218,7 @@ def calibrate(
         When a model cannot hold the scene, or a list of forces is empty, has a value twice or one that is not finite.
     """
     grid = {"F_x": _checked_forces("F_x", F_x), "F_z": _checked_forces("F_z", F_z)}
-    field, by_field = magnetic_model(sensor, magnetics, MAGNETIC_SHARE * tolerance)
+    field, by_field = loaded_model(sensor, magnetics, tolerance)
     loads = [Wrench(x, z) for x in grid["F_x"] for z in grid["F_z"]]
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance, loads)
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance, **grid}

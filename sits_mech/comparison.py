@@ -21,7 +21,7 @@ import xarray as xr
 from scipy.interpolate import BarycentricInterpolator
 
 from sits_mech.bench import free_inductances
-from sits_mech.chain import magnetic_model
+from sits_mech.chain import loaded_model
 from sits_mech.geometry.collision import clearance
 from sits_mech.quantities import Array, Pose
 from sits_mech.readout.calibration import FORCES
@@ -157,7 +157,7 @@ def _lifted_map(sensor: Sensor, data: xr.Dataset, names: Sequence[str], reach: f
     d_h, d_v, alpha = (data[name].transpose(*names).to_numpy()[good] for name in ("d_h", "d_v", "alpha"))
     gaps = -reach * np.cos(np.linspace(0.0, np.pi, _LEVELS))
     request = json.loads(data.attrs["request"])
-    field, _ = magnetic_model(sensor, request["magnetics"], 0.1 * request["tolerance"])
+    field, _ = loaded_model(sensor, request["magnetics"], request["tolerance"])
     level = np.zeros((_LEVELS, 1))
     pose = Pose((d_h + level).ravel(), (d_v + gaps[:, None]).ravel(), (alpha + level).ravel())
     shown = field.impedance(pose, sensor.frequency)

@@ -21,7 +21,7 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import CubicSpline, make_interp_spline
 
-from sits_mech.chain import magnetic_model, mechanical_model
+from sits_mech.chain import loaded_model, mechanical_model
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.mechanics.history import ElasticCurve, elastic_curve, relaxed_share, softened_share
 from sits_mech.quantities import Array, Pose, Wrench
@@ -29,7 +29,6 @@ from sits_mech.reading import Reading, read_poses
 from sits_mech.sensor import SceneError, Sensor, scene_hash, scene_text
 from sits_mech.version import __version__
 
-_SHARE = 0.1  # of the tolerance that is asked of the magnetics, as in the chain
 _SHOWN = ("L_v", "L_h", "L_v_percent", "L_h_percent")
 
 
@@ -117,7 +116,7 @@ def load_cycle(
         When the layer has no equilibrium on the way to the peak.
     """
     _check(programme)
-    field, by_field = magnetic_model(sensor, magnetics, _SHARE * tolerance)
+    field, by_field = loaded_model(sensor, magnetics, tolerance)
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance)
     height = 0.0 if sensor.target is None else sensor.target.load_height
     curve = elastic_curve(layer, peak, height=height, points=points)

@@ -13,19 +13,19 @@ import numpy as np
 from sits_mech.materials import unknown
 from sits_mech.omissions import Omission, half_suffices, omissions, strain_bound
 from sits_mech.quantities import Wrench
-from sits_mech.sensor import Sensor
+from sits_mech.sensor import Sensor, Target
 from sits_mech.units import SceneError, quantity, shown
 
-MAGNETIC_SHARE = 0.1  # of the tolerance that is asked of the magnetics: it is much the cheaper half
+_SHARE = 0.1  # of the tolerance that is asked of the magnetics where they are much the cheaper half
 COSTS: dict[tuple[str, str], tuple[tuple[float, float, float], ...]] = {
     ("mechanics", "closed-form"): ((0.0, 0.0, 1e-5),),
     ("mechanics", "linear"): ((1e-2, 0.1, 1e-3), (0.0, 0.4, 1e-3)),
-    ("mechanics", "planar"): ((1e-2, 0.2, 0.15), (0.0, 0.3, 0.6)),
-    ("mechanics", "block"): ((2e-2, 0.3, 0.4), (0.0, 1.0, 3.0)),
+    ("mechanics", "planar"): ((1e-2, 0.1, 0.06), (0.0, 0.3, 0.6)),
+    ("mechanics", "block"): ((1e-2, 0.3, 0.5), (0.0, 1.0, 5.0)),
     ("magnetics", "planar"): ((1e-2, 0.04, 1e-5), (1e-3, 0.15, 2e-5), (1e-4, 0.6, 2e-5), (0.0, 3.2, 6e-5)),
     ("magnetics", "planar-fem"): ((1e-2, 0.1, 0.12), (1e-3, 0.1, 0.22), (1e-4, 0.1, 0.75), (0.0, 0.1, 3.2)),
     ("magnetics", "axisymmetric"): ((1e-2, 0.06, 2e-6), (1e-3, 0.13, 2e-6), (0.0, 1.1, 2e-6)),
-    ("magnetics", "sheets"): ((1e-2, 0.7, 1e-4), (5e-3, 1.5, 2e-4), (2e-3, 5.5, 2e-4), (0.0, 9.0, 2e-4)),
+    ("magnetics", "sheets"): ((1e-2, 2.0, 2e-4), (5e-3, 4.0, 2e-4), (2e-3, 12.0, 2e-4), (0.0, 20.0, 2e-4)),
 }
 """Seconds by half and model: from each tolerance on, once for a scene and for each load or pose; as measured."""
 _MOST = 10_000  # values of a range
@@ -109,8 +109,18 @@ def _is_finite(sensor: Sensor) -> bool:
     return elastomer.extent[1] < _LONG * elastomer.extent[0]
 
 
-def choose_magnetics(sensor: Sensor, asked: str, known: tuple[str, ...]) -> Choice:
-    """Return the cheapest magnetic model for a scene; arguments, result and errors as of `choose_mechanics`."""
+def _in_space(sensor: Sensor, target: Target) -> bool:
+    """Say whether loads move a plate that its section does not stand for, with nothing beside it that costs much."""
+    short = target.extent[1] < _LONG * target.extent[0] and target.net_current == "zero"
+    return short and not sensor.conductors and _is_finite(sensor)
+
+
+def choose_magnetics(sensor: Sensor, asked: str, known: tuple[str, ...], loaded: bool = False) -> Choice:
+    """Return the cheapest magnetic model for a scene; arguments, result and errors as of `choose_mechanics`.
+
+    Poses that come of loads on a finite pad (`loaded`) are answered in space like the pad; a pose that is given, in
+    section where the scene has one: its change of inductance is quick to see and relative.
+    """
     _check_known("magnetics", asked, known)
     if asked != "auto":
         return Choice(asked, "asked for")
@@ -126,6 +136,8 @@ def choose_magnetics(sensor: Sensor, asked: str, known: tuple[str, ...]) -> Choi
         return Choice("sheets", "coils beside the section y = 0 have no planar model")
     if target is not None and target.shape != "rectangle":
         return Choice("sheets", "the target's outline has no planar section that stands for it")
+    if loaded and "sheets" in known and target is not None and _in_space(sensor, target):
+        return Choice("sheets", "three-dimensional like the pad: the plate is too short for its section")
     reason = "no target: free space alone" if target is None else "nothing permeable: no mesh of the air"
     return Choice("planar", reason)
 
@@ -168,7 +180,8 @@ class Plan:
         cls, sensor: Sensor, loads: Sequence[Wrench], tolerance: float, mechanics: Choice | None, magnetics: Choice
     ) -> Plan:
         """Return the plan of a request whose models are chosen; arguments as of `sits_mech.chain.plan`."""
-        parts = [("magnetics", magnetics.name, tolerance * (MAGNETIC_SHARE if loads else 1.0), max(len(loads), 1))]
+        asked = magnetic_tolerance(magnetics.name, tolerance) if loads else tolerance
+        parts = [("magnetics", magnetics.name, asked, max(len(loads), 1))]
         if mechanics is not None:
             count = (len(loads) + 1) // 2 if half_suffices(sensor, loads) else len(loads)
             parts.insert(0, ("mechanics", mechanics.name, tolerance, count))
@@ -177,6 +190,11 @@ class Plan:
         sizes = [item.size for item in missing if item.of_change and item.size > 0.0]
         error = sum(asked for _, _, asked, _ in parts) + sum(sizes)
         return cls(mechanics, magnetics, rungs, missing, error, sum(cost(*part) for part in parts))
+
+
+def magnetic_tolerance(model: str, tolerance: float) -> float:
+    """Return what is asked of a magnetic model for poses of a tolerance: a tenth, but where that costs much."""
+    return tolerance if model == "sheets" else _SHARE * tolerance
 
 
 def cost(half: str, model: str, tolerance: float, count: int) -> float:

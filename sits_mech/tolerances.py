@@ -20,7 +20,7 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.bench import sensor_calibration
-from sits_mech.chain import magnetic_model, mechanical_model
+from sits_mech.chain import loaded_model, mechanical_model
 from sits_mech.quantities import Array, Pose, SolveFailed, Wrench
 from sits_mech.readout.spread import Spread, design, spread
 from sits_mech.sensor import SceneError, Sensor
@@ -152,7 +152,7 @@ def _relative(sensor: Sensor, poses: Array, model: tuple[str, float]) -> Array:
     """Return L over L0 at poses (m, k, 3), shape (m, k, n)."""
     flat = poses.reshape(-1, 3)
     good = np.isfinite(flat).all(axis=1)
-    shown = magnetic_model(sensor, model[0], 0.1 * model[1])[0].impedance(Pose(*flat[good].T), sensor.frequency)
+    shown = loaded_model(sensor, model[0], model[1])[0].impedance(Pose(*flat[good].T), sensor.frequency)
     L = np.full((len(flat), len(sensor.coils)), np.nan)
     L[good] = np.diagonal(shown.L, axis1=-2, axis2=-1) / np.diagonal(shown.L0)
     return L.reshape(*poses.shape[:-1], -1)

@@ -23,5 +23,5 @@ def calibrated(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
     folder = tmp_path_factory.mktemp("calibrated") / "made"
     loads = ("--fx", "-1 N:1 N:5", "--fz", "0 N:3 N:4", "--mechanics", "planar")
-    assert run(["calibrate", "biorob2018-w15", *loads, "-o", str(folder)]) == 0
+    assert run(["calibrate", "biorob2018-w15", *loads, "--magnetics", "planar", "-o", str(folder)]) == 0
     return folder
