@@ -32,6 +32,7 @@ from sits_mech.report.outputs import study_arguments, write_rows
 from sits_mech.sensor import load_sensor
 
 MM = 1e-3
+_EXACT = 1e-9  # of full scale
 MATERIAL = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
 LAYER = ["elastomer.length=1.0", "target.load_height=0", 'target.width="15 mm"', MATERIAL]
 STIFF = 'elastomer.material={law="neo-hookean", shear_modulus=1.0, bulk_modulus=1e7}'
@@ -108,18 +109,20 @@ def chain(tolerances: Sequence[float], finest: float, count: int) -> tuple[list[
     sensor = load_sensor("biorob2018")
     loads = {"F_x": np.linspace(-1.0, 1.0, count).tolist(), "F_z": np.linspace(0.0, 4.0, count).tolist()}
     rungs, remarks = [], []
-    best = calibrate(sensor, **loads, tolerance=finest, mechanics="planar")
+    best = calibrate(sensor, **loads, tolerance=finest, mechanics="planar", magnetics="planar")
     scale = {name: float(np.ptp(best[f"{name}_percent"].to_numpy())) for name in ("L_v", "L_h")}
     for tolerance in tolerances:
         forget()
         began = time.perf_counter()
-        data = calibrate(sensor, **loads, tolerance=tolerance, mechanics="planar")
+        data = calibrate(sensor, **loads, tolerance=tolerance, mechanics="planar", magnetics="planar")
         seconds = time.perf_counter() - began
         for name, full in scale.items():
             true, estimated, resolved = points(data, best, name, full)
             largest = (float(item.max()) for item in (true, estimated, resolved))
             rungs.append(Rung(f"chain, {name}", f"{tolerance:g}", seconds, *largest))
-            single = [Rung("", "", 0.0, *map(float, one)) for one in zip(true, estimated, resolved, strict=True)]
+            loads_told = true > _EXACT  # L_h of a load without shear is zero by symmetry
+            each = zip(true[loads_told], estimated[loads_told], resolved[loads_told], strict=True)
+            single = [Rung("", "", 0.0, *map(float, one)) for one in each]
             held = sum(one.honest for one in single)
             remarks.append(f"{name} at {tolerance:g}: {held} of {len(single)} loads estimated within a factor of 5")
     return rungs, remarks

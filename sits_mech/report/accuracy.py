@@ -67,7 +67,7 @@ def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
     path : Path
         The PNG to write.
     """
-    with new_figure(height=1.25 * len(panels), rows=len(panels)) as (figure, axes):
+    with new_figure(height=0.8 * len(panels), rows=len(panels)) as (figure, axes):
         for spot, (title, rungs) in zip(axes, panels.items(), strict=True):
             front = pareto_front(rungs)
             seconds, errors = [rung.seconds for rung in front], [max(rung.error, _LEAST) for rung in front]
