@@ -105,7 +105,7 @@ def killed(folder: Path, counts: tuple[int, int]) -> list[tuple[str, float]]:
 def main() -> None:
     """Run the batches and write what they cost."""
     coarse, folder = study_arguments(__doc__ or "")
-    loads = (3, 2) if coarse else (6, 5)
+    loads = (3, 2) if coarse else (8, 6)
     found = [
         *overhead(folder, (5, 10) if coarse else (25, 40)), *two_processes(folder, loads), *killed(folder, loads),
     ]  # fmt: skip

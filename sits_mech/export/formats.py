@@ -55,7 +55,7 @@ def export(source: Source, kind: str, path: Path | None = None) -> tuple[Path, t
     Raises
     ------
     SceneError
-        When the format is unknown, the file ends otherwise or cannot be written, or the sensor cannot be put into it.
+        When the format is unknown, the file ends like one of another or cannot be written, or the sensor does not fit.
     SolveFailed
         When a state has to be solved anew and is not reached.
     """
@@ -63,8 +63,9 @@ def export(source: Source, kind: str, path: Path | None = None) -> tuple[Path, t
         raise SceneError(f"--to: must be one of {', '.join(FORMATS)}; got {kind!r}")
     form = FORMATS[kind]
     path = Path(f"{plain_name(source.sensor.name)}{form.suffix}") if path is None else path
-    if path.suffix != form.suffix:
-        raise SceneError(f"--output: must end in {form.suffix} for --to {kind}; got {path.name!r}")
+    other = next((name for name, each in FORMATS.items() if each.suffix == path.suffix and name != kind), None)
+    if other is not None:
+        raise SceneError(f"--output: must end in {form.suffix} for --to {kind}; got {path.name!r}, as for {other}")
     return path, form.write(source, path)
 
 

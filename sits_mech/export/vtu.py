@@ -31,7 +31,7 @@ _LAYER, _TARGET, _COIL = 0.0, 1.0, 2.0
 
 
 def write_vtu(source: Source, path: Path) -> tuple[str, ...]:
-    """Write the series beside `path`, which lists it.
+    """Write the series beside `path`, which lists it; one that ends in .vtu holds the last load, the list beside it.
 
     Returns
     -------
@@ -61,6 +61,10 @@ def write_vtu(source: Source, path: Path) -> tuple[str, ...]:
             file = f"{path.stem}_{len(steps):04d}.vtu"
             write_bytes(path.parent / file, vtu_file(model, last))
             steps.append((file, f"F_x = {F_x:.6g} N, F_z = {F_z:.6g} N"))
+    if path.suffix == ".vtu" and steps:
+        write_bytes(path, (path.parent / steps[-1][0]).read_bytes())
+        notes.append(f"{path.name} holds the last load, {steps[-1][1]}; {path.stem}.pvd lists all {len(steps)}")
+        path = path.with_suffix(".pvd")
     write_text(path, _collection(steps))
     return tuple(notes)
 

@@ -82,8 +82,8 @@ def test_what_cannot_be_written(source: Source, tmp_path: Path) -> None:
     """Unknown format, wrong ending, no such folder: one line each."""
     with pytest.raises(ValueError, match="--to: must be one of csv, netcdf, .*; got 'pdf'"):
         export(source, "pdf", tmp_path / "t.pdf")
-    with pytest.raises(ValueError, match=r"--output: must end in .kicad_mod for --to kicad; got 't.txt'"):
-        export(source, "kicad", tmp_path / "t.txt")
+    with pytest.raises(ValueError, match=r"--output: must end in .kicad_mod for --to kicad; got 't.h', as for c"):
+        export(source, "kicad", tmp_path / "t.h")
     for kind in ("csv", "netcdf", "xlsx", "kicad"):
         with pytest.raises(ValueError, match="must be writable; got: No such file"):
             export(source, kind, tmp_path / "nowhere" / f"t{FORMATS[kind].suffix}")

@@ -39,6 +39,14 @@ def test_series(calibrated: Path, tmp_path: Path) -> None:
         assert 0.9 < mesh.cell_data["J"][0].min() <= 1.0 and np.all(mesh.points[:, 1] == 0.0)
 
 
+def test_a_vtu_of_its_own(calibrated: Path, tmp_path: Path) -> None:
+    """The last load stands in the file that was named, the list beside it."""
+    sensor, data = read_calibration(calibrated)
+    path, notes = export(Source(sensor, data.isel(F_x=[2], F_z=[0, 1])), "vtu", tmp_path / "layer.vtu")
+    assert path.read_bytes() == (tmp_path / "layer_0001.vtu").read_bytes() and "holds the last load" in notes[0]
+    assert "layer_0000.vtu" in (tmp_path / "layer.pvd").read_text()
+
+
 def test_section_of_a_solid(calibrated: Path, tmp_path: Path) -> None:
     """A calibration by the 3D pad is shown by it: the section through its middle, the bonded face with the target."""
     sensor, data = read_calibration(calibrated)
