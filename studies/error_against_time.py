@@ -15,7 +15,6 @@ Run ``python studies/error_against_time.py [--coarse] --output DIR``; the pictur
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Sequence
 
@@ -27,7 +26,7 @@ from sits_mech.chain import MAGNETICS, calibrate
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.layer import linear_layer, planar_layer
 from sits_mech.quantities import MechanicalModel, Pose, Wrench
-from sits_mech.report.accuracy import Rung, draw_ladders, machine, rung_rows
+from sits_mech.report.accuracy import Rung, draw_ladders, forget, machine, rung_rows
 from sits_mech.report.outputs import study_arguments, write_rows
 from sits_mech.sensor import load_sensor
 
@@ -60,15 +59,6 @@ COILS = {
     "axisymmetric": (DISC, -1.722086964359416e-07, 1e-6, (1e-2, 1e-3, 1e-4)),
     "sheets": ((), -59.0133840453461e-9, 2e-4, (1e-2, 5e-3, 2e-3, 1e-3)),
 }
-
-
-def forget() -> None:
-    """Empty all caches of the package, so that a solve pays for everything."""
-    for name, module in list(sys.modules.items()):
-        if name.startswith("sits_mech."):
-            for item in vars(module).values():
-                if hasattr(item, "cache_clear"):
-                    item.cache_clear()
 
 
 def mechanics(tolerances: Sequence[float]) -> list[Rung]:

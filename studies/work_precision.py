@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import argparse
 import csv
-import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,7 +23,7 @@ from threadpoolctl import threadpool_limits
 
 from sits_mech.chain import MAGNETICS
 from sits_mech.quantities import Pose
-from sits_mech.report.accuracy import Rung, draw_ladders
+from sits_mech.report.accuracy import Rung, draw_ladders, forget
 from sits_mech.sensor import Sensor, load_sensor
 
 GAP, FREQUENCY, POSES = 2e-3, 5e6, 1000
@@ -55,15 +54,6 @@ class Line:
     estimated_R: float
     one_pose: float
     thousand_poses: float
-
-
-def forget() -> None:
-    """Empty all caches of the package, so that a solve pays for everything."""
-    for name, module in list(sys.modules.items()):
-        if name.startswith("sits_mech.magnetics"):
-            for item in vars(module).values():
-                if hasattr(item, "cache_clear"):
-                    item.cache_clear()
 
 
 def measure(name: str, sensor: Sensor, tolerance: float, delta_L: float, R: float) -> Line:
