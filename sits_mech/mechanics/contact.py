@@ -33,6 +33,8 @@ from sits_mech.mechanics.forms import H_J, Indices, Section, deformation, plane_
 from sits_mech.quantities import Array
 
 Plane = Literal["ground", "plane", "wall"]
+Jet = tuple[Array, Array, Array]
+"""A function at m points: value (m,), slope (m, k) and curvature (m, k, k) in k variables."""
 
 _RISE = 0.02  # thicknesses above the target's edge over which its side wall sets in
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
@@ -109,30 +111,16 @@ class Contact:
         rows, columns = np.repeat(numbers, 9, axis=1).ravel(), np.tile(numbers, (1, 9)).ravel()
         return Term(float(weight @ energy), forces, rows, columns, stiffness.ravel())
 
-    def _of_place(self, place: Array, q: Array) -> tuple[Array, Array, Array]:
+    def _of_place(self, place: Array, q: Array) -> Jet:
         """Energy per length, its slope and curvature in (x, z, d_h, d_z, alpha) of every point."""
-        m = len(place)
-        along, above = _in_frame(place, q)
-        s, s_b, s_bb = np.ones(m), np.zeros(m), np.zeros(m)
+        along, above = in_frame(place, q)
         if self.plane == "ground":
-            depth = (-place[:, 1], np.tile([0.0, -1.0, 0.0, 0.0, 0.0], (m, 1)), np.zeros((m, 5, 5)))
-        elif self.plane == "plane":
-            depth = above
-        else:
-            side = np.sign(self.face.rest[:, 0])
-            depth = (self.half - side * along[0], -side[:, None] * along[1], -side[:, None, None] * along[2])
-            r = np.clip(above[0] / _RISE, 0.0, 1.0)
-            s = r**3 * (10.0 - 15.0 * r + 6.0 * r**2)
-            s_b, s_bb = 30.0 * r**2 * (1.0 - r) ** 2 / _RISE, 60.0 * r * (1.0 - r) * (1.0 - 2.0 * r) / _RISE**2
-        phi, p, k = _pressure(depth[0] / self.give)
-        phi, k = phi * self.give, k / self.give
-        slope = (p * s)[:, None] * depth[1] + (phi * s_b)[:, None] * above[1]
-        mixed = depth[1][:, :, None] * above[1][:, None, :]
-        curvature = (k * s)[:, None, None] * depth[1][:, :, None] * depth[1][:, None, :]
-        curvature += (p * s_b)[:, None, None] * (mixed + mixed.transpose(0, 2, 1))
-        curvature += (phi * s_bb)[:, None, None] * above[1][:, :, None] * above[1][:, None, :]
-        curvature += (p * s)[:, None, None] * depth[2] + (phi * s_b)[:, None, None] * above[2]
-        return phi * s, slope, curvature
+            return pressed(before_ground(place), self.give)
+        if self.plane == "plane":
+            return pressed(above, self.give)
+        side = np.sign(self.face.rest[:, 0])
+        depth = (self.half - side * along[0], -side[:, None] * along[1], -side[:, None, None] * along[2])
+        return pressed(depth, self.give, above)
 
 
 def _pressure(d: Array) -> tuple[Array, Array, Array]:
@@ -143,8 +131,42 @@ def _pressure(d: Array) -> tuple[Array, Array, Array]:
     return energy, np.where(small, 0.5 * d**2, d - 0.5), np.where(small, d, 1.0)
 
 
-def _in_frame(place: Array, q: Array) -> tuple[tuple[Array, Array, Array], tuple[Array, Array, Array]]:
-    """Places along and above the target's bottom face, each with slope and curvature in (x, z, d_h, d_z, alpha)."""
+def pressed(depth: Jet, give: float, above: Jet | None = None) -> Jet:
+    """Return the energy per area at depths behind a plane; behind a wall, above the edge at which it sets in.
+
+    Parameters
+    ----------
+    depth : Jet
+        d [thicknesses], in any variables.
+    give : float
+        Depth over which the pressure builds up [thicknesses].
+    above : Jet, optional
+        b, in the same variables: phi(d) s(b) instead of phi(d).
+    """
+    phi, p, k = _pressure(depth[0] / give)
+    phi, k = phi * give, k / give
+    square = depth[1][:, :, None] * depth[1][:, None, :]
+    if above is None:
+        return phi, p[:, None] * depth[1], k[:, None, None] * square + p[:, None, None] * depth[2]
+    r = np.clip(above[0] / _RISE, 0.0, 1.0)
+    s = r**3 * (10.0 - 15.0 * r + 6.0 * r**2)
+    s_b, s_bb = 30.0 * r**2 * (1.0 - r) ** 2 / _RISE, 60.0 * r * (1.0 - r) * (1.0 - 2.0 * r) / _RISE**2
+    mixed = depth[1][:, :, None] * above[1][:, None, :]
+    curvature = (k * s)[:, None, None] * square + (p * s)[:, None, None] * depth[2]
+    curvature += (p * s_b)[:, None, None] * (mixed + mixed.transpose(0, 2, 1))
+    curvature += (phi * s_bb)[:, None, None] * above[1][:, :, None] * above[1][:, None, :]
+    curvature += (phi * s_b)[:, None, None] * above[2]
+    return phi * s, (p * s)[:, None] * depth[1] + (phi * s_b)[:, None] * above[1], curvature
+
+
+def before_ground(place: Array) -> Jet:
+    """Return the depth of places (x, z) behind the ground in (x, z, d_h, d_z, alpha)."""
+    m = len(place)
+    return -place[:, 1], np.tile([0.0, -1.0, 0.0, 0.0, 0.0], (m, 1)), np.zeros((m, 5, 5))
+
+
+def in_frame(place: Array, q: Array) -> tuple[Jet, Jet]:
+    """Return the places (x, z) along and above the target's bottom face in (x, z, d_h, d_z, alpha)."""
     cos, sin = float(np.cos(q[2])), float(np.sin(q[2]))
     x, z = place[:, 0] - q[0], place[:, 1] - 1.0 - q[1]
     along, above = x * cos - z * sin, x * sin + z * cos
