@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:
-    from sits_mech.bench import sensor_calibration
+    from sits_mech.analysis.bench import sensor_calibration
+    from sits_mech.analysis.spectrum import spectrum
     from sits_mech.chain import calibrate, magnetic_model, mechanical_model, plan, simulate
     from sits_mech.quantities import Impedance, Pose, SolveFailed, Wrench
     from sits_mech.readout.crosstalk import crosstalk, sensitivity
     from sits_mech.sensor import SceneError, Sensor, catalogue, load_sensor, save_sensor
-    from sits_mech.spectrum import spectrum
     from sits_mech.sweep import sweep
 
 __all__ = [
@@ -28,12 +28,12 @@ __all__ = [
 ]  # fmt: skip
 
 _HOMES = {
-    "bench": ("sensor_calibration",),
+    "analysis.bench": ("sensor_calibration",),
     "chain": ("calibrate", "magnetic_model", "mechanical_model", "plan", "simulate"),
     "quantities": ("Impedance", "Pose", "SolveFailed", "Wrench"),
     "readout.crosstalk": ("crosstalk", "sensitivity"),
     "sensor": ("SceneError", "Sensor", "catalogue", "load_sensor", "save_sensor"),
-    "spectrum": ("spectrum",),
+    "analysis.spectrum": ("spectrum",),
     "sweep": ("sweep",),
 }
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from sits_mech.cycle import load_cycle, triangle
+from sits_mech.analysis.cycle import load_cycle, triangle
 from sits_mech.materials import table_of
 from sits_mech.quantities import Wrench
 from sits_mech.report.curves import new_figure, save_figure

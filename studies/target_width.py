@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from sits_mech.design import design_row, serves
+from sits_mech.analysis.design import design_row, serves
 from sits_mech.report.curves import new_figure, save_figure
 from sits_mech.report.outputs import study_arguments, write_rows
 from sits_mech.sensor import load_sensor

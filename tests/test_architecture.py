@@ -19,13 +19,12 @@ RANKS = {
     **dict.fromkeys(("sweep", "numerics", "meshing"), 1),
     "geometry": 2,
     **dict.fromkeys(("mechanics", "magnetics", "readout"), 3),
-    **dict.fromkeys(("adaptive", "bench", "chain", "comparison", "cycle"), 4),
-    **dict.fromkeys(("design", "filling", "omissions", "plan", "reading", "spectrum"), 4),
-    **dict.fromkeys(("tolerances", "wrenches"), 4),
-    **dict.fromkeys(("batch", "report"), 5),
-    **dict.fromkeys(("__init__", "console", "doctor", "export"), 6),
-    "commands": 7,
-    "cli": 8,
+    **dict.fromkeys(("chain", "filling", "omissions", "plan", "reading"), 4),
+    **dict.fromkeys(("analysis", "batch"), 5),
+    "report": 6,
+    **dict.fromkeys(("__init__", "console", "doctor", "export"), 7),
+    "commands": 8,
+    "cli": 9,
 }
 TALK = {"print", "breakpoint", "input"}
 

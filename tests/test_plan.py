@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
+from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.chain import magnetic_model, mechanical_model, plan, simulate
 from sits_mech.omissions import half_suffices, idle_coupling, omissions, skin_depths, strain_bound
 from sits_mech.plan import choose_magnetics, choose_mechanics, quantity_range
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.sensor import Sensor, load_sensor
-from sits_mech.spectrum import at_terminals
 from sits_mech.units import SceneError
 
 LONG = 'elastomer.length="200 mm"'

@@ -10,13 +10,13 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 
-@pytest.mark.parametrize("before", ["pass", "import sits_mech.chain", "import sits_mech.sweep, sits_mech.spectrum"])
+@pytest.mark.parametrize("before", ["pass", "import sits_mech.chain", "import sits_mech.sweep, sits_mech.plan"])
 def test_functions_are_not_hidden_by_their_files(before: str) -> None:
-    """`sweep` and `spectrum` are functions in files of the same name."""
+    """`sweep` and `plan` are functions in files of the same name."""
     code = (
-        f"{before}\nimport sits_mech\nfrom sits_mech import simulate, spectrum, sweep\n"
+        f"{before}\nimport sits_mech\nfrom sits_mech import plan, simulate, sweep\n"
         "from sits_mech.sweep import sweep as same\n"
-        "assert sits_mech.sweep is sweep is same and callable(spectrum) and callable(simulate)\n"
+        "assert sits_mech.sweep is sweep is same and callable(plan) and callable(simulate)\n"
         "assert all(hasattr(sits_mech, name) for name in sits_mech.__all__) and len(sits_mech.__all__) <= 20\n"
     )
     environment = os.environ | {"PYTHONPATH": str(ROOT)}

@@ -31,7 +31,7 @@ def invert(
     """
     import numpy as np
 
-    from sits_mech.bench import model_errors, sensor_calibration
+    from sits_mech.analysis.bench import model_errors, sensor_calibration
     from sits_mech.report.folder import read_calibration
     from sits_mech.report.readings import inversion_record, inversion_table, refusal
     from sits_mech.units import SceneError
@@ -64,7 +64,7 @@ def converter(
 
     Example: sits-mech converter calibration --clock "40 MHz" --rcount 4096
     """
-    from sits_mech.bench import sensor_front_end
+    from sits_mech.analysis.bench import sensor_front_end
     from sits_mech.report.folder import read_calibration
     from sits_mech.report.readings import front_end_record, front_end_table
     from sits_mech.units import quantity
@@ -113,14 +113,14 @@ def quality(
     """
     import numpy as np
 
-    from sits_mech.bench import sensor_calibration, sensor_front_end
+    from sits_mech.analysis.bench import sensor_calibration, sensor_front_end
+    from sits_mech.analysis.tolerances import force_spread
+    from sits_mech.analysis.wrenches import components_told
     from sits_mech.console import progress_bar
     from sits_mech.readout import quality as figures
     from sits_mech.report.folder import read_calibration
     from sits_mech.report.quality_table import components_record, quality_record, quality_tables
-    from sits_mech.tolerances import force_spread
     from sits_mech.units import quantity as written
-    from sits_mech.wrenches import components_told
 
     sensor, data = read_calibration(folder)
     cal, off = sensor_calibration(sensor, data), deviations.given()
@@ -157,7 +157,7 @@ def compare(
 
     Example: sits-mech compare calibration bench.csv --free modulus,lead -o residual.png
     """
-    from sits_mech import comparison
+    from sits_mech.analysis import comparison
     from sits_mech.readout.measured import read_measured
     from sits_mech.report.folder import read_calibration
     from sits_mech.report.measured_view import comparison_record, comparison_rows, save_comparison
@@ -180,8 +180,8 @@ def _loop(sensor: Sensor, data: xr.Dataset, period: str) -> tuple[Array, Array]:
     """Return the inductances of a table's largest load while it comes and goes, the second time."""
     import json
 
-    from sits_mech.bench import branches
-    from sits_mech.cycle import load_cycle, triangle
+    from sits_mech.analysis.bench import branches
+    from sits_mech.analysis.cycle import load_cycle, triangle
     from sits_mech.quantities import Wrench
     from sits_mech.units import quantity
 

@@ -57,12 +57,12 @@ def inductance(
 
     Example: sits-mech inductance biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 MHz"
     """
+    from sits_mech.analysis.spectrum import at_terminals, frequency_range, spectrum
     from sits_mech.chain import magnetic_model
     from sits_mech.omissions import omissions
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import impedance_record, spectrum_record
     from sits_mech.report.tables import impedance_table, spectrum_table, terminal_table
-    from sits_mech.spectrum import at_terminals, frequency_range, spectrum
 
     sensor, place = sensor_of(scene, overrides), place_at(dh, dv, alpha)
     hertz = [sensor.frequency] if frequency is None else frequency_range(frequency, "--frequency")
@@ -161,7 +161,7 @@ def cycle(
 
     Example: sits-mech cycle soft.toml --fz "4 N" --period "2 s" --cycles 3 -o cycle.nc
     """
-    from sits_mech.cycle import load_cycle, triangle
+    from sits_mech.analysis.cycle import load_cycle, triangle
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.loops import loop_record, loop_table
     from sits_mech.sweep import save_table

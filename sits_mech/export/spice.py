@@ -17,12 +17,12 @@ from pathlib import Path
 
 import numpy as np
 
+from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.chain import magnetic_model
 from sits_mech.export.source import Source, resting_pose
 from sits_mech.quantities import Array, Impedance, Pose
 from sits_mech.scene import write_text
 from sits_mech.sensor import SceneError
-from sits_mech.spectrum import at_terminals
 
 
 def write_spice(source: Source, path: Path) -> tuple[str, ...]:

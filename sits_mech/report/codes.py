@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from sits_mech.bench import absolute, sensor_front_end, table_impedance, terminals
+from sits_mech.analysis.bench import absolute, sensor_front_end, table_impedance, terminals
 from sits_mech.quantities import Array
 from sits_mech.readout.converter import code_of, tank_frequency
 from sits_mech.readout.front_end import FrontEnd

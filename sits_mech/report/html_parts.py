@@ -15,7 +15,7 @@ import xarray as xr
 from pydantic import BaseModel
 from rich.table import Table
 
-from sits_mech.bench import sensor_calibration
+from sits_mech.analysis.bench import sensor_calibration
 from sits_mech.readout.crosstalk import crosstalk
 from sits_mech.readout.quality import quality
 from sits_mech.report.codes import Readings

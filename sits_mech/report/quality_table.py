@@ -9,12 +9,12 @@ import numpy as np
 import xarray as xr
 from rich.table import Table
 
+from sits_mech.analysis.tolerances import ForceSpread
 from sits_mech.quantities import Array, as_jsonable
 from sits_mech.readout.crosstalk import crosstalk, rotation_error
 from sits_mech.readout.observability import Observability
 from sits_mech.readout.quality import Quality
 from sits_mech.report.tables import key_table
-from sits_mech.tolerances import ForceSpread
 
 Record = dict[str, Any]
 

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from sits_mech.analysis.spectrum import Terminals
 from sits_mech.chain import Simulation
 from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, as_jsonable
-from sits_mech.spectrum import Terminals
 
 Record = dict[str, Any]
 

@@ -10,10 +10,10 @@ import numpy as np
 import xarray as xr
 from rich.table import Table
 
+from sits_mech.analysis.spectrum import Terminals
 from sits_mech.quantities import Equilibrium, Impedance, SolveReport
 from sits_mech.readout.crosstalk import crosstalk, rotation_error, sensitivity, slope, slope_error
 from sits_mech.readout.signals import Signals
-from sits_mech.spectrum import Terminals
 from sits_mech.sweep import DONE
 
 _COLUMNS = (

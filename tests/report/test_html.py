@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.bench import absolute, table_impedance
+from sits_mech.analysis.bench import absolute, table_impedance
 from sits_mech.cli import run
 from sits_mech.report.codes import readings
 from sits_mech.report.folder import read_calibration
@@ -281,7 +281,7 @@ def test_coils_that_no_converter_follows(calibrated: Path, tmp_path: Path) -> No
     sensor, data = read_calibration(calibrated)
     reason = "tracks: none of the kind"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("sits_mech.bench.at_terminals", lambda *_: (None, (reason,)))
+        patch.setattr("sits_mech.analysis.bench.at_terminals", lambda *_: (None, (reason,)))
         whole = page(sensor, data, tmp_path)
     assert reason in whole and "code of" not in whole
 

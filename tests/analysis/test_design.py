@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.design import best_designs, serves, table_row
+from sits_mech.analysis.design import best_designs, serves, table_row
 from sits_mech.sensor import load_sensor
 
 

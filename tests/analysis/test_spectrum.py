@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
+from sits_mech.analysis.spectrum import at_terminals, frequency_range, spectrum
 from sits_mech.chain import magnetic_model
 from sits_mech.quantities import Pose
 from sits_mech.sensor import SceneError, Sensor, load_sensor
-from sits_mech.spectrum import at_terminals, frequency_range, spectrum
 from sits_mech.units import quantity
 
 POSE = Pose(0.0, 2e-3)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sits_mech.bench import free_inductances
+from sits_mech.analysis.bench import free_inductances
 from sits_mech.chain import loaded_model, mechanical_model
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.quantities import Array, Equilibrium, MagneticModel, MechanicalModel, Pose, SolveFailed, Wrench

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sits_mech.analysis.cycle import Programme, load_cycle, triangle
 from sits_mech.chain import simulate
-from sits_mech.cycle import Programme, load_cycle, triangle
 from sits_mech.mechanics.history import retardation
 from sits_mech.quantities import Wrench
 from sits_mech.sensor import SceneError, Sensor, load_sensor

@@ -8,9 +8,9 @@ import pytest
 import xarray as xr
 
 from sits_mech import chain, cli
+from sits_mech.analysis.tolerances import force_spread
 from sits_mech.sensor import Sensor, load_sensor, save_sensor
 from sits_mech.sweep import save_table
-from sits_mech.tolerances import force_spread
 
 
 @pytest.fixture(scope="module")

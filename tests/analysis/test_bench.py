@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech import bench, cli
+from sits_mech import cli
+from sits_mech.analysis import bench
 from sits_mech.quantities import Impedance, Pose, SolveReport
 from sits_mech.sensor import Sensor, changed, load_sensor, save_sensor, scene_hash, scene_text
 from sits_mech.sweep import save_table

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech import wrenches
+from sits_mech.analysis import wrenches
+from sits_mech.analysis.wrenches import COMPONENTS, components_told, turned, wrench_slopes
 from sits_mech.quantities import Equilibrium, Impedance, Pose, SolveReport, Wrench
 from sits_mech.report import quality_table
 from sits_mech.sensor import Coil, Sensor, load_sensor
-from sits_mech.wrenches import COMPONENTS, components_told, turned, wrench_slopes
 
 REPORT = SolveReport("by hand", 1, 1, 0.0, 0.0, 0.0)
 

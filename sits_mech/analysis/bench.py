@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.magnetics.loops import coil_inductances
 from sits_mech.magnetics.losses import track_resistance
 from sits_mech.magnetics.terminals import terminal_impedance
@@ -27,7 +28,6 @@ from sits_mech.readout.calibration import Calibration, calibration
 from sits_mech.readout.converter import converter, parallel_resistance, resonance
 from sits_mech.readout.front_end import FrontEnd, front_end
 from sits_mech.sensor import Coil, SceneError, Sensor
-from sits_mech.spectrum import at_terminals
 from sits_mech.sweep import DONE
 
 _IDLE = "idle coils: left out, a model per metre overstates their coupling"

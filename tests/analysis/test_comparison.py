@@ -8,8 +8,8 @@ import pytest
 import xarray as xr
 
 from sits_mech import chain, cli
-from sits_mech.bench import free_inductances
-from sits_mech.comparison import compare
+from sits_mech.analysis.bench import free_inductances
+from sits_mech.analysis.comparison import compare
 from sits_mech.materials import table_of
 from sits_mech.readout.measured import Measured
 from sits_mech.report.folder import cases_folder
