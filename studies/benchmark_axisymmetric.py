@@ -6,10 +6,7 @@ infinite plate by the Dodd-Deeds integral. Run ``python studies/benchmark_axisym
 
 from __future__ import annotations
 
-import argparse
-import csv
 import time
-from pathlib import Path
 
 import numpy as np
 
@@ -18,6 +15,7 @@ from sits_mech.magnetics.loops import coil_sections
 from sits_mech.magnetics.losses import coil_losses, track_resistance
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.quantities import Pose
+from sits_mech.report.outputs import study_arguments, write_rows
 from sits_mech.sensor import Coil, Sensor, Target
 
 MM = 1e-3
@@ -67,21 +65,11 @@ def plate_row(frequency: float, delta_L: float, R: float) -> list[object]:
 
 def main() -> None:
     """Write the table and print it."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--coarse", action="store_true", help="one disc, tolerance 1e-2")
-    parser.add_argument("--output", type=Path, default=Path("."))
-    options = parser.parse_args()
-    tolerances, discs = ((1e-2,), DISCS[1:2]) if options.coarse else ((1e-2, 1e-3, 1e-4), DISCS)
+    coarse, folder = study_arguments(__doc__ or "")
+    tolerances, discs = ((1e-2,), DISCS[1:2]) if coarse else ((1e-2, 1e-3, 1e-4), DISCS)
     rows = [disc_row(tolerance, *disc) for tolerance in tolerances for disc in discs]
     rows += [plate_row(*plate) for plate in PLATE]
-    options.output.mkdir(parents=True, exist_ok=True)
-    with open(options.output / "axisymmetric.csv", "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(HEADER)
-        writer.writerows(rows)
-    print(*HEADER)
-    for row in rows:
-        print(*(f"{item:.2g}" if isinstance(item, float) else item for item in row))
+    print(write_rows([dict(zip(HEADER, row, strict=True)) for row in rows], folder / "axisymmetric.csv"))
     coil = make_coil()
     for frequency in (5e3, 5e6):
         run = coil_losses(coil, frequency)

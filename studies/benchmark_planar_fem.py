@@ -7,16 +7,13 @@ one pose on one core, the mesh included. Run ``python studies/benchmark_planar_f
 
 from __future__ import annotations
 
-import argparse
-import csv
-from pathlib import Path
-
 import numpy as np
 
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.quantities import Pose
 from sits_mech.report.curves import save_figure
 from sits_mech.report.fields import current_view, potential_view
+from sits_mech.report.outputs import study_arguments, write_rows
 from sits_mech.sensor import Sensor, changed, load_sensor
 
 # d_h, d_v [mm], f [Hz], radius where A = 0 [mm] (None: no net current), Delta L1, L2, M12 [H/m], R1, R2 [ohm/m]
@@ -48,7 +45,7 @@ def scene(radius: float | None) -> Sensor:
     return changed(load_sensor("biorob2018"), overrides)
 
 
-def measure(row: tuple[float | None, ...], tolerance: float) -> list[object]:
+def measure(row: tuple[float | None, ...], tolerance: float) -> dict[str, object]:
     """One line of the table."""
     d_h, d_v, frequency, radius, L1, L2, M, R1, R2 = row
     found = planar_fem(scene(radius), tolerance).impedance(Pose(d_h * 1e-3, d_v * 1e-3), frequency)
@@ -56,32 +53,21 @@ def measure(row: tuple[float | None, ...], tolerance: float) -> list[object]:
     error_L = np.abs(found.L - found.L0 - delta_L).max() / np.abs(delta_L).max()
     error_R = np.abs(np.diag(found.R) - R).max() / R.max()
     report = found.report
-    figures = (f"{value:.2e}" for value in (error_L, error_R, report.estimated_error))
-    return [tolerance, d_h, d_v, frequency, radius, *figures, report.unknowns, f"{report.seconds:.2f}"]
+    values = (tolerance, d_h, d_v, frequency, radius, error_L, error_R, report.estimated_error)
+    return dict(zip(COLUMNS, (*values, report.unknowns, report.seconds), strict=True))
 
 
 def main() -> None:
     """Write the table and the pictures of a moved and turned target."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--coarse", action="store_true", help="two rows at one tolerance")
-    parser.add_argument("--output", type=Path, default=Path("."), help="folder for the table and the pictures")
-    given = parser.parse_args()
-    given.output.mkdir(parents=True, exist_ok=True)
-    tolerances, rows = ((1e-3,), ROWS[:2]) if given.coarse else ((1e-2, 1e-3, 1e-4, 1e-5), ROWS)
-    with (given.output / "planar_fem.csv").open("w", newline="") as stream:
-        table = csv.writer(stream)
-        table.writerow(COLUMNS)
-        for tolerance in tolerances:
-            for row in rows:
-                line = measure(row, tolerance)
-                table.writerow(line)
-                print(*line)
+    coarse, folder = study_arguments(__doc__ or "")
+    tolerances, rows = ((1e-3,), ROWS[:2]) if coarse else ((1e-2, 1e-3, 1e-4, 1e-5), ROWS)
+    print(write_rows([measure(row, tolerance) for tolerance in tolerances for row in rows], folder / "planar_fem.csv"))
     wide = changed(scene(None), ['target.width="15 mm"'])
     field = planar_fem(wide).field(Pose(2e-3, 4e-3, np.radians(10.0)), 5e6)
     if field is not None:
         driven = np.array([0.0, 1.017e-3])
-        save_figure(potential_view(field, driven), given.output / "flux_lines.png")
-        save_figure(current_view(field, driven), given.output / "current_density.png")
+        save_figure(potential_view(field, driven), folder / "flux_lines.png")
+        save_figure(current_view(field, driven), folder / "current_density.png")
 
 
 if __name__ == "__main__":

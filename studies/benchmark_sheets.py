@@ -3,15 +3,13 @@
 The change of inductance and the resistance of the catalogue's two-coil sensor (8 x 8 x 0.2 mm copper plate) and of one
 coil over coaxial discs, against volume and axisymmetric finite elements (NGSolve 6.2; errors 2e-4 / 1e-3 and 1e-6):
 
-    python studies/benchmark_sheets.py [--coarse] [--output DIR]
+    python studies/benchmark_sheets.py [--coarse] --output DIR
 
 Seconds are processor time on one core: of the preparation, and of a thousand poses after it.
 """
 
 from __future__ import annotations
 
-import argparse
-import csv
 import time
 from pathlib import Path
 
@@ -22,6 +20,7 @@ from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheet_rungs import prepared
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import Pose
+from sits_mech.report.outputs import study_arguments, write_rows
 from sits_mech.sensor import Sensor, load_sensor
 
 # frequency [Hz], gap [m], Delta L1 [H], R1 [ohm] (not known where nan)
@@ -109,21 +108,12 @@ def draw(lines: list[dict[str, object]], path: Path) -> None:
 
 
 def main() -> None:
-    """Print the table, write it as CSV, draw it."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("--coarse", action="store_true", help="the coarsest rung alone")
-    parser.add_argument("--output", type=Path, default=Path("benchmark_sheets"))
-    options = parser.parse_args()
-    options.output.mkdir(parents=True, exist_ok=True)
+    """Write the table and its picture."""
+    coarse, folder = study_arguments(__doc__ or "")
     with threadpool_limits(1):
-        lines = table(options.coarse)
-    for line in lines:
-        print("  ".join(f"{k} {v:.3g}" if isinstance(v, float) else f"{k} {v}" for k, v in line.items()))
-    with (options.output / "benchmark_sheets.csv").open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, COLUMNS)
-        writer.writeheader()
-        writer.writerows(lines)
-    draw(lines, options.output / "benchmark_sheets.png")
+        lines = table(coarse)
+    print(write_rows(lines, folder / "benchmark_sheets.csv"))
+    draw(lines, folder / "benchmark_sheets.png")
 
 
 if __name__ == "__main__":

@@ -12,11 +12,8 @@ Run ``python studies/work_precision.py [--coarse] --output DIR``: writes CSV, Ma
 
 from __future__ import annotations
 
-import argparse
-import csv
 import time
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -24,6 +21,7 @@ from threadpoolctl import threadpool_limits
 from sits_mech.chain import MAGNETICS
 from sits_mech.quantities import Pose
 from sits_mech.report.accuracy import Rung, draw_ladders, forget
+from sits_mech.report.outputs import study_arguments, write_rows
 from sits_mech.sensor import Sensor, load_sensor
 
 GAP, FREQUENCY, POSES = 2e-3, 5e6, 1000
@@ -72,36 +70,20 @@ def measure(name: str, sensor: Sensor, tolerance: float, delta_L: float, R: floa
     return Line(name, tolerance, z.report.unknowns, *(float(error) for error in errors), one, many)
 
 
-def markdown(lines: list[Line]) -> str:
-    """Return the lines as a Markdown table."""
-    row = (
-        "| {0.model} | {0.tolerance:g} | {0.unknowns} | {0.error_L:.1e} | {0.estimated_L:.1e} | {0.error_R:.1e} "
-        "| {0.estimated_R:.1e} | {0.one_pose:.2g} | {0.thousand_poses:.3g} |"
-    )
-    head = "| model | tolerance | unknowns | Delta L: error | estimate | R: error | estimate | 1 pose [s] | 1000 [s] |"
-    return "\n".join([head, "|---" * 9 + "|", *(row.format(line) for line in lines)]) + "\n"
-
-
 def main() -> None:
     """Run the ladders; write table and picture."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--coarse", action="store_true", help="the first rung of each model")
-    parser.add_argument("--output", type=Path, default=Path("."))
-    asked = parser.parse_args()
-    asked.output.mkdir(parents=True, exist_ok=True)
+    coarse, folder = study_arguments(__doc__ or "")
     lines = []
     with threadpool_limits(limits=1):
         for name, (overrides, delta_L, R, tolerances) in CASES.items():
             sensor = load_sensor("biorob2018", ['target.conductivity="58 MS/m"', *overrides])
-            for tolerance in tolerances[:1] if asked.coarse else tolerances:
+            for tolerance in tolerances[:1] if coarse else tolerances:
                 lines.append(measure(name, sensor, tolerance, delta_L, R))
                 print(*vars(lines[-1]).values(), flush=True)
-    with (asked.output / "work_precision.csv").open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file).writerows([vars(lines[0]).keys(), *(vars(line).values() for line in lines)])
-    (asked.output / "work_precision.md").write_text(markdown(lines), encoding="utf-8")
+    write_rows([vars(line) for line in lines], folder / "work_precision.csv")
     rungs = [Rung(x.model, f"{x.tolerance:g}", x.one_pose, x.error_L, x.estimated_L) for x in lines]
     rungs += [Rung(f"{x.model}, 1000", f"{x.tolerance:g}", x.thousand_poses, x.error_L, x.estimated_L) for x in lines]
-    draw_ladders({"magnetics": rungs}, asked.output / "work_precision.png")
+    draw_ladders({"magnetics": rungs}, folder / "work_precision.png")
 
 
 if __name__ == "__main__":
