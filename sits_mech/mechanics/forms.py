@@ -24,15 +24,21 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from skfem import Basis, ElementQuad2, MeshQuad, MeshQuad2
 
 from sits_mech.mechanics.energy import PlaneEnergy
 from sits_mech.quantities import Array
 
 Indices = NDArray[np.int64]
 
-_NODES = np.array([(i, j) for i in (0.0, 0.5, 1.0) for j in (0.0, 0.5, 1.0)]).T  # of the reference square
+_POINTS, _SHARES = np.polynomial.legendre.leggauss(3)
+GAUSS = np.array([(a, b) for a in 0.5 * (_POINTS + 1.0) for b in 0.5 * (_POINTS + 1.0)]).T
+"""Quadrature points of the unit square."""
+GAUSS_WEIGHTS = 0.25 * np.outer(_SHARES, _SHARES).ravel()
+NODES = np.array([(a, b) for a in (0.0, 0.5, 1.0) for b in (0.0, 0.5, 1.0)]).T
+"""Nodes of the unit square."""
 _SIMPSON = np.outer([1.0, 4.0, 1.0], [1.0, 4.0, 1.0]).ravel() / 36.0
+# half steps (along x, along z) of a cell's nodes: corners counter-clockwise, the side after each, the middle
+_ORDER = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1))
 
 # dJ/dF = H_J F with F = (F_11, F_12, F_21, F_22): H is linear in F in two dimensions.
 H_J = np.array([[0.0, 0, 0, 1], [0, 0, -1, 0], [0, -1, 0, 0], [1, 0, 0, 0]])
@@ -49,7 +55,7 @@ class Section:
     nodes : ndarray, shape (n, 2)
         Q2 nodes, ordered column by column from left to right [thicknesses].
     cells : ndarray, shape (e, 9)
-        Nodes of each element, in scikit-fem's order.
+        Nodes of each element: corners counter-clockwise, the side after each, the middle.
     dofs : ndarray, shape (e, 18)
         Displacement numbers ``2 node + component`` of each element.
     B : ndarray, shape (e, 9, 4, 18)
@@ -102,37 +108,63 @@ def section(x: Array, z: Array, placed: Callable[[Array], Array] | None = None) 
     placed : callable, optional
         Where the nodes of the rectangle, shape (n, 2), come to stand: sides become parabolas.
     """
-    mesh = MeshQuad.init_tensor(x, z)
-    flat = Basis(mesh, ElementQuad2(), intorder=5).doflocs.T
-    if placed is not None:
-        straight = MeshQuad2.from_mesh(mesh)
-        mesh = replace(straight, doflocs=np.ascontiguousarray(placed(straight.doflocs.T).T))
-    basis = Basis(mesh, ElementQuad2(), intorder=5)
-    nodes = basis.doflocs.T
-    order = np.lexsort((np.round(flat[:, 1], 12), np.round(flat[:, 0], 12)))
-    rank = np.empty(len(order), dtype=np.int64)
-    rank[order] = np.arange(len(order))
-    cells = rank[basis.element_dofs.T]
-    at_nodes = Basis(mesh, ElementQuad2(), quadrature=(_NODES, _SIMPSON))
+    flat = np.stack(np.meshgrid(_halved(x), _halved(z), indexing="ij"), axis=-1).reshape(-1, 2)
+    nodes = flat if placed is None else placed(flat)
+    column = 2 * len(z) - 1
+    first = 2 * column * np.arange(len(x) - 1)[:, None] + 2 * np.arange(len(z) - 1)
+    cells = first.reshape(-1, 1) + np.array(_ORDER) @ [column, 1]
     dofs = (2 * cells[:, :, None] + np.arange(2)).reshape(len(cells), 18)
-    points = np.asarray(basis.global_coordinates())
-    centre = nodes[basis.element_dofs].mean(axis=0).T  # (2, e)
-    local = points - centre[:, :, None]
-    chi = np.stack([np.ones_like(basis.dx), local[0], local[1]], axis=1)
-    gram = np.einsum("emq,enq,eq->emn", chi, chi, basis.dx)
-    chi = np.linalg.solve(np.linalg.cholesky(gram), chi) * basis.dx[:, None, :]
-    parts = (_strains(basis), basis.dx.copy(), chi, _strains(at_nodes), at_nodes.dx.copy())
-    return Section(x, z, nodes[order], cells, dofs, *parts, flat=None if placed is None else flat[order])
+    B, area, points = _strains(nodes[cells], *GAUSS)
+    weights = area * GAUSS_WEIGHTS
+    node_B, node_area, _ = _strains(nodes[cells], *NODES)
+    parts = (B, weights, pressures(points, weights), node_B, node_area * _SIMPSON)
+    return Section(x, z, nodes, cells, dofs, *parts, flat=None if placed is None else flat)
 
 
-def _strains(basis: Basis) -> Array:
-    """F - 1 at a basis' points from an element's displacements, shape (e, points, 4, 18)."""
-    gradients = np.stack([basis.basis[a][0].grad for a in range(9)])  # a, j, e, q
-    B = np.zeros((*basis.dx.shape, 4, 18))
+def pressures(points: Array, weights: Array) -> Array:
+    """Return the orthonormal polynomials of degree one times the weights, shape (e, 3, q), of cells' quadrature points.
+
+    Parameters
+    ----------
+    points : ndarray, shape (e, q, 2)
+    weights : ndarray, shape (e, q)
+    """
+    centre = (points * weights[..., None]).sum(axis=1, keepdims=True) / weights.sum(axis=1)[:, None, None]
+    local = np.moveaxis(points - centre, -1, 1)
+    basis = np.concatenate([np.ones_like(weights)[:, None], local], axis=1)
+    weighted = basis * weights[:, None]
+    return np.asarray(np.linalg.solve(np.linalg.cholesky(weighted @ basis.transpose(0, 2, 1)), weighted))
+
+
+def strains(slope: Array) -> Array:
+    """Return F - 1 from the displacements, shape (e, q, 4, 18), of the shape functions' gradients, (e, q, 9, 2)."""
+    B = np.zeros((*slope.shape[:2], 4, 18))
     for i in range(2):
-        for j in range(2):
-            B[:, :, 2 * i + j, i::2] = np.moveaxis(gradients[:, j], 0, -1)
+        B[:, :, 2 * i : 2 * i + 2, i::2] = slope.swapaxes(2, 3)
     return B
+
+
+def quadratic(s: Array) -> tuple[Array, Array]:
+    """Return values and slopes, shapes (3, n), of the quadratic shape functions of 0, 1/2, 1 at s in 0..1."""
+    values = np.stack([(1.0 - s) * (1.0 - 2.0 * s), 4.0 * s * (1.0 - s), s * (2.0 * s - 1.0)])
+    return values, np.stack([4.0 * s - 3.0, 4.0 - 8.0 * s, 4.0 * s - 1.0])
+
+
+def _strains(places: Array, xi: Array, eta: Array) -> tuple[Array, Array, Array]:
+    """F - 1 from the displacements, area per unit of xi and eta, and place of points of cells whose nodes are given."""
+    (a, da), (b, db) = quadratic(xi), quadratic(eta)
+    i, j = np.array(_ORDER).T
+    N, N_xi, N_eta = (a[i] * b[j]).T, (da[i] * b[j]).T, (a[i] * db[j]).T
+    (x_xi, z_xi), (x_eta, z_eta) = np.moveaxis(N_xi @ places, -1, 0), np.moveaxis(N_eta @ places, -1, 0)
+    det = x_xi * z_eta - x_eta * z_xi
+    along = N_xi * (z_eta / det)[..., None] - N_eta * (z_xi / det)[..., None]
+    upward = N_eta * (x_xi / det)[..., None] - N_xi * (x_eta / det)[..., None]
+    return strains(np.stack([along, upward], axis=-1)), det, N @ places
+
+
+def _halved(lines: Array) -> Array:
+    """Lines with the middles between them."""
+    return np.insert(lines, np.arange(1, len(lines)), 0.5 * (lines[1:] + lines[:-1]))
 
 
 def node_volumes(mesh: Section, u: Array) -> Array:
