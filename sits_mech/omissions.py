@@ -30,6 +30,7 @@ import numpy as np
 
 from sits_mech.magnetics.loops import coil_inductances
 from sits_mech.magnetics.losses import skin_depth
+from sits_mech.mechanics.closed_form import small_strain_bound
 from sits_mech.quantities import Wrench
 from sits_mech.sensor import Sensor
 
@@ -83,7 +84,7 @@ def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
         sink, shear = abs(load.F_z) / (E_c * w * length), abs(load.F_x) / (mu * w * length)
         moment = abs(load.M) + abs(load.F_x) * (target.load_height + 0.5 * t)
         edge = moment / (E_b * w**2 * length / 6.0)
-        bounds.append(3.0 * sink + 0.5 * (shear + edge))
+        bounds.append(small_strain_bound(sink, shear, edge))
     return max(bounds)
 
 

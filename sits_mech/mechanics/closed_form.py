@@ -104,6 +104,19 @@ def corner_exponent(poisson: float, angle: float = 0.5 * np.pi) -> float:
     return float(brentq(gap, 0.0, 1.0, xtol=1e-14))
 
 
+def small_strain_bound(sink: float, shear: float, edge: float) -> float:
+    """Return how far at most one linear compliance misses the displacement, over its size [-].
+
+    What is left out is of first order in the strain; the factors are held against finite strain by the plan's test.
+
+    Parameters
+    ----------
+    sink, shear, edge : float
+        Of the target: down, sideways, and up or down at its ends by its tilt, each over the layer's thickness.
+    """
+    return 3.0 * abs(sink) + 0.5 * (abs(shear) + abs(edge))
+
+
 def holding_moment(wrench: Wrench, d_h: float, gap: float) -> float:
     """Return the moment about the plate's centre that holds the tilt of a centrally symmetric block at zero [N m].
 
