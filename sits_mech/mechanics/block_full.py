@@ -1,4 +1,4 @@
-"""From all six components of a wrench to all six of the pose: the whole pad in three dimensions (Python only).
+"""From all six components of a wrench to all six of the pose: the whole pad in three dimensions.
 
 The target is exactly rigid: a bonded point X of its lower face goes to ``c + R X``, c the centre's place, R a rotation.
 Per unit of virtual work, with f the pad's forces on the bonded nodes and x = R X,
@@ -8,18 +8,19 @@ Per unit of virtual work, with f the pad's forces on the bonded nodes and x = R 
 F a dead force, M a dead moment about the fixed axes. Newton's method turns R by ``exp([w])``, so that nothing is
 singular at any rotation: with ``du = dc + w x x`` on the bonded nodes the tangent is that of the pad between those
 fields, and what the turned arms add to the moments, in matrices of vector products: ``sum [f][x] - [F][R h]`` by w.
-It is not symmetric, as a moment about fixed axes has no potential.
+It is not symmetric, as a moment about fixed axes has no potential; a target at rest counts as stable where the
+symmetric part of the stiffness that it feels is positive definite: no small push then does negative work.
 
-The pad is that of block.py: both halves of it, the same elements, two meshes, the same extrapolation. Unknowns: nodal
-displacements and c in thicknesses, w in radians; scales of block_mesh.py. Range: boxes under rectangles; a free face
-that folds is named in the notes, stability is not looked for. Components follow the right hand; ``M_y > 0`` turns
-clockwise in the x-z picture, like `M`.
+The pad is that of block.py: both halves of it, the same elements, two meshes, the same extrapolation; where a mesh does
+not carry a load, one with a guard on J is tried. Unknowns: nodal displacements and c in thicknesses, w in radians;
+scales of block_mesh.py. Range: boxes under rectangles; no contact, a free face that folds is named in the notes.
+Components follow the right hand; ``M_y > 0`` turns clockwise in the x-z picture, like `M`.
 """
 
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -43,10 +44,14 @@ from sits_mech.quantities import Array, SolveFailed, SolveReport
 from sits_mech.sensor import Sensor
 
 _LADDER = ((1e-2, (2, 1)), (0.0, (3, 2)))  # asked error of the pose -> cells through the thickness, fine and coarse
-_GRADING = (2.0, 1.5)  # beside the target, and flush with it
+# Grading towards the target's edge and guard on J, in the order they are tried; beside the target, and flush with it.
+_KINDS = ((2.0, 0.0), (2.0, 5.0))
+_FLUSH = ((1.5, 0.0), (2.0, 5.0))
+_PATIENCE = (0.2, 1e-2)  # smallest increment of the load where another mesh waits, and where none does
 _SETTLED = 1e-9
 _ITERATIONS = 14
-_SMALLEST = 1e-2  # increment of the load below which it is given up
+_EASY = 5  # iterations up to which the next increment grows
+_NEAR = 1e-3  # residual from which one more step leaves the target's stiffness as it is
 _SHARE = 0.25  # of the worst component's error that every component owns to
 
 
@@ -85,7 +90,7 @@ class FullPose:
 
 @dataclass(frozen=True)
 class _Place:
-    """A pad's state: nodal displacements, pressures, the target's centre and rotation."""
+    """A pad's state: nodal displacements, pressures, the target's centre and rotation; whether it stands stable."""
 
     u: Array
     p: Array
@@ -94,6 +99,16 @@ class _Place:
     residual: float = np.inf
     iterations: int = 0
     min_J: float = 1.0
+    stable: bool = True
+
+
+@dataclass(frozen=True)
+class _Path:
+    """The last place at rest on the way to a load, how much of it that is, and what ended the way."""
+
+    place: _Place
+    reached: float
+    reason: str = ""
 
 
 def full_equilibrium(sensor: Sensor, wrench: FullWrench, tolerance: float = 1e-2) -> FullPose:
@@ -121,55 +136,72 @@ def full_equilibrium(sensor: Sensor, wrench: FullWrench, tolerance: float = 1e-2
     load = np.array([wrench.F_x, wrench.F_y, -wrench.F_z, wrench.M_x / t, wrench.M_y / t, wrench.M_z / t]) / (mu * t**2)
     if not np.all(np.isfinite(load)):
         raise ValueError(f"wrench: must be finite numbers, got {wrench}")
-    pair = next(cells for least, cells in _LADDER if tolerance >= least)
-    solids = [whole_block(sensor, cells) for cells in pair]
-    fine, coarse = (_followed(each, load) for each in solids)
+    solids, (fine, coarse) = _carried(sensor, load, next(cells for least, cells in _LADDER if tolerance >= least))
     places = [np.concatenate([place.c * t, _vector(place.R)]) for place in (fine, coarse)]
     added = (places[0] - places[1]) / ((solids[0].fineness / solids[1].fineness) ** 2 - 1.0)
     lever = np.array([1.0, 1.0, 1.0, *[float(max(target.extent)) / 2.0] * 3])
     at_end = np.maximum(np.abs(added) * lever, _SHARE * np.max(np.abs(added) * lever))
     best = places[0] + added
     size = float(np.max(np.abs(best) * lever))
+    error = float(at_end.max()) / size if size > 0.0 else 0.0
+    missed = (f"the estimated error is above the tolerance {tolerance:g}",) if error > tolerance else ()
     report = SolveReport(
-        "block", len(solids[0].body.free) + 6, fine.iterations + coarse.iterations, fine.residual,
-        float(at_end.max()) / size if size > 0.0 else 0.0, time.perf_counter() - began,
-        notes=(*fold_notes(solids[0], fine.u, fine.c, fine.R), *edge_notes(sensor)), min_J=fine.min_J,
+        "block", len(solids[0].body.free) + 6, fine.iterations + coarse.iterations, fine.residual, error,
+        time.perf_counter() - began, min_J=fine.min_J,
+        notes=(*fold_notes(solids[0], fine.u, fine.c, fine.R), *edge_notes(sensor), *missed),
     )
     return FullPose(best[:3] + (0.0, 0.0, elastomer.standoff + t), best[3:], at_end / lever, report)
 
 
-def whole_block(sensor: Sensor, cells: int) -> Solid:
-    """Return both halves of a box with its target, meshed and scaled."""
+def whole_block(sensor: Sensor, cells: int, grading: float, guard: float) -> Solid:
+    """Return both halves of a box with its target, meshed and scaled; arguments as of `bonded_block`."""
     target, elastomer = pad_parts(sensor)
     plate, pad = outlines(target, elastomer)
     if plate.is_round or pad.is_round or elastomer.mesh is not None:
         raise ValueError("elastomer, target: must be a box under a rectangle for all six components of a load")
-    x, y, z = box_lines(plate, pad, cells, _GRADING[flush(plate, pad)])
+    x, y, z = box_lines(plate, pad, cells, grading)
     section, basis = solid_mesh(box_bricks(x, np.concatenate([-y[:0:-1], y]), z), BRICK)
     height = section.nodes[:, 2]
     top = np.logical_and(height > 1.0 - 1e-9, within(plate, section.nodes, 1e-9))
-    return solid(sensor, section, np.stack([height < 1e-9, top, np.zeros_like(top)]), (0.0, len(z) - 1.0), basis)
+    return solid(sensor, section, np.stack([height < 1e-9, top, np.zeros_like(top)]), (guard, len(z) - 1.0), basis)
 
 
-def _followed(pad: Solid, load: Array) -> _Place:
-    """At rest under a load, in steps as small as they need be; SolveFailed where that leads nowhere."""
+def _carried(
+    sensor: Sensor, load: Array, cells: tuple[int, int]
+) -> tuple[tuple[Solid, Solid], tuple[_Place, _Place]]:
+    """The first pair of meshes that carries a load, and its rest on both; SolveFailed where none does."""
+    began = time.perf_counter()
+    kinds = _FLUSH if flush(*outlines(*pad_parts(sensor))) else _KINDS
+    for kind, patience in zip(kinds, _PATIENCE, strict=True):
+        fine, coarse = (whole_block(sensor, count, *kind) for count in cells)
+        first = _followed(coarse, load, patience)
+        second = _followed(fine, load, patience) if first.reached == 1.0 else first
+        if second.reached == 1.0:
+            return (fine, coarse), (second.place, first.place)
+    place, way = (second.place, f"{second.reached:.1%} of the load; {second.reason}")
+    report = SolveReport(
+        "block", len(fine.body.free) + 6, place.iterations, place.residual, np.inf, time.perf_counter() - began,
+        "load path ended", notes=(f"reached {way}",), min_J=place.min_J,
+    )
+    raise SolveFailed(f"wrench: the pad could be followed to {way}", report)
+
+
+def _followed(pad: Solid, load: Array, smallest: float) -> _Path:
+    """The way from rest to a load, in steps as small as they need be down to the smallest."""
     mesh = pad.body.mesh
     here = _Place(np.zeros(mesh.nodes.size), np.zeros(mesh.chi.shape[:2]), np.zeros(3), np.eye(3))
-    at, increment, spent = 0.0, 1.0, 0
-    while at < 1.0:
+    at, increment, spent, reason = 0.0, 1.0, 0, ""
+    while at < 1.0 and increment >= smallest:
         part = min(1.0, at + increment)
         trial = _newton(pad, here, part * load)
         spent += trial.iterations
-        if trial.residual <= _SETTLED:
+        if trial.residual <= _SETTLED and trial.stable:
             here, at = trial, part
+            increment *= 2.0 if trial.iterations <= _EASY else 1.0
         else:
+            reason = "the target is not stable beyond" if trial.residual <= _SETTLED else "no rest was found beyond"
             increment *= 0.5
-        if increment < _SMALLEST:
-            report = SolveReport(
-                "block", len(pad.body.free) + 6, spent, trial.residual, np.inf, 0.0, "load path ended", min_J=here.min_J
-            )
-            raise SolveFailed(f"wrench: the pad could be followed to {at:.1%} of the load; no rest beyond", report)
-    return _Place(here.u, here.p, here.c, here.R, here.residual, spent, here.min_J)
+    return _Path(replace(here, iterations=spent), at, reason)
 
 
 def _newton(pad: Solid, start: _Place, load: Array) -> _Place:
@@ -177,7 +209,8 @@ def _newton(pad: Solid, start: _Place, load: Array) -> _Place:
     body, here = pad.body, start
     top = body.bonded[:, 0] // 3
     X = body.mesh.nodes[top] * (1.0, 1.0, 0.0)
-    size = max(float(np.linalg.norm(load)), 1e-5 * body.K)
+    size, stable, n = max(float(np.linalg.norm(load)), 1e-5 * body.K), start.stable, len(body.free)
+    pushes = np.vstack([np.zeros((n, 6)), np.eye(6)])
     for count in range(_ITERATIONS + 1):
         found = body.element.tangent(body.mesh, body.law, body.K, here.u, here.p)
         x, f = X @ here.R.T, found.forces.reshape(-1, 3)[top]
@@ -191,14 +224,21 @@ def _newton(pad: Solid, start: _Place, load: Array) -> _Place:
             break
         K = sparse.csr_matrix((found.stiffness.ravel(), (body.rows, body.columns)), shape=(len(here.u),) * 2)
         turning = np.einsum("aij,ajk->ik", _cross(f), _cross(x)) + _cross(load[None, :3])[0] @ -_cross(arm[None])[0]
-        m = P.shape[1]
-        add = sparse.coo_matrix((turning.ravel(), tuple(m - 3 + np.indices((3, 3)).reshape(2, -1))), (m, m))
-        step = solved((P.T @ K @ P + add).tocsc(), -gradient)
-        moved = None if step is None else _moved(pad, here, step, (P, X, top))
+        add = sparse.coo_matrix((turning.ravel(), tuple(n + 3 + np.indices((3, 3)).reshape(2, -1))), (n + 6, n + 6))
+        ways = solved((P.T @ K @ P + add).tocsc(), np.column_stack([-gradient, pushes]))
+        if ways is None:
+            break
+        stable = _stable(ways[-6:, 1:]) if here.residual <= _NEAR else stable
+        moved = _moved(pad, here, ways[:, 0], (P, X, top))
         if moved is None:
             break
         here = moved
-    return here
+    return replace(here, stable=stable)
+
+
+def _stable(compliance: Array) -> bool:
+    """Say whether a target with this compliance withstands every small push, see the module docstring."""
+    return bool(np.all(np.linalg.eigvalsh(0.5 * (compliance + compliance.T)) > 0.0))
 
 
 def _moved(pad: Solid, here: _Place, step: Array, maps: tuple[sparse.csr_matrix, Array, Indices]) -> _Place | None:

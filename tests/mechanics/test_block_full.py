@@ -5,7 +5,7 @@ import pytest
 
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.block_full import FullWrench, full_equilibrium
-from sits_mech.quantities import Wrench
+from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.sensor import load_sensor
 
 MM = 1e-3
@@ -66,3 +66,14 @@ def test_refusals(sensor):
     with pytest.raises(ValueError, match="box under a rectangle"):
         disc = sensor.target.model_copy(update={"shape": "disc", "diameter": 15 * MM, "width": None, "length": None})
         full_equilibrium(sensor.model_copy(update={"target": disc}), FullWrench(1.0))
+
+
+def test_a_slender_pad_is_not_followed_beyond_its_critical_load():
+    """Upright and symmetric, Newton's method rests at any load; the half model, which looks too, ends near by."""
+    square = [f'{part}.{side}="4 mm"' for part in ("target", "elastomer") for side in ("width", "length")]
+    slender = load_sensor("biorob2018", [*square, 'elastomer.thickness="8 mm"', NEO_HOOKEAN])
+    assert full_equilibrium(slender, FullWrench(F_z=0.07)).report.status == "converged"
+    with pytest.raises(SolveFailed, match="not stable"):
+        full_equilibrium(slender, FullWrench(F_z=0.09))
+    with pytest.raises(SolveFailed):
+        block_pad(slender, 1e-2).equilibrium(Wrench(0.0, 0.09))
