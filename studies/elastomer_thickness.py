@@ -53,8 +53,8 @@ def draw(rows: list[dict[str, Any]], front: list[dict[str, Any]], path: Path) ->
                 spot.plot(x[1], y[1], f"C{number}o")
         labels = ("$F_z$ resolution [N]", "$F_x$ resolution [N]", "$F_x$ in $L_v$ [%]", "$F_z$ in $L_h$ [%]")
         for spot, label in zip(axes, labels, strict=True):
-            spot.set(xlabel="thickness [mm]", ylabel=label, yscale="log")
-        axes[0].legend(fontsize=5)
+            spot.set(xlabel="thickness [mm]", ylabel=label, yscale="log" if "[N]" in label else "linear")
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(SILICONES))
         save_figure(figure, path)
 
 

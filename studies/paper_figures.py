@@ -122,7 +122,7 @@ def figure_6(count: int, tolerance: float, folder: Path) -> list[dict[str, objec
             axes[4].set(xlabel="$d_h$ [mm]", ylabel="$(L_1-L_2)/L_0$ [%]")
             axes[5].set(xlabel="$\\alpha$ [deg]", ylabel="reads as shear [mm]")
             figure.suptitle(f"{title}; x measured, + printed simulation", fontsize=7)
-            axes[0].legend()
+            axes[1].legend(loc="center right")
         save_figure(figure, folder / f"figure_6_{model}.png")
     return rows
 

@@ -61,6 +61,8 @@ def pareto_front(rungs: Sequence[Rung]) -> list[Rung]:
 def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
     """Write error against seconds: full marks the true error, hollow ones the estimate, a grey line the Pareto front.
 
+    A bar upwards from a true error: the error of the reference, below which no more is known.
+
     Parameters
     ----------
     panels : mapping
@@ -76,13 +78,16 @@ def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
             for number, model in enumerate(dict.fromkeys(rung.model for rung in rungs)):
                 own = [rung for rung in rungs if rung.model == model]
                 seconds = [rung.seconds for rung in own]
-                spot.plot(seconds, [max(rung.error, _LEAST) for rung in own], f"C{number}o-", label=model)
+                errors = [max(rung.error, _LEAST) for rung in own]
+                spot.plot(seconds, errors, f"C{number}o-", label=model)
+                doubts = [rung.resolved for rung in own]
+                spot.errorbar(seconds, errors, ([0.0] * len(own), doubts), fmt="none", ecolor=f"C{number}", lw=0.6)
                 spot.plot(seconds, [rung.estimated for rung in own], f"C{number}o:", mfc="none", lw=0.6)
             spot.set(xscale="log", yscale="log", ylabel="relative error [-]")
             spot.set_title(title, fontsize=8)
-            spot.legend(ncols=2, fontsize=5.5, handlelength=1.5)
-        axes[-1].set_xlabel("wall time [s]")
-        figure.suptitle("full: true error, hollow: estimated, grey: Pareto front", fontsize=6.5)
+            spot.set_xlabel("wall time [s]")
+            spot.legend(loc="upper center", bbox_to_anchor=(0.5, -0.24), ncols=3, fontsize=5.5, handlelength=1.5)
+        figure.suptitle("full: true error, bar: its reference's own, hollow: estimated, grey: Pareto front", fontsize=6)
         save_figure(figure, path)
 
 
