@@ -63,7 +63,7 @@ class Pattern:
         return K, C, T.T @ summed(self._corner.places, corner, b * b).reshape(b, b) @ T
 
 
-def pattern(rows: Indices, columns: Indices, free: Indices, border: Indices) -> Pattern:
+def pattern(rows: Indices, columns: Indices, free: Indices, border: Indices, *, ordered: bool = False) -> Pattern:
     """Return where entries at rows and columns go.
 
     Parameters
@@ -71,11 +71,17 @@ def pattern(rows: Indices, columns: Indices, free: Indices, border: Indices) -> 
     rows, columns : ndarray
         Numbers of displacements and of q of every entry; what is neither free nor border is held.
     free, border : ndarray
+    ordered : bool
+        Whether `free` stands in the order of elimination already.
     """
-    natural = _pattern(rows, columns, free, border)
-    m = len(free)
-    K = sparse.csc_matrix((np.ones(len(natural._indices)), natural._indices, natural._indptr), shape=(m, m))
-    dominant = (K + sparse.diags(np.full(m, 2.0 * m))).tocsc()
+    if ordered:
+        return _pattern(rows, columns, free, border)
+    inner = np.full(1 + max(int(rows.max()), int(border.max())), -1)
+    inner[free] = np.arange(len(free))
+    both = (inner[rows] >= 0) & (inner[columns] >= 0)
+    places, ones = (inner[rows[both]], inner[columns[both]]), np.ones(np.count_nonzero(both))
+    K = sparse.coo_matrix((ones, places), shape=(len(free), len(free))).tocsc()
+    dominant = (K + sparse.diags(1.0 + K @ np.ones(len(free)))).tocsc()
     order = splu(dominant, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.0).perm_c
     return _pattern(rows, columns, free[np.argsort(order)], border)
 
