@@ -25,7 +25,10 @@ MM = 1e-3
 FREQUENCIES = (1.0, 1e3, 1e5, 1e6, 1e7, 1e8)
 ROUNDING = 1e-10
 SIZES = "{} mm wide, {} mm thick, gap {} mm, {:g} S/m"
-MUST = ("no load", "a millionth of a newton", "2 N and 0.5 N of shear", "K/mu = 1e7", "1 Hz", "100 MHz")
+MUST = (
+    "no load", "a millionth of a newton", "2 N and 0.5 N of shear", "K/mu = 1e7", "1 Hz", "100 MHz",
+    "layer of 0.1 mm, 2 N",
+)  # fmt: skip
 # width [mm], thickness [mm], gap [mm], conductivity [S/m]
 PLATES = [
     (8, 0.2, 2, 5.8e7), (0.5, 0.2, 0.05, 1e9), (8, 0.2, 0.05, 5.8e7), (8, 0.2, 0.5, 1e9), (8, 0.2, 2, 1e3),
@@ -174,7 +177,9 @@ def chain(coarse: bool) -> Iterator[Row]:
         ("K/mu = 1e7", [stiff], Wrench(0.5, 2.0)),
         ("1 Hz", ['frequency="1 Hz"'], Wrench(0.5, 2.0)),
         ("100 MHz", ['frequency="100 MHz"'], Wrench(0.5, 2.0)),
-        ("layer of 0.1 mm", ['elastomer.thickness="0.1 mm"'], Wrench(0.5, 2.0)),
+        ("layer of 0.1 mm, 2 N", ['elastomer.thickness="0.1 mm"'], Wrench(0.0, 2.0)),
+        ("layer of 0.1 mm, 2 N and 0.1 N of shear", ['elastomer.thickness="0.1 mm"'], Wrench(0.1, 2.0)),
+        ("layer of 0.1 mm, 2 N and 0.5 N of shear", ['elastomer.thickness="0.1 mm"'], Wrench(0.5, 2.0)),
         ("layer of 20 mm", ['elastomer.thickness="20 mm"'], Wrench(0.01, 0.1)),
         ("a hundred times too much", [], Wrench(50.0, 500.0)),
         ("pulled off by 50 N", [], Wrench(0.0, -50.0)),

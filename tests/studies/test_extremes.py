@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,12 +11,14 @@ import numpy as np
 import pytest
 
 from sits_mech.chain import MAGNETICS
+from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.quantities import Pose, Wrench
 
 sys.path.append(str(Path(__file__).parents[2] / "studies"))  # the studies are scripts beside the package
 
-from extreme import layers, plates  # noqa: E402
+import extremes  # noqa: E402
+from extreme import checks, driven, layers, plates, solids  # noqa: E402
 from extreme.rows import DONE, Row, measured  # noqa: E402
 
 
@@ -31,13 +34,55 @@ def test_a_row_holds_only_if_converged_and_consistent_or_refused_by_name() -> No
 def test_work_that_is_not_the_stored_energy_is_seen() -> None:
     """Poses of which one is wrong by a hundredth, and a state that is another load's."""
     layer, peak = planar_layer(layers.pad(20, 15, 2), 2e-2), Wrench(50.0, 500.0)
-    shares = np.linspace(0.0, 1.0, 5).tolist()
-    path = [layer.equilibrium(layers.REST)]
-    for share in shares[1:]:
-        path.append(layer.equilibrium(layers.scaled(peak, share), start=path[-1]))
-    assert layers.energy_row(layer, peak, shares, path).holds
-    broken = replace(path[-1], state=path[-2].state)
-    assert not layers.energy_row(layer, peak, shares, [*path[:-1], broken]).holds
+    way = checks.Way((peak.F_x, peak.F_z, 0.0), False, np.linspace(0.0, 1.0, 5).tolist(), [])
+    for share in way.points:
+        way.path.append(layer.equilibrium(checks.scaled(peak, share), start=way.path[-1] if way.path else None))
+    assert checks.energy_row(layer, way).holds
+    broken = replace(way.path[-1], state=way.path[-2].state)
+    assert not checks.energy_row(layer, way._replace(path=[*way.path[:-1], broken])).holds
+
+
+@pytest.mark.parametrize("place", ["d_h", "sink", "alpha"])
+def test_work_of_the_force_that_is_found_is_the_stored_energy(place: str) -> None:
+    layer = planar_layer(layers.pad(20, 15, 2), 2e-2)
+    goal = 1.0 if place == "alpha" else 0.05
+    kind = driven.Drive("led", place, (goal,), goal / 4.0)
+    (_, question), *_ = driven.drive(layer, kind)
+    row = question()
+    assert row.status == DONE and row.holds and row.violation < 2e-3
+
+
+def test_work_on_a_solid_pad_is_its_stored_energy() -> None:
+    pad = block_pad(solids.pad(), 2e-2)
+    (_, question), *_ = driven.drive(pad, driven.Drive("pressed", "sink", (0.04,), 0.01, by_force=True))
+    row = question()
+    assert row.status == DONE and row.violation < row.allowed < 2e-4
+
+
+def test_a_way_that_ends_says_where_and_why() -> None:
+    """A block as high as wide, pressed by force alone, gives way sideways; its work is looked at as far as it went."""
+    layer = planar_layer(layers.pad(6, 6, 6), 5e-2)
+    questions = driven.drive(layer, driven.Drive("pressed", "sink", (0.1, 0.6), 0.1, by_force=True))
+    rows = [question() for _, question in questions]
+    assert rows[0].status == DONE and rows[1].status == "load path ended"
+    assert rows[1].holds and rows[1].violation <= rows[1].allowed
+    assert rows[1].remark.startswith("stopped at") and "buckles" in rows[1].remark
+
+
+def test_an_interrupted_run_leaves_the_rows_it_had(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    good = Row("chain", "one", DONE, 0.5, 1e-9, 1e-6)
+
+    def some(coarse: bool) -> Iterator[Row]:
+        yield good
+        yield replace(good, case="two")
+        written = (tmp_path / "extremes.csv").read_text()
+        assert "one" in written and "two" in written
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(extremes.PARTS, "chain", some)
+    rows = extremes.ask(["chain"], True, tmp_path)
+    assert [row.holds for row in rows] == [True, True, False]
+    assert "| chain | two | converged | True |" in (tmp_path / "extremes.md").read_text()
 
 
 def test_a_plate_that_is_not_passive_is_seen() -> None:
@@ -54,8 +99,8 @@ def test_a_plate_that_is_not_passive_is_seen() -> None:
 def test_quick_rows_hold(name: str) -> None:
     thin = planar_layer(layers.pad(20, 15, 2))
     row = {
-        "no load": lambda: layers.nothing(thin, 2e-3),
-        "load to and fro": lambda: layers.to_and_fro(thin, Wrench(100.0, 1000.0), 7.5e-3),
-        "moment identity, sheared by half": lambda: layers.identity(layers.pad(15, 15, 3), Wrench(F_x=200.0)),
+        "no load": lambda: checks.nothing(thin, 2e-3),
+        "load to and fro": lambda: checks.to_and_fro(thin, Wrench(100.0, 1000.0), 7.5e-3),
+        "moment identity, sheared by half": lambda: checks.identity(layers.pad(15, 15, 3), Wrench(F_x=200.0)),
     }[name]()
     assert row.holds and row.status == DONE
