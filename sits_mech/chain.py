@@ -1,11 +1,18 @@
 """Force in, inductance out: the one place where both physics meet.
 
     wrench --(mechanics)--> pose p +- e --(magnetics)--> L(p), R(p) --> signals
+
+A calibration takes one thread for its linear algebra: factors of sparse matrices slow down with more. A second thread
+prepares the plate for a pad in space while that is solved, at poses that one compliance foretells. What is kept of it
+does not depend on who asked first, so neither does the result.
 """
 
 from __future__ import annotations
 
 import json
+import multiprocessing
+import os
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,14 +20,17 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from threadpoolctl import threadpool_limits
 
 from sits_mech.filling import settle_grid
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.magnetics.rings import axisymmetric
-from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.sheets import Sheets, sheets
 from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.block_mesh import pad_parts
+from sits_mech.mechanics.finite_length import small_strain_stiffness
 from sits_mech.mechanics.layer import linear_layer, planar_layer
 from sits_mech.mechanics.strip import strip_layer
 from sits_mech.omissions import mirrored
@@ -223,10 +233,13 @@ def calibrate(
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance, loads)
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance, **grid}
     key = f"{__version__} {scene_hash(sensor)} {by_layer.name} {tolerance}"
-    rows = settle_grid(
-        sensor, layer, grid, symmetric=mirrored(sensor), tolerance=tolerance, keep=(folder, key), progress=progress
-    )
-    reading, done = _read_rows(sensor, field, [rows[load.F_x, load.F_z] for load in loads])
+    with threadpool_limits(1):
+        ahead = _prepared_ahead(sensor, field, loads, by_layer.name)
+        rows = settle_grid(
+            sensor, layer, grid, symmetric=mirrored(sensor), tolerance=tolerance, keep=(folder, key), progress=progress
+        )
+        ahead.join()
+        reading, done = _read_rows(sensor, field, [rows[load.F_x, load.F_z] for load in loads])
     data = table(grid, done)
     data = data.assign_coords(coil=[coil.name for coil in sensor.coils], coil_2=[coil.name for coil in sensor.coils])
     data["L0"] = (("coil", "coil_2"), reading.L0)
@@ -241,6 +254,38 @@ def _checked_forces(name: str, forces: Sequence[float]) -> list[float]:
     if not found or not np.all(np.isfinite(found)) or len(set(found)) < len(found):
         raise SceneError(f"{name} must be one or more different finite forces [N]; got {list(forces)}")
     return found
+
+
+def _prepared_ahead(
+    sensor: Sensor, model: MagneticModel, loads: Sequence[Wrench], mechanics: str
+) -> threading.Thread:  # fmt: skip
+    """Return a started thread that has a plate in space prepared by the time the pad is solved.
+
+    A process among many has no core to spare for it; a thread that fails says nothing: the reading then will.
+    """
+    alone = multiprocessing.parent_process() is None and (os.cpu_count() or 1) > 1
+    needed = alone and mechanics == "block" and isinstance(model, Sheets)
+
+    def prepare() -> None:
+        """Ask for the outermost loads."""
+        try:
+            model.impedance(_foretold(sensor, loads), sensor.frequency)
+        except Exception:  # whatever it is, the reading meets it again and names it
+            return
+
+    thread = threading.Thread(target=prepare if needed else lambda: None, daemon=True)  # gone with an interrupted run
+    thread.start()
+    return thread
+
+
+def _foretold(sensor: Sensor, loads: Sequence[Wrench]) -> Pose:
+    """Return about where the target comes to rest under the outermost loads: by one compliance at small strain."""
+    target, elastomer = pad_parts(sensor)
+    F_x, F_z = np.array([[load.F_x, load.F_z] for load in loads]).T
+    corners = [Wrench(x, z) for x in (F_x.min(), F_x.max()) for z in (F_z.min(), F_z.max())]
+    forces = [(load.F_x, -load.F_z, load.M + load.F_x * target.load_height) for load in corners]
+    d_h, d_z, alpha = np.linalg.solve(small_strain_stiffness(sensor)[0], np.transpose(forces))
+    return Pose(d_h, elastomer.standoff + elastomer.thickness + d_z, alpha)
 
 
 def _read_rows(sensor: Sensor, model: MagneticModel, rows: Sequence[Row]) -> tuple[Impedance, list[Row]]:

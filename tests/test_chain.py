@@ -11,6 +11,7 @@ import xarray as xr
 
 from sits_mech import chain
 from sits_mech.geometry.collision import Collision
+from sits_mech.magnetics.sheet_rungs import prepared
 from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.sensor import SceneError, Sensor, load_sensor, sensor_from
 from sits_mech.sweep import read_table, save_table
@@ -207,3 +208,22 @@ def test_without_load_the_layer_rests(sensor: Sensor, calibration: xr.Dataset) -
     assert sensor.elastomer is not None
     assert float(rest["d_v"]) == pytest.approx(sensor.elastomer.thickness + sensor.elastomer.standoff, abs=1e-12)
     assert abs(float(rest["d_h"])) < 1e-12 and abs(float(rest["alpha"])) < 1e-12
+
+
+def test_a_plate_prepared_ahead_changes_nothing(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On one core nothing is: the same numbers to the last bit; on two the reading finds its plate prepared, once."""
+    found = []
+    for cores in (1, 2):
+        monkeypatch.setattr("os.cpu_count", lambda cores=cores: cores)
+        prepared.cache_clear()
+        found.append(chain.calibrate(sensor, F_x=[0.5], F_z=[2.0], tolerance=5e-2).drop_vars("seconds"))
+    assert found[0].identical(found[1])
+    assert (prepared.cache_info().misses, prepared.cache_info().hits) == (1, 1)
+
+
+def test_what_is_prepared_ahead_fails_in_silence(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A foretold pose below the coils is no answer, and no error: the load itself is read where it comes to rest."""
+    monkeypatch.setattr("os.cpu_count", lambda: 2)
+    monkeypatch.setattr(chain, "_foretold", lambda sensor, loads: Pose(0.0, -1e-3))
+    data = chain.calibrate(sensor, F_x=[0.5], F_z=[2.0], tolerance=5e-2)
+    assert data["status"].item() == "converged"
