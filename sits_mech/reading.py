@@ -65,15 +65,36 @@ def read_poses(sensor: Sensor, model: MagneticModel, pose: Pose, error: Pose) ->
     tilted = bool(np.any(np.abs(pose.alpha) > _ROUNDING))
     shifted, gain = _shifted(sensor, pose, error, tilted)
     found = model.impedance(shifted, sensor.frequency)
-    weights = shear_weights([coil.centre[0] for coil in sensor.coils])
+    level = np.diagonal(found.L[-1 if tilted else 0], axis1=-2, axis2=-1)
+    untilted = signals(level, np.diagonal(found.L0), _weights(sensor)).L_h_percent
+    return Reading(*with_pose_errors(sensor, found, gain), np.asarray(untilted))
+
+
+def with_pose_errors(sensor: Sensor, found: Impedance, gain: Array) -> tuple[Impedance, Signals]:
+    """Return impedance and signals of poses, with what the errors of the poses make of them.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The scene.
+    found : Impedance
+        With leading axes (1 + 2 k or more, p): the poses, and then shifted up and down along one component after the
+        other; what follows plays no part.
+    gain : ndarray, shape (k, p)
+        Errors of the components over the shifts.
+    """
+    weights = _weights(sensor)
     own, L0 = np.diagonal(found.L, axis1=-2, axis2=-1), np.diagonal(found.L0)
     by_pose = [_spread(values, gain) for values in (found.L, found.R, *combine(own, weights))]
-    level = own[-1 if tilted else 0]
     error_L, error_R = found.error_L[0] + by_pose[0], found.error_R[0] + by_pose[1]
     model_error = np.trace(found.error_L[0], axis1=-2, axis2=-1)
     shown = signals(own[0], L0, weights, (model_error + by_pose[2], model_error + by_pose[3]))
-    impedance = replace(found, L=found.L[0], R=found.R[0], error_L=error_L, error_R=error_R)
-    return Reading(impedance, shown, np.asarray(signals(level, L0, weights).L_h_percent))
+    return replace(found, L=found.L[0], R=found.R[0], error_L=error_L, error_R=error_R), shown
+
+
+def _weights(sensor: Sensor) -> Array:
+    """Weights of L_h."""
+    return shear_weights([coil.centre[0] for coil in sensor.coils])
 
 
 def _shifted(sensor: Sensor, pose: Pose, error: Pose, tilted: bool) -> tuple[Pose, Array]:

@@ -12,6 +12,7 @@ from cyclopts import App, Parameter
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:
+    from sits_mech.mechanics.block_full import FullWrench
     from sits_mech.quantities import Pose, Wrench
     from sits_mech.sensor import Sensor
 
@@ -48,6 +49,29 @@ class Load:
         return Wrench(
             quantity(self.fx, "N", "--fx"), quantity(self.fz, "N", "--fz"), quantity(self.moment, "N*m", "--moment")
         )
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Beside:
+    """What a load has besides: the force and the moments that leave the plane y = 0."""
+
+    fy: Annotated[Quantity, Parameter(help="Shear force, along +y.")] = "0 N"
+    mx: Annotated[Quantity, Parameter(help="Moment about the x axis, by the right hand.")] = "0 N*m"
+    mz: Annotated[Quantity, Parameter(help="Moment about the z axis, by the right hand.")] = "0 N*m"
+
+    def with_plane(self, load: Wrench) -> FullWrench | None:
+        """Return all six components in SI; None where the load stays in the plane."""
+        from sits_mech.mechanics.block_full import FullWrench
+        from sits_mech.units import quantity
+
+        F_y, M_x, M_z = (
+            quantity(text, unit, name)
+            for text, unit, name in ((self.fy, "N", "--fy"), (self.mx, "N*m", "--mx"), (self.mz, "N*m", "--mz"))
+        )
+        if F_y == M_x == M_z == 0.0:
+            return None
+        return FullWrench(load.F_x, F_y, load.F_z, M_x, load.M, M_z)
 
 
 @Parameter(name="*")

@@ -39,7 +39,7 @@ from sits_mech.mechanics.block_mesh import (
 )
 from sits_mech.mechanics.forms import Indices
 from sits_mech.mechanics.newton import solved
-from sits_mech.meshing.bricks import box_bricks
+from sits_mech.meshing.bricks import Outline, box_bricks
 from sits_mech.quantities import Array, SolveFailed, SolveReport
 from sits_mech.sensor import Sensor
 
@@ -73,6 +73,8 @@ class FullPose:
 
     Attributes
     ----------
+    wrench : FullWrench
+        Under what.
     centre : ndarray, shape (3,)
         Centre of its lower face [m].
     rotation : ndarray, shape (3,)
@@ -82,6 +84,7 @@ class FullPose:
     report : SolveReport
     """
 
+    wrench: FullWrench
     centre: Array
     rotation: Array
     error: Array
@@ -150,7 +153,7 @@ def full_equilibrium(sensor: Sensor, wrench: FullWrench, tolerance: float = 1e-2
         time.perf_counter() - began, min_J=fine.min_J,
         notes=(*fold_notes(solids[0], fine.u, fine.c, fine.R), *edge_notes(sensor), *missed),
     )
-    return FullPose(best[:3] + (0.0, 0.0, elastomer.standoff + t), best[3:], at_end / lever, report)
+    return FullPose(wrench, best[:3] + (0.0, 0.0, elastomer.standoff + t), best[3:], at_end / lever, report)
 
 
 def whole_block(sensor: Sensor, cells: int, grading: float, guard: float) -> Solid:
@@ -159,11 +162,17 @@ def whole_block(sensor: Sensor, cells: int, grading: float, guard: float) -> Sol
     plate, pad = outlines(target, elastomer)
     if plate.is_round or pad.is_round or elastomer.mesh is not None:
         raise ValueError("elastomer, target: must be a box under a rectangle for all six components of a load")
-    x, y, z = box_lines(plate, pad, cells, grading)
-    section, basis = solid_mesh(box_bricks(x, np.concatenate([-y[:0:-1], y]), z), BRICK)
+    x, _, z = box_lines(plate, pad, cells, grading)
+    y, *_ = box_lines(_turned(plate), _turned(pad), cells, grading)
+    section, basis = solid_mesh(box_bricks(x, y, z), BRICK)
     height = section.nodes[:, 2]
     top = np.logical_and(height > 1.0 - 1e-9, within(plate, section.nodes, 1e-9))
     return solid(sensor, section, np.stack([height < 1e-9, top, np.zeros_like(top)]), (guard, len(z) - 1.0), basis)
+
+
+def _turned(outline: Outline) -> Outline:
+    """An outline after a quarter turn."""
+    return Outline(outline.half_y, outline.half_x, outline.is_round)
 
 
 def _carried(
@@ -252,7 +261,7 @@ def _moved(pad: Solid, here: _Place, step: Array, maps: tuple[sparse.csr_matrix,
     p_full = body.K * np.einsum("emq,eq->em", body.mesh.chi, volume)
     part = 1.0
     while part > 1e-3:
-        c, R = here.c + part * step[-6:-3], _rotation(part * step[-3:]) @ here.R
+        c, R = here.c + part * step[-6:-3], rotation_matrix(part * step[-3:]) @ here.R
         u = here.u + part * linear
         u.reshape(-1, 3)[top] = c + X @ (R - np.eye(3)).T
         least = float(body.element.deformation(body.mesh, u)[1].min())
@@ -279,8 +288,8 @@ def _cross(v: Array) -> Array:
     return found
 
 
-def _rotation(w: Array) -> Array:
-    """Rotation matrix of a rotation vector."""
+def rotation_matrix(w: Array) -> Array:
+    """Return the rotation matrix, shape (3, 3), of a rotation vector, shape (3,) [rad]."""
     angle = float(np.linalg.norm(w))
     W = _cross(w[None])[0]
     return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * W + 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2 * W @ W)
