@@ -9,14 +9,19 @@ Meshes: block_mesh.py, graded towards the bonded corners. Where such a mesh does
 is tried, and at last a guarded one (block_energy.py), in steps as small as it needs.
 
 Error. Every pose is solved on two meshes of graded cells and extrapolated from both, as if the error went with the
-square of the size of the cells; what that adds to the finer mesh's pose is called its error, and no component is called
-better than a quarter of the worst. `report.estimated_error` is the largest over the target's displacement, an angle
-counted at the target's end. Deformation and `min_J` are those of the finer mesh. On a mesh of the user's own the two
-are one mesh with linear and with constant pressures: one too stiff, the other too soft, in every case that was tried;
-the pose is their mean, and half their difference its error (block_user.py).
+square of the size of the cells; what that adds to the finer mesh's pose is called its error, that of order 1.5 with
+contact and of flush pads, which may fold, and no component is called better than a quarter of the worst.
+`report.estimated_error` is the largest over the target's displacement, an angle counted at the target's end.
+Deformation and `min_J` are those of the finer mesh. On a mesh of the user's own the two are one mesh with linear and
+with constant pressures: one too stiff, the other too soft, in every case that was tried; the pose is their mean, and
+half their difference its error (block_user.py).
 
-Range: boxes and cylinders with rectangles and discs, every law; no contact: a face that folds onto the ground or the
-target is named in the notes. Neglected: viscosity, gravity, loads out of the plane of symmetry.
+Contact of the free faces with ground and target (scene key `elastomer.contact`, block_contact.py) is "never" solved,
+"always", or, "auto", where a free face folds onto one of them: from the rest without contact, or else along a path of
+its own. The notes say which. On a mesh of the user's own it is not solved.
+
+Range: boxes and cylinders with rectangles and discs, every law. Neglected: viscosity, gravity, friction, loads out of
+the plane of symmetry, faces that touch themselves.
 """
 
 from __future__ import annotations
@@ -27,8 +32,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sits_mech.mechanics.block_forms import solid_deformation
-from sits_mech.mechanics.block_mesh import Solid, bonded_block, edge_notes, flush, fold_notes, outlines, pad_parts
+from sits_mech.mechanics.block_mesh import (
+    Solid,
+    bonded_block,
+    edge_notes,
+    flush,
+    fold_notes,
+    outlines,
+    pad_parts,
+    solid_folds,
+)
 from sits_mech.mechanics.block_user import meshed_pad
+from sits_mech.mechanics.folds import RISEN
 from sits_mech.mechanics.forms import Indices
 from sits_mech.mechanics.pad import wrench_between
 from sits_mech.mechanics.path import Bonded, State, follow, packed, rest
@@ -42,6 +57,8 @@ _GUARDS = (0.0, 5.0)  # on J, on a mesh of the user's own
 _LADDER = ((1e-2, (2, 1)), (0.0, (3, 2)))  # asked error of the pose -> cells through the thickness, fine and coarse
 _SHARE = 0.25  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
 _PATIENCE = (0.6, 1e-2)  # smallest increment of the load path where another mesh waits, and where none does
+_FOLDING = 1.5  # order that the error is told with in contact and of flush pads: faces fold onto a plane cell by cell
+_GIVE = 1e-5  # thicknesses over which the pressure of contact builds up
 
 
 @dataclass(frozen=True)
@@ -55,11 +72,14 @@ class BlockPad:
         Asked error of the pose over the size of the displacement; an answer that misses it says so.
     meshes : tuple of (Solid, Solid)
         The mesh of the answer and that of its error estimate, in the order in which they are tried.
+    touching : int
+        How many at the end have contact: those before them once more; 0 where that is the same for all.
     """
 
     sensor: Sensor
     tolerance: float
     meshes: tuple[tuple[Solid, Solid], ...]
+    touching: int = 0
 
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the equilibrium under `wrench` [N, N m], reached from `start` or from rest.
@@ -72,13 +92,7 @@ class BlockPad:
         began = time.perf_counter()
         if not np.all(np.isfinite([wrench.F_x, wrench.F_z, wrench.M])):
             raise ValueError(f"wrench: must be finite numbers, got {wrench}")
-        last, part = _tried(self, 0, start, wrench)
-        for number in range(1, len(self.meshes)):
-            if part == 1.0:
-                break
-            other, farther = _tried(self, number, start, wrench)
-            if farther > part:
-                last, part = other, farther
+        last, part = _reached(self, start, wrench)
         report = replace(last.report, seconds=time.perf_counter() - began)
         if part == 1.0:
             missed = report.estimated_error > self.tolerance
@@ -112,9 +126,11 @@ def block_pad(sensor: Sensor, tolerance: float = 2e-2) -> BlockPad:
     pair = next(cells for error, cells in _LADDER if tolerance >= error)
     if sensor.elastomer is not None and sensor.elastomer.mesh is not None:
         return BlockPad(sensor, tolerance, tuple(meshed_pad(sensor, guard) for guard in _GUARDS))
+    contact = "auto" if sensor.elastomer is None else sensor.elastomer.contact
     kinds = _FLUSH if flush(*outlines(*pad_parts(sensor))) else _KINDS
-    bodies = [[bonded_block(sensor, cells, *kind) for cells in pair] for kind in kinds]
-    return BlockPad(sensor, tolerance, tuple((fine, coarse) for fine, coarse in bodies))
+    gives = {"never": (0.0,), "always": (_GIVE,), "auto": (0.0, _GIVE)}[contact]
+    meshes = tuple(_pair(sensor, pair, kind, give) for give in gives for kind in kinds)
+    return BlockPad(sensor, tolerance, meshes, len(kinds) if contact == "auto" else 0)
 
 
 def deformed_section(model: BlockPad, equilibrium: Equilibrium) -> tuple[Array, Indices, Array]:
@@ -138,9 +154,55 @@ def deformed_section(model: BlockPad, equilibrium: Equilibrium) -> tuple[Array, 
     return points, solid.middle[:, 1:], mean[solid.middle[:, 0]]
 
 
+def _pair(sensor: Sensor, cells: tuple[int, int], kind: tuple[float, float], give: float) -> tuple[Solid, Solid]:
+    """Two meshes of one kind; the coarse one gives over twice the length."""
+    fine, coarse = cells
+    return bonded_block(sensor, fine, *kind, give), bonded_block(sensor, coarse, *kind, 2.0 * give)
+
+
+def _reached(pad: BlockPad, start: Equilibrium | None, wrench: Wrench) -> tuple[Equilibrium, float]:
+    """The last equilibrium towards a wrench, with contact where it counts, and how much of the path that is."""
+    free, count = len(pad.meshes) - pad.touching, len(pad.meshes)
+    if start is not None and free <= start.state[0] < count:  # a neighbour in contact
+        last, part = _tried(pad, int(start.state[0]), start, wrench)
+        if part == 1.0:
+            return last, part
+    last, part = _farthest(pad, range(free), start, wrench)
+    if not (pad.touching and _touches(pad, last)):
+        return last, part
+    if part == 1.0:
+        twin = free + int(last.state[0])
+        begin = replace(last, state=np.concatenate([[twin], last.state[1:]]))
+        other, farther = _tried(pad, twin, begin, wrench)
+        if farther == 1.0:
+            return other, farther
+    other, farther = _farthest(pad, range(free, count), start, wrench)
+    return (other, farther) if farther >= part else (last, part)
+
+
+def _farthest(pad: BlockPad, numbers: range, start: Equilibrium | None, wrench: Wrench) -> tuple[Equilibrium, float]:
+    """Of some pairs of meshes, the first that gets there, or else the farthest."""
+    last, part = _tried(pad, numbers[0], start, wrench)
+    for number in numbers[1:]:
+        if part == 1.0:
+            break
+        other, farther = _tried(pad, number, start, wrench)
+        if farther > part:
+            last, part = other, farther
+    return last, part
+
+
+def _touches(pad: BlockPad, found: Equilibrium) -> bool:
+    """Whether a free face lies on or behind ground or target."""
+    solid = pad.meshes[int(found.state[0])][0]
+    state = _unpacked(solid.body, found.state[1 : 1 + _size(solid.body)])
+    return solid_folds(solid, state.u, *_moved(state)).touch
+
+
 def _tried(pad: BlockPad, number: int, start: Equilibrium | None, wrench: Wrench) -> tuple[Equilibrium, float]:
     """The last equilibrium towards a wrench on one pair of meshes, and how much of the path that is."""
-    solids, patience = pad.meshes[number], _PATIENCE[number == len(pad.meshes) - 1]
+    solids, count = pad.meshes[number], len(pad.meshes)
+    patience = _PATIENCE[number + 1 in (count, count - pad.touching)]
     bodies = (solids[0].body, solids[1].body)
     states, before = [rest(body) for body in bodies], Wrench()
     if start is not None and start.state.size == 1 + sum(map(_size, bodies)) and start.state[0] == number:
@@ -167,14 +229,16 @@ def _answer(sensor: Sensor, solids: tuple[Solid, Solid], found: tuple[State, Sta
     size, lever = np.array([t, t, 1.0]), np.array([1.0, 1.0, float(body.X.max()) * t])
     finer = solids[0].fineness / solids[1].fineness
     added = (fine.q - coarse.q) * (1.0 / (finer**2 - 1.0) if finer > 1.0 else -0.5)
-    at_end = np.abs(added) * size * lever
+    folding = bool(body.parts) or solids[0].under.size > 0
+    doubt = (finer**2 - 1.0) / (finer**_FOLDING - 1.0) if folding else 1.0
+    at_end = doubt * np.abs(added) * size * lever
     at_end = np.maximum(at_end, _SHARE * at_end.max())
     q = fine.q + added
     displaced = float(np.max(np.abs(q) * size * lever))
     report = SolveReport(
         "block", len(body.free) + 3, fine.iterations + coarse.iterations, fine.residual,
         float(at_end.max()) / displaced if displaced > 0.0 else 0.0, 0.0,
-        notes=(*_folds(solids[0], fine), *edge_notes(sensor)), min_J=fine.min_J,
+        notes=(*_notes(sensor, solids[0], fine), *edge_notes(sensor)), min_J=fine.min_J,
     )
     d_h, d_z, alpha = (float(value) for value in q * size)
     error = Pose(*(float(value) for value in at_end / lever))
@@ -182,11 +246,19 @@ def _answer(sensor: Sensor, solids: tuple[Solid, Solid], found: tuple[State, Sta
     return Equilibrium(wrench, Pose(d_h, elastomer.standoff + t + d_z, alpha), error, state, report)
 
 
-def _folds(solid: Solid, state: State) -> tuple[str, ...]:
-    """Sentences about free faces that passed the ground or the target's bottom face."""
+def _notes(sensor: Sensor, solid: Solid, state: State) -> tuple[str, ...]:
+    """Sentences about the free faces."""
+    target, elastomer = pad_parts(sensor)
+    place = _moved(state)
+    risen = solid_folds(solid, state.u, *place).rise > target.thickness / elastomer.thickness
+    return (*fold_notes(solid, state.u, *place), *((RISEN,) if risen else ()))
+
+
+def _moved(state: State) -> tuple[Array, Array]:
+    """How far the target's centre moved, and its rotation."""
     cos, sin = np.cos(state.q[2]), np.sin(state.q[2])
     turn = np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
-    return fold_notes(solid, state.u, np.array([state.q[0], 0.0, state.q[1]]), turn)
+    return np.array([state.q[0], 0.0, state.q[1]]), turn
 
 
 def _scaled(sensor: Sensor, wrench: Wrench) -> Array:

@@ -10,13 +10,18 @@ Scales: lengths by the thickness t, stresses by the initial shear modulus mu; fo
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 from skfem import Basis
 
+from sits_mech.mechanics.assembly import Pattern, pattern
+from sits_mech.mechanics.block_contact import Surface, contacts, surface
 from sits_mech.mechanics.block_energy import cofactor, solid_energy
 from sits_mech.mechanics.block_forms import BRICK, solid_deformation, solid_mesh, solid_tangent
+from sits_mech.mechanics.contact import Plane
+from sits_mech.mechanics.folds import Folds, touch_notes
 from sits_mech.mechanics.forms import Indices, Section
 from sits_mech.mechanics.path import Bonded, Element
 from sits_mech.meshing.bricks import Outline, box_bricks, ring_bricks
@@ -31,6 +36,7 @@ _REACH = 1.25  # thicknesses beside the target within which the pad is stressed:
 _GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
 _OUTER = 0.3  # of the outermost cell beside the target along x, split off: the tilt under shear hangs on it
 _AROUND = 2  # cells from a corner of the core to the next middle of a side
+_SEEN = 1e-6  # thicknesses behind a plane that count
 
 
 @dataclass(frozen=True)
@@ -51,6 +57,8 @@ class Solid:
         Faces in the plane y = 0: the cell of each and its four corners in order, of a triangle the last one twice.
     fineness : float
         Cells through the thickness, or what stands for them: the error goes with its inverse squared.
+    under : ndarray
+        Nodes of the side faces under a target that ends flush with the pad.
     """
 
     body: Bonded
@@ -59,23 +67,78 @@ class Solid:
     share: float
     middle: Indices
     fineness: float
+    under: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
 
-def bonded_block(sensor: Sensor, cells: int, grading: float, guard: float) -> Solid:
+@dataclass(frozen=True, eq=False)
+class _Numbered:
+    """A mesh with its bonds, `where` and `fineness` as of `solid`; faces before a plane; patterns, found once."""
+
+    section: Section
+    where: Array
+    fineness: float
+    faces: Indices
+    middle: Indices
+    surfaces: tuple[tuple[Plane, Surface], ...] = ()
+
+    @cached_property
+    def free(self) -> Indices:
+        """Numbers of the displacements that are unknown."""
+        ground, top, middle = self.where
+        held = np.repeat((ground | top)[:, None], 3, axis=1)
+        held[:, 1] |= middle
+        return np.flatnonzero(~held.ravel())
+
+    @cached_property
+    def bonded(self) -> Indices:
+        """Numbers of the displacements along x and z that the target moves."""
+        return np.asarray(3 * np.flatnonzero(self.where[1])[:, None] + np.array([0, 2]))
+
+    @cached_property
+    def places(self) -> tuple[Indices, Indices]:
+        """Rows and columns of the element stiffnesses."""
+        dofs, count = self.section.dofs, self.section.dofs.shape[1]
+        return np.repeat(dofs, count, axis=1).ravel(), np.tile(dofs, (1, count)).ravel()
+
+    @cached_property
+    def pattern(self) -> Pattern:
+        """Pattern without contact."""
+        return pattern(*self.places, self.free, self._border)
+
+    @cached_property
+    def touching(self) -> Pattern:
+        """Pattern with contact, in the same order of elimination: contact adds nothing to what is free."""
+        each = (self.places, *(own.entries for _, own in self.surfaces))
+        rows, columns = (np.concatenate(own) for own in zip(*each, strict=True))
+        return pattern(rows, columns, self.pattern.free, self._border, ordered=True)
+
+    @cached_property
+    def _border(self) -> Indices:
+        """Numbers of the bonded displacements and of q."""
+        return np.concatenate([self.bonded.ravel(), self.section.nodes.size + np.arange(3)])
+
+
+def bonded_block(sensor: Sensor, cells: int, grading: float, guard: float, give: float = 0.0) -> Solid:
     """Return half the pad (y >= 0) of a box or a cylinder with its target, meshed and scaled.
 
     Parameters
     ----------
     sensor : Sensor
     cells : int
-        Cells through the thickness; one more where the target covers the whole upper face.
+        Cells through the thickness; one more where the target covers the whole upper face, and towards its edges.
     grading : float
         Power of the lines' spacing towards the target's edge and the faces; 1 is uniform.
     guard : float
         Part of the bulk modulus that acts pointwise against inversion [shear moduli].
+    give : float
+        Depth over which the pressure of contact builds up; 0 for no contact [thicknesses].
     """
-    target, elastomer = pad_parts(sensor)
-    plate, pad = outlines(target, elastomer)
+    return _solid(sensor, _meshed(*outlines(*pad_parts(sensor)), cells, grading), guard, give)
+
+
+@lru_cache(maxsize=4)
+def _meshed(plate: Outline, pad: Outline, cells: int, grading: float) -> _Numbered:
+    """The mesh of a pad; what differs in law, guard or contact shares it."""
     through = _through(cells, grading, flush(plate, pad))
     if plate.is_round or pad.is_round:
         mesh = ring_bricks(plate, pad, (*_ring_lines(plate, pad, cells, grading), through), _AROUND)
@@ -84,8 +147,8 @@ def bonded_block(sensor: Sensor, cells: int, grading: float, guard: float) -> So
     section, basis = solid_mesh(mesh, BRICK)
     x, y, z = section.nodes.T
     top = (z > 1.0 - 1e-9) & within(plate, section.nodes, 1e-9)
-    bonded = np.stack([z < 1e-9, top, y < 1e-9])
-    return solid(sensor, section, bonded, (guard, len(through) - 1.0), basis)
+    where = np.stack([z < 1e-9, top, y < 1e-9])
+    return _numbered(section, where, len(through) - 1.0, basis, plate)
 
 
 def solid(sensor: Sensor, section: Section, where: Array, given: tuple[float, float], basis: Basis) -> Solid:
@@ -103,31 +166,55 @@ def solid(sensor: Sensor, section: Section, where: Array, given: tuple[float, fl
     basis : Basis
         From `solid_mesh`.
     """
+    return _solid(sensor, _numbered(section, where, given[1], basis), given[0], 0.0)
+
+
+def _numbered(section: Section, where: Array, fineness: float, basis: Basis, plate: Outline | None = None) -> _Numbered:
+    """A mesh with its faces; those before a plane where the target's outline is given."""
+    facets = _free_facets(basis, where)
+    found = basis.get_dofs(facets=facets).all()
+    faces = np.asarray(found[~np.any(where[:2, found], axis=0)])
+    middle = _middle_faces(basis, where[2])
+    own = () if plate is None else _surfaces(basis, facets, plate)
+    return _Numbered(section, where, fineness, faces, middle, own)
+
+
+def _solid(sensor: Sensor, mesh: _Numbered, guard: float, give: float) -> Solid:
+    """A pad on its mesh; arguments as of `bonded_block`."""
     target, elastomer = pad_parts(sensor)
-    ground, top, middle = where
-    held = np.repeat((ground | top)[:, None], 3, axis=1)
-    held[:, 1] |= middle
-    silicone, count = elastomer.silicone, section.dofs.shape[1]
+    silicone, plate = elastomer.silicone, outlines(target, elastomer)[0]
     K = silicone.bulk_modulus / silicone.shear_modulus
-    guard = min(given[0], _GUARD_SHARE * K)
-    rows, columns = np.repeat(section.dofs, count, axis=1).ravel(), np.tile(section.dofs, (1, count)).ravel()
-    bonded = 3 * np.flatnonzero(top)[:, None] + np.array([0, 2])
-    law, free = solid_energy(silicone, guard), np.flatnonzero(~held.ravel())
-    height = target.load_height / elastomer.thickness
-    body = Bonded(section, law, K - guard, height, free, bonded, section.nodes[top, 0], rows, columns, SOLID)
-    share = 0.5 if np.any(middle) else 1.0
-    return Solid(
-        body, _free_faces(basis, where), outlines(target, elastomer)[0], share, _middle_faces(basis, middle), given[1]
+    guard = min(guard, _GUARD_SHARE * K)
+    body = Bonded(
+        mesh.section, solid_energy(silicone, guard), K - guard, target.load_height / elastomer.thickness, mesh.free,
+        mesh.bonded, mesh.section.nodes[mesh.where[1], 0], *mesh.places, SOLID, contacts(mesh.surfaces, give, plate),
+        shared=partial(_pattern, mesh, give > 0.0),
     )
+    below = [own.nodes.ravel() for plane, own in mesh.surfaces if plane == "plane"]
+    under = np.intersect1d(np.concatenate([np.zeros(0, dtype=np.int64), *below]), mesh.faces)
+    return Solid(body, mesh.faces, plate, 0.5 if np.any(mesh.where[2]) else 1.0, mesh.middle, mesh.fineness, under)
 
 
-def _free_faces(basis: Basis, where: Array) -> Indices:
-    """The nodes of the faces that are bonded to nothing and in no plane of symmetry; `where` as of `solid`."""
+def _pattern(mesh: _Numbered, touching: bool) -> Pattern:
+    """Pattern of the bodies on one mesh, with contact or without."""
+    return mesh.touching if touching else mesh.pattern
+
+
+def _free_facets(basis: Basis, where: Array) -> Indices:
+    """The faces that are bonded to nothing and in no plane of symmetry; `where` as of `solid`."""
     facets = basis.mesh.boundary_facets()
     corners = basis.nodal_dofs[0][basis.mesh.facets[:, facets]]
     bonded = np.any([group[corners].all(axis=0) for group in where], axis=0)
-    found = basis.get_dofs(facets=facets[~bonded]).all()
-    return np.asarray(found[~np.any(where[:2, found], axis=0)])
+    return np.asarray(facets[~bonded])
+
+
+def _surfaces(basis: Basis, facets: Indices, plate: Outline) -> tuple[tuple[Plane, Surface], ...]:
+    """The sides before the ground, those of them under the target before its plane, the top before its walls."""
+    corners = basis.mesh.p[:, basis.mesh.facets[:, facets]]
+    top = np.all(corners[2] > 1.0 - 1e-9, axis=0)
+    under = ~top & within(plate, corners.mean(axis=1).T, 1e-3)
+    groups: tuple[tuple[Plane, Array], ...] = (("ground", ~top), ("plane", under), ("wall", top))
+    return tuple((plane, surface(basis, facets[own])) for plane, own in groups if np.any(own))
 
 
 def _middle_faces(basis: Basis, middle: Array) -> Indices:
@@ -154,14 +241,20 @@ def fold_notes(solid: Solid, u: Array, centre: Array, turn: Array) -> tuple[str,
     centre, turn : ndarray, shape (3,) and (3, 3)
         How far the target's centre moved [thicknesses], and its rotation.
     """
-    place = (solid.body.mesh.nodes + u.reshape(-1, 3))[solid.faces]
-    notes = []
-    if np.any(place[:, 2] < -1e-6):
-        notes.append("a free face folds onto the ground: contact is not modelled, the true pad is stiffer")
+    found = solid_folds(solid, u, centre, turn)
+    return touch_notes(found.ground, found.target, found.walls, bool(solid.body.parts))
+
+
+def solid_folds(solid: Solid, u: Array, centre: Array, turn: Array) -> Folds:
+    """Return where the free faces are, but whether they touch themselves; arguments as of `fold_notes`."""
+    place = solid.body.mesh.nodes + u.reshape(-1, 3)
     seen = (place - centre - (0.0, 0.0, 1.0)) @ turn
-    if np.any(np.logical_and(within(solid.target, seen, -1e-9), seen[:, 2] > 1e-6)):
-        notes.append("a free face folds onto the target: contact is not modelled, the true pad is stiffer")
-    return tuple(notes)
+    above = seen[:, 2] > _SEEN
+    sides = np.setdiff1d(solid.faces, solid.under)
+    inside = np.logical_and(within(solid.target, seen[sides], -_SEEN), above[sides])
+    ground = bool(np.any(place[solid.faces, 2] < -_SEEN))
+    rise = float(seen[sides][inside, 2].max()) if np.any(inside) else 0.0
+    return Folds(ground, bool(np.any(above[solid.under])), bool(np.any(inside)), rise, itself=False)
 
 
 def outlines(target: Target, elastomer: Elastomer) -> tuple[Outline, Outline]:
@@ -209,9 +302,10 @@ def box_lines(plate: Outline, pad: Outline, cells: int, grading: float) -> tuple
 
 def _half_lines(edge: float, end: float, cells: int, grading: float, outer: float) -> Array:
     """Lines from the middle to the end of the pad, closer towards the target's edge; `outer` splits the last cell."""
-    inner = cells + int(edge / _STRETCH)
+    covers = end - edge < 1e-9
+    inner = cells + int(edge / _STRETCH) + int(covers)
     lines = edge * (1.0 - (np.arange(inner, -1, -1) / inner) ** grading)
-    if end - edge < 1e-9:
+    if covers:
         return np.asarray(lines)
     far = end - edge > 1.5 * _REACH
     beside = (np.arange(cells + 1) / cells) ** grading
