@@ -1,0 +1,42 @@
+"""Units that are read at once: the same as pint reads them, and pint stays away."""
+
+import subprocess
+import sys
+
+import pint
+import pytest
+
+from sits_mech.units import SceneError, quantity
+
+REGISTRY = pint.UnitRegistry()
+NUMBERS = (1.0, 85.0, 0.1, -33.3333, 7.0e-3, 123456.789)
+
+
+@pytest.mark.parametrize("unit", ["m", "Hz", "N", "Pa", "H", "F", "ohm", "s", "rad"])
+@pytest.mark.parametrize("prefix", ["", "G", "M", "k", "m", "u", "µ", "n", "p"])
+def test_powers_of_ten_are_as_pint_has_them(prefix: str, unit: str) -> None:
+    """To fifteen digits, which is what a quantity keeps."""
+    for number in NUMBERS:
+        expected = float(f"{REGISTRY.Quantity(number, prefix + unit).to(unit).magnitude:.15g}")
+        assert quantity(f"{number!r} {prefix}{unit}", unit, "x") == expected
+
+
+def test_degrees_are_as_pint_has_them() -> None:
+    """The one unit of angle that people write."""
+    for number in NUMBERS:
+        expected = float(f"{REGISTRY.Quantity(number, 'deg').to('rad').magnitude:.15g}")
+        assert quantity(f"{number!r} deg", "rad", "x") == expected
+
+
+@pytest.mark.parametrize("text", ["1 mHz", "1 min", "1 mN", "1 m"])
+def test_other_dimensions_are_refused(text: str) -> None:
+    """A unit that ends like another one is not that one."""
+    with pytest.raises(SceneError, match="must be a pressure"):
+        quantity(text, "Pa", "x")
+
+
+def test_a_catalogued_sensor_needs_no_pint() -> None:
+    """It takes a third of a second to come."""
+    code = "import sys; from sits_mech.sensor import load_sensor; load_sensor('biorob2018'); print('pint' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.strip() == "False"
