@@ -13,8 +13,8 @@ symmetric part of the stiffness that it feels is positive definite: no small pus
 
 The pad is that of block.py: both halves of it, the same elements, two meshes, the same extrapolation; where a mesh does
 not carry a load, one with a guard on J is tried. Unknowns: nodal displacements and c in thicknesses, w in radians;
-scales of block_mesh.py. Range: boxes under rectangles; no contact, a free face that folds is named in the notes.
-Components follow the right hand; ``M_y > 0`` turns clockwise in the x-z picture, like `M`.
+scales of block_mesh.py. Range: boxes and cylinders under rectangles and discs; no contact, a free face that
+folds is named in the notes. Components follow the right hand; ``M_y > 0`` turns clockwise in the x-z picture, like `M`.
 """
 
 from __future__ import annotations
@@ -24,10 +24,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
+from skfem import MeshHex, MeshHex2
+from skfem.assembly import Dofs
 
 from sits_mech.mechanics.block_forms import BRICK, solid_mesh
 from sits_mech.mechanics.block_mesh import (
     Solid,
+    bonded_block,
     box_lines,
     edge_notes,
     flush,
@@ -37,7 +40,7 @@ from sits_mech.mechanics.block_mesh import (
     solid,
     within,
 )
-from sits_mech.mechanics.forms import Indices
+from sits_mech.mechanics.forms import Indices, Section
 from sits_mech.mechanics.newton import solved
 from sits_mech.meshing.bricks import Outline, box_bricks
 from sits_mech.quantities import Array, SolveFailed, SolveReport
@@ -115,12 +118,12 @@ class _Path:
 
 
 def full_equilibrium(sensor: Sensor, wrench: FullWrench, tolerance: float = 1e-2) -> FullPose:
-    """Return where a box's target rests under all six components of a load.
+    """Return where a pad's target rests under all six components of a load.
 
     Parameters
     ----------
     sensor : Sensor
-        With a rectangular target on a box of elastomer.
+        With a rectangle or a disc on a box or a cylinder of elastomer.
     wrench : FullWrench
         [N, N m].
     tolerance : float
@@ -157,17 +160,37 @@ def full_equilibrium(sensor: Sensor, wrench: FullWrench, tolerance: float = 1e-2
 
 
 def whole_block(sensor: Sensor, cells: int, grading: float, guard: float) -> Solid:
-    """Return both halves of a box with its target, meshed and scaled; arguments as of `bonded_block`."""
+    """Return both halves of a box or a cylinder with its target, meshed and scaled; arguments as of `bonded_block`."""
     target, elastomer = pad_parts(sensor)
     plate, pad = outlines(target, elastomer)
-    if plate.is_round or pad.is_round or elastomer.mesh is not None:
-        raise ValueError("elastomer, target: must be a box under a rectangle for all six components of a load")
-    x, _, z = box_lines(plate, pad, cells, grading)
-    y, *_ = box_lines(_turned(plate), _turned(pad), cells, grading)
-    section, basis = solid_mesh(box_bricks(x, y, z), BRICK)
+    if elastomer.mesh is not None:
+        raise ValueError("elastomer.mesh: must not be given under F_y, M_x or M_z; boxes and cylinders are held")
+    if plate.is_round or pad.is_round:
+        half = bonded_block(sensor, cells, grading, guard)
+        mesh, fineness = both_halves(half.body.mesh), half.fineness
+    else:
+        x, _, z = box_lines(plate, pad, cells, grading)
+        y, *_ = box_lines(_turned(plate), _turned(pad), cells, grading)
+        mesh, fineness = box_bricks(x, y, z), len(z) - 1.0
+    section, basis = solid_mesh(mesh, BRICK)
     height = section.nodes[:, 2]
     top = np.logical_and(height > 1.0 - 1e-9, within(plate, section.nodes, 1e-9))
-    return solid(sensor, section, np.stack([height < 1e-9, top, np.zeros_like(top)]), (guard, len(z) - 1.0), basis)
+    return solid(sensor, section, np.stack([height < 1e-9, top, np.zeros_like(top)]), (guard, fineness), basis)
+
+
+def both_halves(half: Section) -> MeshHex2:
+    """Return a mesh of 27-node bricks on y >= 0 with its mirror image, whose bricks are numbered alike."""
+    corners, place = half.cells[:, :8], half.nodes[half.cells]
+    points = half.nodes[: corners.max() + 1]
+    own = points[:, 1] > 1e-9
+    image = np.where(own, len(points) - 1 + np.cumsum(own), np.arange(len(points)))
+    flip = np.array([1.0, -1.0, 1.0])
+    whole = MeshHex2.from_mesh(
+        MeshHex(np.vstack([points, points[own] * flip]).T, np.vstack([corners, image[corners]]).T)
+    )
+    nodes = whole.doflocs.copy()
+    nodes[:, Dofs(whole, BRICK).element_dofs.T] = np.moveaxis(np.concatenate([place, place * flip]), -1, 0)
+    return MeshHex2(nodes, whole.t)
 
 
 def _turned(outline: Outline) -> Outline:

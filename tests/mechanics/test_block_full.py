@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from sits_mech.mechanics.block import block_pad
-from sits_mech.mechanics.block_full import FullWrench, full_equilibrium
+from sits_mech.mechanics.block_forms import BRICK, solid_mesh
+from sits_mech.mechanics.block_full import FullWrench, both_halves, full_equilibrium
+from sits_mech.mechanics.block_mesh import bonded_block
 from sits_mech.quantities import SolveFailed, Wrench
-from sits_mech.sensor import load_sensor
+from sits_mech.sensor import Elastomer, Target, load_sensor
 
 MM = 1e-3
 NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
@@ -58,12 +60,40 @@ def test_all_six_at_once_with_quadratic_convergence(sensor):
     np.testing.assert_allclose(mirrored.rotation, found.rotation * [-1, 1, -1], rtol=1e-5, atol=1e-9)
 
 
+@pytest.fixture(scope="module")
+def cylinder():
+    """A cylinder 15 mm across and 2 mm high under a disc as wide."""
+    base = load_sensor("biorob2018", [NEO_HOOKEAN])
+    plate = {"shape": "disc", "material": "copper", "diameter": 15 * MM, "thickness": 0.2 * MM}
+    pad = {"material": base.elastomer.material, "diameter": 15 * MM, "thickness": 2 * MM}
+    parts = {"target": Target.model_validate(plate), "elastomer": Elastomer.model_validate(pad)}
+    return base.model_copy(update=parts)
+
+
+def test_twist_of_a_cylinder(cylinder):
+    """Saint-Venant's twist is exact under a bonded disc: M = mu pi a^4 w / (2 t); the volume of the mesh as well."""
+    found = full_equilibrium(cylinder, FullWrench(M_z=1e-3))
+    assert 1e-3 / found.rotation[2] == pytest.approx(3e4 * np.pi * (7.5 * MM) ** 4 / 2 / (2 * MM), rel=5e-4)
+    mesh = both_halves(bonded_block(cylinder, 1, 2.0, 0.0).body.mesh)
+    assert solid_mesh(mesh, BRICK)[1].dx.sum() == pytest.approx(np.pi * 3.75**2, rel=1e-4)
+
+
+def test_a_round_pad_answers_alike_in_all_directions(cylinder):
+    """Though its mesh does not; along x as the half model."""
+    half = block_pad(cylinder, 1e-2).equilibrium(Wrench(0.5, 3.0))
+    along, across = (full_equilibrium(cylinder, FullWrench(*load, 3.0)) for load in ((0.5, 0.0), (0.3, 0.4)))
+    assert along.centre[0] == pytest.approx(half.pose.d_h, abs=half.error.d_h + along.error[0])
+    assert along.rotation[1] == pytest.approx(half.pose.alpha, abs=half.error.alpha + along.error[4])
+    np.testing.assert_allclose(across.centre[:2], along.centre[0] * np.array([0.6, 0.8]), atol=along.error[0])
+    np.testing.assert_allclose(across.rotation[:2], along.rotation[1] * np.array([-0.8, 0.6]), atol=along.error[4])
+
+
 def test_refusals(sensor):
     with pytest.raises(ValueError, match="finite"):
         full_equilibrium(sensor, FullWrench(np.nan))
-    with pytest.raises(ValueError, match="box under a rectangle"):
-        disc = sensor.target.model_copy(update={"shape": "disc", "diameter": 15 * MM, "width": None, "length": None})
-        full_equilibrium(sensor.model_copy(update={"target": disc}), FullWrench(1.0))
+    with pytest.raises(ValueError, match="boxes and cylinders"):
+        own = sensor.elastomer.model_copy(update={"mesh": "dome.msh"})
+        full_equilibrium(sensor.model_copy(update={"elastomer": own}), FullWrench(1.0))
 
 
 def test_a_slender_pad_is_not_followed_beyond_its_critical_load():
