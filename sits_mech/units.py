@@ -1,8 +1,8 @@
 """What number does a written quantity stand for? Units live at the edge of the package; inside, all is SI and radians.
 
 A quantity is a plain number, taken as SI, or a string of a number and a unit such as ``"2 mm"``, ``"5 MHz"``,
-``"30 kPa"`` or ``"10 deg"``. Powers of ten of the SI unit itself are read at once; pint, which takes a third of a second
-to come, converts every other unit.
+``"30 kPa"`` or ``"10 deg"``. Powers of ten of the SI unit itself are read at once; every other unit is converted by
+pint, which takes a third of a second to come.
 """
 
 from __future__ import annotations

@@ -37,6 +37,7 @@ def test_other_dimensions_are_refused(text: str) -> None:
 
 def test_a_catalogued_sensor_needs_no_pint() -> None:
     """It takes a third of a second to come."""
-    code = "import sys; from sits_mech.sensor import load_sensor; load_sensor('biorob2018'); print('pint' in sys.modules)"
+    load = "from sits_mech.sensor import load_sensor; load_sensor('biorob2018')"
+    code = f"import sys; {load}; print('pint' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
     assert done.stdout.strip() == "False"
