@@ -18,6 +18,7 @@ from threadpoolctl import threadpool_limits
 from sits_mech.units import SceneError, shown
 
 _PATIENCE = 10  # seconds a cluster may take to answer
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")  # what a BLAS asks for when it is loaded
 
 
 @contextmanager
@@ -55,7 +56,7 @@ def workers(processes: int = 1, address: str | None = None) -> Iterator[Executor
 
 def _start() -> None:
     """Make a process a worker: one BLAS thread, gone when its parent is."""
-    threadpool_limits(1)
+    _limit_threads()
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_follow, args=(parent.sentinel,), daemon=True).start()
@@ -85,5 +86,6 @@ def _cluster(address: str) -> Iterator[Executor]:
 
 
 def _limit_threads() -> None:
-    """Keep a cluster's worker to one BLAS thread."""
+    """Keep this process to one BLAS thread: of libraries that are loaded, and of those that will be."""
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
     threadpool_limits(1)

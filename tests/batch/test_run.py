@@ -172,6 +172,28 @@ def test_a_killed_run_goes_on(words: list[str], tmp_path: Path) -> None:
     assert read_table(cases.parent / "result.nc").assign(seconds=whole["seconds"]).identical(whole)
 
 
+PROBE = """
+def threads():
+    import numpy, scipy.linalg, threadpoolctl
+    return [library["num_threads"] for library in threadpoolctl.threadpool_info()]
+
+if __name__ == "__main__":
+    from sits_mech.batch.executors import workers
+    with workers(2) as executor:
+        print(*executor.submit(threads).result())
+"""
+
+
+def test_a_worker_keeps_to_one_thread(tmp_path: Path) -> None:
+    """Also of libraries that come after it was started; the environment here asks for two."""
+    path = tmp_path / "probe.py"
+    path.write_text(PROBE)
+    asked = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "2")
+    words = [sys.executable, str(path)]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60, check=True, env=os.environ | asked)
+    assert set(done.stdout.split()) == {"1"}
+
+
 def test_a_cluster_that_loses_a_worker(tmp_path: Path) -> None:
     """Two worker processes, one killed in the middle: nothing is lost, and the result is that of one process."""
     distributed = pytest.importorskip("distributed")
