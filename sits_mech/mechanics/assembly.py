@@ -81,8 +81,8 @@ def pattern(rows: Indices, columns: Indices, free: Indices, border: Indices, *, 
     both = (inner[rows] >= 0) & (inner[columns] >= 0)
     places, ones = (inner[rows[both]], inner[columns[both]]), np.ones(np.count_nonzero(both))
     K = sparse.coo_matrix((ones, places), shape=(len(free), len(free))).tocsc()
-    dominant = (K + sparse.diags(1.0 + K @ np.ones(len(free)))).tocsc()
-    order = splu(dominant, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.0).perm_c
+    K.setdiag(K.diagonal() + 1.0 + K @ np.ones(len(free)))
+    order = splu(K, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.0).perm_c
     return _pattern(rows, columns, free[np.argsort(order)], border)
 
 

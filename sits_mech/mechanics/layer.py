@@ -5,17 +5,14 @@ bonded over the middle of its top face; the wrench is a dead load in newtons, sp
 Equations: forms.py (layer), target.py (rigid target), contact.py (free faces), newton.py and path.py (solution).
 Pose: ``d_v = standoff + t - sink``. Any mix of forces and places of the target can be given (control.py).
 
-Meshes. Small strain wants a strong grading towards the singular corners. At finite strain the corners open, which
-cells split into triangles follow (fan.py). So several pairs of meshes stand in line, each tougher and a little less
-accurate than the one before: strongly graded; with split corners; mildly graded; with a guard
-on J; even, with a stronger guard. The first that
-gets there, J positive at every quadrature point and node, with an error near the tolerance gives the answer, or else
-the one with the smallest error. The error is that between the two meshes of a pair (answer.py).
+Meshes. Several pairs stand in line, each tougher and a little less accurate than the one before (ladder.py). The
+first that gets there, J positive at every quadrature point and node, with an error near the tolerance gives the answer,
+or else the one with the smallest error. The error is that between the two meshes of a pair (answer.py).
 
 Contact of the free faces with the ground and the target (scene key `elastomer.contact`) is "never" solved, "always",
 or, "auto", where it matters: a load whose free faces fold onto the ground or the target is solved again with contact,
-and where that moves the target by more than 1 % of its displacement, or the layer could not be followed without, it
-is the answer; otherwise its effect is part of the error. The notes say which.
+and where that moves the target by more than 1 % of its displacement or half the tolerance, or the layer could not be
+followed without, it is the answer; otherwise its effect is part of the error. The notes say which.
 
 Range: plane strain (the true pad is softer by its ends). Neglected: viscosity, gravity, friction.
 """
@@ -33,27 +30,15 @@ from sits_mech.mechanics.control import Control, under
 from sits_mech.mechanics.edges import Edges, edge_effect, edge_notes
 from sits_mech.mechanics.folds import folds
 from sits_mech.mechanics.forms import Indices, deformation
+from sits_mech.mechanics.ladder import STRONG, cells_through, meshes_in_line
 from sits_mech.mechanics.newton import compliance, correction
 from sits_mech.mechanics.pad import Fineness, bonded_body, force_unit, scaled_load
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.sensor import Sensor
 
-_STRONG, _MILD = 2.5, 1.5  # grading towards the corners
-_GIVE = 1e-5  # thicknesses over which the pressure of contact builds up
-# grading, split corners, guard, order that the error is extrapolated with; in the order they are tried
-_SHARP, _SPLIT = (_STRONG, False, 0.0, 1.5), (_STRONG, True, 0.0, 1.5)
-_TOUGH, _GUARDED, _EVEN = (_MILD, True, 0.0, 1.5), (_MILD, True, 0.5, 1.5), (1.0, True, 5.0, 1.0)
-_Kind = tuple[float, bool, float, float]
-# Asked error of the pose -> cells through the thickness, fine and coarse; meshes in the order they are tried.
-_LADDER: tuple[tuple[float, tuple[tuple[int, int], tuple[_Kind, ...]]], ...] = (
-    (2e-2, ((4, 2), (_TOUGH, _GUARDED))),
-    (1e-2, ((6, 4), (_TOUGH, _GUARDED))),
-    (1e-3, ((8, 4), (_SHARP, _SPLIT, _TOUGH, _GUARDED))),
-    (1e-4, ((14, 8), (_SHARP, _SPLIT, _TOUGH, _GUARDED))),
-)
 _LENIENCE = 2.0  # the estimate is on the safe side: up to so many tolerances no other mesh is tried
 _PATIENCE = (0.25, 0.02, 1e-3)  # smallest increment of the load path: meshes wait, one does, none does
-_EFFECT = 0.01  # of the displacement that contact may be worth and still be left out
+_EFFECT, _SHARE = 0.01, 0.5  # of the displacement, of the tolerance: what contact may be worth and still be left out
 
 
 @dataclass(frozen=True)
@@ -167,23 +152,12 @@ def planar_layer(sensor: Sensor, tolerance: float = 1e-2) -> PlanarLayer:
     ValueError
         For a scene without target or elastomer, or a tolerance outside (0, 1).
     """
-    cells, kinds = _rung(tolerance)
-    contact, edges = sensor.elastomer.contact if sensor.elastomer is not None else "never", edge_effect(sensor)
-    kinds = kinds if edges is None else tuple(kind for kind in kinds if kind[1])
-    last = (*(kind for kind in kinds if kind[1]), _EVEN)
-    if contact == "always":
-        return PlanarLayer(sensor, tolerance, tuple(_pair(sensor, cells, kind, _GIVE) for kind in last), edges=edges)
-    if contact == "never":
-        pairs = tuple(_pair(sensor, cells, kind, 0.0) for kind in (*kinds, _EVEN))
-        return PlanarLayer(sensor, tolerance, pairs, edges=edges)
-    free, touching = ([_pair(sensor, cells, kind, give) for kind in own] for own, give in ((kinds, 0.0), (last, _GIVE)))
-    return PlanarLayer(sensor, tolerance, (*free, *touching), len(touching), edges)
+    return PlanarLayer(sensor, tolerance, *meshes_in_line(sensor, tolerance), edge_effect(sensor))
 
 
 def linear_layer(sensor: Sensor, tolerance: float = 1e-2) -> LinearLayer:
     """Return the small-strain model of a sensor's layer; arguments and errors as of `planar_layer`."""
-    cells, _ = _rung(tolerance)
-    bodies = [bonded_body(sensor, Fineness(count, _STRONG)) for count in cells]
+    bodies = [bonded_body(sensor, Fineness(count, STRONG)) for count in cells_through(tolerance)]
     fine, coarse = (compliance(body, rest(body), np.zeros(3)) for body in bodies)
     return LinearLayer(sensor, bodies[0], fine, coarse, edge_effect(sensor))
 
@@ -221,17 +195,6 @@ def stored(model: PlanarLayer, equilibrium: Equilibrium) -> float:
     return force_unit(model.sensor) * t * (body.element.tangent(body.mesh, body.law, body.K, state.u).energy + parts)
 
 
-def _pair(sensor: Sensor, cells: tuple[int, int], kind: _Kind, give: float) -> Pair:
-    """Two meshes of one kind; the coarse one gives over twice the length."""
-    grading, fan, guard, order = kind
-    fine, coarse = cells
-    return Pair(
-        bonded_body(sensor, Fineness(fine, grading, fan, guard, give)),
-        bonded_body(sensor, Fineness(coarse, grading, fan, guard, 2.0 * give)),
-        order,
-    )
-
-
 def _first_good(
     layer: PlanarLayer, numbers: range, start: Equilibrium | None, control: Control
 ) -> tuple[Equilibrium, float]:
@@ -240,6 +203,8 @@ def _first_good(
     waiting = [len(layer.meshes) - 1 - number for number in numbers]
     for number, left in zip(numbers, waiting, strict=True):
         pair, own = layer.meshes[number], None
+        if best is not None and best[1] == 1.0 and pair.fine.guarded:
+            continue
         if start is not None and start.state.size == 1 + pair.size and start.state[0] == number:
             own = replace(start, state=start.state[1:])
         found, part = settled(layer.sensor, pair, own, control, _PATIENCE[max(0, 2 - left)])
@@ -247,6 +212,8 @@ def _first_good(
         if best is None or (part, -found.report.estimated_error) > (best[1], -best[0].report.estimated_error):
             best = found, part
         if best[1] == 1.0 and best[0].report.estimated_error <= _LENIENCE * layer.tolerance:
+            break
+        if best[1] == 1.0 and number < len(layer.meshes) - layer.touching and layer.touching and _touches(layer, found):
             break
     if best is None:
         raise ValueError("meshes: there must be at least one pair")
@@ -263,10 +230,10 @@ def _in_contact(
     if part == 1.0 and twin >= count - layer.touching:
         bodies = layer.meshes[int(found.state[0])].fine, layer.meshes[twin].fine
         changes = nearly_settled(layer.sensor, bodies, replace(found, state=found.state[1:]), control)
-        if changes is not None and _effect(layer, found, changes) <= _EFFECT:
+        if changes is not None and _negligible(layer, found, changes):
             return _without(layer, found, changes), 1.0
         begin = replace(found, state=np.concatenate([[twin], found.state[1:]]))
-        other, reached = _first_good(layer, range(twin, twin + 1), begin, control)
+        other, reached = _first_good(layer, range(twin, count), begin, control)
         if reached == 1.0:
             return _chosen(layer, free, (other, reached))
     return _chosen(layer, free, _first_good(layer, range(count - layer.touching, count), start, control))
@@ -281,12 +248,12 @@ def _touches(layer: PlanarLayer, found: Equilibrium) -> bool:
 def _chosen(
     layer: PlanarLayer, free: tuple[Equilibrium, float], touching: tuple[Equilibrium, float]
 ) -> tuple[Equilibrium, float]:
-    """With or without contact: the farther; of two that arrive, the one without where contact is worth little."""
+    """With or without contact: the farther; of two that arrive, the one without only where contact is worth little."""
     (one, part), (other, farther) = free, touching
     if part < 1.0 or farther < 1.0:
         return (other, farther) if farther >= part else (one, part)
     changes = _places(other)[0] - _places(one)[0], _places(other)[1] - _places(one)[1]
-    return (other, 1.0) if _effect(layer, one, changes) > _EFFECT else (_without(layer, one, changes), 1.0)
+    return (_without(layer, one, changes), 1.0) if _negligible(layer, one, changes) else (other, 1.0)
 
 
 def _places(found: Equilibrium) -> tuple[Array, Array]:
@@ -304,6 +271,13 @@ def _effect(layer: PlanarLayer, found: Equilibrium, changes: tuple[Array, Array]
     moved = float(np.max(np.abs(changes[0] * size))) / max(float(np.max(np.abs(away))), 1e-300)
     with_contact = float(np.max(np.abs(forces + changes[1])[:2]))
     return max(moved, float(np.max(np.abs(changes[1][:2]))) / max(with_contact, 1e-300))
+
+
+def _negligible(layer: PlanarLayer, found: Equilibrium, changes: tuple[Array, Array]) -> bool:
+    """Whether contact changes little, and an answer without it is near the tolerance."""
+    effect = _effect(layer, found, changes)
+    good = found.report.estimated_error + effect <= _LENIENCE * layer.tolerance
+    return good and effect <= min(_EFFECT, _SHARE * layer.tolerance)
 
 
 def _without(layer: PlanarLayer, found: Equilibrium, changes: tuple[Array, Array]) -> Equilibrium:
@@ -333,13 +307,6 @@ def _ended(last: Equilibrium, control: Control, part: float) -> str:
 def _thickness(sensor: Sensor) -> float:
     """Thickness of the layer [m]."""
     return sensor.elastomer.thickness if sensor.elastomer is not None else 0.0
-
-
-def _rung(tolerance: float) -> tuple[tuple[int, int], tuple[_Kind, ...]]:
-    """Cells through the thickness, and kinds of meshes, for a tolerance."""
-    if not 0.0 < tolerance < 1.0:
-        raise ValueError(f"tolerance: must lie between 0 and 1, got {tolerance}")
-    return next((rung for error, rung in _LADDER if tolerance >= error), _LADDER[-1][1])
 
 
 def _check_load(wrench: Wrench) -> None:
