@@ -1,7 +1,8 @@
-"""Makes the example pads `dome.msh`, `slotted.msh` and `pillars.msh`: python meshes/pads.py [DIR].
+"""Makes the example pads `dome.msh`, `slotted.msh`, `pillars.msh`, `box.msh`: python meshes/pads.py [DIR].
 
 Needs sits-mech[mesh]. Half of each, y >= 0, in tetrahedra; lengths in metres, ground at z = 0, groups `ground`,
-`target`, `free`, `symmetry`.
+`target`, `free`, `symmetry`. How fine: a quarter of the thickness at the target's edge (and at the ground's below it,
+where the pad ends flush), 0.6 more for each length away from it, up to 0.9 of the thickness; `box` shows it.
 """
 
 from __future__ import annotations
@@ -49,10 +50,18 @@ def pillars(geometry: pygmsh.occ.Geometry) -> Size:
     return lambda dim, tag, x, y, z, *_: 1.0 if z > 0.9 else 1.8
 
 
+def box(geometry: pygmsh.occ.Geometry) -> Size:
+    """Box of 20 x 20 x 2 mm under 15 x 15 mm, which the package meshes in hexahedra by itself: to compare."""
+    whole = geometry.add_box([-10, 0, 0], [20, 10, 2])
+    geometry.boolean_fragments(whole, geometry.add_rectangle([-7.5, 0, 2], 15, 7.5))
+    return lambda dim, tag, x, y, z, *_: min(1.8, 0.5 + 0.6 * float(np.hypot(max(abs(x), y) - 7.5, z - 2.0)))
+
+
 PADS: dict[str, tuple[Callable[[pygmsh.occ.Geometry], Size], float, float]] = {
     "dome": (dome, 3.0, 4.0),
     "slotted": (slotted, 2.0, 6.0),
     "pillars": (pillars, 3.0, 7.5),
+    "box": (box, 2.0, 7.5),
 }
 """Drawing, height, and how far the target reaches [mm]."""
 
@@ -92,7 +101,7 @@ def outer(tetrahedra: np.ndarray) -> np.ndarray:
 
 
 def main(folder: Path) -> None:
-    """Write all three."""
+    """Write all of them."""
     for name in PADS:
         meshio.write(folder / f"{name}.msh", drawn(name), file_format="gmsh22", binary=False)
 
