@@ -16,7 +16,7 @@ import numpy as np
 from scipy.interpolate import RectBivariateSpline
 
 from sits_mech.mechanics.loads import Load, settle, upright
-from sits_mech.quantities import Array, MechanicalModel
+from sits_mech.quantities import Array, MechanicalModel, Wrench
 from sits_mech.readout.surrogate import SmoothMap, fit_map
 from sits_mech.sensor import Sensor
 from sits_mech.sweep import DONE, Progress, Row
@@ -66,6 +66,15 @@ def settle_grid(
                 progress(len(rows), len(rows))
             return rows
     return settle(layer, grid, symmetric=symmetric, keep=keep, known=rows, progress=progress)
+
+
+def solved_first(loads: Sequence[Wrench]) -> list[Wrench]:
+    """Return which of some loads are solved first: of a grid its coarsest part, which most often is enough."""
+    grid = {name: sorted({float(getattr(load, name)) for load in loads}) for name in ("F_x", "F_z")}
+    if not loads or len(grid["F_x"]) * len(grid["F_z"]) != len(loads) or any(load.M for load in loads):
+        return list(loads)
+    part = next(_parts(grid), grid)
+    return [load for load in loads if load.F_x in part["F_x"] and load.F_z in part["F_z"]]
 
 
 def _parts(grid: Mapping[str, Sequence[float]]) -> Iterator[dict[str, list[float]]]:

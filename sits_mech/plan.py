@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sits_mech.filling import solved_first
 from sits_mech.materials import unknown
 from sits_mech.omissions import Omission, half_suffices, omissions, strain_bound
 from sits_mech.quantities import Wrench
@@ -183,9 +184,14 @@ class Plan:
         asked = magnetic_tolerance(magnetics.name, tolerance) if loads else tolerance
         parts = [("magnetics", magnetics.name, asked, max(len(loads), 1))]
         if mechanics is not None:
-            count = (len(loads) + 1) // 2 if half_suffices(sensor, loads) else len(loads)
+            first = solved_first(loads)
+            half = half_suffices(sensor, first)
+            count = sum(not half or load.F_x >= 0.0 for load in first)
             parts.insert(0, ("mechanics", mechanics.name, tolerance, count))
         missing = omissions(sensor, loads, None if mechanics is None else mechanics.name, magnetics.name)
+        if mechanics is not None and len(first) < len(loads):
+            reason = f"a smooth map through {len(first)} of {len(loads)} foretells them within the tolerance"
+            missing += (Omission("loads between solved ones", reason, tolerance),)
         rungs = tuple(f"{name} at {asked:.1g}" for _, name, asked, _ in parts)
         sizes = [item.size for item in missing if item.of_change and item.size > 0.0]
         error = sum(asked for _, _, asked, _ in parts) + sum(sizes)

@@ -7,8 +7,9 @@ import pytest
 
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.chain import magnetic_model, mechanical_model, plan, simulate
+from sits_mech.filling import solved_first
 from sits_mech.omissions import half_suffices, idle_coupling, omissions, skin_depths, strain_bound
-from sits_mech.plan import choose_magnetics, choose_mechanics, quantity_range
+from sits_mech.plan import choose_magnetics, choose_mechanics, cost, quantity_range
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.sensor import Sensor, load_sensor
 from sits_mech.units import SceneError
@@ -141,6 +142,21 @@ def test_half_of_mirrored_loads() -> None:
     sensor, loads = load_sensor("biorob2018"), [Wrench(-1.0, 1.0), Wrench(1.0, 1.0)]
     assert half_suffices(sensor, loads) and not half_suffices(sensor, loads[1:])
     assert not half_suffices(_lopsided(sensor), loads)
+
+
+def test_a_grid_is_planned_by_what_is_solved_of_it() -> None:
+    """Of 9 x 9 loads 5 x 5, of which mirror images leave 15; a small grid, or loads on no grid, are solved whole."""
+    sensor, forces = load_sensor("biorob2018"), np.linspace(-1.0, 1.0, 9).tolist()
+    loads = [Wrench(x, z + 1.0) for x in forces for z in forces]
+    whole, some = plan(sensor, loads), plan(sensor, [load for load in loads if load.F_x in forces[::4]])
+    assert len(solved_first(loads)) == 25 and len(solved_first(loads[1:])) == 80
+    between = next(item for item in whole.left_out if item.what == "loads between solved ones")
+    assert "25 of 81" in between.reason and between.size == 1e-2
+    assert "loads between solved ones" not in {item.what for item in some.left_out}
+    expected = cost("mechanics", "block", 1e-2, 15) + cost("magnetics", "sheets", 1e-2, 81)
+    assert whole.seconds == pytest.approx(expected, rel=1e-12)
+    smaller = cost("mechanics", "block", 1e-2, 18) + cost("magnetics", "sheets", 1e-2, 27)
+    assert some.seconds == pytest.approx(smaller, rel=1e-12)
 
 
 def _lopsided(sensor: Sensor) -> Sensor:

@@ -1,0 +1,258 @@
+"""What does each omission of a plan save, what does it cost in accuracy, and are the plan's seconds true?
+
+Every omission that the plan of a catalogued scene can hold is answered with and without, by the models it stands
+between: seconds of the processor, and the difference relative to what the promise is of (the largest displacement, the
+change of inductance, L0) beside the promise and what both answers know of themselves. For the inside of a thick plate
+the seconds are those of finite elements on either side of three skin depths, the difference is to the bars, which
+divide the whole thickness. The ends along y are promised nothing: what they are worth is shown. Nothing is measured
+where there is nothing to compare: a pose that is given needs no mechanics, a scene without target no eddy currents.
+
+Then the plan's expected seconds beside those of the processor, single solves and a grid.
+
+Run ``python studies/omissions.py [--coarse] --output DIR``: two tables and a figure.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from sits_mech import plan
+from sits_mech.analysis.spectrum import at_terminals
+from sits_mech.chain import MAGNETICS, MECHANICS, calibrate, magnetic_model, mechanical_model, simulate
+from sits_mech.filling import settle_grid
+from sits_mech.mechanics.loads import Load, settle
+from sits_mech.omissions import idle_coupling, skin_depths, strain_bound
+from sits_mech.quantities import Pose, Wrench
+from sits_mech.reading import read_poses
+from sits_mech.report.accuracy import forget
+from sits_mech.report.curves import new_figure, save_figure
+from sits_mech.report.outputs import study_arguments, write_rows
+from sits_mech.sensor import Sensor, load_sensor
+from sits_mech.sweep import Row
+
+LONG = 'elastomer.length="1000 mm"'
+FERRITE = (
+    'conductors=[{name="backing", material="ferrite", shape="rectangle", centre=["0 mm", "-1 mm"], width="18 mm", '
+    'length="18 mm", thickness="1 mm"}]'
+)
+DISC = (
+    'target={material="copper", shape="disc", diameter="7 mm", thickness="0.2 mm"}',
+    'coils=[{name="C", centre=["0 mm", "0 mm"], layers=2, turns=12, inner_diameter="2.2 mm", track_width="0.1 mm", '
+    'track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]',
+)
+GAP = Pose(0.0, 2e-3)
+ROUNDING = 1e-6  # what two converged solves of one load differ by, over the largest displacement
+
+
+@dataclass(frozen=True)
+class Saving:
+    """An omission: seconds without and with what it leaves out, difference, promise, what the answers know [-]."""
+
+    what: str
+    without: float
+    with_: float
+    difference: float
+    promised: float
+    known: float
+
+    @property
+    def row(self) -> Row:
+        """Return it as it stands in the table."""
+        kept = "not promised" if math.isnan(self.promised) else self.difference <= self.promised + self.known
+        return {
+            "left out": self.what, "s, left out": self.without, "s, solved": self.with_,
+            "times faster": self.with_ / self.without, "difference": self.difference, "promised": self.promised,
+            "error of both answers": self.known, "kept": kept,
+        }  # fmt: skip
+
+
+def timed(ask: Callable[[], Any]) -> tuple[Any, float]:
+    """Return an answer from empty caches, and the seconds of the processor that it took."""
+    forget()
+    began = time.process_time()
+    return ask(), time.process_time() - began
+
+
+def moved(sensor: Sensor, pose: Pose) -> np.ndarray:
+    """Return how far a target, its edges included, is from rest [m]."""
+    assert sensor.target is not None and sensor.elastomer is not None
+    rest = sensor.elastomer.standoff + sensor.elastomer.thickness
+    return np.array([pose.d_h, rest - pose.d_v, 0.5 * sensor.target.extent[0] * pose.alpha], dtype=float)
+
+
+def apart(sensor: Sensor, first: dict[Load, Row], second: dict[Load, Row]) -> float:
+    """Return the largest difference of two answers to a grid, over the largest displacement."""
+    poses = [
+        np.array([moved(sensor, Pose(row["d_h"], row["d_v"], row["alpha"])) for _, row in sorted(rows.items())])
+        for rows in (first, second)
+    ]
+    return float(np.abs(poses[0] - poses[1]).max() / np.abs(poses[0]).max())
+
+
+def finite_strain() -> Saving:
+    """Return what one compliance saves of a long pad, at a load that strains it to the promise of 1 %."""
+    sensor, asked = load_sensor("biorob2018", [LONG]), Wrench(0.5, 1.0)
+    part = 1e-2 / strain_bound(sensor, [asked])
+    load = Wrench(part * asked.F_x, part * asked.F_z)
+    (small, few), (full, many) = (
+        timed(lambda name=name: MECHANICS[name](sensor, 1e-2).equilibrium(load)) for name in ("linear", "planar")
+    )
+    missed = np.abs(moved(sensor, small.pose) - moved(sensor, full.pose)).max() / np.abs(moved(sensor, full.pose)).max()
+    known = small.report.estimated_error + full.report.estimated_error
+    return Saving("finite strain", few, many, float(missed), strain_bound(sensor, [load]), known)
+
+
+def half_of_the_loads(count: int) -> Saving:
+    """Return what mirror images save on a grid."""
+    sensor = load_sensor("biorob2018")
+    grid = {"F_x": np.linspace(-0.5, 0.5, 3).tolist(), "F_z": np.linspace(0.0, 2.0, count).tolist()}
+    (half, few), (whole, many) = (
+        timed(lambda symmetric=symmetric: settle(mechanical_model(sensor)[0], grid, symmetric=symmetric))
+        for symmetric in (True, False)
+    )
+    return Saving("half of the loads", few, many, apart(sensor, whole, half), 0.0, ROUNDING)
+
+
+def loads_between(count: int) -> Saving:
+    """Return what a smooth map saves on a grid of count x count loads."""
+    sensor = load_sensor("biorob2018-w15")
+    grid = {"F_x": np.linspace(-1.0, 1.0, count).tolist(), "F_z": np.linspace(0.0, 4.0, count).tolist()}
+    some, few = timed(
+        lambda: settle_grid(sensor, mechanical_model(sensor)[0], grid, symmetric=True, tolerance=1e-2)
+    )
+    all_, many = timed(lambda: settle(mechanical_model(sensor)[0], grid, symmetric=True))
+    return Saving("loads between solved ones", few, many, apart(sensor, all_, some), 1e-2, ROUNDING)
+
+
+def places_beside(count: int) -> Saving:
+    """Return what is saved where a symmetric load has no error to the side and none of rotation."""
+    sensor, zero = load_sensor("biorob2018-w15"), np.zeros(count)
+    model, _ = magnetic_model(sensor, "sheets", 1e-2)
+    pose, errors = Pose(zero, np.linspace(1.5e-3, 2e-3, count), zero), (zero, zero + 1e-5, zero)
+    model.impedance(pose, sensor.frequency)
+    found = []
+    for less in (0.0, 1e-9):
+        began = time.process_time()
+        reading = read_poses(sensor, model, pose, Pose(errors[0] + less, errors[1], errors[2] + less))
+        found.append((reading.signals, time.process_time() - began))
+    (few, without), (all_, with_) = found
+    missed = np.abs(few.error_L_v_percent - all_.error_L_v_percent).max() / np.abs(all_.error_L_v_percent).max()
+    return Saving("poses beside and turned", without, with_, float(missed), 0.0, 1e-6)
+
+
+def inside() -> Saving:
+    """Return what is saved where the surface of a thick plate stands for it, in finite elements."""
+    sensor = load_sensor("biorob2018")
+    hertz = {depths: sensor.frequency * (depths / skin_depths(sensor)) ** 2 for depths in (2.95, 3.05)}
+    solved = {
+        depths: timed(lambda at=at: magnetic_model(sensor, "planar-fem", 1e-3)[0].impedance(GAP, at))
+        for depths, at in hertz.items()
+    }
+    fem = solved[3.05][0]
+    bars = magnetic_model(sensor, "planar", 1e-4)[0].impedance(GAP, hertz[3.05])
+    missed = abs((bars.L - fem.L)[0, 0] / (bars.L - bars.L0)[0, 0])
+    known = fem.report.estimated_error + bars.report.estimated_error
+    seconds = [solved[depths][1] for depths in (3.05, 2.95)]
+    return Saving("inside of the target", *seconds, float(missed), math.exp(-3.05), known)
+
+
+def other_model(what: str, scene: str, models: tuple[str, str], promised: float) -> Saving:
+    """Return what one magnetic model saves against another, of the change relative to L0 (units cancel)."""
+    sensor = load_sensor(scene)
+    (few, without), (all_, with_) = (
+        timed(lambda name=name: magnetic_model(sensor, name, 1e-2)[0].impedance(GAP, sensor.frequency))
+        for name in models
+    )
+    changes = [(found.L - found.L0)[0, 0] / found.L0[0, 0] for found in (few, all_)]
+    known = few.report.estimated_error + all_.report.estimated_error
+    return Saving(what, without, with_, float(abs(changes[0] / changes[1] - 1.0)), promised, known)
+
+
+def idle_coil() -> Saving:
+    """Return what the current of the shorted coil is worth, over L0."""
+    sensor = load_sensor("biorob2018")
+    scenes = [
+        sensor.model_copy(update={"readout": sensor.readout.model_copy(update={"idle_coil": idle})})
+        for idle in ("open", "shorted")
+    ]
+    found = magnetic_model(sensor, "sheets", 1e-2)[0].impedance(GAP, sensor.frequency)
+    (alone, few), (seen, many) = (timed(lambda scene=scene: at_terminals(scene, found)[0]) for scene in scenes)
+    missed, promised = np.abs(seen.L - alone.L).max() / found.L0[0, 0], idle_coupling(sensor)
+    return Saving("current in the idle coil", few, many, float(missed), promised, 0.05 * promised)
+
+
+def predicted(coarse: bool) -> list[Row]:
+    """Return the plan's seconds beside those of the processor."""
+    sensor, wide, long = load_sensor("biorob2018"), load_sensor("biorob2018-w15"), load_sensor("biorob2018", [LONG])
+    single, count = [Wrench(0.5, 2.0)], 3 if coarse else 9
+    grid = {"F_x": np.linspace(-1.0, 1.0, count).tolist(), "F_z": np.linspace(0.0, 4.0, count).tolist()}
+    loads = [Wrench(x, z) for x in grid["F_x"] for z in grid["F_z"]]
+    slight, heavy = [Wrench(0.1, 1.0)], Wrench(50.0, 1000.0)
+    asked: list[tuple[str, Sensor, Sequence[Wrench], float, str, Callable[[], Any]]] = [
+        (f"{count} x {count} loads, 15 mm", wide, loads, 1e-2, "auto", lambda: calibrate(wide, **grid)),
+        ("one load, 8 mm", sensor, single, 1e-2, "auto", lambda: simulate(sensor, *single)),
+        ("one load, long pad", long, [heavy], 1e-2, "auto", lambda: simulate(long, heavy)),
+        ("slight load, long pad", long, slight, 1e-2, "auto", lambda: simulate(long, *slight)),
+    ]
+    poses = [("planar", sensor, 1e-3), ("planar-fem", load_sensor("biorob2018", [FERRITE]), 1e-3),
+             ("axisymmetric", load_sensor("biorob2018", DISC), 1e-3), ("sheets", sensor, 1e-2)]  # fmt: skip
+    if not coarse:
+        poses += [("planar", sensor, 1e-4), ("sheets", sensor, 5e-3), ("sheets", wide, 2e-3)]
+        finer = lambda: simulate(sensor, *single, tolerance=5e-3)  # noqa: E731
+        asked += [("one load, 8 mm", sensor, single, 5e-3, "auto", finer)]
+    for name, scene, tolerance in poses:
+        ask = lambda at=(name, scene, tolerance): MAGNETICS[at[0]](at[1], at[2]).impedance(GAP, at[1].frequency)  # noqa: E731
+        asked.append((f"one pose, {name}", scene, [], tolerance, name, ask))
+    rows: list[Row] = []
+    for what, scene, some, tolerance, name, ask in asked:
+        expected = plan(scene, some, tolerance=tolerance, magnetics=name)
+        seconds = timed(ask)[1]
+        models = "" if expected.mechanics is None else f"{expected.mechanics.name}, "
+        rows.append({
+            "request": what, "models": models + expected.magnetics.name, "tolerance": tolerance,
+            "expected [s]": expected.seconds, "measured [s]": seconds, "ratio": expected.seconds / seconds,
+        })  # fmt: skip
+    return rows
+
+
+def draw(savings: Sequence[Saving], path: Path) -> None:
+    """Write what each omission saves and how far it keeps its promise as a picture."""
+    with new_figure(height=0.8, columns=2) as (figure, (left, right)):
+        places = np.arange(len(savings))
+        left.barh(places, [item.with_ / item.without for item in savings], color="C0")
+        left.axvline(1.0, color="0.3", lw=0.6)
+        left.set(xscale="log", xlabel="times faster", yticks=places, yticklabels=[item.what for item in savings])
+        right.plot([max(item.difference, 1e-12) for item in savings], places, "o", label="difference")
+        promises = [item.promised + item.known for item in savings]
+        right.plot(promises, places, "|", ms=12, label="promise and errors of both answers")
+        right.set(xscale="log", xlabel="relative", yticks=places, yticklabels=[])
+        right.legend(loc="best")
+        save_figure(figure, path)
+
+
+def main() -> None:
+    """Run each omission with and without, and the plan's seconds; write tables and figure."""
+    coarse, folder = study_arguments(__doc__ or "")
+    with threadpool_limits(limits=1):
+        savings = [
+            finite_strain(), half_of_the_loads(2 if coarse else 3), *([] if coarse else [loads_between(9)]),
+            places_beside(5 if coarse else 81), inside(),
+            other_model("mesh of the air", "biorob2018", ("planar", "planar-fem"), 0.0), idle_coil(),
+            other_model("ends along y", "biorob2018", ("planar", "sheets"), math.nan),
+        ]  # fmt: skip
+        rows = predicted(coarse)
+    draw(savings, folder / "omissions.png")
+    print(write_rows([item.row for item in savings], folder / "omissions.csv"))
+    print(write_rows(rows, folder / "seconds.csv"))
+
+
+if __name__ == "__main__":
+    main()
