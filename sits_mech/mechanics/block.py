@@ -31,6 +31,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sits_mech.mechanics.block_contact import softened
 from sits_mech.mechanics.block_forms import solid_deformation
 from sits_mech.mechanics.block_mesh import (
     Solid,
@@ -58,7 +59,8 @@ _LADDER = ((1e-2, (2, 1)), (0.0, (3, 2)))  # asked error of the pose -> cells th
 _SHARE = 0.25  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
 _PATIENCE = (0.6, 1e-2)  # smallest increment of the load path where another mesh waits, and where none does
 _FOLDING = 1.5  # order that the error is told with in contact and of flush pads: faces fold onto a plane cell by cell
-_GIVE = 1e-5  # thicknesses over which the pressure of contact builds up
+_GIVE = 1e-4  # thicknesses over which the pressure of contact builds up
+_SOFTER = (100.0, 10.0)  # times that, on the way from rest without contact
 
 
 @dataclass(frozen=True)
@@ -170,14 +172,27 @@ def _reached(pad: BlockPad, start: Equilibrium | None, wrench: Wrench) -> tuple[
     last, part = _farthest(pad, range(free), start, wrench)
     if not (pad.touching and _touches(pad, last)):
         return last, part
-    if part == 1.0:
-        twin = free + int(last.state[0])
-        begin = replace(last, state=np.concatenate([[twin], last.state[1:]]))
-        other, farther = _tried(pad, twin, begin, wrench)
+    twin = free + int(last.state[0])
+    if part == 1.0 and twin < count - 1:  # the last mesh may be one that only a pad without contact needs
+        other, farther = _tried(pad, twin, _eased(pad, twin, last), wrench)
         if farther == 1.0:
             return other, farther
     other, farther = _farthest(pad, range(free, count), start, wrench)
     return (other, farther) if farther >= part else (last, part)
+
+
+def _eased(pad: BlockPad, number: int, found: Equilibrium) -> Equilibrium:
+    """An equilibrium without contact as a start with it, let in softly: faces stand deep behind planes at first."""
+    states = []
+    goal = _scaled(pad.sensor, found.wrench) * pad.meshes[number][0].share
+    halves = np.split(found.state[1:], [_size(pad.meshes[number][0].body)])
+    for solid, half in zip(pad.meshes[number], halves, strict=True):
+        state = _unpacked(solid.body, half)
+        for factor in _SOFTER:
+            body = replace(solid.body, parts=softened(solid.body.parts, factor))
+            state = follow(body, state, (goal, goal), smallest=1.0).state
+        states.append(packed(state))
+    return replace(found, state=np.concatenate([[number], *states]))
 
 
 def _farthest(pad: BlockPad, numbers: range, start: Equilibrium | None, wrench: Wrench) -> tuple[Equilibrium, float]:

@@ -18,7 +18,7 @@ Neglected: friction, adhesion, the target's top face (its sides go on upwards), 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -139,6 +139,11 @@ class SolidContact:
 def contacts(surfaces: tuple[tuple[Plane, Surface], ...], give: float, plate: Outline) -> tuple[Part, ...]:
     """Return the contacts of a pad's faces; none without a length over which they give."""
     return tuple(SolidContact(own, plane, give, plate) for plane, own in surfaces if give > 0.0)
+
+
+def softened(parts: tuple[Part, ...], factor: float) -> tuple[Part, ...]:
+    """Return contacts that give over `factor` times their length."""
+    return tuple(replace(part, give=factor * part.give) if isinstance(part, SolidContact) else part for part in parts)
 
 
 def _with_y(jet: Jet) -> Jet:

@@ -17,7 +17,7 @@ import numpy as np
 from skfem import Basis
 
 from sits_mech.mechanics.assembly import Pattern, pattern
-from sits_mech.mechanics.block_contact import Surface, contacts, surface
+from sits_mech.mechanics.block_contact import SolidContact, Surface, contacts, surface
 from sits_mech.mechanics.block_energy import cofactor, solid_energy
 from sits_mech.mechanics.block_forms import BRICK, solid_deformation, solid_mesh, solid_tangent
 from sits_mech.mechanics.contact import Plane
@@ -37,6 +37,7 @@ _GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
 _OUTER = 0.3  # of the outermost cell beside the target along x, split off: the tilt under shear hangs on it
 _AROUND = 2  # cells from a corner of the core to the next middle of a side
 _SEEN = 1e-6  # thicknesses behind a plane that count
+_PRESSED = 1e-14  # energy of a contact that counts [shear modulus times thickness cubed]
 
 
 @dataclass(frozen=True)
@@ -252,9 +253,17 @@ def solid_folds(solid: Solid, u: Array, centre: Array, turn: Array) -> Folds:
     above = seen[:, 2] > _SEEN
     sides = np.setdiff1d(solid.faces, solid.under)
     inside = np.logical_and(within(solid.target, seen[sides], -_SEEN), above[sides])
-    ground = bool(np.any(place[solid.faces, 2] < -_SEEN))
+    behind = {
+        "ground": bool(np.any(place[solid.faces, 2] < -_SEEN)),
+        "plane": bool(np.any(above[solid.under])),
+        "wall": bool(np.any(inside)),
+    }
+    q = np.array([centre[0], centre[2], np.arctan2(turn[0, 2], turn[0, 0])])
+    for part in solid.body.parts:
+        if isinstance(part, SolidContact):
+            behind[part.plane] |= part(u, q).energy > _PRESSED
     rise = float(seen[sides][inside, 2].max()) if np.any(inside) else 0.0
-    return Folds(ground, bool(np.any(above[solid.under])), bool(np.any(inside)), rise, itself=False)
+    return Folds(behind["ground"], behind["plane"], behind["wall"], rise, itself=False)
 
 
 def outlines(target: Target, elastomer: Elastomer) -> tuple[Outline, Outline]:
