@@ -22,6 +22,7 @@ from sits_mech.quantities import Array, Equilibrium, SolveFailed, Wrench
 
 NAMES = ("d_h", "sink", "alpha")
 _NEAR = 0.15  # thicknesses from the edge that count as at it
+_BREAKS = 10.0  # stretch: Ecoflex 00-30, the softest of the catalogue, tears at 900 % (its data sheet)
 _STATED = 0.999  # of a goal by force that counts as reached
 
 
@@ -136,7 +137,22 @@ def strained(model: PlanarLayer | BlockPad, found: Equilibrium) -> str:
     near = "at the target's edge" if abs(inside) < _NEAR and height > 1.0 - _NEAR else "in the layer"
     where = f"{near}, {inside * t / 1e-3:.2g} mm from its end and {height * t / 1e-3:.2g} mm high"
     stretch = float(np.sqrt(np.linalg.eigvalsh(right_stretch(F)).max()))
-    return f"smallest J {found.report.min_J:.2g} {where}; stretched up to {stretch:.2g}"
+    beyond = ", more than silicones bear" if stretch > _BREAKS else ""
+    return f"smallest J {found.report.min_J:.2g} {where}; stretched up to {stretch:.2g}{beyond}"
+
+
+def refused(model: PlanarLayer | BlockPad, question: Callable[[], Row]) -> Row:
+    """Return the row of a question; of a load path that ended, with what stands at its end."""
+    try:
+        return question()
+    except SolveFailed as failed:
+        report = failed.report
+        said: tuple[str, ...] = ()
+        if failed.last is not None:
+            said = f"followed to {failed.last.wrench}", strained(model, failed.last)
+        min_J = np.nan if report.min_J is None else report.min_J
+        remark = "; ".join((*report.notes, *said))
+        return Row("", "", report.status, min_J, estimated=report.estimated_error, remark=remark)
 
 
 def right_stretch(F: Array) -> Array:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 from extreme.checks import REST, Way, energy_row, identity, nothing, refined, scaled, to_and_fro
-from extreme.driven import Drive, drive
+from extreme.driven import Drive, drive, refused
 from extreme.rows import Row, measured
 
 from sits_mech.mechanics.closed_form import compression_modulus, shear_stiffness
@@ -53,6 +53,12 @@ def combined(sensor: Sensor, *, press: float = 0.05, shear: float = 0.1, points:
     return energy_row(layer, Way((peak.F_x, peak.F_z, peak.M), False, shares.tolist(), path))
 
 
+def overloaded(sensor: Sensor, *, press: float, shear: float) -> Row:
+    """Return the row of a layer under far too much, with what stands where its load path ended."""
+    layer = planar_layer(sensor, 1e-2)
+    return refused(layer, lambda: combined(sensor, press=press, shear=shear, points=5))
+
+
 def layers(coarse: bool) -> Iterator[Row]:
     """Yield the rows of the layers."""
 
@@ -85,8 +91,8 @@ def layers(coarse: bool) -> Iterator[Row]:
             load, case = Wrench(F_x, F_z), f"{name}, refined at {F_x:g} and {F_z:g} N/m"
             yield ask(case, lambda load=load, sensor=sensor: refined(sensor, load), F_z == 1000.0)
     if not coarse:
-        yield ask("100 times too much, pressed", lambda: combined(thin.sensor, press=5.0, points=5), False)
-        yield ask("100 times too much, sheared", lambda: combined(thin.sensor, press=0.0, shear=10.0, points=5), False)
+        yield ask("100 times too much, pressed", lambda: overloaded(thin.sensor, press=5.0, shear=0.1), False)
+        yield ask("100 times too much, sheared", lambda: overloaded(thin.sensor, press=0.0, shear=10.0), False)
 
 
 def driven(name: str, sensor: Sensor, coarse: bool) -> Iterator[Row]:

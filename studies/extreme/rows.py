@@ -50,7 +50,7 @@ def measured(physics: str, case: str, ask: Callable[[], Row], must: bool = False
     except SolveFailed as failed:
         report = failed.report
         min_J = np.nan if report.min_J is None else report.min_J
-        remark = "; ".join(report.notes) if failed.last is not None else str(failed)
+        remark = "; ".join((*report.notes, str(failed)))
         row = Row("", "", report.status, min_J, estimated=report.estimated_error, remark=remark)
     except Collision as error:
         row = Row("", "", "collision", remark=str(error))

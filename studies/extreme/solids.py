@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from extreme.checks import nothing, to_and_fro
-from extreme.driven import Drive, drive
+from extreme.driven import Drive, drive, refused
 from extreme.rows import Row, measured
 
 from sits_mech.mechanics.block import block_pad
@@ -24,7 +24,7 @@ CYLINDER = [
     f'elastomer={{material={SILICONE}, diameter="20 mm", thickness="2 mm"}}',
 ]
 WAYS = (
-    Drive("pressed", "sink", (0.1, 0.2), 0.025, by_force=True),
+    Drive("pressed", "sink", (0.1, 0.2, 0.3), 0.025, by_force=True),
     Drive("sheared", "d_h", (0.5, 1.0), 0.125, by_force=True),
     Drive("tilted", "alpha", (2.0, 5.0), 0.5, by_force=True),
 )
@@ -43,7 +43,9 @@ def solids(coarse: bool) -> Iterator[Row]:
     yield measured("mechanics", "3D box, no load", lambda: nothing(box, 2 * MM), True)
     yield measured("mechanics", "3D box, to and fro", lambda: to_and_fro(box, Wrench(0.1, 0.3), 4 * MM), True)
     heavy = Wrench(0.0, 1e3)
-    yield measured("mechanics", "3D box, 100 times too much", lambda: to_and_fro(box, heavy, 4 * MM))
+    yield measured(
+        "mechanics", "3D box, 100 times too much", lambda: refused(box, lambda: to_and_fro(box, heavy, 4 * MM))
+    )
     for name, model, ways in (("3D box", box, WAYS), ("3D cylinder", cylinder, WAYS[:1])):
         for way in ways:
             for goal, question in drive(model, way):
