@@ -129,7 +129,10 @@ def _numbered(
 
 @lru_cache(maxsize=32)
 def _pattern(kind: tuple[Fillet, int, float, bool, bool, bool]) -> Pattern:
-    """Pattern of the bodies on one mesh, with a guard or not, in contact or not; many share one."""
+    """Pattern of the bodies on one mesh, with a guard or not, in contact or not; many share one.
+
+    Guard and contact of edges couple no displacements that the elements do not: the order of elimination stays.
+    """
     edges, cells, grading, fan, guarded, touching = kind
     mesh, (free, bonded, _), places = _numbered(edges, cells, grading, fan)
     zero = np.zeros(mesh.nodes.size)
@@ -137,7 +140,10 @@ def _pattern(kind: tuple[Fillet, int, float, bool, bool, bool]) -> Pattern:
     terms = [part(zero, np.zeros(3)) for part in parts]
     each = (places, *((term.rows, term.columns) for term in terms))
     rows, columns = (np.concatenate(own) for own in zip(*each, strict=True))
-    return pattern(rows, columns, free, np.concatenate([bonded.ravel(), mesh.nodes.size + np.arange(3)]))
+    plain = not guarded and not touching
+    order = free if plain else _pattern((edges, cells, grading, fan, False, False)).free
+    border = np.concatenate([bonded.ravel(), mesh.nodes.size + np.arange(3)])
+    return pattern(rows, columns, order, border, ordered=not plain)
 
 
 def _radius(elastomer: Elastomer) -> float:
