@@ -225,16 +225,15 @@ def predicted(coarse: bool) -> list[Row]:
 
 def draw(savings: Sequence[Saving], path: Path) -> None:
     """Write what each omission saves and how far it keeps its promise as a picture."""
-    with new_figure(height=0.8, columns=2) as (figure, (left, right)):
-        places = np.arange(len(savings))
-        left.barh(places, [item.with_ / item.without for item in savings], color="C0")
-        left.axvline(1.0, color="0.3", lw=0.6)
-        left.set(xscale="log", xlabel="times faster", yticks=places, yticklabels=[item.what for item in savings])
-        right.plot([max(item.difference, 1e-12) for item in savings], places, "o", label="difference")
+    places, names = np.arange(len(savings)), [item.what for item in savings]
+    with new_figure(height=1.3, rows=2) as (figure, (upper, lower)):
+        upper.barh(places, [item.with_ / item.without for item in savings], color="C0")
+        upper.set(xscale="log", xlabel="times faster", yticks=places, yticklabels=names)
         promises = [item.promised + item.known for item in savings]
-        right.plot(promises, places, "|", ms=12, label="promise and errors of both answers")
-        right.set(xscale="log", xlabel="relative", yticks=places, yticklabels=[])
-        right.legend(loc="best")
+        lower.plot([max(item.difference, 1e-16) for item in savings], places, "o", label="difference")
+        lower.plot(promises, places, "|", ms=10, label="promised, and error of both answers")
+        lower.set(xscale="log", xlabel="relative", yticks=places, yticklabels=names, ylim=(-0.6, len(savings) - 0.4))
+        figure.legend(*lower.get_legend_handles_labels(), loc="outside lower center", ncols=2)
         save_figure(figure, path)
 
 
