@@ -4,15 +4,18 @@
 
 The planar model spreads a force over the elastomer's length, a target that is shorter or narrower than its pad makes it
 too stiff by the factor. k_3D is extrapolated from two meshes (block_mesh.py) as if the error went with the square of
-the cells' size. What goes on at the ends of a long pad does not depend on its length: beyond 20 thicknesses and two
-widths only the ends are meshed, and the middle is plane strain. Neglected: finite strain, where the factors shrink or
-grow with the load; meshes of the user's own.
+the cells' size. What goes on at the ends of a long pad does not depend on its length: beyond 20 thicknesses and three
+of the target's widths only the ends are meshed, and the middle is plane strain. Under a target wider than 30
+thicknesses the pad is lubricated: with ``K t^2`` kept the factors depend on t/w by the edges alone, so that they are
+found at 1/24 and 1/16 of the width and extrapolated along a straight line; what that adds is called their error as
+well. Neglected: finite strain, where the factors shrink or grow with the load; meshes of the user's own.
 """
 
 from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -24,7 +27,9 @@ from sits_mech.sensor import Elastomer, Sensor, Target
 
 _LADDER = ((1e-2, (2, 1)), (0.0, (3, 2)))  # asked error -> cells through the thickness, fine and coarse
 _GRADING = (2.5, 2.0)  # beside the target, and flush with it
-_LONG = (20.0, 2.0)  # thicknesses, widths
+_LONG = (20.0, 3.0)  # thicknesses, widths of the target
+_THIN = 30.0  # thicknesses of a target's smaller side from which on thicker pads stand for a thin one,
+_THICKER = (24.0, 16.0)  # those with so many
 
 
 @dataclass(frozen=True)
@@ -48,6 +53,7 @@ class FiniteLength:
     seconds: float
 
 
+@lru_cache(maxsize=8)
 def finite_length_factor(sensor: Sensor) -> FiniteLength:
     """Return by how much plane strain is too stiff for a sensor's pad.
 
@@ -62,6 +68,21 @@ def finite_length_factor(sensor: Sensor) -> FiniteLength:
         For a scene without target or elastomer, or a target of another shape.
     """
     began = time.perf_counter()
+    target, elastomer = pad_parts(sensor)
+    width, t = min(target.extent), elastomer.thickness
+    if width <= _THIN * t:
+        factors, error = _factors(sensor)
+    else:
+        near, far = (width / count for count in _THICKER)
+        (first, error), (second, _) = (_factors(_thicker(sensor, each)) for each in (near, far))
+        factors = first + (first - second) * (t - near) / (near - far)
+        error += float(np.abs(factors / first - 1.0).max())
+    shear, compression, tilt = (float(factor) for factor in factors)
+    return FiniteLength(shear, compression, tilt, error, time.perf_counter() - began)
+
+
+def _factors(sensor: Sensor) -> tuple[Array, float]:
+    """Factors in shear, compression and tilt, and their error."""
     _, elastomer = pad_parts(sensor)
     sharp = Elastomer.model_validate(elastomer.model_dump() | {"edge_radius": None})
     planar = np.linalg.inv(linear_layer(sensor.model_copy(update={"elastomer": sharp})).compliance)
@@ -69,8 +90,16 @@ def finite_length_factor(sensor: Sensor) -> FiniteLength:
     short, cut = _shortened(sensor)
     solid, error = small_strain_stiffness(short)
     solid = solid + long * (cut / elastomer.extent[1])
-    factors = [float(long[i, i] / solid[i, i]) for i in range(3)]
-    return FiniteLength(factors[0], factors[1], factors[2], error, time.perf_counter() - began)
+    return np.diag(long) / np.diag(solid), error
+
+
+def _thicker(sensor: Sensor, thickness: float) -> Sensor:
+    """A scene with a thicker pad of the same ``K t^2`` and shear modulus."""
+    _, elastomer = pad_parts(sensor)
+    mu, ratio = elastomer.silicone.shear_modulus, elastomer.thickness / thickness
+    law = {"law": "neo-hookean", "shear_modulus": mu, "bulk_modulus": elastomer.silicone.bulk_modulus * ratio**2}
+    given = elastomer.model_dump() | {"thickness": thickness, "material": law, "edge_radius": None}
+    return sensor.model_copy(update={"elastomer": Elastomer.model_validate(given)})
 
 
 def small_strain_stiffness(sensor: Sensor, tolerance: float = 1e-2) -> tuple[Array, float]:
@@ -110,7 +139,7 @@ def _units(t: float) -> Array:
 def _shortened(sensor: Sensor) -> tuple[Sensor, float]:
     """A scene whose pad and target lost as much of their middle as plays no part, and how much that is [m]."""
     target, elastomer = pad_parts(sensor)
-    enough = max(_LONG[0] * elastomer.thickness, _LONG[1] * elastomer.extent[0])
+    enough = max(_LONG[0] * elastomer.thickness, _LONG[1] * target.extent[0])
     cut = target.extent[1] - enough
     if target.length is None or elastomer.length is None or cut <= 0.0:
         return sensor, 0.0

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.finite_length import finite_length_factor, small_strain_stiffness
+from sits_mech.mechanics.finite_length import _factors, finite_length_factor, small_strain_stiffness
 from sits_mech.sensor import load_sensor
 
 NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
@@ -45,6 +45,14 @@ def test_the_modulus_scales_out():
     one, two = (finite_length_factor(scene(20, law, width=8)) for law in (NEO_HOOKEAN, stiffer))
     assert one.compression == pytest.approx(two.compression, rel=1e-9)
     assert one.tilt == pytest.approx(two.tilt, rel=1e-9)
+
+
+def test_a_thin_pad_by_thicker_ones():
+    """15 x 20 mm on 0.4 mm: the pad itself, meshed, against the line through two thicker ones."""
+    sensor = scene(20, 'elastomer.thickness="0.4 mm"')
+    found, (direct, error) = finite_length_factor(sensor), _factors(sensor)
+    line = np.array([found.shear, found.compression, found.tilt])
+    assert np.all(np.abs(line / direct - 1.0) < found.error + error) and found.error < 0.03
 
 
 def test_no_target_is_refused():
