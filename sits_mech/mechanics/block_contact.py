@@ -22,7 +22,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from skfem import Basis, FacetBasis
+from skfem import Basis
+from skfem.element import Element, ElementHex1
 
 from sits_mech.mechanics.body import Part, Term
 from sits_mech.mechanics.contact import Jet, Plane, before_ground, in_frame, pressed
@@ -31,7 +32,7 @@ from sits_mech.meshing.bricks import Outline
 from sits_mech.quantities import Array
 
 _CORNER = 0.05  # thicknesses of radius at a rectangle's vertical corners
-_ORDER = 5  # of the polynomials that the quadrature integrates
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 _PLACED = [0, 2, 3, 4, 5]  # of (x, y, z, d_h, d_z, alpha): what a place in the plane y = 0 depends on
 
 
@@ -73,16 +74,31 @@ class Surface:
 
 
 def surface(basis: Basis, facets: Indices) -> Surface:
-    """Return the Gauss points of some boundary faces of a mesh; `basis` as of `solid_mesh`."""
-    found = FacetBasis(basis.mesh, basis.elem, facets=facets, intorder=_ORDER)
-    value = np.stack([np.broadcast_to(np.asarray(each[0]), found.dx.shape) for each in found.basis], axis=-1)  # f, p, k
-    there = np.abs(value).max(axis=1) > 1e-9
-    count = int(there[0].sum())
-    own = np.argsort(~there, axis=1, kind="stable")[:, :count]
-    nodes = np.take_along_axis(found.element_dofs.T, own, axis=1)
-    shape = np.take_along_axis(value, own[:, None, :], axis=2)
-    rest = np.moveaxis(np.asarray(found.global_coordinates()), 0, -1)
-    return Surface(nodes, shape, rest, np.asarray(found.dx), basis.doflocs.shape[1])
+    """Return the Gauss points of some boundary faces of a mesh of bricks; `basis` as of `solid_mesh`."""
+    nodes, cells = basis.doflocs.T, basis.mesh.f2t[0, facets]
+    found = []
+    for local in range(6):
+        own = cells[basis.mesh.t2f[local, cells] == facets]
+        shape, slope, weight = _reference_face(basis.elem, local)
+        there = np.abs(shape).max(axis=0) > 1e-9
+        each = basis.element_dofs[there][:, own].T
+        along = np.einsum("dpk,fki->dfpi", slope[:, :, there], nodes[each])
+        area = np.linalg.norm(np.cross(along[0], along[1]), axis=-1)
+        found.append((each, np.broadcast_to(shape[:, there], (len(own), *shape[:, there].shape)), area * weight))
+    own_nodes, shapes, weights = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return Surface(own_nodes, shapes, shapes @ nodes[own_nodes], weights, len(nodes))
+
+
+def _reference_face(element: Element, local: int) -> tuple[Array, Array, Array]:
+    """Shape functions (p, n), slopes along the face (2, p, n), weights (p,) at a brick's face's Gauss points."""
+    corners = ElementHex1().doflocs[element.refdom.facets[local]]
+    across = int(np.argmin(np.ptp(corners, axis=0)))
+    s, t = (0.5 * (each.ravel() + 1.0) for each in np.meshgrid(_POINTS, _POINTS, indexing="ij"))
+    X = np.insert(np.stack([s, t]), across, corners[0, across], axis=0)
+    values = [element.lbasis(X, i) for i in range(element.doflocs.shape[0])]
+    shape = np.stack([np.broadcast_to(value, s.shape) for value, _ in values], axis=-1)
+    slope = np.stack([np.delete(np.asarray(each), across, axis=0) for _, each in values], axis=-1)
+    return shape, slope, 0.25 * np.outer(_WEIGHTS, _WEIGHTS).ravel()
 
 
 @dataclass(frozen=True)

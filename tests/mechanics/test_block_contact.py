@@ -155,3 +155,12 @@ def test_contact_goes_on_from_load_to_load():
     back = pad.equilibrium(Wrench(0.1, 1.0), start=on)
     assert not any("face" in note for note in back.report.notes)
     assert back.pose.d_h == pytest.approx(pad.equilibrium(Wrench(0.1, 1.0)).pose.d_h, abs=back.error.d_h)
+
+
+@pytest.mark.parametrize(("pad", "area"), [((15, 15), 10.0), ((15,), 2.5 * np.pi)])
+def test_points_of_the_faces_hold_their_area(pad, area):
+    """Sides of half a pad 3 mm thick, in thicknesses; on strongly graded meshes too."""
+    for cells, grading in ((1, 1.5), (4, 3.0)):
+        surface = bonded_block(scene(pad, pad, 3.0), cells, grading, 0.0, 1e-4).body.parts[0].surface
+        assert surface.weight.sum() == pytest.approx(area, rel=2e-4)
+        assert surface.rest[..., 2].min() > 0.0 and surface.rest[..., 2].max() < 1.0
