@@ -3,12 +3,12 @@
 The mesh, in metres and in the pad's own place (x, y from the target's centre, ``z = 0`` on the ground), names groups of
 faces: `ground` and `target` are bonded, `free` is free; `symmetry`, where it is given, lies in the plane y = 0 and says
 that half the pad is meshed. Tetrahedra or hexahedra, see block_forms.py. There is no second mesh to tell the error
-from: the same nodes with pressures constant in each element give a softer answer; the pose is the mean, half their difference
-its error (block.py).
+from: the same nodes with pressures constant in each element give a softer answer; the pose is the mean, and half of
+what they differ by is its error (block.py).
 
 Measured on boxes in compression and shear: tetrahedra of 1/4 thickness at the bonded corners and 0.9 elsewhere come
 within some 2 % of the model's own mesh (the tilt by shear alone within 13 %, more than its error). Of one or two layers
-of hexahedra the stiffer answer is within 5 %, mostly 2 %; the mean sinks 3 to 24 % too far, within its error.
+of hexahedra the stiffer answer is within 5 %, mostly 2 %; the mean sinks 3 to 24 % too far, about its error.
 Free faces are held against ground and target alone: the walls of a slot that close on each other are not seen.
 """
 
