@@ -8,7 +8,7 @@ what they differ by is its error (block.py).
 
 Measured on boxes in compression and shear: tetrahedra of 1/4 thickness at the bonded corners and 0.9 elsewhere come
 within some 2 % of the model's own mesh (the tilt by shear alone within 13 %, more than its error). Of one or two layers
-of hexahedra the stiffer answer is within 5 %, mostly 2 %; the mean sinks 3 to 24 % too far, about its error.
+of hexahedra the stiffer answer is within 6 %, mostly 2 %; the mean sinks 3 to 24 % too far, about its error.
 Free faces are held against ground and target alone: the walls of a slot that close on each other are not seen.
 """
 
