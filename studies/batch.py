@@ -2,8 +2,10 @@
 
 A thousand magnetic cases (25 places by 40 gaps over the published coils) run in one process: what the engine adds to a
 case is the wall time less that of the solves. The same study again finds every case done. Then loads of the nonlinear
-layer in one and in two processes, one BLAS thread each, started cold; and a run that is killed (SIGKILL) once a third
-of its cases are kept, then resumed: no kept case is computed again, the table is that of the uninterrupted run.
+layer in one and in two processes, one BLAS thread each, started cold: wall seconds, and seconds of the processor, which
+tell on a busy machine, too, what a second process costs (its start, what it prepares anew) and what gain is left on two
+idle cores. Last a run that is killed (SIGKILL) once a third of its cases are kept, then resumed: no kept case is
+computed again, the table is that of the uninterrupted run.
 
 Run ``python studies/batch.py [--coarse] --output DIR``.
 """
@@ -66,13 +68,18 @@ def two_processes(folder: Path, counts: tuple[int, int]) -> list[tuple[str, floa
     """Return how much sooner two processes are done with loads of the layer."""
     path = folder / "loads.toml"
     path.write_text(LOADS.format(*counts))
-    one, two = timed(path, folder / "one"), timed(path, folder / "two", 2)
+    before = os.times()
+    one, between = timed(path, folder / "one"), os.times()
+    two, after = timed(path, folder / "two", 2), os.times()
+    own = between.user + between.system - before.user - before.system
+    both = after.children_user + after.children_system - between.children_user - between.children_system
     same = read_table(folder / "one" / "result.nc").drop_vars("seconds").identical(
         read_table(folder / "two" / "result.nc").drop_vars("seconds")
     )
     return [
         ("mechanical cases", counts[0] * counts[1]), ("one process [s]", one), ("two processes [s]", two),
-        ("two over one", one / two), ("same table", float(same)),
+        ("two over one", one / two), ("processor, one process [s]", own), ("processor, both of two [s]", both),
+        ("two over one, idle cores", 2.0 * own / both), ("same table", float(same)),
     ]  # fmt: skip
 
 
