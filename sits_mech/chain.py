@@ -2,8 +2,8 @@
 
     wrench --(mechanics)--> pose p +- e --(magnetics)--> L(p), R(p) --> signals
 
-A calibration takes one thread for its linear algebra: factors of sparse matrices slow down with more. A second thread
-prepares the plate for a pad in space while that is solved, at poses that one compliance foretells. What is kept of it
+Linear algebra has one thread: factors of sparse matrices slow down with more. In a calibration a second thread prepares
+the plate for a pad in space while that is solved, at poses that one compliance foretells. What is kept of it
 does not depend on who asked first, so neither does the result.
 """
 
@@ -178,6 +178,12 @@ def simulate(
     """
     field, _ = loaded_model(sensor, magnetics, tolerance)
     layer, _ = mechanical_model(sensor, mechanics, tolerance, [wrench])
+    with threadpool_limits(1):
+        return _simulated(sensor, layer, field, wrench)
+
+
+def _simulated(sensor: Sensor, layer: MechanicalModel, field: MagneticModel, wrench: Wrench) -> Simulation:
+    """Return what the sensor shows under a load by given models."""
     equilibrium = layer.equilibrium(wrench)
     if mirrored(sensor) and wrench.F_x == wrench.M == 0.0:
         pose, error = (Pose(0.0, part.d_v, 0.0) for part in (equilibrium.pose, equilibrium.error))
