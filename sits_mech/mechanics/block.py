@@ -55,7 +55,8 @@ from sits_mech.sensor import Sensor
 _KINDS = ((2.5, 0.0), (2.0, 0.0), (2.0, 5.0))
 _FLUSH = ((2.0, 0.0), (1.5, 0.0), (2.0, 5.0))
 _GUARDS = (0.0, 5.0)  # on J, on a mesh of the user's own
-_LADDER = ((1e-2, (2, 1)), (0.0, (3, 2)))  # asked error of the pose -> cells through the thickness, fine and coarse
+# Asked error of the pose -> cells through the thickness, fine and coarse.
+_LADDER = ((1e-2, (2, 1)), (3e-3, (3, 2)), (0.0, (4, 3)))
 _SHARE = 0.25  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
 _PATIENCE = (0.6, 1e-2)  # smallest increment of the load path where another mesh waits, and where none does
 _FOLDING = 1.5  # order that the error is told with in contact and of flush pads: faces fold onto a plane cell by cell
@@ -116,7 +117,8 @@ def block_pad(sensor: Sensor, tolerance: float = 2e-2) -> BlockPad:
     sensor : Sensor
         With a target, a rectangle or a disc, and an elastomer.
     tolerance : float
-        Asked error of the pose over the size of the displacement; picks the mesh. Two rungs: 1 % and what is finer.
+        Asked error of the pose over the size of the displacement; picks the mesh. Three rungs: 1 %,
+        0.3 %, and what is finer: six times the unknowns of the first, 1.5 GB and a minute a load for a wide pad.
 
     Raises
     ------
