@@ -35,7 +35,7 @@ _STRETCH = 3.0  # thicknesses of half target that one cell more than through the
 _REACH = 1.25  # thicknesses beside the target within which the pad is stressed: one cell does beyond
 _GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
 _OUTER = 0.3  # of the outermost cell beside the target along x, split off: the tilt under shear hangs on it
-_AROUND = (2, 3)  # cells from a corner of the core to the next middle of a side: of up to two through the thickness, of more
+_AROUND = (2, 3)  # cells from a corner of the core to the next middle of a side: up to 2 through the thickness, more
 _SEEN = 1e-6  # thicknesses behind a plane that count
 _PRESSED = 1e-14  # energy of a contact that counts [shear modulus times thickness cubed]
 
