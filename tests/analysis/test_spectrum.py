@@ -51,7 +51,7 @@ def test_terminals_of_two_coils_alone(free: Sensor) -> None:
     omega, M = 2 * np.pi * 5e6, found.L[0, 1]
     idle = seen.R_ac[0] + 0.5 + 1j * omega * (found.L[1, 1] + 20e-9)
     brought = omega**2 * M**2 / idle
-    assert found.L[0, 0] + 20e-9 - seen.L[0] == pytest.approx(-brought.imag / omega, rel=1e-6)
+    assert found.L[0, 0] + 20e-9 - seen.L[0] == pytest.approx(-brought.imag / omega, rel=1e-6, abs=0)
     assert found.L[0, 0] + 20e-9 - seen.L[0] == pytest.approx(0.8971e-9, rel=2e-2)
     assert seen.R[0] == pytest.approx(seen.R_ac[0] + 0.5 + brought.real, rel=1e-12)
     np.testing.assert_allclose(seen.Q, omega * seen.L / seen.R, rtol=1e-14)
@@ -61,7 +61,7 @@ def test_terminals_of_two_coils_alone(free: Sensor) -> None:
     assert seen.tank_frequency[0] == pytest.approx(1 / (2 * np.pi * np.sqrt(seen.L[0] * 330e-12)), rel=1e-3)
     opened = sensor.model_copy(update={"readout": lead.model_copy(update={"idle_coil": "open"})})
     seen, _ = at_terminals(opened, found)
-    assert seen is not None and seen.L[0] == pytest.approx(found.L[0, 0] + 20e-9, rel=1e-14)
+    assert seen is not None and seen.L[0] == pytest.approx(found.L[0, 0] + 20e-9, rel=1e-14, abs=0)
 
 
 def test_spectrum_carries_the_terminals(free: Sensor) -> None:

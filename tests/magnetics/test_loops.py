@@ -40,7 +40,7 @@ def ring(radius: float, width: float, height: float, z: float = 0.0) -> Sections
     ],
 )
 def test_coaxial_loops_equal_published_values(a, b, d, expected):
-    assert mutual_loops(a, b, d) == pytest.approx(expected, rel=1e-9)
+    assert mutual_loops(a, b, d) == pytest.approx(expected, rel=1e-9, abs=0)
 
 
 def test_coaxial_loops_equal_first_form_with_complete_elliptic_integrals():
@@ -53,7 +53,7 @@ def test_coaxial_loops_equal_first_form_with_complete_elliptic_integrals():
 
 def test_far_loops_are_dipoles_without_loss_of_digits():
     a, b, d = 1e-3, 5e-6, 10.0
-    assert mutual_loops(a, b, d) == pytest.approx(mu_0 * np.pi * a**2 * b**2 / (2 * d**3), rel=1e-7)
+    assert mutual_loops(a, b, d) == pytest.approx(mu_0 * np.pi * a**2 * b**2 / (2 * d**3), rel=1e-7, abs=0)
 
 
 def test_thin_square_ring_has_the_self_inductance_of_its_mean_distance():
@@ -84,24 +84,24 @@ def test_coils_equal_finite_elements():
     # NGSolve 6.2: axisymmetric p = 6 for L0 (1e-6); 3D for the mutual of coils 8 mm apart, printed to 1e-4 nH
     L = coil_inductances([coil("C1", -4 * MM), coil("C2", 4 * MM)])
     np.testing.assert_allclose(np.diag(L), 2.507569757e-06, rtol=1e-6)
-    assert L[0, 1] == pytest.approx(-47.4298e-9, rel=1e-5)
+    assert L[0, 1] == pytest.approx(-47.4298e-9, rel=1e-5, abs=0)
     assert L[0, 1] == L[1, 0]
 
 
 def test_side_by_side_tends_to_coaxial_and_to_dipoles():
     small, large = ring(0.2, 0.01, 0.01), ring(1.0, 0.02, 0.02, 0.3)
     coaxial = float(ring_mutual(small, large)[0, 0])
-    assert mutual_side_by_side(small, large, 0.0) == pytest.approx(coaxial, rel=1e-7)
-    assert mutual_side_by_side(small, large, 1e-6) == pytest.approx(coaxial, rel=1e-7)
+    assert mutual_side_by_side(small, large, 0.0) == pytest.approx(coaxial, rel=1e-7, abs=0)
+    assert mutual_side_by_side(small, large, 1e-6) == pytest.approx(coaxial, rel=1e-7, abs=0)
     far = mutual_side_by_side(ring(0.2, 1e-3, 1e-3), ring(0.1, 1e-3, 1e-3), 100.0, error=1e-22)
-    assert far == pytest.approx(-mu_0 * np.pi * 0.2**2 * 0.1**2 / (4 * 100.0**3), rel=1e-4)
+    assert far == pytest.approx(-mu_0 * np.pi * 0.2**2 * 0.1**2 / (4 * 100.0**3), rel=1e-4, abs=0)
 
 
 def test_side_by_side_is_reciprocal():
     first, second = coil_sections(coil()), ring(1 * MM, 0.2 * MM, 0.1 * MM, 0.4 * MM)
     forth = mutual_side_by_side(first, second, 6 * MM, error=1e-18)
     back = mutual_side_by_side(second, first, 6 * MM, error=1e-18)
-    assert forth == pytest.approx(back, rel=1e-8)
+    assert forth == pytest.approx(back, rel=1e-8, abs=0)
 
 
 def test_array_of_four_is_symmetric_positive_and_scales_with_length():
@@ -113,4 +113,4 @@ def test_array_of_four_is_symmetric_positive_and_scales_with_length():
     assert abs(L[0, 3]) < abs(L[0, 1])
     rings = coil_sections(coil())
     doubled = Sections(*(2 * value for value in (rings.radius, rings.z, rings.width, rings.height)))
-    assert ring_inductance(doubled).sum() == pytest.approx(2 * ring_inductance(rings).sum(), rel=1e-12)
+    assert ring_inductance(doubled).sum() == pytest.approx(2 * ring_inductance(rings).sum(), rel=1e-12, abs=0)

@@ -65,12 +65,12 @@ def test_noise_scales_and_rounds() -> None:
     assert float(relative_noise(4e6, LDC1614, 40e6, 512)) == pytest.approx(8.0 * quoted, rel=1e-3)
     rounding = 1.0 / (np.sqrt(12.0) * 0.1 * 2**28)
     assert rounding < float(relative_noise(4e6, LDC1614, 40e6, 0xFFFF)) < 1.2 * rounding
-    assert float(inductance_noise(2e-6, 1e-7)) == pytest.approx(4e-13)
+    assert float(inductance_noise(2e-6, 1e-7)) == pytest.approx(4e-13, rel=1e-6, abs=0)
     codes = np.round(code_of(tank_frequency(np.linspace(2e-6, 2.001e-6, 4001), 330e-12), LDC1614, 40e6))
     back = tank_inductance(frequency_of(codes, LDC1614, 40e6), 330e-12)
     spread = np.std(back - np.linspace(2e-6, 2.001e-6, 4001))
     f = float(tank_frequency(2e-6, 330e-12))
-    assert spread == pytest.approx(float(inductance_noise(2e-6, 1 / (np.sqrt(12) * 2**28 * f / 40e6))), rel=0.05)
+    assert spread == pytest.approx(float(inductance_noise(2e-6, 1 / (np.sqrt(12) * 2**28 * f / 40e6))), rel=0.05, abs=0)
 
 
 def test_settings_of_a_pair() -> None:
