@@ -2,11 +2,13 @@
 
 Answers go to stdout, progress and warnings to stderr. Exit 0 done, 2 bad input (one line), 3 not converged (what was
 reached is printed and kept), 130 interrupted. The commands stand in ``commands/``; each imports its rooms itself, so
-that help comes at once.
+that help comes at once. Linear algebra keeps to one thread, unless the environment says otherwise: its systems are
+small, and sparse factorisations lose an order of magnitude to a second one.
 """
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 
@@ -40,4 +42,6 @@ def run(tokens: Sequence[str] | None = None) -> int:
 
 def main() -> None:
     """Run the command line and leave with its exit code."""
+    for library in ("OPENBLAS", "OMP", "MKL"):  # read when numpy is first imported, by a command
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     sys.exit(run())
