@@ -13,8 +13,8 @@ square of the size of the cells; what that adds to the finer mesh's pose is call
 contact and of flush pads, which may fold, and no component is called better than a quarter of the worst.
 `report.estimated_error` is the largest over the target's displacement, an angle counted at the target's end.
 Deformation and `min_J` are those of the finer mesh. On a mesh of the user's own the two are one mesh with linear and
-with constant pressures: one too stiff, the other too soft, in every case that was tried; the pose is their mean, and
-half their difference its error (block_user.py).
+with constant pressures: one too stiff, the other too soft, in every case that was tried; the pose is their mean, of
+hexahedra the stiffer one, and half their difference its error (block_user.py).
 
 Contact of the free faces with ground and target (scene key `elastomer.contact`, block_contact.py) is "never" solved,
 "always", or, "auto", where a free face folds onto one of them: from the rest without contact, or else along a path of
@@ -245,12 +245,11 @@ def _answer(sensor: Sensor, solids: tuple[Solid, Solid], found: tuple[State, Sta
     t = elastomer.thickness
     size, lever = np.array([t, t, 1.0]), np.array([1.0, 1.0, float(body.X.max()) * t])
     finer = solids[0].fineness / solids[1].fineness
-    added = (fine.q - coarse.q) * (1.0 / (finer**2 - 1.0) if finer > 1.0 else -0.5)
-    folding = bool(body.parts) or solids[0].under.size > 0
-    doubt = (finer**2 - 1.0) / (finer**_FOLDING - 1.0) if folding else 1.0
-    at_end = doubt * np.abs(added) * size * lever
+    order = _FOLDING if body.parts or solids[0].under.size > 0 else 2.0
+    apart = fine.q - coarse.q
+    at_end = np.abs(apart) * (1.0 / (finer**order - 1.0) if finer > 1.0 else 0.5) * size * lever
     at_end = np.maximum(at_end, _SHARE * at_end.max())
-    q = fine.q + added
+    q = fine.q + apart * (1.0 / (finer**2 - 1.0) if finer > 1.0 else -solids[0].softened)
     displaced = float(np.max(np.abs(q) * size * lever))
     report = SolveReport(
         "block", len(body.free) + 3, fine.iterations + coarse.iterations, fine.residual,

@@ -60,6 +60,8 @@ class Solid:
         Cells through the thickness, or what stands for them: the error goes with its inverse squared.
     under : ndarray
         Nodes of the side faces under a target that ends flush with the pad.
+    softened : float
+        How far the pose goes towards that of a companion of the same fineness, which is softer.
     """
 
     body: Bonded
@@ -69,6 +71,7 @@ class Solid:
     middle: Indices
     fineness: float
     under: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    softened: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

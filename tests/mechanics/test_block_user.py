@@ -87,10 +87,10 @@ def test_half_a_pad_is_the_whole_pad(tmp_path, box):
 
 
 def test_pose_and_its_error(box):
-    """13 N sink 0.09766 mm to 0.6 %: NGSolve and FElupe."""
+    """13 N sink 0.09766 mm to 0.6 %: NGSolve and FElupe. Two layers of hexahedra are within 2 %, and own to more."""
     found = block_pad(scene(box)).equilibrium(Wrench(F_z=13.0))
     sink = (2.0 * MM - found.pose.d_v) / MM
-    assert abs(sink - 0.09766) < found.error.d_v / MM < 0.15 * sink
+    assert abs(sink - 0.09766) < 0.02 * sink < found.error.d_v / MM < 0.2 * sink
     assert found.report.min_J > 0.0
 
 
@@ -131,7 +131,7 @@ def test_graded_tetrahedra_of_the_models_own_shape():
 
 @pytest.mark.slow
 def test_pressed_tetrahedra_sink_as_far_as_hexahedra():
-    """13 N sink 0.09766 mm to 0.6 %: NGSolve and FElupe."""
+    """13 N sink 0.09766 mm to 0.6 %: NGSolve and FElupe. Two layers of hexahedra are within 2 %, and own to more."""
     found = block_pad(scene(MESHES / "box.msh")).equilibrium(Wrench(F_z=13.0))
     sink = (2.0 * MM - found.pose.d_v) / MM
     assert sink == pytest.approx(0.09766, rel=0.02) and abs(sink - 0.09766) < found.error.d_v / MM
