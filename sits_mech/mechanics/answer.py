@@ -18,7 +18,7 @@ from sits_mech.mechanics.folds import fold_notes
 from sits_mech.mechanics.forms import deformation
 from sits_mech.mechanics.newton import newton
 from sits_mech.mechanics.pad import force_unit
-from sits_mech.mechanics.path import Outcome, follow
+from sits_mech.mechanics.path import REASONS, Outcome, follow
 from sits_mech.mechanics.stability import layer_notes
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.sensor import Sensor
@@ -26,11 +26,6 @@ from sits_mech.sensor import Sensor
 _SHARE = 0.05  # of the worst component's error that every component owns to
 _NEARLY = 1e-2  # residual at which a small change is known to some percent of it
 _TOUCHED = 0.001  # share of the layer's section that may be stretched more than what is called its largest stretch
-_REASONS = {
-    "buckled": "beyond this load the layer buckles: its rest is not stable",
-    "inverted": "beyond this load the mesh turns inside out at a corner",
-    "lost": "beyond this load no state at rest was found nearby",
-}
 
 
 class Pair(NamedTuple):
@@ -75,7 +70,7 @@ def settled(
         fine = Outcome(again.state, part, coarse.reason)
     found = _answer(sensor, pair, control, (fine.state, coarse.state))
     if part < 1.0:
-        notes = (*found.report.notes, _REASONS[fine.reason or coarse.reason])
+        notes = (*found.report.notes, REASONS[fine.reason or coarse.reason])
         return replace(found, report=replace(found.report, notes=notes)), part
     given = (control.F_x, control.F_z, control.M)
     reached = (found.wrench.F_x, found.wrench.F_z, found.wrench.M)
@@ -143,14 +138,28 @@ def unpacked(body: Bonded, array: Array) -> State:
 
 
 def largest_stretch(body: Bonded, u: Array) -> float:
-    """Return the largest principal stretch, or reciprocal of one, that all but 0.1 % of the section stays below."""
-    F, J = deformation(body.mesh, u)
-    half = 0.5 * (F**2).sum(axis=-1)
-    greater = np.sqrt(half + np.sqrt(np.maximum(half**2 - J**2, 0.0)))
-    stretch = np.maximum(greater, greater / J).ravel()
+    """Return the largest principal stretch, or reciprocal of one, that all but 0.1 % of the silicone stays below."""
+    F, J = body.element.deformation(body.mesh, u)
+    if F.shape[-1] == 4:
+        half = 0.5 * (F**2).sum(axis=-1)
+        greater = np.sqrt(half + np.sqrt(np.maximum(half**2 - J**2, 0.0)))
+        smaller = J / greater
+    else:
+        smaller, _, greater = np.moveaxis(np.linalg.svd(F.reshape(*J.shape, 3, 3), compute_uv=False), -1, 0)[::-1]
+    stretch = np.maximum(greater, 1.0 / smaller).ravel()
     order = np.argsort(stretch)
     below = np.cumsum(body.mesh.weights.ravel()[order])
     return max(1.0, float(stretch[order][np.searchsorted(below, (1.0 - _TOUCHED) * below[-1])]))
+
+
+def law_notes(sensor: Sensor, body: Bonded, u: Array) -> tuple[str, ...]:
+    """Return what is to be said of the silicone's law in a deformed state: its stability, the range of its data."""
+    return () if sensor.elastomer is None else layer_notes(sensor.elastomer.silicone, largest_stretch(body, u))
+
+
+def load_words(wrench: Wrench) -> str:
+    """Return a load in words."""
+    return f"F_x = {wrench.F_x:.6g} N, F_z = {wrench.F_z:.6g} N, M = {wrench.M:.6g} N m"
 
 
 def _answer(sensor: Sensor, pair: Pair, control: Control, found: tuple[State, State]) -> Equilibrium:
@@ -168,8 +177,7 @@ def _answer(sensor: Sensor, pair: Pair, control: Control, found: tuple[State, St
         forces = float(np.max(np.abs(fine.load - coarse.load) * lever)) / (ratio - 1.0)
         off = max(off, forces / max(float(np.max(np.abs(fine.load) * lever)), 1e-300))
     notes = fold_notes(body, fine, sensor.target.thickness / t if sensor.target is not None else 0.0)
-    if sensor.elastomer is not None:
-        notes = (*notes, *layer_notes(sensor.elastomer.silicone, largest_stretch(body, fine.u)))
+    notes = (*notes, *law_notes(sensor, body, fine.u))
     report = SolveReport(
         "planar", len(body.free) + 3, fine.iterations + coarse.iterations, fine.residual, float(off), 0.0, notes=notes,
         min_J=fine.min_J,

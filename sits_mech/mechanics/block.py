@@ -31,6 +31,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sits_mech.mechanics.answer import law_notes, load_words
 from sits_mech.mechanics.block_contact import softened
 from sits_mech.mechanics.block_forms import solid_deformation
 from sits_mech.mechanics.block_mesh import (
@@ -47,7 +48,7 @@ from sits_mech.mechanics.block_user import meshed_pad
 from sits_mech.mechanics.folds import RISEN
 from sits_mech.mechanics.forms import Indices
 from sits_mech.mechanics.pad import wrench_between
-from sits_mech.mechanics.path import Bonded, State, follow, packed, rest
+from sits_mech.mechanics.path import REASONS, Bonded, State, follow, packed, rest
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.sensor import Sensor
 
@@ -94,7 +95,7 @@ class BlockPad:
         """
         began = time.perf_counter()
         if not np.all(np.isfinite([wrench.F_x, wrench.F_z, wrench.M])):
-            raise ValueError(f"wrench: must be finite numbers, got {wrench}")
+            raise ValueError(f"wrench: must be finite numbers, got {load_words(wrench)}")
         last, part = _reached(self, start, wrench)
         report = replace(last.report, seconds=time.perf_counter() - began)
         if part == 1.0:
@@ -103,8 +104,8 @@ class BlockPad:
             return replace(last, report=replace(report, notes=(*report.notes, *notes)))
         report = replace(report, status="load path ended", notes=(*report.notes, f"reached {part:.1%} of the path"))
         message = (
-            f"wrench: the pad could be followed to {last.wrench} ({part:.1%} of the path), not to {wrench}; "
-            f"smallest volume ratio there {report.min_J:.3g}"
+            f"wrench: the pad could be followed to {load_words(last.wrench)} ({part:.1%} of the path), "
+            f"not to {load_words(wrench)}; smallest volume ratio there {report.min_J:.3g}; {_why(self, last)}"
         )
         raise SolveFailed(message, report, replace(last, report=report))
 
@@ -216,6 +217,13 @@ def _touches(pad: BlockPad, found: Equilibrium) -> bool:
     return solid_folds(solid, state.u, *_moved(state)).touch
 
 
+def _why(pad: BlockPad, last: Equilibrium) -> str:
+    """What may have ended a load path: the law, by its notes, and how the path ended."""
+    body = pad.meshes[int(last.state[0])][0].body
+    u = last.state[1 : 1 + body.mesh.nodes.size]
+    return "; ".join((*law_notes(pad.sensor, body, u), last.report.notes[-1]))
+
+
 def _tried(pad: BlockPad, number: int, start: Equilibrium | None, wrench: Wrench) -> tuple[Equilibrium, float]:
     """The last equilibrium towards a wrench on one pair of meshes, and how much of the path that is."""
     solids, count = pad.meshes[number], len(pad.meshes)
@@ -230,12 +238,15 @@ def _tried(pad: BlockPad, number: int, start: Equilibrium | None, wrench: Wrench
     coarse = follow(bodies[1], states[1], (begin, end), smallest=patience)
     end = begin + coarse.reached * (end - begin)
     fine = follow(bodies[0], states[0], (begin, end), smallest=patience)
-    part = coarse.reached * fine.reached
+    part, reason = coarse.reached * fine.reached, fine.reason or coarse.reason
     if fine.reached < 1.0:  # both must rest under one load for the error to mean something
         end = begin + fine.reached * (end - begin)
         coarse = follow(bodies[1], states[1], (begin, end), smallest=patience)
     found = _answer(pad.sensor, solids, (fine.state, coarse.state), wrench_between(before, wrench, part))
-    return replace(found, state=np.concatenate([[number], found.state])), part
+    found = replace(found, state=np.concatenate([[number], found.state]))
+    if part < 1.0:
+        found = replace(found, report=replace(found.report, notes=(*found.report.notes, REASONS[reason])))
+    return found, part
 
 
 def _answer(sensor: Sensor, solids: tuple[Solid, Solid], found: tuple[State, State], wrench: Wrench) -> Equilibrium:
@@ -263,11 +274,11 @@ def _answer(sensor: Sensor, solids: tuple[Solid, Solid], found: tuple[State, Sta
 
 
 def _notes(sensor: Sensor, solid: Solid, state: State) -> tuple[str, ...]:
-    """Sentences about the free faces."""
+    """Sentences about the free faces and the law."""
     target, elastomer = pad_parts(sensor)
     place = _moved(state)
     risen = solid_folds(solid, state.u, *place).rise > target.thickness / elastomer.thickness
-    return (*fold_notes(solid, state.u, *place), *((RISEN,) if risen else ()))
+    return (*fold_notes(solid, state.u, *place), *((RISEN,) if risen else ()), *law_notes(sensor, solid.body, state.u))
 
 
 def _moved(state: State) -> tuple[Array, Array]:

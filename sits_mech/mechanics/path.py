@@ -20,7 +20,14 @@ from sits_mech.mechanics.body import Bonded, Element, State, packed, rest, small
 from sits_mech.mechanics.newton import FREE, MOST, SETTLED, Held, compliance, felt, newton, stable
 from sits_mech.quantities import Array
 
-__all__ = ["Bonded", "Element", "Outcome", "State", "compliance", "follow", "packed", "rest"]
+__all__ = ["REASONS", "Bonded", "Element", "Outcome", "State", "compliance", "follow", "packed", "rest"]
+
+REASONS = {
+    "buckled": "beyond this load the layer buckles: its rest is not stable",
+    "inverted": "beyond this load the mesh turns inside out at a corner",
+    "lost": "beyond this load no state at rest was found nearby",
+}
+"""What is said of a path that ended, by the reason of its `Outcome`."""
 
 _EASY = 5  # iterations up to which the next increment grows
 _STEPS = 400

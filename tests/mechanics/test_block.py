@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sits_mech.mechanics.answer import largest_stretch
 from sits_mech.mechanics.block import block_pad, deformed_section
 from sits_mech.mechanics.block_mesh import bonded_block
 from sits_mech.mechanics.path import compliance, follow, rest
@@ -108,6 +109,34 @@ def test_every_law_starts_alike():
 def test_zero_load_is_rest(pad):
     found = pad.equilibrium(Wrench())
     assert (found.pose.d_h, found.pose.d_v, found.pose.alpha) == (0.0, 2.0 * MM, 0.0)
+
+
+def test_largest_stretch_of_a_uniform_strain():
+    """Stretched by 1.2, 1 and 0.7 along turned axes: the reciprocal of the last is the largest."""
+    body = bonded_block(box(), 1, 2.0, 0.0).body
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    F = turn @ np.diag([1.2, 1.0, 0.7]) @ turn.T
+    assert largest_stretch(body, (body.mesh.nodes @ (F - np.eye(3)).T).ravel()) == pytest.approx(1 / 0.7, rel=1e-9)
+    assert largest_stretch(body, np.zeros(body.mesh.nodes.size)) == pytest.approx(1.0, rel=1e-9)
+
+
+def test_a_law_beyond_its_stability_or_its_data_is_named():
+    """Mooney-Rivlin of c10 = 30, c01 = -20 kPa: planar tension loses Drucker's condition at 1.193 (stability.py)."""
+    soft = box('elastomer.material={law="mooney-rivlin", c10=3e4, c01=-2e4, bulk_modulus=2e7}', size=8)
+    notes = block_pad(soft).equilibrium(Wrench(F_z=2.0)).report.notes
+    assert any("unstable from stretch 1.193" in note for note in notes)
+    assert not any("unstable" in note for note in block_pad(soft).equilibrium(Wrench(F_z=0.01)).report.notes)
+
+
+def test_a_tower_that_buckles_is_refused_by_name():
+    square = [f'elastomer.{side}="8 mm"' for side in ("width", "length")]
+    tower = block_pad(box('elastomer.thickness="20 mm"', *square, size=8))
+    with pytest.raises(SolveFailed, match="F_z = 1 N, M = 0 N m; smallest volume ratio .*; .* buckles") as caught:
+        tower.equilibrium(Wrench(F_z=1.0))
+    assert any("buckles" in note for note in caught.value.report.notes)
+    # Haringx's column, clamped and free: GA (sqrt(1 + 4 P_E/GA) - 1)/2, P_E = pi^2 EI/(2 h)^2; bonded ends stiffen it.
+    GA, P_E = MU * (8 * MM) ** 2, np.pi**2 * 3 * MU * (8 * MM) ** 4 / 12 / (40 * MM) ** 2
+    assert 0.95 < caught.value.last.wrench.F_z / (0.5 * GA * (np.sqrt(1 + 4 * P_E / GA) - 1)) < 1.3
 
 
 @pytest.mark.slow
