@@ -34,6 +34,7 @@ from sits_mech.mechanics.closed_form import small_strain_bound
 from sits_mech.quantities import Wrench
 from sits_mech.sensor import Sensor
 
+_LONG, _COVERED = 10.0, 0.95  # widths of a pad, and share of it under the target, that plane strain stands for
 _SLENDER = 0.5  # shape factor below which no layer counts as one of small strain
 _THICK = 3.0  # skin depths from which on the inside of a plate is at rest
 
@@ -50,12 +51,15 @@ class Omission:
         Largest relative change of the answer, see above; 0 where it is exact, NaN where it is not estimated.
     of_change : bool
         Whether the size is of the change of inductance, to which errors are stated, or of L0.
+    half : str
+        "mechanics" or "magnetics": whose work is spared.
     """
 
     what: str
     reason: str
     size: float = 0.0
     of_change: bool = True
+    half: str = "magnetics"
 
     @property
     def text(self) -> str:
@@ -129,20 +133,33 @@ def omissions(
     """
     found = []
     if mechanics is None:
-        found.append(Omission("mechanics", "the pose is given"))
+        found.append(Omission("mechanics", "the pose is given", half="mechanics"))
     elif mechanics == "linear":
         bound = strain_bound(sensor, loads)
         reason = "the load strains the layer so little that one compliance will do"
-        found.append(Omission("finite strain", reason, bound))
+        found.append(Omission("finite strain", reason, bound, half="mechanics"))
+    found += _ends(sensor, mechanics)
     silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
     if loads and silicone is not None and (silicone.prony or silicone.mullins):
         reason = "slow load on virgin material; ask for cycle"
-        found.append(Omission("rate and history of the silicone", reason, math.nan))
+        found.append(Omission("rate and history of the silicone", reason, math.nan, half="mechanics"))
     if loads and mirrored(sensor) and all(load.F_x == load.M == 0.0 for load in loads):
         found.append(Omission("poses beside and turned", "scene and load are symmetric"))
     elif half_suffices(sensor, loads):
-        found.append(Omission("half of the loads", "each is the mirror image of another"))
+        found.append(Omission("half of the loads", "each is the mirror image of another", half="mechanics"))
     return tuple(found) if magnetics is None else tuple(found) + _magnetic(sensor, magnetics)
+
+
+def _ends(sensor: Sensor, mechanics: str | None) -> list[Omission]:
+    """Return what plane strain leaves out of a pad, or a target on it, that has ends along y."""
+    target, elastomer = sensor.target, sensor.elastomer
+    if mechanics in (None, "block") or target is None or elastomer is None:
+        return []
+    pad, plate = elastomer.extent[1], target.extent[1]
+    if pad >= _LONG * elastomer.extent[0] and plate >= _COVERED * pad:
+        return []
+    reason = f"plane strain spreads the force over {pad:g} m of pad, the target covers {plate:g} m: ask for block"
+    return [Omission("ends of pad and target along y", reason, math.nan)]
 
 
 def _magnetic(sensor: Sensor, model: str) -> tuple[Omission, ...]:

@@ -225,7 +225,7 @@ class Elastomer(BaseModel):
         Height of the layer; rigid film between ``z = 0`` and the layer [m].
     contact : str
         Whether free faces that fold onto the ground or the target are held there, "never", "always" or, "auto", where
-        it matters: in plane strain where it is worth half the tolerance, or 1 %, in 3D wherever a face folds.
+        it matters: in plane strain where it moves the target by more than 1 %, in 3D wherever a face folds.
     edge_radius : float or None
         Planar models: radius of the fillets with which the free side faces meet the plates; they are drawn in by half
         of it, bonded widths stay. By default corners are sharp, and singular [m].

@@ -11,8 +11,8 @@ or else the one with the smallest error. The error is that between the two meshe
 
 Contact of the free faces with the ground and the target (scene key `elastomer.contact`) is "never" solved, "always",
 or, "auto", where it matters: a load whose free faces fold onto the ground or the target is solved again with contact,
-and where that moves the target by more than 1 % of its displacement or half the tolerance, or the layer could not be
-followed without, it is the answer; otherwise its effect is part of the error. The notes say which.
+and where that moves the target by more than 1 % of its displacement, or the layer could not be followed without, it
+is the answer; otherwise its effect is part of the error. The notes say which.
 
 Range: plane strain (the true pad is softer by its ends). Neglected: viscosity, gravity, friction.
 """
@@ -38,7 +38,7 @@ from sits_mech.sensor import Sensor
 
 _LENIENCE = 2.0  # the estimate is on the safe side: up to so many tolerances no other mesh is tried
 _PATIENCE = (0.25, 0.02, 1e-3)  # smallest increment of the load path: meshes wait, one does, none does
-_EFFECT, _SHARE = 0.01, 0.5  # of the displacement, of the tolerance: what contact may be worth and still be left out
+_EFFECT = 0.01  # of the displacement: what contact may be worth and still be left out
 
 
 @dataclass(frozen=True)
@@ -118,6 +118,11 @@ class LinearLayer:
         """Return the pose under `wrench` by linear elasticity; `start` plays no part.
 
         The error is that of the mesh and the first Newton correction towards finite strain.
+
+        Raises
+        ------
+        SolveFailed
+            Where that error is as large as the displacement: the load is none for a linear layer.
         """
         began = time.perf_counter()
         _check_load(wrench)
@@ -128,12 +133,13 @@ class LinearLayer:
         size, reach = np.array([t, t, 1.0]), self.body.X.max() * t
         away, min_J = correction(self.body, load)
         error = errors_of((np.abs((self.compliance - self.coarse) @ force) + np.abs(away)) * size, reach)
-        notes = () if np.all(np.isfinite(error)) else ("strains too large for a linear layer: use the planar one",)
-        notes = (*notes, *_edge_notes(self.sensor, self.edges, wrench))
         report = SolveReport(
             "linear", len(self.body.free) + 3, 1, 0.0, relative(error, q * size, reach), time.perf_counter() - began,
-            notes=notes, min_J=min_J,
+            notes=_edge_notes(self.sensor, self.edges, wrench), min_J=min_J,
         )
+        if not report.estimated_error < 1.0:
+            report = replace(report, status="strains too large")
+            raise SolveFailed(f"wrench: strains are too large for one compliance, got {wrench}: ask for planar", report)
         return Equilibrium(wrench, pose_of(self.sensor, q * size), Pose(*error), q, report)
 
 
@@ -274,10 +280,8 @@ def _effect(layer: PlanarLayer, found: Equilibrium, changes: tuple[Array, Array]
 
 
 def _negligible(layer: PlanarLayer, found: Equilibrium, changes: tuple[Array, Array]) -> bool:
-    """Whether contact changes little, and an answer without it is near the tolerance."""
-    effect = _effect(layer, found, changes)
-    good = found.report.estimated_error + effect <= _LENIENCE * layer.tolerance
-    return good and effect <= min(_EFFECT, _SHARE * layer.tolerance)
+    """Whether contact changes little."""
+    return _effect(layer, found, changes) <= _EFFECT
 
 
 def _without(layer: PlanarLayer, found: Equilibrium, changes: tuple[Array, Array]) -> Equilibrium:

@@ -17,12 +17,12 @@ Refused: targets narrower than their layer, whose overhang stiffens it by up to 
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sits_mech.mechanics.closed_form import compression_modulus, shear_stiffness, small_strain_bound, tilt_modulus
-from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
+from sits_mech.quantities import Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.sensor import SceneError, Sensor
 
 _MISSED = (1e-3, 3.2e-2, 6e-2)  # relative error of k_x, k_z, k_a
@@ -45,7 +45,13 @@ class Strip:
     stiffness: tuple[float, float, float]
 
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
-        """Return the pose under `wrench` [N, N m]; `start` plays no part."""
+        """Return the pose under `wrench` [N, N m]; `start` plays no part.
+
+        Raises
+        ------
+        SolveFailed
+            Where the error is as large as the displacement.
+        """
         began = time.perf_counter()
         target, elastomer = self.sensor.target, self.sensor.elastomer
         if target is None or elastomer is None:
@@ -63,6 +69,9 @@ class Strip:
         )  # fmt: skip
         worst = max(errors[0], errors[1], errors[2] * half) / size if size > 0.0 else 0.0
         report = SolveReport("closed-form", 0, 0, 0.0, worst, time.perf_counter() - began)
+        if not worst < 1.0:
+            report = replace(report, status="strains too large")
+            raise SolveFailed(f"wrench: strains are too large for a formula, got {wrench}: ask for planar", report)
         pose = Pose(d_h, elastomer.standoff + t - sink, alpha)
         return Equilibrium(wrench, pose, Pose(*errors), np.zeros(0), report)
 

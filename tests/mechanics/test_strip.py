@@ -6,7 +6,7 @@ import pytest
 from sits_mech.chain import simulate
 from sits_mech.mechanics.layer import linear_layer, planar_layer
 from sits_mech.mechanics.strip import strip_layer
-from sits_mech.quantities import Pose, Wrench
+from sits_mech.quantities import Pose, SolveFailed, Wrench
 from sits_mech.sensor import SceneError, Sensor, load_sensor
 
 
@@ -49,6 +49,13 @@ def test_refused_where_the_formulas_do_not_hold(keys: list[str], why: str) -> No
     """One line that says what must be."""
     with pytest.raises(SceneError, match=why):
         strip_layer(flush(2.0, extra=tuple(keys)))
+
+
+def test_no_pose_where_the_error_is_as_large() -> None:
+    """A load that would press the target through the coils."""
+    with pytest.raises(SolveFailed, match="too large for a formula") as caught:
+        strip_layer(flush(2.0)).equilibrium(Wrench(0.0, 4e4))
+    assert caught.value.report.status == "strains too large"
 
 
 def test_the_chain_takes_it_by_name() -> None:
