@@ -11,13 +11,13 @@ if TYPE_CHECKING:
     from sits_mech.sweep import Progress
 
 
-def not_converged(error: Any, as_json: bool) -> int:
-    """Print what was reached, and say that it is not the answer."""
+def not_converged(error: Any, as_json: bool, whole: bool = False) -> int:
+    """Print what was reached, of a `whole` chain or of one solve, and say that it is not the answer."""
     from sits_mech.report.records import failure_record
     from sits_mech.report.tables import equilibrium_table
 
     tables = [] if error.last is None else [equilibrium_table(error.last, "last converged state")]
-    answer(failure_record(error), tables, as_json)
+    answer(failure_record(error, whole), tables, as_json)
     warn(f"not converged ({error.report.status}): {error}")
     return 3
 

@@ -60,6 +60,7 @@ class Omission:
     size: float = 0.0
     of_change: bool = True
     half: str = "magnetics"
+    half: str = "magnetics"
 
     @property
     def text(self) -> str:

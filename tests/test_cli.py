@@ -100,6 +100,8 @@ def test_simulate_joins_both(capsys: Capture) -> None:
     found = answer(capsys, "simulate", "biorob2018", "--fx", "-0.5 N", "--fz", "2 N")
     assert set(found) >= {"pose", "wrench", "L", "R", "L0", "relative", "signals", "report"}
     assert set(found["report"]) == {"mechanics", "magnetics"}
+    whats = {half: " ".join(report["left_out"]) for half, report in found["report"].items()}
+    assert "idle coil" in whats["magnetics"] and "mesh of the air" in whats["magnetics"] and whats["mechanics"] == ""
     L = np.array(found["L"])
     assert found["signals"]["L_v"] == pytest.approx(L[0, 0] + L[1, 1]) and found["pose"]["d_h"] < 0.0
 
@@ -166,6 +168,10 @@ def test_a_load_too_large(capsys: Capture) -> None:
     found = json.loads(out)
     assert err.startswith("not converged") and found["report"]["status"] != "converged"
     assert 0.0 <= found["wrench"]["F_z"] < 5000.0 and 0.0 < found["pose"]["d_v"] <= 2e-3
+    assert set(found["error"]) == set(found["pose"]) and found["message"] in err
+    assert run(["simulate", "biorob2018", "--fz", "5000 N", *PLANAR, "--json"]) == 3
+    report = json.loads(capsys.readouterr().out)["report"]
+    assert report["mechanics"]["status"] != "converged" and report["magnetics"] is None
 
 
 def test_an_inductance_out_of_reach(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -25,6 +25,7 @@ from sits_mech.console import answer, not_converged, progress_bar, show, warn
 
 if TYPE_CHECKING:
     from sits_mech.mechanics.block_full import FullWrench
+    from sits_mech.omissions import Omission
     from sits_mech.sensor import Sensor
 
 
@@ -115,11 +116,11 @@ def simulate(
     full = beside.with_plane(wrench)
     if full is not None:
         return _full_simulation(sensor, full, models, as_json)
-    unsolved = tuple(item.text for item in chain.plan(sensor, [wrench], **asdict(models)).left_out)
+    unsolved = chain.plan(sensor, [wrench], **asdict(models)).left_out
     try:
         found = chain.simulate(sensor, wrench, **asdict(models))
     except SolveFailed as error:
-        return not_converged(error, as_json)
+        return not_converged(error, as_json, True)
     tables = [
         equilibrium_table(found.equilibrium),
         impedance_table([coil.name for coil in sensor.coils], found.impedance),
@@ -139,7 +140,8 @@ def _full_pose(sensor: Sensor, load: FullWrench, models: Models, as_json: bool) 
         found = full_pose(sensor, load, tolerance=models.tolerance, mechanics=models.mechanics)
     except SolveFailed as error:
         return not_converged(error, as_json)
-    answer(full_pose_record(found, _unsolved(sensor, load, None)), [full_pose_table(found)], as_json)
+    unsolved = tuple(item.text for item in _unsolved(sensor, load, None))
+    answer(full_pose_record(found, unsolved), [full_pose_table(found)], as_json)
     return 0
 
 
@@ -153,7 +155,7 @@ def _full_simulation(sensor: Sensor, load: FullWrench, models: Models, as_json: 
     try:
         found = simulate_full(sensor, load, **asdict(models))
     except SolveFailed as error:
-        return not_converged(error, as_json)
+        return not_converged(error, as_json, True)
     tables = [
         full_pose_table(found.pose),
         impedance_table([coil.name for coil in sensor.coils], found.impedance),
@@ -163,7 +165,7 @@ def _full_simulation(sensor: Sensor, load: FullWrench, models: Models, as_json: 
     return 0
 
 
-def _unsolved(sensor: Sensor, load: FullWrench, magnetics: str | None) -> tuple[str, ...]:
+def _unsolved(sensor: Sensor, load: FullWrench, magnetics: str | None) -> tuple[Omission, ...]:
     """What is left out under all six components, as under a load in the plane that is as large."""
     from math import hypot
 
@@ -171,7 +173,7 @@ def _unsolved(sensor: Sensor, load: FullWrench, magnetics: str | None) -> tuple[
     from sits_mech.quantities import Wrench
 
     as_large = Wrench(hypot(load.F_x, load.F_y), load.F_z, hypot(load.M_x, load.M_y, load.M_z))
-    return tuple(item.text for item in omissions(sensor, [as_large], "block", magnetics))
+    return omissions(sensor, [as_large], "block", magnetics)
 
 
 @app.command

@@ -7,13 +7,16 @@ as long as the angle [rad]. SI throughout.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from rich.table import Table
 
 from sits_mech.full_chain import FullSimulation
 from sits_mech.mechanics.block_full import FullPose, FullWrench
+from sits_mech.omissions import Omission
 from sits_mech.quantities import Array, Pose
-from sits_mech.report.records import Record, impedance_record, report_record
+from sits_mech.report.records import Record, impedance_record, report_record, texts_of
 from sits_mech.report.tables import key_table, report_lines, with_error
 
 _NAMES = ("d_h", "d_y", "d_v", "alpha_x", "alpha", "alpha_z")
@@ -29,11 +32,12 @@ def full_pose_record(found: FullPose, left_out: tuple[str, ...] = ()) -> Record:
     }
 
 
-def full_simulation_record(found: FullSimulation, left_out: tuple[str, ...] = ()) -> Record:
-    """Return the whole chain at one load; ``report`` has one part for each physics."""
-    layer = full_pose_record(found.pose, left_out)
+def full_simulation_record(found: FullSimulation, left_out: Sequence[Omission] = ()) -> Record:
+    """Return the whole chain at one load; ``report`` has one part for each physics, with what was left out of it."""
+    layer = full_pose_record(found.pose, texts_of(left_out, "mechanics"))
     d_h, _, d_v = (float(value) for value in found.pose.centre)
-    coils = impedance_record(Pose(d_h, d_v, float(found.pose.rotation[1])), found.impedance)
+    place = Pose(d_h, d_v, float(found.pose.rotation[1]))
+    coils = impedance_record(place, found.impedance, texts_of(left_out, "magnetics"))
     reports = {"mechanics": layer["report"], "magnetics": coils["report"]}
     return coils | layer | {"signals": vars(found.signals), "report": reports}
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -12,7 +12,8 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.spectrum import Terminals
-from sits_mech.chain import Simulation
+from sits_mech.chain import MAGNETICS, Simulation
+from sits_mech.omissions import Omission
 from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, as_jsonable
 
 Record = dict[str, Any]
@@ -83,23 +84,38 @@ def _terminals(seen: Mapping[str, Array]) -> Record:
     return found | {"tank_frequency": seen["tank_frequency"]}
 
 
-def simulation_record(found: Simulation, left_out: tuple[str, ...] = ()) -> Record:
-    """Return the whole chain at one load; ``report`` has one part for each physics."""
-    layer = equilibrium_record(found.equilibrium, left_out)
-    coils = impedance_record(found.equilibrium.pose, found.impedance)
+def simulation_record(found: Simulation, left_out: Sequence[Omission] = ()) -> Record:
+    """Return the whole chain at one load; ``report`` has one part for each physics, with what was left out of it."""
+    layer = equilibrium_record(found.equilibrium, texts_of(left_out, "mechanics"))
+    coils = impedance_record(found.equilibrium.pose, found.impedance, texts_of(left_out, "magnetics"))
     reports = {"mechanics": layer["report"], "magnetics": coils["report"]}
     return layer | coils | {"signals": asdict(found.signals), "report": reports}
 
 
-def failure_record(error: SolveFailed) -> Record:
-    """Return what was reached before a solve gave up: the last state if there is one, and the report."""
-    last = error.last
+def texts_of(left_out: Sequence[Omission], half: str) -> tuple[str, ...]:
+    """Return as lines what one half of a request leaves out."""
+    return tuple(item.text for item in left_out if item.half == half)
+
+
+def failure_record(error: SolveFailed, whole: bool = False) -> Record:
+    """Return what was reached before a solve gave up: the last state if there is one, why, and the report.
+
+    Of a `whole` chain the report has one part for each physics, as on success; the half that was not solved is null.
+    """
+    last, report = error.last, report_record(error.report)
+    halves = {"mechanics": None, "magnetics": None}
     return {
-        "error": str(error),
+        "message": str(error),
         "pose": None if last is None else pose_record(last.pose),
+        "error": None if last is None else pose_record(last.error),
         "wrench": None if last is None else asdict(last.wrench),
-        "report": report_record(error.report),
+        "report": halves | {_half(error.report): report} if whole else report,
     }
+
+
+def _half(report: SolveReport) -> str:
+    """Return which physics a report is of; both have a model named planar, but a layer has a volume ratio."""
+    return "magnetics" if report.min_J is None and report.model in MAGNETICS else "mechanics"
 
 
 def json_text(record: Record) -> str:

@@ -108,7 +108,13 @@ def test_records_are_json() -> None:
     """What is not a number is null; a failure shows the last state, or none."""
     report = SolveReport("planar", 10, 3, 1.0, math.inf, 0.1, status="stalled", min_J=math.nan)
     found = json.loads(json_text(failure_record(SolveFailed("no", report))))
-    assert found["pose"] is None and found["report"]["estimated_error"] is None and found["error"] == "no"
+    assert found["pose"] is None and found["report"]["estimated_error"] is None
+    assert found["message"] == "no" and found["error"] is None
     last = Equilibrium(Wrench(0.0, 1.0), Pose(0.0, 1e-3), Pose(0.0, 0.0), np.zeros(3), report)
     found = json.loads(json_text(failure_record(SolveFailed("no", report, last))))
     assert found["wrench"] == {"F_x": 0.0, "F_z": 1.0, "M": 0.0} and found["pose"]["d_v"] == 1e-3
+    assert found["error"] == {"d_h": 0.0, "d_v": 0.0, "alpha": 0.0} and found["report"]["status"] == "stalled"
+    magnetic = SolveReport("planar", 10, 3, 1.0, 0.5, 0.1, status="stalled")
+    for own, half, other in ((report, "mechanics", "magnetics"), (magnetic, "magnetics", "mechanics")):
+        halves = failure_record(SolveFailed("no", own), whole=True)["report"]
+        assert halves[other] is None and halves[half]["status"] == "stalled"
