@@ -60,7 +60,6 @@ class Omission:
     size: float = 0.0
     of_change: bool = True
     half: str = "magnetics"
-    half: str = "magnetics"
 
     @property
     def text(self) -> str:
@@ -160,7 +159,7 @@ def _ends(sensor: Sensor, mechanics: str | None) -> list[Omission]:
     if pad >= _LONG * elastomer.extent[0] and plate >= _COVERED * pad:
         return []
     reason = f"plane strain spreads the force over {pad:g} m of pad, the target covers {plate:g} m: ask for block"
-    return [Omission("ends of pad and target along y", reason, math.nan)]
+    return [Omission("ends of pad and target along y", reason, math.nan, half="mechanics")]
 
 
 def _magnetic(sensor: Sensor, model: str) -> tuple[Omission, ...]:
