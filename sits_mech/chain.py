@@ -99,7 +99,7 @@ def plan(
     """
     by_layer = choose_mechanics(sensor, mechanics, tuple(MECHANICS), loads, tolerance) if loads else None
     by_field = choose_magnetics(sensor, magnetics, tuple(MAGNETICS), bool(loads))
-    return Plan.of(sensor, loads, _checked(tolerance), by_layer, by_field)
+    return Plan.of(sensor, loads, checked_tolerance(tolerance), by_layer, by_field)
 
 
 def mechanical_model(
@@ -124,23 +124,23 @@ def mechanical_model(
         When the model is unknown or cannot hold the scene.
     """
     choice = choose_mechanics(sensor, name, tuple(MECHANICS), loads, tolerance)
-    return MECHANICS[choice.name](sensor, _checked(tolerance)), choice
+    return MECHANICS[choice.name](sensor, checked_tolerance(tolerance)), choice
 
 
 def magnetic_model(sensor: Sensor, name: str = "auto", tolerance: float = 1e-3) -> tuple[MagneticModel, Choice]:
     """Return the magnetic model of a name of `MAGNETICS` or "auto" with the reason; as `mechanical_model`."""
     choice = choose_magnetics(sensor, name, tuple(MAGNETICS))
-    return MAGNETICS[choice.name](sensor, _checked(tolerance)), choice
+    return MAGNETICS[choice.name](sensor, checked_tolerance(tolerance)), choice
 
 
 def loaded_model(sensor: Sensor, name: str = "auto", tolerance: float = 1e-2) -> tuple[MagneticModel, Choice]:
     """Return the magnetic model for poses that loads give to a tolerance, with the reason; as `magnetic_model`."""
     choice = choose_magnetics(sensor, name, tuple(MAGNETICS), True)
-    return MAGNETICS[choice.name](sensor, magnetic_tolerance(choice.name, _checked(tolerance))), choice
+    return MAGNETICS[choice.name](sensor, magnetic_tolerance(choice.name, checked_tolerance(tolerance))), choice
 
 
-def _checked(tolerance: float) -> float:
-    """Refuse a tolerance that is none."""
+def checked_tolerance(tolerance: float) -> float:
+    """Return a tolerance, or raise SceneError where it is none."""
     if not 0.0 < tolerance < 1.0:
         raise SceneError(f"tolerance must lie between 0 and 1; got {tolerance}")
     return tolerance
@@ -182,12 +182,33 @@ def simulate(
         return _simulated(sensor, layer, field, wrench)
 
 
+def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench) -> Equilibrium:
+    """Return where a target rests; shift and tilt that symmetry forbids are zero without error.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The scene.
+    layer : MechanicalModel
+        Of the sensor.
+    wrench : Wrench
+        The load [N, N m].
+
+    Raises
+    ------
+    SolveFailed
+        When the layer has no equilibrium that could be reached.
+    """
+    found = layer.equilibrium(wrench)
+    if not mirrored(sensor) or wrench.F_x != 0.0 or wrench.M != 0.0:
+        return found
+    pose, error = (Pose(0.0, part.d_v, 0.0) for part in (found.pose, found.error))
+    return replace(found, pose=pose, error=error)
+
+
 def _simulated(sensor: Sensor, layer: MechanicalModel, field: MagneticModel, wrench: Wrench) -> Simulation:
     """Return what the sensor shows under a load by given models."""
-    equilibrium = layer.equilibrium(wrench)
-    if mirrored(sensor) and wrench.F_x == wrench.M == 0.0:
-        pose, error = (Pose(0.0, part.d_v, 0.0) for part in (equilibrium.pose, equilibrium.error))
-        equilibrium = replace(equilibrium, pose=pose, error=error)
+    equilibrium = at_rest(sensor, layer, wrench)
     check_clearance(sensor, equilibrium.pose)
     reading = read_poses(sensor, field, stacked([equilibrium.pose]), stacked([equilibrium.error]))
     found = reading.impedance

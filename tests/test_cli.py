@@ -95,6 +95,13 @@ def test_pose_against_independent_numbers(capsys: Capture) -> None:
     assert found["report"]["estimated_error"] < 2e-2
 
 
+def test_what_symmetry_forbids_is_zero(capsys: Capture) -> None:
+    """A load straight down on a scene that is its own mirror image: neither shift nor tilt, without a doubt."""
+    found = answer(capsys, "pose", "biorob2018", "--fz", "2 N")
+    for part in (found["pose"], found["error"]):
+        assert part["d_h"] == part["alpha"] == 0.0 < part["d_v"]
+
+
 def test_simulate_joins_both(capsys: Capture) -> None:
     """Pose and impedance of one load, and their signals."""
     found = answer(capsys, "simulate", "biorob2018", "--fx", "-0.5 N", "--fz", "2 N")

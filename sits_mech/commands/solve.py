@@ -40,7 +40,7 @@ def pose(
 
     Example: sits-mech pose biorob2018 --fx "0.5 N" --fz "2 N"
     """
-    from sits_mech.chain import mechanical_model
+    from sits_mech.chain import at_rest, mechanical_model
     from sits_mech.omissions import omissions
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import equilibrium_record
@@ -52,7 +52,7 @@ def pose(
         return _full_pose(sensor, full, Models(mechanics=model, tolerance=tolerance), as_json)
     layer, choice = mechanical_model(sensor, model, tolerance, loads)
     try:
-        found = layer.equilibrium(*loads)
+        found = at_rest(sensor, layer, *loads)
     except SolveFailed as error:
         return not_converged(error, as_json)
     unsolved = tuple(item.text for item in omissions(sensor, loads, choice.name, None))
