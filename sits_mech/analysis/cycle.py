@@ -117,7 +117,7 @@ def load_cycle(
     """
     _check(programme)
     field, by_field = loaded_model(sensor, magnetics, tolerance)
-    layer, by_layer = mechanical_model(sensor, mechanics, tolerance)
+    layer, by_layer = mechanical_model(sensor, mechanics, tolerance, [peak])
     height = 0.0 if sensor.target is None else sensor.target.load_height
     curve = elastic_curve(layer, peak, height=height, points=points)
     for item in curve.found:

@@ -14,14 +14,27 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.chain import calibrate, magnetic_model, mechanical_model, simulate
-from sits_mech.plan import quantity_range
-from sits_mech.quantities import Equilibrium, Impedance, MagneticModel, MechanicalModel, Pose, Wrench
+from sits_mech.chain import (
+    MAGNETICS,
+    MECHANICS,
+    at_rest,
+    calibrate,
+    checked_tolerance,
+    magnetic_model,
+    mechanical_model,
+    simulate,
+)
+from sits_mech.full_chain import full_pose, simulate_full
+from sits_mech.materials import unknown
+from sits_mech.mechanics.block_full import FullPose, FullWrench
+from sits_mech.plan import choose_mechanics, quantity_range
+from sits_mech.quantities import Equilibrium, Impedance, MagneticModel, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.sensor import Sensor, changed, sensor_from
 from sits_mech.sweep import DONE, Row
-from sits_mech.units import quantity
+from sits_mech.units import SceneError, quantity, shown
 
 _LOAD = {"fx": "N", "fz": "N", "moment": "N*m"}
+_BESIDE = {"fy": "N", "mx": "N*m", "mz": "N*m"}  # a study that names one of them has all its loads solved in space
 _PLACE = {"dv": "m", "dh": "m", "alpha": "rad", "frequency": "Hz"}
 
 
@@ -56,8 +69,8 @@ class Request:
         Scene and arguments by name, as written, in; a row out.
     units : mapping
         The arguments that are quantities, with their SI units.
-    words : tuple of str
-        The arguments that are names or plain numbers.
+    models : mapping
+        The arguments that name a model, with those there are; beside them there is the tolerance.
     needed : tuple of str
         The arguments that have no default.
     ranges : tuple of str
@@ -70,7 +83,7 @@ class Request:
 
     answer: Callable[[Variant, Row], Row]
     units: Mapping[str, str]
-    words: tuple[str, ...]
+    models: Mapping[str, tuple[str, ...]]
     needed: tuple[str, ...] = ()
     ranges: tuple[str, ...] = ()
     layer: bool = True
@@ -79,14 +92,20 @@ class Request:
     @property
     def arguments(self) -> tuple[str, ...]:
         """Return the names of all arguments."""
-        return (*self.units, *self.words)
+        return (*self.units, *self.models, "tolerance")
 
     def in_si(self, arguments: Row) -> Row:
-        """Return arguments with quantities as SI numbers and ranges as lists; raise SceneError naming a bad one."""
+        """Return arguments, quantities as SI numbers and ranges as lists; raise SceneError naming a bad one."""
         return {name: self._si(name, value) for name, value in arguments.items()}
 
     def _si(self, name: str, value: Any) -> Any:
-        """Return one argument in SI."""
+        """Return one argument in SI; refuse a model that does not exist and a tolerance that is none."""
+        if name in self.models and value not in ("auto", *self.models[name]):
+            raise SceneError(f"{name} {unknown(value, ('auto', *self.models[name]))}")
+        if name == "tolerance":
+            if isinstance(value, bool) or not isinstance(value, int | float):
+                raise SceneError(f"tolerance must be a plain number between 0 and 1; got {shown(value)}")
+            checked_tolerance(value)
         if name in self.ranges:
             return quantity_range(str(value), self.units[name], name)
         return quantity(value, self.units[name], name) if name in self.units else value
@@ -112,9 +131,12 @@ def _magnetic(variant: Variant, model: str, tolerance: float) -> MagneticModel:
 
 def _pose(variant: Variant, asked: Row) -> Row:
     """Answer: where does the target come to rest?"""
-    wrench = Wrench(*(asked.pop(name, 0.0) for name in _LOAD))
-    layer = _mechanical(variant, asked.pop("model", "auto"), asked.pop("tolerance", 1e-2))
-    return _rest(layer.equilibrium(wrench))
+    sensor, model, tolerance = variant.sensor, asked.get("model", "auto"), asked.get("tolerance", 1e-2)
+    wrench, load = _loads(asked)
+    if load is not None:
+        return _full_rest(full_pose(sensor, load, tolerance=tolerance, mechanics=model))
+    chosen = choose_mechanics(sensor, model, tuple(MECHANICS), [wrench], tolerance)
+    return _rest(at_rest(sensor, _mechanical(variant, chosen.name, tolerance), wrench))
 
 
 def _inductance(variant: Variant, asked: Row) -> Row:
@@ -126,8 +148,12 @@ def _inductance(variant: Variant, asked: Row) -> Row:
 
 def _simulate(variant: Variant, asked: Row) -> Row:
     """Answer: what does the sensor show under a load?"""
-    wrench = Wrench(*(asked.pop(name, 0.0) for name in _LOAD))
-    found = simulate(variant.sensor, wrench, **asked)
+    wrench, load = _loads(asked)
+    models = {name: item for name, item in asked.items() if name not in (*_LOAD, *_BESIDE)}
+    if load is not None:
+        full = simulate_full(variant.sensor, load, **models)
+        return _full_rest(full.pose) | _shown(full.impedance) | asdict(full.signals)
+    found = simulate(variant.sensor, wrench, **models)
     return _rest(found.equilibrium) | _shown(found.impedance) | asdict(found.signals)
 
 
@@ -143,12 +169,35 @@ def _calibrate(variant: Variant, asked: Row) -> Row:
     return row | {"failed_loads": int(np.sum(data["status"] != DONE)), "unit_L": data.attrs["unit_L"]}
 
 
+def _loads(asked: Row) -> tuple[Wrench, FullWrench | None]:
+    """Return the load in the plane, and all of it where a component beside the plane is asked for."""
+    wrench = Wrench(*(asked.get(name, 0.0) for name in _LOAD))
+    if not any(name in asked for name in _BESIDE):
+        return wrench, None
+    F_y, M_x, M_z = (asked.get(name, 0.0) for name in _BESIDE)
+    return wrench, FullWrench(wrench.F_x, F_y, wrench.F_z, M_x, wrench.M, M_z)
+
+
+def _full_rest(found: FullPose) -> Row:
+    """Return a target at rest under all six components as a row."""
+    names, report = ("d_h", "d_y", "d_v", "alpha_x", "alpha", "alpha_z"), found.report
+    values = zip(names, [*found.centre, *found.rotation], found.error, strict=True)
+    row: Row = {}
+    for name, value, error in values:
+        row |= {name: float(value), f"error_{name}": float(error)}
+    return row | _how(report)
+
+
 def _rest(found: Equilibrium) -> Row:
     """Return a target at rest as a row."""
-    report = found.report
     row = {"d_h": found.pose.d_h, "d_v": found.pose.d_v, "alpha": found.pose.alpha}
     row |= {"error_d_h": found.error.d_h, "error_d_v": found.error.d_v, "error_alpha": found.error.alpha}
-    row |= {"min_J": np.nan if report.min_J is None else report.min_J, "error_mechanics": report.estimated_error}
+    return row | _how(found.report)
+
+
+def _how(report: SolveReport) -> Row:
+    """Return how a layer was solved as a row."""
+    row: Row = {"min_J": np.nan if report.min_J is None else report.min_J, "error_mechanics": report.estimated_error}
     return row | {"mechanics": report.model, "notes_mechanics": "; ".join(report.notes)}
 
 
@@ -161,11 +210,13 @@ def _shown(found: Impedance) -> Row:
     return row | {"magnetics": report.model, "notes_magnetics": "; ".join(report.notes)}
 
 
-_CHAIN = ("mechanics", "magnetics", "tolerance")
+_CHAIN = {"mechanics": tuple(MECHANICS), "magnetics": tuple(MAGNETICS)}
 REQUESTS: Mapping[str, Request] = {
-    "pose": Request(_pose, _LOAD, ("model", "tolerance")),
-    "inductance": Request(_inductance, _PLACE, ("model", "tolerance"), needed=("dv",), layer=False, chunk=25),
-    "simulate": Request(_simulate, _LOAD, _CHAIN),
+    "pose": Request(_pose, _LOAD | _BESIDE, {"model": _CHAIN["mechanics"]}),
+    "inductance": Request(
+        _inductance, _PLACE, {"model": _CHAIN["magnetics"]}, needed=("dv",), layer=False, chunk=25
+    ),
+    "simulate": Request(_simulate, _LOAD | _BESIDE, _CHAIN),
     "calibrate": Request(
         _calibrate, {name: _LOAD[name] for name in ("fx", "fz")}, _CHAIN, needed=("fx", "fz"), ranges=("fx", "fz")
     ),

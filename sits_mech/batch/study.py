@@ -13,6 +13,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from collections.abc import Mapping
@@ -32,6 +33,7 @@ from sits_mech.units import shown, split_quantity
 _KEYS = ("scene", "request", "combine", "vary", "fixed")
 _TOP = ("frequency", "substrate_radius")  # keys of a scene that stand in no table
 _MOST = 1_000_000  # cases of a study
+_LOOKS = 3_000  # scenes that are looked at before a run whether a value is possible, a second
 _RANGE = '{ from = "1 mm", to = "5 mm", count = 41 } with different ends in one unit and a count of two or more'
 
 
@@ -85,7 +87,7 @@ def read_study(path: Path) -> Study:
     Returns
     -------
     Study
-        Checked; of the scenes one at least is possible.
+        Checked; every value has one possible scene at least.
 
     Raises
     ------
@@ -149,7 +151,7 @@ def _check_names(name: str, request: Request, varied: Row, fixed: Row) -> None:
 
 
 def _check_cases(study: Study) -> None:
-    """Refuse a study that is too large, whose arguments are none, or that leaves no possible scene."""
+    """Refuse a study that is too large, whose arguments are none, or with values that no possible scene has."""
     sizes = [len(values) for values in study.vary.values()]
     count = math.prod(sizes) if study.combine == "product" else max(sizes)
     if count > _MOST:
@@ -158,14 +160,33 @@ def _check_cases(study: Study) -> None:
     for name, values in study.vary.items():
         for value in values:
             study.request.in_si(_arguments({name: value}, study.request))
+    if study.combine == "zip":
+        grid_points(study.vary, "zip")  # refuses what is not equally many
+    for name, values in study.vary.items():
+        for value in values if _of_scene(name, study.request) else ():
+            refusal = _refusal(study, name, value)
+            if refusal is not None:
+                raise SceneError(f"vary: {name} = {shown(value)} must leave a possible scene; the first one: {refusal}")
+
+
+def _refusal(study: Study, name: str, value: Any) -> SceneError | None:
+    """Return why no scene of a study with a value is possible; one that only some others rule out is left to them."""
+    varied = {key: values for key, values in study.vary.items() if _of_scene(key, study.request)}
+    keys = varied | {name: [value]}
+    if study.combine == "zip":
+        points = (point for point in grid_points(study.vary, "zip") if point[name] == value)
+    else:
+        points = (dict(zip(keys, values, strict=True)) for values in itertools.product(*keys.values()))
     first = None
-    for point in grid_points(study.vary, study.combine):
+    for count, point in enumerate(points):
         try:
             study.case(point)[0].sensor  # noqa: B018  the look at it is the check
-            return
+            return None
         except SceneError as error:
             first = first or error
-    raise SceneError(f"vary: must leave one possible scene at least; the first one: {first}")
+        if count == _LOOKS:
+            return None
+    return first
 
 
 def _values(name: str, item: Any) -> list[Any]:

@@ -16,6 +16,8 @@ from sits_mech.batch.run import run_study
 from sits_mech.batch.study import read_study
 from sits_mech.chain import calibrate, magnetic_model
 from sits_mech.cli import run
+from sits_mech.full_chain import full_pose
+from sits_mech.mechanics.block_full import FullWrench
 from sits_mech.quantities import Pose
 from sits_mech.sensor import load_sensor
 from sits_mech.sweep import read_table
@@ -78,6 +80,21 @@ def test_forces_and_poses_are_requests(tmp_path: Path) -> None:
     assert float(run_study(read_study(written(tmp_path, text)), tmp_path / "chain")["L_v_percent"].diff("fz")[0]) < 0.0
 
 
+def test_loads_beside_the_plane_and_small_ones_take_the_commands_models(tmp_path: Path) -> None:
+    """All cases of a study that varies fy are solved in space; a small load on a long pad takes one compliance."""
+    text = 'scene = "biorob2018"\nrequest = "pose"\n[vary]\nfy = ["-0.2 N", "0.2 N"]\n[fixed]\nfz = "1 N"\n'
+    data = run_study(read_study(written(tmp_path, text)), tmp_path / "beside")
+    full = full_pose(load_sensor("biorob2018"), FullWrench(F_y=0.2, F_z=1.0))
+    for name, value in (("d_y", full.centre[1]), ("d_v", full.centre[2]), ("alpha_x", full.rotation[0])):
+        assert float(data[name][1]) == pytest.approx(value, rel=1e-9)
+    assert float(data["d_y"][0]) == pytest.approx(-full.centre[1], rel=1e-6)
+    keys = '[fixed]\n"elastomer.length" = "250 mm"\n"target.length" = "250 mm"\n'
+    text = f'scene = "biorob2018"\nrequest = "pose"\n[vary]\nfz = ["0.1 N", "50 N"]\n{keys}'
+    data = run_study(read_study(written(tmp_path, text)), tmp_path / "small")
+    assert data["mechanics"].to_numpy().ravel().tolist() == ["linear", "planar"]
+    assert not data["d_h"].any() and not data["error_alpha"].any()
+
+
 REFUSED = {
     HEAD + "[vary]\n": "vary: must be a table of keys",
     HEAD + "[vary]\ndv = []\n": "dv: must be a list of values that is not empty",
@@ -88,6 +105,14 @@ REFUSED = {
     HEAD + '[vary]\ndh = ["1 mm"]\n': "dv: must be given",
     HEAD + '[vary]\ndv = ["1 mm"]\n[fixed]\ndv = "2 mm"\n': "it stands under both",
     HEAD + '[vary]\ndv = ["1 mm"]\n"target.widht" = [1]\n': "target.widht",
+    HEAD + '[vary]\ndv = ["1 mm"]\ntolerance = [0.01, -1]\n': "tolerance must lie between 0 and 1; got -1",
+    HEAD + '[vary]\ndv = ["1 mm"]\ntolerance = ["1 %"]\n': "tolerance must be a plain number",
+    HEAD + '[vary]\ndv = ["1 mm"]\nmodel = ["planar", "plnar"]\n': "model must be one of auto, planar, .*plnar",
+    HEAD + '[vary]\ndv = ["1 mm"]\n[fixed]\nmodel = "linear"\n': "model must be one of auto, planar, .*linear",
+    HEAD + '[vary]\ndv = ["1 mm"]\n"target.material" = ["copper", "coper"]\n': "coper.*did you mean",
+    HEAD + '[vary]\ndv = ["1 mm"]\n"target.width" = ["8 mm", "2 N"]\n': "target.width = .*must be a length",
+    HEAD + '[vary]\ndv = ["1 mm"]\n"coils.C9.turns" = [9]\n': "C9",
+    HEAD.replace("inductance", "calibrate") + '[vary]\nfy = ["1 N"]\n[fixed]\nfx = "1 N"\nfz = "1 N"\n': "fy",
     HEAD + 'sceen = 1\n[vary]\ndv = ["1 mm"]\n': "sceen",
     HEAD + 'combine = "zip"\n[vary]\ndv = ["1 mm"]\ndh = [0, 1]\n': "equally many",
     HEAD.replace("inductance", "guess") + "[vary]\n": "request",
