@@ -7,6 +7,7 @@ component is called better than a twentieth of the worst. Of forces that hold th
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -157,9 +158,9 @@ def law_notes(sensor: Sensor, body: Bonded, u: Array) -> tuple[str, ...]:
     return () if sensor.elastomer is None else layer_notes(sensor.elastomer.silicone, largest_stretch(body, u))
 
 
-def load_words(wrench: Wrench) -> str:
-    """Return a load in words."""
-    return f"F_x = {wrench.F_x:.6g} N, F_z = {wrench.F_z:.6g} N, M = {wrench.M:.6g} N m"
+def load_words(load: Mapping[str, float]) -> str:
+    """Return a load in words, from its components [N, N m]."""
+    return ", ".join(f"{name} = {value:.6g} N{' m' * name.startswith('M')}" for name, value in load.items())
 
 
 def _answer(sensor: Sensor, pair: Pair, control: Control, found: tuple[State, State]) -> Equilibrium:

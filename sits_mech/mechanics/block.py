@@ -95,7 +95,7 @@ class BlockPad:
         """
         began = time.perf_counter()
         if not np.all(np.isfinite([wrench.F_x, wrench.F_z, wrench.M])):
-            raise ValueError(f"wrench: must be finite numbers, got {load_words(wrench)}")
+            raise ValueError(f"wrench: must be finite numbers, got {load_words(vars(wrench))}")
         last, part = _reached(self, start, wrench)
         report = replace(last.report, seconds=time.perf_counter() - began)
         if part == 1.0:
@@ -104,8 +104,8 @@ class BlockPad:
             return replace(last, report=replace(report, notes=(*report.notes, *notes)))
         report = replace(report, status="load path ended", notes=(*report.notes, f"reached {part:.1%} of the path"))
         message = (
-            f"wrench: the pad could be followed to {load_words(last.wrench)} ({part:.1%} of the path), "
-            f"not to {load_words(wrench)}; smallest volume ratio there {report.min_J:.3g}; {_why(self, last)}"
+            f"wrench: the pad could be followed to {load_words(vars(last.wrench))} ({part:.1%} of the path), "
+            f"not to {load_words(vars(wrench))}; smallest volume ratio there {report.min_J:.3g}; {_why(self, last)}"
         )
         raise SolveFailed(message, report, replace(last, report=report))
 

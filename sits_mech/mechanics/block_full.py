@@ -13,20 +13,22 @@ symmetric part of the stiffness that it feels is positive definite: no small pus
 
 The pad is that of block.py: both halves of it, the same elements, two meshes, the same extrapolation; where a mesh does
 not carry a load, one with a guard on J is tried. Unknowns: nodal displacements and c in thicknesses, w in radians;
-scales of block_mesh.py. Range: boxes and cylinders under rectangles and discs; no contact, a free face that
-folds is named in the notes. Components follow the right hand; ``M_y > 0`` turns clockwise in the x-z picture, like `M`.
+scales of block_mesh.py. Range: boxes and cylinders under rectangles and discs. Contact is not solved: where a free face
+folds, it is named, and what its contact is worth (full_contact.py) is in the error, unless the scene wants none.
+Components follow the right hand; ``M_y > 0`` turns clockwise in the x-z picture, like `M`.
 """
 
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 from scipy import sparse
 from skfem import MeshHex, MeshHex2
 from skfem.assembly import Dofs
 
+from sits_mech.mechanics.answer import law_notes, load_words
 from sits_mech.mechanics.block_forms import BRICK, solid_mesh
 from sits_mech.mechanics.block_mesh import (
     Solid,
@@ -38,10 +40,13 @@ from sits_mech.mechanics.block_mesh import (
     outlines,
     pad_parts,
     solid,
+    solid_folds,
     within,
 )
 from sits_mech.mechanics.forms import Indices, Section
+from sits_mech.mechanics.full_contact import contact_worth
 from sits_mech.mechanics.newton import solved
+from sits_mech.mechanics.path import REASONS
 from sits_mech.meshing.bricks import Outline, box_bricks
 from sits_mech.quantities import Array, SolveFailed, SolveReport
 from sits_mech.sensor import Sensor
@@ -56,6 +61,7 @@ _ITERATIONS = 14
 _EASY = 5  # iterations up to which the next increment grows
 _NEAR = 1e-3  # residual from which one more step leaves the target's stiffness as it is
 _SHARE = 0.25  # of the worst component's error that every component owns to
+_FOLDING = 1.5  # order that the error of flush pads is told with, as in block.py
 
 
 @dataclass(frozen=True)
@@ -110,7 +116,7 @@ class _Place:
 
 @dataclass(frozen=True)
 class _Path:
-    """The last place at rest on the way to a load, how much of it that is, and what ended the way."""
+    """The last place at rest on the way to a load, how much of it that is, what ended it as of `path.Outcome`."""
 
     place: _Place
     reached: float
@@ -139,22 +145,28 @@ def full_equilibrium(sensor: Sensor, wrench: FullWrench, tolerance: float = 1e-2
     began = time.perf_counter()
     target, elastomer = pad_parts(sensor)
     t, mu = elastomer.thickness, elastomer.silicone.shear_modulus
-    load = np.array([wrench.F_x, wrench.F_y, -wrench.F_z, wrench.M_x / t, wrench.M_y / t, wrench.M_z / t]) / (mu * t**2)
-    if not np.all(np.isfinite(load)):
-        raise ValueError(f"wrench: must be finite numbers, got {wrench}")
-    solids, (fine, coarse) = _carried(sensor, load, next(cells for least, cells in _LADDER if tolerance >= least))
+    forces = np.array(astuple(wrench), dtype=float)
+    if not np.all(np.isfinite(forces)):
+        raise ValueError(f"wrench: must be finite numbers, got {load_words(vars(wrench))}")
+    load = forces * [1.0, 1.0, -1.0, 1.0 / t, 1.0 / t, 1.0 / t] / (mu * t**2)
+    pair = next(cells for least, cells in _LADDER if tolerance >= least)
+    solids, (fine, coarse) = _carried(sensor, wrench, load, pair)
     places = [np.concatenate([place.c * t, _vector(place.R)]) for place in (fine, coarse)]
-    added = (places[0] - places[1]) / ((solids[0].fineness / solids[1].fineness) ** 2 - 1.0)
-    lever = np.array([1.0, 1.0, 1.0, *[float(max(target.extent)) / 2.0] * 3])
-    at_end = np.maximum(np.abs(added) * lever, _SHARE * np.max(np.abs(added) * lever))
-    best = places[0] + added
+    apart, finer = places[0] - places[1], solids[0].fineness / solids[1].fineness
+    lever = np.repeat([1.0, float(max(target.extent)) / 2.0], 3)
+    best = places[0] + apart / (finer**2 - 1.0)
+    at_end = np.abs(apart) * lever / (finer ** (_FOLDING if solids[0].under.size > 0 else 2.0) - 1.0)
+    at_end = np.maximum(at_end, _SHARE * at_end.max())
+    notes = (*law_notes(sensor, solids[0].body, fine.u), *fold_notes(solids[0], fine.u, fine.c, fine.R))
+    if elastomer.contact != "never" and solid_folds(solids[0], fine.u, fine.c, fine.R).touch:
+        worth, note = contact_worth(sensor, forces, best, tolerance)
+        at_end, notes = at_end + worth * lever, (*notes, note)
     size = float(np.max(np.abs(best) * lever))
     error = float(at_end.max()) / size if size > 0.0 else 0.0
     missed = (f"the estimated error is above the tolerance {tolerance:g}",) if error > tolerance else ()
     report = SolveReport(
         "block", len(solids[0].body.free) + 6, fine.iterations + coarse.iterations, fine.residual, error,
-        time.perf_counter() - began, min_J=fine.min_J,
-        notes=(*fold_notes(solids[0], fine.u, fine.c, fine.R), *edge_notes(sensor), *missed),
+        time.perf_counter() - began, notes=(*notes, *edge_notes(sensor), *missed), min_J=fine.min_J,
     )
     return FullPose(wrench, best[:3] + (0.0, 0.0, elastomer.standoff + t), best[3:], at_end / lever, report)
 
@@ -170,12 +182,15 @@ def whole_block(sensor: Sensor, cells: int, grading: float, guard: float) -> Sol
         mesh, fineness = both_halves(half.body.mesh), half.fineness
     else:
         x, _, z = box_lines(plate, pad, cells, grading)
-        y, *_ = box_lines(_turned(plate), _turned(pad), cells, grading)
+        turned = [Outline(own.half_y, own.half_x, own.is_round) for own in (plate, pad)]
+        y, *_ = box_lines(turned[0], turned[1], cells, grading)
         mesh, fineness = box_bricks(x, y, z), len(z) - 1.0
     section, basis = solid_mesh(mesh, BRICK)
     height = section.nodes[:, 2]
     top = np.logical_and(height > 1.0 - 1e-9, within(plate, section.nodes, 1e-9))
-    return solid(sensor, section, np.stack([height < 1e-9, top, np.zeros_like(top)]), (guard, fineness), basis)
+    found = solid(sensor, section, np.stack([height < 1e-9, top, np.zeros_like(top)]), (guard, fineness), basis)
+    below = np.logical_and(within(plate, section.nodes, 1e-3), height < 1.0 - 1e-9)
+    return replace(found, under=found.faces[below[found.faces]])
 
 
 def both_halves(half: Section) -> MeshHex2:
@@ -193,13 +208,8 @@ def both_halves(half: Section) -> MeshHex2:
     return MeshHex2(nodes, whole.t)
 
 
-def _turned(outline: Outline) -> Outline:
-    """An outline after a quarter turn."""
-    return Outline(outline.half_y, outline.half_x, outline.is_round)
-
-
 def _carried(
-    sensor: Sensor, load: Array, cells: tuple[int, int]
+    sensor: Sensor, wrench: FullWrench, load: Array, cells: tuple[int, int]
 ) -> tuple[tuple[Solid, Solid], tuple[_Place, _Place]]:
     """The first pair of meshes that carries a load, and its rest on both; SolveFailed where none does."""
     began = time.perf_counter()
@@ -210,12 +220,26 @@ def _carried(
         second = _followed(fine, load, patience) if first.reached == 1.0 else first
         if second.reached == 1.0:
             return (fine, coarse), (second.place, first.place)
-    place, way = (second.place, f"{second.reached:.1%} of the load; {second.reason}")
+    body = (coarse if second is first else fine).body
+    why = (*law_notes(sensor, body, second.place.u), REASONS[second.reason])
     report = SolveReport(
-        "block", len(fine.body.free) + 6, place.iterations, place.residual, np.inf, time.perf_counter() - began,
-        "load path ended", notes=(f"reached {way}",), min_J=place.min_J,
+        "block", len(fine.body.free) + 6, second.place.iterations, second.place.residual, np.inf,
+        time.perf_counter() - began, "load path ended", notes=(*why, f"reached {second.reached:.1%} of the path"),
+        min_J=second.place.min_J,
     )
-    raise SolveFailed(f"wrench: the pad could be followed to {way}", report)
+    raise SolveFailed(_ended(sensor, wrench, second, why), report)
+
+
+def _ended(sensor: Sensor, wrench: FullWrench, way: _Path, why: tuple[str, ...]) -> str:
+    """Say where a load path ended, and why."""
+    reached = {name: way.reached * value for name, value in vars(wrench).items()}
+    moved = 1e3 * pad_parts(sensor)[1].thickness * way.place.c
+    place, turn = (", ".join(f"{x:.5f}" for x in own) for own in (moved, _vector(way.place.R)))
+    return (
+        f"wrench: the pad could be followed to {load_words(reached)} ({way.reached:.1%} of the path), not to "
+        f"{load_words(vars(wrench))}; there the target had moved by {place} mm and turned by {turn} rad (x, y, z), "
+        f"smallest volume ratio {way.place.min_J:.3g}; {'; '.join(why)}"
+    )
 
 
 def _followed(pad: Solid, load: Array, smallest: float) -> _Path:
@@ -231,7 +255,7 @@ def _followed(pad: Solid, load: Array, smallest: float) -> _Path:
             here, at = trial, part
             increment *= 2.0 if trial.iterations <= _EASY else 1.0
         else:
-            reason = "the target is not stable beyond" if trial.residual <= _SETTLED else "no rest was found beyond"
+            reason = "buckled" if trial.residual <= _SETTLED else "lost"
             increment *= 0.5
     return _Path(replace(here, iterations=spent), at, reason)
 

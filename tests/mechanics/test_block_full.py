@@ -7,6 +7,7 @@ from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.block_forms import BRICK, solid_mesh
 from sits_mech.mechanics.block_full import FullWrench, both_halves, full_equilibrium
 from sits_mech.mechanics.block_mesh import bonded_block
+from sits_mech.mechanics.full_contact import contact_worth
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.sensor import Elastomer, Target, load_sensor
 
@@ -88,6 +89,49 @@ def test_a_round_pad_answers_alike_in_all_directions(cylinder):
     np.testing.assert_allclose(across.rotation[:2], along.rotation[1] * np.array([-0.8, 0.6]), atol=along.error[4])
 
 
+def flush(*more):
+    """A pad of 8 x 8 mm under a target as large."""
+    sides = [f'{part}.{side}="8 mm"' for part in ("target", "elastomer") for side in ("width", "length")]
+    return load_sensor("biorob2018", [*sides, NEO_HOOKEAN, *more])
+
+
+@pytest.mark.parametrize("load", [FullWrench(F_y=0.01, F_z=8.0), FullWrench(F_z=8.0, M_z=1e-4)])
+def test_contact_that_is_left_out_is_in_the_error(load):
+    """The half pad solves it: its height lies within both errors, but not within that without contact's worth."""
+    half = block_pad(flush(), 1e-2).equilibrium(Wrench(0.0, 8.0))
+    found = full_equilibrium(flush(), load)
+    away = abs(found.centre[2] - half.pose.d_v)
+    assert away < found.error[2] + half.error.d_v
+    assert any("contact would move the target" in note for note in found.report.notes)
+    bare = full_equilibrium(flush('elastomer.contact="never"'), load)
+    assert bare.error[2] < away and bare.centre[2] == found.centre[2]
+    assert any("folds onto the target's plane" in note for note in bare.report.notes)
+
+
+def test_contact_is_worth_alike_in_all_directions():
+    """A pad of 8 x 12 mm loaded along y is one of 12 x 8 mm loaded along x; a turned target has a turned moment."""
+    both = ("target", "elastomer")
+    long, wide = (flush(*(f'{part}.{side}="12 mm"' for part in both)) for side in ("length", "width"))
+    along, _ = contact_worth(wide, np.array([0.05, 0.0, 15.0, 0.0, 1e-4, 0.0]), np.full(6, 1e-3), 2e-2)
+    across, _ = contact_worth(long, np.array([0.0, 0.05, 15.0, -1e-4, 0.0, 0.0]), np.full(6, 1e-3), 2e-2)
+    assert along[2] > 0.0
+    np.testing.assert_allclose(across, along, rtol=1e-6)
+
+
+def test_contact_that_cannot_be_told_is_worth_the_whole_displacement():
+    load, moved = np.array([0.0, 0.0, 1e4, 0.0, 0.0, 0.0]), np.array([0.0, 1e-5, -1e-3, 0.01, 0.0, 0.0])
+    worth, note = contact_worth(flush(), load, moved, 2e-2)
+    np.testing.assert_allclose(worth, [1e-3, 1e-3, 1e-3, 0.25, 0.25, 0.25])  # at the target's end, 4 mm out
+    assert "whole displacement" in note
+
+
+def test_a_law_beyond_its_stability_is_named():
+    """As of the half pad, test_block.py."""
+    soft = flush('elastomer.material={law="mooney-rivlin", c10=3e4, c01=-2e4, bulk_modulus=2e7}')
+    notes = full_equilibrium(soft, FullWrench(F_y=0.05, F_z=1.0)).report.notes
+    assert any("unstable from stretch 1.193" in note for note in notes)
+
+
 def test_refusals(sensor):
     with pytest.raises(ValueError, match="finite"):
         full_equilibrium(sensor, FullWrench(np.nan))
@@ -101,7 +145,9 @@ def test_a_slender_pad_is_not_followed_beyond_its_critical_load():
     square = [f'{part}.{side}="4 mm"' for part in ("target", "elastomer") for side in ("width", "length")]
     slender = load_sensor("biorob2018", [*square, 'elastomer.thickness="8 mm"', NEO_HOOKEAN])
     assert full_equilibrium(slender, FullWrench(F_z=0.07)).report.status == "converged"
-    with pytest.raises(SolveFailed, match="not stable"):
+    said = "F_z = 0.09 N, M_x = 0 N m, .*moved by .*0.00000, .*0.00000, -0.3.* mm .*not stable"
+    with pytest.raises(SolveFailed, match=said) as caught:
         full_equilibrium(slender, FullWrench(F_z=0.09))
+    assert any("buckles" in note for note in caught.value.report.notes)
     with pytest.raises(SolveFailed):
         block_pad(slender, 1e-2).equilibrium(Wrench(0.0, 0.09))
