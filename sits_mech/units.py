@@ -169,5 +169,16 @@ def si_label(value: object) -> object:
         return value
     if not match[2]:
         return float(match[1])
-    unit = next((unit for unit in _KINDS if unit and math.isfinite(_converted(1.0, match[2], unit))), None)
-    return value if unit is None else _converted(float(match[1]), match[2], unit)
+    unit = _si_of(match[2])
+    return _converted(float(match[1]), match[2], unit) if unit else value
+
+
+def si_unit(value: object) -> str:
+    """Return the SI unit that `si_label` gives a written quantity in, "" where it has none."""
+    match = _QUANTITY.fullmatch(value[:100]) if isinstance(value, str) else None
+    return _si_of(match[2]) if match is not None and match[2] else ""
+
+
+def _si_of(unit: str) -> str:
+    """Return the SI unit of a unit's dimension, "" where it is none of those here."""
+    return next((kind for kind in _KINDS if kind and math.isfinite(_converted(1.0, unit, kind))), "")

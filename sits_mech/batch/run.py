@@ -18,8 +18,8 @@ from sits_mech.batch.requests import Variant
 from sits_mech.batch.study import Study
 from sits_mech.scene import write_text
 from sits_mech.sensor import SceneError, scene_hash
-from sits_mech.sweep import Progress, Row, save_table, sweep
-from sits_mech.units import si_label
+from sits_mech.sweep import Progress, Row, case_path, grid_points, save_table, sweep
+from sits_mech.units import si_label, si_unit
 from sits_mech.version import __version__
 
 
@@ -81,6 +81,24 @@ def run_study(
     return data
 
 
+def cases_aside(study: Study, folder: Path) -> int:
+    """Return how many finished cases in the folder of a study are of values that it does not have, or no longer.
+
+    Parameters
+    ----------
+    study : Study
+        As from `read_study`.
+    folder : Path
+        As of `run_study`, which leaves them where they are and out of its table.
+    """
+    kept = {path.name for path in (folder / "cases").glob("[!.]*.json")}
+    if not kept:
+        return 0
+    case = Case(study)
+    paths = (case_path(folder, case.key(point), {}) for point in grid_points(study.vary, study.combine))
+    return len(kept - {path.name for path in paths if path is not None})
+
+
 def claim(folder: Path, study: Study) -> None:
     """Make a folder that of a study; raise SceneError when it is that of another, or cannot be written to."""
     path = folder / "study.json"
@@ -98,7 +116,13 @@ def claim(folder: Path, study: Study) -> None:
 
 def _labelled(data: xr.Dataset, study: Study) -> xr.Dataset:
     """Return a table with SI labels, and the names of coils and forces where those are dimensions."""
-    data = data.assign_coords({name: (data[name].dims, [*map(si_label, study.vary[name])]) for name in study.vary})
+    units = {name: study.request.units.get(name) or si_unit(values[0]) for name, values in study.vary.items()}
+    data = data.assign_coords(
+        {
+            name: (data[name].dims, [*map(si_label, values)], {"units": units[name]} if units[name] else {})
+            for name, values in study.vary.items()
+        }
+    )
     fixed = study.request.in_si(study.fixed)
     names: dict[str, Any] = {"F_x": fixed.get("fx"), "F_z": fixed.get("fz")}
     if "coil" in data.dims:

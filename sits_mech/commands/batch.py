@@ -23,7 +23,7 @@ def sweep(
     Example: sits-mech sweep study.toml -o widths -j 2
     """
     from sits_mech.batch.executors import workers
-    from sits_mech.batch.run import run_study
+    from sits_mech.batch.run import cases_aside, run_study
     from sits_mech.batch.study import read_study
     from sits_mech.report.case_table import case_failures, case_table
 
@@ -31,7 +31,8 @@ def sweep(
     with workers(processes, dask) as executor, progress_bar("cases") as progress:
         data = run_study(asked, output, executor=executor, progress=progress)
     show(case_table(data))
-    missing = case_failures(data)
-    for line in [*missing, f"written to {output}"]:
+    missing, aside = case_failures(data), cases_aside(asked, output)
+    others = f"not in this table: {aside} finished case(s) of other values, kept in {output / 'cases'}"
+    for line in [*missing, *([others] if aside else []), f"written to {output}"]:
         warn(line)
     return 3 if missing else 0

@@ -9,11 +9,15 @@ from rich.table import Table
 from sits_mech.report.tables import point_name, points
 from sits_mech.sweep import DONE
 
+_POSE = ("d_h", "d_y", "d_v", "alpha_x", "alpha", "alpha_z")
 _SHOWN = {
-    "pose": ("d_h", "d_v", "alpha", "error_mechanics"),
+    "pose": (*_POSE, "error_mechanics"),
     "inductance": ("relative", "L", "R", "error_magnetics"),
-    "simulate": ("d_h", "d_v", "alpha", "L_v_percent", "L_h_percent"),
+    "simulate": (*_POSE, "L_v_percent", "L_h_percent"),
     "calibrate": ("L_v_percent", "L_h_percent", "failed_loads"),
+}
+_UNITS = {"L_v_percent": "% of L0", "L_h_percent": "% of L0", "relative": "of L0"} | {
+    name: "m" if name.startswith("d") else "rad" for name in _POSE
 }
 _MOST = 40  # lines: the file holds all
 
@@ -34,7 +38,7 @@ def case_table(data: xr.Dataset) -> Table:
     names = [name for name in _SHOWN[data.attrs["request"]] if name in data]
     where = [str(name) for name in data["status"].coords]
     found = Table(title=f"{data.attrs['request']}: {data['status'].size} cases", show_edge=False)
-    for heading in (*where, *names, "s", "status"):
+    for heading in (*(_heading(data, name) for name in (*where, *names)), "s", "status"):
         found.add_column(heading, justify="right")
     for number, row in enumerate(points(data)):
         if number == _MOST:
@@ -43,6 +47,15 @@ def case_table(data: xr.Dataset) -> Table:
         values = [_text(row[name].to_numpy()) for name in (*where, *names, "seconds")]
         found.add_row(*values, str(row["status"].item()))
     return found
+
+
+def _heading(data: xr.Dataset, name: str) -> str:
+    """Return a column's name with its unit; of inductances that of the models, both where both are there."""
+    unit = _UNITS.get(name) or data[name].attrs.get("units", "")
+    if name in ("L", "R"):
+        units = sorted({str(unit) for unit in data["unit_L"].to_numpy().ravel()} - {""})
+        unit = " or ".join(units).replace("H", "H" if name == "L" else "ohm")
+    return f"{name} [{unit}]" if unit else name
 
 
 def case_failures(data: xr.Dataset) -> list[str]:

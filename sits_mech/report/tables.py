@@ -170,7 +170,7 @@ def point_name(row: xr.Dataset) -> str:
     """Return where a point of a table is: ``F_x = 0.5 N, F_z = 2 N``."""
     items = [(str(name), row[name].item()) for name in row["status"].coords]
     numbers = [f"{value:.4g}" if isinstance(value, float) else str(value) for _, value in items]
-    units = [" N" if name in ("F_x", "F_z") else "" for name, _ in items]
+    units = [f" {row[name].attrs.get('units', 'N' if name in ('F_x', 'F_z') else '')}".rstrip() for name, _ in items]
     return ", ".join(f"{name} = {text}{unit}" for (name, _), text, unit in zip(items, numbers, units, strict=True))
 
 

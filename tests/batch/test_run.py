@@ -144,6 +144,12 @@ def test_folders_and_clusters_that_are_none(tmp_path: Path, capsys: pytest.Captu
     assert run(["sweep", str(path), "-o", out]) == 0
     written(tmp_path, HEAD + '[vary]\ndv = ["2 mm", "3 mm"]\n' + COARSE)
     assert run(["sweep", str(path), "-o", out]) == 0 and read_table(tmp_path / "out" / "result.nc").sizes["dv"] == 2
+    shown = capsys.readouterr()
+    assert all(heading in shown.out for heading in ("dv [m]", "L [H/m]", "R [ohm/m]"))
+    assert "not in this table" not in shown.err
+    written(tmp_path, HEAD + '[vary]\ndv = ["0.003 m"]\n' + COARSE)
+    assert run(["sweep", str(path), "-o", out]) == 0
+    assert "not in this table: 1 finished case(s) of other values" in capsys.readouterr().err
     written(tmp_path, HEAD + '[vary]\ndv = ["2 mm"]\n[fixed]\ntolerance = 0.1\n')
     capsys.readouterr()
     assert run(["sweep", str(path), "-o", out]) == 2 and "another study" in capsys.readouterr().err
