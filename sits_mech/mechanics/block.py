@@ -59,6 +59,7 @@ _GUARDS = (0.0, 5.0)  # on J, on a mesh of the user's own
 # Asked error of the pose -> cells through the thickness, fine and coarse.
 _LADDER = ((1e-2, (2, 1)), (3e-3, (3, 2)), (0.0, (4, 3)))
 _SHARE = 0.25  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
+_WORK = 1.5e6  # iterations times unknowns that a load path is given: a minute on the largest mesh
 _PATIENCE = (0.6, 1e-2)  # smallest increment of the load path where another mesh waits, and where none does
 _FOLDING = 1.5  # order that the error is told with in contact and of flush pads: faces fold onto a plane cell by cell
 _GIVE = 1e-4  # thicknesses over which the pressure of contact builds up
@@ -235,9 +236,9 @@ def _tried(pad: BlockPad, number: int, start: Equilibrium | None, wrench: Wrench
         states, before = [_unpacked(bodies[0], first), _unpacked(bodies[1], second)], start.wrench
     share = solids[0].share
     begin, end = _scaled(pad.sensor, before) * share, _scaled(pad.sensor, wrench) * share
-    coarse = follow(bodies[1], states[1], (begin, end), smallest=patience)
+    coarse = follow(bodies[1], states[1], (begin, end), smallest=patience, most=_WORK / len(bodies[1].free))
     end = begin + coarse.reached * (end - begin)
-    fine = follow(bodies[0], states[0], (begin, end), smallest=patience)
+    fine = follow(bodies[0], states[0], (begin, end), smallest=patience, most=_WORK / len(bodies[0].free))
     part, reason = coarse.reached * fine.reached, fine.reason or coarse.reason
     if fine.reached < 1.0:  # both must rest under one load for the error to mean something
         end = begin + fine.reached * (end - begin)

@@ -26,6 +26,7 @@ REASONS = {
     "buckled": "beyond this load the layer buckles: its rest is not stable",
     "inverted": "beyond this load the mesh turns inside out at a corner",
     "lost": "beyond this load no state at rest was found nearby",
+    "long": "beyond this load more iterations were needed than a mesh this large is given",
 }
 """What is said of a path that ended, by the reason of its `Outcome`."""
 
@@ -44,8 +45,9 @@ class Outcome:
     reached : float
         Fraction of the path it stands at; 1 is the whole load.
     reason : str
-        What ended a path before its goal: "buckled", "inverted" (only with J <= 0 somewhere could it go on) or
-        "lost" (Newton's method found no state at rest nearby); empty where the goal is reached.
+        What ended a path before its goal: "buckled", "inverted" (only with J <= 0 somewhere could it go on),
+        "lost" (Newton's method found no state at rest nearby) or "long" (it takes too many iterations); empty
+        where the goal is reached.
     """
 
     state: State
@@ -59,8 +61,9 @@ class Outcome:
 
 
 def follow(
-    body: Bonded, start: State, goals: tuple[Array, Array], *, smallest: float = 1e-3, held: Held = FREE
-) -> Outcome:
+    body: Bonded, start: State, goals: tuple[Array, Array], *, smallest: float = 1e-3, held: Held = FREE,
+    most: float = np.inf,
+) -> Outcome:  # fmt: skip
     """Follow the straight path from a state at rest.
 
     Parameters
@@ -74,6 +77,8 @@ def follow(
         Increment, as a fraction of the path, below which the path is given up.
     held : ndarray of bool, shape (3,)
         Which of the target's places are given instead of the force.
+    most : float
+        Iterations from which on no other step is begun.
 
     Returns
     -------
@@ -97,6 +102,9 @@ def follow(
             increment *= 0.25 if trial.iterations < MOST else 0.5
             if increment < smallest:
                 break
+        if spent - start.iterations >= most:
+            reason = "long"
+            break
     return Outcome(replace(here, iterations=spent), at, reason)
 
 
