@@ -6,6 +6,7 @@ import pytest
 from sits_mech.mechanics.answer import Pair
 from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh, linear_layer, planar_layer, stored
 from sits_mech.mechanics.pad import Fineness, bonded_body
+from sits_mech.mechanics.path import follow, rest
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.sensor import load_sensor
 
@@ -244,3 +245,10 @@ def test_refusals():
         planar_layer(load_sensor("biorob2018"), 0.0)
     with pytest.raises(ValueError, match="finite"):
         planar_layer(load_sensor("biorob2018")).equilibrium(Wrench(np.nan, 1.0))
+
+
+def test_a_path_ends_when_its_iterations_are_spent():
+    body = bonded_body(pad(20, 15, 2), Fineness(2, 1.5))
+    goals = (np.zeros(3), np.array([0.0, 30.0, 0.0]))
+    spent, whole = follow(body, rest(body), goals, most=1), follow(body, rest(body), goals)
+    assert spent.reason == "long" and spent.reached < whole.reached
