@@ -220,8 +220,7 @@ def _carried(
         second = _followed(fine, load, patience) if first.reached == 1.0 else first
         if second.reached == 1.0:
             return (fine, coarse), (second.place, first.place)
-    body = (coarse if second is first else fine).body
-    why = (*law_notes(sensor, body, second.place.u), REASONS[second.reason])
+    why = (*law_notes(sensor, (coarse if second is first else fine).body, second.place.u), REASONS[second.reason])
     report = SolveReport(
         "block", len(fine.body.free) + 6, second.place.iterations, second.place.residual, np.inf,
         time.perf_counter() - began, "load path ended", notes=(*why, f"reached {second.reached:.1%} of the path"),
@@ -275,7 +274,9 @@ def _newton(pad: Solid, start: _Place, load: Array) -> _Place:
         P = _map(body.free, top, T, len(here.u))
         gradient = P.T @ found.forces
         gradient[-6:] -= np.concatenate([load[:3], load[3:] + np.cross(arm, load[:3])])
-        here = _Place(here.u, here.p, here.c, here.R, float(np.linalg.norm(gradient)) / size, count, found.min_J)
+        left = float(np.linalg.norm(gradient)) / size
+        left = left if left > _SETTLED or np.isfinite(found.energy) else np.inf  # beyond its law's locking stretch
+        here = _Place(here.u, here.p, here.c, here.R, left, count, found.min_J)
         if here.residual <= _SETTLED or not np.isfinite(here.residual) or count == _ITERATIONS:
             break
         K = sparse.csr_matrix((found.stiffness.ravel(), (body.rows, body.columns)), shape=(len(here.u),) * 2)

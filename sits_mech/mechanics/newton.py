@@ -54,13 +54,17 @@ class Settled(NamedTuple):
 
 
 class Linear(NamedTuple):
-    """A linearised layer: gradient on the free displacements and on q; stiffness entries; T of the border, d2V/dq2."""
+    """A linearised layer: gradient on the free displacements and on q; stiffness entries; T of the border, d2V/dq2.
+
+    Last the elements' energy: infinite where one is beyond its law's locking stretch, and that is no rest.
+    """
 
     gradient: Array
     on_target: Array
     values: Array
     T: Array
     turning: float
+    energy: float
 
 
 def newton(body: Bonded, start: State, goal: Array, held: Held = FREE, *, until: float = SETTLED) -> Settled:
@@ -83,6 +87,7 @@ def newton(body: Bonded, start: State, goal: Array, held: Held = FREE, *, until:
         size = max(float(np.linalg.norm(here.load)), _ROUNDING * body.K)
         left = float(np.hypot(np.linalg.norm(found.gradient), np.linalg.norm(found.on_target))) / size
         left += float(np.abs(gap).max())
+        left = left if left > until or np.isfinite(found.energy) else np.inf
         here = replace(here, residual=left, iterations=count)
         if left <= until or not np.isfinite(left) or count == MOST:
             break
@@ -154,7 +159,7 @@ def linearised(body: Bonded, state: State) -> Linear:
     T = np.concatenate([first.reshape(-1, 3), np.eye(3)])
     pattern = body.pattern
     turning = float(np.sum(forces[body.bonded] * second)) + curvature
-    return Linear(forces[pattern.free], T.T @ forces[pattern.border] + slope, values, T, turning)
+    return Linear(forces[pattern.free], T.T @ forces[pattern.border] + slope, values, T, turning, found.energy)
 
 
 def _eliminated(body: Bonded, found: Linear) -> tuple[Array, Array, Array] | None:

@@ -128,6 +128,17 @@ def test_a_law_beyond_its_stability_or_its_data_is_named():
     assert not any("unstable" in note for note in block_pad(soft).equilibrium(Wrench(F_z=0.01)).report.notes)
 
 
+def test_a_rest_beyond_the_locking_stretch_is_none():
+    """Gent's law has no state from I1 = 3 + j_m on; Newton's method, which goes on beyond, may come to rest there."""
+    gent = box('elastomer.material={law="gent", shear_modulus=3e4, j_m=2.0, bulk_modulus=3e7}', size=8)
+    body = bonded_block(gent, 1, 2.0, 0.0).body
+    for load in (8.0, 30.0):  # the second in one step: beyond
+        found = follow(body, rest(body), (np.zeros(3), np.array([load, 0.0, 0.0])), smallest=1e-2)
+        assert np.isfinite(body.element.tangent(body.mesh, body.law, body.K, found.state.u).energy)
+        F, J = body.element.deformation(body.mesh, found.state.u)
+        assert float(np.max(J ** (-2 / 3) * (F**2).sum(axis=-1))) < 5.0
+
+
 def test_a_tower_that_buckles_is_refused_by_name():
     square = [f'elastomer.{side}="8 mm"' for side in ("width", "length")]
     tower = block_pad(box('elastomer.thickness="20 mm"', *square, size=8))
