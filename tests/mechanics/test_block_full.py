@@ -114,7 +114,8 @@ def test_contact_is_worth_alike_in_all_directions():
     long, wide = (flush(*(f'{part}.{side}="12 mm"' for part in both)) for side in ("length", "width"))
     along, _ = contact_worth(wide, np.array([0.05, 0.0, 15.0, 0.0, 1e-4, 0.0]), np.full(6, 1e-3), 2e-2)
     across, _ = contact_worth(long, np.array([0.0, 0.05, 15.0, -1e-4, 0.0, 0.0]), np.full(6, 1e-3), 2e-2)
-    assert along[2] > 0.0
+    contrary, _ = contact_worth(wide, np.array([0.05, 0.0, 15.0, 0.0, -1e-4, 0.0]), np.full(6, 1e-3), 2e-2)
+    assert along[2] > 0.0 and abs(contrary[3] / along[3] - 1.0) > 0.1
     np.testing.assert_allclose(across, along, rtol=1e-6)
 
 
