@@ -249,6 +249,6 @@ def test_refusals():
 
 def test_a_path_ends_when_its_iterations_are_spent():
     body = bonded_body(pad(20, 15, 2), Fineness(2, 1.5))
-    goals = (np.zeros(3), np.array([0.0, 30.0, 0.0]))
+    goals = (np.zeros(3), np.array([0.0, 100.0, 0.0]))
     spent, whole = follow(body, rest(body), goals, most=1), follow(body, rest(body), goals)
     assert spent.reason == "long" and spent.reached < whole.reached
