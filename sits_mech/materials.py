@@ -39,6 +39,10 @@ LAWS: Mapping[str, tuple[str, ...]] = {
 """The constants of each law, in the order of its formula."""
 
 
+_SOFTEST, _STIFFEST = 1e2, 1e8  # plausible shear moduli [Pa]
+_LEAST_BULK = 2.0  # shear moduli; less is Poisson's ratio under 0.29
+
+
 @dataclass(frozen=True)
 class Metal:
     """A conductor.
@@ -256,6 +260,24 @@ def table_of(silicone: Silicone) -> dict[str, Any]:
         table["fitted_range"] = list(silicone.fitted_range)
     extras = {"rms": silicone.rms, "spread": silicone.spread}
     return table | {key: item for key, item in extras.items() if item is not None}
+
+
+def implausible(silicone: Silicone) -> tuple[str, ...]:
+    """Return a line for each constant that hardly any silicone has: a slip of unit, as a rule; all are solved.
+
+    Parameters
+    ----------
+    silicone : Silicone
+        Of any law.
+    """
+    found, mu, bulk_modulus = [], silicone.shear_modulus, silicone.bulk_modulus
+    if not _SOFTEST <= mu <= _STIFFEST:
+        range_ = f"{_SOFTEST:g} Pa to {_STIFFEST:g} Pa"
+        found.append(f"implausible: a shear modulus of {mu:.3g} Pa; silicones have {range_}: is the unit right?")
+    if bulk_modulus < _LEAST_BULK * mu:
+        what = f"a bulk modulus of {bulk_modulus:.3g} Pa under {_LEAST_BULK:g} times the shear modulus of {mu:.3g} Pa"
+        found.append(f"implausible: {what}; silicones have some thousand times: is the unit right?")
+    return tuple(found)
 
 
 def _catalogued(file: str) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sits_mech.filling import solved_first
-from sits_mech.materials import unknown
+from sits_mech.materials import implausible, unknown
 from sits_mech.omissions import Omission, half_suffices, omissions, strain_bound
 from sits_mech.quantities import Wrench
 from sits_mech.sensor import Sensor, Target
@@ -29,6 +29,18 @@ COSTS: dict[tuple[str, str], tuple[tuple[float, float, float], ...]] = {
     ("magnetics", "sheets"): ((1e-2, 2.0, 2e-4), (5e-3, 4.0, 2e-4), (2e-3, 12.0, 2e-4), (0.0, 20.0, 2e-4)),
 }
 """Seconds by half and model: from each tolerance on, once for a scene and for each load or pose; as measured."""
+REACHED: dict[tuple[str, str], float] = {
+    ("mechanics", "closed-form"): 6e-2,
+    ("mechanics", "linear"): 1e-3,
+    ("mechanics", "planar"): 3e-4,
+    ("mechanics", "block"): 3e-3,
+    ("magnetics", "planar"): 3e-6,
+    ("magnetics", "planar-fem"): 1e-6,
+    ("magnetics", "axisymmetric"): 4e-7,
+    ("magnetics", "sheets"): 5e-4,
+}
+"""Relative errors that the finest rungs estimate of themselves, as seen under gentle loads."""
+_HELD = 0.4  # small strain's bound from which on pads were seen to give way: in shear; compression goes to some 1.5
 _MOST = 10_000  # values of a range
 
 
@@ -164,9 +176,12 @@ class Plan:
     left_out : tuple of Omission
         With sizes.
     error : float
-        Expected relative error of the change of inductance: of the pose's tolerance, the magnetics', the omissions'.
+        Asked relative error of the change of inductance: the pose's tolerance, the magnetics', the omissions'; of each
+        half no less than its finest rung reaches. What a solve reaches its report says.
     seconds : float
         Expected on one core of the machine that the ladders were measured on; within a factor of some three.
+    notes : tuple of str
+        What speaks against the request: loads that may be too large, constants that no silicone has.
     """
 
     mechanics: Choice | None
@@ -175,6 +190,7 @@ class Plan:
     left_out: tuple[Omission, ...]
     error: float
     seconds: float
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def of(
@@ -194,8 +210,19 @@ class Plan:
             missing += (Omission("loads between solved ones", reason, tolerance),)
         rungs = tuple(f"{name} at {asked:.1g}" for _, name, asked, _ in parts)
         sizes = [item.size for item in missing if item.of_change and item.size > 0.0]
-        error = sum(asked for _, _, asked, _ in parts) + sum(sizes)
-        return cls(mechanics, magnetics, rungs, missing, error, sum(cost(*part) for part in parts))
+        error = sum(max(asked, REACHED[half, name]) for half, name, asked, _ in parts) + sum(sizes)
+        seconds = sum(cost(*part) for part in parts)
+        return cls(mechanics, magnetics, rungs, missing, error, seconds, _notes(sensor, loads))
+
+
+def _notes(sensor: Sensor, loads: Sequence[Wrench]) -> tuple[str, ...]:
+    """Return what speaks against a request."""
+    bound = strain_bound(sensor, loads)
+    found = () if sensor.elastomer is None else implausible(sensor.elastomer.silicone)
+    if not loads or not _HELD < bound < float("inf"):
+        return found
+    seen = f"pads were seen to give way in shear from {_HELD:g} on, in compression from some 1.5 on"
+    return (*found, f"small strain would be off by {bound:.2g}: {seen}; a solve may end before such a load")
 
 
 def magnetic_tolerance(model: str, tolerance: float) -> float:

@@ -95,6 +95,21 @@ def test_pose_against_independent_numbers(capsys: Capture) -> None:
     assert found["report"]["estimated_error"] < 2e-2
 
 
+def test_explain_and_fit_name_what_cannot_be(capsys: Capture, tmp_path: Path) -> None:
+    """A load that is refused, a scene and a file in the wrong unit: one line each; the answer comes all the same."""
+    found = answer(capsys, "explain", "biorob2018", "--fz", "400 N")
+    assert "may end before such a load" in found["notes"][0] and "asked_error" in found
+    words = ("--set", 'elastomer.material={law="neo-hookean", shear_modulus="30 GPa", bulk_modulus="30 TPa"}')
+    assert run(["explain", "biorob2018", "--fz", "1 N", *words]) == 0
+    out, err = capsys.readouterr()
+    assert "implausible" in out and err.count("\n") == 1 and "implausible: a shear modulus" in err
+    path, strain = tmp_path / "tensile.csv", np.linspace(0.0, 1.0, 21)
+    stress = 2e10 * (1.0 + strain - (1.0 + strain) ** -2)
+    rows = "".join(f"{e},{s}\n" for e, s in zip(strain, stress, strict=True))
+    path.write_text(f"Engineering Strain,Engineering Stress (Pa)\n{rows}")
+    assert "implausible" in answer(capsys, "fit", str(path), "--law", "neo-hookean")["notes"][-1]
+
+
 def test_what_symmetry_forbids_is_zero(capsys: Capture) -> None:
     """A load straight down on a scene that is its own mirror image: neither shift nor tilt, without a doubt."""
     found = answer(capsys, "pose", "biorob2018", "--fz", "2 N")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from sits_mech.materials import LAWS, Silicone, metals, silicone_from, silicones, table_of
+from sits_mech.materials import LAWS, Silicone, implausible, metals, silicone_from, silicones, table_of
 from sits_mech.sensor import SceneError, load_sensor, save_sensor
 
 TABLES = {
@@ -109,6 +109,18 @@ def test_impossible_materials_are_refused(table: dict[str, object], message: str
     law = {"law": "neo-hookean", "shear_modulus": 1.0, "bulk_modulus": 1.0}
     with pytest.raises(SceneError, match=message):
         silicone_from(law | table if {"prony", "mullins"} & set(table) else table)
+
+
+@pytest.mark.parametrize(("mu", "bulk", "words"), [
+    ("30 kPa", "30 MPa", ()), ("30 kPa", "50 kPa", ("bulk modulus",)), ("40 GPa", "80 TPa", ("shear modulus",)),
+    ("50 Pa", "50 Pa", ("shear modulus", "bulk modulus")),
+])  # fmt: skip
+def test_slips_of_unit_are_named(mu: str, bulk: str, words: tuple[str, ...]) -> None:
+    """A line for each constant that no silicone has; the catalogue has none."""
+    table = {"law": "neo-hookean", "shear_modulus": mu, "bulk_modulus": bulk}
+    found = implausible(silicone_from(table))
+    assert len(found) == len(words) and all(word in line for word, line in zip(words, found, strict=True))
+    assert not any(implausible(silicone) for silicone in silicones().values())
 
 
 def test_rate_and_softening_survive_a_scene_file(tmp_path: Path) -> None:

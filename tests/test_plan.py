@@ -9,7 +9,7 @@ from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.chain import magnetic_model, mechanical_model, plan, simulate
 from sits_mech.filling import solved_first
 from sits_mech.omissions import half_suffices, idle_coupling, omissions, skin_depths, strain_bound
-from sits_mech.plan import choose_magnetics, choose_mechanics, cost, quantity_range
+from sits_mech.plan import REACHED, choose_magnetics, choose_mechanics, cost, quantity_range
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.sensor import Sensor, load_sensor
 from sits_mech.units import SceneError
@@ -142,6 +142,17 @@ def test_half_of_mirrored_loads() -> None:
     sensor, loads = load_sensor("biorob2018"), [Wrench(-1.0, 1.0), Wrench(1.0, 1.0)]
     assert half_suffices(sensor, loads) and not half_suffices(sensor, loads[1:])
     assert not half_suffices(_lopsided(sensor), loads)
+
+
+def test_a_plan_promises_no_more_than_there_is() -> None:
+    """Not below the finest rungs; loads beyond what pads have held, and slips of unit, are named."""
+    sensor = load_sensor("biorob2018")
+    fine = plan(sensor, [Wrench(0.1, 0.5)], tolerance=1e-9)
+    assert fine.error >= REACHED["mechanics", "block"] + REACHED["magnetics", "sheets"] and fine.notes == ()
+    assert "may end before" in plan(sensor, [Wrench(0.0, 400.0)]).notes[0]
+    material = 'elastomer.material={law="neo-hookean", shear_modulus="30 GPa", bulk_modulus="30 TPa"}'
+    glassy = load_sensor("biorob2018", [material])
+    assert "unit" in plan(glassy, [Wrench(0.1, 0.5)]).notes[0]
 
 
 def test_a_grid_is_planned_by_what_is_solved_of_it() -> None:

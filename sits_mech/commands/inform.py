@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+import math
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -71,12 +72,15 @@ def fit(
 
     Example: sits-mech fit tensile.csv --law yeoh --max-strain 1.0 -o fit.png
     """
+    from sits_mech.materials import Silicone, implausible
     from sits_mech.mechanics.fitting import fit_law, read_tensile
     from sits_mech.report.fit_view import fit_rows, save_fit
     from sits_mech.report.tables import key_table
 
     test = read_tensile(tensile)
     found = fit_law(test, law, max_strain, terms=terms)
+    slips = implausible(Silicone("", found.law, found.constants, math.inf))  # a fit tells no bulk modulus
+    found = replace(found, notes=(*found.notes, *slips))
     if output is not None:
         save_fit(test, found, output)
         warn(f"written to {output}")

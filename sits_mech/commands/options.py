@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
+from sits_mech.console import warn
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:
@@ -107,7 +108,11 @@ def place_at(dh: str, dv: str, alpha: str) -> Pose:
 
 
 def sensor_of(scene: str, overrides: Sequence[str]) -> Sensor:
-    """Return the scene a command is about."""
+    """Return the scene a command is about; what is implausible in it is said on stderr."""
+    from sits_mech.materials import implausible
     from sits_mech.sensor import load_sensor
 
-    return load_sensor(scene, overrides)
+    found = load_sensor(scene, overrides)
+    for line in () if found.elastomer is None else implausible(found.elastomer.silicone):
+        warn(f"{scene}: {line}")
+    return found

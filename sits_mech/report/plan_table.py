@@ -1,4 +1,4 @@
-"""What does one print of a plan? The models and why, what is left out and its size, the error and time to expect."""
+"""What does one print of a plan? The models and why, what is left out and its size, the error asked, the time."""
 
 from __future__ import annotations
 
@@ -26,8 +26,10 @@ def plan_rows(sensor: Sensor, found: Plan) -> list[tuple[str, str]]:
     if sensor.target is not None:
         rows.append(("skin", _skin(skin_depths(sensor))))
     rows += [("left out", item.text) for item in found.left_out]
-    rows.append(("expected error", f"{found.error:.1g} of the change of inductance"))
-    rows.append(("expected time", f"about {found.seconds:.1g} s on one core"))
+    rows += [("note", note) for note in found.notes]
+    asked = "of the change of inductance: tolerances, not below the finest rungs, and omissions; an answer tells its own"
+    rows.append(("asked error", f"{found.error:.1g} {asked}"))
+    rows.append(("expected time", f"about {float(f'{found.seconds:.1g}'):g} s on one core, if the solve holds"))
     return rows
 
 
@@ -63,6 +65,7 @@ def plan_record(sensor: Sensor, found: Plan) -> dict[str, Any]:
         "skin_depths": skin_depths(sensor),
         "plane_strain": None if factor is None else vars(factor),
         "left_out": [vars(item) for item in found.left_out],
-        "expected_error": found.error,
+        "notes": found.notes,
+        "asked_error": found.error,
         "expected_seconds": found.seconds,
     }
