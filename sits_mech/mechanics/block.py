@@ -30,6 +30,7 @@ import time
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from sits_mech.mechanics.answer import law_notes, load_words
 from sits_mech.mechanics.block_contact import softened
@@ -147,9 +148,9 @@ def deformed_section(model: BlockPad, equilibrium: Equilibrium) -> tuple[Array, 
     points : ndarray, shape (n, 2)
         x, z in the sensor's coordinates [m].
     quads : ndarray, shape (m, 4)
-        Corners of the cells' faces in that plane, in order; of a triangle the last one twice.
+        Corners of the quarters of the cells' faces in that plane, in order; of a triangle the last one twice.
     J : ndarray, shape (m,)
-        Mean volume ratio of each cell.
+        Mean volume ratio of each one's cell.
     """
     _, elastomer = pad_parts(model.sensor)
     solid = model.meshes[int(equilibrium.state[0])][0]
@@ -157,7 +158,21 @@ def deformed_section(model: BlockPad, equilibrium: Equilibrium) -> tuple[Array, 
     u = equilibrium.state[1 : 1 + section.nodes.size].reshape(-1, 3)
     points = (section.nodes + u)[:, [0, 2]] * elastomer.thickness + (0.0, elastomer.standoff)
     mean = solid_deformation(section, u.ravel())[1].mean(axis=1)
-    return points, solid.middle[:, 1:], mean[solid.middle[:, 0]]
+    bent = solid.middle[:, 3] != solid.middle[:, 4]
+    quarters = _quarters(section.nodes, solid.middle[bent, 1:])
+    quads = np.concatenate([quarters, solid.middle[~bent, 1:]])
+    return points, quads, mean[np.concatenate([np.repeat(solid.middle[bent, 0], 4), solid.middle[~bent, 0]])]
+
+
+def _quarters(nodes: Array, faces: Indices) -> Indices:
+    """Quarters of quadrilateral faces in the plane y = 0, with the nodes between their corners: they may be bent."""
+    own = np.flatnonzero(np.abs(nodes[:, 1]) < 1e-9)
+    tree = cKDTree(nodes[own][:, [0, 2]])
+    corners = nodes[faces][..., [0, 2]]
+    beside = own[tree.query(0.5 * (corners + np.roll(corners, -1, axis=1)))[1]]
+    middle = own[tree.query(corners.mean(axis=1))[1]]
+    parts = [faces, beside, np.repeat(middle[:, None], 4, axis=1), np.roll(beside, 1, axis=1)]
+    return np.stack(parts, axis=-1).reshape(-1, 4)
 
 
 def _pair(sensor: Sensor, cells: tuple[int, int], kind: tuple[float, float], give: float) -> tuple[Solid, Solid]:

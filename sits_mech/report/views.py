@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Mesh = tuple[Array, NDArray[np.int64], Array]
+Frame = tuple[tuple[float, float], tuple[float, float]]
 _MM = 1e3
 _DOTS = 300  # per inch, as pictures are written
 _CURRENT = 1e-3  # of the driven coil [A]
@@ -40,7 +41,7 @@ def layer_view(sensor: Sensor, equilibrium: Equilibrium, mesh: Mesh | None = Non
     mesh : tuple of ndarray, optional
         The deformed layer: points (n, 2) [m], quadrilaterals (m, 4), volume ratio of each (m,).
     """
-    (left, right), (bottom, top) = _frame(sensor, equilibrium)
+    frame = (left, right), (bottom, top) = _frame(sensor, equilibrium, mesh)
     height = 0.85 * (top - bottom) / (right - left) + (0.2 if mesh is None else 0.33)  # of the axes and what is around
     with new_figure(height) as (figure, (axes,)):
         if mesh is not None:
@@ -59,7 +60,7 @@ def layer_view(sensor: Sensor, equilibrium: Equilibrium, mesh: Mesh | None = Non
         if sensor.target is not None:
             plate = _MM * target_corners(sensor, equilibrium.pose)[None]
             add_polygons(axes, plate, facecolors="#b87333", edgecolors="0.2", linewidth=0.4)
-        _dress(axes, sensor, equilibrium)
+        _dress(axes, equilibrium, frame)
     return figure
 
 
@@ -166,19 +167,22 @@ def target_corners(sensor: Sensor, pose: Pose) -> Array:
     return np.stack([pose.d_h + xi * cos + eta * sin, pose.d_v - xi * sin + eta * cos], axis=1)
 
 
-def _frame(sensor: Sensor, equilibrium: Equilibrium) -> tuple[tuple[float, float], tuple[float, float]]:
+def _frame(sensor: Sensor, equilibrium: Equilibrium, mesh: Mesh | None) -> Frame:
     """Return what the picture shows, along x and z [m]."""
     reach = max(abs(coil.centre[0]) + coil.outer_diameter / 2 for coil in sensor.coils)
     if sensor.elastomer is not None:
         reach = max(reach, sensor.elastomer.extent[0] / 2)
     depth = max(coil.height for coil in sensor.coils)
     top = float(np.max(target_corners(sensor, equilibrium.pose)[:, 1], initial=float(equilibrium.pose.d_v)))
+    if mesh is not None:
+        across, up = mesh[0][mesh[1]].reshape(-1, 2).T
+        reach, top = max(reach, float(np.abs(across).max())), max(top, float(up.max()))
     return (-1.12 * reach, 1.12 * reach), (-depth - 0.3e-3, top + 0.4e-3)
 
 
-def _dress(axes: Axes, sensor: Sensor, equilibrium: Equilibrium) -> None:
+def _dress(axes: Axes, equilibrium: Equilibrium, frame: Frame) -> None:
     """Give axes, title and the substrate's surface."""
-    across, up = _frame(sensor, equilibrium)
+    across, up = frame
     axes.axhline(0.0, color="0.4", linewidth=0.4)
     axes.set_xlim(*(_MM * x for x in across))
     axes.set_ylim(*(_MM * z for z in up))
