@@ -276,7 +276,9 @@ def test_a_load_that_comes_and_goes(capsys: pytest.CaptureFixture[str], tmp_path
     law = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7'
     words = ["cycle", "biorob2018", "--fz", "1 N", "--mechanics", "linear", "--tolerance", "0.05", "--json", "--set"]
     assert run([*words, f'{law}, prony=[{{weight=0.2, time="0.5 s"}}]}}', "-o", str(tmp_path / "c.nc")]) == 0
-    loops = json.loads(capsys.readouterr().out)["loop_L_v_percent"]
-    assert len(loops) == 2 and loops[0] > loops[1] > 1.0 and (tmp_path / "c.nc").exists()
+    found = json.loads(capsys.readouterr().out)
+    loops = found["loop_L_v_percent"]
+    assert found["notes"] == [] and len(loops) == 2 and loops[0] > loops[1] > 1.0 and (tmp_path / "c.nc").exists()
     assert run([*words, law + "}"]) == 0
-    assert json.loads(capsys.readouterr().out)["loop_L_v_percent"] == pytest.approx([0.0, 0.0], abs=1e-9)
+    found = json.loads(capsys.readouterr().out)
+    assert found["loop_L_v_percent"] == pytest.approx([0.0, 0.0], abs=1e-9) and "neither prony" in found["notes"][0]

@@ -102,9 +102,9 @@ def load_cycle(
     -------
     Dataset, dim time
         ``share``, ``elastic_share``; pose, ``L`` (coil, coil_2), L_v, L_h and their percent of L0, each with
-        ``error_``. Attributes: scene, request, ``unit_L``, and of each of L_v and L_h ``loop_L_v_percent``, the width
-        of its loops in percent of its range, a list with one number for each cycle, with ``error_``; NaN where the
-        range is within the signal's error.
+        ``error_``. Attributes: scene, request, ``notes``, ``unit_L``, and of each of L_v and L_h ``loop_L_v_percent``,
+        the width of its loops in percent of its range, a list with one number for each cycle, with ``error_``; NaN
+        where the range is within the signal's error.
 
     Raises
     ------
@@ -132,9 +132,17 @@ def load_cycle(
     request = {"peak": vars(peak), "mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}
     scene = {"scene": scene_text(sensor), "scene_hash": scene_hash(sensor), "version": __version__, "name": sensor.name}
     return data.assign_attrs(
-        **scene, request=json.dumps(request), frequency=sensor.frequency, unit_L=reading.impedance.unit_L,
-        **_loops(data, "L_v"), **_loops(data, "L_h"),
+        **scene, notes=_notes(sensor), request=json.dumps(request), frequency=sensor.frequency,
+        unit_L=reading.impedance.unit_L, **_loops(data, "L_v"), **_loops(data, "L_h"),
     )  # fmt: skip
+
+
+def _notes(sensor: Sensor) -> str:
+    """Return why there is no loop, where the silicone can show none."""
+    silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
+    if silicone is None or silicone.prony or silicone.mullins is not None:
+        return ""
+    return "no loop: the silicone has neither prony nor mullins, so it is elastic; widths other than zero are rounding"
 
 
 def _check(programme: Programme) -> None:

@@ -17,7 +17,7 @@ from sits_mech.mechanics.block_full import FullPose, FullWrench
 from sits_mech.omissions import Omission
 from sits_mech.quantities import Array, Pose
 from sits_mech.report.records import Record, impedance_record, report_record, texts_of
-from sits_mech.report.tables import key_table, report_lines, with_error
+from sits_mech.report.tables import key_table, report_lines, volume_lines, with_error
 
 _NAMES = ("d_h", "d_y", "d_v", "alpha_x", "alpha", "alpha_z")
 
@@ -52,9 +52,7 @@ def full_pose_table(found: FullPose) -> Table:
     units = {name: "N m" if name.startswith("M") else "N" for name in _wrench(found.wrench)}
     load = [f"{name} = {value:.4g} {units[name]}" for name, value in _wrench(found.wrench).items()]
     lines.append(("under", ", ".join(load)))
-    if found.report.min_J is not None:
-        lines.append(("smallest J", f"{found.report.min_J:.4f}"))
-    return key_table("pose", lines + report_lines(found.report))
+    return key_table("pose", lines + volume_lines(found.report) + report_lines(found.report))
 
 
 def _named(six: Array) -> Record:

@@ -18,6 +18,7 @@ def loop_table(data: xr.Dataset) -> Table:
         found.add_column(heading, justify="right")
     for number, (v, h) in enumerate(zip(_widths(data, "L_v"), _widths(data, "L_h"), strict=True), 1):
         found.add_row(str(number), with_error(*v), with_error(*h))
+    found.caption = data.attrs["notes"] or None
     return found
 
 
@@ -27,7 +28,8 @@ def loop_record(data: xr.Dataset) -> dict[str, Any]:
     ends = {name: [float(data[name].min()), float(data[name].max())] for name in names}
     loops = {f"loop_{name}_percent": [value for value, _ in _widths(data, name)] for name in ("L_v", "L_h")}
     errors = {f"error_loop_{name}_percent": [error for _, error in _widths(data, name)] for name in ("L_v", "L_h")}
-    return {"request": json.loads(data.attrs["request"]), "ends": ends} | loops | errors
+    notes = [data.attrs["notes"]] if data.attrs["notes"] else []
+    return {"request": json.loads(data.attrs["request"]), "ends": ends, "notes": notes} | loops | errors
 
 
 def _widths(data: xr.Dataset, name: str) -> list[tuple[float, float]]:

@@ -27,7 +27,7 @@ def plan_rows(sensor: Sensor, found: Plan) -> list[tuple[str, str]]:
         rows.append(("skin", _skin(skin_depths(sensor))))
     rows += [("left out", item.text) for item in found.left_out]
     rows += [("note", note) for note in found.notes]
-    asked = "of the change of inductance: tolerances, not below the finest rungs, and omissions; an answer tells its own"
+    asked = "of the change of inductance: tolerances, not below the finest rungs, and omissions; answers tell their own"
     rows.append(("asked error", f"{found.error:.1g} {asked}"))
     rows.append(("expected time", f"about {float(f'{found.seconds:.1g}'):g} s on one core, if the solve holds"))
     return rows

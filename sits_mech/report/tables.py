@@ -223,9 +223,7 @@ def equilibrium_table(found: Equilibrium, title: str = "pose") -> Table:
         lines.append((name, f"{with_error(scale * value, scale * error)} {unit}"))
     load = found.wrench
     lines.append(("under", f"F_x = {load.F_x:.4g} N, F_z = {load.F_z:.4g} N, M = {load.M:.4g} N m"))
-    if found.report.min_J is not None:
-        lines.append(("smallest J", f"{found.report.min_J:.4f}"))
-    return key_table(title, lines + report_lines(found.report))
+    return key_table(title, lines + volume_lines(found.report) + report_lines(found.report))
 
 
 def impedance_table(coils: Sequence[str], found: Impedance) -> Table:
@@ -308,6 +306,13 @@ def signal_table(found: Signals, unit_L: str) -> Table:
         absolute = with_error(1e6 * value, 1e6 * error)
         lines.append((name, f"{absolute} {unit}, that is {with_error(percent, wrong)} % of L0"))
     return key_table("signals", lines)
+
+
+def volume_lines(report: SolveReport) -> list[tuple[str, str]]:
+    """Return the smallest volume ratio of a layer as a line of a table; none where no layer was solved."""
+    if report.min_J is None:
+        return []
+    return [("smallest J", f"{report.min_J:.4f} at any point of the layer, as a rule at a bonded edge")]
 
 
 def report_lines(report: SolveReport) -> list[tuple[str, str]]:
