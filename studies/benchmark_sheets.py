@@ -103,7 +103,7 @@ def draw(lines: list[dict[str, object]], path: Path) -> None:
                 axes.plot(x, np.abs(y), marker, fillstyle=fill, label=f"{kind}, {f / 1e3:g} kHz")
         axes.set(xscale="log", yscale="log", xlabel="seconds to prepare", ylabel=f"relative error of {label}")
         axes.grid(True, which="major", alpha=0.3)
-    axes.legend(fontsize=6)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=6)
     figure.savefig(path, dpi=150)
 
 
