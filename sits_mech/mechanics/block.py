@@ -54,7 +54,7 @@ from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveRep
 from sits_mech.sensor import Sensor
 
 # Grading towards the target's edge and guard on J, in the order they are tried; beside the target, and flush with it.
-_KINDS = ((2.5, 0.0), (2.0, 0.0), (2.0, 5.0))
+_KINDS = ((2.5, 0.0), (1.5, 0.0), (2.0, 5.0))
 _FLUSH = ((2.0, 0.0), (1.5, 0.0), (2.0, 5.0))
 _GUARDS = (0.0, 5.0)  # on J, on a mesh of the user's own
 # Asked error of the pose -> cells through the thickness, fine and coarse.

@@ -53,7 +53,7 @@ from sits_mech.sensor import Sensor
 
 _LADDER = ((1e-2, (2, 1)), (0.0, (3, 2)))  # asked error of the pose -> cells through the thickness, fine and coarse
 # Grading towards the target's edge and guard on J, in the order they are tried; beside the target, and flush with it.
-_KINDS = ((2.0, 0.0), (2.0, 5.0))
+_KINDS = ((2.0, 0.0), (1.5, 0.0), (2.0, 5.0))
 _FLUSH = ((1.5, 0.0), (2.0, 5.0))
 _PATIENCE = (0.2, 1e-2)  # smallest increment of the load where another mesh waits, and where none does
 _SETTLED = 1e-9
@@ -214,7 +214,8 @@ def _carried(
     """The first pair of meshes that carries a load, and its rest on both; SolveFailed where none does."""
     began = time.perf_counter()
     kinds = _FLUSH if flush(*outlines(*pad_parts(sensor))) else _KINDS
-    for kind, patience in zip(kinds, _PATIENCE, strict=True):
+    for kind in kinds:
+        patience = _PATIENCE[kind is kinds[-1]]
         fine, coarse = (whole_block(sensor, count, *kind) for count in cells)
         first = _followed(coarse, load, patience)
         second = _followed(fine, load, patience) if first.reached == 1.0 else first
