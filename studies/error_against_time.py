@@ -41,7 +41,7 @@ PAD = ["target.load_height=0", 'target.width="15 mm"', 'target.length="15 mm"', 
 STIFFNESS = 58.627 * 7.5  # of the strip's sink [Pa per metre of sink and of depth, at mu = 1 Pa]
 # name, model, changes of the scene, load, component of the pose, its value [m], error of that value
 LOADS = (
-    ("linear, sink", linear_layer, STRIP, Wrench(0.0, 1e-3), "sink", 1e-3 / STIFFNESS, 1e-5),
+    ("linear, sink", linear_layer, STRIP, Wrench(0.0, 1e-6), "sink", 1e-6 / STIFFNESS, 1e-5),
     ("planar, shear", planar_layer, LAYER, Wrench(53.9, 0.0), "d_h", 0.200583815 * MM, 1e-3),
     ("planar, combined: d_h", planar_layer, LAYER, Wrench(267.0, 4050.0), "d_h", 0.985277906 * MM, 5e-3),
     ("planar, combined: sink", planar_layer, LAYER, Wrench(267.0, 4050.0), "sink", 0.203230935 * MM, 2e-2),
