@@ -52,9 +52,8 @@ from sits_mech.quantities import Array, SolveFailed, SolveReport
 from sits_mech.sensor import Sensor
 
 _LADDER = ((1e-2, (2, 1)), (0.0, (3, 2)))  # asked error of the pose -> cells through the thickness, fine and coarse
-# Grading towards the target's edge and guard on J, in the order they are tried; beside the target, and flush with it.
+# Grading towards the target's edge and guard on J, in the order they are tried; the first not for flush pads.
 _KINDS = ((2.0, 0.0), (1.5, 0.0), (2.0, 5.0))
-_FLUSH = ((1.5, 0.0), (2.0, 5.0))
 _PATIENCE = (0.2, 1e-2)  # smallest increment of the load where another mesh waits, and where none does
 _SETTLED = 1e-9
 _ITERATIONS = 14
@@ -213,7 +212,7 @@ def _carried(
 ) -> tuple[tuple[Solid, Solid], tuple[_Place, _Place]]:
     """The first pair of meshes that carries a load, and its rest on both; SolveFailed where none does."""
     began = time.perf_counter()
-    kinds = _FLUSH if flush(*outlines(*pad_parts(sensor))) else _KINDS
+    kinds = _KINDS[1:] if flush(*outlines(*pad_parts(sensor))) else _KINDS
     for kind in kinds:
         patience = _PATIENCE[kind is kinds[-1]]
         fine, coarse = (whole_block(sensor, count, *kind) for count in cells)
