@@ -73,6 +73,7 @@ def test_slow_cycles_have_no_viscous_loop_and_sudden_loads_find_a_stiffer_pad() 
     assert sudden.attrs["loop_L_v_percent"] == []
 
 
+@pytest.mark.slow
 def test_a_sudden_load_meets_the_static_layer_of_the_instantaneous_constants() -> None:
     """Model against model at finite strain: all stresses 1/(1 - w) times as large, so shear and bulk modulus, too.
 

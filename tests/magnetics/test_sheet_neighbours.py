@@ -59,6 +59,7 @@ def test_far_neighbour_changes_nothing():
     np.testing.assert_allclose(beside.L0, alone.L0, rtol=0)
 
 
+@pytest.mark.slow
 def test_layers_of_infinite_plates():
     """Two plates above one another, the nearer one translucent: Dodd and Deeds, less what 20 mm lack of infinity."""
     overrides = (LOOP, 'target={material="copper", shape="rectangle", width=0.02, length=0.02, thickness=1e-4}')
@@ -98,6 +99,7 @@ def test_target_turned_onto_itself():
     np.testing.assert_allclose(z.R[1:], z.R[:1].repeat(2, 0), rtol=0, atol=1e-6 * z.R.max())
 
 
+@pytest.mark.slow
 def test_reciprocal_before_it_is_made_so_and_passive():
     sensor = scene(BESIDE, plate(-8.0, 3.5, 4.0, name="third"))
     tilt = np.array([[np.cos(0.1), 0.0, np.sin(0.1)], [0.0, 1.0, 0.0], [-np.sin(0.1), 0.0, np.cos(0.1)]])

@@ -94,6 +94,7 @@ def test_length_scales_out():
     assert two.pose.alpha == pytest.approx(one.pose.alpha, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_every_law_starts_alike():
     """At small strain only the initial shear modulus counts."""
     laws = ('law="mooney-rivlin", c10=1e4, c01=5e3', 'law="yeoh", c10=1.5e4, c20=300.0, c30=10.0',

@@ -47,6 +47,7 @@ def test_the_modulus_scales_out():
     assert one.tilt == pytest.approx(two.tilt, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_thin_pad_by_thicker_ones():
     """15 x 20 mm on 0.4 mm: the pad itself, meshed, against the line through two thicker ones."""
     sensor = scene(20, 'elastomer.thickness="0.4 mm"')
