@@ -27,7 +27,9 @@ the plane of symmetry, faces that touch themselves.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import cache, partial
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -67,6 +69,22 @@ _GIVE = 1e-4  # thicknesses over which the pressure of contact builds up
 _SOFTER = (100.0, 10.0)  # times that, on the way from rest without contact
 
 
+class Meshes:
+    """Pairs of meshes, that of the answer and that of its error estimate: the first made at once, to refuse what has
+    none, the others when they are asked for.
+    """
+
+    def __init__(self, makers: Iterable[Callable[[], tuple[Solid, Solid]]]) -> None:
+        self._made = [cache(maker) for maker in makers]
+        self._made[0]()
+
+    def __len__(self) -> int:
+        return len(self._made)
+
+    def __getitem__(self, number: int) -> tuple[Solid, Solid]:
+        return self._made[number]()
+
+
 @dataclass(frozen=True)
 class BlockPad:
     """The pad at finite strain; made by `block_pad`.
@@ -76,15 +94,15 @@ class BlockPad:
     sensor : Sensor
     tolerance : float
         Asked error of the pose over the size of the displacement; an answer that misses it says so.
-    meshes : tuple of (Solid, Solid)
-        The mesh of the answer and that of its error estimate, in the order in which they are tried.
+    meshes : Meshes
+        In the order in which they are tried.
     touching : int
         How many at the end have contact: those before them once more; 0 where that is the same for all.
     """
 
     sensor: Sensor
     tolerance: float
-    meshes: tuple[tuple[Solid, Solid], ...]
+    meshes: Meshes
     touching: int = 0
 
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
@@ -132,11 +150,11 @@ def block_pad(sensor: Sensor, tolerance: float = 2e-2) -> BlockPad:
         raise ValueError(f"tolerance: must lie between 0 and 1, got {tolerance}")
     pair = next(cells for error, cells in _LADDER if tolerance >= error)
     if sensor.elastomer is not None and sensor.elastomer.mesh is not None:
-        return BlockPad(sensor, tolerance, tuple(meshed_pad(sensor, guard) for guard in _GUARDS))
+        return BlockPad(sensor, tolerance, Meshes(partial(meshed_pad, sensor, guard) for guard in _GUARDS))
     contact = "auto" if sensor.elastomer is None else sensor.elastomer.contact
     kinds = _FLUSH if flush(*outlines(*pad_parts(sensor))) else _KINDS
     gives = {"never": (0.0,), "always": (_GIVE,), "auto": (0.0, _GIVE)}[contact]
-    meshes = tuple(_pair(sensor, pair, kind, give) for give in gives for kind in kinds)
+    meshes = Meshes(partial(_pair, sensor, pair, kind, give) for give in gives for kind in kinds)
     return BlockPad(sensor, tolerance, meshes, len(kinds) if contact == "auto" else 0)
 
 
