@@ -15,7 +15,8 @@ import numpy as np
 
 from sits_mech.geometry.solids import lowest_points
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.mechanics.block_full import FullPose, FullWrench, full_equilibrium, rotation_matrix
+from sits_mech.mechanics.block_full import FullPose, FullWrench, full_equilibrium
+from sits_mech.mechanics.full_newton import rotation_matrix
 from sits_mech.quantities import Array, Impedance
 from sits_mech.reading import signals_at, with_pose_errors
 from sits_mech.readout.signals import Signals

@@ -227,7 +227,13 @@ def test_calibrate_leaves_everything(capsys: Capture, tmp_path: Path) -> None:
     assert load_sensor(folder / "scene.toml") == load_sensor("biorob2018")
 
 
-@pytest.mark.parametrize("tokens", [("--fz", "1 N"), ("--dv", "2 mm", "--frequency", "5 kHz", "--driven", "C1")])
+@pytest.mark.parametrize(
+    "tokens",
+    [
+        ("--fz", "1 N"),
+        pytest.param(("--dv", "2 mm", "--frequency", "5 kHz", "--driven", "C1"), marks=pytest.mark.slow),
+    ],
+)
 def test_view_draws(capsys: Capture, tmp_path: Path, tokens: tuple[str, ...]) -> None:
     """The layer for a load, the field for a pose."""
     assert run(["view", "biorob2018", *tokens, "-o", str(tmp_path / "picture.png")]) == 0

@@ -14,11 +14,11 @@ contact and of flush pads, which may fold, and no component is called better tha
 `report.estimated_error` is the largest over the target's displacement, an angle counted at the target's end.
 Deformation and `min_J` are those of the finer mesh. On a mesh of the user's own the two are one mesh with linear and
 with constant pressures: one too stiff, the other too soft, in every case that was tried; the pose is their mean, of
-hexahedra the stiffer one, and half their difference its error (block_user.py).
+hexahedra the stiffer one, and half their difference, with contact all of it, its error (block_user.py).
 
 Contact of the free faces with ground and target (scene key `elastomer.contact`, block_contact.py) is "never" solved,
 "always", or, "auto", where a free face folds onto one of them: from the rest without contact, or else along a path of
-its own. The notes say which. On a mesh of the user's own it is not solved.
+its own. The notes say which.
 
 Range: boxes and cylinders with rectangles and discs, every law. Neglected: viscosity, gravity, friction, loads out of
 the plane of symmetry, faces that touch themselves.
@@ -36,19 +36,18 @@ from scipy.spatial import cKDTree
 
 from sits_mech.mechanics.answer import law_notes, load_words
 from sits_mech.mechanics.block_contact import softened
+from sits_mech.mechanics.block_folds import fold_notes, solid_folds
 from sits_mech.mechanics.block_forms import solid_deformation
 from sits_mech.mechanics.block_mesh import (
     Solid,
     bonded_block,
     edge_notes,
     flush,
-    fold_notes,
     outlines,
     pad_parts,
-    solid_folds,
+    shares,
 )
 from sits_mech.mechanics.block_user import meshed_pad
-from sits_mech.mechanics.folds import RISEN
 from sits_mech.mechanics.forms import Indices
 from sits_mech.mechanics.pad import wrench_between
 from sits_mech.mechanics.path import REASONS, Bonded, State, follow, packed, rest
@@ -64,7 +63,6 @@ _LADDER = ((1e-2, (2, 1)), (3e-3, (3, 2)), (0.0, (4, 3)))
 _SHARE = 0.25  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
 _WORK = 1.5e6  # iterations times unknowns that a load path is given: a minute on the largest mesh
 _PATIENCE = (0.6, 1e-2)  # smallest increment of the load path where another mesh waits, and where none does
-_FOLDING = 1.5  # order that the error is told with in contact and of flush pads: faces fold onto a plane cell by cell
 _GIVE = 1e-4  # thicknesses over which the pressure of contact builds up
 _SOFTER = (100.0, 10.0)  # times that, on the way from rest without contact
 
@@ -149,13 +147,16 @@ def block_pad(sensor: Sensor, tolerance: float = 2e-2) -> BlockPad:
     if not 0.0 < tolerance < 1.0:
         raise ValueError(f"tolerance: must lie between 0 and 1, got {tolerance}")
     pair = next(cells for error, cells in _LADDER if tolerance >= error)
-    if sensor.elastomer is not None and sensor.elastomer.mesh is not None:
-        return BlockPad(sensor, tolerance, Meshes(partial(meshed_pad, sensor, guard) for guard in _GUARDS))
-    contact = "auto" if sensor.elastomer is None else sensor.elastomer.contact
-    kinds = _FLUSH if flush(*outlines(*pad_parts(sensor))) else _KINDS
-    gives = {"never": (0.0,), "always": (_GIVE,), "auto": (0.0, _GIVE)}[contact]
-    meshes = Meshes(partial(_pair, sensor, pair, kind, give) for give in gives for kind in kinds)
-    return BlockPad(sensor, tolerance, meshes, len(kinds) if contact == "auto" else 0)
+    target, elastomer = pad_parts(sensor)
+    gives = {"never": (0.0,), "always": (_GIVE,), "auto": (0.0, _GIVE)}[elastomer.contact]
+    makers: list[Callable[[float], tuple[Solid, Solid]]]
+    if elastomer.mesh is not None:
+        makers = [partial(meshed_pad, sensor, guard) for guard in _GUARDS]
+    else:
+        kinds = _FLUSH if flush(*outlines(target, elastomer)) else _KINDS
+        makers = [partial(_pair, sensor, pair, kind) for kind in kinds]
+    meshes = Meshes(partial(maker, give) for give in gives for maker in makers)
+    return BlockPad(sensor, tolerance, meshes, len(makers) if elastomer.contact == "auto" else 0)
 
 
 def deformed_section(model: BlockPad, equilibrium: Equilibrium) -> tuple[Array, Indices, Array]:
@@ -248,7 +249,7 @@ def _touches(pad: BlockPad, found: Equilibrium) -> bool:
     """Whether a free face lies on or behind ground or target."""
     solid = pad.meshes[int(found.state[0])][0]
     state = _unpacked(solid.body, found.state[1 : 1 + _size(solid.body)])
-    return solid_folds(solid, state.u, *_moved(state)).touch
+    return solid_folds(solid, state.u, *_moved(state), whole=False).touch
 
 
 def _why(pad: BlockPad, last: Equilibrium) -> str:
@@ -289,12 +290,11 @@ def _answer(sensor: Sensor, solids: tuple[Solid, Solid], found: tuple[State, Sta
     _, elastomer = pad_parts(sensor)
     t = elastomer.thickness
     size, lever = np.array([t, t, 1.0]), np.array([1.0, 1.0, float(body.X.max()) * t])
-    finer = solids[0].fineness / solids[1].fineness
-    order = _FOLDING if body.parts or solids[0].under.size > 0 else 2.0
+    added, owned = shares(*solids)
     apart = fine.q - coarse.q
-    at_end = np.abs(apart) * (1.0 / (finer**order - 1.0) if finer > 1.0 else 0.5) * size * lever
+    at_end = owned * np.abs(apart) * size * lever
     at_end = np.maximum(at_end, _SHARE * at_end.max())
-    q = fine.q + apart * (1.0 / (finer**2 - 1.0) if finer > 1.0 else -solids[0].softened)
+    q = fine.q + added * apart
     displaced = float(np.max(np.abs(q) * size * lever))
     report = SolveReport(
         "block", len(body.free) + 3, fine.iterations + coarse.iterations, fine.residual,
@@ -310,9 +310,8 @@ def _answer(sensor: Sensor, solids: tuple[Solid, Solid], found: tuple[State, Sta
 def _notes(sensor: Sensor, solid: Solid, state: State) -> tuple[str, ...]:
     """Sentences about the free faces and the law."""
     target, elastomer = pad_parts(sensor)
-    place = _moved(state)
-    risen = solid_folds(solid, state.u, *place).rise > target.thickness / elastomer.thickness
-    return (*fold_notes(solid, state.u, *place), *((RISEN,) if risen else ()), *law_notes(sensor, solid.body, state.u))
+    seen = fold_notes(solid, state.u, *_moved(state), target.thickness / elastomer.thickness)
+    return (*seen, *law_notes(sensor, solid.body, state.u))
 
 
 def _moved(state: State) -> tuple[Array, Array]:

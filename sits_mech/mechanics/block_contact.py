@@ -1,39 +1,53 @@
 """What keeps the free faces of a pad off ground and target in three dimensions? A part of its energy, frictionless.
 
 As in the plane (contact.py) a point at depth d behind a rigid surface costs phi(d) per reference area, and the mesh of
-the error estimate gives over twice the length. With (a, b) the place in the target's frame, a along and b above its
-bottom face, y unturned, lengths in thicknesses:
+the error estimate gives over twice the length. With y = (a, e, b) the place in the target's frame, a and e along its
+bottom face from the centre and b above it, lengths in thicknesses:
 
     ground      d = -z
-    plane       d = b, on the side faces under a target that ends flush with the pad; the plane goes on beyond it
-    wall        d = depth inside the target's outline, and phi(d) s(b), on the upper face beside the target
+    plane       d = b, on faces under the target; the plane goes on beyond it
+    wall        d = depth inside the target's outline, and phi(d) s(b), on faces beside the target
 
 The outline is a rectangle whose corners are rounded with a small radius r, or a disc, which is one with r its own:
 
-    d = r - |max(w, 0)| - min(max(w_1, w_2), 0),        w = (|a| - half_x + r, |y| - half_y + r).
+    d = r - |max(w, 0)| - min(max(w_1, w_2), 0),        w = (|a| - half_x + r, |e| - half_y + r).
 
-Unknowns: nodal displacements and the target's q = (d_h, d_z, alpha); energies in shear modulus times thickness cubed.
-Neglected: friction, adhesion, the target's top face (its sides go on upwards), faces that touch themselves.
+The target stands at c and is turned by R: y = R^T r, r = x - c. With g and H the slope and curvature of the energy in
+y, and h = R g, a point x, the target's centre and its turning on by a small w (from the left) are pushed with
+
+    A^T h,    A = (1, -1, [r]),        dy = R^T A (dx, dc, w),        [r] w = r x w,
+
+and since dh = R H dy + w x h, the stiffness in (x, c, w) is
+
+    A^T R H R^T A  -  A^T [h] e_w^T  +  e_w [h] (1, -1, 0),         e_w = (0, 0, 1)^T,
+
+which is not symmetric where w has three components: finite turns do not commute. Of half a pad, whose target moves by
+q = (d_h, d_z, alpha), the part in c_x, c_z and w_y is taken; that one is.
+
+Unknowns: nodal displacements and the target's place; energies in shear modulus times thickness cubed. Neglected:
+friction, adhesion, the target's top face (its sides go on upwards), faces that touch themselves.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from skfem import Basis
-from skfem.element import Element, ElementHex1
+from skfem.element import Element
+from skfem.quadrature import get_quadrature
 
 from sits_mech.mechanics.body import Part, Term
-from sits_mech.mechanics.contact import Jet, Plane, before_ground, in_frame, pressed
+from sits_mech.mechanics.contact import Jet, Plane, pressed
 from sits_mech.mechanics.forms import Indices, summed
 from sits_mech.meshing.bricks import Outline
 from sits_mech.quantities import Array
 
 _CORNER = 0.05  # thicknesses of radius at a rectangle's vertical corners
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
-_PLACED = [0, 2, 3, 4, 5]  # of (x, y, z, d_h, d_z, alpha): what a place in the plane y = 0 depends on
+_ORDER = 5  # of the polynomials that the quadrature on a face integrates
+_PLACED = np.array([0, 2, 4])  # of (c, w): what the target of half a pad moves by
 
 
 @dataclass(frozen=True)
@@ -60,24 +74,32 @@ class Surface:
     weight: Array
     size: int
 
-    @cached_property
-    def numbers(self) -> Indices:
-        """Numbers of each face's displacements and of q, shape (f, 3 k + 3)."""
+    def numbers(self, count: int) -> Indices:
+        """Numbers of each face's displacements and of the target's `count` places, shape (f, 3 k + count)."""
         own = (3 * self.nodes[:, :, None] + np.arange(3)).reshape(len(self.nodes), -1)
-        return np.concatenate([own, np.tile(3 * self.size + np.arange(3), (len(own), 1))], axis=1)
+        return np.concatenate([own, np.tile(3 * self.size + np.arange(count), (len(own), 1))], axis=1)
 
     @cached_property
     def entries(self) -> tuple[Indices, Indices]:
-        """Rows and columns of the faces' stiffnesses."""
-        count = self.numbers.shape[1]
-        return np.repeat(self.numbers, count, axis=1).ravel(), np.tile(self.numbers, (1, count)).ravel()
+        """Rows and columns of the faces' stiffnesses in the displacements and q."""
+        numbers = self.numbers(3)
+        return np.repeat(numbers, numbers.shape[1], axis=1).ravel(), np.tile(numbers, (1, numbers.shape[1])).ravel()
+
+
+class Push(NamedTuple):
+    """What presses on some faces: which, energy, forces (f, 3 k + 6), stiffnesses (f, 3 k + 6, 3 k + 6)."""
+
+    on: Indices
+    energy: float
+    forces: Array
+    stiffness: Array
 
 
 def surface(basis: Basis, facets: Indices) -> Surface:
-    """Return the Gauss points of some boundary faces of a mesh of bricks; `basis` as of `solid_mesh`."""
+    """Return the Gauss points of some boundary faces of a mesh; `basis` as of `solid_mesh`, its nodes all nodal."""
     nodes, cells = basis.doflocs.T, basis.mesh.f2t[0, facets]
     found = []
-    for local in range(6):
+    for local in range(len(basis.mesh.t2f)):
         own = cells[basis.mesh.t2f[local, cells] == facets]
         shape, slope, weight = _reference_face(basis.elem, local)
         there = np.abs(shape).max(axis=0) > 1e-9
@@ -90,15 +112,15 @@ def surface(basis: Basis, facets: Indices) -> Surface:
 
 
 def _reference_face(element: Element, local: int) -> tuple[Array, Array, Array]:
-    """Shape functions (p, n), slopes along the face (2, p, n), weights (p,) at a brick's face's Gauss points."""
-    corners = ElementHex1().doflocs[element.refdom.facets[local]]
-    across = int(np.argmin(np.ptp(corners, axis=0)))
-    s, t = (0.5 * (each.ravel() + 1.0) for each in np.meshgrid(_POINTS, _POINTS, indexing="ij"))
-    X = np.insert(np.stack([s, t]), across, corners[0, across], axis=0)
-    values = [element.lbasis(X, i) for i in range(element.doflocs.shape[0])]
-    shape = np.stack([np.broadcast_to(value, s.shape) for value, _ in values], axis=-1)
-    slope = np.stack([np.delete(np.asarray(each), across, axis=0) for _, each in values], axis=-1)
-    return shape, slope, 0.25 * np.outer(_WEIGHTS, _WEIGHTS).ravel()
+    """Shape functions (p, n), slopes along the face (2, p, n), weights (p,) at an element's face's Gauss points."""
+    corners = element.doflocs[element.refdom.facets[local]]
+    way = corners[[1, -1]] - corners[0]  # a triangle's sides, or two of a parallelogram's
+    points, weight = get_quadrature(element.refdom.brefdom, _ORDER)
+    X = corners[0][:, None] + way.T @ points
+    values = [element.lbasis(X, i) for i in range(len(element.doflocs))]
+    shape = np.stack([np.broadcast_to(value, weight.shape) for value, _ in values], axis=-1)
+    slope = np.stack([way @ np.asarray(each) for _, each in values], axis=-1)
+    return shape, slope, weight
 
 
 @dataclass(frozen=True)
@@ -123,33 +145,61 @@ class SolidContact:
 
     def __call__(self, u: Array, q: Array) -> Term:
         """Return energy, forces and stiffness of the contact at displacements `u` and target's place `q`."""
+        cos, sin = float(np.cos(q[2])), float(np.sin(q[2]))
+        turn = np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
+        on, energy, forces, bent = self.push(u, np.array([q[0], 0.0, q[1]]), turn)
         faces = self.surface
-        f, p, k = faces.shape.shape
+        numbers, nodal = faces.numbers(3), 3 * faces.nodes.shape[1]
+        own = np.concatenate([np.arange(nodal), nodal + _PLACED])
+        stiffness = np.zeros((len(numbers), len(own), len(own)))
+        stiffness[on] = bent[:, own[:, None], own]
+        return Term(energy, summed(numbers[on], forces[:, None, own], len(u) + 3), *faces.entries, stiffness.ravel())
+
+    def push(self, u: Array, centre: Array, turn: Array) -> Push:
+        """Return what presses on the faces, in the faces' displacements, the target's centre and its turning.
+
+        Parameters
+        ----------
+        u : ndarray, shape (3 n,)
+            Nodal displacements [thicknesses].
+        centre, turn : ndarray, shape (3,) and (3, 3)
+            How far the target's centre moved [thicknesses], and its rotation.
+        """
+        faces, held = self.surface, self.plane == "ground"
         place = faces.rest + faces.shape @ u[3 * faces.nodes[:, :, None] + np.arange(3)]
-        energy, slope, curvature = (each.reshape(f, p, *each.shape[1:]) for each in self._of_place(place, q))
+        r, R = (place, np.eye(3)) if held else (place - centre - (0.0, 0.0, 1.0), turn)
+        f, p, k = faces.shape.shape
+        energy, g, H = (each.reshape(f, p, *each.shape[1:]) for each in self._of_place((r @ R).reshape(-1, 3)))
         on = np.flatnonzero(energy.any(axis=1))
-        count, weight = 3 * k + 3, faces.weight[on]
-        spread = np.zeros((len(on), p, 6, count))  # of the displacements and q on (x, y, z, q)
+        h, bent = g[on] @ R.T, R @ H[on] @ R.T
+        A = np.zeros((len(on), p, 3, 9))
+        A[..., :3] = np.eye(3)
+        stiffness = np.zeros((len(on), p, 9, 9))
+        if not held:
+            A[..., 3:6], A[..., 6:] = -np.eye(3), cross_matrix(r[on])
+            twist = cross_matrix(h)
+            stiffness[..., 6:] -= A.swapaxes(-1, -2) @ twist
+            stiffness[..., 6:, :3] += twist
+            stiffness[..., 6:, 3:6] -= twist
+        stiffness += A.swapaxes(-1, -2) @ bent @ A
+        spread = np.zeros((len(on), p, 9, 3 * k + 6))  # of the displacements, c and w on (x, c, w)
         for i in range(3):
             spread[:, :, i, i : 3 * k : 3] = faces.shape[on]
-            spread[:, :, 3 + i, 3 * k + i] = 1.0
-        spread = spread.reshape(len(on), 6 * p, count)
-        forces = (weight[..., None] * slope[on]).reshape(len(on), 1, 6 * p) @ spread
-        bent = (weight[..., None, None] * curvature[on]) @ spread.reshape(len(on), p, 6, count)
-        stiffness = np.zeros((f, count, count))
-        stiffness[on] = spread.transpose(0, 2, 1) @ bent.reshape(len(on), 6 * p, count)
-        total = summed(faces.numbers[on], forces, len(u) + 3)
-        return Term(float((weight * energy[on]).sum()), total, *faces.entries, stiffness.ravel())
+        spread[:, :, 3:, 3 * k :] = np.eye(6)
+        weight, across = faces.weight[on], spread.reshape(len(on), 9 * p, 3 * k + 6)
+        forces = (weight[..., None, None] * (h[..., None, :] @ A)).reshape(len(on), 1, 9 * p) @ across
+        stiffness = (weight[..., None, None] * stiffness) @ spread
+        total = across.swapaxes(1, 2) @ stiffness.reshape(len(on), 9 * p, 3 * k + 6)
+        return Push(on, float((weight * energy[on]).sum()), forces[:, 0], total)
 
-    def _of_place(self, place: Array, q: Array) -> Jet:
-        """Energy per area in (x, y, z, d_h, d_z, alpha) of every point."""
-        points = place.reshape(-1, 3)
+    def _of_place(self, y: Array) -> Jet:
+        """Energy per area in the place, (x, y, z) before the ground and (a, e, b) before the target, of every point."""
         if self.plane == "ground":
-            return _with_y(pressed(before_ground(points[:, [0, 2]]), self.give))
-        along, above = in_frame(points[:, [0, 2]], q)
+            return pressed(_linear(-y[:, 2], (0.0, 0.0, -1.0)), self.give)
+        above = _linear(y[:, 2], (0.0, 0.0, 1.0))
         if self.plane == "plane":
-            return _with_y(pressed(above, self.give))
-        return pressed(_depth_inside(self.plate, points[:, 1], _with_y(along)), self.give, _with_y(above))
+            return pressed(above, self.give)
+        return pressed(_depth_inside(self.plate, y), self.give, above)
 
 
 def contacts(surfaces: tuple[tuple[Plane, Surface], ...], give: float, plate: Outline) -> tuple[Part, ...]:
@@ -162,28 +212,29 @@ def softened(parts: tuple[Part, ...], factor: float) -> tuple[Part, ...]:
     return tuple(replace(part, give=factor * part.give) if isinstance(part, SolidContact) else part for part in parts)
 
 
-def _with_y(jet: Jet) -> Jet:
-    """A function of (x, z, d_h, d_z, alpha) as one of (x, y, z, d_h, d_z, alpha)."""
-    m = len(jet[0])
-    slope, curvature = np.zeros((m, 6)), np.zeros((m, 6, 6))
-    slope[:, _PLACED] = jet[1]
-    curvature[:, np.array(_PLACED)[:, None], _PLACED] = jet[2]
-    return jet[0], slope, curvature
+def cross_matrix(v: Array) -> Array:
+    """Return the matrices of the vector products with v, shape (..., 3) -> (..., 3, 3)."""
+    found = np.zeros((*v.shape, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        found[..., i, j], found[..., j, i] = -v[..., k], v[..., k]
+    return found
 
 
-def _depth_inside(plate: Outline, y: Array, along: Jet) -> Jet:
-    """Depth inside the target's outline, of places `along` it and y."""
+def _linear(value: Array, slope: tuple[float, float, float]) -> Jet:
+    """A function of constant slope."""
+    return value, np.tile(slope, (len(value), 1)), np.zeros((len(value), 3, 3))
+
+
+def _depth_inside(plate: Outline, y: Array) -> Jet:
+    """Depth inside the target's outline of places (a, e, b) in its frame."""
     r = plate.half_x if plate.is_round else _CORNER
-    a, slope_a, curved_a = along
-    w = np.abs([a, y]) - np.array([[plate.half_x], [plate.half_y]]) + r
-    corner = np.all(w >= 0.0, axis=0)
-    away = np.maximum(np.hypot(*w), 1e-12)
-    n = np.where(corner, w / away, [w[0] > w[1], w[0] <= w[1]]) * np.sign([a, y])
-    depth = r - np.where(corner, away, w.max(axis=0))
-    e_y = np.zeros_like(slope_a)
-    e_y[:, 1] = 1.0
-    slope = -n[0][:, None] * slope_a - n[1][:, None] * e_y
-    across = n[1][:, None] * slope_a - n[0][:, None] * e_y  # along the rounded corner
-    bend = np.where(corner, 1.0 / away, 0.0)
-    curvature = -n[0][:, None, None] * curved_a - bend[:, None, None] * across[:, :, None] * across[:, None, :]
-    return depth, slope, curvature
+    w = np.abs(y[:, :2]) - (plate.half_x, plate.half_y) + r
+    corner = np.all(w >= 0.0, axis=1)
+    away = np.maximum(np.hypot(*w.T), 1e-12)
+    flat = np.stack([w[:, 0] > w[:, 1], w[:, 0] <= w[:, 1]], axis=1)
+    n = np.where(corner[:, None], w / away[:, None], flat) * np.sign(y[:, :2])
+    slope, curvature = np.zeros_like(y), np.zeros((len(y), 3, 3))
+    slope[:, :2] = -n
+    along = np.stack([-n[:, 1], n[:, 0]], axis=1)  # the rounded corner
+    curvature[:, :2, :2] = -np.where(corner, 1.0 / away, 0.0)[:, None, None] * along[:, :, None] * along[:, None, :]
+    return r - np.where(corner, away, w.max(axis=1)), slope, curvature

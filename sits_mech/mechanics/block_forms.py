@@ -10,7 +10,7 @@ quadratic tetrahedra with a bubble on each face and one inside, 15 nodes. First 
 
 Unknowns: nodal displacements in thicknesses; energies in shear modulus times thickness cubed; K in shear moduli.
 Source: D. Boffi, F. Brezzi, M. Fortin, Mixed Finite Element Methods and Applications (2013), sections 8.6 and
-8.7. Valid for cells of any aspect that are not inverted. Neglected: inertia, gravity, contact of the free faces.
+8.7. Valid for cells of any aspect that are not inverted. Neglected: inertia, gravity.
 """
 
 from __future__ import annotations

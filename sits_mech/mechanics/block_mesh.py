@@ -10,20 +10,20 @@ Scales: lengths by the thickness t, stresses by the initial shear modulus mu; fo
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 
 import numpy as np
 from skfem import Basis
 
 from sits_mech.mechanics.assembly import Pattern, pattern
-from sits_mech.mechanics.block_contact import SolidContact, Surface, contacts, surface
+from sits_mech.mechanics.block_contact import Surface, contacts, surface
 from sits_mech.mechanics.block_energy import cofactor, solid_energy
 from sits_mech.mechanics.block_forms import BRICK, solid_deformation, solid_mesh, solid_tangent
 from sits_mech.mechanics.contact import Plane
-from sits_mech.mechanics.folds import Folds, touch_notes
 from sits_mech.mechanics.forms import Indices, Section
 from sits_mech.mechanics.path import Bonded, Element
+from sits_mech.mechanics.self_contact import skin
 from sits_mech.meshing.bricks import Outline, box_bricks, ring_bricks
 from sits_mech.quantities import Array
 from sits_mech.sensor import Elastomer, Sensor, Target
@@ -35,9 +35,8 @@ _STRETCH = 3.0  # thicknesses of half target that one cell more than through the
 _REACH = 1.25  # thicknesses beside the target within which the pad is stressed: one cell does beyond
 _GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
 _OUTER = 0.3  # of the outermost cell beside the target along x, split off: the tilt under shear hangs on it
+_FOLDING = 1.5  # order that the error is told with in contact and of flush pads: faces fold onto a plane cell by cell
 _AROUND = (2, 3)  # cells from a corner of the core to the next middle of a side: up to 2 through the thickness, more
-_SEEN = 1e-6  # thicknesses behind a plane that count
-_PRESSED = 1e-14  # energy of a contact that counts [shear modulus times thickness cubed]
 
 
 @dataclass(frozen=True)
@@ -59,7 +58,11 @@ class Solid:
     fineness : float
         Cells through the thickness, or what stands for them: the error goes with its inverse squared.
     under : ndarray
-        Nodes of the side faces under a target that ends flush with the pad.
+        Nodes of the free faces under the target.
+    skin : ndarray, shape (f, m, 3)
+        Nodes of the triangles of each element's free face.
+    convex : bool
+        Whether the pad at rest is known to be convex.
     softened : float
         How far the pose goes towards that of a companion of the same fineness, which is softer.
     """
@@ -70,7 +73,9 @@ class Solid:
     share: float
     middle: Indices
     fineness: float
-    under: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    under: Indices
+    skin: Indices
+    convex: bool
     softened: float = 0.0
 
 
@@ -83,7 +88,8 @@ class _Numbered:
     fineness: float
     faces: Indices
     middle: Indices
-    surfaces: tuple[tuple[Plane, Surface], ...] = ()
+    skin: Indices
+    surfaces: tuple[tuple[Plane, Surface], ...]
 
     @cached_property
     def free(self) -> Indices:
@@ -155,7 +161,9 @@ def _meshed(plate: Outline, pad: Outline, cells: int, grading: float) -> _Number
     return _numbered(section, where, len(through) - 1.0, basis, plate)
 
 
-def solid(sensor: Sensor, section: Section, where: Array, given: tuple[float, float], basis: Basis) -> Solid:
+def solid(
+    sensor: Sensor, section: Section, where: Array, given: tuple[float, float], basis: Basis, give: float = 0.0
+) -> Solid:
     """Return a pad from its mesh.
 
     Parameters
@@ -169,18 +177,20 @@ def solid(sensor: Sensor, section: Section, where: Array, given: tuple[float, fl
         Part of the bulk modulus that acts pointwise against inversion [shear moduli]; the mesh's fineness.
     basis : Basis
         From `solid_mesh`.
+    give : float
+        Depth over which the pressure of contact builds up; 0 for no contact [thicknesses].
     """
-    return _solid(sensor, _numbered(section, where, given[1], basis), given[0], 0.0)
+    plate, _ = outlines(*pad_parts(sensor))
+    return _solid(sensor, _numbered(section, where, given[1], basis, plate), given[0], give)
 
 
-def _numbered(section: Section, where: Array, fineness: float, basis: Basis, plate: Outline | None = None) -> _Numbered:
-    """A mesh with its faces; those before a plane where the target's outline is given."""
+def _numbered(section: Section, where: Array, fineness: float, basis: Basis, plate: Outline) -> _Numbered:
+    """A mesh with its faces under a target's outline."""
     facets = _free_facets(basis, where)
     found = basis.get_dofs(facets=facets).all()
     faces = np.asarray(found[~np.any(where[:2, found], axis=0)])
     middle = _middle_faces(basis, where[2])
-    own = () if plate is None else _surfaces(basis, facets, plate)
-    return _Numbered(section, where, fineness, faces, middle, own)
+    return _Numbered(section, where, fineness, faces, middle, skin(basis, facets), _surfaces(basis, facets, plate))
 
 
 def _solid(sensor: Sensor, mesh: _Numbered, guard: float, give: float) -> Solid:
@@ -196,7 +206,9 @@ def _solid(sensor: Sensor, mesh: _Numbered, guard: float, give: float) -> Solid:
     )
     below = [own.nodes.ravel() for plane, own in mesh.surfaces if plane == "plane"]
     under = np.intersect1d(np.concatenate([np.zeros(0, dtype=np.int64), *below]), mesh.faces)
-    return Solid(body, mesh.faces, plate, 0.5 if np.any(mesh.where[2]) else 1.0, mesh.middle, mesh.fineness, under)
+    share = 0.5 if np.any(mesh.where[2]) else 1.0
+    convex = elastomer.mesh is None
+    return Solid(body, mesh.faces, plate, share, mesh.middle, mesh.fineness, under, mesh.skin, convex)
 
 
 def _pattern(mesh: _Numbered, touching: bool) -> Pattern:
@@ -213,11 +225,12 @@ def _free_facets(basis: Basis, where: Array) -> Indices:
 
 
 def _surfaces(basis: Basis, facets: Indices, plate: Outline) -> tuple[tuple[Plane, Surface], ...]:
-    """The sides before the ground, those of them under the target before its plane, the top before its walls."""
+    """What is below the top before the ground, what lies under the target before its plane, the rest before its walls.
+    """
     corners = basis.mesh.p[:, basis.mesh.facets[:, facets]]
     top = np.all(corners[2] > 1.0 - 1e-9, axis=0)
     under = ~top & within(plate, corners.mean(axis=1).T, 1e-3)
-    groups: tuple[tuple[Plane, Array], ...] = (("ground", ~top), ("plane", under), ("wall", top))
+    groups: tuple[tuple[Plane, Array], ...] = (("ground", ~top), ("plane", under), ("wall", ~under))
     return tuple((plane, surface(basis, facets[own])) for plane, own in groups if np.any(own))
 
 
@@ -234,39 +247,13 @@ def _middle_faces(basis: Basis, middle: Array) -> Indices:
     return np.column_stack([cells, corners, *([corners[:, -1]] if corners.shape[1] == 3 else [])])
 
 
-def fold_notes(solid: Solid, u: Array, centre: Array, turn: Array) -> tuple[str, ...]:
-    """Return sentences about free faces that passed the ground or the target's bottom face.
-
-    Parameters
-    ----------
-    solid : Solid
-    u : ndarray, shape (3 n,)
-        Nodal displacements [thicknesses].
-    centre, turn : ndarray, shape (3,) and (3, 3)
-        How far the target's centre moved [thicknesses], and its rotation.
-    """
-    found = solid_folds(solid, u, centre, turn)
-    return touch_notes(found.ground, found.target, found.walls, bool(solid.body.parts))
-
-
-def solid_folds(solid: Solid, u: Array, centre: Array, turn: Array) -> Folds:
-    """Return where the free faces are, but whether they touch themselves; arguments as of `fold_notes`."""
-    place = solid.body.mesh.nodes + u.reshape(-1, 3)
-    seen = (place - centre - (0.0, 0.0, 1.0)) @ turn
-    above = seen[:, 2] > _SEEN
-    sides = np.setdiff1d(solid.faces, solid.under)
-    inside = np.logical_and(within(solid.target, seen[sides], -_SEEN), above[sides])
-    behind = {
-        "ground": bool(np.any(place[solid.faces, 2] < -_SEEN)),
-        "plane": bool(np.any(above[solid.under])),
-        "wall": bool(np.any(inside)),
-    }
-    q = np.array([centre[0], centre[2], np.arctan2(turn[0, 2], turn[0, 0])])
-    for part in solid.body.parts:
-        if isinstance(part, SolidContact):
-            behind[part.plane] |= part(u, q).energy > _PRESSED
-    rise = float(seen[sides][inside, 2].max()) if np.any(inside) else 0.0
-    return Folds(behind["ground"], behind["plane"], behind["wall"], rise, itself=False)
+def shares(fine: Solid, coarse: Solid) -> tuple[float, float]:
+    """Return how much of what two pads' poses differ by is added to the finer one's, and how much is its error."""
+    finer, folds = fine.fineness / coarse.fineness, bool(fine.body.parts)
+    if finer > 1.0:
+        order = _FOLDING if folds or fine.under.size > 0 else 2.0
+        return 1.0 / (finer**2 - 1.0), 1.0 / (finer**order - 1.0)
+    return -fine.softened, 1.0 if folds else 0.5
 
 
 def outlines(target: Target, elastomer: Elastomer) -> tuple[Outline, Outline]:

@@ -4,12 +4,12 @@ The mesh, in metres and in the pad's own place (x, y from the target's centre, `
 faces: `ground` and `target` are bonded, `free` is free; `symmetry`, where it is given, lies in the plane y = 0 and says
 that half the pad is meshed. Tetrahedra or hexahedra, see block_forms.py. There is no second mesh to tell the error
 from: the same nodes with pressures constant in each element give a softer answer; the pose is the mean for tetrahedra
-and the stiffer one for hexahedra, and half of what they differ by is its error (block.py).
+and the stiffer one for hexahedra, and half of what they differ by is its error, with contact all of it (block.py).
 
 Measured on boxes in compression and shear: tetrahedra of 1/4 thickness at the bonded corners and 0.9 elsewhere come
 within some 2 % of the model's own mesh (the tilt by shear alone within 13 %, more than its error). Of one or two layers
-of hexahedra the stiffer answer is within 6 %, mostly 2 %, where the mean would sink 3 to 24 % too far. Contact is not
-solved: free faces that pass ground or target are named; the walls of a slot that close on each other are not seen.
+of hexahedra the stiffer answer is within 6 %, mostly 2 %, where the mean would sink 3 to 24 % too far. Contact with
+ground and target is that of block.py; free faces that touch each other, such as the walls of a slot, are named.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ GROUPS = ("ground", "target", "free")
 _SLACK = 1e-3  # by which a mesh may miss the sizes that the scene gives, relative
 
 
-def meshed_pad(sensor: Sensor, guard: float) -> tuple[Solid, Solid]:
+def meshed_pad(sensor: Sensor, guard: float, give: float = 0.0) -> tuple[Solid, Solid]:
     """Return a pad on the mesh that its scene names, and its poorer companion.
 
     Parameters
@@ -40,6 +40,8 @@ def meshed_pad(sensor: Sensor, guard: float) -> tuple[Solid, Solid]:
         With ``elastomer.mesh``.
     guard : float
         Part of the bulk modulus that acts pointwise against inversion [shear moduli].
+    give : float
+        Depth over which the pressure of contact builds up, twice that for the companion; 0 for none [thicknesses].
 
     Raises
     ------
@@ -65,8 +67,8 @@ def meshed_pad(sensor: Sensor, guard: float) -> tuple[Solid, Solid]:
             f"{name}: the group target must lie under the target, {_sizes(target.extent)}; got {reach[0]:.4g} x "
             f"{reach[1]:.4g} mm"
         )
-    own, companion = (solid(sensor, each, where, (guard, 1.0), basis) for each in (section, poorer))
-    return replace(own, softened=softened), companion
+    own = solid(sensor, section, where, (guard, 1.0), basis, give)
+    return replace(own, softened=softened), solid(sensor, poorer, where, (guard, 1.0), basis, 2.0 * give)
 
 
 def _check_place(name: str, nodes: Array, where: Array, elastomer: Elastomer) -> None:

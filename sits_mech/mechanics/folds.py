@@ -18,8 +18,6 @@ from sits_mech.quantities import Array
 
 _SEEN = 1e-6  # thicknesses behind a plane that count
 _PRESSED = 1e-14  # energy of a contact that counts [shear modulus times thickness squared]
-RISEN = "silicone rises above the target's top face: its sides are taken to go on upwards"
-"""What is said of silicone beyond the sides that hold it."""
 
 
 @dataclass(frozen=True)
@@ -82,25 +80,25 @@ def fold_notes(body: Bonded, state: State, plate: float) -> tuple[str, ...]:
     plate : float
         Thickness of the target [thicknesses].
     """
-    found = folds(body, state)
-    solved = any(isinstance(part, Contact) for part in body.parts)
-    notes = list(touch_notes(found.ground, found.target, found.walls, solved))
+    return fold_words(folds(body, state), plate, any(isinstance(part, Contact) for part in body.parts))
+
+
+def fold_words(found: Folds, plate: float, solved: bool) -> tuple[str, ...]:
+    """Return sentences about what free faces do under a target of thickness `plate`, their contact `solved` or not."""
+    names = {
+        "the ground": found.ground,
+        "the target's plane, taken to go on beyond it": found.target,
+        "the target's sides": found.walls,
+    }
+    begin, end = ("folds onto", "its contact is not in this answer, the true layer is stiffer")
+    if solved:
+        begin, end = "lies on", "frictionless contact"
+    notes = [f"a free face {begin} {name}: {end}" for name, own in names.items() if own]
     if found.walls and found.rise > plate:
-        notes.append(RISEN)
+        notes.append("silicone rises above the target's top face: its sides are taken to go on upwards")
     if found.itself:
         notes.append("a free face touches itself: that contact is not solved, the true layer is stiffer")
     return tuple(notes)
-
-
-def touch_notes(ground: bool, target: bool, walls: bool, solved: bool) -> tuple[str, ...]:
-    """Return a sentence about each plane that a free face touches, its contact `solved` or not; as of `Folds`."""
-    names = {
-        "the ground": ground, "the target's plane, taken to go on beyond it": target, "the target's sides": walls
-    }
-    if solved:
-        return tuple(f"a free face lies on {name}: frictionless contact" for name, own in names.items() if own)
-    left_out = "its contact is not in this answer, the true layer is stiffer"
-    return tuple(f"a free face folds onto {name}: {left_out}" for name, own in names.items() if own)
 
 
 def _crossing(lines: list[Array]) -> bool:

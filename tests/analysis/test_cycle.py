@@ -26,6 +26,7 @@ def cycled(scene: Sensor, peak: Wrench, programme: Programme, points: int = 9) -
     return load_cycle(scene, peak, programme, points=points, mechanics="planar", magnetics="planar")
 
 
+@pytest.mark.slow
 def test_an_elastic_silicone_shows_the_calibration_and_no_loop() -> None:
     """Both branches are the static answer, within what the spline says it costs."""
     data = load_cycle(sensor(), PEAK, triangle(1.0, 1, samples=8), points=9)

@@ -74,9 +74,8 @@ def test_heights_over_the_windings(sensor: Sensor) -> None:
     np.testing.assert_allclose(np.diagonal(flat[0]), (mean + 2 * MM) * (1 + 1j), rtol=1e-12)
 
 
-@pytest.mark.parametrize(
-    "diameter, gap", [(4.6 * MM, 0.05 * MM), pytest.param(15 * MM, 0.05 * MM, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("diameter, gap", [(4.6 * MM, 0.05 * MM), (15 * MM, 0.05 * MM)])
 def test_discs_as_rings(diameter: float, gap: float) -> None:
     """A disc whose edge lies above the windings, and one wider than the coil: promised 1 % of Delta L, 5 % of R."""
     scene = disc(diameter)
@@ -100,6 +99,7 @@ def test_wide_plate_as_infinite(sensor: Sensor) -> None:
     assert z.R[0, 0] == pytest.approx(float(exact.R), rel=1e-1)
 
 
+@pytest.mark.slow
 def test_no_step_where_the_carrying_begins(sensor: Sensor) -> None:
     model = sheets(sensor, 1e-2)
     lowest = 2.0**-11

@@ -81,6 +81,7 @@ def test_ground_plane_below_the_coil():
     assert R[0, 0] == pytest.approx(float(exact.R), rel=0.02)
 
 
+@pytest.mark.slow
 def test_plates_exchange_their_roles():
     """The target beside a fixed plate is the fixed plate beside the target."""
     overrides = ['target={material="copper", shape="rectangle", width=0.006, length=0.004, thickness="0.2 mm"}']

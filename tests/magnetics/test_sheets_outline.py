@@ -106,6 +106,7 @@ def test_square_outline_as_rectangle() -> None:
     assert free.R[0, 0] == pytest.approx(tensor.R[0, 0], rel=2e-2, abs=0.0)
 
 
+@pytest.mark.slow
 def test_resistive_ring_in_axial_field() -> None:
     """A hole carries its own net current: R = pi sigma t omega^2 B^2 (b^4 - a^4) / 8 between radii a and b."""
     a, b, t, sigma, f, d = 0.4e-3, 1e-3, 0.2e-3, 1e6, 1e3, 10e-3

@@ -124,7 +124,7 @@ def test_largest_stretch_of_a_uniform_strain():
 def test_a_law_beyond_its_stability_or_its_data_is_named():
     """Mooney-Rivlin of c10 = 30, c01 = -20 kPa: planar tension loses Drucker's condition at 1.193 (stability.py)."""
     soft = box('elastomer.material={law="mooney-rivlin", c10=3e4, c01=-2e4, bulk_modulus=2e7}', size=8)
-    notes = block_pad(soft).equilibrium(Wrench(F_z=2.0)).report.notes
+    notes = block_pad(soft).equilibrium(Wrench(F_z=1.0)).report.notes
     assert any("unstable from stretch 1.193" in note for note in notes)
     assert not any("unstable" in note for note in block_pad(soft).equilibrium(Wrench(F_z=0.01)).report.notes)
 

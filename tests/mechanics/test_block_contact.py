@@ -9,6 +9,8 @@ from scipy import sparse
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.block_contact import SolidContact
 from sits_mech.mechanics.block_mesh import bonded_block
+from sits_mech.mechanics.forms import summed
+from sits_mech.mechanics.full_newton import rotation_matrix
 from sits_mech.mechanics.pad import Fineness, bonded_body
 from sits_mech.mechanics.path import follow, rest
 from sits_mech.quantities import Wrench
@@ -53,6 +55,34 @@ def test_contact_has_an_exact_tangent(pad, target, plane, q, lift):
     assert (up.energy - down.energy) / (2 * h) == pytest.approx(found.forces @ v, rel=1e-6)
     product = sparse.coo_matrix((found.values, (found.rows, found.columns)), shape=(n + 3, n + 3)) @ v
     np.testing.assert_allclose(product, (up.forces - down.forces) / (2 * h), atol=1e-5 * np.abs(product).max())
+
+
+@pytest.mark.parametrize(
+    ("pad", "target", "plane", "lift"),
+    [((8, 8), (8, 8), "ground", -0.3), ((8, 8), (8, 8), "plane", 0.1), ((8, 6), (5, 3), "wall", 0.008)],
+)
+def test_contact_has_an_exact_tangent_at_any_turn(pad, target, plane, lift):
+    """Forces along du, dc and w, and how they change in the fixed frame."""
+    body = bonded_block(scene(pad, target), 2, 1.5, 0.0, 0.05).body
+    contact = next(part for part in body.parts if isinstance(part, SolidContact) and part.plane == plane)
+    rng, n, h = np.random.default_rng(0), body.mesh.nodes.size, 1e-6
+    u, du, dc, w = 0.01 * rng.normal(size=n), *(rng.normal(size=size) for size in (n, 3, 3))
+    u[2::3] += lift
+    if plane == "wall":  # drawn in
+        u.reshape(-1, 3)[:, :2] -= 0.03 * body.mesh.nodes[:, :2]
+    c, R = np.array([0.02, -0.01, -0.01]), rotation_matrix(np.array([0.003, 0.002, -0.2]))
+    size, numbers = n + 6, contact.surface.numbers(6)
+
+    def felt(step):
+        push = contact.push(u + step * du, c + step * dc, rotation_matrix(step * w) @ R)
+        return push, summed(numbers[push.on], push.forces[:, None], size)
+
+    (found, forces), (up, more), (down, less) = (felt(step) for step in (0.0, h, -h))
+    v = np.concatenate([du, dc, w])
+    assert found.energy > 0.0
+    assert (up.energy - down.energy) / (2 * h) == pytest.approx(forces @ v, rel=1e-6)
+    product = summed(numbers[found.on], (found.stiffness @ v[numbers[found.on]][..., None]).swapaxes(1, 2), size)
+    np.testing.assert_allclose(product, (more - less) / (2 * h), atol=1e-5 * np.abs(product).max())
 
 
 def pressed(body, *places):
@@ -147,6 +177,7 @@ def test_faces_of_a_flush_pad_lie_on_both_planes_whatever_the_length_of_giving()
     assert free.pose.d_v < pad.equilibrium(Wrench(F_z=28.0)).pose.d_v  # contact stiffens
 
 
+@pytest.mark.slow
 def test_contact_goes_on_from_load_to_load():
     pad = block_pad(load_sensor("biorob2018", []))
     near = pad.equilibrium(Wrench(0.75, 3.0))

@@ -94,11 +94,48 @@ def test_pose_and_its_error(box):
     assert found.report.min_J > 0.0
 
 
+def flush_file(path, tetrahedra):
+    """Write half a pad of 8 x 8 x 2 mm under a target as large; in bricks, or each cut into tetrahedra."""
+    x = 4.0 * np.array([0.0, 0.62, 1.0] if tetrahedra else [0.0, 5 / 9, 8 / 9, 1.0])
+    bricks = MeshHex.init_tensor(np.concatenate([-x[:0:-1], x]), x, np.array([0.0, 0.6, 1.4, 2.0]))
+    mesh = bricks.to_meshtet() if tetrahedra else bricks
+    outer = mesh.boundary_facets()
+    corner = mesh.p[:, mesh.facets[:, outer]]
+    low, high = corner.min(axis=1), corner.max(axis=1)
+    kinds = np.select([high[2] < 1e-9, low[2] > 2.0 - 1e-9, high[1] < 1e-9], [1, 2, 4], 3)
+    cells = mesh.t.T.copy() if tetrahedra else mesh.t[[0, 1, 4, 2, 3, 5, 7, 6]].T
+    if tetrahedra:
+        sides = mesh.p.T[cells[:, 1:]] - mesh.p.T[cells[:, :1]]
+        turned = np.linalg.det(sides) < 0.0
+        cells[turned, :2] = cells[turned, 1::-1]
+    names = ("triangle", "tetra") if tetrahedra else ("quad", "hexahedron")
+    both = list(zip(names, (mesh.facets[:, outer].T, cells), strict=True))
+    marks = [kinds, np.full(len(cells), 9)]
+    found = meshio.Mesh(mesh.p.T * MM, both, cell_data={"gmsh:physical": marks, "gmsh:geometrical": marks})
+    found.field_data = {name: np.array([tag, 2]) for tag, name in enumerate((*GROUPS, "symmetry"), start=1)}
+    meshio.write(path, found, file_format="gmsh22", binary=False)
+    return path
+
+
+@pytest.mark.parametrize("tetrahedra", [pytest.param(False, marks=pytest.mark.slow), True])
+def test_contact_is_that_of_the_models_own_mesh(tmp_path, tetrahedra):
+    """A flush pad whose faces fold at 8 N: its pose within both errors."""
+    size = [f'{part}.{side}="8 mm"' for part in ("target", "elastomer") for side in ("width", "length")]
+    mesh = f'elastomer.mesh="{flush_file(tmp_path / "flush.msh", tetrahedra)}"'
+    plain = ["target.load_height=0", *size, NEO_HOOKEAN]
+    sensors = (load_sensor("biorob2018", keys) for keys in (plain, [*plain, mesh]))
+    own, found = (block_pad(sensor).equilibrium(Wrench(F_z=8.0)) for sensor in sensors)
+    assert found.pose.d_v == pytest.approx(own.pose.d_v, abs=own.error.d_v + found.error.d_v)
+    assert any("lies on the target's plane" in note for note in found.report.notes)
+
+
 EXAMPLES = {
     "dome": ({"diameter": 16 * MM, "thickness": 3 * MM}, {"shape": "disc", "diameter": 8 * MM}),
     "slotted": ({"width": 20 * MM, "length": 20 * MM, "thickness": 2 * MM}, {"width": 12 * MM, "length": 12 * MM}),
     "pillars": ({"width": 15 * MM, "length": 15 * MM, "thickness": 3 * MM}, {"width": 12 * MM, "length": 12 * MM}),
 }
+
+MARKS = {"dome": pytest.mark.slow, "slotted": pytest.mark.slow}
 
 
 def example(name):
@@ -111,7 +148,7 @@ def example(name):
     return sensor_from(base)
 
 
-@pytest.mark.parametrize("name", EXAMPLES)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=MARKS.get(name, ())) for name in EXAMPLES])
 def test_example_is_softer_than_the_box_around_it(name):
     """A pad cut out of a larger one is softer, by the energy; and the index knows its file."""
     sensor = example(name)

@@ -87,6 +87,7 @@ def test_corner_and_grading_set_the_rate(grading):
     assert np.all(order > 0.9 * promised)
 
 
+@pytest.mark.slow
 def test_split_corners_show_the_rate_of_the_singularity_on_uniform_meshes():
     """An incompressible clamped corner: 2 k = 1.189; squares show it only beyond 32 cells, triangles at once."""
     sensor = strip(1.0, 1e6)

@@ -72,6 +72,7 @@ def test_refusals():
         Control(sink=np.inf)
 
 
+@pytest.mark.slow
 def test_law_that_is_unstable_where_it_was_used_is_named():
     """Yeoh with c20/c10 = -1/5: planar tension fails first, at stretch 1.582 (stability.py has its own test)."""
     falling = 'elastomer.material={law="yeoh", c10=1.5e4, c20=-3e3, c30=0, bulk_modulus=3e7}'
