@@ -32,6 +32,7 @@ from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.block_mesh import pad_parts
 from sits_mech.mechanics.finite_length import small_strain_stiffness
 from sits_mech.mechanics.layer import linear_layer, planar_layer
+from sits_mech.mechanics.loads import kept_key
 from sits_mech.mechanics.strip import strip_layer
 from sits_mech.omissions import mirrored
 from sits_mech.plan import Choice, Plan, choose_magnetics, choose_mechanics, magnetic_tolerance
@@ -259,11 +260,11 @@ def calibrate(
     loads = [Wrench(x, z) for x in grid["F_x"] for z in grid["F_z"]]
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance, loads)
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance, **grid}
-    key = f"{__version__} {scene_hash(sensor)} {by_layer.name} {tolerance}"
     with threadpool_limits(1):
         ahead = _prepared_ahead(sensor, field, loads, by_layer.name)
+        keep = (folder, kept_key(sensor, by_layer.name, tolerance))
         rows = settle_grid(
-            sensor, layer, grid, symmetric=mirrored(sensor), tolerance=tolerance, keep=(folder, key), progress=progress
+            sensor, layer, grid, symmetric=mirrored(sensor), tolerance=tolerance, keep=keep, progress=progress
         )
         ahead.join()
         reading, done = _read_rows(sensor, field, [rows[load.F_x, load.F_z] for load in loads])

@@ -12,6 +12,7 @@ import xarray as xr
 from sits_mech import chain
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.sheet_rungs import prepared
+from sits_mech.mechanics.loads import kept_key, kept_rest
 from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.sensor import SceneError, Sensor, load_sensor, sensor_from
 from sits_mech.sweep import read_table, save_table
@@ -140,6 +141,17 @@ def test_a_stopped_calibration_goes_on(sensor: Sensor, tmp_path: Path) -> None:
     resumed = chain.calibrate(sensor, **loads, folder=tmp_path)
     assert len(SOLVED) == 4
     xr.testing.assert_equal(resumed.drop_vars("seconds"), chain.calibrate(sensor, **loads).drop_vars("seconds"))
+
+
+def test_a_settled_load_is_kept_as_a_start(sensor: Sensor, tmp_path: Path) -> None:
+    """A picture of it takes no second solve; of a load that was not asked for, or mirrored, nothing is kept."""
+    data = chain.calibrate(sensor, F_x=[-0.5, 0.5], F_z=[1.0], mechanics="planar", magnetics="planar", folder=tmp_path)
+    keep, wrench = (tmp_path, kept_key(sensor, "planar", 1e-2)), Wrench(0.5, 1.0)
+    kept = kept_rest(keep, wrench)
+    assert kept is not None and kept.pose.d_v == float(data["d_v"].sel(F_x=0.5, F_z=1.0))
+    again = chain.mechanical_model(sensor, "planar", 1e-2)[0].equilibrium(wrench, start=kept)
+    assert again.pose.d_h == pytest.approx(kept.pose.d_h, rel=1e-9)
+    assert kept_rest(keep, Wrench(-0.5, 1.0)) is None and kept_rest((None, ""), wrench) is None
 
 
 def test_what_cannot_be_asked_is_refused(sensor: Sensor) -> None:

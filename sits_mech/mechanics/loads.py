@@ -16,7 +16,9 @@ from pathlib import Path
 import numpy as np
 
 from sits_mech.quantities import Equilibrium, MechanicalModel, Pose, SolveReport, Wrench
+from sits_mech.sensor import Sensor, scene_hash
 from sits_mech.sweep import DONE, Progress, Row, attempt, case_path, finish, read_case
+from sits_mech.version import __version__
 
 Load = tuple[float, float]
 _UPRIGHT = dict.fromkeys(("d_h", "alpha", "error_d_h", "error_alpha"), 0.0)  # of a symmetric load
@@ -64,6 +66,17 @@ def settle(
     return rows
 
 
+def kept_key(sensor: Sensor, mechanics: str, tolerance: float) -> str:
+    """Return what stands, in the names of kept loads, for everything besides the load that their rest depends on."""
+    return f"{__version__} {scene_hash(sensor)} {mechanics} {tolerance}"
+
+
+def kept_rest(keep: tuple[Path | None, str], wrench: Wrench) -> Equilibrium | None:
+    """Return the equilibrium of a load that was settled in a folder, `keep` as of `settle`; None where it has none."""
+    row = read_case(_path((wrench.F_x, wrench.F_z), keep))
+    return None if row is None or row["status"] != DONE or "state" not in row else _equilibrium(wrench, row)
+
+
 def upright(row: Row) -> Row:
     """Return the row of a load without shear on a layer that is its own mirror image: exactly straight."""
     return row | _UPRIGHT if row["status"] == DONE else row
@@ -75,9 +88,14 @@ def outward(F_x: Sequence[float], F_z: Sequence[float]) -> list[Load]:
     return sorted(loads, key=lambda load: (abs(load[0]), -load[0], abs(load[1]), -load[1]))
 
 
+def _path(load: Load, keep: tuple[Path | None, str]) -> Path | None:
+    """Where a load is kept."""
+    return case_path(*keep, {"F_x": load[0], "F_z": load[1]})
+
+
 def _row(layer: MechanicalModel, rows: Mapping[Load, Row], load: Load, keep: tuple[Path | None, str]) -> Row:
     """Return the row of one load: kept on disk, or solved and kept."""
-    path = case_path(*keep, {"F_x": load[0], "F_z": load[1]})
+    path = _path(load, keep)
     kept = read_case(path)
     if kept is not None:
         return kept
@@ -103,11 +121,15 @@ def _nearest(rows: Mapping[Load, Row], load: Load) -> Equilibrium | None:
     size = np.max(np.abs([*settled, load]), axis=0)
     away = (np.array(settled) - load) / np.where(size > 0.0, size, 1.0)
     near = settled[int(np.argmin(np.sum(away**2, axis=1)))]
-    row = rows[near]
+    return _equilibrium(Wrench(*near), rows[near])
+
+
+def _equilibrium(wrench: Wrench, row: Row) -> Equilibrium:
+    """Return what a row was made of, as a start."""
     pose = Pose(row["d_h"], row["d_v"], row["alpha"])
     error = Pose(row["error_d_h"], row["error_d_v"], row["error_alpha"])
     report = SolveReport("kept", len(row["state"][1]), 0, 0.0, row["error_mechanics"], 0.0, min_J=row["min_J"])
-    return Equilibrium(Wrench(*near), pose, error, np.asarray(row["state"][1], dtype=float), report)
+    return Equilibrium(wrench, pose, error, np.asarray(row["state"][1], dtype=float), report)
 
 
 def _mirrored(row: Row) -> Row:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from sits_mech.mechanics.loads import kept_key, kept_rest
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.report.curves import crosstalk_map, normal_curves, save_figure, shear_curves
 from sits_mech.report.tables import csv_text
@@ -102,7 +103,7 @@ def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[st
         "L_v": lambda: normal_curves(data),
         "L_h": lambda: shear_curves(data),
         "crosstalk": lambda: crosstalk_map(data),
-        "layer": lambda: _largest_load(sensor, data),
+        "layer": lambda: _largest_load(sensor, data, folder),
     }
     warnings = []
     for name, draw in pictures.items():
@@ -113,10 +114,13 @@ def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[st
     return warnings
 
 
-def _largest_load(sensor: Sensor, data: xr.Dataset) -> Figure:
+def _largest_load(sensor: Sensor, data: xr.Dataset, folder: Path) -> Figure:
     """Return the picture of the layer under the largest of the loads that converged."""
     shear, normal = (data[name] / (float(np.abs(data[name]).max()) or 1.0) for name in ("F_x", "F_z"))
     size = (shear**2 + normal**2 + 1e-9 * shear).where(data["status"] == DONE).transpose("F_x", "F_z")
     i, j = np.unravel_index(int(np.nanargmax(size)), size.shape)
     wrench = Wrench(float(data["F_x"][i]), float(data["F_z"][j]))
-    return load_view(sensor, wrench, mechanics=json.loads(data.attrs["request"])["mechanics"])
+    request = json.loads(data.attrs["request"])
+    mechanics, tolerance = request["mechanics"], request["tolerance"]
+    known = kept_rest((cases_folder(folder), kept_key(sensor, mechanics, tolerance)), wrench)
+    return load_view(sensor, wrench, tolerance, mechanics, known)

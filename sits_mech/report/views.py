@@ -64,8 +64,10 @@ def layer_view(sensor: Sensor, equilibrium: Equilibrium, mesh: Mesh | None = Non
     return figure
 
 
-def load_view(sensor: Sensor, wrench: Wrench, tolerance: float = 1e-2, mechanics: str = "auto") -> Figure:
-    """Return a picture of the section y = 0 under a load, the layer solved for it by the model `mechanics`.
+def load_view(
+    sensor: Sensor, wrench: Wrench, tolerance: float = 1e-2, mechanics: str = "auto", start: Equilibrium | None = None
+) -> Figure:
+    """Return a picture of the section y = 0 under a load, the layer solved for it, from a start, by a model.
 
     Raises
     ------
@@ -78,7 +80,7 @@ def load_view(sensor: Sensor, wrench: Wrench, tolerance: float = 1e-2, mechanics
         if getattr(sensor, part) is None:
             raise SceneError(f"{sensor.name}: {part}: must be given for a picture of the layer; it is missing")
     model, _ = mechanical_model(sensor, mechanics, tolerance)
-    equilibrium = model.equilibrium(wrench)
+    equilibrium = model.equilibrium(wrench, start=start)
     return layer_view(sensor, equilibrium, _deformed(model, equilibrium))
 
 
