@@ -4,6 +4,8 @@
     moment identity    with the moment that holds a block's tilt by symmetry, the solved tilt vanishes
     path               back at a load, back at its pose
     refinement         a tenth of the tolerance moves the pose by no more than both stated errors
+    half and whole     a load in the plane of symmetry, on half the pad and on all of it: within both stated errors
+    a quarter turn     a square pad does not know x from y
 
 A way is driven by one number s: a share of a load, whose pose is found, or a place of the target, whose force is found,
 
@@ -21,7 +23,8 @@ import numpy as np
 from extreme.rows import DONE, Row
 from scipy.interpolate import CubicSpline
 
-from sits_mech.mechanics.block import BlockPad
+from sits_mech.mechanics.block import BlockPad, block_pad
+from sits_mech.mechanics.block_full import FullWrench, full_equilibrium
 from sits_mech.mechanics.closed_form import holding_moment
 from sits_mech.mechanics.layer import PlanarLayer, planar_layer, stored
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, SolveReport, Wrench
@@ -127,6 +130,30 @@ def to_and_fro(layer: MechanicalModel, wrench: Wrench, reach: float) -> Row:
     same = first.state[0] == again.state[0]  # on the same mesh
     allowed = 1e-6 if same else 2.0 * (first.report.estimated_error + report.estimated_error)
     return Row("", "", DONE, _least(report), away, allowed, report.estimated_error, remark=_said(report))
+
+
+def half_and_whole(sensor: Sensor, wrench: Wrench) -> Row:
+    """Return how far the pose of the whole pad is from that of half of it, in sums of both stated errors."""
+    half = block_pad(sensor, 1e-2).equilibrium(wrench)
+    whole = full_equilibrium(sensor, FullWrench(F_x=wrench.F_x, F_z=wrench.F_z, M_y=wrench.M))
+    one, error = (np.array([part.d_h, part.d_v, part.alpha], dtype=float) for part in (half.pose, half.error))
+    other = np.array([whole.centre[0], whole.centre[2], whole.rotation[1]])
+    doubt = error + whole.error[[0, 2, 4]]
+    report = whole.report
+    violation = float(np.max(np.abs(one - other) / np.maximum(doubt, 1e-15)))
+    return Row("", "", DONE, _least(report), violation, 1.0, report.estimated_error, remark=_said(report))
+
+
+def quarter_turned(sensor: Sensor, load: FullWrench) -> Row:
+    """Return how far a load turned by a quarter about z is from the turned pose, of the displacement."""
+    turned = FullWrench(-load.F_y, load.F_x, load.F_z, -load.M_y, load.M_x, load.M_z)
+    first, second = full_equilibrium(sensor, load), full_equilibrium(sensor, turned)
+    rest = np.array([0.0, 0.0, full_equilibrium(sensor, FullWrench()).centre[2]])
+    moved = [np.concatenate([found.centre - rest, found.rotation * 1e-3]) for found in (first, second)]
+    back = moved[1][[1, 0, 2, 4, 3, 5]] * [1.0, -1.0, 1.0, 1.0, -1.0, 1.0]
+    report = second.report
+    away = float(np.abs(back - moved[0]).max() / np.abs(moved[0]).max())
+    return Row("", "", DONE, _least(report), away, 1e-6, report.estimated_error, remark=_said(report))
 
 
 def refined(sensor: Sensor, wrench: Wrench) -> Row:

@@ -1,22 +1,26 @@
-"""Pads in three dimensions: soft and stiff, thin and tall, boxes and cylinders, pressed, pulled, sheared, tilted.
+"""Pads in three dimensions: soft and stiff, thin and tall, box, cylinder and dome; pressed, pulled, sheared, tilted.
 
 Neo-Hookean but for one of Gent's law, the force at the bonded face, which leads: the model takes no places.
-Held against each other: work and energy of the mesh that answers; no load and no motion; the way back (checks.py).
+Held against each other: work and energy of the mesh that answers; no load and no motion; the way back; all six
+components on the whole pad against half of it and against themselves, turned (checks.py).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
-from extreme.checks import nothing, to_and_fro
+from extreme.checks import half_and_whole, nothing, quarter_turned, to_and_fro
 from extreme.driven import Drive, drive, refused
 from extreme.rows import Row, measured
 
 from sits_mech.mechanics.block import BlockPad, block_pad
+from sits_mech.mechanics.block_full import FullWrench
 from sits_mech.quantities import Wrench
 from sits_mech.sensor import Sensor, load_sensor
 
 MM = 1e-3
+MESHES = Path(__file__).parents[2] / "meshes"
 SILICONE = '{law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
 CYLINDER = [
     'target={material="copper", shape="disc", diameter="15 mm", thickness="0.2 mm", load_height=0}',
@@ -29,6 +33,7 @@ WAYS = (
     Drive("pulled", "sink", (0.1,), 0.025, -1.0, by_force=True),
 )
 SHORT = (Drive("pressed", "sink", (0.1,), 0.025, by_force=True), Drive("sheared", "d_h", (0.5,), 0.125, by_force=True))
+DOME = (Drive("pressed", "sink", (0.1, 0.2), 0.05, by_force=True), Drive("sheared", "d_h", (0.2,), 0.1, by_force=True))
 LOCKING = Drive("sheared", "d_h", (0.5, 1.0, 1.3), 0.125, by_force=True)
 
 
@@ -42,6 +47,19 @@ def pad(*, mu: float = 3e4, ratio: float = 1e3, t: float = 2.0, j_m: float | Non
 def cylinder() -> Sensor:
     """Return a cylinder of 20 mm under a disc of 15 mm."""
     return load_sensor("biorob2018", CYLINDER)
+
+
+def flush() -> Sensor:
+    """Return a pad of 8 x 8 x 2 mm under a target as large, whose faces fold from some 10 % of compression on."""
+    size = [f'elastomer.{side}="8 mm"' for side in ("width", "length")]
+    return load_sensor("biorob2018", ["target.load_height=0", f"elastomer.material={SILICONE}", *size])
+
+
+def dome() -> Sensor:
+    """Return the dome of the meshes' folder."""
+    disc = 'target={material="copper", shape="disc", diameter="8 mm", thickness="0.2 mm", load_height=0}'
+    pad = f'diameter="16 mm", thickness="3 mm", mesh="{MESHES / "dome.msh"}"'
+    return load_sensor("biorob2018", [disc, f"elastomer={{material={SILICONE}, {pad}}}"])
 
 
 def solids(coarse: bool) -> Iterator[Row]:
@@ -62,6 +80,14 @@ def solids(coarse: bool) -> Iterator[Row]:
     for name, sensor in odd.items():
         yield from led(f"3D box, {name}", block_pad(sensor, 2e-2), SHORT)
     yield from led("3D box, Gent j_m = 2 (locks at shear 1.41)", block_pad(pad(j_m=2.0), 2e-2), (LOCKING,))
+    yield from led("3D flush 8/8/2", block_pad(flush(), 2e-2), (WAYS[0], SHORT[1]))
+    yield from led("3D dome on a mesh of the user's", block_pad(dome(), 2e-2), DOME)
+    for name, sensor, loads in (("3D box", pad(), (0.3, 3.0)), ("3D flush 8/8/2", flush(), (2.0, 8.0))):
+        for F_z in loads:
+            load, beside = Wrench(0.05 * F_z, F_z, 1e-5 * F_z), FullWrench(0.05 * F_z, 0.02 * F_z, F_z, M_z=2e-5 * F_z)
+            words = f"{name}, {F_z:g} N and a twentieth of it in shear"
+            yield measured("mechanics", f"{words}: half and whole", lambda s=sensor, w=load: half_and_whole(s, w), True)
+            yield measured("mechanics", f"{words}: turned", lambda s=sensor, w=beside: quarter_turned(s, w), True)
 
 
 def led(name: str, model: BlockPad, ways: tuple[Drive, ...]) -> Iterator[Row]:
