@@ -268,6 +268,13 @@ def test_what_costs_nothing(words: str) -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
+def test_the_package_is_the_command() -> None:
+    """By `python -m`, with its exit codes."""
+    words = [sys.executable, "-m", "sits_mech", "explain", "nothing"]
+    done = subprocess.run(words, env=ENVIRONMENT, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2 and done.stderr.startswith("error: nothing") and done.stderr.count("\n") == 1
+
+
 @pytest.mark.parametrize(
     "command", ["catalog", "doctor", "explain", "pose", "inductance", "simulate", "calibrate", "fit", "view"]
 )
