@@ -18,10 +18,11 @@ hexahedra the stiffer one, and half their difference, with contact all of it, it
 
 Contact of the free faces with ground and target (scene key `elastomer.contact`, block_contact.py) is "never" solved,
 "always", or, "auto", where a free face folds onto one of them: from the rest without contact, or else along a path of
-its own. The notes say which.
+its own; where neither gets there, the answer is that without, and its error the whole displacement. The notes say
+which.
 
-Range: boxes and cylinders with rectangles and discs, every law. Neglected: viscosity, gravity, friction, loads out of
-the plane of symmetry, faces that touch themselves.
+Range: boxes, cylinders and meshes of the user's under rectangles and discs, every law. Neglected: viscosity, gravity,
+friction, loads out of the plane of symmetry, faces that touch themselves.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from scipy.spatial import cKDTree
 
 from sits_mech.mechanics.answer import law_notes, load_words
 from sits_mech.mechanics.block_contact import softened
-from sits_mech.mechanics.block_folds import fold_notes, solid_folds
+from sits_mech.mechanics.block_folds import LEFT_OUT, fold_notes, solid_folds
 from sits_mech.mechanics.block_forms import solid_deformation
 from sits_mech.mechanics.block_mesh import (
     Solid,
@@ -216,7 +217,17 @@ def _reached(pad: BlockPad, start: Equilibrium | None, wrench: Wrench) -> tuple[
         if farther == 1.0:
             return other, farther
     other, farther = _farthest(pad, range(free, count), start, wrench)
-    return (other, farther) if farther >= part else (last, part)
+    return (other, farther) if farther >= part else (_without_contact(pad, last), part)
+
+
+def _without_contact(pad: BlockPad, found: Equilibrium) -> Equilibrium:
+    """An answer that needs contact and has none: its error is the whole displacement."""
+    target, elastomer = pad_parts(pad.sensor)
+    lever, pose = 0.5 * target.extent[0], found.pose
+    moved = (pose.d_h, pose.d_v - elastomer.standoff - elastomer.thickness, lever * pose.alpha)
+    size = max(abs(float(value)) for value in moved)
+    report = replace(found.report, estimated_error=1.0, notes=(*found.report.notes, LEFT_OUT))
+    return replace(found, error=Pose(size, size, size / lever), report=report)
 
 
 def _eased(pad: BlockPad, number: int, found: Equilibrium) -> Equilibrium:

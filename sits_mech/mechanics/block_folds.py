@@ -16,6 +16,9 @@ from sits_mech.mechanics.folds import Folds, fold_words
 from sits_mech.mechanics.self_contact import crosses_itself, is_monotone
 from sits_mech.quantities import Array
 
+LEFT_OUT = "contact could not be followed to this load: the estimated error is the whole displacement"
+"""What is said of an answer without the contact that it needs."""
+
 _SEEN = 1e-6  # thicknesses behind a plane that count
 _PRESSED = 1e-14  # energy of a contact that counts [shear modulus times thickness cubed]
 
@@ -60,4 +63,5 @@ def _crosses(solid: Solid, u: Array, place: Array) -> bool:
     """Whether free faces pass through one another."""
     if solid.convex and is_monotone(solid_deformation(solid.body.mesh, u)[0]):
         return False
-    return crosses_itself(solid.skin, place, half=solid.share < 1.0)
+    plane = min(0.0, float(solid.body.mesh.nodes[:, 1].min())) if solid.share < 1.0 else -np.inf
+    return crosses_itself(solid.skin, place, plane)

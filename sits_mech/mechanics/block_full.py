@@ -19,7 +19,7 @@ from skfem import MeshHex, MeshHex2
 from skfem.assembly import Dofs
 
 from sits_mech.mechanics.answer import law_notes, load_words
-from sits_mech.mechanics.block_folds import fold_notes, solid_folds
+from sits_mech.mechanics.block_folds import LEFT_OUT, fold_notes, solid_folds
 from sits_mech.mechanics.block_forms import BRICK, solid_mesh
 from sits_mech.mechanics.block_mesh import (
     Solid,
@@ -131,7 +131,7 @@ def full_equilibrium(sensor: Sensor, wrench: FullWrench, tolerance: float = 1e-2
     error = float(at_end.max()) / size if size > 0.0 else 0.0
     notes = (*notes, *fold_notes(pad, fine.u, fine.c, fine.R, target.thickness / t), *edge_notes(sensor))
     if found.left_out:
-        notes = (*notes, "contact could not be followed to this load: the estimated error is the whole displacement")
+        notes = (*notes, LEFT_OUT)
     if error > tolerance:
         notes = (*notes, f"the estimated error is above the tolerance {tolerance:g}")
     report = SolveReport(
@@ -194,7 +194,7 @@ def _rested(sensor: Sensor, load: Array, cells: tuple[int, int]) -> _Rest:
     _, elastomer = pad_parts(sensor)
     if elastomer.contact == "always":
         return _carried(sensor, load, cells, _GIVE)
-    free = _carried(sensor, load, cells, 0.0)
+    free = _carried(sensor, load, cells, 0.0, waits=elastomer.contact == "auto")
     if elastomer.contact == "never" or not _touches(free):
         return free
     if free.reached == 1.0:
@@ -203,11 +203,13 @@ def _rested(sensor: Sensor, load: Array, cells: tuple[int, int]) -> _Rest:
         if fine.reached == coarse.reached == 1.0:
             return _Rest(pads, (fine, coarse), free.kind)
     held = _carried(sensor, load, cells, _GIVE)
+    if held.reached < 1.0 and free.reached < 1.0:
+        free = _carried(sensor, load, cells, 0.0)
     return held if held.reached >= free.reached else free._replace(left_out=True)
 
 
-def _carried(sensor: Sensor, load: Array, cells: tuple[int, int], give: float) -> _Rest:
-    """The first kind of meshes that carries a load, or else the farthest; without contact, the first that needs it."""
+def _carried(sensor: Sensor, load: Array, cells: tuple[int, int], give: float, waits: bool = False) -> _Rest:
+    """The first kind of meshes that carries a load, or else the farthest; where contact waits, the first that folds."""
     target, elastomer = pad_parts(sensor)
     kinds = _KINDS[1:] if elastomer.mesh is not None or flush(*outlines(target, elastomer)) else _KINDS
     found: list[_Rest] = []
@@ -219,7 +221,6 @@ def _carried(sensor: Sensor, load: Array, cells: tuple[int, int], give: float) -
             found.append(_Rest((coarse, coarse), (first, first), kind))
         else:
             found.append(_Rest(pads, (followed(fine, load, patience), first), kind))
-        waits = give == 0.0 and elastomer.contact == "auto"
         if found[-1].reached == 1.0 or (waits and _touches(found[-1])):
             return found[-1]
     return max(found, key=lambda rest: rest.reached)
@@ -251,5 +252,3 @@ def _ended(sensor: Sensor, wrench: FullWrench, way: Way, why: tuple[str, ...]) -
         f"{load_words(vars(wrench))}; there the target had moved by {place} mm and turned by {turn} rad (x, y, z), "
         f"smallest volume ratio {way.place.min_J:.3g}; {'; '.join(why)}"
     )
-
-

@@ -35,6 +35,7 @@ _STRETCH = 3.0  # thicknesses of half target that one cell more than through the
 _REACH = 1.25  # thicknesses beside the target within which the pad is stressed: one cell does beyond
 _GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
 _OUTER = 0.3  # of the outermost cell beside the target along x, split off: the tilt under shear hangs on it
+_CLEAR = 2.5e-3  # of a disc's radius that its rim keeps from the sides of a box: cells there would have no width
 _FOLDING = 1.5  # order that the error is told with in contact and of flush pads: faces fold onto a plane cell by cell
 _AROUND = (2, 3)  # cells from a corner of the core to the next middle of a side: up to 2 through the thickness, more
 
@@ -225,11 +226,14 @@ def _free_facets(basis: Basis, where: Array) -> Indices:
 
 
 def _surfaces(basis: Basis, facets: Indices, plate: Outline) -> tuple[tuple[Plane, Surface], ...]:
-    """What is below the top before the ground, what lies under the target before its plane, the rest before its walls.
+    """What is below the top before the ground; what lies under the target before its plane, the rest before its walls.
+
+    A face of the top lies under it with all its corners: rims of thin faces beside a disc do not.
     """
     corners = basis.mesh.p[:, basis.mesh.facets[:, facets]]
     top = np.all(corners[2] > 1.0 - 1e-9, axis=0)
-    under = ~top & within(plate, corners.mean(axis=1).T, 1e-3)
+    inside = np.all([within(plate, corner.T, 1e-3) for corner in corners.swapaxes(0, 1)], axis=0)
+    under = np.where(top, inside, within(plate, corners.mean(axis=1).T, 1e-3))
     groups: tuple[tuple[Plane, Array], ...] = (("ground", ~top), ("plane", under), ("wall", ~under))
     return tuple((plane, surface(basis, facets[own])) for plane, own in groups if np.any(own))
 
@@ -257,10 +261,13 @@ def shares(fine: Solid, coarse: Solid) -> tuple[float, float]:
 
 
 def outlines(target: Target, elastomer: Elastomer) -> tuple[Outline, Outline]:
-    """Return target and pad seen from above [thicknesses]."""
+    """Return target and pad seen from above, a box a little wider than a disc that touches its side [thicknesses]."""
     t = elastomer.thickness
     plate, pad = ([length / (2.0 * t) for length in part.extent] for part in (target, elastomer))
-    return Outline(plate[0], plate[1], target.shape == "disc"), Outline(pad[0], pad[1], elastomer.diameter is not None)
+    disc, cylinder = target.shape == "disc", elastomer.diameter is not None
+    if disc and not cylinder:
+        pad = [max(size, (1.0 + _CLEAR) * plate[0]) for size in pad]
+    return Outline(plate[0], plate[1], disc), Outline(pad[0], pad[1], cylinder)
 
 
 def flush(plate: Outline, pad: Outline) -> bool:

@@ -43,7 +43,7 @@ def is_monotone(F: Array) -> bool:
     return bool(np.all(first > 0.0) and np.all(second > 0.0) and np.all(np.linalg.det(twice) > 0.0))
 
 
-def crosses_itself(faces: Indices, place: Array, half: bool) -> bool:
+def crosses_itself(faces: Indices, place: Array, plane: float = -np.inf) -> bool:
     """Say whether free faces pass through one another.
 
     Parameters
@@ -52,10 +52,10 @@ def crosses_itself(faces: Indices, place: Array, half: bool) -> bool:
         Nodes of the triangles of each element's face, from `skin`.
     place : ndarray, shape (n, 3)
         Where the nodes are [thicknesses].
-    half : bool
-        Whether half a pad is meshed, y >= 0.
+    plane : float
+        Where the plane of symmetry of half a pad is along y [thicknesses].
     """
-    if half and np.any(place[faces, 1] < -_SEEN):
+    if np.any(place[faces, 1] < plane - _SEEN):
         return True
     corners, ring = place[faces.reshape(-1, 3)], np.repeat(faces[:, :, 0], faces.shape[1], axis=0)
     centre = corners.mean(axis=1)

@@ -66,6 +66,32 @@ def test_a_disc_lies_between_two_squares():
     assert np.all(small < middle) and np.all(middle < large)
 
 
+def mixed(width, length, *, disc=8.0):
+    """A box under a disc [mm]."""
+    return scene({"width": width * MM, "length": length * MM}, {"diameter": disc * MM})
+
+
+@pytest.mark.parametrize(
+    ("sensor", "volume"),
+    [
+        (mixed(8, 8), 128.0), (mixed(8, 12), 192.0), (mixed(12, 8), 192.0), (mixed(12, 10), 240.0),
+        (CYLINDER, 112.5 * np.pi), (scene({"diameter": 12 * MM}, SQUARE), 72.0 * np.pi),
+        (scene({"diameter": 12 * MM}, DISC), 72.0 * np.pi),
+    ],
+)  # fmt: skip
+def test_the_whole_pad_is_meshed(sensor, volume):
+    """Half of it, 2 mm thick; a box whose side a disc touches is taken a quarter of a percent wider."""
+    body = bonded_block(sensor, 2, 2.0, 0.0).body
+    assert 16.0 * body.mesh.weights.sum() == pytest.approx(volume, rel=6e-3)
+
+
+def test_a_disc_that_touches_the_sides_of_its_box():
+    """As one that nearly does, and softer than a disc in the middle of a larger box."""
+    touching, nearly, far = (stiffness(mixed(size, size), 2)[[0, 1, 3]] for size in (8.0, 8.2, 12.0))
+    np.testing.assert_allclose(touching, nearly, rtol=0.05)
+    assert np.all(touching < nearly) and np.all(nearly < far)
+
+
 def test_rings_hold_a_square_as_a_tensor_grid_does():
     """A square on a round pad that is far larger than it: the pad's own outline plays no part."""
     round_pad = stiffness(scene({"diameter": 40 * MM}, SQUARE), 2, 2.5)

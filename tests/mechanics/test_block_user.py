@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 from skfem import MeshHex, MeshHex2
 from skfem.io.meshio import to_meshio
 
+from sits_mech.mechanics import block
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.block_mesh import bonded_block
 from sits_mech.mechanics.block_user import GROUPS, meshed_pad
@@ -94,15 +95,16 @@ def test_pose_and_its_error(box):
     assert found.report.min_J > 0.0
 
 
-def flush_file(path, tetrahedra):
-    """Write half a pad of 8 x 8 x 2 mm under a target as large; in bricks, or each cut into tetrahedra."""
+def flush_file(path, tetrahedra, bonded=4.0):
+    """Write half a pad of 8 x 8 x 2 mm under a target as large; in bricks, or each cut into tetrahedra [mm]."""
     x = 4.0 * np.array([0.0, 0.62, 1.0] if tetrahedra else [0.0, 5 / 9, 8 / 9, 1.0])
     bricks = MeshHex.init_tensor(np.concatenate([-x[:0:-1], x]), x, np.array([0.0, 0.6, 1.4, 2.0]))
     mesh = bricks.to_meshtet() if tetrahedra else bricks
     outer = mesh.boundary_facets()
     corner = mesh.p[:, mesh.facets[:, outer]]
     low, high = corner.min(axis=1), corner.max(axis=1)
-    kinds = np.select([high[2] < 1e-9, low[2] > 2.0 - 1e-9, high[1] < 1e-9], [1, 2, 4], 3)
+    top = (low[2] > 2.0 - 1e-9) & (np.abs(corner[:2]).max(axis=(0, 1)) < bonded + 1e-9)
+    kinds = np.select([high[2] < 1e-9, top, high[1] < 1e-9], [1, 2, 4], 3)
     cells = mesh.t.T.copy() if tetrahedra else mesh.t[[0, 1, 4, 2, 3, 5, 7, 6]].T
     if tetrahedra:
         sides = mesh.p.T[cells[:, 1:]] - mesh.p.T[cells[:, :1]]
@@ -127,6 +129,34 @@ def test_contact_is_that_of_the_models_own_mesh(tmp_path, tetrahedra):
     own, found = (block_pad(sensor).equilibrium(Wrench(F_z=8.0)) for sensor in sensors)
     assert found.pose.d_v == pytest.approx(own.pose.d_v, abs=own.error.d_v + found.error.d_v)
     assert any("lies on the target's plane" in note for note in found.report.notes)
+
+
+def test_a_top_that_is_not_bonded_lies_on_the_target(tmp_path):
+    """Of 8 x 8 mm under the target the middle is bonded; the rest is held by its plane, and is stiffer for it."""
+    size = [f'{part}.{side}="8 mm"' for part in ("target", "elastomer") for side in ("width", "length")]
+    mesh = f'elastomer.mesh="{flush_file(tmp_path / "part.msh", False, 32 / 9)}"'
+    keys = ["target.load_height=0", *size, NEO_HOOKEAN, mesh]
+    pads = (block_pad(load_sensor("biorob2018", [*keys, f'elastomer.contact="{way}"'])) for way in ("auto", "never"))
+    held, free = (pad.equilibrium(Wrench(F_z=1.0)) for pad in pads)
+    assert held.pose.d_v > free.pose.d_v
+    assert any("lies on the target's plane" in note for note in held.report.notes)
+    assert not any("sides" in note for note in held.report.notes)
+
+
+def test_contact_that_cannot_be_followed_is_worth_the_whole_displacement(tmp_path, monkeypatch):
+    size = [f'{part}.{side}="8 mm"' for part in ("target", "elastomer") for side in ("width", "length")]
+    mesh = f'elastomer.mesh="{flush_file(tmp_path / "part.msh", True)}"'
+    pad, tried = block_pad(load_sensor("biorob2018", ["target.load_height=0", *size, NEO_HOOKEAN, mesh])), block._tried
+
+    def without(pad, number, start, wrench):
+        """Contact that never gets there."""
+        found, part = tried(pad, min(number, 1), start, wrench)
+        return found, part if number < 2 else 0.0
+
+    monkeypatch.setattr(block, "_tried", without)
+    found = pad.equilibrium(Wrench(F_z=8.0))
+    assert found.report.estimated_error == 1.0 and found.error.d_v == pytest.approx(2.0 * MM - found.pose.d_v)
+    assert any("could not be followed" in note for note in found.report.notes)
 
 
 EXAMPLES = {

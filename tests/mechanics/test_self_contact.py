@@ -37,7 +37,7 @@ def test_a_bar_rolled_up_crosses_itself_from_one_turn_on(bar, turns, crossing):
     place = rolled(section.nodes, turns)
     F, J = solid_deformation(section, (place - section.nodes).ravel())
     assert J.min() > 0.0 and not is_monotone(F)
-    assert crosses_itself(faces, place, half=False) == crossing
+    assert crosses_itself(faces, place) == crossing
 
 
 def test_what_no_two_points_can_have_met_in_is_known(bar):
@@ -46,7 +46,7 @@ def test_what_no_two_points_can_have_met_in_is_known(bar):
     for shear, crushed in ((0.5, 0.3), (1.2, 0.0), (0.0, -0.9)):
         place = section.nodes @ np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [shear, 0.1, 1.0 - crushed]])
         assert is_monotone(solid_deformation(section, (place - section.nodes).ravel())[0])
-        assert not crosses_itself(faces, place, half=False)
+        assert not crosses_itself(faces, place)
 
 
 @pytest.mark.parametrize(("moved", "crossing"), [(0.4, False), (0.6, True)])
@@ -59,11 +59,13 @@ def test_walls_of_a_slot_that_pass_each_other(moved, crossing):
     near = np.abs(x) < 2.0
     drawn = np.where(near & (z < 1.0), moved * (1.0 - z) * np.minimum(1.0, (2.0 - np.abs(x)) / 1.5), 0.0)
     place = section.nodes - np.stack([np.sign(x) * drawn, 0.0 * x, 0.0 * x], axis=1)
-    assert not crosses_itself(faces, section.nodes, half=True)
-    assert crosses_itself(faces, place, half=True) == crossing
+    assert not crosses_itself(faces, section.nodes, plane=0.0)
+    assert crosses_itself(faces, place, plane=0.0) == crossing
 
 
 def test_half_a_pad_meets_its_image(bar):
+    """Where it is cut, which need not be y = 0 to the last digit."""
     section, faces = bar
-    assert crosses_itself(faces, section.nodes - [0.0, 0.01, 0.0], half=True)
-    assert not crosses_itself(faces, section.nodes - [0.0, 0.01, 0.0], half=False)
+    assert not crosses_itself(faces, section.nodes - [0.0, 0.01, 0.0], plane=-0.01)
+    assert crosses_itself(faces, section.nodes - [0.0, 0.01, 0.0], plane=0.0)
+    assert not crosses_itself(faces, section.nodes - [0.0, 0.01, 0.0])
