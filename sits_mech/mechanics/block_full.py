@@ -112,15 +112,9 @@ def full_equilibrium(sensor: Sensor, wrench: FullWrench, tolerance: float = 1e-2
         raise ValueError(f"wrench: must be finite numbers, got {load_words(vars(wrench))}")
     load = forces * [1.0, 1.0, -1.0, 1.0 / t, 1.0 / t, 1.0 / t] / (mu * t**2)
     found = _rested(sensor, load, next(cells for least, cells in _LADDER if tolerance >= least))
-    pad, fine = found.pads[0], found.ways[0].place
-    notes = law_notes(sensor, pad.body, fine.u)
     if found.reached < 1.0:
-        why = (*notes, REASONS[found.ways[0].reason])
-        report = SolveReport(
-            "block", len(pad.body.free) + 6, fine.iterations, fine.residual, np.inf, time.perf_counter() - began,
-            "load path ended", notes=(*why, f"reached {found.reached:.1%} of the path"), min_J=fine.min_J,
-        )
-        raise SolveFailed(_ended(sensor, wrench, found.ways[0], why), report)
+        raise _ended(sensor, wrench, found, time.perf_counter() - began)
+    pad, fine = found.pads[0], found.ways[0].place
     places = [np.concatenate([way.place.c * t, rotation_vector(way.place.R)]) for way in found.ways]
     apart = places[0] - places[1]
     lever = np.repeat([1.0, float(max(target.extent)) / 2.0], 3)
@@ -129,7 +123,8 @@ def full_equilibrium(sensor: Sensor, wrench: FullWrench, tolerance: float = 1e-2
     size = float(np.max(np.abs(best) * lever))
     at_end = np.maximum(at_end, size if found.left_out else _SHARE * at_end.max())
     error = float(at_end.max()) / size if size > 0.0 else 0.0
-    notes = (*notes, *fold_notes(pad, fine.u, fine.c, fine.R, target.thickness / t), *edge_notes(sensor))
+    seen = fold_notes(pad, fine.u, fine.c, fine.R, target.thickness / t)
+    notes = (*law_notes(sensor, pad.body, fine.u), *seen, *edge_notes(sensor))
     if found.left_out:
         notes = (*notes, LEFT_OUT)
     if error > tolerance:
@@ -242,13 +237,21 @@ def _pads(sensor: Sensor, cells: tuple[int, int], kind: tuple[float, float], giv
     return pads
 
 
-def _ended(sensor: Sensor, wrench: FullWrench, way: Way, why: tuple[str, ...]) -> str:
-    """Say where a load path ended, and why."""
-    reached = {name: way.reached * value for name, value in vars(wrench).items()}
-    moved = 1e3 * pad_parts(sensor)[1].thickness * way.place.c
-    place, turn = (", ".join(f"{x:.5f}" for x in own) for own in (moved, rotation_vector(way.place.R)))
-    return (
-        f"wrench: the pad could be followed to {load_words(reached)} ({way.reached:.1%} of the path), not to "
-        f"{load_words(vars(wrench))}; there the target had moved by {place} mm and turned by {turn} rad (x, y, z), "
-        f"smallest volume ratio {way.place.min_J:.3g}; {'; '.join(why)}"
+def _ended(sensor: Sensor, wrench: FullWrench, found: _Rest, seconds: float) -> SolveFailed:
+    """Return what says where a load path ended, and why."""
+    pad, way = found.pads[0], found.ways[0]
+    place, part = way.place, f"{found.reached:.1%} of the path"
+    why = (*law_notes(sensor, pad.body, place.u), REASONS[way.reason])
+    report = SolveReport(
+        "block", len(pad.body.free) + 6, place.iterations, place.residual, np.inf, seconds, "load path ended",
+        notes=(*why, f"reached {part}"), min_J=place.min_J,
     )
+    reached = {name: found.reached * value for name, value in vars(wrench).items()}
+    moved = 1e3 * pad_parts(sensor)[1].thickness * place.c
+    shift, turn = (", ".join(f"{x:.5f}" for x in own) for own in (moved, rotation_vector(place.R)))
+    message = (
+        f"wrench: the pad could be followed to {load_words(reached)} ({part}), not to {load_words(vars(wrench))}; "
+        f"there the target had moved by {shift} mm and turned by {turn} rad (x, y, z), smallest volume ratio "
+        f"{place.min_J:.3g}; {'; '.join(why)}"
+    )
+    return SolveFailed(message, report)
