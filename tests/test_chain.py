@@ -222,6 +222,7 @@ def test_without_load_the_layer_rests(sensor: Sensor, calibration: xr.Dataset) -
     assert abs(float(rest["d_h"])) < 1e-12 and abs(float(rest["alpha"])) < 1e-12
 
 
+@pytest.mark.slow
 def test_a_plate_prepared_ahead_changes_nothing(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
     """On one core nothing is: the same numbers to the last bit; on two the reading finds its plate prepared, once."""
     found = []

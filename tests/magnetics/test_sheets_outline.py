@@ -119,6 +119,7 @@ def test_resistive_ring_in_axial_field() -> None:
     assert z.R[0, 0] == pytest.approx(exact, rel=2e-2, abs=0.0)
 
 
+@pytest.mark.slow
 def test_slot_stops_the_current() -> None:
     sensor = one_loop(0.2e-3, 1e6)
     slot = ((4e-3, 0.2e-3), (0.0, 0.2e-3), (0.0, -0.2e-3), (4e-3, -0.2e-3))

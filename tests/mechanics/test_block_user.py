@@ -143,6 +143,7 @@ def test_a_top_that_is_not_bonded_lies_on_the_target(tmp_path):
     assert not any("sides" in note for note in held.report.notes)
 
 
+@pytest.mark.slow
 def test_contact_that_cannot_be_followed_is_worth_the_whole_displacement(tmp_path, monkeypatch):
     size = [f'{part}.{side}="8 mm"' for part in ("target", "elastomer") for side in ("width", "length")]
     mesh = f'elastomer.mesh="{flush_file(tmp_path / "part.msh", True)}"'
@@ -188,6 +189,7 @@ def test_example_is_softer_than_the_box_around_it(name):
     assert hashlib.sha256((MESHES / f"{name}.msh").read_bytes()).hexdigest() in (MESHES / "README.md").read_text()
 
 
+@pytest.mark.slow
 def test_graded_tetrahedra_of_the_models_own_shape():
     """Quarter of a thickness at the edge: the mean of both answers within 1.5 % of NGSolve's, between them."""
     stiffer, softer = (stiffness(found) for found in meshed_pad(scene(MESHES / "box.msh"), 0.0))
