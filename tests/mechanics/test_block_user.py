@@ -13,6 +13,7 @@ from skfem.io.meshio import to_meshio
 
 from sits_mech.mechanics import block
 from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.block_full import FullWrench, full_equilibrium
 from sits_mech.mechanics.block_mesh import bonded_block
 from sits_mech.mechanics.block_user import GROUPS, meshed_pad
 from sits_mech.mechanics.path import compliance, rest
@@ -85,6 +86,16 @@ def test_half_a_pad_is_the_whole_pad(tmp_path, box):
     np.testing.assert_allclose(
         stiffness(meshed_pad(scene(whole), 0.0)[0]), stiffness(meshed_pad(scene(box), 0.0)[0]), rtol=1e-7
     )
+
+
+@pytest.mark.slow
+def test_a_whole_mesh_bears_all_six_components(tmp_path, box):
+    """Along x as half of it does; along y as along x."""
+    whole = scene(box_file(tmp_path / "whole.msh", half=False, groups=GROUPS))
+    along, across = (full_equilibrium(whole, FullWrench(*load, 4.0)) for load in ((0.6, 0.0), (0.0, 0.6)))
+    half = block_pad(scene(box)).equilibrium(Wrench(0.6, 4.0))
+    np.testing.assert_allclose(along.centre[[0, 2]], [half.pose.d_h, half.pose.d_v], rtol=1e-6)
+    np.testing.assert_allclose(across.centre[[1, 0, 2]], along.centre, atol=1e-9)
 
 
 def test_pose_and_its_error(box):
