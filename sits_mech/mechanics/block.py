@@ -36,7 +36,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from sits_mech.mechanics.answer import law_notes, load_words
-from sits_mech.mechanics.block_contact import softened
+from sits_mech.mechanics.block_contact import placed, softened
 from sits_mech.mechanics.block_folds import LEFT_OUT, fold_notes, solid_folds
 from sits_mech.mechanics.block_forms import solid_deformation
 from sits_mech.mechanics.block_mesh import (
@@ -260,7 +260,7 @@ def _touches(pad: BlockPad, found: Equilibrium) -> bool:
     """Whether a free face lies on or behind ground or target."""
     solid = pad.meshes[int(found.state[0])][0]
     state = _unpacked(solid.body, found.state[1 : 1 + _size(solid.body)])
-    return solid_folds(solid, state.u, *_moved(state), whole=False).touch
+    return solid_folds(solid, state.u, *placed(state.q)).touch
 
 
 def _why(pad: BlockPad, last: Equilibrium) -> str:
@@ -321,15 +321,8 @@ def _answer(sensor: Sensor, solids: tuple[Solid, Solid], found: tuple[State, Sta
 def _notes(sensor: Sensor, solid: Solid, state: State) -> tuple[str, ...]:
     """Sentences about the free faces and the law."""
     target, elastomer = pad_parts(sensor)
-    seen = fold_notes(solid, state.u, *_moved(state), target.thickness / elastomer.thickness)
+    seen = fold_notes(solid, state.u, *placed(state.q), target.thickness / elastomer.thickness)
     return (*seen, *law_notes(sensor, solid.body, state.u))
-
-
-def _moved(state: State) -> tuple[Array, Array]:
-    """How far the target's centre moved, and its rotation."""
-    cos, sin = np.cos(state.q[2]), np.sin(state.q[2])
-    turn = np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
-    return np.array([state.q[0], 0.0, state.q[1]]), turn
 
 
 def _scaled(sensor: Sensor, wrench: Wrench) -> Array:

@@ -41,7 +41,7 @@ from skfem.quadrature import get_quadrature
 
 from sits_mech.mechanics.body import Part, Term
 from sits_mech.mechanics.contact import Jet, Plane, pressed
-from sits_mech.mechanics.forms import Indices, summed
+from sits_mech.mechanics.forms import Indices, entries, summed
 from sits_mech.meshing.bricks import Outline
 from sits_mech.quantities import Array
 
@@ -74,16 +74,16 @@ class Surface:
     weight: Array
     size: int
 
-    def numbers(self, count: int) -> Indices:
-        """Numbers of each face's displacements and of the target's `count` places, shape (f, 3 k + count)."""
+    @cached_property
+    def numbers(self) -> Indices:
+        """Numbers of each face's displacements and of (c, w), shape (f, 3 k + 6); the first three of these are q's."""
         own = (3 * self.nodes[:, :, None] + np.arange(3)).reshape(len(self.nodes), -1)
-        return np.concatenate([own, np.tile(3 * self.size + np.arange(count), (len(own), 1))], axis=1)
+        return np.concatenate([own, np.tile(3 * self.size + np.arange(6), (len(own), 1))], axis=1)
 
     @cached_property
     def entries(self) -> tuple[Indices, Indices]:
         """Rows and columns of the faces' stiffnesses in the displacements and q."""
-        numbers = self.numbers(3)
-        return np.repeat(numbers, numbers.shape[1], axis=1).ravel(), np.tile(numbers, (1, numbers.shape[1])).ravel()
+        return entries(self.numbers[:, :-3])
 
 
 class Push(NamedTuple):
@@ -145,15 +145,13 @@ class SolidContact:
 
     def __call__(self, u: Array, q: Array) -> Term:
         """Return energy, forces and stiffness of the contact at displacements `u` and target's place `q`."""
-        cos, sin = float(np.cos(q[2])), float(np.sin(q[2]))
-        turn = np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
-        on, energy, forces, bent = self.push(u, np.array([q[0], 0.0, q[1]]), turn)
+        on, energy, forces, bent = self.push(u, *placed(q))
         faces = self.surface
-        numbers, nodal = faces.numbers(3), 3 * faces.nodes.shape[1]
+        numbers, nodal = faces.numbers[:, :-3], 3 * faces.nodes.shape[1]
         own = np.concatenate([np.arange(nodal), nodal + _PLACED])
         stiffness = np.zeros((len(numbers), len(own), len(own)))
         stiffness[on] = bent[:, own[:, None], own]
-        return Term(energy, summed(numbers[on], forces[:, None, own], len(u) + 3), *faces.entries, stiffness.ravel())
+        return Term(energy, summed(numbers[on], forces[:, own], len(u) + 3), *faces.entries, stiffness.ravel())
 
     def push(self, u: Array, centre: Array, turn: Array) -> Push:
         """Return what presses on the faces, in the faces' displacements, the target's centre and its turning.
@@ -200,6 +198,12 @@ class SolidContact:
         if self.plane == "plane":
             return pressed(above, self.give)
         return pressed(_depth_inside(self.plate, y), self.give, above)
+
+
+def placed(q: Array) -> tuple[Array, Array]:
+    """Return how far the target of half a pad moved, shape (3,) [thicknesses], and its rotation, at q."""
+    cos, sin = np.cos(q[2]), np.sin(q[2])
+    return np.array([q[0], 0.0, q[1]]), np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
 
 
 def contacts(surfaces: tuple[tuple[Plane, Surface], ...], give: float, plate: Outline) -> tuple[Part, ...]:

@@ -7,6 +7,8 @@ found here, and named.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from sits_mech.mechanics.block_contact import SolidContact
@@ -23,8 +25,8 @@ _SEEN = 1e-6  # thicknesses behind a plane that count
 _PRESSED = 1e-14  # energy of a contact that counts [shear modulus times thickness cubed]
 
 
-def solid_folds(solid: Solid, u: Array, centre: Array, turn: Array, whole: bool = True) -> Folds:
-    """Return where the free faces of a deformed pad are.
+def solid_folds(solid: Solid, u: Array, centre: Array, turn: Array) -> Folds:
+    """Return where the free faces of a deformed pad are, but whether they touch themselves.
 
     Parameters
     ----------
@@ -33,8 +35,6 @@ def solid_folds(solid: Solid, u: Array, centre: Array, turn: Array, whole: bool 
         Nodal displacements [thicknesses].
     centre, turn : ndarray, shape (3,) and (3, 3)
         How far the target's centre moved [thicknesses], and its rotation.
-    whole : bool
-        Whether to look for faces that touch themselves, too.
     """
     place = solid.body.mesh.nodes + u.reshape(-1, 3)
     seen = (place - centre - (0.0, 0.0, 1.0)) @ turn
@@ -50,18 +50,19 @@ def solid_folds(solid: Solid, u: Array, centre: Array, turn: Array, whole: bool 
         if isinstance(part, SolidContact):
             behind[part.plane] |= part.push(u, centre, turn).energy > _PRESSED
     rise = float(seen[sides][inside, 2].max()) if np.any(inside) else 0.0
-    return Folds(behind["ground"], behind["plane"], behind["wall"], rise, whole and _crosses(solid, u, place))
+    return Folds(behind["ground"], behind["plane"], behind["wall"], rise, itself=False)
 
 
 def fold_notes(solid: Solid, u: Array, centre: Array, turn: Array, plate: float) -> tuple[str, ...]:
     """Return sentences about the free faces under a target of thickness `plate`; the others as of `solid_folds`."""
     solved = any(isinstance(part, SolidContact) for part in solid.body.parts)
-    return fold_words(solid_folds(solid, u, centre, turn), plate, solved)
+    found = replace(solid_folds(solid, u, centre, turn), itself=_crosses(solid, u))
+    return fold_words(found, plate, solved)
 
 
-def _crosses(solid: Solid, u: Array, place: Array) -> bool:
+def _crosses(solid: Solid, u: Array) -> bool:
     """Whether free faces pass through one another."""
     if solid.convex and is_monotone(solid_deformation(solid.body.mesh, u)[0]):
         return False
     plane = min(0.0, float(solid.body.mesh.nodes[:, 1].min())) if solid.share < 1.0 else -np.inf
-    return crosses_itself(solid.skin, place, plane)
+    return crosses_itself(solid.skin, solid.body.mesh.nodes + u.reshape(-1, 3), plane)

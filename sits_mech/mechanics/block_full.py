@@ -224,7 +224,7 @@ def _carried(sensor: Sensor, load: Array, cells: tuple[int, int], give: float, w
 def _touches(found: _Rest) -> bool:
     """Whether a free face lies on or behind ground or target."""
     place = found.ways[0].place
-    return solid_folds(found.pads[0], place.u, place.c, place.R, whole=False).touch
+    return solid_folds(found.pads[0], place.u, place.c, place.R).touch
 
 
 def _pads(sensor: Sensor, cells: tuple[int, int], kind: tuple[float, float], give: float) -> tuple[Solid, Solid]:

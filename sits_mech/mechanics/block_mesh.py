@@ -21,7 +21,7 @@ from sits_mech.mechanics.block_contact import Surface, contacts, surface
 from sits_mech.mechanics.block_energy import cofactor, solid_energy
 from sits_mech.mechanics.block_forms import BRICK, solid_deformation, solid_mesh, solid_tangent
 from sits_mech.mechanics.contact import Plane
-from sits_mech.mechanics.forms import Indices, Section
+from sits_mech.mechanics.forms import Indices, Section, entries
 from sits_mech.mechanics.path import Bonded, Element
 from sits_mech.mechanics.self_contact import skin
 from sits_mech.meshing.bricks import Outline, box_bricks, ring_bricks
@@ -108,8 +108,7 @@ class _Numbered:
     @cached_property
     def places(self) -> tuple[Indices, Indices]:
         """Rows and columns of the element stiffnesses."""
-        dofs, count = self.section.dofs, self.section.dofs.shape[1]
-        return np.repeat(dofs, count, axis=1).ravel(), np.tile(dofs, (1, count)).ravel()
+        return entries(self.section.dofs)
 
     @cached_property
     def pattern(self) -> Pattern:

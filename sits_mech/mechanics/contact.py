@@ -29,7 +29,7 @@ from typing import Literal
 import numpy as np
 
 from sits_mech.mechanics.body import Term
-from sits_mech.mechanics.forms import H_J, Indices, Section, deformation, plane_cofactor, summed
+from sits_mech.mechanics.forms import H_J, Indices, Section, deformation, entries, plane_cofactor, summed
 from sits_mech.quantities import Array
 
 Plane = Literal["ground", "plane", "wall"]
@@ -108,8 +108,7 @@ class Contact:
         on = (weight[:, None, None] * slope[:, None]) @ spread
         forces = summed(numbers, on, n + 3)
         stiffness = spread.transpose(0, 2, 1) @ (weight[:, None, None] * curvature) @ spread
-        rows, columns = np.repeat(numbers, 9, axis=1).ravel(), np.tile(numbers, (1, 9)).ravel()
-        return Term(float(weight @ energy), forces, rows, columns, stiffness.ravel())
+        return Term(float(weight @ energy), forces, *entries(numbers), stiffness.ravel())
 
     def _of_place(self, place: Array, q: Array) -> Jet:
         """Energy per length, its slope and curvature in (x, z, d_h, d_z, alpha) of every point."""
@@ -208,5 +207,4 @@ class Guard:
         C = H_J * first[..., None, None] + second[..., None, None] * H[..., :, None] * H[..., None, :]
         stiffness = B.transpose(0, 2, 1) @ (C @ mesh.node_B).reshape(e, -1, 18)
         energy = self.kappa * float((mesh.node_weights * (J - 1.0 - np.log(J))).sum())
-        rows, columns = np.repeat(mesh.dofs, 18, axis=1).ravel(), np.tile(mesh.dofs, (1, 18)).ravel()
-        return Term(energy, forces, rows, columns, stiffness.ravel())
+        return Term(energy, forces, *entries(mesh.dofs), stiffness.ravel())

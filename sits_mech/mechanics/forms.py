@@ -200,6 +200,12 @@ def summed(places: Indices, values: Array, size: int) -> Array:
     return np.asarray(np.bincount(places.ravel(), values.ravel(), size), dtype=np.float64)
 
 
+def entries(numbers: Indices) -> tuple[Indices, Indices]:
+    """Return the rows and columns of the stiffnesses of elements with unknowns `numbers`, shape (e, k)."""
+    count = numbers.shape[1]
+    return np.repeat(numbers, count, axis=1).ravel(), np.tile(numbers, (1, count)).ravel()
+
+
 def plane_cofactor(F: Array) -> Array:
     """Return ``H = dJ/dF`` of F, both of shape (..., 4)."""
     return np.asarray(F[..., ::-1] * np.array([1.0, -1.0, -1.0, 1.0]))

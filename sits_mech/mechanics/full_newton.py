@@ -24,7 +24,7 @@ from scipy import sparse
 
 from sits_mech.mechanics.block_contact import SolidContact, cross_matrix, softened
 from sits_mech.mechanics.block_mesh import Solid
-from sits_mech.mechanics.forms import Indices, Tangent, summed
+from sits_mech.mechanics.forms import Indices, Tangent, entries, summed
 from sits_mech.mechanics.newton import solved
 from sits_mech.quantities import Array
 
@@ -135,11 +135,11 @@ def _with_contact(pad: Solid, here: Place, found: Tangent) -> tuple[Array, spars
     for part in body.parts:
         if isinstance(part, SolidContact):
             push = part.push(here.u, here.c, here.R)
-            numbers = part.surface.numbers(6)[push.on]
-            forces += summed(numbers, push.forces[:, None], size)
+            numbers = part.surface.numbers[push.on]
+            forces += summed(numbers, push.forces, size)
             values.append(push.stiffness.ravel())
-            rows.append(np.repeat(numbers, numbers.shape[1], axis=1).ravel())
-            columns.append(np.tile(numbers, (1, numbers.shape[1])).ravel())
+            for known, more in zip((rows, columns), entries(numbers), strict=True):
+                known.append(more)
     each = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
     return forces, sparse.csr_matrix(each, shape=(size, size))
 

@@ -21,7 +21,7 @@ from sits_mech.mechanics.contact import Contact, Guard, face_along
 from sits_mech.mechanics.energy import plane_energy
 from sits_mech.mechanics.fan import fanned
 from sits_mech.mechanics.fillet import Fillet, checked, drawn_in, fillet_lines
-from sits_mech.mechanics.forms import Indices, Section, section
+from sits_mech.mechanics.forms import Indices, Section, entries, section
 from sits_mech.meshing.structured import graded_lines, matched_cells
 from sits_mech.quantities import Array, Wrench
 from sits_mech.sensor import Elastomer, Sensor, Target
@@ -83,11 +83,6 @@ def _bonds(mesh: Section, half_target: float) -> tuple[Indices, Indices, Array]:
     return free, 2 * np.flatnonzero(top)[:, None] + np.arange(2), x[top]
 
 
-def _places(mesh: Section) -> tuple[Indices, Indices]:
-    """Rows and columns of the element stiffnesses."""
-    return np.repeat(mesh.dofs, 18, axis=1).ravel(), np.tile(mesh.dofs, (1, 18)).ravel()
-
-
 def side_faces(mesh: Section) -> list[Indices]:
     """Return the nodes of the left and the right face, from the ground upwards."""
     x, z = mesh.places.T
@@ -124,7 +119,7 @@ def _numbered(
 ) -> tuple[Section, tuple[Indices, Indices, Array], tuple[Indices, Indices]]:
     """A mesh with its bonds and the places of its stiffnesses; many bodies share one."""
     mesh = _mesh(edges, cells, grading, fan)
-    return mesh, _bonds(mesh, edges.half_target), _places(mesh)
+    return mesh, _bonds(mesh, edges.half_target), entries(mesh.dofs)
 
 
 @lru_cache(maxsize=32)

@@ -71,11 +71,11 @@ def test_contact_has_an_exact_tangent_at_any_turn(pad, target, plane, lift):
     if plane == "wall":  # drawn in
         u.reshape(-1, 3)[:, :2] -= 0.03 * body.mesh.nodes[:, :2]
     c, R = np.array([0.02, -0.01, -0.01]), rotation_matrix(np.array([0.003, 0.002, -0.2]))
-    size, numbers = n + 6, contact.surface.numbers(6)
+    size, numbers = n + 6, contact.surface.numbers
 
     def felt(step):
         push = contact.push(u + step * du, c + step * dc, rotation_matrix(step * w) @ R)
-        return push, summed(numbers[push.on], push.forces[:, None], size)
+        return push, summed(numbers[push.on], push.forces, size)
 
     (found, forces), (up, more), (down, less) = (felt(step) for step in (0.0, h, -h))
     v = np.concatenate([du, dc, w])

@@ -106,6 +106,12 @@ def test_pose_and_its_error(box):
     assert found.report.min_J > 0.0
 
 
+def flush(*more):
+    """A pad of 8 x 8 mm under a target as large."""
+    sides = [f'{part}.{side}="8 mm"' for part in ("target", "elastomer") for side in ("width", "length")]
+    return load_sensor("biorob2018", ["target.load_height=0", *sides, NEO_HOOKEAN, *more])
+
+
 def flush_file(path, tetrahedra, bonded=4.0):
     """Write half a pad of 8 x 8 x 2 mm under a target as large; in bricks, or each cut into tetrahedra [mm]."""
     x = 4.0 * np.array([0.0, 0.62, 1.0] if tetrahedra else [0.0, 5 / 9, 8 / 9, 1.0])
@@ -133,21 +139,16 @@ def flush_file(path, tetrahedra, bonded=4.0):
 @pytest.mark.parametrize("tetrahedra", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_contact_is_that_of_the_models_own_mesh(tmp_path, tetrahedra):
     """A flush pad whose faces fold at 8 N: its pose within both errors."""
-    size = [f'{part}.{side}="8 mm"' for part in ("target", "elastomer") for side in ("width", "length")]
     mesh = f'elastomer.mesh="{flush_file(tmp_path / "flush.msh", tetrahedra)}"'
-    plain = ["target.load_height=0", *size, NEO_HOOKEAN]
-    sensors = (load_sensor("biorob2018", keys) for keys in (plain, [*plain, mesh]))
-    own, found = (block_pad(sensor).equilibrium(Wrench(F_z=8.0)) for sensor in sensors)
+    own, found = (block_pad(flush(*keys)).equilibrium(Wrench(F_z=8.0)) for keys in ((), (mesh,)))
     assert found.pose.d_v == pytest.approx(own.pose.d_v, abs=own.error.d_v + found.error.d_v)
     assert any("lies on the target's plane" in note for note in found.report.notes)
 
 
 def test_a_top_that_is_not_bonded_lies_on_the_target(tmp_path):
     """Of 8 x 8 mm under the target the middle is bonded; the rest is held by its plane, and is stiffer for it."""
-    size = [f'{part}.{side}="8 mm"' for part in ("target", "elastomer") for side in ("width", "length")]
     mesh = f'elastomer.mesh="{flush_file(tmp_path / "part.msh", False, 32 / 9)}"'
-    keys = ["target.load_height=0", *size, NEO_HOOKEAN, mesh]
-    pads = (block_pad(load_sensor("biorob2018", [*keys, f'elastomer.contact="{way}"'])) for way in ("auto", "never"))
+    pads = (block_pad(flush(mesh, f'elastomer.contact="{way}"')) for way in ("auto", "never"))
     held, free = (pad.equilibrium(Wrench(F_z=1.0)) for pad in pads)
     assert held.pose.d_v > free.pose.d_v
     assert any("lies on the target's plane" in note for note in held.report.notes)
@@ -156,9 +157,8 @@ def test_a_top_that_is_not_bonded_lies_on_the_target(tmp_path):
 
 @pytest.mark.slow
 def test_contact_that_cannot_be_followed_is_worth_the_whole_displacement(tmp_path, monkeypatch):
-    size = [f'{part}.{side}="8 mm"' for part in ("target", "elastomer") for side in ("width", "length")]
     mesh = f'elastomer.mesh="{flush_file(tmp_path / "part.msh", True)}"'
-    pad, tried = block_pad(load_sensor("biorob2018", ["target.load_height=0", *size, NEO_HOOKEAN, mesh])), block._tried
+    pad, tried = block_pad(flush(mesh)), block._tried
 
     def without(pad, number, start, wrench):
         """Contact that never gets there."""
