@@ -15,7 +15,9 @@ from sits_mech.version import __version__
 if TYPE_CHECKING:
     from sits_mech.analysis.bench import sensor_calibration
     from sits_mech.analysis.spectrum import spectrum
-    from sits_mech.chain import calibrate, magnetic_model, mechanical_model, plan, simulate
+    from sits_mech.chain.calibrate import calibrate
+    from sits_mech.chain.models import magnetic_model, mechanical_model, plan
+    from sits_mech.chain.simulate import simulate
     from sits_mech.quantities import Impedance, Pose, SolveFailed, Wrench
     from sits_mech.readout.crosstalk import crosstalk, sensitivity
     from sits_mech.sensor import SceneError, Sensor, catalogue, load_sensor, save_sensor
@@ -29,7 +31,9 @@ __all__ = [
 
 _HOMES = {
     "analysis.bench": ("sensor_calibration",),
-    "chain": ("calibrate", "magnetic_model", "mechanical_model", "plan", "simulate"),
+    "chain.calibrate": ("calibrate",),
+    "chain.models": ("magnetic_model", "mechanical_model", "plan"),
+    "chain.simulate": ("simulate",),
     "quantities": ("Impedance", "Pose", "SolveFailed", "Wrench"),
     "readout.crosstalk": ("crosstalk", "sensitivity"),
     "sensor": ("SceneError", "Sensor", "catalogue", "load_sensor", "save_sensor"),

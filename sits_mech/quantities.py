@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Wrench:
-    """Dead load on the target.
+    """Dead load on the target; the last three components are zero in the plane y = 0.
 
     Attributes
     ----------
@@ -29,29 +29,89 @@ class Wrench:
     F_z : float
         Normal force, positive when it presses down [N].
     M : float
-        Moment, positive towards ``alpha > 0`` [N m].
+        Moment about y, positive towards ``alpha > 0`` [N m].
+    F_y : float
+        Shear force along +y [N].
+    M_x, M_z : float
+        Moments about x and z, by the right hand [N m].
     """
 
     F_x: float = 0.0
     F_z: float = 0.0
     M: float = 0.0
+    F_y: float = 0.0
+    M_x: float = 0.0
+    M_z: float = 0.0
+
+    @property
+    def components(self) -> Array:
+        """All six, in the order of `WRENCH`, shape (6,) [N, N m]."""
+        return np.array([getattr(self, name) for name in WRENCH], dtype=np.float64)
+
+    @property
+    def beside(self) -> tuple[str, ...]:
+        """Names of the components that leave the plane y = 0 and are not zero."""
+        return tuple(name for name in WRENCH[3:] if getattr(self, name) != 0.0)
 
 
 @dataclass(frozen=True)
 class Pose:
-    """Where the target is: one pose, or many when the fields are arrays of one shape.
+    """Where the target is: one pose, or many when the fields are arrays that broadcast.
+
+    The rotation vector is (alpha_x, alpha, alpha_z): the axis that the target has turned about by the right hand, as
+    long as the angle. The last three fields are zero in the plane y = 0.
 
     Attributes
     ----------
     d_h, d_v : float or ndarray
         Coordinates x and z of the centre of the target's bottom face [m].
     alpha : float or ndarray
-        Rotation, clockwise in the x-z picture [rad].
+        Rotation about y, clockwise in the x-z picture [rad].
+    d_y : float or ndarray
+        Coordinate y of that centre [m].
+    alpha_x, alpha_z : float or ndarray
+        Rotation about x and z [rad].
     """
 
     d_h: float | Array
     d_v: float | Array
     alpha: float | Array = 0.0
+    d_y: float | Array = 0.0
+    alpha_x: float | Array = 0.0
+    alpha_z: float | Array = 0.0
+
+    @classmethod
+    def of(cls, components: Array) -> Pose:
+        """Return the pose, or poses, of components in the order of `POSE`, shape (..., 3) or (..., 6) [m, rad]."""
+        each = np.moveaxis(np.asarray(components, dtype=np.float64), -1, 0)
+        return cls(*(float(part) if part.ndim == 0 else part for part in each))
+
+    @property
+    def components(self) -> Array:
+        """All six, in the order of `POSE`, shape (..., 6) [m, rad]."""
+        each = np.broadcast_arrays(*(np.asarray(getattr(self, name), dtype=np.float64) for name in POSE))
+        return np.stack(each, axis=-1)
+
+    @property
+    def centre(self) -> Array:
+        """Coordinates x, y, z of the centre of the target's bottom face, shape (..., 3) [m]."""
+        return self.components[..., [0, 3, 1]]
+
+    @property
+    def rotation(self) -> Array:
+        """Rotation vector, shape (..., 3) [rad]."""
+        return self.components[..., [4, 2, 5]]
+
+    @property
+    def beside(self) -> tuple[str, ...]:
+        """Names of the components that leave the plane y = 0 and are not zero."""
+        return tuple(name for name in POSE[3:] if np.any(np.asarray(getattr(self, name)) != 0.0))
+
+
+WRENCH = ("F_x", "F_z", "M", "F_y", "M_x", "M_z")
+"""Names of the components of a wrench; the first three are the plane's."""
+POSE = ("d_h", "d_v", "alpha", "d_y", "alpha_x", "alpha_z")
+"""Names of the components of a pose, each in the place of the component of the wrench that works on it."""
 
 
 @dataclass(frozen=True)
@@ -166,6 +226,19 @@ class SolveFailed(Exception):
         super().__init__(message)
         self.report = report
         self.last = last
+
+
+def refuse_beside(model: str, given: Wrench | Pose, other: str) -> None:
+    """Refuse components that leave the plane y = 0, by name, for a model that cannot; `other` is the one that can.
+
+    Raises
+    ------
+    ValueError
+        One line.
+    """
+    if given.beside:
+        kind, names = ("wrench" if isinstance(given, Wrench) else "pose"), ", ".join(given.beside)
+        raise ValueError(f"{kind}: {names} must be zero for the model {model}, which is plane: ask for {other}")
 
 
 class MechanicalModel(Protocol):

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.bench import sensor_calibration
-from sits_mech.chain import calibrate
+from sits_mech.chain.calibrate import calibrate
 from sits_mech.readout.crosstalk import crosstalk, rotation_error
 from sits_mech.report.curves import crosstalk_map, save_figure
 from sits_mech.report.outputs import study_arguments, write_rows

@@ -23,7 +23,8 @@ import numpy as np
 import xarray as xr
 from threadpoolctl import threadpool_limits
 
-from sits_mech.chain import MAGNETICS, calibrate
+from sits_mech.chain.calibrate import calibrate
+from sits_mech.chain.models import MAGNETICS
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.layer import linear_layer, planar_layer
 from sits_mech.quantities import MechanicalModel, Pose, Wrench

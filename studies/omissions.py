@@ -24,14 +24,15 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from sits_mech import plan
 from sits_mech.analysis.spectrum import at_terminals
-from sits_mech.chain import MAGNETICS, MECHANICS, calibrate, magnetic_model, mechanical_model, simulate
-from sits_mech.filling import settle_grid
+from sits_mech.chain.calibrate import calibrate
+from sits_mech.chain.interpolate import settle_grid
+from sits_mech.chain.models import MAGNETICS, MECHANICS, magnetic_model, mechanical_model, plan
+from sits_mech.chain.omissions import idle_coupling, skin_depths, strain_bound
+from sits_mech.chain.pose_errors import read_poses
+from sits_mech.chain.simulate import simulate
 from sits_mech.mechanics.loads import Load, settle
-from sits_mech.omissions import idle_coupling, skin_depths, strain_bound
 from sits_mech.quantities import Pose, Wrench
-from sits_mech.reading import read_poses
 from sits_mech.report.accuracy import forget
 from sits_mech.report.curves import new_figure, save_figure
 from sits_mech.report.outputs import study_arguments, write_rows

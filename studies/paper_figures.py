@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from sits_mech.chain import magnetic_model
+from sits_mech.chain.models import magnetic_model
 from sits_mech.quantities import Array, Pose
 from sits_mech.report.curves import new_figure, save_figure
 from sits_mech.report.outputs import study_arguments, write_rows

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sits_mech.chain import magnetic_model
+from sits_mech.chain.models import magnetic_model
 from sits_mech.quantities import Pose
 from sits_mech.report.curves import new_figure, save_figure
 from sits_mech.report.outputs import study_arguments, write_rows

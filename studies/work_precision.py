@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from sits_mech.chain import MAGNETICS
+from sits_mech.chain.models import MAGNETICS
 from sits_mech.quantities import Pose
 from sits_mech.report.accuracy import Rung, draw_ladders, forget
 from sits_mech.report.outputs import study_arguments, write_rows

@@ -19,7 +19,7 @@ RANKS = {
     **dict.fromkeys(("sweep", "meshing"), 1),
     "geometry": 2,
     **dict.fromkeys(("mechanics", "magnetics", "readout"), 3),
-    **dict.fromkeys(("chain", "filling", "full_chain", "omissions", "plan", "reading"), 4),
+    **dict.fromkeys(("chain",), 4),
     **dict.fromkeys(("analysis", "batch"), 5),
     "report": 6,
     **dict.fromkeys(("__init__", "console", "doctor", "export"), 7),

@@ -10,7 +10,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 
-@pytest.mark.parametrize("before", ["pass", "import sits_mech.chain", "import sits_mech.sweep, sits_mech.plan"])
+@pytest.mark.parametrize("before", ["pass", "import sits_mech.chain", "import sits_mech.sweep, sits_mech.chain.plan"])
 def test_functions_are_not_hidden_by_their_files(before: str) -> None:
     """`sweep` and `plan` are functions in files of the same name."""
     code = (

@@ -14,10 +14,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sits_mech.analysis.bench import free_inductances
-from sits_mech.chain import loaded_model, mechanical_model
+from sits_mech.chain.models import loaded_model, mechanical_model
+from sits_mech.chain.pose_errors import read_poses
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.quantities import Array, Equilibrium, MagneticModel, MechanicalModel, Pose, SolveFailed, Wrench
-from sits_mech.reading import read_poses
 from sits_mech.readout.calibration import Calibration, calibration_of
 from sits_mech.readout.sampling import Mirror, Sampling, sample
 from sits_mech.sensor import Coil, SceneError, Sensor

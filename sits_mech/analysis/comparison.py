@@ -21,7 +21,7 @@ import xarray as xr
 from scipy.interpolate import BarycentricInterpolator
 
 from sits_mech.analysis.bench import free_inductances
-from sits_mech.chain import loaded_model
+from sits_mech.chain.models import loaded_model
 from sits_mech.geometry.collision import clearance
 from sits_mech.quantities import Array, Pose
 from sits_mech.readout.calibration import FORCES

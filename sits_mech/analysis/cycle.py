@@ -21,11 +21,11 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import CubicSpline, make_interp_spline
 
-from sits_mech.chain import loaded_model, mechanical_model
+from sits_mech.chain.models import loaded_model, mechanical_model
+from sits_mech.chain.pose_errors import Reading, read_poses
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.mechanics.history import ElasticCurve, elastic_curve, relaxed_share, softened_share
 from sits_mech.quantities import Array, Pose, Wrench
-from sits_mech.reading import Reading, read_poses
 from sits_mech.sensor import SceneError, Sensor, scene_hash, scene_text
 from sits_mech.version import __version__
 

@@ -20,7 +20,7 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.bench import sensor_calibration
-from sits_mech.chain import loaded_model, mechanical_model
+from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.quantities import Array, Pose, SolveFailed, Wrench
 from sits_mech.readout.spread import Spread, design, spread
 from sits_mech.sensor import SceneError, Sensor

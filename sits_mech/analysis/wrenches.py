@@ -18,7 +18,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from sits_mech.analysis.bench import free_inductances
-from sits_mech.chain import magnetic_model, mechanical_model
+from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.quantities import Array, MagneticModel, MechanicalModel, Pose, Wrench
 from sits_mech.readout.observability import Observability, observability
 from sits_mech.sensor import SceneError, Sensor

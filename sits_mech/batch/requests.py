@@ -14,27 +14,17 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.chain import (
-    MAGNETICS,
-    MECHANICS,
-    at_rest,
-    calibrate,
-    checked_tolerance,
-    magnetic_model,
-    mechanical_model,
-    simulate,
-)
-from sits_mech.full_chain import full_pose, simulate_full
+from sits_mech.chain.calibrate import calibrate
+from sits_mech.chain.models import MAGNETICS, MECHANICS, checked_tolerance, magnetic_model, mechanical_model
+from sits_mech.chain.plan import choose_mechanics, quantity_range
+from sits_mech.chain.simulate import at_rest, simulate
 from sits_mech.materials import unknown
-from sits_mech.mechanics.block_full import FullPose, FullWrench
-from sits_mech.plan import choose_mechanics, quantity_range
-from sits_mech.quantities import Equilibrium, Impedance, MagneticModel, MechanicalModel, Pose, SolveReport, Wrench
+from sits_mech.quantities import POSE, Equilibrium, Impedance, MagneticModel, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.sensor import Sensor, changed, sensor_from
 from sits_mech.sweep import DONE, Row
 from sits_mech.units import SceneError, quantity, shown
 
-_LOAD = {"fx": "N", "fz": "N", "moment": "N*m"}
-_BESIDE = {"fy": "N", "mx": "N*m", "mz": "N*m"}  # a study that names one of them has all its loads solved in space
+_LOAD = {"fx": "N", "fz": "N", "moment": "N*m", "fy": "N", "mx": "N*m", "mz": "N*m"}
 _PLACE = {"dv": "m", "dh": "m", "alpha": "rad", "frequency": "Hz"}
 
 
@@ -132,9 +122,7 @@ def _magnetic(variant: Variant, model: str, tolerance: float) -> MagneticModel:
 def _pose(variant: Variant, asked: Row) -> Row:
     """Answer: where does the target come to rest?"""
     sensor, model, tolerance = variant.sensor, asked.get("model", "auto"), asked.get("tolerance", 1e-2)
-    wrench, load = _loads(asked)
-    if load is not None:
-        return _full_rest(full_pose(sensor, load, tolerance=tolerance, mechanics=model))
+    wrench = _wrench(asked)
     chosen = choose_mechanics(sensor, model, tuple(MECHANICS), [wrench], tolerance)
     return _rest(at_rest(sensor, _mechanical(variant, chosen.name, tolerance), wrench))
 
@@ -148,12 +136,8 @@ def _inductance(variant: Variant, asked: Row) -> Row:
 
 def _simulate(variant: Variant, asked: Row) -> Row:
     """Answer: what does the sensor show under a load?"""
-    wrench, load = _loads(asked)
-    models = {name: item for name, item in asked.items() if name not in (*_LOAD, *_BESIDE)}
-    if load is not None:
-        full = simulate_full(variant.sensor, load, **models)
-        return _full_rest(full.pose) | _shown(full.impedance) | asdict(full.signals)
-    found = simulate(variant.sensor, wrench, **models)
+    models = {name: item for name, item in asked.items() if name not in _LOAD}
+    found = simulate(variant.sensor, _wrench(asked), **models)
     return _rest(found.equilibrium) | _shown(found.impedance) | asdict(found.signals)
 
 
@@ -169,29 +153,15 @@ def _calibrate(variant: Variant, asked: Row) -> Row:
     return row | {"failed_loads": int(np.sum(data["status"] != DONE)), "unit_L": data.attrs["unit_L"]}
 
 
-def _loads(asked: Row) -> tuple[Wrench, FullWrench | None]:
-    """Return the load in the plane, and all of it where a component beside the plane is asked for."""
-    wrench = Wrench(*(asked.get(name, 0.0) for name in _LOAD))
-    if not any(name in asked for name in _BESIDE):
-        return wrench, None
-    F_y, M_x, M_z = (asked.get(name, 0.0) for name in _BESIDE)
-    return wrench, FullWrench(wrench.F_x, F_y, wrench.F_z, M_x, wrench.M, M_z)
-
-
-def _full_rest(found: FullPose) -> Row:
-    """Return a target at rest under all six components as a row."""
-    names, report = ("d_h", "d_y", "d_v", "alpha_x", "alpha", "alpha_z"), found.report
-    values = zip(names, [*found.centre, *found.rotation], found.error, strict=True)
-    row: Row = {}
-    for name, value, error in values:
-        row |= {name: float(value), f"error_{name}": float(error)}
-    return row | _how(report)
+def _wrench(asked: Row) -> Wrench:
+    """Return the load that a case asks for."""
+    return Wrench(*(asked.get(name, 0.0) for name in _LOAD))
 
 
 def _rest(found: Equilibrium) -> Row:
     """Return a target at rest as a row."""
-    row = {"d_h": found.pose.d_h, "d_v": found.pose.d_v, "alpha": found.pose.alpha}
-    row |= {"error_d_h": found.error.d_h, "error_d_v": found.error.d_v, "error_alpha": found.error.alpha}
+    row: Row = {name: getattr(found.pose, name) for name in POSE}
+    row |= {f"error_{name}": getattr(found.error, name) for name in POSE}
     return row | _how(found.report)
 
 
@@ -212,11 +182,11 @@ def _shown(found: Impedance) -> Row:
 
 _CHAIN = {"mechanics": tuple(MECHANICS), "magnetics": tuple(MAGNETICS)}
 REQUESTS: Mapping[str, Request] = {
-    "pose": Request(_pose, _LOAD | _BESIDE, {"model": _CHAIN["mechanics"]}),
+    "pose": Request(_pose, _LOAD, {"model": _CHAIN["mechanics"]}),
     "inductance": Request(
         _inductance, _PLACE, {"model": _CHAIN["magnetics"]}, needed=("dv",), layer=False, chunk=25
     ),
-    "simulate": Request(_simulate, _LOAD | _BESIDE, _CHAIN),
+    "simulate": Request(_simulate, _LOAD, _CHAIN),
     "calibrate": Request(
         _calibrate, {name: _LOAD[name] for name in ("fx", "fz")}, _CHAIN, needed=("fx", "fz"), ranges=("fx", "fz")
     ),

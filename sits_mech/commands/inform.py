@@ -52,7 +52,7 @@ def explain(
 
     Example: sits-mech explain biorob2018 --fx "0.5 N" --fz "2 N"
     """
-    from sits_mech.chain import plan
+    from sits_mech.chain.models import plan
     from sits_mech.report.plan_table import plan_record, plan_table
 
     sensor, wrench = sensor_of(scene, overrides), load.wrench()

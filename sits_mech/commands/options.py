@@ -13,7 +13,6 @@ from sits_mech.console import warn
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:
-    from sits_mech.mechanics.block_full import FullWrench
     from sits_mech.quantities import Pose, Wrench
     from sits_mech.sensor import Sensor
 
@@ -36,43 +35,25 @@ Overrides = Annotated[
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Load:
-    """The load: forces along +x and downwards, and the moment that lifts the left edge."""
+    """The load: forces and moments; the last three options leave the plane y = 0, and the pad is then solved whole."""
 
     fx: Annotated[Quantity, Parameter(help="Shear force, along +x.")] = "0 N"
     fz: Annotated[Quantity, Parameter(help="Normal force, pressing down.")] = "0 N"
-    moment: Annotated[Quantity, Parameter(help="Moment that lifts the left edge.")] = "0 N*m"
+    moment: Annotated[Quantity, Parameter(help="Moment about y, lifts the left edge.")] = "0 N*m"
+    fy: Annotated[Quantity, Parameter(help="Shear force, along +y.")] = "0 N"
+    mx: Annotated[Quantity, Parameter(help="Moment about the x axis, by the right hand.")] = "0 N*m"
+    mz: Annotated[Quantity, Parameter(help="Moment about the z axis, by the right hand.")] = "0 N*m"
 
     def wrench(self) -> Wrench:
         """Return the load in SI."""
         from sits_mech.quantities import Wrench
         from sits_mech.units import quantity
 
-        return Wrench(
-            quantity(self.fx, "N", "--fx"), quantity(self.fz, "N", "--fz"), quantity(self.moment, "N*m", "--moment")
-        )
+        return Wrench(*(quantity(getattr(self, name), unit, f"--{name}") for name, unit in LOAD_UNITS.items()))
 
 
-@Parameter(name="*")
-@dataclass(frozen=True)
-class Beside:
-    """What a load has besides: the force and the moments that leave the plane y = 0."""
-
-    fy: Annotated[Quantity, Parameter(help="Shear force, along +y.")] = "0 N"
-    mx: Annotated[Quantity, Parameter(help="Moment about the x axis, by the right hand.")] = "0 N*m"
-    mz: Annotated[Quantity, Parameter(help="Moment about the z axis, by the right hand.")] = "0 N*m"
-
-    def with_plane(self, load: Wrench) -> FullWrench | None:
-        """Return all six components in SI; None where the load stays in the plane."""
-        from sits_mech.mechanics.block_full import FullWrench
-        from sits_mech.units import quantity
-
-        F_y, M_x, M_z = (
-            quantity(text, unit, name)
-            for text, unit, name in ((self.fy, "N", "--fy"), (self.mx, "N*m", "--mx"), (self.mz, "N*m", "--mz"))
-        )
-        if F_y == M_x == M_z == 0.0:
-            return None
-        return FullWrench(load.F_x, F_y, load.F_z, M_x, load.M, M_z)
+LOAD_UNITS = {"fx": "N", "fz": "N", "moment": "N*m", "fy": "N", "mx": "N*m", "mz": "N*m"}
+"""The options of a load, in the order of the components of a wrench, with their SI units."""
 
 
 @Parameter(name="*")

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from sits_mech.commands.options import (
-    Beside,
     Frequency,
     Json,
     Load,
@@ -23,33 +21,24 @@ from sits_mech.commands.options import (
 )  # fmt: skip
 from sits_mech.console import answer, not_converged, progress_bar, show, warn
 
-if TYPE_CHECKING:
-    from sits_mech.mechanics.block_full import FullWrench
-    from sits_mech.omissions import Omission
-    from sits_mech.sensor import Sensor
-
 
 @app.command
 def pose(
-    scene: Scene, *, load: Load = Load(), beside: Beside = Beside(), model: str = "auto", tolerance: Tolerance = 1e-2,
+    scene: Scene, *, load: Load = Load(), model: str = "auto", tolerance: Tolerance = 1e-2,
     overrides: Overrides = (), as_json: Json = False,
 ) -> int:  # fmt: skip
     """Where the target comes to rest under a load.
 
-    With --fy, --mx or --mz the pad is solved whole, and all six components of the pose are told.
-
     Example: sits-mech pose biorob2018 --fx "0.5 N" --fz "2 N"
     """
-    from sits_mech.chain import at_rest, mechanical_model
-    from sits_mech.omissions import omissions
+    from sits_mech.chain.models import mechanical_model
+    from sits_mech.chain.omissions import omissions
+    from sits_mech.chain.simulate import at_rest
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import equilibrium_record
     from sits_mech.report.tables import equilibrium_table
 
     sensor, loads = sensor_of(scene, overrides), [load.wrench()]
-    full = beside.with_plane(loads[0])
-    if full is not None:
-        return _full_pose(sensor, full, Models(mechanics=model, tolerance=tolerance), as_json)
     layer, choice = mechanical_model(sensor, model, tolerance, loads)
     try:
         found = at_rest(sensor, layer, *loads)
@@ -70,8 +59,8 @@ def inductance(
     Example: sits-mech inductance biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 MHz"
     """
     from sits_mech.analysis.spectrum import at_terminals, frequency_range, spectrum
-    from sits_mech.chain import magnetic_model
-    from sits_mech.omissions import omissions
+    from sits_mech.chain.models import magnetic_model
+    from sits_mech.chain.omissions import omissions
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import impedance_record, spectrum_record
     from sits_mech.report.tables import impedance_table, spectrum_table, terminal_table
@@ -98,27 +87,23 @@ def inductance(
 
 @app.command
 def simulate(
-    scene: Scene, *, load: Load = Load(), beside: Beside = Beside(), models: Models = Models(),
+    scene: Scene, *, load: Load = Load(), models: Models = Models(),
     overrides: Overrides = (), as_json: Json = False,
 ) -> int:  # fmt: skip
     """What the sensor shows under a load.
 
-    With --fy, --mx or --mz the pad is solved whole and read in space (block and sheets).
-
     Example: sits-mech simulate biorob2018 --fx "0.5 N" --fz "2 N"
     """
-    from sits_mech import chain
+    from sits_mech.chain.models import plan
+    from sits_mech.chain.simulate import simulate as simulated
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import simulation_record
     from sits_mech.report.tables import equilibrium_table, impedance_table, signal_table
 
     sensor, wrench = sensor_of(scene, overrides), load.wrench()
-    full = beside.with_plane(wrench)
-    if full is not None:
-        return _full_simulation(sensor, full, models, as_json)
-    unsolved = chain.plan(sensor, [wrench], **asdict(models)).left_out
+    unsolved = plan(sensor, [wrench], **asdict(models)).left_out
     try:
-        found = chain.simulate(sensor, wrench, **asdict(models))
+        found = simulated(sensor, wrench, **asdict(models))
     except SolveFailed as error:
         return not_converged(error, as_json, True)
     tables = [
@@ -128,52 +113,6 @@ def simulate(
     ]
     answer(simulation_record(found, unsolved), tables, as_json)
     return 0
-
-
-def _full_pose(sensor: Sensor, load: FullWrench, models: Models, as_json: bool) -> int:
-    """The command `pose` under all six components of a load."""
-    from sits_mech.full_chain import full_pose
-    from sits_mech.quantities import SolveFailed
-    from sits_mech.report.full_pose import full_pose_record, full_pose_table
-
-    try:
-        found = full_pose(sensor, load, tolerance=models.tolerance, mechanics=models.mechanics)
-    except SolveFailed as error:
-        return not_converged(error, as_json)
-    unsolved = tuple(item.text for item in _unsolved(sensor, load, None))
-    answer(full_pose_record(found, unsolved), [full_pose_table(found)], as_json)
-    return 0
-
-
-def _full_simulation(sensor: Sensor, load: FullWrench, models: Models, as_json: bool) -> int:
-    """The command `simulate` under all six components of a load."""
-    from sits_mech.full_chain import simulate_full
-    from sits_mech.quantities import SolveFailed
-    from sits_mech.report.full_pose import full_pose_table, full_simulation_record
-    from sits_mech.report.tables import impedance_table, signal_table
-
-    try:
-        found = simulate_full(sensor, load, **asdict(models))
-    except SolveFailed as error:
-        return not_converged(error, as_json, True)
-    tables = [
-        full_pose_table(found.pose),
-        impedance_table([coil.name for coil in sensor.coils], found.impedance),
-        signal_table(found.signals, found.impedance.unit_L),
-    ]
-    answer(full_simulation_record(found, _unsolved(sensor, load, "sheets")), tables, as_json)
-    return 0
-
-
-def _unsolved(sensor: Sensor, load: FullWrench, magnetics: str | None) -> tuple[Omission, ...]:
-    """What is left out under all six components, as under a load in the plane that is as large."""
-    from math import hypot
-
-    from sits_mech.omissions import omissions
-    from sits_mech.quantities import Wrench
-
-    as_large = Wrench(hypot(load.F_x, load.F_y), load.F_z, hypot(load.M_x, load.M_y, load.M_z))
-    return omissions(sensor, [as_large], "block", magnetics)
 
 
 @app.command
@@ -188,8 +127,8 @@ def calibrate(
 
     Example: sits-mech calibrate biorob2018 --fx "-1 N:1 N:9" --fz "0 N:4 N:9" -o calibration
     """
-    from sits_mech import chain
-    from sits_mech.plan import quantity_range
+    from sits_mech.chain.calibrate import calibrate as calibrated
+    from sits_mech.chain.plan import quantity_range
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.folder import cases_folder, prepare_folder, write_calibration
     from sits_mech.report.tables import failures, load_table, remarks, summary_table
@@ -199,7 +138,7 @@ def calibrate(
     folder = prepare_folder(output if output is not None else Path(f"{Path(scene).stem}-calibration"))
     try:
         with progress_bar("loads") as progress:
-            data = chain.calibrate(
+            data = calibrated(
                 sensor, F_x=F_x, F_z=F_z, tolerance=models.tolerance, mechanics=models.mechanics,
                 magnetics=models.magnetics, progress=progress, folder=cases_folder(folder),
             )  # fmt: skip

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from sits_mech.analysis.spectrum import at_terminals
-from sits_mech.chain import magnetic_model
+from sits_mech.chain.models import magnetic_model
 from sits_mech.export.source import Source, resting_pose
 from sits_mech.quantities import Array, Impedance, Pose
 from sits_mech.scene import write_text

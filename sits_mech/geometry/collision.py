@@ -1,18 +1,19 @@
 """Does a pose leave the target above the coils? Asked before anything is solved.
 
-The target's section in its own frame is ``|xi| <= a, 0 <= eta <= t``; a clockwise rotation by alpha about the centre
-of the bottom face takes it to
+A box |xi| <= a, |eta| <= b, 0 <= zeta <= t around the target, in its own frame, is turned by R about the centre of its
+bottom face, which stands at height d_v; so its lowest corner is at
 
-    x = d_h + xi cos(alpha) + eta sin(alpha),    z = d_v - xi sin(alpha) + eta cos(alpha),
+    d_v - a |R_zx| - b |R_zy| + min(t R_zz, 0),        of a disc of radius a    d_v - a |(R_zx, R_zy)| + min(t R_zz, 0).
 
-so its lowest corner is at ``d_v - a |sin(alpha)| + min(t cos(alpha), 0)``. The coil plane is z = 0.
+The coil plane is z = 0.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from sits_mech.quantities import Array, Pose
+from sits_mech.geometry.turns import rotation_matrix
+from sits_mech.quantities import POSE, Array, Pose
 from sits_mech.sensor import Sensor
 
 
@@ -23,20 +24,28 @@ class Collision(ValueError):
 def clearance(sensor: Sensor, pose: Pose) -> Array:
     """Return the height of the target's lowest point above the coil plane [m], in the shape of the pose."""
     if sensor.target is None:
-        return np.full(np.shape(pose.d_v), np.inf)
-    alpha = np.asarray(pose.alpha, dtype=float)
-    side = sensor.target.extent[0] / 2 * np.abs(np.sin(alpha))
-    return np.asarray(pose.d_v - side + np.minimum(sensor.target.thickness * np.cos(alpha), 0.0))
+        return np.full(pose.components.shape[:-1], np.inf)
+    down = rotation_matrix(pose.rotation)[..., 2, :]
+    half = np.array(sensor.target.extent) / 2.0
+    sides = np.abs(down[..., :2]) * half
+    side = np.hypot(*np.moveaxis(sides, -1, 0)) if sensor.target.shape == "disc" else sides.sum(axis=-1)
+    return np.asarray(pose.centre[..., 2] - side + np.minimum(sensor.target.thickness * down[..., 2], 0.0))
 
 
 def check_clearance(sensor: Sensor, pose: Pose) -> None:
     """Raise Collision if any pose brings the target to the coil plane or is not a number."""
     gap = clearance(sensor, pose)
-    if np.all(gap > 0.0) and np.all(np.isfinite(pose.d_h)):
+    places = pose.components
+    if np.all(gap > 0.0) and np.all(np.isfinite(places)):
         return
-    index = int(np.argmin(np.where(np.isnan(gap), -np.inf, gap)))
-    d_h, d_v, alpha = (float(np.broadcast_to(v, gap.shape).flat[index]) for v in (pose.d_h, pose.d_v, pose.alpha))
+    index = np.unravel_index(int(np.argmin(np.where(np.isnan(gap), -np.inf, gap))), gap.shape)
+    named = [(name, float(value)) for name, value in zip(POSE, places[index], strict=True)]
+    shown = [(name, value) for k, (name, value) in enumerate(named) if k < 3 or value != 0.0]
+    words = (
+        f"{name} = {1e3 * value:.4g} mm" if name.startswith("d") else f"{name} = {np.degrees(value):.4g} deg"
+        for name, value in shown
+    )
     raise Collision(
-        f"pose: the target must stay above the coil plane z = 0, its lowest point is at {gap.flat[index] * 1e3:.4g} mm "
-        f"for d_h = {d_h * 1e3:.4g} mm, d_v = {d_v * 1e3:.4g} mm, alpha = {np.degrees(alpha):.4g} deg"
+        f"pose: the target must stay above the coil plane z = 0, its lowest point is at {gap[index] * 1e3:.4g} mm "
+        f"for {', '.join(words)}"
     )

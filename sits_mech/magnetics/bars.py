@@ -38,7 +38,7 @@ from sits_mech.magnetics.division import Lengths, Resolution
 from sits_mech.magnetics.kernels import mean_log
 from sits_mech.magnetics.neighbours import Answering, coupled_reaction
 from sits_mech.magnetics.plate import PreparedPlate, prepare_plate
-from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, SolveReport
+from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, SolveReport, refuse_beside
 from sits_mech.sensor import Sensor
 
 # Asked error of the change of inductance -> division of the plate. Largest errors against an independent high-order FEM
@@ -79,6 +79,7 @@ class PlanarBars:
         """
         began = time.perf_counter()
         check_frequency(self.sensor.coils, frequency)
+        refuse_beside("planar", pose, "sheets")
         check_clearance(self.sensor, pose)
         fields = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (pose.d_h, pose.d_v, pose.alpha)))
         batch = Pose(*(field.ravel() for field in fields))

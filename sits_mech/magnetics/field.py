@@ -34,7 +34,7 @@ from sits_mech.geometry.windings import check_frequency
 from sits_mech.magnetics.field_mesh import Division, Fineness, divide_plane, outline_samples
 from sits_mech.magnetics.field_solve import FieldSolution, element_errors, solve_field
 from sits_mech.magnetics.field_source import Track, coil_potentials, free_inductance, track_resistances, tracks
-from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, SolveReport
+from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, SolveReport, refuse_beside
 from sits_mech.sensor import Sensor
 
 Complex = NDArray[np.complex128]
@@ -148,6 +148,7 @@ class PlanarFem:
             If the tolerance is not reached.
         """
         began = time.perf_counter()
+        refuse_beside("planar-fem", pose, "sheets")
         check_clearance(self.sensor, pose)
         axes = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (pose.d_h, pose.d_v, pose.alpha)))
         shape, n = axes[0].shape, len(self.sensor.coils)

@@ -25,7 +25,7 @@ from sits_mech.geometry.windings import check_frequency
 from sits_mech.magnetics.disc import Disc, DiscProblem, count_rings, prepare_disc
 from sits_mech.magnetics.loops import coil_inductances
 from sits_mech.magnetics.losses import track_resistance
-from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, SolveReport
+from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, SolveReport, refuse_beside
 from sits_mech.sensor import Coil, Sensor, Target
 
 Complex = NDArray[np.complex128]
@@ -73,6 +73,7 @@ class Axisymmetric:
             left_out = ("eddy currents: the scene has no target",)
             report = SolveReport("axisymmetric", 0, 0, 0.0, 0.0, time.perf_counter() - began, left_out=left_out)
             return Impedance(frequency, L0 + zero, zero, L0, R_dc, zero, zero, "H", report)
+        refuse_beside("axisymmetric", pose, "sheets")
         check_clearance(self.sensor, pose)
         _check_coaxial(self.sensor.coils[0], pose)
         d_v = np.broadcast_to(np.asarray(pose.d_v, dtype=float), shape).ravel()

@@ -34,6 +34,7 @@ import numpy as np
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.outline import Outline
 from sits_mech.geometry.solids import PlacedPlate, lowest_points, overlapping, placed_plates
+from sits_mech.geometry.turns import rotation_matrix
 from sits_mech.geometry.windings import check_frequency, track_length
 from sits_mech.magnetics.loops import coil_inductances
 from sits_mech.magnetics.ring_field import spiral_inductances
@@ -127,10 +128,7 @@ class Sheets:
             If the frequency is not positive, or beyond the coils' (`check_frequency`).
         """
         check_clearance(self.sensor, pose)
-        d_h, d_v, alpha = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (pose.d_h, pose.d_v, pose.alpha)))
-        c, s, o = np.cos(alpha), np.sin(alpha), np.zeros(alpha.shape)
-        rotation = np.stack([c, o, s, o, o + 1.0, o, -s, o, c], axis=-1).reshape(*alpha.shape, 3, 3)
-        found = self.impedance_at(rotation, np.stack([d_h, o, d_v], axis=-1), frequency)
+        found = self.impedance_at(rotation_matrix(pose.rotation), pose.centre, frequency)
         return found if self.windings == "rings" else _against_rings(found, self.sensor)
 
     def impedance_at(self, rotation: Array, offset: Array, frequency: float) -> Impedance:

@@ -21,7 +21,7 @@ from sits_mech.mechanics.newton import newton
 from sits_mech.mechanics.pad import force_unit
 from sits_mech.mechanics.path import REASONS, Outcome, follow
 from sits_mech.mechanics.stability import layer_notes
-from sits_mech.quantities import Array, Equilibrium, Pose, SolveReport, Wrench
+from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.sensor import Sensor
 
 _SHARE = 0.05  # of the worst component's error that every component owns to
@@ -159,8 +159,9 @@ def law_notes(sensor: Sensor, body: Bonded, u: Array) -> tuple[str, ...]:
 
 
 def load_words(load: Mapping[str, float]) -> str:
-    """Return a load in words, from its components [N, N m]."""
-    return ", ".join(f"{name} = {value:.6g} N{' m' * name.startswith('M')}" for name, value in load.items())
+    """Return a load in words, from its components [N, N m]; what leaves the plane only where it is not zero."""
+    shown = {name: value for name, value in load.items() if name in WRENCH[:3] or value != 0.0}
+    return ", ".join(f"{name} = {value:.6g} N{' m' * name.startswith('M')}" for name, value in shown.items())
 
 
 def _answer(sensor: Sensor, pair: Pair, control: Control, found: tuple[State, State]) -> Equilibrium:

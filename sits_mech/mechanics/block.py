@@ -39,6 +39,7 @@ from sits_mech.mechanics.answer import law_notes, load_words
 from sits_mech.mechanics.block_contact import placed, softened
 from sits_mech.mechanics.block_folds import LEFT_OUT, fold_notes, solid_folds
 from sits_mech.mechanics.block_forms import solid_deformation
+from sits_mech.mechanics.block_full import whole_equilibrium
 from sits_mech.mechanics.block_mesh import (
     Solid,
     bonded_block,
@@ -113,8 +114,10 @@ class BlockPad:
             If the load path ends before the wrench; its `last` is the last equilibrium on the way.
         """
         began = time.perf_counter()
-        if not np.all(np.isfinite([wrench.F_x, wrench.F_z, wrench.M])):
+        if not np.all(np.isfinite(wrench.components)):
             raise ValueError(f"wrench: must be finite numbers, got {load_words(vars(wrench))}")
+        if wrench.beside:
+            return whole_equilibrium(self.sensor, wrench, self.tolerance)
         last, part = _reached(self, start, wrench)
         report = replace(last.report, seconds=time.perf_counter() - began)
         if part == 1.0:

@@ -39,6 +39,7 @@ from skfem import Basis
 from skfem.element import Element
 from skfem.quadrature import get_quadrature
 
+from sits_mech.geometry.turns import cross_matrix
 from sits_mech.mechanics.body import Part, Term
 from sits_mech.mechanics.contact import Jet, Plane, pressed
 from sits_mech.mechanics.forms import Indices, entries, summed
@@ -214,14 +215,6 @@ def contacts(surfaces: tuple[tuple[Plane, Surface], ...], give: float, plate: Ou
 def softened(parts: tuple[Part, ...], factor: float) -> tuple[Part, ...]:
     """Return contacts that give over `factor` times their length."""
     return tuple(replace(part, give=factor * part.give) if isinstance(part, SolidContact) else part for part in parts)
-
-
-def cross_matrix(v: Array) -> Array:
-    """Return the matrices of the vector products with v, shape (..., 3) -> (..., 3, 3)."""
-    found = np.zeros((*v.shape, 3))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        found[..., i, j], found[..., j, i] = -v[..., k], v[..., k]
-    return found
 
 
 def _linear(value: Array, slope: tuple[float, float, float]) -> Jet:

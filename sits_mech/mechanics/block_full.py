@@ -11,13 +11,13 @@ like `M`.
 from __future__ import annotations
 
 import time
-from dataclasses import astuple, dataclass
 from typing import NamedTuple
 
 import numpy as np
 from skfem import MeshHex, MeshHex2
 from skfem.assembly import Dofs
 
+from sits_mech.geometry.turns import rotation_vector
 from sits_mech.mechanics.answer import law_notes, load_words
 from sits_mech.mechanics.block_folds import LEFT_OUT, fold_notes, solid_folds
 from sits_mech.mechanics.block_forms import BRICK, solid_mesh
@@ -35,10 +35,10 @@ from sits_mech.mechanics.block_mesh import (
 )
 from sits_mech.mechanics.block_user import meshed_pad
 from sits_mech.mechanics.forms import Section
-from sits_mech.mechanics.full_newton import Way, eased, followed, rotation_vector
+from sits_mech.mechanics.full_newton import Way, eased, followed
 from sits_mech.mechanics.path import REASONS
 from sits_mech.meshing.bricks import Outline, box_bricks
-from sits_mech.quantities import Array, SolveFailed, SolveReport
+from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.sensor import Sensor
 
 _LADDER = ((1e-2, (2, 1)), (0.0, (3, 2)))  # asked error of the pose -> cells through the thickness, fine and coarse
@@ -46,53 +46,18 @@ _LADDER = ((1e-2, (2, 1)), (0.0, (3, 2)))  # asked error of the pose -> cells th
 _KINDS = ((2.0, 0.0), (1.5, 0.0), (2.0, 5.0))
 _PATIENCE = (0.2, 1e-2)  # smallest increment of the load where another mesh waits, and where none does
 _SHARE = 0.25  # of the worst component's error that every component owns to
+_ORDER = np.array([0, 3, 1, 4, 2, 5])  # of the components of a wrench or a pose along x, y, z, and about them
 _GIVE = 1e-4  # thicknesses over which the pressure of contact builds up
 
 
-@dataclass(frozen=True)
-class FullWrench:
-    """Dead forces [N], downwards F_z positive, and moments [N m] about the fixed axes through where the force acts."""
-
-    F_x: float = 0.0
-    F_y: float = 0.0
-    F_z: float = 0.0
-    M_x: float = 0.0
-    M_y: float = 0.0
-    M_z: float = 0.0
-
-
-@dataclass(frozen=True)
-class FullPose:
-    """Where the target rests.
-
-    Attributes
-    ----------
-    wrench : FullWrench
-        Under what.
-    centre : ndarray, shape (3,)
-        Centre of its lower face [m].
-    rotation : ndarray, shape (3,)
-        Rotation vector [rad].
-    error : ndarray, shape (6,)
-        Estimated absolute errors of both [m, rad].
-    report : SolveReport
-    """
-
-    wrench: FullWrench
-    centre: Array
-    rotation: Array
-    error: Array
-    report: SolveReport
-
-
-def full_equilibrium(sensor: Sensor, wrench: FullWrench, tolerance: float = 1e-2) -> FullPose:
+def whole_equilibrium(sensor: Sensor, wrench: Wrench, tolerance: float = 1e-2) -> Equilibrium:
     """Return where a pad's target rests under all six components of a load.
 
     Parameters
     ----------
     sensor : Sensor
         With a rectangle or a disc on a box, a cylinder or a whole mesh of elastomer.
-    wrench : FullWrench
+    wrench : Wrench
         [N, N m].
     tolerance : float
         Asked error of the pose; two rungs, 1 % and what is finer.
@@ -107,7 +72,7 @@ def full_equilibrium(sensor: Sensor, wrench: FullWrench, tolerance: float = 1e-2
     began = time.perf_counter()
     target, elastomer = pad_parts(sensor)
     t, mu = elastomer.thickness, elastomer.silicone.shear_modulus
-    forces = np.array(astuple(wrench), dtype=float)
+    forces = wrench.components[_ORDER]
     if not np.all(np.isfinite(forces)):
         raise ValueError(f"wrench: must be finite numbers, got {load_words(vars(wrench))}")
     load = forces * [1.0, 1.0, -1.0, 1.0 / t, 1.0 / t, 1.0 / t] / (mu * t**2)
@@ -133,7 +98,9 @@ def full_equilibrium(sensor: Sensor, wrench: FullWrench, tolerance: float = 1e-2
         "block", len(pad.body.free) + 6, sum(way.place.iterations for way in found.ways), fine.residual, error,
         time.perf_counter() - began, notes=notes, min_J=fine.min_J,
     )
-    return FullPose(wrench, best[:3] + (0.0, 0.0, elastomer.standoff + t), best[3:], at_end / lever, report)
+    back = np.argsort(_ORDER)
+    best[2] += elastomer.standoff + t
+    return Equilibrium(wrench, Pose.of(best[back]), Pose.of((at_end / lever)[back]), np.zeros(0), report)
 
 
 def whole_block(sensor: Sensor, cells: int, grading: float, guard: float, give: float = 0.0) -> Solid:
@@ -237,7 +204,7 @@ def _pads(sensor: Sensor, cells: tuple[int, int], kind: tuple[float, float], giv
     return pads
 
 
-def _ended(sensor: Sensor, wrench: FullWrench, found: _Rest, seconds: float) -> SolveFailed:
+def _ended(sensor: Sensor, wrench: Wrench, found: _Rest, seconds: float) -> SolveFailed:
     """Return what says where a load path ended, and why."""
     pad, way = found.pads[0], found.ways[0]
     place, part = way.place, f"{found.reached:.1%} of the path"

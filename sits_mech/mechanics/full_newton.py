@@ -22,7 +22,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import sparse
 
-from sits_mech.mechanics.block_contact import SolidContact, cross_matrix, softened
+from sits_mech.geometry.turns import cross_matrix, rotation_matrix
+from sits_mech.mechanics.block_contact import SolidContact, softened
 from sits_mech.mechanics.block_mesh import Solid
 from sits_mech.mechanics.forms import Indices, Tangent, entries, summed
 from sits_mech.mechanics.newton import solved
@@ -178,17 +179,3 @@ def _map(free: Indices, top: Indices, T: Array, n: int) -> sparse.csr_matrix:
     values = np.concatenate([np.ones(count), T.ravel(), np.ones(6)])
     at = np.concatenate([free, rows.ravel(), n + own]), np.concatenate([np.arange(count), columns.ravel(), count + own])
     return sparse.csr_matrix((values, at), shape=(n + 6, count + 6))
-
-
-def rotation_matrix(w: Array) -> Array:
-    """Return the rotation matrix, shape (3, 3), of a rotation vector, shape (3,) [rad]."""
-    angle = float(np.linalg.norm(w))
-    W = cross_matrix(w)
-    return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * W + 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2 * W @ W)
-
-
-def rotation_vector(R: Array) -> Array:
-    """Return the rotation vector, shape (3,) [rad], of a rotation matrix by less than half a turn."""
-    axis = 0.5 * np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
-    sine = float(np.linalg.norm(axis))
-    return axis * (np.arctan2(sine, 0.5 * (np.trace(R) - 1.0)) / sine if sine > 0.0 else 1.0)

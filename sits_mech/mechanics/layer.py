@@ -33,7 +33,7 @@ from sits_mech.mechanics.forms import Indices, deformation
 from sits_mech.mechanics.ladder import STRONG, cells_through, meshes_in_line
 from sits_mech.mechanics.newton import compliance, correction
 from sits_mech.mechanics.pad import Fineness, bonded_body, force_unit, scaled_load
-from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench, refuse_beside
 from sits_mech.sensor import Sensor
 
 _LENIENCE = 2.0  # the estimate is on the safe side: up to so many tolerances no other mesh is tried
@@ -73,6 +73,7 @@ class PlanarLayer:
             If the load path ends before the wrench; its `last` is the last equilibrium on the way.
         """
         _check_load(wrench)
+        refuse_beside("planar", wrench, "block")
         return self.controlled(under(wrench), start=start)
 
     def controlled(self, control: Control, *, start: Equilibrium | None = None) -> Equilibrium:
@@ -126,6 +127,7 @@ class LinearLayer:
         """
         began = time.perf_counter()
         _check_load(wrench)
+        refuse_beside("linear", wrench, "block")
         load = scaled_load(self.sensor, wrench)
         force = np.array([load[0], -load[1], load[2] + self.body.height * load[0]])
         q = self.compliance @ force
@@ -315,5 +317,5 @@ def _thickness(sensor: Sensor) -> float:
 
 def _check_load(wrench: Wrench) -> None:
     """Refuse a wrench that is not a number."""
-    if not np.all(np.isfinite([wrench.F_x, wrench.F_z, wrench.M])):
+    if not np.all(np.isfinite(wrench.components)):
         raise ValueError(f"wrench: must be finite numbers, got {wrench}")

@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sits_mech.mechanics.closed_form import compression_modulus, shear_stiffness, small_strain_bound, tilt_modulus
-from sits_mech.quantities import Equilibrium, Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.quantities import Equilibrium, Pose, SolveFailed, SolveReport, Wrench, refuse_beside
 from sits_mech.sensor import SceneError, Sensor
 
 _MISSED = (1e-3, 3.2e-2, 6e-2)  # relative error of k_x, k_z, k_a
@@ -53,6 +53,7 @@ class Strip:
             Where the error is as large as the displacement.
         """
         began = time.perf_counter()
+        refuse_beside("closed-form", wrench, "block")
         target, elastomer = self.sensor.target, self.sensor.elastomer
         if target is None or elastomer is None:
             raise SceneError(f"{self.sensor.name}: target and elastomer must be given")

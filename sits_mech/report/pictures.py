@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from sits_mech.chain import mechanical_model
+from sits_mech.chain.models import mechanical_model
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.report.curves import save_figure
 from sits_mech.report.spatial import spatial_view

@@ -6,9 +6,9 @@ from typing import Any
 
 from rich.table import Table
 
+from sits_mech.chain.omissions import skin_depths
+from sits_mech.chain.plan import Plan
 from sits_mech.mechanics.finite_length import FiniteLength, finite_length_factor
-from sits_mech.omissions import skin_depths
-from sits_mech.plan import Plan
 from sits_mech.report.tables import key_table
 from sits_mech.sensor import Sensor
 

@@ -12,8 +12,9 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.spectrum import Terminals
-from sits_mech.chain import MAGNETICS, Simulation
-from sits_mech.omissions import Omission
+from sits_mech.chain.models import MAGNETICS
+from sits_mech.chain.omissions import Omission
+from sits_mech.chain.simulate import Simulation
 from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, as_jsonable
 
 Record = dict[str, Any]
@@ -29,7 +30,7 @@ def report_record(report: SolveReport, left_out: tuple[str, ...] = ()) -> Record
 
 def pose_record(pose: Pose) -> Record:
     """Return a pose [m, rad]."""
-    return {"d_h": pose.d_h, "d_v": pose.d_v, "alpha": pose.alpha}
+    return asdict(pose)
 
 
 def equilibrium_record(found: Equilibrium, left_out: tuple[str, ...] = ()) -> Record:

@@ -11,7 +11,7 @@ import xarray as xr
 from rich.table import Table
 
 from sits_mech.analysis.spectrum import Terminals
-from sits_mech.quantities import Equilibrium, Impedance, SolveReport
+from sits_mech.quantities import POSE, WRENCH, Equilibrium, Impedance, SolveReport
 from sits_mech.readout.crosstalk import crosstalk, rotation_error, sensitivity, slope, slope_error
 from sits_mech.readout.signals import Signals
 from sits_mech.sweep import DONE
@@ -218,11 +218,12 @@ def key_table(title: str, rows: Sequence[tuple[str, str]]) -> Table:
 def equilibrium_table(found: Equilibrium, title: str = "pose") -> Table:
     """Return pose with errors, and how it came about."""
     lines = []
-    for name, scale, unit in (("d_h", 1e6, "um"), ("d_v", 1e6, "um"), ("alpha", 1e3, "mrad")):
+    for name in POSE[: 6 if found.wrench.beside else 3]:
+        scale, unit = (1e6, "um") if name.startswith("d") else (1e3, "mrad")
         value, error = float(getattr(found.pose, name)), float(getattr(found.error, name))
         lines.append((name, f"{with_error(scale * value, scale * error)} {unit}"))
-    load = found.wrench
-    lines.append(("under", f"F_x = {load.F_x:.4g} N, F_z = {load.F_z:.4g} N, M = {load.M:.4g} N m"))
+    load = [(name, getattr(found.wrench, name)) for name in WRENCH[:3] + found.wrench.beside]
+    lines.append(("under", ", ".join(f"{name} = {value:.4g} N{' m' * name.startswith('M')}" for name, value in load)))
     return key_table(title, lines + volume_lines(found.report) + report_lines(found.report))
 
 

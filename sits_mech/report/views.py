@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sits_mech.chain import mechanical_model
+from sits_mech.chain.models import mechanical_model
 from sits_mech.geometry.windings import coil_bars
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.mechanics.block import BlockPad, deformed_section

@@ -24,7 +24,7 @@ from extreme.rows import DONE, Row
 from scipy.interpolate import CubicSpline
 
 from sits_mech.mechanics.block import BlockPad, block_pad
-from sits_mech.mechanics.block_full import FullWrench, full_equilibrium
+from sits_mech.mechanics.block_full import whole_equilibrium
 from sits_mech.mechanics.closed_form import holding_moment
 from sits_mech.mechanics.layer import PlanarLayer, planar_layer, stored
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, SolveReport, Wrench
@@ -135,21 +135,21 @@ def to_and_fro(layer: MechanicalModel, wrench: Wrench, reach: float) -> Row:
 def half_and_whole(sensor: Sensor, wrench: Wrench) -> Row:
     """Return how far the pose of the whole pad is from that of half of it, in sums of both stated errors."""
     half = block_pad(sensor, 1e-2).equilibrium(wrench)
-    whole = full_equilibrium(sensor, FullWrench(F_x=wrench.F_x, F_z=wrench.F_z, M_y=wrench.M))
+    whole = whole_equilibrium(sensor, wrench)
     one, error = (np.array([part.d_h, part.d_v, part.alpha], dtype=float) for part in (half.pose, half.error))
-    other = np.array([whole.centre[0], whole.centre[2], whole.rotation[1]])
-    doubt = error + whole.error[[0, 2, 4]]
+    other = whole.pose.components[:3]
+    doubt = error + whole.error.components[:3]
     report = whole.report
     violation = float(np.max(np.abs(one - other) / np.maximum(doubt, 1e-15)))
     return Row("", "", DONE, _least(report), violation, 1.0, report.estimated_error, remark=_said(report))
 
 
-def quarter_turned(sensor: Sensor, load: FullWrench) -> Row:
+def quarter_turned(sensor: Sensor, load: Wrench) -> Row:
     """Return how far a load turned by a quarter about z is from the turned pose, of the displacement."""
-    turned = FullWrench(-load.F_y, load.F_x, load.F_z, -load.M_y, load.M_x, load.M_z)
-    first, second = full_equilibrium(sensor, load), full_equilibrium(sensor, turned)
-    rest = np.array([0.0, 0.0, full_equilibrium(sensor, FullWrench()).centre[2]])
-    moved = [np.concatenate([found.centre - rest, found.rotation * 1e-3]) for found in (first, second)]
+    turned = Wrench(-load.F_y, load.F_z, load.M_x, load.F_x, -load.M, load.M_z)
+    first, second = whole_equilibrium(sensor, load), whole_equilibrium(sensor, turned)
+    rest = np.array([0.0, 0.0, whole_equilibrium(sensor, Wrench()).pose.d_v])
+    moved = [np.concatenate([found.pose.centre - rest, found.pose.rotation * 1e-3]) for found in (first, second)]
     back = moved[1][[1, 0, 2, 4, 3, 5]] * [1.0, -1.0, 1.0, 1.0, -1.0, 1.0]
     report = second.report
     away = float(np.abs(back - moved[0]).max() / np.abs(moved[0]).max())

@@ -17,7 +17,8 @@ import numpy as np
 from extreme.rows import DONE, Row, measured
 from scipy.constants import mu_0
 
-from sits_mech.chain import MAGNETICS, simulate
+from sits_mech.chain.models import MAGNETICS
+from sits_mech.chain.simulate import simulate
 from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, Wrench
 from sits_mech.sensor import Coil, Sensor, Target, load_sensor
 

@@ -5,7 +5,7 @@ import pytest
 
 from sits_mech.analysis.adaptive import calibrate_adaptively
 from sits_mech.analysis.bench import free_inductances
-from sits_mech.chain import simulate
+from sits_mech.chain.simulate import simulate
 from sits_mech.quantities import Wrench
 from sits_mech.sensor import load_sensor
 

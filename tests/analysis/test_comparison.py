@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech import chain, cli
+from sits_mech import cli
 from sits_mech.analysis.bench import free_inductances
 from sits_mech.analysis.comparison import compare
+from sits_mech.chain.calibrate import calibrate
 from sits_mech.materials import table_of
 from sits_mech.readout.measured import Measured
 from sits_mech.report.folder import cases_folder
@@ -28,7 +29,7 @@ def sensor() -> Sensor:
 @pytest.fixture(scope="module")
 def data(sensor: Sensor) -> xr.Dataset:
     """Its calibration."""
-    return chain.calibrate(sensor, F_x=np.linspace(-1.0, 1.0, 5), F_z=np.linspace(0.0, 4.0, 5), mechanics="planar")
+    return calibrate(sensor, F_x=np.linspace(-1.0, 1.0, 5), F_z=np.linspace(0.0, 4.0, 5), mechanics="planar")
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +41,7 @@ def bench(sensor: Sensor) -> Measured:
     written = ", ".join(f"{key} = {value!r}" for key, value in soft.items())
     other = changed(sensor, [f'elastomer.material={{law = "yeoh", {written}}}', f"elastomer.standoff={GAP}"])
     F_x, F_z = [-0.7, -0.2, 0.3, 0.8], [0.2, 1.2, 2.2, 3.2]
-    shown = chain.calibrate(other, F_x=F_x, F_z=F_z, mechanics="planar")
+    shown = calibrate(other, F_x=F_x, F_z=F_z, mechanics="planar")
     L = np.diagonal(shown["L"].to_numpy(), axis1=2, axis2=3) / np.diagonal(shown["L0"]) * free_inductances(sensor)
     loads = np.stack(np.meshgrid(F_x, F_z, indexing="ij"), -1).reshape(-1, 2)
     noise = NOISE * np.random.default_rng(5).standard_normal((16, 2))

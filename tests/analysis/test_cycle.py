@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from sits_mech.analysis.cycle import Programme, load_cycle, triangle
-from sits_mech.chain import simulate
+from sits_mech.chain.simulate import simulate
 from sits_mech.mechanics.history import retardation
 from sits_mech.quantities import Wrench
 from sits_mech.sensor import SceneError, Sensor, load_sensor

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sits_mech.analysis.spectrum import at_terminals, frequency_range, spectrum
-from sits_mech.chain import magnetic_model
+from sits_mech.chain.models import magnetic_model
 from sits_mech.quantities import Pose
 from sits_mech.sensor import SceneError, Sensor, load_sensor
 from sits_mech.units import quantity

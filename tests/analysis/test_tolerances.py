@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech import chain, cli
+from sits_mech import cli
 from sits_mech.analysis.tolerances import force_spread
+from sits_mech.chain.calibrate import calibrate
 from sits_mech.sensor import Sensor, load_sensor, save_sensor
 from sits_mech.sweep import save_table
 
@@ -23,7 +24,7 @@ def sensor() -> Sensor:
 def data(sensor: Sensor) -> xr.Dataset:
     """Its calibration at small strain, which costs next to nothing."""
     forces = {"F_x": np.linspace(-1.0, 1.0, 5), "F_z": np.linspace(0.0, 4.0, 5)}
-    return chain.calibrate(sensor, **forces, mechanics="linear")
+    return calibrate(sensor, **forces, mechanics="linear")
 
 
 def test_a_stiffer_layer_reads_less_force(sensor: Sensor, data: xr.Dataset) -> None:

@@ -14,11 +14,10 @@ import xarray as xr
 from sits_mech.batch.executors import workers
 from sits_mech.batch.run import run_study
 from sits_mech.batch.study import read_study
-from sits_mech.chain import calibrate, magnetic_model
+from sits_mech.chain.calibrate import calibrate
+from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.cli import run
-from sits_mech.full_chain import full_pose
-from sits_mech.mechanics.block_full import FullWrench
-from sits_mech.quantities import Pose
+from sits_mech.quantities import Pose, Wrench
 from sits_mech.sensor import load_sensor
 from sits_mech.sweep import read_table
 from sits_mech.units import SceneError
@@ -84,10 +83,11 @@ def test_loads_beside_the_plane_and_small_ones_take_the_commands_models(tmp_path
     """All cases of a study that varies fy are solved in space; a small load on a long pad takes one compliance."""
     text = 'scene = "biorob2018"\nrequest = "pose"\n[vary]\nfy = ["-0.2 N", "0.2 N"]\n[fixed]\nfz = "1 N"\n'
     data = run_study(read_study(written(tmp_path, text)), tmp_path / "beside")
-    full = full_pose(load_sensor("biorob2018"), FullWrench(F_y=0.2, F_z=1.0))
-    for name, value in (("d_y", full.centre[1]), ("d_v", full.centre[2]), ("alpha_x", full.rotation[0])):
+    load = Wrench(F_y=0.2, F_z=1.0)
+    full = mechanical_model(load_sensor("biorob2018"), loads=[load])[0].equilibrium(load).pose
+    for name, value in (("d_y", full.d_y), ("d_v", full.d_v), ("alpha_x", full.alpha_x)):
         assert float(data[name][1]) == pytest.approx(value, rel=1e-9)
-    assert float(data["d_y"][0]) == pytest.approx(-full.centre[1], rel=1e-6)
+    assert float(data["d_y"][0]) == pytest.approx(-full.d_y, rel=1e-6)
     keys = '[fixed]\n"elastomer.length" = "250 mm"\n"target.length" = "250 mm"\n'
     text = f'scene = "biorob2018"\nrequest = "pose"\n[vary]\nfz = ["0.1 N", "50 N"]\n{keys}'
     data = run_study(read_study(written(tmp_path, text)), tmp_path / "small")

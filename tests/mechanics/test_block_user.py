@@ -11,15 +11,15 @@ from scipy.spatial import cKDTree
 from skfem import MeshHex, MeshHex2
 from skfem.io.meshio import to_meshio
 
+from sits_mech.chain.plan import choose_mechanics
 from sits_mech.mechanics import block
 from sits_mech.mechanics.block import block_pad
-from sits_mech.mechanics.block_full import FullWrench, full_equilibrium
+from sits_mech.mechanics.block_full import whole_equilibrium
 from sits_mech.mechanics.block_mesh import bonded_block
 from sits_mech.mechanics.block_user import GROUPS, meshed_pad
 from sits_mech.mechanics.path import compliance, rest
 from sits_mech.meshing.bricks import box_bricks
 from sits_mech.meshing.store import read_solid
-from sits_mech.plan import choose_mechanics
 from sits_mech.quantities import Wrench
 from sits_mech.sensor import SceneError, load_sensor, scene_text, sensor_from
 
@@ -92,10 +92,10 @@ def test_half_a_pad_is_the_whole_pad(tmp_path, box):
 def test_a_whole_mesh_bears_all_six_components(tmp_path, box):
     """Along x as half of it does; along y as along x."""
     whole = scene(box_file(tmp_path / "whole.msh", half=False, groups=GROUPS))
-    along, across = (full_equilibrium(whole, FullWrench(*load, 4.0)) for load in ((0.6, 0.0), (0.0, 0.6)))
+    along, across = (whole_equilibrium(whole, Wrench(F_x, 4.0, F_y=F_y)) for F_x, F_y in ((0.6, 0.0), (0.0, 0.6)))
     half = block_pad(scene(box)).equilibrium(Wrench(0.6, 4.0))
-    np.testing.assert_allclose(along.centre[[0, 2]], [half.pose.d_h, half.pose.d_v], rtol=1e-6)
-    np.testing.assert_allclose(across.centre[[1, 0, 2]], along.centre, atol=1e-9)
+    np.testing.assert_allclose(along.pose.centre[[0, 2]], [half.pose.d_h, half.pose.d_v], rtol=1e-6)
+    np.testing.assert_allclose(across.pose.centre[[1, 0, 2]], along.pose.centre, atol=1e-9)
 
 
 def test_pose_and_its_error(box):

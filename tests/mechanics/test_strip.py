@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.chain import simulate
+from sits_mech.chain.simulate import simulate
 from sits_mech.mechanics.layer import linear_layer, planar_layer
 from sits_mech.mechanics.strip import strip_layer
 from sits_mech.quantities import Pose, SolveFailed, Wrench

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sits_mech.chain import MAGNETICS
+from sits_mech.chain.models import MAGNETICS
 from sits_mech.magnetics.dodd_deeds import Layer, coil_change
 from sits_mech.magnetics.loops import coil_sections
 from sits_mech.quantities import Pose

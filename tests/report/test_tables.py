@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from rich.console import Console
 
-from sits_mech.quantities import Equilibrium, Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.quantities import POSE, WRENCH, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.report.records import failure_record, json_text
 from sits_mech.report.tables import csv_text, failures, figures, load_table, remarks, summary_table, with_error
 
@@ -112,8 +112,8 @@ def test_records_are_json() -> None:
     assert found["message"] == "no" and found["error"] is None
     last = Equilibrium(Wrench(0.0, 1.0), Pose(0.0, 1e-3), Pose(0.0, 0.0), np.zeros(3), report)
     found = json.loads(json_text(failure_record(SolveFailed("no", report, last))))
-    assert found["wrench"] == {"F_x": 0.0, "F_z": 1.0, "M": 0.0} and found["pose"]["d_v"] == 1e-3
-    assert found["error"] == {"d_h": 0.0, "d_v": 0.0, "alpha": 0.0} and found["report"]["status"] == "stalled"
+    assert found["wrench"] == dict.fromkeys(WRENCH, 0.0) | {"F_z": 1.0} and found["pose"]["d_v"] == 1e-3
+    assert found["error"] == dict.fromkeys(POSE, 0.0) and found["report"]["status"] == "stalled"
     magnetic = SolveReport("planar", 10, 3, 1.0, 0.5, 0.1, status="stalled")
     for own, half, other in ((report, "mechanics", "magnetics"), (magnetic, "magnetics", "mechanics")):
         halves = failure_record(SolveFailed("no", own), whole=True)["report"]

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sits_mech.chain import MAGNETICS
+from sits_mech.chain.models import MAGNETICS
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.quantities import Pose, Wrench

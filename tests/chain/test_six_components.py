@@ -6,13 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sits_mech.chain import simulate
+from sits_mech.chain.simulate import simulate
 from sits_mech.cli import run
-from sits_mech.full_chain import simulate_full
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.mechanics.block_full import FullWrench
-from sits_mech.quantities import Pose, Wrench
+from sits_mech.quantities import Wrench
 from sits_mech.sensor import SceneError, load_sensor
 
 
@@ -23,12 +21,11 @@ def sensor():
 
 @pytest.fixture(scope="module")
 def sheared(sensor):
-    return simulate_full(sensor, FullWrench(F_x=0.3, F_z=1.0, M_y=1e-4))
+    return simulate(sensor, Wrench(0.3, 1.0, 1e-4, F_y=1e-9))
 
 
 def test_a_load_in_the_plane_is_that_of_the_plane_chain(sensor, sheared):
-    (d_h, _, d_v), (_, alpha, _) = sheared.pose.centre, sheared.pose.rotation
-    there = sheets(sensor, 1e-2).impedance(Pose(d_h, d_v, alpha), sensor.frequency)
+    there = sheets(sensor, 1e-2).impedance(sheared.equilibrium.pose, sensor.frequency)
     np.testing.assert_allclose(sheared.impedance.L, there.L, rtol=1e-7)
     plane = simulate(sensor, Wrench(0.3, 1.0, 1e-4), magnetics="sheets")
     for name in ("L", "R"):
@@ -41,7 +38,7 @@ def test_a_load_in_the_plane_is_that_of_the_plane_chain(sensor, sheared):
 def test_shear_along_y_over_turned_coils_is_shear_along_x(sheared):
     """Pad, target and mesh are their own image under a quarter turn, and so are the coils' rings."""
     turned = load_sensor("biorob2018", ["coils.C1.centre=[0, -0.004]", "coils.C2.centre=[0, 0.004]"])
-    found = simulate_full(turned, FullWrench(F_y=0.3, F_z=1.0, M_x=-1e-4))
+    found = simulate(turned, Wrench(F_y=0.3, F_z=1.0, M_x=-1e-4))
     np.testing.assert_allclose(found.impedance.L, sheared.impedance.L, rtol=1e-6)
     np.testing.assert_allclose(found.impedance.R, sheared.impedance.R, rtol=0, atol=1e-3 * sheared.impedance.R.max())
 
@@ -68,7 +65,7 @@ def test_zero_leaves_the_plane_contract_as_it_is(capsys):
     """--fy "0 N" is no load out of the plane."""
     assert run(["pose", "biorob2018", "--fz", "0.1 N", "--fy", "0 N", "--model", "linear", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert set(found["pose"]) == {"d_h", "d_v", "alpha"} and set(found["wrench"]) == {"F_x", "F_z", "M"}
+    assert found["report"]["model"] == "linear" and found["wrench"]["F_y"] == found["pose"]["d_y"] == 0.0
 
 
 @pytest.mark.parametrize(
@@ -97,8 +94,8 @@ def test_too_much_is_not_converged(capsys):
 
 def test_refusals_of_the_chain(sensor, sheared, monkeypatch):
     with pytest.raises(SceneError, match="auto or sheets"):
-        simulate_full(sensor, FullWrench(F_y=0.1), magnetics="planar-fem")
-    deep = replace(sheared.pose, rotation=np.array([0.6, 0.0, 0.0]))  # 4 mm sin 0.6 is more than 1.9 mm
-    monkeypatch.setattr("sits_mech.full_chain.full_equilibrium", lambda *_: deep)
+        simulate(sensor, Wrench(F_y=0.1), magnetics="planar-fem")
+    deep = replace(sheared.equilibrium, pose=replace(sheared.equilibrium.pose, alpha_x=0.6))  # 4 mm sin 0.6 > 1.9 mm
+    monkeypatch.setattr("sits_mech.mechanics.block.whole_equilibrium", lambda *_: deep)
     with pytest.raises(Collision, match="coil plane"):
-        simulate_full(sensor, FullWrench(F_y=0.1))
+        simulate(sensor, Wrench(F_y=0.1))

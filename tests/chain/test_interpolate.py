@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-from sits_mech.filling import BETWEEN, settle_grid
+from sits_mech.chain.interpolate import BETWEEN, settle_grid
 from sits_mech.mechanics.layer import linear_layer
 from sits_mech.quantities import Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.sensor import load_sensor

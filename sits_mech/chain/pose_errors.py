@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sits_mech.geometry.collision import clearance
-from sits_mech.quantities import Array, Impedance, MagneticModel, Pose
+from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose
 from sits_mech.readout.signals import Signals, combine, shear_weights, signals
 from sits_mech.sensor import Sensor
 
@@ -37,7 +37,7 @@ class Reading:
 
 def stacked(poses: Sequence[Pose]) -> Pose:
     """Return many poses as one."""
-    return Pose(*(np.array([getattr(pose, name) for pose in poses], dtype=float) for name in ("d_h", "d_v", "alpha")))
+    return Pose.of(np.array([pose.components for pose in poses]).reshape(-1, len(POSE)))
 
 
 def signals_at(found: Signals, index: int) -> Signals:
@@ -62,7 +62,7 @@ def read_poses(sensor: Sensor, model: MagneticModel, pose: Pose, error: Pose) ->
     Reading
         With leading axis (p,).
     """
-    tilted = bool(np.any(np.abs(pose.alpha) > _ROUNDING))
+    tilted = bool(np.any(np.abs(pose.rotation) > _ROUNDING))
     shifted, gain = _shifted(sensor, pose, error, tilted)
     found = model.impedance(shifted, sensor.frequency)
     level = np.diagonal(found.L[-1 if tilted else 0], axis1=-2, axis2=-1)
@@ -102,20 +102,20 @@ def _shifted(sensor: Sensor, pose: Pose, error: Pose, tilted: bool) -> tuple[Pos
 
     The shapes are (1 + 2 k + tilted, p) and (k, p); the last ones, untilted, are there only where poses are `tilted`.
     """
-    centre = np.stack([np.asarray(part, dtype=float) for part in (pose.d_h, pose.d_v, pose.alpha)])
-    errors = np.stack([np.asarray(part, dtype=float) for part in (error.d_h, error.d_v, error.alpha)])
+    centre, errors = pose.components.T, error.components.T
     room = 0.1 * clearance(sensor, pose)
-    reach = 1.0 if sensor.target is None else sensor.target.extent[0]
-    limit = np.stack([np.full_like(room, 0.1 * reach), room, room / reach])
-    steps = np.minimum(np.maximum(errors, _SMALLEST), limit)
-    uncertain = [k for k in range(3) if np.any(errors[k] > _ROUNDING)]
+    reach = 1.0 if sensor.target is None else max(sensor.target.extent)
+    aside, turn = np.full_like(room, 0.1 * reach), room / reach
+    steps = np.minimum(np.maximum(errors, _SMALLEST), np.stack([aside, room, turn, aside, turn, turn]))
+    count = len(POSE) if pose.beside or error.beside else 3
+    uncertain = [k for k in range(count) if np.any(errors[k] > _ROUNDING)]
     stack = np.repeat(centre[None], 1 + 2 * len(uncertain) + tilted, axis=0)
     for row, k in enumerate(uncertain):
         stack[1 + 2 * row, k] += steps[k]
         stack[2 + 2 * row, k] -= steps[k]
     if tilted:
-        stack[-1, 2] = 0.0
-    return Pose(stack[:, 0], stack[:, 1], stack[:, 2]), (errors / steps)[uncertain]
+        stack[-1, [2, 4, 5]] = 0.0
+    return Pose.of(np.moveaxis(stack, 1, -1)), (errors / steps)[uncertain]
 
 
 def _spread(values: Array, gain: Array) -> Array:

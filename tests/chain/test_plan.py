@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from sits_mech.analysis.spectrum import at_terminals
-from sits_mech.chain import magnetic_model, mechanical_model, plan, simulate
-from sits_mech.filling import solved_first
-from sits_mech.omissions import half_suffices, idle_coupling, omissions, skin_depths, strain_bound
-from sits_mech.plan import REACHED, choose_magnetics, choose_mechanics, cost, quantity_range
+from sits_mech.chain.interpolate import solved_first
+from sits_mech.chain.models import magnetic_model, mechanical_model, plan
+from sits_mech.chain.omissions import half_suffices, idle_coupling, omissions, skin_depths, strain_bound
+from sits_mech.chain.plan import REACHED, choose_magnetics, choose_mechanics, cost, quantity_range
+from sits_mech.chain.simulate import simulate
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.sensor import Sensor, load_sensor
 from sits_mech.units import SceneError
@@ -117,7 +118,7 @@ def test_a_symmetric_load_needs_no_places_beside(monkeypatch: pytest.MonkeyPatch
     sensor = load_sensor("biorob2018", [LONG])
     asked = {"tolerance": 3e-2, "mechanics": "linear"}
     few = simulate(sensor, Wrench(0.0, 1.0), **asked)
-    monkeypatch.setattr("sits_mech.reading._ROUNDING", -1.0)
+    monkeypatch.setattr("sits_mech.chain.pose_errors._ROUNDING", -1.0)
     all_ = simulate(sensor, Wrench(0.0, 1.0), **asked)
     assert few.signals.L_v_percent == pytest.approx(all_.signals.L_v_percent, rel=1e-12)
     assert few.signals.error_L_v_percent == pytest.approx(all_.signals.error_L_v_percent, rel=1e-6)

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sits_mech.filling import solved_first
+from sits_mech.chain.interpolate import solved_first
+from sits_mech.chain.omissions import Omission, half_suffices, omissions, strain_bound
 from sits_mech.materials import implausible, unknown
-from sits_mech.omissions import Omission, half_suffices, omissions, strain_bound
-from sits_mech.quantities import Wrench
+from sits_mech.quantities import Pose, Wrench
 from sits_mech.sensor import Sensor, Target
 from sits_mech.units import SceneError, quantity, shown
 
@@ -67,6 +67,11 @@ _PLANE = (
 )
 
 
+def leaving(given: Sequence[Wrench] | Sequence[Pose]) -> tuple[str, ...]:
+    """Return the names of the components of some loads or poses that leave the plane y = 0."""
+    return tuple(sorted({name for each in given for name in each.beside}))
+
+
 def choose_mechanics(
     sensor: Sensor, asked: str, known: tuple[str, ...], loads: Sequence[Wrench] = (), tolerance: float = 1e-2
 ) -> Choice:
@@ -99,6 +104,12 @@ def choose_mechanics(
     for part in ("target", "elastomer"):
         if getattr(sensor, part) is None:
             raise SceneError(f"{sensor.name}: {part}: must be given for a force to move the target; it is missing")
+    beside = leaving(loads)
+    if beside:
+        if asked not in ("auto", "block"):
+            raise SceneError(f"model (mechanics) must be auto or block for {', '.join(beside)}; got {asked}")
+        reason = f"{', '.join(beside)}: no other model leaves the plane"
+        return Choice("block", reason if asked == "auto" else "asked for")
     meshed = sensor.elastomer is not None and sensor.elastomer.mesh is not None
     if meshed and asked not in ("auto", "block"):
         raise SceneError(f"{sensor.name}: model (mechanics) must be block for an elastomer.mesh; got {asked}")
@@ -128,15 +139,22 @@ def _in_space(sensor: Sensor, target: Target) -> bool:
     return short and not sensor.conductors and _is_finite(sensor)
 
 
-def choose_magnetics(sensor: Sensor, asked: str, known: tuple[str, ...], loaded: bool = False) -> Choice:
+def choose_magnetics(
+    sensor: Sensor, asked: str, known: tuple[str, ...], loaded: bool = False, beside: tuple[str, ...] = ()
+) -> Choice:
     """Return the cheapest magnetic model for a scene; arguments, result and errors as of `choose_mechanics`.
 
-    Poses that come of loads on a finite pad (`loaded`) are answered in space like the pad; a pose that is given, in
-    section where the scene has one: its change of inductance is quick to see and relative.
+    Components of loads or poses that leave the plane (`beside`) are answered in space. Poses that come of loads on a
+    finite pad (`loaded`) are answered in space like the pad; a pose that is given, in section where the scene has one:
+    its change of inductance is quick to see and relative.
     """
     _check_known("magnetics", asked, known)
+    if beside and asked not in ("auto", "sheets"):
+        raise SceneError(f"model (magnetics) must be auto or sheets for {', '.join(beside)}; got {asked}")
     if asked != "auto":
         return Choice(asked, "asked for")
+    if beside:
+        return Choice("sheets", f"{', '.join(beside)}: no other model leaves the plane")
     target = sensor.target
     if sensor.substrate_radius is not None:
         return Choice("planar-fem", "coils on a curved substrate")
@@ -196,7 +214,7 @@ class Plan:
     def of(
         cls, sensor: Sensor, loads: Sequence[Wrench], tolerance: float, mechanics: Choice | None, magnetics: Choice
     ) -> Plan:
-        """Return the plan of a request whose models are chosen; arguments as of `sits_mech.chain.plan`."""
+        """Return the plan of a request whose models are chosen; arguments as of `sits_mech.chain.models.plan`."""
         asked = magnetic_tolerance(magnetics.name, tolerance) if loads else tolerance
         parts = [("magnetics", magnetics.name, asked, max(len(loads), 1))]
         if mechanics is not None:

@@ -9,7 +9,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech import chain
+from sits_mech.chain import calibrate as grid
+from sits_mech.chain import models
+from sits_mech.chain.calibrate import calibrate
+from sits_mech.chain.models import magnetic_model, mechanical_model
+from sits_mech.chain.pose_errors import read_poses
+from sits_mech.chain.simulate import simulate
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.sheet_rungs import prepared
 from sits_mech.mechanics.loads import kept_key, kept_rest
@@ -57,8 +62,8 @@ class Linear:
 @pytest.fixture
 def fakes(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Put the models by hand behind the names."""
-    monkeypatch.setattr(chain, "MECHANICS", {"planar": lambda sensor, tolerance: Spring(2e-3)})
-    monkeypatch.setattr(chain, "MAGNETICS", {"planar": lambda sensor, tolerance: Linear()})
+    monkeypatch.setattr(models, "MECHANICS", {"planar": lambda sensor, tolerance: Spring(2e-3)})
+    monkeypatch.setattr(models, "MAGNETICS", {"planar": lambda sensor, tolerance: Linear()})
     SOLVED.clear()
     yield
 
@@ -72,7 +77,7 @@ def sensor() -> Sensor:
 @pytest.mark.usefixtures("fakes")
 def test_simulate_by_hand(sensor: Sensor) -> None:
     """Pose, inductance, signals and their errors of a linear chain: |slope| times error, plus the model's own."""
-    found = chain.simulate(sensor, Wrench(1.0, 2.0))
+    found = simulate(sensor, Wrench(1.0, 2.0))
     assert (found.equilibrium.pose.d_h, found.equilibrium.pose.alpha) == (4e-4, 5e-3)
     odd = 20.0 * 4e-4 - 5e-4
     np.testing.assert_allclose(np.diagonal(found.impedance.L), [1.16 + odd, 1.16 - odd], rtol=1e-14)
@@ -89,7 +94,7 @@ def test_calibrate_by_hand(sensor: Sensor, tmp_path: Path) -> None:
     """Every load at its place; mirrored loads are not solved; a failure and a collision are rows."""
     done: list[tuple[int, int]] = []
     loads = {"F_x": [1.0, -1.0, 0.0], "F_z": [0.0, 2.0, 7.0]}
-    data = chain.calibrate(sensor, **loads, progress=lambda n, of: done.append((n, of)))
+    data = calibrate(sensor, **loads, progress=lambda n, of: done.append((n, of)))
     assert data["L"].dims == ("F_x", "F_z", "coil", "coil_2") and data["coil"].to_numpy().tolist() == ["C1", "C2"]
     row = data.sel(F_x=-1.0, F_z=2.0)
     assert float(row["d_h"]) == -4e-4 and float(row["alpha"]) == -5e-3 and float(row["d_v"]) == 1.6e-3
@@ -111,17 +116,17 @@ def test_the_scene_comes_back_from_a_calibration(sensor: Sensor) -> None:
     """The attributes hold all that is needed to do it again."""
     import tomllib
 
-    data = chain.calibrate(sensor, F_x=[0.0], F_z=[1.0])
+    data = calibrate(sensor, F_x=[0.0], F_z=[1.0])
     assert sensor_from(tomllib.loads(data.attrs["scene"])) == sensor
 
 
 @pytest.mark.usefixtures("fakes")
 def test_collision_is_a_row_and_an_error(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
     """The target is never taken through the coils: named at one load, a row in a calibration."""
-    monkeypatch.setattr(chain, "MECHANICS", {"planar": lambda sensor, tolerance: Spring(1e-3)})
+    monkeypatch.setattr(models, "MECHANICS", {"planar": lambda sensor, tolerance: Spring(1e-3)})
     with pytest.raises(Collision, match="above the coil plane"):
-        chain.simulate(sensor, Wrench(0.0, 5.5))
-    data = chain.calibrate(sensor, F_x=[0.0], F_z=[1.0, 5.5])
+        simulate(sensor, Wrench(0.0, 5.5))
+    data = calibrate(sensor, F_x=[0.0], F_z=[1.0, 5.5])
     assert data["status"].to_numpy().tolist() == [["converged", "collision"]]
     assert "coil plane" in data["reason"].sel(F_z=5.5).item() and np.isnan(data["L_v"].sel(F_z=5.5)).all()
 
@@ -136,20 +141,20 @@ def test_a_stopped_calibration_goes_on(sensor: Sensor, tmp_path: Path) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        chain.calibrate(sensor, **loads, progress=stop, folder=tmp_path)
+        calibrate(sensor, **loads, progress=stop, folder=tmp_path)
     assert len(SOLVED) == 3
-    resumed = chain.calibrate(sensor, **loads, folder=tmp_path)
+    resumed = calibrate(sensor, **loads, folder=tmp_path)
     assert len(SOLVED) == 4
-    xr.testing.assert_equal(resumed.drop_vars("seconds"), chain.calibrate(sensor, **loads).drop_vars("seconds"))
+    xr.testing.assert_equal(resumed.drop_vars("seconds"), calibrate(sensor, **loads).drop_vars("seconds"))
 
 
 def test_a_settled_load_is_kept_as_a_start(sensor: Sensor, tmp_path: Path) -> None:
     """A picture of it takes no second solve; of a load that was not asked for, or mirrored, nothing is kept."""
-    data = chain.calibrate(sensor, F_x=[-0.5, 0.5], F_z=[1.0], mechanics="planar", magnetics="planar", folder=tmp_path)
+    data = calibrate(sensor, F_x=[-0.5, 0.5], F_z=[1.0], mechanics="planar", magnetics="planar", folder=tmp_path)
     keep, wrench = (tmp_path, kept_key(sensor, "planar", 1e-2)), Wrench(0.5, 1.0)
     kept = kept_rest(keep, wrench)
     assert kept is not None and kept.pose.d_v == float(data["d_v"].sel(F_x=0.5, F_z=1.0))
-    again = chain.mechanical_model(sensor, "planar", 1e-2)[0].equilibrium(wrench, start=kept)
+    again = mechanical_model(sensor, "planar", 1e-2)[0].equilibrium(wrench, start=kept)
     assert again.pose.d_h == pytest.approx(kept.pose.d_h, rel=1e-9)
     assert kept_rest(keep, Wrench(-0.5, 1.0)) is None and kept_rest((None, ""), wrench) is None
 
@@ -157,24 +162,24 @@ def test_a_settled_load_is_kept_as_a_start(sensor: Sensor, tmp_path: Path) -> No
 def test_what_cannot_be_asked_is_refused(sensor: Sensor) -> None:
     """Unknown model, no layer, tolerance, forces: one line each."""
     with pytest.raises(SceneError, match="mechanics.*must be one of auto, planar, linear, block, .*; got \"blok\""):
-        chain.mechanical_model(sensor, "blok")
+        mechanical_model(sensor, "blok")
     with pytest.raises(SceneError, match="magnetics.*must be one of auto, planar"):
-        chain.magnetic_model(sensor, "sheet")
+        magnetic_model(sensor, "sheet")
     with pytest.raises(SceneError, match="elastomer: must be given"):
-        chain.mechanical_model(sensor.model_copy(update={"elastomer": None}))
+        mechanical_model(sensor.model_copy(update={"elastomer": None}))
     for tolerance in (0.0, 2.0, float("nan")):
         with pytest.raises(SceneError, match="tolerance must lie between 0 and 1"):
-            chain.simulate(sensor, Wrench(), tolerance=tolerance)
+            simulate(sensor, Wrench(), tolerance=tolerance)
     for forces in ([], [1.0, 1.0], [float("nan")]):
         with pytest.raises(SceneError, match="F_x must be one or more different finite forces"):
-            chain.calibrate(sensor, F_x=forces, F_z=[0.0])
+            calibrate(sensor, F_x=forces, F_z=[0.0])
 
 
 def test_error_of_the_pose_reaches_the_inductance(sensor: Sensor) -> None:
     """Real magnetics: the reported error covers what a pose off by its error changes, without being ten times it."""
-    model, _ = chain.magnetic_model(sensor, tolerance=1e-4)
+    model, _ = magnetic_model(sensor, tolerance=1e-4)
     pose, error = Pose(np.array([3e-4]), np.array([1.7e-3]), np.array([4e-3])), Pose(*(np.array([2e-6]),) * 3)
-    found = chain.read_poses(sensor, model, pose, error)
+    found = read_poses(sensor, model, pose, error)
     worst: Array = np.zeros((2, 2))
     for signs in np.ndindex(2, 2, 2):
         shift = [2e-6 * (2 * sign - 1) for sign in signs]
@@ -186,20 +191,20 @@ def test_error_of_the_pose_reaches_the_inductance(sensor: Sensor) -> None:
 @pytest.fixture(scope="module")
 def calibration(sensor: Sensor) -> xr.Dataset:
     """The real chain on a small grid."""
-    return chain.calibrate(sensor, F_x=[-0.5, 0.0, 0.5], F_z=[0.0, 2.0])
+    return calibrate(sensor, F_x=[-0.5, 0.0, 0.5], F_z=[0.0, 2.0])
 
 
 def test_mirrored_shear_swaps_the_coils(sensor: Sensor, calibration: xr.Dataset) -> None:
     """F_x -> -F_x swaps L1 and L2 to rounding, in a calibration and with both loads solved on their own."""
     L = calibration["L"].to_numpy()
     np.testing.assert_allclose(L[::-1, :, ::-1, ::-1], L, rtol=1e-12)
-    right, left = (chain.simulate(sensor, Wrench(F_x, 2.0)) for F_x in (0.5, -0.5))
+    right, left = (simulate(sensor, Wrench(F_x, 2.0)) for F_x in (0.5, -0.5))
     np.testing.assert_allclose(left.impedance.L[::-1, ::-1], right.impedance.L, rtol=1e-9)
 
 
 def test_a_grid_and_a_single_load_agree(sensor: Sensor, calibration: xr.Dataset) -> None:
     """The way to a load does not matter beyond the reported error."""
-    single = chain.simulate(sensor, Wrench(0.5, 2.0))
+    single = simulate(sensor, Wrench(0.5, 2.0))
     row = calibration.sel(F_x=0.5, F_z=2.0)
     for name in ("d_h", "d_v", "alpha"):
         assert abs(float(row[name]) - float(getattr(single.equilibrium.pose, name))) <= float(row[f"error_{name}"])
@@ -229,7 +234,7 @@ def test_a_plate_prepared_ahead_changes_nothing(sensor: Sensor, monkeypatch: pyt
     for cores in (1, 2):
         monkeypatch.setattr("os.cpu_count", lambda cores=cores: cores)
         prepared.cache_clear()
-        found.append(chain.calibrate(sensor, F_x=[0.5], F_z=[2.0], tolerance=5e-2).drop_vars("seconds"))
+        found.append(calibrate(sensor, F_x=[0.5], F_z=[2.0], tolerance=5e-2).drop_vars("seconds"))
     assert found[0].identical(found[1])
     assert (prepared.cache_info().misses, prepared.cache_info().hits) == (1, 1)
 
@@ -237,6 +242,6 @@ def test_a_plate_prepared_ahead_changes_nothing(sensor: Sensor, monkeypatch: pyt
 def test_what_is_prepared_ahead_fails_in_silence(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
     """A foretold pose below the coils is no answer, and no error: the load itself is read where it comes to rest."""
     monkeypatch.setattr("os.cpu_count", lambda: 2)
-    monkeypatch.setattr(chain, "_foretold", lambda sensor, loads: Pose(0.0, -1e-3))
-    data = chain.calibrate(sensor, F_x=[0.5], F_z=[2.0], tolerance=5e-2)
+    monkeypatch.setattr(grid, "_foretold", lambda sensor, loads: Pose(0.0, -1e-3))
+    data = calibrate(sensor, F_x=[0.5], F_z=[2.0], tolerance=5e-2)
     assert data["status"].item() == "converged"

@@ -1,0 +1,110 @@
+"""Force in, inductance out: the one place where both physics meet.
+
+    wrench --(mechanics)--> pose p +- e --(magnetics)--> L(p), R(p) --> signals
+
+Linear algebra has one thread: factors of sparse matrices slow down with more.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from sits_mech.chain.models import loaded_model, mechanical_model
+from sits_mech.chain.omissions import mirrored
+from sits_mech.chain.pose_errors import read_poses, signals_at, stacked
+from sits_mech.geometry.collision import check_clearance
+from sits_mech.quantities import WRENCH, Equilibrium, Impedance, MagneticModel, MechanicalModel, Pose, Wrench
+from sits_mech.readout.signals import Signals
+from sits_mech.sensor import Sensor
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """What the sensor shows under one load.
+
+    Attributes
+    ----------
+    equilibrium : Equilibrium
+        Where the target comes to rest.
+    impedance : Impedance
+        What the coils show; its errors include what the pose's error makes of them.
+    signals : Signals
+        Combined, with errors.
+    """
+
+    equilibrium: Equilibrium
+    impedance: Impedance
+    signals: Signals
+
+
+def simulate(
+    sensor: Sensor, wrench: Wrench, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto"
+) -> Simulation:
+    """Return what the sensor shows under a load.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        With target and elastomer.
+    wrench : Wrench
+        The load [N, N m].
+    tolerance : float
+        Asked relative error of the pose; of the change of inductance a tenth of it, by sheets as much.
+    mechanics, magnetics : str
+        Names of the models.
+
+    Returns
+    -------
+    Simulation
+        Equilibrium, impedance and signals.
+
+    Raises
+    ------
+    SceneError
+        When a model cannot hold the scene.
+    Collision
+        When the target comes to the coil plane.
+    SolveFailed
+        When the layer has no equilibrium that could be reached.
+    """
+    field, _ = loaded_model(sensor, magnetics, tolerance, [wrench])
+    layer, _ = mechanical_model(sensor, mechanics, tolerance, [wrench])
+    with threadpool_limits(1):
+        return _simulated(sensor, layer, field, wrench)
+
+
+def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench) -> Equilibrium:
+    """Return where a target rests; shift and tilt that symmetry forbids are zero without error.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The scene.
+    layer : MechanicalModel
+        Of the sensor.
+    wrench : Wrench
+        The load [N, N m].
+
+    Raises
+    ------
+    SolveFailed
+        When the layer has no equilibrium that could be reached.
+    """
+    found = layer.equilibrium(wrench)
+    if not mirrored(sensor) or np.any(np.delete(wrench.components, WRENCH.index("F_z"))):
+        return found
+    pose, error = (Pose(0.0, part.d_v, 0.0) for part in (found.pose, found.error))
+    return replace(found, pose=pose, error=error)
+
+
+def _simulated(sensor: Sensor, layer: MechanicalModel, field: MagneticModel, wrench: Wrench) -> Simulation:
+    """Return what the sensor shows under a load by given models."""
+    equilibrium = at_rest(sensor, layer, wrench)
+    check_clearance(sensor, equilibrium.pose)
+    reading = read_poses(sensor, field, stacked([equilibrium.pose]), stacked([equilibrium.error]))
+    found = reading.impedance
+    single = {name: getattr(found, name)[0] for name in ("L", "R", "error_L", "error_R")}
+    return Simulation(equilibrium, replace(found, **single), signals_at(reading.signals, 0))
