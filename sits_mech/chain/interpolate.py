@@ -3,8 +3,9 @@
 A grid is solved at 5, 9, 17, ... of its values along each force, ends included, until the map of the poses through
 those loads (Chebyshev least squares, its error by foretelling what is left out) is within the tolerance of the largest
 displacement. The loads between take their pose from cubic splines through the solved ones, so that the table has no
-steps between both kinds; the error of the map is added to the solver's. A grid of fewer than seven values along a force
-is solved whole, and so is one with a load that failed, or whose error nothing is known of.
+steps between both kinds; the error of the map is added to the solver's, which goes straight from load to load. A grid
+of fewer than seven values along a force is solved whole, and so is one with a load that failed, or whose error nothing
+is known of.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import RectBivariateSpline
+from scipy.interpolate import RectBivariateSpline, RegularGridInterpolator
 
 from sits_mech.mechanics.loads import Load, settle, upright
 from sits_mech.quantities import Array, MechanicalModel, Wrench
@@ -95,10 +96,8 @@ def _some(values: Sequence[float], count: int) -> list[float]:
 
 
 def _map(rows: Mapping[Load, Row], loads: Sequence[Load]) -> SmoothMap:
-    """Return the map of pose, its errors and smallest J through solved loads."""
-    names = (*_POSE, *(f"error_{name}" for name in _POSE), "min_J")
-    values = np.array([[rows[load][name] for name in names] for load in loads])
-    return fit_map(("F_x", "F_z"), np.array(loads), np.nan_to_num(values, nan=1.0))
+    """Return the map of the pose through solved loads; what the solver's errors do would choose its degrees."""
+    return fit_map(("F_x", "F_z"), np.array(loads), np.array([[rows[load][name] for name in _POSE] for load in loads]))
 
 
 def _good(sensor: Sensor, found: SmoothMap, rows: Mapping[Load, Row], tolerance: float) -> bool:
@@ -106,7 +105,7 @@ def _good(sensor: Sensor, found: SmoothMap, rows: Mapping[Load, Row], tolerance:
     reach = 0.5 * sensor.target.extent[0] if sensor.target is not None else 0.0
     scale = np.array([1.0, 1.0, reach])
     poses: Array = np.array([[row[name] for name in _POSE] for row in rows.values()])
-    return bool(np.max(found.error[:3] * scale) <= tolerance * np.max(np.ptp(poses, axis=0) * scale))
+    return bool(np.max(found.error * scale) <= tolerance * np.max(np.ptp(poses, axis=0) * scale))
 
 
 def _between(
@@ -115,8 +114,8 @@ def _between(
     """Return the rows of a grid's loads between the solved ones, which are all of its part."""
     loads = [(x, z) for x in grid["F_x"] for z in grid["F_z"] if (x, z) not in rows]
     worst = max(row["error_mechanics"] for row in rows.values())
-    highest = np.max([[row[f"error_{name}"] for name in _POSE] for row in rows.values()], axis=0)
-    errors = np.clip(found.at(np.array(loads))[:, 3:6], 0.0, highest) + found.error[:3]
+    own = np.array([[[rows[x, z][f"error_{name}"] for name in _POSE] for z in part["F_z"]] for x in part["F_x"]])
+    errors = RegularGridInterpolator((part["F_x"], part["F_z"]), own)(loads) + found.error
     poses = np.column_stack([_spline(rows, part, name).ev(*np.array(loads).T) for name in (*_POSE, "min_J")])
     more: dict[Load, Row] = {}
     for load, pose, error in zip(loads, poses.tolist(), errors.tolist(), strict=True):

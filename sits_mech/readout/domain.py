@@ -2,8 +2,9 @@
 
 For as many directions as forces: y = S^-1 V^T w L, V and S the leading singular vectors and values of the weighted
 inductances over the box, D(F) = det(dy/dF). D keeps its sign on a part of the box; where it changes sign the map folds
-back and two forces show the same inductances. A map with D of one sign on a box is one to one if, besides, the image of
-the box's edge does not cross itself, which is looked at for two forces.
+back and two forces show the same inductances; of parts of one size, as symmetry makes them, the inverse holds on that
+of the larger forces. A map with D of one sign on a box is one to one if, besides, the image of the box's edge does not
+cross itself, which is looked at for two forces.
 """
 
 from __future__ import annotations
@@ -20,6 +21,9 @@ from sits_mech.readout.surrogate import SmoothMap
 
 _POINTS = {1: 257, 2: 65, 3: 21}  # of the grid along each force
 _FLAT = 1e-3  # of the determinant's median size: below it the map is called flat
+_ALIKE = 0.9  # of the largest part's points: parts that mirror each other differ by fewer, by rounding
+_SEEN = 1e-6  # of the leading direction's size: what varies less may be rounding of the inductances
+_TOUCH = 1e-9  # area of a triangle, of sides of size one: below it a point lies on the line
 
 
 @dataclass(frozen=True)
@@ -118,19 +122,28 @@ def _whitening(values: Array, weights: Array, d: int) -> tuple[Array, Array]:
     """Return the middle of inductances (m, n) and the directions (n, at most d) that give them size one."""
     middle = values.mean(axis=0)
     _, sizes, rows = np.linalg.svd((values - middle) * weights, full_matrices=False)
-    keep = min(d, int(np.sum(sizes > 1e-9 * sizes[0])))
+    keep = min(d, int(np.sum(sizes > _SEEN * sizes[0])))
+    first = np.argmax(np.abs(rows) > 0.5 * np.abs(rows).max(axis=1, keepdims=True), axis=1)
+    rows = rows * np.sign(np.take_along_axis(rows, first[:, None], axis=1))  # a direction's sign is free
     return middle, weights[:, None] * rows[:keep].T / (sizes[:keep] / np.sqrt(len(values)))
 
 
 def _parts(det: Array, inside: NDArray[np.bool_]) -> NDArray[np.int_]:
-    """Number the connected parts of one sign, the largest first; 0 outside and where the determinant is flat."""
+    """Number the connected parts of one sign, the valid one first; 0 outside and where the determinant is flat."""
     flat = _FLAT * float(np.median(np.abs(det[inside])))
     pieces: list[NDArray[np.bool_]] = []
     for sign in (1.0, -1.0):
         numbered, count = label(inside & (sign * det > flat))
         pieces += [numbered == k for k in range(1, count + 1)]
     found = np.zeros(det.shape, dtype=int)
-    for number, piece in enumerate(sorted(pieces, key=lambda piece: -int(piece.sum())), start=1):
+    least = _ALIKE * max((int(piece.sum()) for piece in pieces), default=0)
+
+    def rank(piece: NDArray[np.bool_]) -> tuple[bool, float]:
+        """Put large parts before small ones, and of large ones that of the larger forces first."""
+        large, middle = int(piece.sum()) >= least, np.argwhere(piece).mean(axis=0)
+        return not large, -float(middle @ 0.5 ** np.arange(det.ndim)) if large else -float(piece.sum())
+
+    for number, piece in enumerate(sorted(pieces, key=rank), start=1):
         found[piece] = number
     return found
 
@@ -150,7 +163,8 @@ def _crosses(image: Array) -> bool:
     def side(p: Array, q: Array, r: Array) -> Array:
         """Return the sign of the triangle p, q, r."""
         u, v = q - p, r - p
-        return np.asarray(np.sign(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]))
+        area = u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+        return np.asarray(np.sign(np.where(np.abs(area) > _TOUCH, area, 0.0)))
 
     p, q, r, s = a[:, None], b[:, None], a[None], b[None]
     return bool(np.any((side(p, q, r) * side(p, q, s) < 0) & (side(r, s, p) * side(r, s, q) < 0)))

@@ -25,6 +25,7 @@ from sits_mech.readout.surrogate import SmoothMap, fit_map
 
 _FINE = 25  # candidates along each variable
 _APART = 0.15  # between points of one round, of half the box
+_TIE = 0.99  # of the largest disagreement: points that symmetry makes alike differ by less, by rounding
 
 
 @dataclass(frozen=True)
@@ -181,11 +182,10 @@ def _worst(
     rival = RBFInterpolator(found.scaled(state[0]), state[1] / scale, kernel="cubic", degree=1)
     doubt = np.max(np.abs(found.at(fine) / scale - rival(found.scaled(fine))), axis=1)
     half = 0.5 * (high - low)
-    taken = [*(asked / half)]
+    free = np.array([np.max(np.abs((asked - spot) / half), axis=1).min() for spot in fine]) > _APART
     chosen: list[Array] = []
-    for k in np.argsort(-doubt, kind="stable"):
-        spot = fine[k] / half
-        if min(np.max(np.abs(spot - other)) for other in taken) >= _APART:
-            taken.append(spot)
-            chosen.append(fine[k])
+    while np.any(free):
+        spot = fine[np.argmax(free & (doubt >= _TIE * doubt[free].max()))]
+        chosen.append(spot)
+        free &= np.max(np.abs((fine - spot) / half), axis=1) > _APART
     return np.array(chosen).reshape(-1, len(low))

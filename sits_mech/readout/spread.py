@@ -23,6 +23,7 @@ from sits_mech.quantities import Array
 from sits_mech.readout.surrogate import SmoothMap, fit_map
 
 _WIDTH = 3.0  # standard deviations that the design covers
+_STILL = 1e-9  # of an answer: what scatters less may be rounding
 
 
 @dataclass(frozen=True)
@@ -132,7 +133,7 @@ def _shares(found: SmoothMap, s: Array, samples: int, seed: int) -> tuple[Array,
     q = found.coefficients.shape[1]
     first, total = np.full((q, len(s)), np.nan), np.full((q, len(s)), np.nan)
     scale = np.ptp(found.at(_within(found, design(s, 64, seed=seed))), axis=0)
-    moves = np.flatnonzero(scale > 1e-12 * np.maximum(np.abs(found.at(np.zeros(len(s)))), 1e-300))
+    moves = np.flatnonzero(scale > _STILL * np.maximum(np.abs(found.at(np.zeros(len(s)))), 1e-300))
     if moves.size == 0:
         return first, total
 

@@ -8,7 +8,9 @@ variable (a line of a grid, a single scattered point) left out in turn, except t
 
     e_G = (1 - H_GG)^-1 r_G,    r the residual, H the hat matrix, G the points left out  (exact, without fitting anew).
 
-So values with noise are not followed into it. `error` of each output is the largest e; on a grid, if it is more, 1.5
+Of all maps tried the one of the fewest terms is taken whose e is within a tenth of the least, root mean square over the
+outputs' ranges, where 1e-9 of a range counts as exact: neither noise is followed, nor does rounding, which differs from
+processor to processor, choose the degrees. `error` of each output is the largest e; on a grid, if it is more, 1.5
 times the largest difference over the box to the maps of two degrees more: near the edge no line can be left out, and an
 odd map hides the error of an even degree. P_i stays three below the number of lines for that. Of up to five lines the
 map may take all and is compared with two degrees less; of two lines nothing can be told: the error is infinite.
@@ -17,7 +19,7 @@ Numbers only, no physics.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -27,6 +29,10 @@ from numpy.typing import ArrayLike, NDArray
 from sits_mech.quantities import Array
 
 _HIGHEST = 12  # degree: beyond it a map over loads has no use
+_EXACT = 1e-9  # of an output's range, or of its size: what is smaller may be rounding, and no map is better than that
+_SAME = 1e-9  # of half the box: values of a variable that are closer are one
+_TIE = 1.001  # of errors: maps that symmetry makes alike differ by less, by rounding
+_AS_GOOD = 1.1  # of the least error: within it the fewest terms win
 _LEAST_FREEDOM = 1e-6  # of points left out: below it the others do not decide the map there
 
 
@@ -120,10 +126,9 @@ def fit_map(names: Sequence[str], points: ArrayLike, values: ArrayLike, *, simpl
     _check(names, p, y)
     low, high = p.min(axis=0), p.max(axis=0)
     x = (2.0 * p - high - low) / (high - low)
-    scale = np.ptp(y, axis=0)
-    scale = np.where(scale > 0.0, scale, np.maximum(np.abs(y).max(axis=0), 1e-300))
-    groups = _lines(x)
-    counts = [len(np.unique(np.round(column, 9))) for column in x.T]
+    size, scale = np.maximum(np.abs(y).max(axis=0), 1e-300), np.ptp(y, axis=0)
+    scale = np.where(scale > _EXACT * size, scale, size)
+    groups, counts = _lines(x), [int(_numbered(column).max()) + 1 for column in x.T]
     highest = [min(_HIGHEST, n - 3 if n > 5 else max(1, n - 2)) for n in counts]
     degrees = _chosen(x, y / scale, groups, highest, simplex)
     off = _foretold(_design(x, _terms(degrees, simplex)), y, groups)
@@ -157,24 +162,37 @@ def _check(names: Sequence[str], points: Array, values: Array) -> None:
 def _lines(x: Array) -> list[NDArray[np.int_]]:
     """Return the points of each value of each variable, without the outermost values."""
     groups = []
-    for column in np.round(x, 9).T:
-        inner = np.unique(column)[1:-1]
-        groups += [np.flatnonzero(column == value) for value in inner]
+    for numbers in map(_numbered, x.T):
+        groups += [np.flatnonzero(numbers == number) for number in range(1, int(numbers.max()))]
     return groups
 
 
+def _numbered(column: Array) -> NDArray[np.int_]:
+    """Return which of a variable's different values every point has, in ascending order."""
+    order = np.argsort(column, kind="stable")
+    numbers = np.zeros(len(column), dtype=int)
+    numbers[order[1:]] = np.cumsum(np.diff(column[order]) > _SAME)
+    return numbers
+
+
 def _chosen(x: Array, y: Array, groups: Sequence[NDArray[np.int_]], highest: Sequence[int], simplex: bool) -> list[int]:
-    """Return the degrees that foretell best; one may rise by two at once, for maps that are even or odd."""
-    degrees = [1] * x.shape[1]
-    best = _score(x, y, groups, _terms(degrees, simplex))
+    """Return the fewest degrees that foretell well; one may rise by two at once, for maps that are even or odd."""
+    at = (1,) * x.shape[1]
+    tried = {at: _score(x, y, groups, _terms(at, simplex))}
     while True:
-        raised = [[*degrees[:i], degrees[i] + step, *degrees[i + 1 :]] for i in range(len(degrees)) for step in (1, 2)]
-        raised += [[degree + 1 for degree in degrees]] if simplex else []  # products need two degrees at once
+        raised = [(*at[:i], at[i] + step, *at[i + 1 :]) for i in range(len(at)) for step in (1, 2)]
+        raised += [tuple(degree + 1 for degree in at)] if simplex else []  # products need two degrees at once
         raised = [trial for trial in raised if all(a <= b for a, b in zip(trial, highest, strict=True))]
-        scores = [_score(x, y, groups, _terms(trial, simplex)) for trial in raised]
-        if not scores or not min(scores) < 0.98 * best:
-            return degrees
-        best, degrees = min(scores), raised[int(np.argmin(scores))]
+        scores = {trial: _score(x, y, groups, _terms(trial, simplex)) for trial in raised}
+        if not scores or not min(scores.values()) < 0.98 * tried[at]:
+            return list(_simplest(tried | scores, _AS_GOOD, simplex))
+        at, tried = _simplest(scores, _TIE, simplex), tried | scores
+
+
+def _simplest(scores: Mapping[tuple[int, ...], float], margin: float, simplex: bool) -> tuple[int, ...]:
+    """Return the degrees of the fewest terms whose error is the least within a margin, of several such the first."""
+    least = min(scores.values())
+    return min((trial for trial in scores if scores[trial] <= margin * least), key=lambda t: len(_terms(t, simplex)))
 
 
 def _doubt(x: Array, y: Array, degrees: Sequence[int], counts: Sequence[int], simplex: bool) -> Array:
@@ -193,9 +211,9 @@ def _doubt(x: Array, y: Array, degrees: Sequence[int], counts: Sequence[int], si
 
 
 def _score(x: Array, y: Array, groups: Sequence[NDArray[np.int_]], powers: NDArray[np.int_]) -> float:
-    """Return the root mean square error of foretelling; infinite where terms are too many."""
+    """Return the root mean square error of foretelling, at least what counts as exact; infinite with too many terms."""
     off = _foretold(_design(x, powers), y, groups)
-    return np.inf if off is None or not len(off) else float(np.sqrt(np.mean(off**2)) + 1e-15)
+    return np.inf if off is None or not len(off) else max(float(np.sqrt(np.mean(off**2))), _EXACT)
 
 
 def _foretold(design: Array, y: Array, groups: Sequence[NDArray[np.int_]]) -> Array | None:

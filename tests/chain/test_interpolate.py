@@ -52,6 +52,29 @@ def test_a_smooth_layer_is_solved_at_every_second_load(symmetric: bool, solves: 
     assert sum(row["notes"] == BETWEEN for row in rows.values()) == 56
 
 
+def test_scatter_of_the_errors_plays_no_part_in_the_map() -> None:
+    """Errors go up and down from load to load: those between have the mean of theirs and what the poses' map adds."""
+
+    class Scattered(Spring):
+        def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
+            found = super().equilibrium(wrench, start=start)
+            own = 1e-7 * (2.0 + np.sin(1e3 * wrench.F_x * (1.0 + wrench.F_z)))
+            return replace(found, error=Pose(own, own, own))
+
+    rows, plain = (
+        settle_grid(load_sensor("biorob2018"), layer, GRID, symmetric=False, tolerance=1e-2)
+        for layer in (Scattered(), Spring())
+    )
+    between = [load for load, row in plain.items() if row["notes"] == BETWEEN]
+    assert len(between) == 56
+    for x, z in between:
+        assert rows[x, z]["d_h"] == plain[x, z]["d_h"]
+        assert rows[x, z]["error_d_h"] - plain[x, z]["error_d_h"] <= 2e-7 + 1e-18
+    mean = 0.5 * (rows[0.5, 0.0]["error_d_h"] + rows[0.5, 1.0]["error_d_h"])
+    map_error = plain[0.5, 0.5]["error_d_h"] - 1e-7
+    assert rows[0.5, 0.5]["error_d_h"] == pytest.approx(mean + map_error, rel=1e-9)
+
+
 def test_a_kink_is_solved_through() -> None:
     """Where the map does not foretell its own loads, every load is solved."""
     layer = Spring(kink=2.0)

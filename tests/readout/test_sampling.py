@@ -60,6 +60,14 @@ def test_points_go_where_the_map_bends() -> None:
     assert min(errors[-3:]) < 0.6 * max(errors[:3])
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_rounding_does_not_choose_the_points(seed: int) -> None:
+    """A function that its own mirror image, asked without saying so: last digits do not move the points."""
+    rng = np.random.default_rng(seed)
+    shaken = sample(lambda p: sensor(p) * (1.0 + 4e-16 * rng.standard_normal((len(p), 2))), NAMES, BOX, tolerance=1e-3)
+    np.testing.assert_array_equal(shaken.points, sample(sensor, NAMES, BOX, tolerance=1e-3).points)
+
+
 def test_not_reached_is_said() -> None:
     """A kink is not smooth: the points run out and the error is reported as it is."""
     found = sample(lambda p: np.abs(p[:, :1] - 0.21) + p, NAMES, BOX, tolerance=1e-6, most=30)
