@@ -16,7 +16,7 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 RANKS = {
     **dict.fromkeys(("version", "units", "scene", "bounds", "outlines", "parts", "sensor"), 0),
     **dict.fromkeys(("materials", "quantities"), 0),
-    **dict.fromkeys(("sweep", "meshing"), 1),
+    **dict.fromkeys(("sweep", "meshing", "maps"), 1),
     "geometry": 2,
     **dict.fromkeys(("mechanics", "magnetics", "readout"), 3),
     **dict.fromkeys(("chain",), 4),
@@ -80,7 +80,7 @@ def dotted(path: Path) -> str:
 
 @pytest.mark.parametrize("path", FILES, ids=dotted)
 def test_imports_point_downwards(path: Path) -> None:
-    """By the order of rooms in the design: nouns, meshes, geometry, physics, chain, readers, the top."""
+    """By the order of rooms in the design: nouns, meshes and maps, geometry, physics, chain, readers, the top."""
     assert violations(path.read_text(), dotted(path)) == []
 
 

@@ -1,6 +1,6 @@
 """How few loads does a calibration take? Loads are solved only where the map of the inductances still bends.
 
-The loads of `readout.sampling`, each from the nearest settled one; a sensor that is its own mirror image gives two
+The loads of `maps.sampling`, each from the nearest settled one; a sensor that is its own mirror image gives two
 loads at once: F_x -> -F_x swaps the coils. The result is the same `Calibration` that a regular table gives. Its error
 is told by the last loads alone: where the solver scatters it can be passed elsewhere (a 3D pad at tolerance
 1e-2, 15 loads: told 0.4e-3 of full scale, 1.4e-3 at the worst of 81). `chain.calibrate` leaves out loads of a grid too.
@@ -17,9 +17,9 @@ from sits_mech.analysis.bench import free_inductances
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.pose_errors import read_poses
 from sits_mech.geometry.collision import Collision, check_clearance
+from sits_mech.maps.sampling import Mirror, Sampling, sample
 from sits_mech.quantities import Array, Equilibrium, MagneticModel, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.readout.calibration import Calibration, calibration_of
-from sits_mech.readout.sampling import Mirror, Sampling, sample
 from sits_mech.sensor import Coil, SceneError, Sensor
 from sits_mech.sweep import Progress
 

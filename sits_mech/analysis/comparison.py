@@ -23,11 +23,11 @@ from scipy.interpolate import BarycentricInterpolator
 from sits_mech.analysis.bench import free_inductances
 from sits_mech.chain.models import loaded_model
 from sits_mech.geometry.collision import clearance
+from sits_mech.maps.surrogate import SmoothMap, fit_map
 from sits_mech.quantities import Array, Pose
 from sits_mech.readout.calibration import FORCES
 from sits_mech.readout.converter import converter
 from sits_mech.readout.measured import Measured, ParameterFit, Tank, fit_parameters
-from sits_mech.readout.surrogate import SmoothMap, fit_map
 from sits_mech.sensor import SceneError, Sensor
 from sits_mech.sweep import DONE
 

@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import RectBivariateSpline, RegularGridInterpolator
 
+from sits_mech.maps.surrogate import SmoothMap, fit_map
 from sits_mech.mechanics.loads import Load, settle, upright
 from sits_mech.quantities import Array, MechanicalModel, Wrench
-from sits_mech.readout.surrogate import SmoothMap, fit_map
 from sits_mech.sensor import Sensor
 from sits_mech.sweep import DONE, Progress, Row
 

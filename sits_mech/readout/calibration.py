@@ -21,9 +21,9 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
+from sits_mech.maps.domain import Domain, domain_of
+from sits_mech.maps.surrogate import SmoothMap, fit_map
 from sits_mech.quantities import Array
-from sits_mech.readout.domain import Domain, domain_of
-from sits_mech.readout.surrogate import SmoothMap, fit_map
 
 FORCES = ("F_x", "F_y", "F_z", "M")
 """Dimensions of a table that are loads, in this order."""

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sits_mech.readout.domain import domain_of
-from sits_mech.readout.surrogate import SmoothMap, fit_map
+from sits_mech.maps.domain import domain_of
+from sits_mech.maps.surrogate import SmoothMap, fit_map
 
 
 def grid_of(size: int) -> np.ndarray:

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.stats import norm, qmc, sobol_indices
 
+from sits_mech.maps.surrogate import SmoothMap, fit_map
 from sits_mech.quantities import Array
-from sits_mech.readout.surrogate import SmoothMap, fit_map
 
 _WIDTH = 3.0  # standard deviations that the design covers
 _STILL = 1e-9  # of an answer: what scatters less may be rounding

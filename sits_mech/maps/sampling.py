@@ -20,8 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import RBFInterpolator
 
+from sits_mech.maps.surrogate import SmoothMap, fit_map
 from sits_mech.quantities import Array
-from sits_mech.readout.surrogate import SmoothMap, fit_map
 
 _FINE = 25  # candidates along each variable
 _APART = 0.15  # between points of one round, of half the box

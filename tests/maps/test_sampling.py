@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sits_mech.readout.sampling import Mirror, sample
-from sits_mech.readout.surrogate import fit_map
+from sits_mech.maps.sampling import Mirror, sample
+from sits_mech.maps.surrogate import fit_map
 
 BOX = ((-1.0, 0.0), (1.0, 4.0))
 NAMES = ("F_x", "F_z")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.readout.surrogate import fit_map
+from sits_mech.maps.surrogate import fit_map
 
 
 def grid(*sizes: int) -> np.ndarray:

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import label
 from scipy.spatial import ConvexHull, QhullError
 
+from sits_mech.maps.surrogate import SmoothMap
 from sits_mech.quantities import Array
-from sits_mech.readout.surrogate import SmoothMap
 
 _POINTS = {1: 257, 2: 65, 3: 21}  # of the grid along each force
 _FLAT = 1e-3  # of the determinant's median size: below it the map is called flat
