@@ -18,16 +18,17 @@ import numpy as np
 import xarray as xr
 from threadpoolctl import threadpool_limits
 
-from sits_mech.chain.interpolate import settle_grid
+from sits_mech.chain.interpolate import loads_of, poses_on_grid
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omissions import mirrored
+from sits_mech.chain.plan import leaving
 from sits_mech.chain.pose_errors import read_poses, signals_at, stacked
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.magnetics.sheets import Sheets
 from sits_mech.mechanics.block_mesh import pad_parts
 from sits_mech.mechanics.finite_length import small_strain_stiffness
 from sits_mech.mechanics.loads import kept_key
-from sits_mech.quantities import Impedance, MagneticModel, Pose, Wrench
+from sits_mech.quantities import POSE, Impedance, MagneticModel, Pose, Wrench
 from sits_mech.sensor import SceneError, Sensor, scene_hash, scene_text
 from sits_mech.sweep import DONE, Progress, Row, table
 from sits_mech.version import __version__
@@ -73,17 +74,19 @@ def calibrate(
     """
     grid = {"F_x": _checked_forces("F_x", F_x), "F_z": _checked_forces("F_z", F_z)}
     field, by_field = loaded_model(sensor, magnetics, tolerance)
-    loads = [Wrench(x, z) for x in grid["F_x"] for z in grid["F_z"]]
+    loads = loads_of(grid)
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance, loads)
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance, **grid}
     with threadpool_limits(1):
         ahead = _prepared_ahead(sensor, field, loads, by_layer.name)
         keep = (folder, kept_key(sensor, by_layer.name, tolerance))
-        rows = settle_grid(
+        rows = poses_on_grid(
             sensor, layer, grid, symmetric=mirrored(sensor), tolerance=tolerance, keep=keep, progress=progress
         )
         ahead.join()
-        reading, done = _read_rows(sensor, field, [rows[load.F_x, load.F_z] for load in loads])
+        hidden = {"state"} | ({*POSE[3:], *(f"error_{name}" for name in POSE[3:])} if not leaving(loads) else set())
+        shown = [{name: item for name, item in rows[load].items() if name not in hidden} for load in loads]
+        reading, done = _read_rows(sensor, field, shown)
     data = table(grid, done)
     data = data.assign_coords(coil=[coil.name for coil in sensor.coils], coil_2=[coil.name for coil in sensor.coils])
     data["L0"] = (("coil", "coil_2"), reading.L0)
@@ -134,10 +137,9 @@ def _foretold(sensor: Sensor, loads: Sequence[Wrench]) -> Pose:
 
 def _read_rows(sensor: Sensor, model: MagneticModel, rows: Sequence[Row]) -> tuple[Impedance, list[Row]]:
     """Return the impedance of all converged rows, and the rows with what the coils show."""
-    checked = [_guarded(sensor, {name: item for name, item in row.items() if name != "state"}) for row in rows]
+    checked = [_guarded(sensor, row) for row in rows]
     good = [row for row in checked if row["status"] == DONE]
-    poses = stacked([Pose(row["d_h"], row["d_v"], row["alpha"]) for row in good])
-    errors = stacked([Pose(row["error_d_h"], row["error_d_v"], row["error_alpha"]) for row in good])
+    poses, errors = (stacked([_pose(row, prefix) for row in good]) for prefix in ("", "error_"))
     reading = read_poses(sensor, model, poses, errors)
     found, coils = reading.impedance, ("coil", "coil_2")
     share = found.report.seconds / max(len(good), 1)
@@ -160,7 +162,12 @@ def _guarded(sensor: Sensor, row: Row) -> Row:
     if row["status"] != DONE:
         return row
     try:
-        check_clearance(sensor, Pose(row["d_h"], row["d_v"], row["alpha"]))
+        check_clearance(sensor, _pose(row))
     except Collision as error:
         return row | {"status": "collision", "reason": str(error)}
     return row
+
+
+def _pose(row: Row, prefix: str = "") -> Pose:
+    """Return the pose of a row, or by the prefix its error; what the row has not is zero."""
+    return Pose(*(float(row.get(f"{prefix}{name}", 0.0)) for name in POSE))

@@ -13,6 +13,7 @@ import numpy as np
 from sits_mech.chain.interpolate import solved_first
 from sits_mech.chain.omissions import Omission, half_suffices, omissions, strain_bound
 from sits_mech.materials import implausible, unknown
+from sits_mech.mechanics.loads import without_images
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.sensor import Sensor, Target
 from sits_mech.units import SceneError, quantity, shown
@@ -220,7 +221,7 @@ class Plan:
         if mechanics is not None:
             first = solved_first(loads)
             half = half_suffices(sensor, first)
-            count = sum(not half or load.F_x >= 0.0 for load in first)
+            count = len(without_images(first)) if half else len(first)
             parts.insert(0, ("mechanics", mechanics.name, tolerance, count))
         missing = omissions(sensor, loads, None if mechanics is None else mechanics.name, magnetics.name)
         if mechanics is not None and len(first) < len(loads):

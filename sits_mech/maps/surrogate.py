@@ -98,7 +98,9 @@ class SmoothMap:
         return _contracted(dense, factors), np.stack(each, axis=-1)
 
 
-def fit_map(names: Sequence[str], points: ArrayLike, values: ArrayLike, *, simplex: bool = False) -> SmoothMap:
+def fit_map(
+    names: Sequence[str], points: ArrayLike, values: ArrayLike, *, simplex: bool = False, scale: ArrayLike | None = None
+) -> SmoothMap:
     """Return the smooth map through values at points.
 
     Parameters
@@ -111,6 +113,8 @@ def fit_map(names: Sequence[str], points: ArrayLike, values: ArrayLike, *, simpl
         Finite.
     simplex : bool
         Take the smaller set of terms, for three and more variables.
+    scale : array_like, shape (n,), optional
+        Sizes of the outputs' errors, by which the degrees are chosen; the range of each by default.
 
     Returns
     -------
@@ -126,11 +130,12 @@ def fit_map(names: Sequence[str], points: ArrayLike, values: ArrayLike, *, simpl
     _check(names, p, y)
     low, high = p.min(axis=0), p.max(axis=0)
     x = (2.0 * p - high - low) / (high - low)
-    size, scale = np.maximum(np.abs(y).max(axis=0), 1e-300), np.ptp(y, axis=0)
-    scale = np.where(scale > _EXACT * size, scale, size)
+    size = np.maximum(np.abs(y).max(axis=0), 1e-300)
+    sizes = np.ptp(y, axis=0) if scale is None else np.asarray(scale, dtype=float)
+    sizes = np.where(sizes > _EXACT * size, sizes, size)
     groups, counts = _lines(x), [int(_numbered(column).max()) + 1 for column in x.T]
     highest = [min(_HIGHEST, n - 3 if n > 5 else max(1, n - 2)) for n in counts]
-    degrees = _chosen(x, y / scale, groups, highest, simplex)
+    degrees = _chosen(x, y / sizes, groups, highest, simplex)
     off = _foretold(_design(x, _terms(degrees, simplex)), y, groups)
     if off is None:
         raise ValueError(f"points: must be more, or in general position, for a map of {len(names)}; got {len(p)}")
@@ -138,7 +143,7 @@ def fit_map(names: Sequence[str], points: ArrayLike, values: ArrayLike, *, simpl
     if np.prod(counts) == len(p):
         degrees = [n - 1 if n <= 5 and degree >= n - 2 else degree for degree, n in zip(degrees, counts, strict=True)]
         error = np.maximum(error, _doubt(x, y, degrees, counts, simplex))
-    rms = np.sqrt(np.mean(off**2, axis=0)) if min(counts) > 2 else np.full_like(scale, np.inf)
+    rms = np.sqrt(np.mean(off**2, axis=0)) if min(counts) > 2 else np.full_like(sizes, np.inf)
     error = np.where(np.isfinite(rms), error, np.inf)
     powers = _terms(degrees, simplex)
     coefficients = np.linalg.lstsq(_design(x, powers), y, rcond=None)[0]
