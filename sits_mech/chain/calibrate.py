@@ -6,11 +6,12 @@ What is kept of it does not depend on who asked first, so neither does the resul
 
 from __future__ import annotations
 
+import itertools
 import json
 import multiprocessing
 import os
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,17 +29,24 @@ from sits_mech.magnetics.sheets import Sheets
 from sits_mech.mechanics.block_mesh import pad_parts
 from sits_mech.mechanics.finite_length import small_strain_stiffness
 from sits_mech.mechanics.loads import kept_key
-from sits_mech.quantities import POSE, Impedance, MagneticModel, Pose, Wrench
+from sits_mech.quantities import POSE, WRENCH, Impedance, MagneticModel, Pose, Wrench
 from sits_mech.sensor import SceneError, Sensor, scene_hash, scene_text
 from sits_mech.sweep import DONE, Progress, Row, table
 from sits_mech.version import __version__
+
+Loads = float | Sequence[float]
+"""Values of a component of a load [N, N m]: many are a dimension of the table, one number is the same for all of it."""
 
 
 def calibrate(
     sensor: Sensor,
     *,
-    F_x: Sequence[float],
-    F_z: Sequence[float],
+    F_x: Loads,
+    F_z: Loads,
+    M: Loads = 0.0,
+    F_y: Loads = 0.0,
+    M_x: Loads = 0.0,
+    M_z: Loads = 0.0,
     tolerance: float = 1e-2,
     mechanics: str = "auto",
     magnetics: str = "auto",
@@ -51,10 +59,11 @@ def calibrate(
     ----------
     sensor : Sensor
         With target and elastomer.
-    F_x, F_z : sequence of float
-        Shear and normal forces [N].
+    F_x, F_z, M, F_y, M_x, M_z : float or sequence of float
+        Components of the loads, as of `Wrench` [N, N m]. A sequence is a dimension of the table, of one value as well;
+        a number is a coordinate without dimension where it is not zero. F_x and F_z are dimensions in any case.
     tolerance, mechanics, magnetics
-        As for `simulate`.
+        As for `simulate`; one model answers all loads.
     progress : callable, optional
         Called with the number of loads done and of all.
     folder : Path, optional
@@ -62,45 +71,55 @@ def calibrate(
 
     Returns
     -------
-    Dataset, dims (F_x, F_z)
-        Pose, impedance, signals, each with ``error_``; ``status``, ``reason``, ``notes``, ``seconds``, ``min_J``. A
-        load that fails has NaN and says why; a pose between solved loads is noted as such. Attributes hold scene,
-        hash, request, version, ``unit_L``.
+    Dataset, dims (F_x, F_z) and what else is a sequence, in the order of `WRENCH`
+        Pose, impedance, signals, each with ``error_``; ``status``, ``reason``, ``notes``, ``seconds``, ``min_J``. Of
+        the pose d_y, alpha_x and alpha_z only where a load leaves the plane. A load that fails has NaN and says why; a
+        pose between solved loads is noted as such. Attributes hold scene, hash, request, version, ``unit_L``.
 
     Raises
     ------
     SceneError
-        When a model cannot hold the scene, or a list of forces is empty, has a value twice or one that is not finite.
+        When a model cannot hold the scene or a component, or a list of forces is empty, has a value twice or one that
+        is not finite.
     """
-    grid = {"F_x": _checked_forces("F_x", F_x), "F_z": _checked_forces("F_z", F_z)}
-    field, by_field = loaded_model(sensor, magnetics, tolerance)
-    loads = loads_of(grid)
+    given = dict(zip(WRENCH, (F_x, F_z, M, F_y, M_x, M_z), strict=True))
+    axes = {name: _checked(name, values) for name, values in given.items()}
+    grid = {name: axes[name] for name in WRENCH if name in ("F_x", "F_z") or np.ndim(given[name])}
+    fixed = {name: values[0] for name, values in axes.items() if name not in grid and values[0] != 0.0}
+    loads = loads_of(axes)
+    field, by_field = loaded_model(sensor, magnetics, tolerance, loads)
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance, loads)
-    request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance, **grid}
+    request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance, **grid, **fixed}
     with threadpool_limits(1):
         ahead = _prepared_ahead(sensor, field, loads, by_layer.name)
         keep = (folder, kept_key(sensor, by_layer.name, tolerance))
         rows = poses_on_grid(
-            sensor, layer, grid, symmetric=mirrored(sensor), tolerance=tolerance, keep=keep, progress=progress
+            sensor, layer, axes, symmetric=mirrored(sensor), tolerance=tolerance, keep=keep, progress=progress
         )
         ahead.join()
-        hidden = {"state"} | ({*POSE[3:], *(f"error_{name}" for name in POSE[3:])} if not leaving(loads) else set())
-        shown = [{name: item for name, item in rows[load].items() if name not in hidden} for load in loads]
-        reading, done = _read_rows(sensor, field, shown)
-    data = table(grid, done)
-    data = data.assign_coords(coil=[coil.name for coil in sensor.coils], coil_2=[coil.name for coil in sensor.coils])
+        reading, done = _read_rows(sensor, field, _shown(rows, loads))
+    coils = [coil.name for coil in sensor.coils]
+    data = table(grid, done).assign_coords({"coil": coils, "coil_2": coils, **fixed})
     data["L0"] = (("coil", "coil_2"), reading.L0)
     attributes = {"frequency": sensor.frequency, "unit_L": reading.unit_L, "request": json.dumps(request)}
     scene = {"scene": scene_text(sensor), "scene_hash": scene_hash(sensor), "version": __version__, "name": sensor.name}
     return data.assign_attrs(**scene, **attributes)
 
 
-def _checked_forces(name: str, forces: Sequence[float]) -> list[float]:
-    """Return forces in ascending order, or refuse them."""
-    found = sorted(float(force) for force in forces)
+def _checked(name: str, values: Loads) -> list[float]:
+    """Return the values of a component in ascending order, or refuse them."""
+    found = sorted(float(value) for value in np.atleast_1d(np.asarray(values, dtype=float)))
     if not found or not np.all(np.isfinite(found)) or len(set(found)) < len(found):
-        raise SceneError(f"{name} must be one or more different finite forces [N]; got {list(forces)}")
+        what = "moments [N m]" if name.startswith("M") else "forces [N]"
+        raise SceneError(f"{name} must be one or more different finite {what}; got {values}")
     return found
+
+
+def _shown(rows: Mapping[Wrench, Row], loads: Sequence[Wrench]) -> list[Row]:
+    """Return the rows of loads without states, and without what leaves the plane where no load does."""
+    beside = () if leaving(loads) else POSE[3:]
+    hidden = {"state", *beside, *(f"error_{name}" for name in beside)}
+    return [{name: item for name, item in rows[load].items() if name not in hidden} for load in loads]
 
 
 def _prepared_ahead(
@@ -128,8 +147,9 @@ def _prepared_ahead(
 def _foretold(sensor: Sensor, loads: Sequence[Wrench]) -> Pose:
     """Return about where the target comes to rest under the outermost loads: by one compliance at small strain."""
     target, elastomer = pad_parts(sensor)
-    F_x, F_z = np.array([[load.F_x, load.F_z] for load in loads]).T
-    corners = [Wrench(x, z) for x in (F_x.min(), F_x.max()) for z in (F_z.min(), F_z.max())]
+    plane = np.array([load.components[:3] for load in loads])
+    ends = [sorted({float(values.min()), float(values.max())}) for values in plane.T]
+    corners = [Wrench(*load) for load in itertools.product(*ends)]
     forces = [(load.F_x, -load.F_z, load.M + load.F_x * target.load_height) for load in corners]
     d_h, d_z, alpha = np.linalg.solve(small_strain_stiffness(sensor)[0], np.transpose(forces))
     return Pose(d_h, elastomer.standoff + elastomer.thickness + d_z, alpha)

@@ -67,6 +67,8 @@ _PLANE = (
     "a pad or a target shorter than that is softer: compare with block"
 )
 
+_LEAVES = "no other model leaves the plane, and one model answers all loads of a request"
+
 
 def leaving(given: Sequence[Wrench] | Sequence[Pose]) -> tuple[str, ...]:
     """Return the names of the components of some loads or poses that leave the plane y = 0."""
@@ -109,7 +111,7 @@ def choose_mechanics(
     if beside:
         if asked not in ("auto", "block"):
             raise SceneError(f"model (mechanics) must be auto or block for {', '.join(beside)}; got {asked}")
-        reason = f"{', '.join(beside)}: no other model leaves the plane"
+        reason = f"{', '.join(beside)}: {_LEAVES}"
         return Choice("block", reason if asked == "auto" else "asked for")
     meshed = sensor.elastomer is not None and sensor.elastomer.mesh is not None
     if meshed and asked not in ("auto", "block"):
@@ -155,7 +157,7 @@ def choose_magnetics(
     if asked != "auto":
         return Choice(asked, "asked for")
     if beside:
-        return Choice("sheets", f"{', '.join(beside)}: no other model leaves the plane")
+        return Choice("sheets", f"{', '.join(beside)}: {_LEAVES}")
     target = sensor.target
     if sensor.substrate_radius is not None:
         return Choice("planar-fem", "coils on a curved substrate")

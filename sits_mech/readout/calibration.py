@@ -25,7 +25,7 @@ from sits_mech.maps.domain import Domain, domain_of
 from sits_mech.maps.surrogate import SmoothMap, fit_map
 from sits_mech.quantities import Array
 
-FORCES = ("F_x", "F_y", "F_z", "M")
+FORCES = ("F_x", "F_y", "F_z", "M", "M_x", "M_z")
 """Dimensions of a table that are loads, in this order."""
 OK, OUTSIDE, AMBIGUOUS, NO_SOLUTION = "ok", "outside", "ambiguous", "no solution"
 _MARGIN = 0.02  # beyond the table, of half its range: noise at rest reads a little below zero
