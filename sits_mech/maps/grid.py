@@ -81,7 +81,7 @@ def coarser(axes: Axes) -> Iterator[dict[str, list[float]]]:
         return
     count = 5
     while count < max(len(values) for values in axes.values()):
-        yield {name: _some(values, count) if name in _long(axes) else list(values) for name, values in axes.items()}
+        yield {name: _some(values, count) for name, values in axes.items()}
         count = 2 * count - 1
 
 
@@ -123,7 +123,7 @@ def _long(axes: Axes) -> list[str]:
 
 
 def _some(values: Sequence[float], count: int) -> list[float]:
-    """Return about evenly chosen values, ends included; of a list that mirrors itself, one that does."""
+    """Return about evenly chosen values, ends included; of a list that mirrors itself, one that does; of six all."""
     last = len(values) - 1
     half = np.round(np.linspace(0.0, last / 2.0, (min(count, last + 1) + 1) // 2)).astype(int)
     return [values[i] for i in sorted({*half.tolist(), *(last - half).tolist()})]
