@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,10 +27,24 @@ def signed_area(loop: Array) -> float:
     return float((loop[:, 0] * after[:, 1] - loop[:, 1] * after[:, 0]).sum() / 2)
 
 
+def edges(loops: Sequence[Array]) -> tuple[Array, Array]:
+    """Return the starts and the ends of all edges of polygons, shape (n, 2) each [m]."""
+    return np.vstack(loops), np.vstack([np.roll(loop, -1, axis=0) for loop in loops])
+
+
+def inside_loops(loops: Sequence[Array], points: Array) -> NDArray[np.bool_]:
+    """Tell which points (n, 2) have an odd number of the loops' edges to their right."""
+    a, b = edges(loops)
+    y = points[:, 1, None]
+    between = (a[:, 1] > y) != (b[:, 1] > y)
+    x = a[:, 0] + (y - a[:, 1]) * (b[:, 0] - a[:, 0]) / np.where(a[:, 1] == b[:, 1], 1.0, b[:, 1] - a[:, 1])
+    return np.asarray((between & (x > points[:, 0, None])).sum(1) % 2 == 1)
+
+
 def first_crossing(loops: tuple[Loop, ...]) -> tuple[float, float] | None:
     """Return where two edges of an outline cross or touch beyond the corner they share [m]; None if none do."""
     corners = [np.array(loop) for loop in loops]
-    a, b = np.vstack(corners), np.vstack([np.roll(loop, -1, axis=0) for loop in corners])
+    a, b = edges(corners)
     for k in range(len(a) - 1):
         step, side, gap = b[k] - a[k], b[k + 1 :] - a[k + 1 :], a[k + 1 :] - a[k]
         cross = step[0] * side[:, 1] - step[1] * side[:, 0]

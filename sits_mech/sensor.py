@@ -7,16 +7,15 @@ file, key, what it must be, what came.
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib import resources
-from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
+from sits_mech.apart import check_parts
 from sits_mech.bounds import Frequency, Length, Name
 from sits_mech.materials import Metal, Silicone, unknown
 from sits_mech.parts import Coil, Conductor, Elastomer, Readout, Target
@@ -35,7 +34,6 @@ _PARTS: Mapping[str, type[BaseModel]] = {
     "conductors": Conductor,
     "readout": Readout,
 }
-_SLACK = 1.0 + 1e-9  # sizes that are equal as written may differ by rounding
 
 
 class Sensor(BaseModel):
@@ -54,7 +52,7 @@ class Sensor(BaseModel):
     elastomer : Elastomer or None
         The layer that a force acts against.
     conductors : tuple of Conductor
-        Fixed metal or ferrite nearby.
+        Fixed metal or ferrite nearby, clear of all other parts and of each other.
     readout : Readout
         The electronics.
     substrate_radius : float or None
@@ -84,66 +82,8 @@ class Sensor(BaseModel):
         windings = sorted({coil.winding for coil in self.coils})
         if len(windings) > 1:
             raise SceneError(f"coils must all have one winding; got {' and '.join(windings)}")
-        for coil, other in combinations(self.coils, 2):
-            _check_apart(coil, other)
-        for conductor in self.conductors:
-            _check_clear(conductor, self.coils)
-        if self.target is not None and self.elastomer is not None:
-            _check_on_layer(self.target, self.elastomer)
-        if self.substrate_radius is not None:
-            _check_round(self.substrate_radius, self.coils)
+        check_parts(self.coils, self.target, self.elastomer, self.conductors, self.substrate_radius)
         return self
-
-
-def _check_apart(coil: Coil, other: Coil) -> None:
-    """Refuse coils that overlap."""
-    distance = math.dist(coil.centre, other.centre)
-    needed = 0.5 * (coil.outer_diameter + other.outer_diameter)
-    if distance * _SLACK < needed:
-        raise SceneError(
-            f"coils.{coil.name} and coils.{other.name} overlap: their centres must be at least {needed:g} m apart for "
-            f"outer diameters of {coil.outer_diameter:g} m and {other.outer_diameter:g} m; got {distance:g} m"
-        )
-
-
-def _check_clear(conductor: Conductor, coils: tuple[Coil, ...]) -> None:
-    """Refuse a conductor that runs through a coil."""
-    x, y, z = conductor.centre
-    top, bottom = z + 0.5 * conductor.thickness, z - 0.5 * conductor.thickness
-    for coil in coils:
-        radius = 0.5 * coil.outer_diameter
-        across, along = abs(coil.centre[0] - x), abs(coil.centre[1] - y)
-        if conductor.diameter is not None:
-            beside = math.hypot(across, along) - 0.5 * conductor.diameter
-        else:
-            width, length = conductor.extent
-            beside = math.hypot(max(across - 0.5 * width, 0.0), max(along - 0.5 * length, 0.0))
-        if beside * _SLACK < radius and bottom * _SLACK < 0.0 and top > -coil.height / _SLACK:
-            raise SceneError(
-                f"conductors.{conductor.name} must be clear of coils.{coil.name}, which reaches from z = "
-                f"{-coil.height:g} m to 0; got a plate from z = {bottom:g} m to {top:g} m"
-            )
-
-
-def _check_on_layer(target: Target, elastomer: Elastomer) -> None:
-    """Refuse a target that sticks out beyond the layer it is bonded to."""
-    (width, length), (layer_width, layer_length) = target.extent, elastomer.extent
-    sizes = [("width", width, layer_width), ("length", length, layer_length)]
-    if elastomer.diameter is not None:
-        corners = target.points or ((0.5 * width, 0.0 if target.diameter else 0.5 * length),)
-        sizes = [("diameter", 2.0 * max(math.hypot(x, y) for x, y in corners), elastomer.diameter)]
-    for name, size, allowed in sizes:
-        if size > allowed * _SLACK:
-            raise SceneError(f"target must be no larger than elastomer.{name} ({allowed:g} m); got {size:g} m")
-
-
-def _check_round(radius: float, coils: tuple[Coil, ...]) -> None:
-    """Refuse coils that reach around the substrate and meet themselves."""
-    reach = max(abs(coil.centre[0]) + 0.5 * coil.outer_diameter for coil in coils)
-    if reach > math.pi * radius:
-        raise SceneError(
-            f"substrate_radius must be at least {reach / math.pi:g} m to carry the coils; got {radius:g} m"
-        )
 
 
 def sensor_from(scene: Mapping[str, Any], where: str = "scene") -> Sensor:

@@ -29,10 +29,11 @@ from scipy.constants import mu_0
 from scipy.interpolate import CubicSpline
 from scipy.special import j0
 
-from sits_mech.geometry.outline import Outline, inside_loops, target_outline
+from sits_mech.geometry.outline import Outline, target_outline
 from sits_mech.magnetics.dodd_deeds import Layer, reflection, spectrum
 from sits_mech.magnetics.loops import coil_sections
 from sits_mech.magnetics.sheet_loops import Complex
+from sits_mech.outlines import inside_loops
 from sits_mech.quantities import Array
 from sits_mech.sensor import Coil, Target
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from sits_mech.geometry.boxes import Solid, separation
 from sits_mech.geometry.collision import Collision
-from sits_mech.geometry.solids import Solid, placed_plates, separation
+from sits_mech.geometry.solids import placed_plates
 from sits_mech.magnetics.dodd_deeds import Layer, coil_change
 from sits_mech.magnetics.loops import coil_sections
 from sits_mech.magnetics.sheet_neighbours import Answering, coupled_reactions
@@ -121,7 +122,7 @@ def test_what_does_not_fit_is_refused_by_name():
         sheets(scene(BESIDE, plate(9.0, 2.6, 1.0, name="third")))
     with pytest.raises(ValueError, match=r"conductors.other.relative_permeability.*planar-fem"):
         sheets(scene(plate(0.0, -1.0, 8.0, material="ferrite")))
-    with pytest.raises(Collision, match=r"target, conductors.other"):
+    with pytest.raises(Collision, match=r"target must stay clear of conductors.other"):
         sheets(scene(BESIDE), 1e-2).impedance(Pose(2.5 * MM, 2.5 * MM), 5e6)
 
 
