@@ -14,7 +14,7 @@ but open none: the width's error is its own size times that of the range.
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from scipy.interpolate import CubicSpline, make_interp_spline
 
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.pose_errors import Reading, read_poses
+from sits_mech.chain.simulate import with_symmetry
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.mechanics.history import ElasticCurve, elastic_curve, relaxed_share, softened_share
 from sits_mech.quantities import Array, Pose, Wrench
@@ -116,10 +117,11 @@ def load_cycle(
         When the layer has no equilibrium on the way to the peak.
     """
     _check(programme)
-    field, by_field = loaded_model(sensor, magnetics, tolerance)
+    field, by_field = loaded_model(sensor, magnetics, tolerance, [peak])
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance, [peak])
     height = 0.0 if sensor.target is None else sensor.target.load_height
     curve = elastic_curve(layer, peak, height=height, points=points)
+    curve = replace(curve, found=tuple(with_symmetry(sensor, item) for item in curve.found))
     for item in curve.found:
         check_clearance(sensor, item.pose)
     reading = read_poses(sensor, field, _poses(curve, "pose"), _poses(curve, "error"))
@@ -132,17 +134,18 @@ def load_cycle(
     request = {"peak": vars(peak), "mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}
     scene = {"scene": scene_text(sensor), "scene_hash": scene_hash(sensor), "version": __version__, "name": sensor.name}
     return data.assign_attrs(
-        **scene, notes=_notes(sensor), request=json.dumps(request), frequency=sensor.frequency,
-        unit_L=reading.impedance.unit_L, **_loops(data, "L_v"), **_loops(data, "L_h"),
+        **scene, notes="; ".join((*_notes(sensor), *by_field.notes)), request=json.dumps(request),
+        frequency=sensor.frequency, unit_L=reading.impedance.unit_L, **_loops(data, "L_v"), **_loops(data, "L_h"),
     )  # fmt: skip
 
 
-def _notes(sensor: Sensor) -> str:
+def _notes(sensor: Sensor) -> tuple[str, ...]:
     """Return why there is no loop, where the silicone can show none."""
     silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
     if silicone is None or silicone.prony or silicone.mullins is not None:
-        return ""
-    return "no loop: the silicone has neither prony nor mullins, so it is elastic; widths other than zero are rounding"
+        return ()
+    elastic = "the silicone has neither prony nor mullins, so it is elastic; widths other than zero are rounding"
+    return (f"no loop: {elastic}",)
 
 
 def _check(programme: Programme) -> None:

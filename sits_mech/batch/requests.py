@@ -19,7 +19,7 @@ from sits_mech.chain.models import MAGNETICS, MECHANICS, checked_tolerance, magn
 from sits_mech.chain.plan import choose_mechanics, quantity_range
 from sits_mech.chain.simulate import at_rest, simulate
 from sits_mech.materials import unknown
-from sits_mech.quantities import POSE, Equilibrium, Impedance, MagneticModel, MechanicalModel, Pose, SolveReport, Wrench
+from sits_mech.quantities import POSE, Equilibrium, Impedance, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.sensor import Sensor, changed, sensor_from
 from sits_mech.sweep import DONE, Row
 from sits_mech.units import SceneError, quantity, shown
@@ -113,12 +113,6 @@ def _mechanical(variant: Variant, model: str, tolerance: float) -> MechanicalMod
     return mechanical_model(variant.sensor, model, tolerance)[0]
 
 
-@lru_cache(maxsize=4)
-def _magnetic(variant: Variant, model: str, tolerance: float) -> MagneticModel:
-    """Return the magnetic model of a scene."""
-    return magnetic_model(variant.sensor, model, tolerance)[0]
-
-
 def _pose(variant: Variant, asked: Row) -> Row:
     """Answer: where does the target come to rest?"""
     sensor, model, tolerance = variant.sensor, asked.get("model", "auto"), asked.get("tolerance", 1e-2)
@@ -130,7 +124,7 @@ def _pose(variant: Variant, asked: Row) -> Row:
 def _inductance(variant: Variant, asked: Row) -> Row:
     """Answer: what do the coils show with the target at a pose?"""
     pose = Pose(asked.get("dh", 0.0), asked["dv"], asked.get("alpha", 0.0))
-    field = _magnetic(variant, asked.get("model", "auto"), asked.get("tolerance", 1e-3))
+    field, _ = magnetic_model(variant.sensor, asked.get("model", "auto"), asked.get("tolerance", 1e-3), [pose])
     return _shown(field.impedance(pose, asked.get("frequency", variant.sensor.frequency)))
 
 

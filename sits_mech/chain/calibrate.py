@@ -23,7 +23,6 @@ from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omissions import mirrored
 from sits_mech.chain.pose_errors import read_poses, signals_at, stacked
 from sits_mech.geometry.collision import Collision, check_clearance
-from sits_mech.magnetics.sheets import Sheets
 from sits_mech.mechanics.block_mesh import pad_parts
 from sits_mech.mechanics.finite_length import small_strain_stiffness
 from sits_mech.mechanics.loads import kept_key
@@ -64,7 +63,7 @@ def calibrate(
     Dataset, dims (F_x, F_z)
         Pose, impedance, signals, each with ``error_``; ``status``, ``reason``, ``notes``, ``seconds``, ``min_J``. A
         load that fails has NaN and says why; a pose between solved loads is noted as such. Attributes hold scene,
-        hash, request, version, ``unit_L``.
+        hash, request, version, ``unit_L``, and in ``notes`` what conductors change of the model.
 
     Raises
     ------
@@ -72,12 +71,12 @@ def calibrate(
         When a model cannot hold the scene, or a list of forces is empty, has a value twice or one that is not finite.
     """
     grid = {"F_x": _checked_forces("F_x", F_x), "F_z": _checked_forces("F_z", F_z)}
-    field, by_field = loaded_model(sensor, magnetics, tolerance)
     loads = [Wrench(x, z) for x in grid["F_x"] for z in grid["F_z"]]
+    field, by_field = loaded_model(sensor, magnetics, tolerance, loads)
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance, loads)
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance, **grid}
     with threadpool_limits(1):
-        ahead = _prepared_ahead(sensor, field, loads, by_layer.name)
+        ahead = _prepared_ahead(sensor, field, loads, (by_layer.name, by_field.name))
         keep = (folder, kept_key(sensor, by_layer.name, tolerance))
         rows = settle_grid(
             sensor, layer, grid, symmetric=mirrored(sensor), tolerance=tolerance, keep=keep, progress=progress
@@ -87,7 +86,9 @@ def calibrate(
     data = table(grid, done)
     data = data.assign_coords(coil=[coil.name for coil in sensor.coils], coil_2=[coil.name for coil in sensor.coils])
     data["L0"] = (("coil", "coil_2"), reading.L0)
+    said = (*by_field.notes, *(f"left out: {item.text}" for item in by_field.left_out))
     attributes = {"frequency": sensor.frequency, "unit_L": reading.unit_L, "request": json.dumps(request)}
+    attributes |= {"notes": "; ".join(said)}
     scene = {"scene": scene_text(sensor), "scene_hash": scene_hash(sensor), "version": __version__, "name": sensor.name}
     return data.assign_attrs(**scene, **attributes)
 
@@ -101,14 +102,14 @@ def _checked_forces(name: str, forces: Sequence[float]) -> list[float]:
 
 
 def _prepared_ahead(
-    sensor: Sensor, model: MagneticModel, loads: Sequence[Wrench], mechanics: str
+    sensor: Sensor, model: MagneticModel, loads: Sequence[Wrench], names: tuple[str, str]
 ) -> threading.Thread:  # fmt: skip
     """Return a started thread that has a plate in space prepared by the time the pad is solved.
 
     A process among many has no core to spare for it; a thread that fails says nothing: the reading then will.
     """
     alone = multiprocessing.parent_process() is None and (os.cpu_count() or 1) > 1
-    needed = alone and mechanics == "block" and isinstance(model, Sheets)
+    needed = alone and names == ("block", "sheets")
 
     def prepare() -> None:
         """Ask for the outermost loads."""

@@ -193,6 +193,11 @@ def mirrored(sensor: Sensor) -> bool:
     return target is not None and target.shape != "outline" and (elastomer is None or elastomer.mesh is None)
 
 
+def keeps_axis(load: Wrench) -> bool:
+    """Tell whether a load neither shifts nor tilts a target in a scene with two planes of symmetry."""
+    return load.F_x == load.M == load.F_y == load.M_x == 0.0
+
+
 def half_suffices(sensor: Sensor, loads: Sequence[Wrench]) -> bool:
     """Tell whether loads have mirror images among them, in a scene that is its own."""
     sheared = {(load.F_x, load.F_z, load.M) for load in loads if load.F_x != 0.0}

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from sits_mech.chain.interpolate import solved_first
-from sits_mech.chain.omissions import Omission, half_suffices, omissions, strain_bound
+from sits_mech.chain.omissions import Omission, half_suffices, keeps_axis, mirrored, omissions, strain_bound
+from sits_mech.magnetics.rings import on_axis
 from sits_mech.materials import implausible, unknown
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.sensor import Sensor, Target
@@ -54,10 +55,16 @@ class Choice:
         As on the command line.
     reason : str
         One sentence.
+    notes : tuple of str
+        What an answer says of the choice: where conductors make the model another one than the bare sensor takes.
+    left_out : tuple of Omission
+        Conductors that are too far to matter.
     """
 
     name: str
     reason: str
+    notes: tuple[str, ...] = ()
+    left_out: tuple[Omission, ...] = ()
 
 
 _LONG = 10.0  # widths of a pad from which on its length stands for the depth of a planar model
@@ -134,43 +141,95 @@ def _is_finite(sensor: Sensor) -> bool:
 
 
 def _in_space(sensor: Sensor, target: Target) -> bool:
-    """Say whether loads move a plate that its section does not stand for, with nothing beside it that costs much."""
+    """Say whether loads move a plate that its section does not stand for."""
     short = target.extent[1] < _LONG * target.extent[0] and target.net_current == "zero"
-    return short and not sensor.conductors and _is_finite(sensor)
+    return short and _is_finite(sensor)
 
 
 def choose_magnetics(
-    sensor: Sensor, asked: str, known: tuple[str, ...], loaded: bool = False, beside: tuple[str, ...] = ()
-) -> Choice:
-    """Return the cheapest magnetic model for a scene; arguments, result and errors as of `choose_mechanics`.
+    sensor: Sensor, asked: str, known: tuple[str, ...], given: Sequence[Wrench] | Sequence[Pose] = (),
+    loaded: bool = False,
+) -> Choice:  # fmt: skip
+    """Return the cheapest magnetic model for a scene, all of whose conductors matter.
 
-    Components of loads or poses that leave the plane (`beside`) are answered in space. Poses that come of loads on a
-    finite pad (`loaded`) are answered in space like the pad; a pose that is given, in section where the scene has one:
-    its change of inductance is quick to see and relative.
+    Components that leave the plane are answered in space. Poses that come of loads on a finite pad are answered in
+    space like the pad; poses that are given, in section where the scene has one: their change of inductance is quick to
+    see and relative. Conductors are answered in space, permeable ones in section: no other model has them.
+
+    Parameters
+    ----------
+    sensor, asked, known
+        As for `choose_mechanics`.
+    given : sequence of Wrench or of Pose
+        What will be asked for, where that is known.
+    loaded : bool
+        Whether poses come of loads.
+
+    Raises
+    ------
+    SceneError
+        When the model is unknown, or no model can hold the scene.
     """
     _check_known("magnetics", asked, known)
+    target, coaxial = sensor.target, _is_coaxial(sensor, given, loaded)
+    beside = tuple(name for name in leaving(given) if not (coaxial and name in ("M_z", "alpha_z")))
     if beside and asked not in ("auto", "sheets"):
         raise SceneError(f"model (magnetics) must be auto or sheets for {', '.join(beside)}; got {asked}")
     if asked != "auto":
         return Choice(asked, "asked for")
+    if permeable := _permeable(sensor):
+        _check_in_section(sensor, permeable, beside)
+        return Choice("planar-fem", f"{', '.join(permeable)}: permeable, the air around is meshed")
     if beside:
         return Choice("sheets", f"{', '.join(beside)}: no other model leaves the plane")
-    target = sensor.target
     if sensor.substrate_radius is not None:
         return Choice("planar-fem", "coils on a curved substrate")
-    parts = (*(() if target is None else (target,)), *sensor.conductors)
-    if any(part.metal.relative_permeability != 1.0 for part in parts):
-        return Choice("planar-fem", "permeable parts: the air around them is meshed")
-    if len(sensor.coils) == 1 and target is not None and target.shape == "disc":
-        return Choice("axisymmetric", "one coil under a disc; off its axis ask for sheets")
+    if sensor.conductors:
+        names = ", ".join(f"conductors.{part.name}" for part in sensor.conductors)
+        if target is not None and target.net_current == "free":
+            return Choice("planar-fem", f"{names} beside a target with free net current")
+        return Choice("sheets", f"{names} can be near enough to matter")
+    if coaxial:
+        return Choice("axisymmetric", "one coil under a disc on its axis")
     if any(coil.centre[1] != 0.0 for coil in sensor.coils):
         return Choice("sheets", "coils beside the section y = 0 have no planar model")
     if target is not None and target.shape != "rectangle":
-        return Choice("sheets", "the target's outline has no planar section that stands for it")
+        return Choice("sheets", "no planar section, and no axis, stands for the target at every pose")
     if loaded and "sheets" in known and target is not None and _in_space(sensor, target):
         return Choice("sheets", "three-dimensional like the pad: the plate is too short for its section")
     reason = "no target: free space alone" if target is None else "nothing permeable: no mesh of the air"
     return Choice("planar", reason)
+
+
+def _is_coaxial(sensor: Sensor, given: Sequence[Wrench] | Sequence[Pose], loaded: bool) -> bool:
+    """Say whether a disc stays on the axis of the one coil, as far as is known of poses; of loads all must be known."""
+    coil, target = sensor.coils[0], sensor.target
+    if len(sensor.coils) > 1 or target is None or target.shape != "disc" or sensor.substrate_radius is not None:
+        return False
+    if loaded:
+        upright = all(isinstance(load, Wrench) and keeps_axis(load) for load in given)
+        return bool(given) and upright and mirrored(sensor) and coil.centre == (0.0, 0.0)
+    return all(isinstance(pose, Pose) and on_axis(coil, pose) for pose in given)
+
+
+def _permeable(sensor: Sensor) -> tuple[str, ...]:
+    """Return the names of the permeable parts."""
+    parts = [(f"conductors.{part.name}", part.metal) for part in sensor.conductors]
+    parts += [] if sensor.target is None else [("target", sensor.target.metal)]
+    return tuple(name for name, metal in parts if metal.relative_permeability != 1.0)
+
+
+def _check_in_section(sensor: Sensor, permeable: tuple[str, ...], beside: tuple[str, ...]) -> None:
+    """Refuse permeable parts where planar-fem, which alone has them, cannot follow."""
+    hindered = [f"{', '.join(beside)} not zero"] if beside else []
+    hindered += ["coils beside it"] if any(coil.centre[1] != 0.0 for coil in sensor.coils) else []
+    hindered += ["an outline for a target"] if sensor.target is not None and sensor.target.shape == "outline" else []
+    if hindered:
+        names = ", ".join(permeable)
+        raise SceneError(
+            f"{names}: permeable parts that matter are held by planar-fem alone, in the section y = 0; got "
+            f"{' and '.join(hindered)}"
+        )
 
 
 def _check_known(kind: str, asked: str, known: tuple[str, ...]) -> None:
@@ -199,7 +258,8 @@ class Plan:
     seconds : float
         Expected on one core of the machine that the ladders were measured on; within a factor of some three.
     notes : tuple of str
-        What speaks against the request: loads that may be too large, constants that no silicone has.
+        Another model than the bare sensor's; what speaks against the request: loads that may be too large, constants
+        that no silicone has.
     """
 
     mechanics: Choice | None
@@ -223,6 +283,7 @@ class Plan:
             count = sum(not half or load.F_x >= 0.0 for load in first)
             parts.insert(0, ("mechanics", mechanics.name, tolerance, count))
         missing = omissions(sensor, loads, None if mechanics is None else mechanics.name, magnetics.name)
+        missing += magnetics.left_out
         if mechanics is not None and len(first) < len(loads):
             reason = f"a smooth map through {len(first)} of {len(loads)} foretells them within the tolerance"
             missing += (Omission("loads between solved ones", reason, tolerance),)
@@ -230,7 +291,7 @@ class Plan:
         sizes = [item.size for item in missing if item.of_change and item.size > 0.0]
         error = sum(max(asked, REACHED[half, name]) for half, name, asked, _ in parts) + sum(sizes)
         seconds = sum(cost(*part) for part in parts)
-        return cls(mechanics, magnetics, rungs, missing, error, seconds, _notes(sensor, loads))
+        return cls(mechanics, magnetics, rungs, missing, error, seconds, (*magnetics.notes, *_notes(sensor, loads)))
 
 
 def _notes(sensor: Sensor, loads: Sequence[Wrench]) -> tuple[str, ...]:

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.omissions import mirrored
+from sits_mech.chain.omissions import keeps_axis, mirrored
 from sits_mech.chain.pose_errors import read_poses, signals_at, stacked
 from sits_mech.geometry.collision import check_clearance
-from sits_mech.quantities import WRENCH, Equilibrium, Impedance, MagneticModel, MechanicalModel, Pose, Wrench
+from sits_mech.quantities import Equilibrium, Impedance, MagneticModel, MechanicalModel, Pose, Wrench
 from sits_mech.readout.signals import Signals
 from sits_mech.sensor import Sensor
 
@@ -93,10 +92,15 @@ def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench) -> Equilibri
     SolveFailed
         When the layer has no equilibrium that could be reached.
     """
-    found = layer.equilibrium(wrench)
-    if not mirrored(sensor) or np.any(np.delete(wrench.components, WRENCH.index("F_z"))):
+    return with_symmetry(sensor, layer.equilibrium(wrench))
+
+
+def with_symmetry(sensor: Sensor, found: Equilibrium) -> Equilibrium:
+    """Return an equilibrium without shift and tilt, and errors of them, where scene and load are symmetric."""
+    if not mirrored(sensor) or not keeps_axis(found.wrench):
         return found
-    pose, error = (Pose(0.0, part.d_v, 0.0) for part in (found.pose, found.error))
+    turns = found.wrench.M_z != 0.0
+    pose, error = (Pose(0.0, part.d_v, alpha_z=turns * part.alpha_z) for part in (found.pose, found.error))
     return replace(found, pose=pose, error=error)
 
 

@@ -67,7 +67,7 @@ def inductance(
 
     sensor, place = sensor_of(scene, overrides), place_at(dh, dv, alpha)
     hertz = [sensor.frequency] if frequency is None else frequency_range(frequency, "--frequency")
-    solver, choice = magnetic_model(sensor, model, tolerance)
+    solver, choice = magnetic_model(sensor, model, tolerance, [place])
     slowest = sensor.model_copy(update={"frequency": min(hertz)})
     unsolved = tuple(item.text for item in omissions(slowest, (), None, choice.name))
     try:

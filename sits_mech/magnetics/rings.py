@@ -25,7 +25,7 @@ from sits_mech.geometry.windings import check_frequency
 from sits_mech.magnetics.disc import Disc, DiscProblem, count_rings, prepare_disc
 from sits_mech.magnetics.loops import coil_inductances
 from sits_mech.magnetics.losses import track_resistance
-from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, SolveReport, refuse_beside
+from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.sensor import Coil, Sensor, Target
 
 Complex = NDArray[np.complex128]
@@ -65,7 +65,7 @@ class Axisymmetric:
         """
         began = time.perf_counter()
         check_frequency(self.sensor.coils, frequency)
-        shape = np.broadcast(pose.d_h, pose.d_v, pose.alpha).shape
+        shape = pose.components.shape[:-1]
         L0 = _free_inductance(self.sensor.coils)
         R_dc = np.array([track_resistance(coil) for coil in self.sensor.coils])
         if self.sensor.target is None:
@@ -73,7 +73,6 @@ class Axisymmetric:
             left_out = ("eddy currents: the scene has no target",)
             report = SolveReport("axisymmetric", 0, 0, 0.0, 0.0, time.perf_counter() - began, left_out=left_out)
             return Impedance(frequency, L0 + zero, zero, L0, R_dc, zero, zero, "H", report)
-        refuse_beside("axisymmetric", pose, "sheets")
         check_clearance(self.sensor, pose)
         _check_coaxial(self.sensor.coils[0], pose)
         d_v = np.broadcast_to(np.asarray(pose.d_v, dtype=float), shape).ravel()
@@ -157,17 +156,28 @@ def _reason_against(sensor: Sensor) -> str:
     return ""
 
 
+def on_axis(coil: Coil, pose: Pose) -> bool:
+    """Tell whether poses leave a disc on a coil's axis, turned about it at most."""
+    tilted = np.any(pose.rotation[..., :2] != 0.0)
+    return not tilted and bool(np.all(_off_axis(coil, pose) <= _APART))
+
+
+def _off_axis(coil: Coil, pose: Pose) -> Array:
+    """Distance of the disc's middle from the coil's axis [m]."""
+    return np.asarray(np.linalg.norm(pose.centre[..., :2] - coil.centre, axis=-1))
+
+
 def _check_coaxial(coil: Coil, pose: Pose) -> None:
     """Refuse poses off the coil's axis."""
-    off = np.hypot(np.asarray(pose.d_h) - coil.centre[0], coil.centre[1])
-    if np.any(off > _APART):
+    if on_axis(coil, pose):
+        return
+    off, tilt = float(_off_axis(coil, pose).max()), float(np.degrees(np.abs(pose.rotation[..., :2]).max()))
+    if off > _APART:
         raise ValueError(
-            f"pose: the disc must be on the axis of coil {coil.name} for 'axisymmetric', it is {off.max() * 1e3:.4g} mm"
-            " off; use 'sheets'"
+            f"pose: the disc must be on the axis of coil {coil.name} for 'axisymmetric', it is {off * 1e3:.4g} mm off; "
+            "use 'sheets'"
         )
-    if np.any(np.asarray(pose.alpha) != 0.0):
-        tilt = np.degrees(np.abs(pose.alpha).max())
-        raise ValueError(f"pose: alpha must be 0 for 'axisymmetric', got {tilt:.4g} deg; use 'sheets'")
+    raise ValueError(f"pose: alpha and alpha_x must be 0 for 'axisymmetric', got {tilt:.4g} deg; use 'sheets'")
 
 
 def _problem(coil: Coil, target: Target, gaps: tuple[float, float], frequency: float) -> DiscProblem:

@@ -60,7 +60,10 @@ def plan_record(sensor: Sensor, found: Plan) -> dict[str, Any]:
     choices = {"mechanics": found.mechanics, "magnetics": found.magnetics}
     factor = None if found.mechanics is None else plane_strain(sensor)
     return {
-        **{half: None if choice is None else vars(choice) for half, choice in choices.items()},
+        **{
+            half: None if choice is None else {"name": choice.name, "reason": choice.reason}
+            for half, choice in choices.items()
+        },
         "rungs": found.rungs,
         "skin_depths": skin_depths(sensor),
         "plane_strain": None if factor is None else vars(factor),

@@ -22,7 +22,7 @@ Record = dict[str, Any]
 
 def report_record(report: SolveReport, left_out: tuple[str, ...] = ()) -> Record:
     """Return how a number came about; ``min_J`` only where a layer was solved."""
-    found = asdict(report) | {"left_out": [*report.left_out, *left_out]}
+    found = asdict(report) | {"left_out": list(dict.fromkeys((*report.left_out, *left_out)))}
     if report.min_J is None:
         del found["min_J"]
     return found

@@ -175,9 +175,10 @@ def point_name(row: xr.Dataset) -> str:
 
 
 def remarks(data: xr.Dataset) -> list[str]:
-    """Return one line for each note of the solves, with the number of loads it goes for."""
+    """Return what there is to say of the model, and one line for each note of the solves with their number."""
+    said = [data.attrs["notes"]] if data.attrs.get("notes") else []
     notes = [note for text in data["notes"].to_numpy().ravel() for note in text.split("; ") if note]
-    return [f"{notes.count(note)} of {data['notes'].size} loads: {note}" for note in dict.fromkeys(notes)]
+    return said + [f"{notes.count(note)} of {data['notes'].size} loads: {note}" for note in dict.fromkeys(notes)]
 
 
 def csv_text(data: xr.Dataset) -> str:
