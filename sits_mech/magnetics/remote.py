@@ -8,21 +8,24 @@ where q_c is what K takes of L_cc as a perfect conductor (B = 0 within) or, perm
 whichever is more. Both grow with the body, so that any body around K bounds K:
 
     ellipsoid of volume V in a uniform field h:   q = mu0 sum_i alpha_i h_i^2,  alpha_i = V/(1 - N_i), permeable V/N_i,
-    ball of volume V, part of H of degree n:      q = mu0 (2 n + 1)/(n + 1) int H^2 dV,  permeable (2 n + 1)/n,
+    ball of volume V, part of H of degree n:      q = mu0 V mean H^2 3/(n + 1),  permeable 3/n, the mean on its surface,
 
 with depolarisation factors N_i = (abc/3) R_D(b^2, c^2, a^2). (A thin disc across the field has the moment 8/3 a^3 h, a
-ball 3/2 V h.) H is its value h at the middle and a rest of degrees n >= 2, whose mean square in the ball is at most
-that on its surface:
+ball 3/2 V h.) H is its value h at the middle and a rest of degrees n >= 2:
 
-    a_c = sqrt(q_c) <= sqrt(mu0 sum_i alpha_i h_i^2) + sqrt(k mu0 V mean (H - h)^2),   k = 2, permeable 5/2.   (1)
+    a_c = sqrt(q_c) <= sqrt(mu0 sum_i alpha_i h_i^2) + sqrt(k mu0 V mean (H - h)^2),   k = 1, permeable 3/2.   (1)
 
 The target, or a ball T around it and the plates that are solved, answers to the coils as well, with at most s_c of
 L_cc. That is, of the target alone, what a half-space from its lowest point on takes (the coil's mirror image); with
 others L_cc; with permeable ones on one side of the coils, which double L_cc at most, (1 + sqrt 2)^2 L_cc: what they
-add, and what the rest takes of that. And T answers to K's currents. Those of unit energy are a moment of at most
-sqrt(alpha_i/mu0) and a rest, which on T, from R on away from K of radius rho, is at most sqrt(k V/mu0)
-((R - rho)^-3 - R^-3)/(2 pi). (1) of T in the field of the three moments, and in the rest (k = 2 or 3 of the whole
-ball), make kappa; so several far conductors i, kappa_ij between their balls alike, together change L by at most
+add, and what the rest takes of that. And T answers to K's currents. Those of unit energy have a moment of at most
+sqrt(alpha_i/mu0), whose field on T goes into (1), and a rest, whose field at a distance R is at most
+
+    H^2 = rho^3 [(1 - rho^2/R^2)^-3 - 1] / (2 pi mu0 R^6),   permeable 3/2 of it;   q = mu0 V_T mean H^2 3/2, 3.   (2)
+
+(2) is the sum over n of the second line above for a unit moment at R. Both roots together are kappa. Several far
+conductors i, with kappa_ij = (rho_i rho_j)^(3/2) ((R_ij - rho_j)^2 - rho_i^2)^(-3/2) between their balls (permeable
+sqrt 2 of it each), change L by at most
 
     sum_i (a_i + kappa_i sqrt(s))^2 / (1 - lambda),   lambda = max_i sum_j (kappa_i kappa_j + kappa_ij).
 
@@ -71,20 +74,15 @@ class _Body:
     permeable: bool
 
     @property
-    def whole(self) -> float:
-        """k V of all degrees, at most [m^3]."""
-        return (3.0 if self.permeable else 2.0) * 4.0 / 3.0 * np.pi * self.radius**3
-
-    @property
-    def rest(self) -> float:
-        """k V of degrees from 2 on, at most [m^3]."""
-        return (2.5 if self.permeable else 2.0) * 4.0 / 3.0 * np.pi * self.radius**3
+    def volume(self) -> float:
+        """Of the ball [m^3]."""
+        return 4.0 / 3.0 * np.pi * self.radius**3
 
     def strength(self, middle: Array, others: Array, weight: Array) -> Array:
         """Formula (1) over sqrt(mu0), from the field at the middle (..., 3) and on the ball (..., n, 3)."""
         uniform = np.sqrt((middle**2 @ self.alpha.T).min(axis=-1))
         mean = ((others - middle[..., None, :]) ** 2).sum(axis=-1) @ weight
-        return np.asarray(uniform + np.sqrt(self.rest * mean))
+        return np.asarray(uniform + np.sqrt((1.5 if self.permeable else 1.0) * self.volume * mean))
 
 
 @dataclass(frozen=True)
@@ -223,12 +221,19 @@ def _in_space(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) 
     bodies, middle = [_body(part) for part in far], np.array([part.centre for part in far]).reshape(-1, 3)
     own = [[_own_strength(coil, body, place) for coil in coils] for body, place in zip(bodies, middle, strict=True)]
     kappa = [_kappa(body, place, solved) for body, place in zip(bodies, middle, strict=True)]
-    rho, whole = (np.array([getattr(body, name) for body in bodies]) for name in ("radius", "whole"))
-    gap = np.linalg.norm(middle[:, None] - middle, axis=2) - rho - rho[:, None]
+    return _Far(np.array(own) / math.sqrt(L), np.stack(kappa, axis=-1), _pairs(bodies, middle))
+
+
+def _pairs(bodies: Sequence[_Body], middle: Array) -> Array:
+    """kappa_ij of bodies' balls, the lower of both ways; infinite where they meet, none of a body with itself."""
+    rho = np.array([body.radius for body in bodies])
+    factor = np.array([math.sqrt(2.0) if body.permeable else 1.0 for body in bodies]) * rho**1.5
+    from_ball = np.linalg.norm(middle[:, None] - middle, axis=2) - rho
+    square = np.where(from_ball > rho[:, None], from_ball**2 - rho[:, None] ** 2, 0.0)
     with np.errstate(divide="ignore"):
-        pairs = np.where(gap > 0.0, np.sqrt(np.outer(whole, whole)) / (2.0 * np.pi * np.abs(gap) ** 3), np.inf)
+        pairs = np.outer(factor, factor) / square**1.5
     np.fill_diagonal(pairs, 0.0)
-    return _Far(np.array(own) / math.sqrt(L), np.stack(kappa, axis=-1), pairs)
+    return np.minimum(pairs, pairs.T)
 
 
 def _own_strength(coil: Coil, body: _Body, place: Array) -> float:
@@ -257,18 +262,20 @@ def _kappa(body: _Body, place: Array, solved: _Solved) -> Array:
         return np.zeros(len(solved.middle))
     points, weight = _sphere()
     from_it = np.swapaxes(solved.turn, 1, 2) @ (solved.middle - place)[:, :, None]  # in the target's own frame
-    apart = np.linalg.norm(from_it[:, :, 0], axis=1) - solved.body.radius
+    ball = from_it[:, None, :, 0] + solved.body.radius * points
     best = body.alpha[np.argmin(body.alpha.max(axis=1))]
     moments = np.swapaxes(solved.turn, 1, 2) * np.sqrt(best)  # columns; those of unit energy, times sqrt(mu0)
-    square = np.zeros(len(apart))
+    square = np.zeros(len(ball))
     for k in range(3):
         m = moments[:, None, :, k]
         h = _dipole(m, from_it[:, None, :, 0])[:, 0]
-        square += solved.body.strength(h, _dipole(m, from_it[:, None, :, 0] + solved.body.radius * points), weight) ** 2
-    near = np.maximum(apart - body.radius, 0.0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        rest = math.sqrt(body.rest * solved.body.whole) * (near**-3.0 - apart**-3.0) / (2.0 * np.pi)
-    return np.where(near > 0.0, np.sqrt(square) + rest, np.inf)
+        square += solved.body.strength(h, _dipole(m, ball), weight) ** 2
+    R, rho = np.linalg.norm(ball, axis=2), body.radius
+    apart = np.linalg.norm(from_it[:, :, 0], axis=1) > solved.body.radius + rho
+    inside = np.minimum((rho / R) ** 2, 1.0 - 1e-9)
+    rest = (rho**3 * ((1.0 - inside) ** -3.0 - 1.0) / (2.0 * np.pi * R**6)) @ weight * solved.body.volume
+    factors = (1.5 if body.permeable else 1.0) * (3.0 if solved.body.permeable else 1.5)
+    return np.where(apart, np.sqrt(square) + np.sqrt(factors * rest), np.inf)
 
 
 def _dipole(m: Array, r: Array) -> Array:
