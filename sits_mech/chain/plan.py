@@ -41,6 +41,7 @@ REACHED: dict[tuple[str, str], float] = {
     ("magnetics", "sheets"): 5e-4,
 }
 """Relative errors that the finest rungs estimate of themselves, as seen under gentle loads."""
+_AMONG = 15.0  # seconds more for a load, or a pose, among conductors: from 5 far away to 70 close by the target
 _HELD = 0.4  # small strain's bound from which on pads were seen to give way: in shear; compression goes to some 1.5
 _MOST = 10_000  # values of a range
 
@@ -161,9 +162,7 @@ def choose_magnetics(
     sensor, asked, known
         As for `choose_mechanics`.
     given : sequence of Wrench or of Pose
-        What will be asked for, where that is known.
-    loaded : bool
-        Whether poses come of loads.
+        What will be asked for, where known; `loaded` says that poses come of loads.
 
     Raises
     ------
@@ -291,6 +290,8 @@ class Plan:
         sizes = [item.size for item in missing if item.of_change and item.size > 0.0]
         error = sum(max(asked, REACHED[half, name]) for half, name, asked, _ in parts) + sum(sizes)
         seconds = sum(cost(*part) for part in parts)
+        if magnetics.name == "sheets" and len(sensor.conductors) > len(magnetics.left_out):
+            seconds += _AMONG * max(len(loads), 1)
         return cls(mechanics, magnetics, rungs, missing, error, seconds, (*magnetics.notes, *_notes(sensor, loads)))
 
 

@@ -175,3 +175,12 @@ def _lopsided(sensor: Sensor) -> Sensor:
     """Return a scene whose target is no mirror image of itself."""
     points = "points=[[-4e-3, -4e-3], [5e-3, 0], [-4e-3, 4e-3]]"
     return load_sensor("biorob2018", [f'target={{material="copper", shape="outline", {points}, thickness=2e-4}}'])
+
+
+def test_a_pose_among_conductors_costs_more() -> None:
+    """Those that matter; a far one costs nothing."""
+    nut = 'conductors=[{name="nut", material="copper", shape="rectangle", centre=["0 mm", "-3 mm"], width="2 mm", '
+    near = load_sensor("biorob2018", [nut + 'length="2 mm", thickness="0.5 mm"}]'])
+    far = near.model_copy(update={"conductors": (near.conductors[0].model_copy(update={"centre": (0.3, 0.0, 0.0)}),)})
+    bare, some, more = (plan(sensor, [Wrench(0.3, 1.0)]) for sensor in (load_sensor("biorob2018"), far, near))
+    assert bare.seconds == some.seconds < more.seconds - 5.0
