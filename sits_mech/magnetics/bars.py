@@ -40,6 +40,7 @@ from sits_mech.magnetics.neighbours import Answering, coupled_reaction
 from sits_mech.magnetics.plate import PreparedPlate, prepare_plate
 from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, SolveReport, refuse_beside
 from sits_mech.sensor import Sensor
+from sits_mech.threads import one_thread
 
 # Asked error of the change of inductance -> division of the plate. Largest errors against an independent high-order FEM
 # (8 x 0.2 mm, 1 to 5 mm, 5 kHz and 5 MHz): L 1.8e-3, 6.3e-4, 5.5e-5, 7e-6; R 5e-4, 3e-4, 7e-5, 2e-5.
@@ -67,6 +68,7 @@ class PlanarBars:
     sensor: Sensor
     tolerance: float
 
+    @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L and R [H/m, ohm/m] for one pose or many at `frequency` [Hz].
 

@@ -36,6 +36,7 @@ from sits_mech.magnetics.field_solve import FieldSolution, element_errors, solve
 from sits_mech.magnetics.field_source import Track, coil_potentials, free_inductance, track_resistances, tracks
 from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, SolveReport, refuse_beside
 from sits_mech.sensor import Sensor
+from sits_mech.threads import one_thread
 
 Complex = NDArray[np.complex128]
 # Division for a tolerance of 1e-3, measured against an independent high-order FEM.
@@ -135,6 +136,7 @@ class PlanarFem:
     sensor: Sensor
     tolerance: float
 
+    @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L and R [H/m, ohm/m] for one pose or many at `frequency` [Hz]; every pose is a mesh of its own.
 
@@ -170,6 +172,7 @@ class PlanarFem:
         L, R = L0 + symmetric.real, -2 * np.pi * frequency * symmetric.imag
         return Impedance(frequency, L, R, L0, track_resistances(coils), error_L, error_R, "H/m", report)
 
+    @one_thread
     def field(self, pose: Pose, frequency: float) -> PlanarField | None:
         """Return the field at one pose and `frequency` [Hz] to the model's tolerance; None if the scene has no plate.
 

@@ -27,6 +27,7 @@ from sits_mech.magnetics.loops import coil_inductances
 from sits_mech.magnetics.losses import track_resistance
 from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, SolveReport, refuse_beside
 from sits_mech.sensor import Coil, Sensor, Target
+from sits_mech.threads import one_thread
 
 Complex = NDArray[np.complex128]
 _MOST = 4200  # rings in half the disc: half a minute and a gigabyte
@@ -47,6 +48,7 @@ class Axisymmetric:
     sensor: Sensor
     tolerance: float
 
+    @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L [H] and R [ohm] for one pose or many at `frequency` [Hz].
 

@@ -47,6 +47,7 @@ from sits_mech.magnetics.sheet_rungs import LADDER, Rung, carried, field_length,
 from sits_mech.materials import metals
 from sits_mech.quantities import Array, Impedance, Pose, SolveReport
 from sits_mech.sensor import Sensor
+from sits_mech.threads import one_thread
 
 _PLATES = 1.5  # length on which another plate's field changes, over the distance
 
@@ -117,6 +118,7 @@ class Sheets:
     windings: str = "rings"
     outline: Outline | None = None
 
+    @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L and R [H, ohm] for one pose or many at `frequency` [Hz].
 
@@ -131,6 +133,7 @@ class Sheets:
         found = self.impedance_at(rotation_matrix(pose.rotation), pose.centre, frequency)
         return found if self.windings == "rings" else _against_rings(found, self.sensor)
 
+    @one_thread
     def impedance_at(self, rotation: Array, offset: Array, frequency: float) -> Impedance:
         """Return L and R [H, ohm] for any rigid poses at `frequency` [Hz].
 
