@@ -55,6 +55,7 @@ from sits_mech.mechanics.pad import wrench_between
 from sits_mech.mechanics.path import REASONS, Bonded, State, follow, packed, rest
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.sensor import Sensor
+from sits_mech.threads import one_thread
 
 # Grading towards the target's edge and guard on J, in the order they are tried; beside the target, and flush with it.
 _KINDS = ((2.5, 0.0), (1.5, 0.0), (2.0, 5.0))
@@ -105,6 +106,7 @@ class BlockPad:
     meshes: Meshes
     touching: int = 0
 
+    @one_thread
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the equilibrium under `wrench` [N, N m], reached from `start` or from rest.
 

@@ -40,6 +40,7 @@ from sits_mech.mechanics.path import REASONS
 from sits_mech.meshing.bricks import Outline, box_bricks
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.sensor import Sensor
+from sits_mech.threads import one_thread
 
 _LADDER = ((1e-2, (2, 1)), (0.0, (3, 2)))  # asked error of the pose -> cells through the thickness, fine and coarse
 # Grading towards the target's edge and guard on J, in the order they are tried; the first not for flush pads.
@@ -50,6 +51,7 @@ _ORDER = np.array([0, 3, 1, 4, 2, 5])  # of the components of a wrench or a pose
 _GIVE = 1e-4  # thicknesses over which the pressure of contact builds up
 
 
+@one_thread
 def whole_equilibrium(sensor: Sensor, wrench: Wrench, tolerance: float = 1e-2) -> Equilibrium:
     """Return where a pad's target rests under all six components of a load.
 

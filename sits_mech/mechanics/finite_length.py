@@ -24,6 +24,7 @@ from sits_mech.mechanics.layer import linear_layer
 from sits_mech.mechanics.path import compliance, rest
 from sits_mech.quantities import Array
 from sits_mech.sensor import Elastomer, Sensor, Target
+from sits_mech.threads import one_thread
 
 _LADDER = ((1e-2, (2, 1)), (0.0, (3, 2)))  # asked error -> cells through the thickness, fine and coarse
 _GRADING = (2.5, 2.0)  # beside the target, and flush with it
@@ -54,6 +55,7 @@ class FiniteLength:
 
 
 @lru_cache(maxsize=8)
+@one_thread
 def finite_length_factor(sensor: Sensor) -> FiniteLength:
     """Return by how much plane strain is too stiff for a sensor's pad.
 
@@ -102,6 +104,7 @@ def _thicker(sensor: Sensor, thickness: float) -> Sensor:
     return sensor.model_copy(update={"elastomer": Elastomer.model_validate(given)})
 
 
+@one_thread
 def small_strain_stiffness(sensor: Sensor, tolerance: float = 1e-2) -> tuple[Array, float]:
     """Return the stiffness of a box or a cylinder under its target at small strain, and its estimated relative error.
 

@@ -35,6 +35,7 @@ from sits_mech.mechanics.newton import compliance, correction
 from sits_mech.mechanics.pad import Fineness, bonded_body, force_unit, scaled_load
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench, refuse_beside
 from sits_mech.sensor import Sensor
+from sits_mech.threads import one_thread
 
 _LENIENCE = 2.0  # the estimate is on the safe side: up to so many tolerances no other mesh is tried
 _PATIENCE = (0.25, 0.02, 1e-3)  # smallest increment of the load path: meshes wait, one does, none does
@@ -64,6 +65,7 @@ class PlanarLayer:
     touching: int = 0
     edges: Edges | None = None
 
+    @one_thread
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the equilibrium under `wrench` [N, N m], reached from `start` or from rest.
 
@@ -76,6 +78,7 @@ class PlanarLayer:
         refuse_beside("planar", wrench, "block")
         return self.controlled(under(wrench), start=start)
 
+    @one_thread
     def controlled(self, control: Control, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the equilibrium with forces or places of the target given, reached from `start` or from rest.
 
@@ -115,6 +118,7 @@ class LinearLayer:
     coarse: Array
     edges: Edges | None = None
 
+    @one_thread
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the pose under `wrench` by linear elasticity; `start` plays no part.
 
@@ -145,6 +149,7 @@ class LinearLayer:
         return Equilibrium(wrench, pose_of(self.sensor, q * size), Pose(*error), q, report)
 
 
+@one_thread
 def planar_layer(sensor: Sensor, tolerance: float = 1e-2) -> PlanarLayer:
     """Return the finite-strain model of a sensor's layer.
 
@@ -163,6 +168,7 @@ def planar_layer(sensor: Sensor, tolerance: float = 1e-2) -> PlanarLayer:
     return PlanarLayer(sensor, tolerance, *meshes_in_line(sensor, tolerance), edge_effect(sensor))
 
 
+@one_thread
 def linear_layer(sensor: Sensor, tolerance: float = 1e-2) -> LinearLayer:
     """Return the small-strain model of a sensor's layer; arguments and errors as of `planar_layer`."""
     bodies = [bonded_body(sensor, Fineness(count, STRONG)) for count in cells_through(tolerance)]

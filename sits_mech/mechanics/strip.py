@@ -24,6 +24,7 @@ import numpy as np
 from sits_mech.mechanics.closed_form import compression_modulus, shear_stiffness, small_strain_bound, tilt_modulus
 from sits_mech.quantities import Equilibrium, Pose, SolveFailed, SolveReport, Wrench, refuse_beside
 from sits_mech.sensor import SceneError, Sensor
+from sits_mech.threads import one_thread
 
 _MISSED = (1e-3, 3.2e-2, 6e-2)  # relative error of k_x, k_z, k_a
 _LEAST = 1.0  # shape factor
@@ -44,6 +45,7 @@ class Strip:
     sensor: Sensor
     stiffness: tuple[float, float, float]
 
+    @one_thread
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the pose under `wrench` [N, N m]; `start` plays no part.
 
