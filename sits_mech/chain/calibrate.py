@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from threadpoolctl import threadpool_limits
 
 from sits_mech.chain.interpolate import settle_grid
 from sits_mech.chain.models import loaded_model, mechanical_model
@@ -76,14 +75,13 @@ def calibrate(
     loads = [Wrench(x, z) for x in grid["F_x"] for z in grid["F_z"]]
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance, loads)
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance, **grid}
-    with threadpool_limits(1):
-        ahead = _prepared_ahead(sensor, field, loads, by_layer.name)
-        keep = (folder, kept_key(sensor, by_layer.name, tolerance))
-        rows = settle_grid(
-            sensor, layer, grid, symmetric=mirrored(sensor), tolerance=tolerance, keep=keep, progress=progress
-        )
-        ahead.join()
-        reading, done = _read_rows(sensor, field, [rows[load.F_x, load.F_z] for load in loads])
+    ahead = _prepared_ahead(sensor, field, loads, by_layer.name)
+    keep = (folder, kept_key(sensor, by_layer.name, tolerance))
+    rows = settle_grid(
+        sensor, layer, grid, symmetric=mirrored(sensor), tolerance=tolerance, keep=keep, progress=progress
+    )
+    ahead.join()
+    reading, done = _read_rows(sensor, field, [rows[load.F_x, load.F_z] for load in loads])
     data = table(grid, done)
     data = data.assign_coords(coil=[coil.name for coil in sensor.coils], coil_2=[coil.name for coil in sensor.coils])
     data["L0"] = (("coil", "coil_2"), reading.L0)

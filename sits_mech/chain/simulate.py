@@ -2,7 +2,7 @@
 
     wrench --(mechanics)--> pose p +- e --(magnetics)--> L(p), R(p) --> signals
 
-Linear algebra has one thread: factors of sparse matrices slow down with more.
+The models keep linear algebra to one thread (`threads`); nothing here is large enough to gain from a second.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omissions import mirrored
@@ -72,8 +71,7 @@ def simulate(
     """
     field, _ = loaded_model(sensor, magnetics, tolerance, [wrench])
     layer, _ = mechanical_model(sensor, mechanics, tolerance, [wrench])
-    with threadpool_limits(1):
-        return _simulated(sensor, layer, field, wrench)
+    return _simulated(sensor, layer, field, wrench)
 
 
 def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench) -> Equilibrium:
