@@ -135,6 +135,26 @@ def quantity(value: object, unit: str, name: str) -> float:
         raise SceneError(f"{name}: {error}") from None
 
 
+def checked_tolerance(tolerance: float, least: float = 0.0) -> float:
+    """Return an asked relative error, or refuse it.
+
+    Parameters
+    ----------
+    tolerance : float
+        Below one.
+    least : float
+        The smallest that the model can promise; 0 itself is none.
+
+    Raises
+    ------
+    SceneError
+        One line: what it must be, what came.
+    """
+    if not (0.0 < tolerance < 1.0 and tolerance >= least):
+        raise SceneError(f"tolerance must lie between {least:g} and 1; got {tolerance}")
+    return tolerance
+
+
 def split_quantity(value: object, name: str) -> tuple[float, str]:
     """Return the number and the unit of a written quantity, "" where it has none.
 

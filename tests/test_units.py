@@ -1,12 +1,13 @@
 """Units that are read at once: the same as pint reads them, and pint stays away."""
 
+import math
 import subprocess
 import sys
 
 import pint
 import pytest
 
-from sits_mech.units import SceneError, quantity
+from sits_mech.units import SceneError, checked_tolerance, quantity
 
 REGISTRY = pint.UnitRegistry()
 NUMBERS = (1.0, 85.0, 0.1, -33.3333, 7.0e-3, 123456.789)
@@ -41,3 +42,13 @@ def test_a_catalogued_sensor_needs_no_pint() -> None:
     code = f"import sys; {load}; print('pint' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
     assert done.stdout.strip() == "False"
+
+
+def test_tolerance_is_checked_in_one_place() -> None:
+    """Any share of one; what a model cannot promise is refused with what came."""
+    assert checked_tolerance(1e-3) == 1e-3 and checked_tolerance(1e-7, 1e-7) == 1e-7
+    for wrong in (0.0, 1.0, -1.0, math.nan, math.inf):
+        with pytest.raises(SceneError, match=f"tolerance must lie between 0 and 1; got {wrong}"):
+            checked_tolerance(wrong)
+    with pytest.raises(SceneError, match="tolerance must lie between 1e-07 and 1; got 1e-08"):
+        checked_tolerance(1e-8, 1e-7)

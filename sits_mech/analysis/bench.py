@@ -20,8 +20,8 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.spectrum import at_terminals
+from sits_mech.magnetics.alone import track_resistances
 from sits_mech.magnetics.loops import coil_inductances
-from sits_mech.magnetics.losses import track_resistance
 from sits_mech.magnetics.terminals import terminal_impedance
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport
 from sits_mech.readout.calibration import Calibration, calibration
@@ -228,7 +228,7 @@ def operating_points(sensor: Sensor, model: MagneticModel, pose: Pose) -> tuple[
         When there is no resonance in the converter's range.
     """
     part = converter("LDC1614" if sensor.readout.converter == "none" else sensor.readout.converter)
-    direct = np.array([track_resistance(coil) for coil in sensor.coils])
+    direct = track_resistances(sensor.coils)
 
     def inductances(f: float) -> Array:
         """Return L of each coil with leads and idle coils; what even current leaves out does not move f."""

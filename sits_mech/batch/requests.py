@@ -15,14 +15,14 @@ from typing import Any
 import numpy as np
 
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.models import MAGNETICS, MECHANICS, checked_tolerance, magnetic_model, mechanical_model
+from sits_mech.chain.models import MAGNETICS, MECHANICS, magnetic_model, mechanical_model
 from sits_mech.chain.plan import choose_mechanics, quantity_range
 from sits_mech.chain.simulate import at_rest, simulate
 from sits_mech.materials import unknown
 from sits_mech.quantities import POSE, Equilibrium, Impedance, MagneticModel, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.sensor import Sensor, changed, sensor_from
 from sits_mech.sweep import DONE, Row
-from sits_mech.units import SceneError, quantity, shown
+from sits_mech.units import SceneError, checked_tolerance, quantity, shown
 
 _LOAD = {"fx": "N", "fz": "N", "moment": "N*m", "fy": "N", "mx": "N*m", "mz": "N*m"}
 _PLACE = {"dv": "m", "dh": "m", "alpha": "rad", "frequency": "Hz"}

@@ -13,7 +13,8 @@ from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.layer import linear_layer, planar_layer
 from sits_mech.mechanics.strip import strip_layer
 from sits_mech.quantities import MagneticModel, MechanicalModel, Pose, Wrench
-from sits_mech.sensor import SceneError, Sensor
+from sits_mech.sensor import Sensor
+from sits_mech.units import checked_tolerance
 
 MECHANICS: Mapping[str, Callable[[Sensor, float], MechanicalModel]] = {
     "planar": planar_layer,
@@ -95,10 +96,3 @@ def loaded_model(
     """Return the magnetic model for poses that loads give to a tolerance, with the reason; as `mechanical_model`."""
     choice = choose_magnetics(sensor, name, tuple(MAGNETICS), True, leaving(loads))
     return MAGNETICS[choice.name](sensor, magnetic_tolerance(choice.name, checked_tolerance(tolerance))), choice
-
-
-def checked_tolerance(tolerance: float) -> float:
-    """Return a tolerance, or raise SceneError where it is none."""
-    if not 0.0 < tolerance < 1.0:
-        raise SceneError(f"tolerance must lie between 0 and 1; got {tolerance}")
-    return tolerance

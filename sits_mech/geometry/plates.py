@@ -11,10 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sits_mech.quantities import Pose
+from sits_mech.quantities import Complex, Pose
 from sits_mech.sensor import Conductor, Sensor
-
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -97,6 +95,12 @@ def not_cut(sensor: Sensor) -> list[str]:
     """Say which plates the section misses."""
     missed = [part.name for part in sensor.conductors if _cut_width(part) == 0.0]
     return [f"conductors.{name}: the section y = 0 of a planar model does not cut it" for name in missed]
+
+
+def return_radius(sensor: Sensor) -> float | None:
+    """Return R_b, where the net current of a target returns [m]; None where it has no net current."""
+    target = sensor.target
+    return target.planar_boundary_radius if target is not None and target.net_current == "free" else None
 
 
 def check_apart(plates: tuple[Plate, ...]) -> None:

@@ -20,13 +20,10 @@ Sources: Joukowski's map of the strip's outside; reflection of a plane harmonic 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.constants import mu_0
 from scipy.integrate import quad
 
-from sits_mech.quantities import Array, Pose
-
-Complex = NDArray[np.complex128]
+from sits_mech.quantities import Array, Complex, Pose
 
 
 def strip_reaction(first: Complex, second: Complex, pose: Pose, width: float) -> Array:

@@ -18,13 +18,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.constants import mu_0
 
 from sits_mech.geometry.windings import Bars
-from sits_mech.quantities import Array, Pose
+from sits_mech.quantities import Array, Complex, Pose
 
-Complex = NDArray[np.complex128]
 _PAIRS = 30_000  # pairs of points and filaments held at once, so that they stay in the cache
 
 

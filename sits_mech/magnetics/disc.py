@@ -37,7 +37,7 @@ from scipy.special import j1
 from sits_mech.magnetics.dodd_deeds import spectrum
 from sits_mech.magnetics.loops import Sections, coil_sections, paired_mutual
 from sits_mech.magnetics.modes import Modes, eddy_modes
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Complex
 from sits_mech.sensor import Coil
 
 _TAIL = 16.0  # fields are cut where exp(-k gap) falls to exp(-16), their energy to exp(-32)
@@ -102,7 +102,7 @@ class Disc:
     rings: int
     gaps: tuple[float, float]
 
-    def reaction(self, d_v: Array, omega: float) -> NDArray[np.complex128]:
+    def reaction(self, d_v: Array, omega: float) -> Complex:
         """Return Delta Z [ohm] at heights within the range of the gaps, shape (p,)."""
         total = np.zeros(d_v.size, dtype=complex)
         for modes in self.modes:

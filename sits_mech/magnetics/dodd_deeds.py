@@ -30,15 +30,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.constants import mu_0
 from scipy.integrate import cubature
 from scipy.special import j1
 
 from sits_mech.magnetics.loops import Sections
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Complex
 
-Complex = NDArray[np.complex128]
 _DIGITS = 40.0  # the integrand is cut where exp(-2 k gap) falls to exp(-40)
 
 

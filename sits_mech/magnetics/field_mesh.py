@@ -23,9 +23,8 @@ from skfem import MeshTri
 
 from sits_mech.geometry.plates import Plate, check_apart
 from sits_mech.meshing.unstructured import fill_between
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Complex
 
-Complex = NDArray[np.complex128]
 Index = NDArray[np.int64]
 _SMALLEST = 1e-7  # first cell at least this share of a plate's length: finer skins are not resolved
 

@@ -50,9 +50,8 @@ from skfem.helpers import dot, grad
 from sits_mech.geometry.plates import Plate
 from sits_mech.magnetics.field_mesh import Division
 from sits_mech.magnetics.field_source import Track, coil_potentials
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Complex
 
-Complex = NDArray[np.complex128]
 _ELEMENTS = {2: ElementTriP2, 3: ElementTriP3}
 _HARMONICS = 0.25  # of the circle's edges
 

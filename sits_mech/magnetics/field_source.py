@@ -24,14 +24,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.constants import mu_0
 
-from sits_mech.geometry.windings import coil_bars, resistance_per_metre
-from sits_mech.quantities import Array
+from sits_mech.geometry.windings import coil_bars
+from sits_mech.quantities import Array, Complex
 from sits_mech.sensor import Coil, Sensor
 
-Complex = NDArray[np.complex128]
 _FAR = 20.0  # in the longest side of a bar
 _GAUSS = np.polynomial.legendre.leggauss(3)
 _GAUSS_FINE = np.polynomial.legendre.leggauss(6)
@@ -161,8 +159,3 @@ def _linkage(coil: Track, driven: tuple[Track, ...], radius: float | None) -> fl
     inside = (s + 1j * q).ravel() * np.exp(-1j * coil.tilt)[:, None]
     A = coil_potentials(driven, (coil.place[:, None] + inside).ravel(), radius).reshape(coil.place.size, -1)
     return float(coil.sign @ (A @ np.outer(weights, weights).ravel() / 4))
-
-
-def track_resistances(coils: tuple[Track, ...]) -> Array:
-    """Return each coil's direct-current resistance, copper tracks there and back, shape (n,) [ohm/m]."""
-    return np.array([resistance_per_metre(coil.sign.size, coil.width, coil.thickness) for coil in coils])

@@ -10,9 +10,7 @@ that ``Z = Y^-1`` is turn by turn and a coil in series shows ``Z_coil = sum_tu Z
 Filaments are graded to the surfaces; twice as many along both sides and ``(4 fine - coarse) / 3`` give the answer, its
 step from `fine` the error.
 
-Closed forms beside it, per metre, ``gamma = (1 + j) / delta``: a round wire of radius a has the internal impedance
-``gamma / (2 pi a sigma) I0(gamma a) / I1(gamma a)``; a foil of thickness h with the field on one face only has
-``R / R_dc = Re[gamma h coth(gamma h)]``.
+Closed forms beside it: `skin`.
 
 Range: tracks of copper, non-magnetic; a turn closes on itself (no pitch, no vias). Neglected: displacement current, so
 that nothing is said near a coil's own resonance; eddy currents that the target drives in the tracks.
@@ -21,21 +19,18 @@ Source: Dowell, Proc. IEE 113 (1966) 1387 (foil); any text on the internal imped
 
 from __future__ import annotations
 
-import cmath
 import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.constants import mu_0
-from scipy.special import ive
 
-from sits_mech.geometry.windings import track_length
 from sits_mech.magnetics.loops import Sections, coil_sections, ring_inductance
+from sits_mech.magnetics.skin import skin_depth
 from sits_mech.materials import metals
+from sits_mech.quantities import Complex
 from sits_mech.sensor import Coil
 
-Complex = NDArray[np.complex128]
 _MOST = 6000  # filaments: half a gigabyte
 
 
@@ -58,11 +53,6 @@ class CoilLosses:
     L: float
     error_R: float
     error_L: float
-
-
-def track_resistance(coil: Coil) -> float:
-    """Return the direct-current resistance of a coil's copper tracks, uniform current density [ohm]."""
-    return track_length(coil) / (_copper() * coil.track_width * coil.track_thickness)
 
 
 def coil_losses(coil: Coil, frequency: float) -> CoilLosses:
@@ -143,25 +133,6 @@ def divided(rings: Sections, cells: tuple[int, int]) -> Sections:
         height * h.ravel(),
     )
     return Sections(*(column.ravel() for column in columns))
-
-
-def skin_depth(frequency: float, conductivity: float) -> float:
-    """Return delta = 1 / sqrt(pi f mu0 sigma) [m]."""
-    return float(1.0 / np.sqrt(np.pi * frequency * mu_0 * conductivity))
-
-
-def round_wire_impedance(radius: float, frequency: float, conductivity: float) -> complex:
-    """Return the internal impedance of a straight round wire [ohm/m]; Bessel functions, no overflow."""
-    gamma = (1 + 1j) / skin_depth(frequency, conductivity)
-    bessel = ive(np.array([0.0, 1.0]), np.full(2, gamma * radius))
-    ratio = complex(bessel[0] / bessel[1])
-    return gamma / (2 * math.pi * radius * conductivity) * ratio
-
-
-def foil_resistance_ratio(thickness: float, frequency: float, conductivity: float) -> float:
-    """Return R / R_dc of a wide foil whose field is on one face only."""
-    y = (1 + 1j) / skin_depth(frequency, conductivity) * thickness
-    return (y / cmath.tanh(y)).real
 
 
 def _copper() -> float:

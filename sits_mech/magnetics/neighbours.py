@@ -20,13 +20,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from sits_mech.geometry.plates import Plate
-from sits_mech.magnetics.coupling import Complex, Filaments, samples
+from sits_mech.magnetics.coupling import Filaments, samples
 from sits_mech.magnetics.plate import PreparedPlate
-from sits_mech.quantities import Array, Pose
+from sits_mech.quantities import Array, Complex, Pose
 
 
 @dataclass(frozen=True)
-class Answering:
+class SectionPlate:
     """A plate in its place, ready to answer.
 
     Attributes
@@ -42,13 +42,13 @@ class Answering:
 
 
 def coupled_reaction(
-    plates: tuple[Answering, ...], source: Filaments, omega: float, finest: int = 0
+    plates: tuple[SectionPlate, ...], source: Filaments, omega: float, finest: int = 0
 ) -> Complex:
     """Return Delta Z of the coils over several plates, shape (n, n) [ohm/m]; not yet symmetrised.
 
     Parameters
     ----------
-    plates : tuple of Answering
+    plates : tuple of SectionPlate
     source : Filaments
         All coils, in free space.
     omega : float
@@ -73,14 +73,14 @@ def coupled_reaction(
     return change
 
 
-def _rows(plate: Answering, source: Filaments) -> Array:
+def _rows(plate: SectionPlate, source: Filaments) -> Array:
     """Coefficients of a source's potential on a plate, shape (k, columns of the source)."""
     place = plate.place
     pose = Pose(np.array([place.bottom.real]), np.array([place.bottom.imag]), np.array([place.alpha]))
     return plate.prepared.coefficients(samples(source, pose, place.thickness, plate.prepared.nodes)[0]).T
 
 
-def _emitted(plate: Answering, omega: float, finest: int) -> tuple[Filaments, Filaments]:
+def _emitted(plate: SectionPlate, omega: float, finest: int) -> tuple[Filaments, Filaments]:
     """A plate's bars as line currents, real and imaginary phasors, one column for each of its coefficients."""
     places, currents = plate.prepared.currents(omega, finest)
     p = plate.place.placed(places + 0.5j * plate.place.thickness)

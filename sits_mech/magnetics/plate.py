@@ -27,8 +27,8 @@ from sits_mech.geometry.section import Cells
 from sits_mech.magnetics.division import Division, Lengths, Resolution, divisions
 from sits_mech.magnetics.kernels import mean_log
 from sits_mech.magnetics.modes import Modes, eddy_modes
-from sits_mech.magnetics.sampling import CLASSES, Complex, all_nodes, fit, mirrored, probe_charges, sample_nodes, signs
-from sits_mech.quantities import Array, SolveFailed, SolveReport
+from sits_mech.magnetics.sampling import CLASSES, all_nodes, fit, mirrored, probe_charges, sample_nodes, signs
+from sits_mech.quantities import Array, Complex, SolveFailed, SolveReport
 
 _GAUSS_X, _GAUSS_Z = np.polynomial.legendre.leggauss(4), np.polynomial.legendre.leggauss(2)
 _MOST_BARS, _MOST_NODES = 11_200, 1_500  # about a minute and two gigabytes

@@ -25,11 +25,9 @@ read backwards. Range: any proportion of w, t and g.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Complex
 
-Complex = NDArray[np.complex128]
 _CUT = 1e-10  # singular values below this part of the largest are rounding
 _SPREAD = 4.0  # ratio of the distances of neighbouring curves of test charges
 

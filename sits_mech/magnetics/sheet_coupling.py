@@ -14,9 +14,8 @@ from itertools import product
 import numpy as np
 
 from sits_mech.magnetics.ring_field import coil_potential
-from sits_mech.magnetics.sheet_loops import Complex
 from sits_mech.magnetics.sheet_modes import Box, Sheeted
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Complex
 from sits_mech.sensor import Coil
 
 _CHUNK = 200_000  # points held at once

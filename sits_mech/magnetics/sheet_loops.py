@@ -26,9 +26,7 @@ from scipy.sparse.csgraph import minimum_spanning_tree
 
 from sits_mech.geometry.sheet_plan import Plan, Seams, standing_nodes
 from sits_mech.magnetics.prisms import polygon_area
-from sits_mech.quantities import Array
-
-Complex = NDArray[np.complex128]
+from sits_mech.quantities import Array, Complex
 
 
 @dataclass(frozen=True)

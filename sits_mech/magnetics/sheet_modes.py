@@ -26,14 +26,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.constants import mu_0
 from scipy.linalg import cholesky, eigh, solve_triangular
 
 from sits_mech.geometry.sheet_plan import Plan, plan_seams
 from sits_mech.magnetics.prisms import Prisms, box_means, gauss_points, prism_means
-from sits_mech.magnetics.sheet_loops import Complex, Loops, class_loops
-from sits_mech.quantities import Array
+from sits_mech.magnetics.sheet_loops import Loops, class_loops
+from sits_mech.quantities import Array, Complex
 
 _LARGE = 800  # unknowns of a class from which on its modes are found in single precision
 _KEEP = 5e-5  # weaker combinations of fields are left out: their energy, to the strongest, is the square
@@ -177,7 +176,7 @@ class _Problem:
     mirror: int
     weight: float
 
-    def factors(self) -> NDArray[np.complex128]:
+    def factors(self) -> Complex:
         """Factor and matrix of each image: chi(g) s (g with z -> s z), shape (g, 2, 3, 3)."""
         result = np.zeros((self.plan.group.shape[0], 2, 3, 3), dtype=complex)
         for s in (0, 1):
@@ -249,7 +248,7 @@ def _solve_class(problem: _Problem, means: Array, fields: Array, conductivity: f
 def _felt_modes(L: Complex, R: Complex, B: Complex) -> tuple[Array, Complex]:
     """Time constants of R-orthonormal modes and what these feel of the fields; many in single precision.
 
-    That is in doubt by 1e-6 of the slowest time constant: below 1e-3 of a reaction in the decade that is prepared.
+    That is uncertain by 1e-6 of the slowest time constant: below 1e-3 of a reaction in the decade that is prepared.
     """
     if len(R) < _LARGE:
         tau, V = eigh(L, R, overwrite_a=True, overwrite_b=True)

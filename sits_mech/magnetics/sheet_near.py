@@ -32,8 +32,7 @@ from scipy.special import j0
 from sits_mech.geometry.outline import Outline, inside_loops, target_outline
 from sits_mech.magnetics.dodd_deeds import Layer, reflection, spectrum
 from sits_mech.magnetics.loops import coil_sections
-from sits_mech.magnetics.sheet_loops import Complex
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Complex
 from sits_mech.sensor import Coil, Target
 
 FACTORS = np.array([1.0, 1.4, 2.0, 2.8, 4.0])  # heights, over the smallest

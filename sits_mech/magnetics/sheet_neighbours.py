@@ -30,9 +30,8 @@ from scipy.linalg import block_diag
 from scipy.spatial.distance import cdist
 
 from sits_mech.magnetics.sheet_coupling import box_points, drives
-from sits_mech.magnetics.sheet_loops import Complex
 from sits_mech.magnetics.sheet_modes import Sheeted
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Complex
 from sits_mech.sensor import Coil
 
 _SKETCH = 100  # currents that first tell what two plates feel of each other
@@ -41,7 +40,7 @@ _LOST = 1e-4  # of what they feel, at most: the detail that is lost first drives
 
 
 @dataclass(frozen=True)
-class Answering:
+class SpacePlate:
     """A plate in its places, ready to answer.
 
     Attributes
@@ -73,7 +72,7 @@ class _Ready:
 
 
 def coupled_reactions(
-    coils: tuple[Coil, ...], windings: str, target: Answering | None, others: Sequence[Answering], frequency: float
+    coils: tuple[Coil, ...], windings: str, target: SpacePlate | None, others: Sequence[SpacePlate], frequency: float
 ) -> list[Complex]:
     """Return what plates together do to the coils' impedance.
 
@@ -83,9 +82,9 @@ def coupled_reactions(
         n coils.
     windings : str
         "rings" or "spiral".
-    target : Answering or None
+    target : SpacePlate or None
         What moves.
-    others : sequence of Answering
+    others : sequence of SpacePlate
         Fixed plates, at least one, with as many divisions.
     frequency : float
         [Hz]
@@ -112,7 +111,7 @@ def coupled_reactions(
     return results
 
 
-def _ready(coils: tuple[Coil, ...], windings: str, plate: Answering, omega: float) -> _Ready:
+def _ready(coils: tuple[Coil, ...], windings: str, plate: SpacePlate, omega: float) -> _Ready:
     """A plate's divisions, its combinations by point."""
     first = plate.divisions[0]
     felt = [drive for _, drive in drives(coils, windings, first, (plate.turns, plate.places))]
@@ -121,7 +120,7 @@ def _ready(coils: tuple[Coil, ...], windings: str, plate: Answering, omega: floa
     return _Ready(by_point, admittances, np.concatenate(felt))
 
 
-def _between(plates: Sequence[Answering], parts: Sequence[_Ready]) -> Array:
+def _between(plates: Sequence[SpacePlate], parts: Sequence[_Ready]) -> Array:
     """P of all fixed plates, in blocks; nothing on the diagonal."""
     ends = np.cumsum([0, *(part.own.shape[2] for part in parts)])
     P = np.zeros((int(ends[-1]), int(ends[-1])))

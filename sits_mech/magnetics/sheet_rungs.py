@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.constants import mu_0
 
 from sits_mech.geometry.outline import Outline, outline_plan, target_outline
 from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan, graded_axis, rectangle_plan
@@ -20,6 +19,7 @@ from sits_mech.magnetics.dodd_deeds import spectrum
 from sits_mech.magnetics.loops import coil_sections
 from sits_mech.magnetics.sheet_modes import Box, Sheeted, prepare_sheets
 from sits_mech.magnetics.sheet_near import wave_numbers
+from sits_mech.magnetics.skin import skin_depth
 from sits_mech.sensor import Coil, Target
 
 
@@ -70,7 +70,7 @@ def prepared(
     From 2^scale[0] m on, up to 10^scale[1] Hz. The third of `scale` is how far from the target's middle the coils'
     currents call for small cells, the fourth the length on which their field changes [m].
     """
-    clearance, depth = 2.0 ** scale[0], skin_depth(target, 10.0 ** scale[1])
+    clearance, depth = 2.0 ** scale[0], skin_depth(10.0 ** scale[1], target.metal.conductivity)
     box = field_box(target, outline, clearance, rung)
     half = box.half
     width = min(float(half[:2].min()), scale[2])
@@ -122,11 +122,6 @@ def field_length(coil: Coil, distance: float) -> float:
     k, weights = wave_numbers(20.0 / distance, coil.outer_diameter)
     energy = spectrum(coil_sections(coil), k) ** 2 * np.exp(-2.0 * k * distance) * weights
     return float(np.sqrt(energy.sum() / (k**2 * energy).sum()))
-
-
-def skin_depth(target: Target, frequency: float) -> float:
-    """Skin depth of the target's metal [m]."""
-    return math.sqrt(1.0 / (math.pi * frequency * mu_0 * target.metal.conductivity))
 
 
 def unseen(box: Box) -> float:

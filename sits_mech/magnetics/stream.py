@@ -25,8 +25,8 @@ from sits_mech.geometry.outline import outline_plan, target_outline
 from sits_mech.geometry.sheet_plan import Grading, Integers, Plan, plan_seams
 from sits_mech.magnetics.prisms import Prisms, prism_means
 from sits_mech.magnetics.ring_field import coil_potential
-from sits_mech.magnetics.sheet_loops import Complex, class_loops
-from sits_mech.quantities import Array, Pose
+from sits_mech.magnetics.sheet_loops import class_loops
+from sits_mech.quantities import Array, Complex, Pose
 from sits_mech.sensor import Sensor, Target
 
 

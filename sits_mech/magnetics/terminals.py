@@ -18,10 +18,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sits_mech.quantities import Impedance
+from sits_mech.quantities import Complex, Impedance
 from sits_mech.sensor import Readout
-
-Complex = NDArray[np.complex128]
 
 
 def terminal_impedance(Z: ArrayLike, R_coil: ArrayLike, readout: Readout, omega: float) -> Complex:

@@ -22,8 +22,9 @@ import numpy as np
 
 from sits_mech.geometry.windings import turn_radii
 from sits_mech.magnetics.loops import Sections, coil_sections, ring_inductance
-from sits_mech.magnetics.losses import divided, skin_depth
+from sits_mech.magnetics.losses import divided
 from sits_mech.magnetics.modes import Modes, eddy_modes
+from sits_mech.magnetics.skin import skin_depth
 from sits_mech.materials import metals
 from sits_mech.quantities import Array
 from sits_mech.sensor import Coil

@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sits_mech.magnetics.field import PlanarField
 from sits_mech.quantities import Array
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Complex = NDArray[np.complex128]
 _MM = 1e3
 _GATHER = 2.0  # exponent of the levels: dense near zero, where the lines leave the coils
 _DECADES = 3.0  # of current density shown

@@ -4,15 +4,10 @@ import numpy as np
 import pytest
 from scipy.constants import mu_0
 
+from sits_mech.magnetics.alone import track_resistance
 from sits_mech.magnetics.loops import Sections, coil_sections, ring_inductance
-from sits_mech.magnetics.losses import (
-    coil_losses,
-    filament_impedance,
-    foil_resistance_ratio,
-    round_wire_impedance,
-    track_resistance,
-    turn_impedance,
-)
+from sits_mech.magnetics.losses import coil_losses, filament_impedance, turn_impedance
+from sits_mech.magnetics.skin import foil_resistance_ratio, round_wire_impedance
 from sits_mech.sensor import Coil
 
 MM = 1e-3

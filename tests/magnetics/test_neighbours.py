@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sits_mech.geometry.plates import distance, section_plates
-from sits_mech.magnetics.bars import LADDER, _answering, coil_sections, planar_bars
+from sits_mech.magnetics.bars import LADDER, _answering, bars_of_coils, planar_bars
 from sits_mech.magnetics.coupling import filaments
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.magnetics.neighbours import coupled_reaction
@@ -55,7 +55,7 @@ def test_reciprocal_before_it_is_made_so():
     sensor, frequency = scene(SIDE), 5e6
     resolution = LADDER[1][1]
     plates, gap = _answering(sensor, section_plates(sensor, POSE), resolution, frequency)
-    source = filaments(coil_sections(sensor), gap, np.exp(-resolution.terms), None)
+    source = filaments(bars_of_coils(sensor), gap, np.exp(-resolution.terms), None)
     Z = coupled_reaction(plates, source, 2 * np.pi * frequency)
     assert abs(Z[0, 1] - Z[1, 0]) < 1e-4 * np.abs(Z).max()
 

@@ -5,9 +5,10 @@ import pytest
 
 from sits_mech.geometry.collision import Collision
 from sits_mech.geometry.solids import Solid, placed_plates, separation
+from sits_mech.geometry.turns import rotation_matrix
 from sits_mech.magnetics.dodd_deeds import Layer, coil_change
 from sits_mech.magnetics.loops import coil_sections
-from sits_mech.magnetics.sheet_neighbours import Answering, coupled_reactions
+from sits_mech.magnetics.sheet_neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.sheet_rungs import LADDER, prepared
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.materials import metals
@@ -21,7 +22,7 @@ LOOP = (
     'coils=[{name="C1", centre=["0 mm","0 mm"], layers=1, turns=1, inner_diameter="3.9 mm", track_width="0.1 mm", '
     'track_thickness="35 um"}]'
 )
-SIDES = (np.eye(3), np.diag([-1.0, 1.0, -1.0]), np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
+SIDES = np.array([[0.0, 0.0, 0.0], [0.0, np.pi, 0.0], [0.0, 0.0, np.pi / 2]])  # turned over; by a quarter
 
 
 def plate(x, z, width, length=None, thickness=0.2, *, y=0.0, name="other", material="copper"):
@@ -93,9 +94,8 @@ def test_plates_exchange_their_roles():
 
 def test_target_turned_onto_itself():
     model = sheets(scene(BESIDE), 1e-2)
-    middle = np.array([0.0, 0.0, 2.1 * MM])
-    offsets = np.array([middle - turn @ [0.0, 0.0, 0.1 * MM] for turn in SIDES])
-    z = model.impedance_at(np.array(SIDES), offsets, 5e6)
+    bottom = 2.1 * MM - 0.1 * MM * rotation_matrix(SIDES)[:, 2, 2]
+    z = model.impedance(Pose(0.0, bottom, SIDES[:, 1], 0.0, SIDES[:, 0], SIDES[:, 2]), 5e6)
     np.testing.assert_allclose(z.L[1:], z.L[:1].repeat(2, 0), rtol=1e-6)
     np.testing.assert_allclose(z.R[1:], z.R[:1].repeat(2, 0), rtol=0, atol=1e-6 * z.R.max())
 
@@ -106,7 +106,7 @@ def test_reciprocal_before_it_is_made_so_and_passive():
     tilt = np.array([[np.cos(0.1), 0.0, np.sin(0.1)], [0.0, 1.0, 0.0], [-np.sin(0.1), 0.0, np.cos(0.1)]])
     plates = placed_plates(sensor, None, tilt[None], np.array([[0.5 * MM, 0.0, 2.5 * MM]]))
     scale = (-10, 7, 9 * MM, 1.5 * MM)
-    ready = [Answering(prepared(p.plate, None, LADDER[0][1], scale)[1:], p.turns, p.places) for p in plates]
+    ready = [SpacePlate(prepared(p.plate, None, LADDER[0][1], scale)[1:], p.turns, p.places) for p in plates]
     (Z,) = coupled_reactions(sensor.coils, "rings", ready[0], ready[1:], 5e6)
     np.testing.assert_allclose(Z, Z.swapaxes(1, 2), rtol=0, atol=1e-12 * np.abs(Z).max())
     assert np.linalg.eigvalsh(Z[0].real).min() > 0.0

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.magnetics.losses import track_resistance
+from sits_mech.magnetics.alone import track_resistance
 from sits_mech.magnetics.terminals import seen_by_readout, tank_frequency, terminal_impedance, with_capacitance
 from sits_mech.quantities import Impedance, SolveReport
 from sits_mech.sensor import Coil, Readout

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from sits_mech.magnetics.losses import coil_losses, track_resistance
+from sits_mech.magnetics.alone import track_resistance
+from sits_mech.magnetics.losses import coil_losses
 from sits_mech.magnetics.track_modes import track_spectrum
 from sits_mech.sensor import Coil
 
