@@ -56,6 +56,7 @@ from sits_mech.mechanics.path import REASONS, Bonded, State, follow, packed, res
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.sensor import Sensor
 from sits_mech.threads import one_thread
+from sits_mech.units import checked_tolerance
 
 # Grading towards the target's edge and guard on J, in the order they are tried; beside the target, and flush with it.
 _KINDS = ((2.5, 0.0), (1.5, 0.0), (2.0, 5.0))
@@ -150,8 +151,7 @@ def block_pad(sensor: Sensor, tolerance: float = 2e-2) -> BlockPad:
     ValueError
         For a scene without target or elastomer, a target of another shape, or a tolerance outside (0, 1).
     """
-    if not 0.0 < tolerance < 1.0:
-        raise ValueError(f"tolerance: must lie between 0 and 1, got {tolerance}")
+    checked_tolerance(tolerance)
     pair = next(cells for error, cells in _LADDER if tolerance >= error)
     target, elastomer = pad_parts(sensor)
     gives = {"never": (0.0,), "always": (_GIVE,), "auto": (0.0, _GIVE)}[elastomer.contact]

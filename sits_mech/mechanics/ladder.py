@@ -22,6 +22,7 @@ from typing import NamedTuple
 from sits_mech.mechanics.answer import Pair
 from sits_mech.mechanics.pad import Fineness, bonded_body
 from sits_mech.sensor import Sensor
+from sits_mech.units import checked_tolerance
 
 STRONG = 2.5
 """Grading towards the corners for small strain."""
@@ -95,6 +96,5 @@ def _pair(sensor: Sensor, cells: tuple[int, int], kind: _Kind, give: float) -> P
 
 def _rung(tolerance: float) -> tuple[tuple[int, int], tuple[_Kind, ...]]:
     """Cells through the thickness, and kinds of meshes, for a tolerance."""
-    if not 0.0 < tolerance < 1.0:
-        raise ValueError(f"tolerance: must lie between 0 and 1, got {tolerance}")
+    checked_tolerance(tolerance)
     return next((rung for error, rung in _LADDER if tolerance >= error), _LADDER[-1][1])
