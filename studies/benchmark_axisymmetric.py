@@ -10,10 +10,10 @@ import time
 
 import numpy as np
 
-from sits_mech.magnetics.alone import track_resistance
-from sits_mech.magnetics.dodd_deeds import Layer, coil_change
-from sits_mech.magnetics.loops import coil_sections
-from sits_mech.magnetics.losses import coil_losses
+from sits_mech.magnetics.axis.dodd_deeds import Layer, coil_change
+from sits_mech.magnetics.coils.alone import track_resistance
+from sits_mech.magnetics.coils.loops import coil_sections
+from sits_mech.magnetics.coils.losses import coil_losses
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.quantities import Pose
 from sits_mech.report.outputs import study_arguments, write_rows

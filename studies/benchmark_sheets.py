@@ -17,8 +17,8 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from sits_mech.magnetics.rings import axisymmetric
-from sits_mech.magnetics.sheet_rungs import prepared
 from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.space.rungs import prepared
 from sits_mech.quantities import Pose
 from sits_mech.report.outputs import study_arguments, write_rows
 from sits_mech.sensor import Sensor, load_sensor

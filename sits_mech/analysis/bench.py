@@ -20,9 +20,9 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.spectrum import at_terminals
-from sits_mech.magnetics.alone import track_resistances
-from sits_mech.magnetics.loops import coil_inductances
-from sits_mech.magnetics.terminals import terminal_impedance
+from sits_mech.magnetics.coils.alone import track_resistances
+from sits_mech.magnetics.coils.loops import coil_inductances
+from sits_mech.magnetics.coils.terminals import terminal_impedance
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport
 from sits_mech.readout.calibration import Calibration, calibration
 from sits_mech.readout.converter import converter, parallel_resistance, resonance

@@ -28,7 +28,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sits_mech.magnetics.loops import coil_inductances
+from sits_mech.magnetics.coils.loops import coil_inductances
 from sits_mech.magnetics.skin import skin_depth
 from sits_mech.mechanics.closed_form import small_strain_bound
 from sits_mech.quantities import Wrench

@@ -1,13 +1,14 @@
 """Planar integral model: the coils' bars below, a plate's eddy-current modes above; a pose couples the two.
 
 Per metre of depth along y, ``exp(+j omega t)``, one ampere in one coil at a time. The coils' potential over the
-plate has few real coefficients c (`coupling`, `sampling`), the plate answers with a condensed admittance Y (`plate`):
+plate has few real coefficients c (`section.coupling`, `section.sampling`), the plate answers with a condensed
+admittance Y (`section.plate`):
 
     Delta Z_cd = c_c^T Y(omega) c_d,    R = Re Delta Z,    L = L0 + Im Delta Z / omega,
 
 The plate is prepared once for a range of clearance (a factor of two) and of frequency (a
 decade); then a pose is a field at a dozen points and one small product. Two divisions of the plate give the answer,
-extrapolated in the size of the bars, and with a third one its estimated error (`division`).
+extrapolated in the size of the bars, and with a third one its estimated error (`section.division`).
 
 Free net current: the plate's current returns at the circle |p| = R_b, where A = 0. Its Green function
 ``ln|p - p'| - ln|R_b - p conj(p')/R_b|`` adds, by ``ln|1 - q| = -sum_m Re(q^m) / m``, a correction of low rank
@@ -35,13 +36,13 @@ from scipy.constants import mu_0
 from sits_mech.geometry.collision import clearance
 from sits_mech.geometry.plates import Plate, check_apart, distance, return_radius, section_plates
 from sits_mech.geometry.windings import Bars, coil_bars
-from sits_mech.magnetics.alone import section_resistances
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest
-from sits_mech.magnetics.coupling import circle_samples, filaments, samples
-from sits_mech.magnetics.division import Lengths, Resolution
-from sits_mech.magnetics.kernels import mean_log
-from sits_mech.magnetics.neighbours import SectionPlate, coupled_reaction
-from sits_mech.magnetics.plate import PreparedPlate, prepare_plate
+from sits_mech.magnetics.coils.alone import section_resistances
+from sits_mech.magnetics.section.coupling import circle_samples, filaments, samples
+from sits_mech.magnetics.section.division import Lengths, Resolution
+from sits_mech.magnetics.section.kernels import mean_log
+from sits_mech.magnetics.section.neighbours import SectionPlate, coupled_reaction
+from sits_mech.magnetics.section.plate import PreparedPlate, prepare_plate
 from sits_mech.magnetics.skin import skin_depth
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.sensor import Sensor
@@ -247,7 +248,7 @@ def section_modes(
     size: tuple[float, float], conductivity: float, resolution: Resolution, lengths: Lengths,
     return_radius: float | None,
 ) -> PreparedPlate:  # fmt: skip
-    """Return a prepared plate (`plate.prepare_plate`); kept for later."""
+    """Return a prepared plate (`section.plate.prepare_plate`); kept for later."""
     return prepare_plate(size, conductivity, resolution, lengths, return_radius)
 
 

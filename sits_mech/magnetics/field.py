@@ -1,8 +1,8 @@
 """Planar finite element model: plates of any permeability, any number, over flat or curved coils; fields to look at.
 
 Per metre of depth, ``exp(+j omega t)``. Unknown: the complex vector potential along y [V s/m per A], whole in the
-plates and without the coils' known part in the air (equations, open boundary, source: `field_solve`). Every plate's
-skin is resolved by graded cells (`field_mesh`), from well above its thickness down to 1e-7 of its size; no surface
+plates and without the coils' known part in the air (equations, open boundary, source: `air.solve`). Every plate's
+skin is resolved by graded cells (`air.mesh`), from well above its thickness down to 1e-7 of its size; no surface
 impedance is needed.
 
 Each pose is solved with elements of order 2 and 3 on one mesh. The answer is that of order 3; what it adds to order 2,
@@ -27,11 +27,11 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from sits_mech.geometry.plates import Plate, not_cut, return_radius, section_plates
-from sits_mech.magnetics.alone import section_resistances
+from sits_mech.magnetics.air.mesh import Division, Fineness, divide_plane, outline_samples
+from sits_mech.magnetics.air.solve import FieldSolution, element_errors, solve_field
+from sits_mech.magnetics.air.source import Track, coil_potentials, free_inductance, tracks
 from sits_mech.magnetics.answer import Kind, Reaction, answer, check_asked
-from sits_mech.magnetics.field_mesh import Division, Fineness, divide_plane, outline_samples
-from sits_mech.magnetics.field_solve import FieldSolution, element_errors, solve_field
-from sits_mech.magnetics.field_source import Track, coil_potentials, free_inductance, tracks
+from sits_mech.magnetics.coils.alone import section_resistances
 from sits_mech.magnetics.skin import skin_depth
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.sensor import Sensor

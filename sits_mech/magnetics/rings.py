@@ -2,12 +2,12 @@
 
     (R + j omega L) i = -j omega g(d_v),    Delta Z = omega^2 g^T (R + j omega L)^-1 g,
 
-with the disc's rings, modes and field functions of `disc`, and L0 from `loops`. The disc is divided finer until two
-successive extrapolations in the cell size (of two divisions: the extrapolation and the finer one) agree to the
-tolerance, or their steps fall so fast that what is left does, at the poses and the frequency asked for.
+with the disc's rings, modes and field functions of `axis.disc`, and L0 from `coils.loops`. The disc is divided finer
+until two successive extrapolations in the cell size (of two divisions: the extrapolation and the finer one) agree to
+the tolerance, or their steps fall so fast that what is left does, at the poses and the frequency asked for.
 
 Range: non-magnetic disc, coaxial and parallel to the one coil; any frequency and thickness. The coil's tracks carry
-uniform current. An infinite plate or layers: `dodd_deeds`. Neglected: displacement current.
+uniform current. An infinite plate or layers: `axis.dodd_deeds`. Neglected: displacement current.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from sits_mech.magnetics.alone import free_inductances, track_resistances
 from sits_mech.magnetics.answer import Kind, Reaction, answer
-from sits_mech.magnetics.disc import Disc, DiscProblem, count_rings, prepare_disc
+from sits_mech.magnetics.axis.disc import Disc, DiscProblem, count_rings, prepare_disc
+from sits_mech.magnetics.coils.alone import free_inductances, track_resistances
 from sits_mech.magnetics.skin import skin_depth
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.sensor import Coil, Sensor

@@ -1,8 +1,8 @@
 """The three-dimensional model: coils as rings or spirals below, a plate of any outline above; absolute henry and ohm.
 
-The plate carries its own eddy-current modes (`sheet_modes`), found once for a range of clearance (a factor of two) and
-of frequency (a decade); a pose is then the coils' potential (`ring_field`) at a few Chebyshev points of the plate's
-bounding box and some small products (`sheet_coupling`),
+The plate carries its own eddy-current modes (`space.modes`), found once for a range of clearance (a factor of two) and
+of frequency (a decade); a pose is then the coils' potential (`coils.ring_field`) at a few Chebyshev points of the
+plate's bounding box and some small products (`space.coupling`),
 
     Delta Z_cd = omega^2 sum_k a_ck a_dk / (1 + j omega tau_k),    R = Re Delta Z,   L = L0 + Im Delta Z / omega.
 
@@ -13,13 +13,13 @@ Its distance from Z_fine is the estimated error; a third of it in the thin regim
 along the plate has to be resolved. In the thick regime uniform current in the first cell, of size h, has an error of
 (h/delta)^2 / 12 of the resistance, which is added.
 
-Small gaps under wide plates (`sheet_near`): the plate is lifted to where its division carries the coils' field, and
+Small gaps under wide plates (`space.near`): the plate is lifted to where its division carries the coils' field, and
 its answer carried down along the infinite plate; the estimated error holds what that leaves uncertain.
 
-Other metal (`sheet_neighbours`): plates parallel to the coils join with their own modes. A pose then costs some tenths
+Other metal (`space.neighbours`): plates parallel to the coils join with their own modes. A pose then costs some tenths
 of a second, or a second where such a plate is wide for its distance.
 
-Range: non-magnetic plates. Neglected: eddies in the coils' own tracks (`losses`), displacement current.
+Range: non-magnetic plates. Neglected: eddies in the coils' own tracks (`coils.losses`), displacement current.
 Source: eddy currents as unknowns of an integral equation, divergence-free by their shape functions: R. Albanese and
 G. Rubinacci, Adv. Imaging Electron Phys. 102 (1998) 1.
 """
@@ -34,14 +34,14 @@ import numpy as np
 from sits_mech.geometry.outline import Outline
 from sits_mech.geometry.solids import PlacedPlate, lowest_points, overlapping, placed_plates
 from sits_mech.geometry.turns import rotation_matrix
-from sits_mech.magnetics.alone import free_inductances, track_resistances
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest
-from sits_mech.magnetics.sheet_coupling import reactions
-from sits_mech.magnetics.sheet_modes import Sheeted
-from sits_mech.magnetics.sheet_near import FACTORS, averaged, carried_down, infinite_plate, under_plate
-from sits_mech.magnetics.sheet_neighbours import SpacePlate, coupled_reactions
-from sits_mech.magnetics.sheet_rungs import LADDER, Rung, carried, field_length, prepared, unseen
+from sits_mech.magnetics.coils.alone import free_inductances, track_resistances
 from sits_mech.magnetics.skin import skin_depth
+from sits_mech.magnetics.space.coupling import reactions
+from sits_mech.magnetics.space.modes import Sheeted
+from sits_mech.magnetics.space.near import FACTORS, averaged, carried_down, infinite_plate, under_plate
+from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
+from sits_mech.magnetics.space.rungs import LADDER, Rung, carried, field_length, prepared, unseen
 from sits_mech.quantities import Array, Complex, Impedance, Pose
 from sits_mech.sensor import Sensor
 from sits_mech.threads import one_thread

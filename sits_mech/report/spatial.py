@@ -1,6 +1,6 @@
 """What does the sensor look like in space? Coils as spirals, the target at its pose, and lines of its eddy current.
 
-Between two neighbouring lines runs the same current through the plate's thickness (`magnetics.stream`), shown at the
+Between two neighbouring lines runs the same current through the plate's thickness (`space.stream`), shown at the
 instant when it is largest; colour is its density. pyvista is imported here alone and renders off screen. Where OpenGL
 is missing a first render may end the process that tries it: a process of its own tries it before.
 """
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from sits_mech.geometry.outline import target_outline
 from sits_mech.geometry.windings import spiral_path
-from sits_mech.magnetics.stream import Stream, placed, plate_stream
+from sits_mech.magnetics.space.stream import Stream, placed, plate_stream
 from sits_mech.meshing.unstructured import DEBIAN_PACKAGES
 from sits_mech.quantities import Array, Pose
 from sits_mech.report.curves import new_figure

@@ -16,7 +16,7 @@ from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.chain.pose_errors import read_poses
 from sits_mech.chain.simulate import simulate
 from sits_mech.geometry.collision import Collision
-from sits_mech.magnetics.sheet_rungs import prepared
+from sits_mech.magnetics.space.rungs import prepared
 from sits_mech.mechanics.loads import kept_key, kept_rest
 from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.sensor import SceneError, Sensor, load_sensor, sensor_from

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from sits_mech.magnetics.bars import bars_of_coils, free_space_inductance, planar_bars
-from sits_mech.magnetics.closed_form import strip_reaction
 from sits_mech.magnetics.field import planar_fem
+from sits_mech.magnetics.section.closed_form import strip_reaction
 from sits_mech.quantities import Pose
 from sits_mech.sensor import Sensor, load_sensor
 

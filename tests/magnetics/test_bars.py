@@ -5,7 +5,7 @@ import pytest
 
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.bars import bars_of_coils, free_space_inductance, planar_bars
-from sits_mech.magnetics.closed_form import strip_reaction
+from sits_mech.magnetics.section.closed_form import strip_reaction
 from sits_mech.quantities import Pose
 from sits_mech.sensor import load_sensor
 

@@ -6,11 +6,11 @@ from scipy.constants import mu_0
 
 from sits_mech.geometry.plates import Plate, check_apart
 from sits_mech.geometry.windings import Bars, coil_bars
+from sits_mech.magnetics.air.mesh import Fineness, divide_plane, graded_nodes
+from sits_mech.magnetics.air.solve import element_errors, solve_field
+from sits_mech.magnetics.air.source import coil_potentials, mean_log_at, tracks
 from sits_mech.magnetics.field import planar_fem
-from sits_mech.magnetics.field_mesh import Fineness, divide_plane, graded_nodes
-from sits_mech.magnetics.field_solve import element_errors, solve_field
-from sits_mech.magnetics.field_source import coil_potentials, mean_log_at, tracks
-from sits_mech.magnetics.kernels import mean_log
+from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.quantities import Pose
 from sits_mech.sensor import Sensor, load_sensor, sensor_from
 

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from sits_mech.magnetics.stream import plate_stream
+from sits_mech.magnetics.space.stream import plate_stream
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.report import spatial
 from sits_mech.report.pictures import Request, kind_of_picture, resting_pose
