@@ -111,7 +111,7 @@ def test_explain_and_fit_name_what_cannot_be(capsys: Capture, tmp_path: Path) ->
 
 
 def test_what_symmetry_forbids_is_zero(capsys: Capture) -> None:
-    """A load straight down on a scene that is its own mirror image: neither shift nor tilt, without a doubt."""
+    """A load straight down on a scene that is its own mirror image: neither shift nor tilt, without error."""
     found = answer(capsys, "pose", "biorob2018", "--fz", "2 N")
     for part in (found["pose"], found["error"]):
         assert part["d_h"] == part["alpha"] == 0.0 < part["d_v"]

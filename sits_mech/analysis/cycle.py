@@ -211,7 +211,7 @@ def _loop(share: Array, signal: Array, error: Array) -> tuple[float, float]:
     grid = np.linspace(low, share[top], 201)
     down = np.interp(grid, share[top:][::-1], signal[top:][::-1])
     width = float(np.max(np.abs(np.interp(grid, share[: top + 1], signal[: top + 1]) - down)))
-    span, doubt = float(np.ptp(signal)), float(np.max(error))
-    if not span > 2.0 * doubt:
+    span, uncertainty = float(np.ptp(signal)), float(np.max(error))
+    if not span > 2.0 * uncertainty:
         return float("nan"), float("nan")
-    return 100.0 * width / span, 200.0 * width * doubt / span**2
+    return 100.0 * width / span, 200.0 * width * uncertainty / span**2

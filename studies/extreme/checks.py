@@ -95,9 +95,9 @@ def energy_row(model: PlanarLayer | BlockPad, way: Way) -> Row:
     last = way.path[-1]
     energy, (done, rough) = energy_of(model, last), work(way, model)
     changed = len({item.state[0] for item in way.path[1:]}) > 1  # of mesh, on the way
-    doubt = 2.0 * max(item.report.estimated_error for item in way.path) if changed or touching(model) else 0.0
+    uncertainty = 2.0 * max(item.report.estimated_error for item in way.path) if changed or touching(model) else 0.0
     report, violation = last.report, abs(done / energy - 1.0)
-    allowed = 1e-4 + rough / energy + doubt
+    allowed = 1e-4 + rough / energy + uncertainty
     return Row("", "", DONE, _least(report), violation, allowed, report.estimated_error, remark=_said(report))
 
 
@@ -138,9 +138,9 @@ def half_and_whole(sensor: Sensor, wrench: Wrench) -> Row:
     whole = whole_equilibrium(sensor, wrench)
     one, error = (np.array([part.d_h, part.d_v, part.alpha], dtype=float) for part in (half.pose, half.error))
     other = whole.pose.components[:3]
-    doubt = error + whole.error.components[:3]
+    uncertainty = error + whole.error.components[:3]
     report = whole.report
-    violation = float(np.max(np.abs(one - other) / np.maximum(doubt, 1e-15)))
+    violation = float(np.max(np.abs(one - other) / np.maximum(uncertainty, 1e-15)))
     return Row("", "", DONE, _least(report), violation, 1.0, report.estimated_error, remark=_said(report))
 
 
@@ -161,9 +161,9 @@ def refined(sensor: Sensor, wrench: Wrench) -> Row:
     coarse, fine = (planar_layer(sensor, tolerance).equilibrium(wrench) for tolerance in (1e-2, 1e-3))
     names = ("d_h", "d_v", "alpha")
     away = np.array([abs(float(getattr(coarse.pose, name)) - float(getattr(fine.pose, name))) for name in names])
-    doubt = np.array([float(getattr(coarse.error, name)) + float(getattr(fine.error, name)) for name in names])
+    uncertainty = np.array([float(getattr(coarse.error, name)) + float(getattr(fine.error, name)) for name in names])
     report = fine.report
-    violation = float(np.max(away / np.maximum(doubt, 1e-15)))
+    violation = float(np.max(away / np.maximum(uncertainty, 1e-15)))
     remark = f"{coarse.report.estimated_error:.1e} asked for 1e-2, {report.estimated_error:.1e} for 1e-3"
     return Row("", "", DONE, _least(report), violation, 1.0, report.estimated_error, remark=remark)
 

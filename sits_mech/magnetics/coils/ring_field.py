@@ -34,7 +34,7 @@ from sits_mech.sensor import Coil
 
 Potential = Callable[[Array], Array]
 _STEP = 0.05  # of the table, in distances to the coil
-_PAD = 12  # cells of the table beyond the region, where the spline does not feel its end
+_PAD = 12  # cells of the table beyond the region, where the spline is not moved by its end
 
 
 def ring_potential(coil: Coil, points: Array, *, across: int = 1) -> Array:

@@ -68,7 +68,7 @@ def _gauss(side: float, clearance: float, error: float) -> tuple[Array, Array]:
 
 
 def samples(source: Filaments, pose: Pose, thickness: float, nodes: Complex) -> Array:
-    """Return what a plate feels of the coils at its nodes.
+    """Return what a plate sees of the coils at its nodes.
 
     Parameters
     ----------

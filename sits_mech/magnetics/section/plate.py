@@ -125,13 +125,13 @@ def prepare_plate(
     logs = _image_logs(cells, 1.0 if return_radius is None else return_radius)
     places, copies = sample_nodes(size, lengths.clearance, resolution.terms)
     charges = probe_charges(size, lengths.clearance)
-    felt, potentials = _felt(places, charges), _potentials(cells, charges)
-    weight = 1.0 / np.linalg.norm(felt[0], axis=0)
+    sampled, potentials = _sampled(places, charges), _potentials(cells, charges)
+    weight = 1.0 / np.linalg.norm(sampled[0], axis=0)
     modes, bases = [], []
     for parities in CLASSES:
         L = -mu_0 / (2 * np.pi) * _combined(logs, parities)
-        felt_by_class, induced = (_combined(images, parities) * weight for images in (felt, potentials))
-        basis, fields = fit(felt_by_class, induced, parities, copies)
+        sampled_by_class, induced = (_combined(images, parities) * weight for images in (sampled, potentials))
+        basis, fields = fit(sampled_by_class, induced, parities, copies)
         if return_radius is not None:  # the last sample is the potential of the centre
             basis = np.pad(basis, ((0, 0), (0, 1)))
             if parities == CLASSES[0]:
@@ -183,7 +183,7 @@ def _image_logs(cells: Cells, unit: float) -> tuple[Array, Array, Array, Array]:
     return logs(1, 1), logs(-1, 1), logs(1, -1), logs(-1, -1)
 
 
-def _felt(nodes: Complex, charges: Complex) -> tuple[Array, ...]:
+def _sampled(nodes: Complex, charges: Complex) -> tuple[Array, ...]:
     """Re f' and Im f' at the nodes of each charge and its images, with f = ln(p - p_k); each (2 m, charges)."""
     slopes = (1.0 / (nodes[:, None] - image) for image in mirrored(charges))
     return tuple(np.concatenate([slope.real, slope.imag]) for slope in slopes)

@@ -1,7 +1,7 @@
 """What a pose costs in the three-dimensional model: the coils' potential at some points of the plate, and products.
 
 A polynomial field on the plate's bounding box is known from its values at the box's Chebyshev points; a class of modes
-feels few combinations of them (`modes`). For each coil c, with A in the plate's own axes,
+sees few combinations of them (`modes`). For each coil c, with A in the plate's own axes,
 
     a_c = transform^T A(points),    Delta Z_cd = sum over classes a_c^T Y(omega) a_d.
 """
@@ -55,14 +55,14 @@ def reactions(
 def drives(
     coils: tuple[Coil, ...], windings: str, plate: Sheeted, poses: tuple[Array, Array]
 ) -> Iterator[tuple[slice, Array]]:
-    """Yield, for some poses after others, what a plate feels of each coil's potential.
+    """Yield, for some poses after others, what a plate sees of each coil's potential.
 
     Parameters
     ----------
     coils, windings, poses
         As in `reactions`.
     plate : Sheeted
-        Any of its divisions: they feel the same combinations.
+        Any of its divisions: they see the same combinations.
 
     Yields
     ------

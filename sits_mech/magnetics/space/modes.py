@@ -11,7 +11,7 @@ cells (`prisms`). The plate's symmetries split the problem into classes, each wi
 
 The coils' potential over the plate is a polynomial: the products of Chebyshev polynomials ``T_i T_j T_k`` on its
 bounding box, for each component of A. Coefficients fall like ``rho^-(i+j+k)``; weighted by that, the few
-combinations the plate can feel are kept (`Sheeted.transform`), and a pose pays for these alone:
+combinations the plate can see are kept (`Sheeted.transform`), and a pose pays for these alone:
 
     Delta Z_cd = omega^2 sum_k a_ck a_dk / (1 + j omega tau_k),   a_c = coupling^T basis^T (coefficients).
 
@@ -235,7 +235,7 @@ def _decay_scale(box: Box) -> Array:
 
 
 def _solve_class(problem: _Problem, means: Array, fields: Array, conductivity: float) -> tuple[Array, Array]:
-    """Time constants of one class and what its modes feel of each coefficient, shape (3 * coefficients, m)."""
+    """Time constants of one class and what its modes see of each coefficient, shape (3 * coefficients, m)."""
     L, R, B = _matrices(problem, means, fields, conductivity)
     unit = 1.0 / np.sqrt(np.real(np.diag(R)))
     tau, seen = _felt_modes(L * unit[:, None] * unit, R * unit[:, None] * unit, B * unit)
@@ -246,7 +246,7 @@ def _solve_class(problem: _Problem, means: Array, fields: Array, conductivity: f
 
 
 def _felt_modes(L: Complex, R: Complex, B: Complex) -> tuple[Array, Complex]:
-    """Time constants of R-orthonormal modes and what these feel of the fields; many in single precision.
+    """Time constants of R-orthonormal modes and what these see of the fields; many in single precision.
 
     That is uncertain by 1e-6 of the slowest time constant: below 1e-3 of a reaction in the decade that is prepared.
     """
@@ -258,21 +258,21 @@ def _felt_modes(L: Complex, R: Complex, B: Complex) -> tuple[Array, Complex]:
     both = solve_triangular(C, half, lower=True, check_finite=False)
     single = np.complex64 if np.iscomplexobj(both) else np.float32
     tau, U = eigh(both.astype(single), overwrite_a=True, check_finite=False, driver="evd")
-    felt = solve_triangular(C, B.conj().T, lower=True, check_finite=False).conj().T.astype(single) @ U
-    return np.asarray(tau, dtype=float), np.asarray(felt, dtype=both.dtype)
+    coupled = solve_triangular(C, B.conj().T, lower=True, check_finite=False).conj().T.astype(single) @ U
+    return np.asarray(tau, dtype=float), np.asarray(coupled, dtype=both.dtype)
 
 
 def _strongest(seen: Array) -> Array:
-    """Few orthonormal combinations of fields in which the modes feel nearly all, from `seen` (fields, modes)."""
+    """Few orthonormal combinations of fields in which the modes see nearly all, from `seen` (fields, modes)."""
     size = np.linalg.norm(seen, axis=1)
     rows = np.flatnonzero(size > _KEEP * 1e-2 * size.max())
-    felt = seen[rows]
-    few_modes = felt.shape[1] < felt.shape[0]
-    values, vectors = eigh(felt.T @ felt if few_modes else felt @ felt.T)
+    coupled = seen[rows]
+    few_modes = coupled.shape[1] < coupled.shape[0]
+    values, vectors = eigh(coupled.T @ coupled if few_modes else coupled @ coupled.T)
     keep = values > _KEEP**2 * values[-1]
     vectors = vectors[:, keep]
     basis = np.zeros((seen.shape[0], vectors.shape[1]))
-    basis[rows] = felt @ (vectors / np.sqrt(values[keep])) if few_modes else vectors
+    basis[rows] = coupled @ (vectors / np.sqrt(values[keep])) if few_modes else vectors
     return basis
 
 

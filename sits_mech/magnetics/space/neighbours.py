@@ -1,6 +1,6 @@
 """Several plates in the three-dimensional model: each answers to the coils and to the others' eddy currents.
 
-Plate X feels a few combinations ``a_X = D_X^T A(points of X)`` of the potential at its box's Chebyshev points
+Plate X sees a few combinations ``a_X = D_X^T A(points of X)`` of the potential at its box's Chebyshev points
 (`coupling`) and answers with ``s_X = Y_X a_X / (j omega)``. The same combinations are the currents' moments: with
 polynomials T of its box, the integral of J T over X is D_X s_X at the points. 1 / |r - r'| is a polynomial of r on
 X's box and of r' on Y's; so with Gamma, its values between the two sets of points, and the rotations R
@@ -8,12 +8,12 @@ X's box and of r' on Y's; so with Gamma, its values between the two sets of poin
     P_XY = mu0 / (4 pi) D_X^T (R_X^T R_Y x Gamma) D_Y,    a_X = a0_X + sum over Y != X of P_XY s_Y.
 
 Each plate's modes are found once, alone; no air is meshed. The fixed plates F together have the admittance
-``Y_F (1 - P_FF Y_F / (j omega))^-1``, and the target t feels the coils through them:
+``Y_F (1 - P_FF Y_F / (j omega))^-1``, and the target t sees the coils through them:
 
     b = a0_t + T a0_F,    T = P_tF Y_F / (j omega),
     Delta Z = a0_F^T Y_F a0_F + b^T Y_t (1 - T P_Ft Y_t / (j omega))^-1 b.
 
-P_YX = P_XY^T makes the result reciprocal to rounding. Plates apart feel little detail of each other: P_tF = Q X has few
+P_YX = P_XY^T makes the result reciprocal to rounding. Plates apart see little detail of each other: P_tF = Q X has few
 columns Q, found with random currents (Delta Z keeps 1e-5), and a pose costs their field, products and a small solve.
 
 Range: plates whose boxes do not overlap; the boxes' polynomials know the smallest distance.
@@ -34,9 +34,9 @@ from sits_mech.magnetics.space.modes import Sheeted
 from sits_mech.quantities import Array, Complex
 from sits_mech.sensor import Coil
 
-_SKETCH = 100  # currents that first tell what two plates feel of each other
+_SKETCH = 100  # currents that first tell what two plates see of each other
 _PROBES = 4  # that check it
-_LOST = 1e-4  # of what they feel, at most: the detail that is lost first drives least
+_LOST = 1e-4  # of what they see, at most: the detail that is lost first drives least
 
 
 @dataclass(frozen=True)
@@ -114,10 +114,10 @@ def coupled_reactions(
 def _ready(coils: tuple[Coil, ...], windings: str, plate: SpacePlate, omega: float) -> _Ready:
     """A plate's divisions, its combinations by point."""
     first = plate.divisions[0]
-    felt = [drive for _, drive in drives(coils, windings, first, (plate.turns, plate.places))]
+    linked = [drive for _, drive in drives(coils, windings, first, (plate.turns, plate.places))]
     by_point = np.ascontiguousarray(first.transform.reshape(3, -1, first.transform.shape[1]).transpose(1, 0, 2))
     admittances = [block_diag(*(part.admittance(omega) for part in each.classes)) for each in plate.divisions]
-    return _Ready(by_point, admittances, np.concatenate(felt))
+    return _Ready(by_point, admittances, np.concatenate(linked))
 
 
 def _between(plates: Sequence[SpacePlate], parts: Sequence[_Ready]) -> Array:
@@ -159,10 +159,10 @@ def _factors(
     count = _SKETCH
     while 2 * count < min(D.shape[2], int(ends[-1])):
         some = np.random.default_rng(0).normal(size=(int(ends[-1]), count + _PROBES))
-        felt = np.zeros((D.shape[2], count + _PROBES))
+        linked = np.zeros((D.shape[2], count + _PROBES))
         for (other, E), start, end in zip(fixed, ends[:-1], ends[1:], strict=True):
-            felt += _applied(place, other, (D, E), some[start:end])
-        Q, probes = np.linalg.qr(felt[:, :count])[0], felt[:, count:]
+            linked += _applied(place, other, (D, E), some[start:end])
+        Q, probes = np.linalg.qr(linked[:, :count])[0], linked[:, count:]
         if np.linalg.norm(probes - Q @ (Q.T @ probes)) <= _LOST * np.linalg.norm(probes):
             return Q, np.vstack([_applied(other, place, (E, D), Q) for other, E in fixed]).T
         count = 2 * count
