@@ -10,7 +10,8 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, InstanceOf
 
-from sits_mech.materials import Silicone, metals, silicone_from, silicones, unknown
+from sits_mech.materials import metals, silicones, unknown
+from sits_mech.silicone.material import Silicone, silicone_from
 from sits_mech.units import SceneError, shown, si_value
 
 

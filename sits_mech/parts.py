@@ -27,8 +27,9 @@ from sits_mech.bounds import (
     Resistance,
     SiliconeOrName,
 )
-from sits_mech.materials import Metal, Silicone, metals, silicones, table_of
+from sits_mech.materials import Metal, metals, silicones
 from sits_mech.outlines import check_rims, with_rims_of_mesh
+from sits_mech.silicone.material import Silicone, table_of
 from sits_mech.units import SceneError, shown
 
 _FROZEN = ConfigDict(frozen=True, extra="forbid")

@@ -18,9 +18,10 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from sits_mech.bounds import Frequency, Length, Name
-from sits_mech.materials import Metal, Silicone, unknown
+from sits_mech.materials import Metal, unknown
 from sits_mech.parts import Coil, Conductor, Elastomer, Readout, Target
 from sits_mech.scene import overridden, read_table, write_text, written
+from sits_mech.silicone.material import Silicone
 from sits_mech.units import SceneError, printable, quantity, shown
 
 __all__ = [

@@ -14,8 +14,9 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 
 # a file or folder may import lower ranks, and siblings of its own folder (of its own rank, at the top level)
 RANKS = {
-    **dict.fromkeys(("version", "units", "scene", "bounds", "outlines", "parts", "sensor"), 0),
-    **dict.fromkeys(("materials", "quantities"), 0),
+    **dict.fromkeys(("version", "units", "quantities"), -2),
+    "silicone": -1,
+    **dict.fromkeys(("scene", "bounds", "outlines", "parts", "sensor", "materials"), 0),
     **dict.fromkeys(("sweep", "meshing"), 1),
     "geometry": 2,
     **dict.fromkeys(("mechanics", "magnetics", "readout"), 3),

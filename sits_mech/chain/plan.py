@@ -12,9 +12,10 @@ import numpy as np
 
 from sits_mech.chain.interpolate import solved_first
 from sits_mech.chain.omissions import Omission, half_suffices, omissions, strain_bound
-from sits_mech.materials import implausible, unknown
+from sits_mech.materials import unknown
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.sensor import Sensor, Target
+from sits_mech.silicone.material import implausible
 from sits_mech.units import SceneError, quantity, shown
 
 _SHARE = 0.1  # of the tolerance that is asked of the magnetics where they are much the cheaper half

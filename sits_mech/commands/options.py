@@ -90,8 +90,8 @@ def place_at(dh: str, dv: str, alpha: str) -> Pose:
 
 def sensor_of(scene: str, overrides: Sequence[str]) -> Sensor:
     """Return the scene a command is about; what is implausible in it is said on stderr."""
-    from sits_mech.materials import implausible
     from sits_mech.sensor import load_sensor
+    from sits_mech.silicone.material import implausible
 
     found = load_sensor(scene, overrides)
     for line in () if found.elastomer is None else implausible(found.elastomer.silicone):

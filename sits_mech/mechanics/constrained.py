@@ -21,9 +21,9 @@ import numpy as np
 from scipy.optimize import LinearConstraint, brentq, least_squares, minimize, nnls
 from scipy.stats import t as student
 
-from sits_mech.materials import LAWS
 from sits_mech.mechanics.homogeneous import PLANE, principal_stretches, state_stress, tangent
 from sits_mech.quantities import Array
+from sits_mech.silicone.laws import LAWS
 
 _STIFFNESS_LEFT = 1e-3  # smallest stiffness kept in the fitted range, relative to the initial one
 _EXPONENTS = (-16.0, -10.0, -6.5, -4.0, -2.5, 1.2, 1.8, 2.6, 4.0, 6.5, 10.0, 16.0)  # where the search for alpha starts
@@ -103,7 +103,7 @@ def fit_constants(law: str, points: Points, terms: int) -> Answer:
 
 def _fit_linear(law: str, points: Points) -> Answer:
     """Fit a law that is linear in its constants."""
-    names, scale = LAWS[law], points.scale
+    names, scale = tuple(LAWS[law].units), points.scale
     unit = [dict.fromkeys(names, 0.0) | {name: 1.0} for name in names]
     matrix = np.stack([state_stress(law, one, points.stretches) for one in unit], axis=1)
     conditions = _conditions(law, unit, points)

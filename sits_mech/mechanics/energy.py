@@ -33,8 +33,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.materials import Silicone
 from sits_mech.quantities import Array
+from sits_mech.silicone.material import Silicone
 
 
 class PlaneDerivatives(NamedTuple):

@@ -32,12 +32,13 @@ from pathlib import Path
 
 import numpy as np
 
-from sits_mech.materials import LAWS, Constants, Silicone
 from sits_mech.mechanics.constrained import Answer, Points, fit_constants
 from sits_mech.mechanics.homogeneous import engineering_stress, principal_stretches
 from sits_mech.mechanics.stability import stability
 from sits_mech.mechanics.tensile import TensileTest, read_tensile
 from sits_mech.quantities import Array
+from sits_mech.silicone.laws import LAWS, Constants
+from sits_mech.silicone.material import Silicone
 
 __all__ = ["Fit", "TensileTest", "engineering_stress", "fit_law", "read_tensile"]
 

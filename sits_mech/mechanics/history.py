@@ -41,8 +41,8 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 from scipy.special import erf
 
-from sits_mech.materials import Silicone
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, Wrench
+from sits_mech.silicone.material import Silicone
 
 LOST = float(erf(1.0) - (1.0 - np.exp(-1.0)) / np.sqrt(np.pi))  # times U_max/r: what softening loses once
 

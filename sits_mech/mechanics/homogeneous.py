@@ -26,8 +26,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from sits_mech.materials import LAWS, Constants
 from sits_mech.quantities import Array
+from sits_mech.silicone.laws import LAWS, Constants
 
 MODES: Mapping[str, tuple[float, float, float]] = {
     "uniaxial": (1.0, -0.5, -0.5),

@@ -22,9 +22,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from sits_mech.materials import Silicone
 from sits_mech.mechanics.homogeneous import MODES, principal_stretches, tangent
 from sits_mech.quantities import Array
+from sits_mech.silicone.material import Silicone
 
 _STEPS = 400
 

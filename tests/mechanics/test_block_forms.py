@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from skfem import MeshHex, MeshTet
 
-from sits_mech.materials import silicone_from
 from sits_mech.mechanics.block_energy import cofactor, solid_energy, stress_and_tangent, turning
 from sits_mech.mechanics.block_forms import BRICK, TETRAHEDRON, solid_deformation, solid_mesh, solid_tangent
 from sits_mech.mechanics.energy import plane_energy
+from sits_mech.silicone.material import silicone_from
 
 K = {"bulk_modulus": 3e7}
 LAWS = {

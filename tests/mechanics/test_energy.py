@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sits_mech.materials import silicone_from
 from sits_mech.mechanics.energy import plane_energy
+from sits_mech.silicone.material import silicone_from
 
 K = {"bulk_modulus": 3e7}
 LAWS = {

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from sits_mech.materials import Silicone
 from sits_mech.mechanics.energy import plane_energy
 from sits_mech.mechanics.homogeneous import MODES, engineering_stress, principal_stretches, tangent
+from sits_mech.silicone.material import Silicone
 
 LAWS = {
     "neo-hookean": {"shear_modulus": 30e3},

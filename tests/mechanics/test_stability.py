@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from sits_mech.materials import Silicone, silicones
+from sits_mech.materials import silicones
 from sits_mech.mechanics.stability import layer_notes, stability
+from sits_mech.silicone.material import Silicone
 
 
 def law(name: str, fitted_range: tuple[float, float] | None = None, **constants: object) -> Silicone:
