@@ -1,6 +1,6 @@
 """What does the sensor show while a load comes and goes? The silicone's rate and softening as hysteresis.
 
-    load s(t) --(viscosity, softening: mechanics/history.py)--> elastic share s_e(t) --(chain)--> pose, L, signals
+    load s(t) --(viscosity, softening: silicone/history.py)--> elastic share s_e(t) --(chain)--> pose, L, signals
 
 All loads are shares s of one peak wrench, so that pose, inductance and signals are functions of the elastic share
 alone: they are solved at a few shares, and a cubic spline carries them through time. Their errors are those of the
@@ -24,9 +24,9 @@ from scipy.interpolate import CubicSpline, make_interp_spline
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.pose_errors import Reading, read_poses
 from sits_mech.geometry.collision import check_clearance
-from sits_mech.mechanics.history import ElasticCurve, elastic_curve, relaxed_share, softened_share
 from sits_mech.quantities import Array, Pose, Wrench
 from sits_mech.sensor import SceneError, Sensor, scene_hash, scene_text
+from sits_mech.silicone.history import ElasticCurve, elastic_curve, relaxed_share, softened_share
 from sits_mech.version import __version__
 
 _SHOWN = ("L_v", "L_h", "L_v_percent", "L_h_percent")

@@ -72,10 +72,11 @@ def fit(
 
     Example: sits-mech fit tensile.csv --law yeoh --max-strain 1.0 -o fit.png
     """
-    from sits_mech.mechanics.fitting import fit_law, read_tensile
     from sits_mech.report.fit_view import fit_rows, save_fit
     from sits_mech.report.tables import key_table
+    from sits_mech.silicone.fitting import fit_law
     from sits_mech.silicone.material import Silicone, implausible
+    from sits_mech.silicone.tensile import read_tensile
 
     test = read_tensile(tensile)
     found = fit_law(test, law, max_strain, terms=terms)

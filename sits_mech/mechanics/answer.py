@@ -20,9 +20,9 @@ from sits_mech.mechanics.forms import deformation
 from sits_mech.mechanics.newton import newton
 from sits_mech.mechanics.pad import force_unit
 from sits_mech.mechanics.path import REASONS, Outcome, follow
-from sits_mech.mechanics.stability import layer_notes
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.sensor import Sensor
+from sits_mech.silicone.stability import layer_notes
 
 _SHARE = 0.05  # of the worst component's error that every component owns to
 _NEARLY = 1e-2  # residual at which a small change is known to some percent of it

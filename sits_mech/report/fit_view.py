@@ -10,15 +10,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sits_mech.mechanics.fitting import Fit, TensileTest, engineering_stress
 from sits_mech.quantities import Array
 from sits_mech.report.curves import new_figure, save_figure
+from sits_mech.silicone.fitting import Fit
+from sits_mech.silicone.homogeneous import engineering_stress
+from sits_mech.silicone.laws import LAWS
+from sits_mech.silicone.tensile import TensileTest
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_PLAIN = ("alpha", "j_m")  # constants without a unit
 _COLOURS = {"uniaxial": "tab:blue", "planar": "tab:green", "biaxial": "tab:red"}
 _Many = float | None | tuple[float | None, ...] | tuple[float, ...]
 _POINTS = 60  # markers per curve
@@ -34,10 +36,10 @@ def fit_rows(fit: Fit) -> list[tuple[str, str]]:
     """
     rows = [("law", fit.law)]
     for name, value in fit.constants.items():
-        width, unit = fit.confidence[name], "" if name in _PLAIN else " Pa"
+        width, unit = fit.confidence[name], LAWS[fit.law].units[name]
         values, widths = _as_tuple(value), _as_tuple(width)
         parts = [_with_width(x, w) for x, w in zip(values, widths, strict=True)]
-        rows.append((name, f"{', '.join(parts)}{unit}"))
+        rows.append((name, f"{', '.join(parts)} {unit}".rstrip()))
     rows += [
         ("left (rms)", f"{fit.rms:.4g} Pa"),
         ("fitted up to", f"{100.0 * fit.max_strain:.4g} % strain, {', '.join(fit.modes)}"),

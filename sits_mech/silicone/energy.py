@@ -96,7 +96,7 @@ def isochoric_energy(silicone: Silicone, guard: float = 0.0) -> Energy:
 
 
 def isochoric_stress(silicone: Silicone, guard: float = 0.0) -> Stress:
-    """Return the isochoric energy of a silicone with its stress alone, for a third of the time.
+    """Return the isochoric energy of a silicone with its stress and without the tangent.
 
     Parameters
     ----------

@@ -6,9 +6,8 @@ increment of Kirchhoff stress that it causes,
     de . D de > 0    for every de with de_1 + de_2 + de_3 = 0,      D = d2W/de2 (homogeneous.py),
 
 that is, D is positive definite on that plane. It is looked at along the uniaxial, planar and biaxial tests, in tension
-and in compression. Neo-Hookean always passes. Ogden's law passes where every ``mu_p > 0`` (here W = sum 2 mu_p/
-alpha_p^2 ...; in the notation W = sum mu_p/alpha_p ... that is ``mu_p alpha_p > 0``). Gent's law has no state from
-``I1 = 3 + j_m`` on, which counts as its limit. A falling engineering stress (necking) alone does not count.
+and in compression. Which laws pass at every strain, and where others end, each law's file says. A law without a state
+from a stretch on, such as Gent's, has its limit there. A falling engineering stress (necking) alone does not count.
 
 Range: uniform strain; a limit is found where it is wider than one of the 400 steps of ln(stretch). Source: the
 condition is D. C. Drucker's, J. Appl. Mech. 26 (1959) 101, for small increments about a finite strain.
@@ -22,8 +21,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from sits_mech.mechanics.homogeneous import MODES, principal_stretches, tangent
 from sits_mech.quantities import Array
+from sits_mech.silicone.homogeneous import MODES, principal_stretches, tangent
+from sits_mech.silicone.laws import known_law
 from sits_mech.silicone.material import Silicone
 
 _STEPS = 400
@@ -61,7 +61,7 @@ def stability(silicone: Silicone, stretch_range: tuple[float, float], modes: Seq
     stretch_range : (float, float)
         Smallest and largest stretch of the tests, with 1 between them [-].
     modes : sequence of str
-        The tests to look at: keys of `sits_mech.mechanics.homogeneous.MODES`.
+        The tests to look at: keys of `sits_mech.silicone.homogeneous.MODES`.
 
     Returns
     -------
@@ -118,9 +118,8 @@ def layer_notes(silicone: Silicone, largest_stretch: float) -> tuple[str, ...]:
     found = stability(silicone, (1.0 / largest_stretch, largest_stretch), ("planar", "uniaxial"))
     notes = []
     if not found.stable:
-        fault = "locks" if silicone.law == "gent" else "is unstable"
         notes.append(
-            f"{name} {fault} from stretch {found.first_unstable:.4g} on in {found.mode}; "
+            f"{name} {known_law(silicone.law).limit} from stretch {found.first_unstable:.4g} on in {found.mode}; "
             f"this solve reached {largest_stretch:.4g}"
         )
     if silicone.fitted_range is not None and largest_stretch > 1.0 + silicone.fitted_range[1]:

@@ -7,14 +7,12 @@ where there are data, the planar and the biaxial test. Unknown: the law's consta
 
 so that neither sampling rate nor number of points plays a part. Constants are accepted only where they are stable:
 
-    neo-hookean, mooney-rivlin, yeoh
-              P is linear in x; over all uniaxial and planar states whose I1 is within the data's (the biaxial ones are
-              among them) Drucker's tangent stays positive and uniaxial P rises: linear inequalities; and c30 >= 0
-    ogden     mu_p > 0 in W = sum 2 mu_p/alpha_p^2 (...), which is Drucker's condition at every strain; alpha_p >= 1 or
-              alpha_p <= -2, so that P rises at every strain
-    gent      shear_modulus > 0, j_m > the largest I1 - 3 of the data
+    P linear in x           over all uniaxial and planar states whose I1 is within the data's (the biaxial ones are
+                            among them) Drucker's tangent stays positive and uniaxial P rises: linear inequalities
+    a sum of terms m a(x)   m > 0, and x within limits at which such a term is stable
 
-Ogden's fit has several minima: all choices out of a list of exponents are solved for mu >= 0, the best few refined.
+Which of these a law is, and its limits, its file says (laws/). A sum of terms has several minima: all choices out of a
+list of x are solved for m >= 0, the best few refined.
 
 Confidence: 95 % half-widths from the Jacobian. What a law leaves of a measured curve is misfit that wavers slowly, not
 noise; so a run of residuals of one sign counts as two independent points, however densely it was sampled. (With noise
@@ -32,15 +30,13 @@ from pathlib import Path
 
 import numpy as np
 
-from sits_mech.mechanics.constrained import Answer, Points, fit_constants
-from sits_mech.mechanics.homogeneous import engineering_stress, principal_stretches
-from sits_mech.mechanics.stability import stability
-from sits_mech.mechanics.tensile import TensileTest, read_tensile
 from sits_mech.quantities import Array
-from sits_mech.silicone.laws import LAWS, Constants
+from sits_mech.silicone.homogeneous import engineering_stress, principal_stretches
+from sits_mech.silicone.laws import known_law
+from sits_mech.silicone.least_squares import Answer, Points, fit_constants
 from sits_mech.silicone.material import Silicone
-
-__all__ = ["Fit", "TensileTest", "engineering_stress", "fit_law", "read_tensile"]
+from sits_mech.silicone.stability import stability
+from sits_mech.silicone.tensile import TensileTest
 
 
 @dataclass(frozen=True)
@@ -50,9 +46,9 @@ class Fit:
     Attributes
     ----------
     law : str
-        A key of `sits_mech.materials.LAWS`.
+        A key of `sits_mech.silicone.laws.LAWS`.
     constants : dict
-        By the names of `LAWS`: a number each, for Ogden's law a tuple each [Pa; alpha and j_m: -].
+        By the names and in the units that the law has for them: a number each, or a tuple of one number a term.
     confidence : dict
         Half-widths of the 95 % intervals, as `constants`; None for a constant that a condition holds or that the data
         do not determine.
@@ -90,11 +86,11 @@ def fit_law(test: TensileTest, law: str, max_strain: float = 1.0, *, terms: int 
     test : TensileTest
         The data, with those of other modes in it.
     law : str
-        A key of `sits_mech.materials.LAWS`.
+        A key of `sits_mech.silicone.laws.LAWS`.
     max_strain : float
         Largest engineering strain to use, of every mode [-].
     terms : int
-        Number of Ogden's terms, 1 to 4; fewer come back where the data need no more.
+        Number of terms, 1 to 4, of a law that may have several; fewer come back where the data need no more.
 
     Returns
     -------
@@ -107,13 +103,12 @@ def fit_law(test: TensileTest, law: str, max_strain: float = 1.0, *, terms: int 
         When the law is unknown, the number of terms is not 1 to 4, fewer than 5 points of a test lie below
         `max_strain`, or the stress is not positive at a test's end and on average.
     """
-    if law not in LAWS:
-        raise ValueError(f'law: must be one of {", ".join(LAWS)}; got "{law}"')
+    known_law(law)
     if terms not in (1, 2, 3, 4):
         raise ValueError(f"terms: must be 1, 2, 3 or 4; got {terms!r}")
     tests = [_used(one, max_strain) for one in (test, *test.others)]
     points = _points(tests)
-    answer = fit_constants(law, points, terms)
+    answer = fit_constants(known_law(law), points, terms)
     return Fit(
         law=law,
         constants=answer.constants,
@@ -159,14 +154,9 @@ def _weights(strain: Array) -> Array:
 
 def _stable(law: str, answer: Answer, points: Points) -> bool:
     """Tell whether constants are stable over the uniaxial and planar states whose I1 is within the data's."""
-    silicone = Silicone("", law, _constants(answer), 1.0)
+    silicone = Silicone("", law, answer.constants, 1.0)
     ends = points.ends()
     found = all(stability(silicone, ends[mode], (mode,)).stable for mode in ends)
     stretch = np.geomspace(*ends["uniaxial"], 401)
     rises = np.diff(engineering_stress(law, silicone.constants, stretch - 1.0)) > 0.0
     return found and bool(rises.all())
-
-
-def _constants(answer: Answer) -> Constants:
-    """Return the constants as a material takes them."""
-    return dict(answer.constants)

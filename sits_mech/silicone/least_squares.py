@@ -2,36 +2,42 @@
 
     minimise over x   |w (P(x) - P_measured)|^2 / 2     under the stability conditions of fitting.py
 
-    neo-hookean, mooney-rivlin, yeoh   linear:  P = A x, conditions C x >= 0 (a convex programme)
-    ogden, gent                        bounded nonlinear least squares with the exact Jacobian, by trust region
+    linear in its constants (LinearFit)   P = A x, conditions C x >= 0 (a convex programme)
+    a sum of terms (TermFit)              P = sum_p m_p a(x_p): bounded nonlinear least squares by trust region; of
+                                          several starts for the shapes x, each with the best m >= 0, the best few
 
-Stresses are divided by the data's initial stiffness before solving, so that unknowns are of order one; Gent's law is
-solved for ``q = 1/j_m``, which is zero where the data do not lock. Covariance of the free unknowns, J the weighted
+Stresses are divided by the data's initial stiffness before solving, so that moduli are of order one. Derivatives by
+shapes and constants are central differences of the law's own stress. Covariance of the free unknowns, J the weighted
 Jacobian, s the residual's deviation, W the squared weights:
 
     (J^T J)^-1 (J^T W J) (J^T J)^-1 s^2 n / n_independent,    n_independent = 2 (runs of one sign of the residual) <= n
+
+Source: C. L. Lawson, R. J. Hanson, Solving Least Squares Problems (1974); G. H. Golub, V. Pereyra, SIAM J. Numer. Anal.
+10 (1973) 413, for unknowns of which some are linear; H. White, Econometrica 48 (1980) 817, for the covariance.
 """
 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from scipy.optimize import LinearConstraint, brentq, least_squares, minimize, nnls
 from scipy.stats import t as student
 
-from sits_mech.mechanics.homogeneous import PLANE, principal_stretches, state_stress, tangent
 from sits_mech.quantities import Array
-from sits_mech.silicone.laws import LAWS
+from sits_mech.silicone.homogeneous import PLANE, principal_stretches, state_stress, tangent
+from sits_mech.silicone.laws import Constants, Law
+from sits_mech.silicone.laws.law import LinearFit, TermFit
 
 _STIFFNESS_LEFT = 1e-3  # smallest stiffness kept in the fitted range, relative to the initial one
-_EXPONENTS = (-16.0, -10.0, -6.5, -4.0, -2.5, 1.2, 1.8, 2.6, 4.0, 6.5, 10.0, 16.0)  # where the search for alpha starts
-_REFINED = 6
-_REACH = 30.0  # largest size of an exponent
-_NO_TERM = 1e-7  # an Ogden term of this share of the stiffness is none
-_ONE_TERM = 0.02  # two exponents closer than this are one
-_FLAT = 1e-5  # a j_m above 1/_FLAT is no locking
+_REFINED = 6  # starts that are looked into
+_NO_TERM = 1e-7  # a term of this share of the stiffness is none
+_ONE_TERM = 0.02  # two shapes closer than this are one
+_T = TypeVar("_T")
+_STEP = 1e-6  # of differences, relative to a range or a value
 
 
 @dataclass(frozen=True)
@@ -79,34 +85,35 @@ class Answer:
     notes: tuple[str, ...] = ()
 
 
-def fit_constants(law: str, points: Points, terms: int) -> Answer:
+def fit_constants(law: Law, points: Points, terms: int) -> Answer:
     """Return the stable constants of `law` that leave the smallest residual at `points`.
 
     Parameters
     ----------
-    law : str
-        A key of `sits_mech.materials.LAWS`.
+    law : Law
+        Of `sits_mech.silicone.laws.LAWS`.
     points : Points
         The data.
     terms : int
-        Number of Ogden's terms.
+        Number of terms, for a law that may have several.
 
     Returns
     -------
     Answer
         The constants, with their confidence.
     """
-    if law == "ogden":
-        return _fit_ogden(points, terms)
-    return _fit_gent(points) if law == "gent" else _fit_linear(law, points)
+    if isinstance(law.fit, LinearFit):
+        return _fit_linear(law, law.fit, points)
+    return _fit_terms(law, law.fit, points, terms if law.fit.several else 1)
 
 
-def _fit_linear(law: str, points: Points) -> Answer:
+def _fit_linear(law: Law, fit: LinearFit, points: Points) -> Answer:
     """Fit a law that is linear in its constants."""
-    names, scale = tuple(LAWS[law].units), points.scale
+    names, scale = tuple(law.units), points.scale
     unit = [dict.fromkeys(names, 0.0) | {name: 1.0} for name in names]
-    matrix = np.stack([state_stress(law, one, points.stretches) for one in unit], axis=1)
-    conditions = _conditions(law, unit, points)
+    matrix = np.stack([state_stress(law.name, one, points.stretches) for one in unit], axis=1)
+    signs = np.eye(len(names))[[names.index(name) for name in fit.not_negative]]
+    conditions = np.vstack([_conditions(law, unit, points), signs])
     answer = _least_squares(matrix * points.weight[:, None], points.stress * points.weight / scale, conditions) * scale
     size = 1.0 / np.linalg.norm(matrix * points.weight[:, None], axis=0)  # what each constant weighs in the stress
     answer = np.where(np.abs(answer / size) > 1e-9 * np.abs(answer / size).max(), answer, 0.0)
@@ -124,7 +131,7 @@ def _fit_linear(law: str, points: Points) -> Answer:
     )
 
 
-def _conditions(law: str, unit: list[dict[str, float]], points: Points) -> Array:
+def _conditions(law: Law, unit: list[dict[str, float]], points: Points) -> Array:
     """Return rows whose products with the constants must not be negative: stiffness less the share of it to be kept."""
     ends, step = points.ends(), 1e-6
     pull = np.geomspace(*ends["uniaxial"], 201)
@@ -132,16 +139,15 @@ def _conditions(law: str, unit: list[dict[str, float]], points: Points) -> Array
     states, directions, columns = principal_stretches("uniaxial", pull), _directions(planar), []
     for one in unit:
         up, down = (
-            state_stress(law, one, principal_stretches("uniaxial", pull * (1.0 + way * step))) for way in (1, -1)
+            state_stress(law.name, one, principal_stretches("uniaxial", pull * (1.0 + way * step))) for way in (1, -1)
         )
-        along = np.einsum("naa->na", tangent(law, one, states))
-        turned = np.einsum("nka,nab,nkb->nk", directions, tangent(law, one, planar), directions)
-        at_rest = tangent(law, one, np.ones((1, 3)))[0, 0, 0]
+        along = np.einsum("naa->na", tangent(law.name, one, states))
+        turned = np.einsum("nka,nab,nkb->nk", directions, tangent(law.name, one, planar), directions)
+        at_rest = tangent(law.name, one, np.ones((1, 3)))[0, 0, 0]
         rows = np.concatenate([(up - down) / (2.0 * step * pull) * (2.0 / 3.0), along.ravel(), turned.ravel()])
         rest = at_rest - _STIFFNESS_LEFT * along[-1, 1]  # not zero either where the law stiffens
         columns.append(np.r_[rows - _STIFFNESS_LEFT * at_rest, rest] / 4.0)
-    found = np.stack(columns, axis=1)
-    return np.vstack([found, np.eye(3)[2:]]) if law == "yeoh" else found
+    return np.stack(columns, axis=1)
 
 
 def _directions(stretches: Array) -> Array:
@@ -177,106 +183,83 @@ def _least_squares(matrix: Array, right: Array, conditions: Array) -> Array:
     return constants
 
 
-def _ogden_columns(stretches: Array, alpha: Array) -> tuple[Array, Array]:
-    """Return the stress per unit of each mu, and its derivative in alpha, shape (n, terms)."""
-    powers = stretches[:, [0, 2], None] ** alpha
-    logs = powers * np.log(stretches[:, [0, 2], None])
-    column = 2.0 / alpha * (powers[:, 0] - powers[:, 1]) / stretches[:, :1]
-    return column, 2.0 / alpha * (logs[:, 0] - logs[:, 1]) / stretches[:, :1] - column / alpha
+def _columns(law: Law, fit: TermFit, stretches: Array, shapes: Array) -> Array:
+    """Return the stress of a term of modulus one and each of the shapes, shape (n, shapes)."""
+    each = [fit.constants(np.ones(1), shapes[k : k + 1]) for k in range(len(shapes))]
+    return np.stack([state_stress(law.name, constants, stretches) for constants in each], axis=1)
 
 
-def _fit_ogden(points: Points, terms: int) -> Answer:
-    """Fit Ogden's law: mu > 0, alpha at least 1 or at most -2."""
-    right, root = points.stress * points.weight / points.scale, points.weight[:, None]
-    best = min(
-        (_refined_ogden(points, right, alpha) for alpha in _ogden_starts(points, right, terms)),
-        key=lambda found: float(found[2]),
-    )
-    order = np.argsort(best[1])
-    mu, alpha = best[0][order] * points.scale, best[1][order]
-    if terms > 1 and ((mu <= _NO_TERM * mu.sum()).any() or (np.diff(alpha) < _ONE_TERM).any()):
-        fewer = _fit_ogden(points, terms - 1)
+def _fit_terms(law: Law, fit: TermFit, points: Points, terms: int) -> Answer:
+    """Fit a law of one or several terms; of fewer where the data hold no more."""
+    scale, reach = points.scale, float(points.excess.max())
+    starts = _starts(_columns(law, fit, points.stretches, fit.starts(reach)), points, terms)
+    found = [_refined(law, fit, points, fit.starts(reach)[chosen]) for chosen in starts]
+    m, x, _ = min(found, key=lambda answer: answer[2])
+    order = np.argsort(x)
+    m, x = m[order] * scale, x[order]
+    if terms > 1 and ((m <= _NO_TERM * m.sum()).any() or (np.diff(x) < _ONE_TERM).any()):
+        fewer = _fit_terms(law, fit, points, terms - 1)
         return replace(fewer, notes=(*fewer.notes, f"the data determine no {terms} terms"))
-    column, slope = _ogden_columns(points.stretches, alpha)
-    residual = column @ mu - points.stress
-    held = np.isclose(np.abs(alpha), np.where(alpha > 0.0, 1.0, 2.0), rtol=1e-5) | (np.abs(alpha) > 0.9999 * _REACH)
-    free = np.eye(2 * len(mu))[:, np.r_[np.ones(len(mu), dtype=bool), ~held]]
-    widths = _half_widths(np.hstack([column, slope * mu]) @ free, free, residual, root[:, 0])
+    constants, held = fit.constants(m, x), fit.held(x, reach)
+    residual = state_stress(law.name, constants, points.stretches) - points.stress
+    free = np.eye(2 * terms)[:, np.r_[np.ones(terms, dtype=bool), ~held]]
+    widths = _half_widths(_slopes(law, constants, points.stretches) @ free, free, residual, points.weight)
     return Answer(
-        constants={"mu": tuple(mu.tolist()), "alpha": tuple(alpha.tolist())},
-        confidence={"mu": tuple(widths[: len(mu)]), "alpha": tuple(widths[len(mu) :])},
+        constants=constants,
+        confidence=_like(constants, widths),
         rms=_rms(residual, points),
-        notes=("an exponent is held at the end of its range",) if held.any() else (),
+        notes=(fit.note,) if held.any() else (),
     )
 
 
-def _ogden_starts(points: Points, right: Array, terms: int) -> list[Array]:
-    """Return the choices of exponents that leave least with the best mu >= 0."""
-    column = _ogden_columns(points.stretches, np.array(_EXPONENTS))[0] * points.weight[:, None]
-    small: Array = np.asarray(np.linalg.qr(np.column_stack([column, right]), mode="r"))
-    ranked = sorted(
-        (float(nnls(small[:, list(chosen)], small[:, -1])[1]), chosen)
-        for chosen in itertools.combinations(range(len(_EXPONENTS)), terms)
+def _starts(columns: Array, points: Points, terms: int) -> list[list[int]]:
+    """Return the choices of shapes, by number, that leave least with the best moduli that are not negative."""
+    small: Array = np.asarray(
+        np.linalg.qr(np.column_stack([columns, points.stress / points.scale]) * points.weight[:, None], mode="r")
     )
-    return [np.array(_EXPONENTS)[list(chosen)] for _, chosen in ranked[:_REFINED]]
+    choices = [list(chosen) for chosen in itertools.combinations(range(columns.shape[1]), terms)]
+    return sorted(choices, key=lambda chosen: float(nnls(small[:, chosen], small[:, -1])[1]))[:_REFINED]
 
 
-def _refined_ogden(points: Points, right: Array, alpha: Array) -> tuple[Array, Array, float]:
-    """Return mu (scaled), alpha and the cost of the nearest minimum."""
-    terms, root = len(alpha), points.weight[:, None]
-    mu = np.maximum(nnls(_ogden_columns(points.stretches, alpha)[0] * root, right)[0], 1e-4)
+def _refined(law: Law, fit: TermFit, points: Points, start: Array) -> tuple[Array, Array, float]:
+    """Return moduli (scaled), shapes and the cost of the nearest minimum."""
+    terms, root, right = len(start), points.weight[:, None], points.stress * points.weight / points.scale
+    low, high = fit.limits(start, float(points.excess.max()))
 
-    def residual(x: Array) -> Array:
+    def columns(x: Array) -> Array:
+        """Return the weighted stress of each term for a modulus of one."""
+        return _columns(law, fit, points.stretches, x) * root
+
+    def residual(unknowns: Array) -> Array:
         """Return what is left."""
-        column, _ = _ogden_columns(points.stretches, x[terms:])
-        left: Array = column * root @ x[:terms] - right
+        left: Array = columns(unknowns[terms:]) @ unknowns[:terms] - right
         return left
 
-    def jacobian(x: Array) -> Array:
+    def jacobian(unknowns: Array) -> Array:
         """Return its derivative."""
-        column, slope = _ogden_columns(points.stretches, x[terms:])
-        return np.hstack([column, slope * x[:terms]]) * root
+        x, step = unknowns[terms:], _STEP * (high - low)
+        below, above = np.maximum(x - step, low), np.minimum(x + step, high)
+        slope = (columns(above) - columns(below)) / (above - below)
+        return np.hstack([columns(x), slope * unknowns[:terms]])
 
-    low = np.r_[np.zeros(terms), np.where(alpha > 0.0, 1.0, -_REACH)]
-    high = np.r_[np.full(terms, np.inf), np.where(alpha > 0.0, _REACH, -2.0)]
+    m = np.maximum(nnls(columns(start), right)[0], 1e-4)
+    limits = np.r_[np.zeros(terms), low], np.r_[np.full(terms, np.inf), high]
+    size = np.r_[np.ones(terms), np.abs(start)]
     found = least_squares(
-        residual, np.r_[mu, alpha], jacobian, (low, high), ftol=1e-15, xtol=1e-15, gtol=1e-15, max_nfev=300
+        residual, np.r_[m, start], jacobian, limits, x_scale=size, ftol=1e-15, xtol=1e-15, gtol=1e-15, max_nfev=300
     )
     return found.x[:terms], found.x[terms:], float(found.cost)
 
 
-def _fit_gent(points: Points) -> Answer:
-    """Fit Gent's law: with ``q = 1/j_m`` given, mu follows; q is searched for."""
-    right, excess = points.stress * points.weight / points.scale, points.excess
-    plain = state_stress("neo-hookean", {"shear_modulus": 1.0}, points.stretches) * points.weight
-    most = (1.0 - 1e-6) / float(excess.max())
-
-    def residual(x: Array) -> Array:
-        """Return what is left."""
-        left: Array = x[0] * plain / (1.0 - x[1] * excess) - right
-        return left
-
-    def jacobian(x: Array) -> Array:
-        """Return its derivative."""
-        column = plain / (1.0 - x[1] * excess)
-        return np.stack([column, x[0] * column * excess / (1.0 - x[1] * excess)], axis=1)
-
-    bounds = ([0.0, _FLAT * most], [np.inf, most])
-    found = least_squares(
-        residual, [0.3, 0.3 * most], jacobian, bounds, x_scale=[1.0, most], ftol=1e-15, xtol=1e-15, gtol=1e-15
-    )
-    mu, j_m = points.scale * float(found.x[0]), 1.0 / float(found.x[1])
-    flat = found.x[1] < 1e2 * _FLAT * most
-    weighted = jacobian(found.x) * [1.0, -points.scale * float(found.x[1]) ** 2]
-    free = np.eye(2)[:, : 1 if flat else 2]
-    left = residual(found.x) * points.scale / points.weight
-    widths = _half_widths(weighted / points.weight[:, None] @ free, free, left, points.weight)
-    return Answer(
-        constants={"shear_modulus": mu, "j_m": j_m},
-        confidence={"shear_modulus": widths[0], "j_m": widths[1]},
-        rms=_rms(left, points),
-        notes=("the data show no locking: j_m is at the end of its range",) if flat else (),
-    )
+def _slopes(law: Law, constants: Constants, stretches: Array) -> Array:
+    """Return the derivative of the stress by each number among the constants, in their order, shape (n, numbers)."""
+    numbers = np.concatenate([np.atleast_1d(value) for value in constants.values()])
+    found = []
+    for k, step in enumerate(_STEP * np.where(numbers == 0.0, 1.0, np.abs(numbers))):
+        ways = [numbers + way * step * np.eye(len(numbers))[k] for way in (1.0, -1.0)]
+        up, down = (state_stress(law.name, _like(constants, way.tolist()), stretches) for way in ways)
+        found.append((up - down) / (2.0 * step))
+    return np.stack(found, axis=1)
 
 
 def _rms(residual: Array, points: Points) -> float:
@@ -300,3 +283,12 @@ def _half_widths(slopes: Array, free: Array, residual: Array, weight: Array) -> 
     change = free / size @ inverse * weight
     deviation = np.sqrt(spread * (change**2).sum(axis=1)) * student.ppf(0.975, independent - unknowns)
     return [float(value) if value > 0.0 else None for value in deviation]
+
+
+def _like(constants: Constants, numbers: Sequence[_T]) -> dict[str, _T | tuple[_T, ...]]:
+    """Return numbers by the names of constants, as many for each as it has."""
+    rest = iter(numbers)
+    return {
+        name: tuple(next(rest) for _ in value) if isinstance(value, tuple) else next(rest)
+        for name, value in constants.items()
+    }

@@ -5,8 +5,8 @@ import pytest
 from scipy.optimize import brentq
 
 from sits_mech.materials import silicones
-from sits_mech.mechanics.stability import layer_notes, stability
 from sits_mech.silicone.material import Silicone
+from sits_mech.silicone.stability import layer_notes, stability
 
 
 def law(name: str, fitted_range: tuple[float, float] | None = None, **constants: object) -> Silicone:

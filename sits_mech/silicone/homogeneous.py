@@ -8,15 +8,14 @@ Principal stretches with ``lambda_1 lambda_2 lambda_3 = 1``; the third direction
 
 In logarithmic strains ``e_i = ln lambda_i`` the energy has the gradient g and the Hessian h,
 
-    of I1, I2 (w_1 = dW/dI1 ...)   g_i = 2 w_1 lambda_i^2 - 2 w_2 lambda_i^-2
-                                   h_ij = 4 (w_1 lambda_i^2 + w_2 lambda_i^-2) delta_ij + 4 w_11 lambda_i^2 lambda_j^2
-    Ogden                          g_i = sum_p 2 mu_p/alpha_p lambda_i^alpha_p
-                                   h_ij = sum_p 2 mu_p lambda_i^alpha_p delta_ij
+    of invariants   g_i = w_1 a_i + w_2 b_i,      a_i = dI1/de_i = 2 lambda_i^2,  b_i = dI2/de_i = -2 lambda_i^-2
+                    h_ij = 2 (w_1 a_i - w_2 b_i) delta_ij + w_11 a_i a_j + w_12 (a_i b_j + b_i a_j) + w_22 b_i b_j
+    of stretches    g_i = f'(e_i),  h_ij = f''(e_i) delta_ij
 
 Engineering stress ``P = (g_1 - g_3)/lambda_1``. The constraint is linear in e (their sum is zero), so that the tangent
 of the incompressible law is h on the plane of increments without change of volume.
 
-Source: R. W. Ogden, Non-linear Elastic Deformations (1984), chapter 7. The laws are those of `sits_mech.materials`.
+Source: R. W. Ogden, Non-linear Elastic Deformations (1984), chapter 7. The derivatives are the laws' own (laws/).
 Neglected: change of volume, rate, history.
 """
 
@@ -27,7 +26,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from sits_mech.quantities import Array
-from sits_mech.silicone.laws import LAWS, Constants
+from sits_mech.silicone.laws import Constants, known_law
+from sits_mech.silicone.laws.law import Invariants, OfInvariants
 
 MODES: Mapping[str, tuple[float, float, float]] = {
     "uniaxial": (1.0, -0.5, -0.5),
@@ -67,9 +67,9 @@ def state_stress(law: str, constants: Constants, stretches: Array) -> Array:
     Parameters
     ----------
     law : str
-        A key of `sits_mech.materials.LAWS`.
+        A key of `sits_mech.silicone.laws.LAWS`.
     constants : mapping
-        By the names that `LAWS` has for it [Pa; alpha and j_m: -].
+        By the names and in the units that the law has for them.
     stretches : ndarray, shape (n, 3)
         Principal stretches of product one; the third direction is free of stress.
 
@@ -78,12 +78,7 @@ def state_stress(law: str, constants: Constants, stretches: Array) -> Array:
     ValueError
         When the law is unknown.
     """
-    if law == "ogden":
-        mu, alpha = ogden_terms(constants)
-        force = (2.0 * mu / alpha * stretches[:, :, None] ** alpha).sum(axis=2)
-    else:
-        w_1, w_2, _ = _invariant_slopes(law, constants, stretches)
-        force = 2.0 * w_1[:, None] * stretches**2 - 2.0 * w_2[:, None] * stretches**-2.0
+    force, _ = _log_derivatives(law, constants, stretches)
     stress: Array = (force[:, 0] - force[:, 2]) / stretches[:, 0]
     return stress
 
@@ -94,9 +89,9 @@ def engineering_stress(law: str, constants: Constants, strain: Array, mode: str 
     Parameters
     ----------
     law : str
-        A key of `sits_mech.materials.LAWS`.
+        A key of `sits_mech.silicone.laws.LAWS`.
     constants : mapping
-        By the names that `LAWS` has for it [Pa; alpha and j_m: -].
+        By the names and in the units that the law has for them.
     strain : ndarray, shape (n,)
         Engineering strain, above -1 [-].
     mode : str
@@ -133,38 +128,26 @@ def tangent(law: str, constants: Constants, stretches: Array) -> Array:
     ValueError
         When the law is unknown.
     """
-    if law == "ogden":
-        mu, alpha = ogden_terms(constants)
-        diagonal = (2.0 * mu * stretches[:, :, None] ** alpha).sum(axis=2)
-        curvature = np.zeros(len(stretches))
-    else:
-        w_1, w_2, w_11 = _invariant_slopes(law, constants, stretches)
-        diagonal = 4.0 * (w_1[:, None] * stretches**2 + w_2[:, None] * stretches**-2.0)
-        curvature = 4.0 * w_11
-    along = stretches**2 @ PLANE
-    plane: Array = np.einsum("ia,ni,ib->nab", PLANE, diagonal, PLANE)
-    return plane + curvature[:, None, None] * along[:, :, None] * along[:, None, :]
+    _, curvature = _log_derivatives(law, constants, stretches)
+    return np.asarray(PLANE.T @ curvature @ PLANE)
 
 
-def ogden_terms(constants: Constants) -> tuple[Array, Array]:
-    """Return mu [Pa] and alpha [-] of Ogden's law, shape (terms,) each."""
-    return np.atleast_1d(constants["mu"]).astype(np.float64), np.atleast_1d(constants["alpha"]).astype(np.float64)
-
-
-def _invariant_slopes(law: str, constants: Constants, stretches: Array) -> tuple[Array, Array, Array]:
-    """Return dW/dI1, dW/dI2 and d2W/dI1^2; the other second derivatives are zero in these laws."""
-    if law not in LAWS:
-        raise ValueError(f'law: must be one of {", ".join(LAWS)}; got "{law}"')
-    c = {name: float(np.sum(value)) for name, value in constants.items()}
-    excess = (stretches**2).sum(axis=1) - 3.0
-    one, zero = np.ones_like(excess), np.zeros_like(excess)
-    if law == "neo-hookean":
-        return 0.5 * c["shear_modulus"] * one, zero, zero
-    if law == "mooney-rivlin":
-        return c["c10"] * one, c["c01"] * one, zero
-    if law == "yeoh":
-        slope = c["c10"] + 2.0 * c["c20"] * excess + 3.0 * c["c30"] * excess**2
-        return slope, zero, 2.0 * c["c20"] + 6.0 * c["c30"] * excess
-    left = 1.0 - excess / c["j_m"]  # at locking and beyond, the law has no state: any sign but a positive one will do
-    left = np.where(left == 0.0, -1.0, left)
-    return 0.5 * c["shear_modulus"] / left, zero, 0.5 * c["shear_modulus"] / (c["j_m"] * left**2)
+def _log_derivatives(law: str, constants: Constants, stretches: Array) -> tuple[Array, Array]:
+    """Return gradient g, shape (n, 3), and Hessian h, shape (n, 3, 3), of the energy by the logarithmic strains."""
+    energy = known_law(law).energy
+    if not isinstance(energy, OfInvariants):
+        d = energy.derivatives(constants, np.log(stretches))
+        return d.f_1, d.f_11[..., None] * np.eye(3)
+    square = stretches**2
+    at = Invariants(square.sum(axis=1), lambda: (1.0 / square).sum(axis=1))
+    found = energy.derivatives(constants, at)
+    a, b, one = 2.0 * square, -2.0 / square, np.eye(3)
+    force = found.w_1[:, None] * a
+    curvature = 2.0 * force[..., None] * one
+    if found.w_2 is not None:
+        force = force + found.w_2[:, None] * b
+        curvature -= 2.0 * (found.w_2[:, None] * b)[..., None] * one
+    for w, x, y in ((found.w_11, a, a), (found.w_12, a, b), (found.w_12, b, a), (found.w_22, b, b)):
+        if w is not None:
+            curvature += w[:, None, None] * x[:, :, None] * y[:, None, :]
+    return force, curvature

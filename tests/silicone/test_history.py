@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.special import erf
 
-from sits_mech.mechanics.history import (
+from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
+from sits_mech.silicone.history import (
     LOST,
     creep,
     elastic_curve,
@@ -17,7 +18,6 @@ from sits_mech.mechanics.history import (
     retardation,
     softened_share,
 )
-from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.silicone.material import Silicone, silicone_from
 
 BRANCHES = [(0.2, 0.1), (0.15, 2.0), (0.1, 40.0), (0.05, 40.0)]
