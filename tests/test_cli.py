@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from sits_mech.cli import run
-from sits_mech.sensor import load_sensor
+from sits_mech.quantities import POSE, WRENCH
+from sits_mech.sensor import SceneError, load_sensor
 from sits_mech.sweep import read_table
 
 ROOT = Path(__file__).parents[1]
@@ -194,6 +195,32 @@ def test_a_load_too_large(capsys: Capture) -> None:
     assert run(["simulate", "biorob2018", "--fz", "5000 N", *PLANAR, "--json"]) == 3
     report = json.loads(capsys.readouterr().out)["report"]
     assert report["mechanics"]["status"] != "converged" and report["magnetics"] is None
+
+
+def test_all_six_components_reach_a_calibration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ranges become lists, single quantities numbers; what is zero is not passed on; the default is in the plane."""
+    asked = []
+
+    def refuses(_: object, **words: object) -> None:
+        asked.append({name: values for name, values in words.items() if name in WRENCH})
+        raise SceneError("seen")
+
+    monkeypatch.setattr("sits_mech.chain.calibrate.calibrate", refuses)
+    words = ["--fx", "0 N", "--fz", "1 N", "--fy", "0 N:1 N:2", "--mx", "1 N*mm", "--moment=-1 N*mm:1 N*mm:3"]
+    assert run(["calibrate", "biorob2018", *words, "-o", str(tmp_path)]) == 2
+    assert asked[0] == {"F_z": 1.0, "F_y": [0.0, 1.0], "M_x": 1e-3, "M": [-1e-3, 0.0, 1e-3]}
+    assert run(["calibrate", "biorob2018", "-o", str(tmp_path)]) == 2
+    assert {name: len(values) for name, values in asked[1].items()} == {"F_x": 9, "F_z": 9}
+
+
+def test_a_pose_beside_the_plane_is_answered_in_space(capsys: Capture) -> None:
+    """All six keys; a plane model refuses by name, and a pose without height is none."""
+    place = ("inductance", "biorob2018", "--dv", "2 mm", "--dy", "0.5 mm", "--alphax", "1 deg", "--tolerance", "0.01")
+    found = answer(capsys, *place)
+    assert found["pose"] == pytest.approx(dict.fromkeys(POSE, 0.0) | {"d_v": 2e-3, "d_y": 5e-4, "alpha_x": np.pi / 180})
+    assert found["unit_L"] == "H" and found["report"]["model"] == "sheets"
+    assert "must be auto or sheets for alpha_x, d_y; got planar" in refused(capsys, *place, "--model", "planar")
+    assert "--dv: must be given" in refused(capsys, "inductance", "biorob2018", "--dy", "1 mm")
 
 
 def test_an_inductance_out_of_reach(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:

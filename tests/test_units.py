@@ -6,7 +6,7 @@ import sys
 import pint
 import pytest
 
-from sits_mech.units import SceneError, quantity
+from sits_mech.units import SceneError, quantity, quantity_or_range, quantity_range
 
 REGISTRY = pint.UnitRegistry()
 NUMBERS = (1.0, 85.0, 0.1, -33.3333, 7.0e-3, 123456.789)
@@ -41,3 +41,24 @@ def test_a_catalogued_sensor_needs_no_pint() -> None:
     code = f"import sys; {load}; print('pint' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
     assert done.stdout.strip() == "False"
+
+
+def test_ranges_by_hand() -> None:
+    """Ends, count, units; a symmetric one is its own mirror image to the last bit."""
+    assert quantity_range("0 N:4 N:5", "N", "--fz") == [0.0, 1.0, 2.0, 3.0, 4.0]
+    assert quantity_range("500 mN", "N", "--fz") == [0.5]
+    values = quantity_range("-0.7 N:0.7 N:9", "N", "--fx")
+    assert values == [-value for value in reversed(values)] and values[4] == 0.0 and values[-1] == 0.7
+
+
+@pytest.mark.parametrize("text", ["", "1 N:2 N", "1 N:1 N:3", "0 N:1 N:1", "0 N:1 N:two", "0 N:1 mm:3", "0 N:1 N:3:4"])
+def test_what_is_no_range(text: str) -> None:
+    """One line that names the option."""
+    with pytest.raises(SceneError, match="^--fx: must be"):
+        quantity_range(text, "N", "--fx")
+
+
+def test_one_quantity_is_one_number() -> None:
+    """Where a single value is another thing than a list of one."""
+    assert quantity_or_range("500 mN", "N", "--fz") == 0.5
+    assert quantity_or_range("0 N:1 N:2", "N", "--fz") == [0.0, 1.0]

@@ -23,12 +23,12 @@ from functools import lru_cache
 import numpy as np
 import xarray as xr
 
-from sits_mech.chain.plan import quantity_range
 from sits_mech.geometry.windings import wave_notes
 from sits_mech.magnetics.terminals import tank_frequency, terminal_impedance, with_capacitance
 from sits_mech.magnetics.track_modes import TrackSpectrum, track_spectrum
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport, as_jsonable
 from sits_mech.sensor import Coil, SceneError, Sensor
+from sits_mech.units import quantity_range
 
 _PER_METRE = "terminals: the model is per metre of depth, leads and idle coils are in henry and ohm"
 

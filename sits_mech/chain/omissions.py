@@ -36,6 +36,7 @@ from sits_mech.sensor import Sensor
 
 _LONG, _COVERED = 10.0, 0.95  # widths of a pad, and share of it under the target, that plane strain stands for
 _SLENDER = 0.5  # shape factor below which no layer counts as one of small strain
+_MIRROR = np.array([-1.0, 1.0, -1.0, 1.0, 1.0, -1.0])  # of the components of a wrench, x to -x
 _THICK = 3.0  # skin depths from which on the inside of a plate is at rest
 
 
@@ -83,11 +84,11 @@ def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
         return math.inf
     E_c = 1.0 / (1.0 / (4.0 * mu * (1.0 + shape**2)) + 1.0 / elastomer.silicone.bulk_modulus)
     E_b = mu * (4.0 + 0.8 * shape**2)
-    bounds = [0.0]
+    bounds, lever = [0.0], target.load_height + 0.5 * t
     for load in loads:
-        sink, shear = abs(load.F_z) / (E_c * w * length), abs(load.F_x) / (mu * w * length)
-        moment = abs(load.M) + abs(load.F_x) * (target.load_height + 0.5 * t)
-        edge = moment / (E_b * w**2 * length / 6.0)
+        sink, shear = abs(load.F_z) / (E_c * w * length), math.hypot(load.F_x, load.F_y) / (mu * w * length)
+        along, across = (abs(M) + abs(F) * lever for M, F in ((load.M, load.F_x), (load.M_x, load.F_y)))
+        edge = math.hypot(along / (w**2 * length), across / (w * length**2)) / (E_b / 6.0)
         bounds.append(small_strain_bound(sink, shear, edge))
     return max(bounds)
 
@@ -143,7 +144,7 @@ def omissions(
     if loads and silicone is not None and (silicone.prony or silicone.mullins):
         reason = "slow load on virgin material; ask for cycle"
         found.append(Omission("rate and history of the silicone", reason, math.nan, half="mechanics"))
-    if loads and mirrored(sensor) and all(load.F_x == load.M == 0.0 for load in loads):
+    if loads and mirrored(sensor) and not any(load.F_x or load.M or load.beside for load in loads):
         found.append(Omission("poses beside and turned", "scene and load are symmetric"))
     elif half_suffices(sensor, loads):
         found.append(Omission("half of the loads", "each is the mirror image of another", half="mechanics"))
@@ -195,5 +196,5 @@ def mirrored(sensor: Sensor) -> bool:
 
 def half_suffices(sensor: Sensor, loads: Sequence[Wrench]) -> bool:
     """Tell whether loads have mirror images among them, in a scene that is its own."""
-    sheared = {(load.F_x, load.F_z, load.M) for load in loads if load.F_x != 0.0}
-    return mirrored(sensor) and any((-F_x, F_z, -M) in sheared for F_x, F_z, M in sheared)
+    sheared = {tuple(load.components.tolist()) for load in loads if load.F_x != 0.0}
+    return mirrored(sensor) and any(tuple((_MIRROR * load).tolist()) in sheared for load in sheared)

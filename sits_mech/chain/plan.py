@@ -1,21 +1,16 @@
-"""Which models does a scene need, and why? The cheapest that can hold it; what a request does not need is left out.
-
-Also what a request's ranges stand for.
-"""
+"""Which models does a scene need, and why? The cheapest that can hold it; what a request does not need is left out."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from sits_mech.chain.interpolate import solved_first
 from sits_mech.chain.omissions import Omission, half_suffices, omissions, strain_bound
 from sits_mech.materials import implausible, unknown
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.sensor import Sensor, Target
-from sits_mech.units import SceneError, quantity, shown
+from sits_mech.units import SceneError
 
 _SHARE = 0.1  # of the tolerance that is asked of the magnetics where they are much the cheaper half
 COSTS: dict[tuple[str, str], tuple[tuple[float, float, float], ...]] = {
@@ -41,7 +36,6 @@ REACHED: dict[tuple[str, str], float] = {
 }
 """Relative errors that the finest rungs estimate of themselves, as seen under gentle loads."""
 _HELD = 0.4  # small strain's bound from which on pads were seen to give way: in shear; compression goes to some 1.5
-_MOST = 10_000  # values of a range
 
 
 @dataclass(frozen=True)
@@ -252,36 +246,3 @@ def cost(half: str, model: str, tolerance: float, count: int) -> float:
     """Return the seconds to expect of a model for a number of loads or poses; see `COSTS`."""
     once, each = next((once, each) for asked, once, each in COSTS[half, model] if asked <= tolerance)
     return once + count * each
-
-
-def quantity_range(text: str, unit: str, name: str) -> list[float]:
-    """Return the values of a written range.
-
-    Parameters
-    ----------
-    text : str
-        ``"first:last:count"`` such as "-1 N:1 N:9", or one quantity.
-    unit : str
-        The SI unit of the result.
-    name : str
-        What the range is called where the user wrote it.
-
-    Returns
-    -------
-    list of float
-        Evenly spaced [unit]; an exact mirror image of itself when its ends are.
-
-    Raises
-    ------
-    SceneError
-        One line: `name`, what it must be, what came.
-    """
-    parts = text.split(":")
-    ends = [quantity(part, unit, name) for part in parts[:2]]
-    if len(parts) == 1:
-        return ends
-    if len(parts) != 3 or not parts[2].strip().isdecimal() or not 1 < int(parts[2]) <= _MOST or ends[0] == ends[1]:
-        form = f'first:last:count with two different ends and a count from 2 to {_MOST}, such as "0 N:4 N:9"'
-        raise SceneError(f"{name}: must be {form}, or one quantity; got {shown(text)}")
-    values = np.linspace(ends[0], ends[1], int(parts[2]))
-    return [float(value) for value in ((values - values[::-1]) / 2 if ends[0] == -ends[1] else values)]

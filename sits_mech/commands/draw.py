@@ -26,7 +26,7 @@ def view(
     from sits_mech.report.pictures import Request, draw, kind_of_picture, picture_path
     from sits_mech.units import quantity
 
-    sensor, pose = sensor_of(scene, overrides), None if place.dv is None else place.pose()
+    sensor, pose = sensor_of(scene, overrides), place.pose() if place.given else None
     kind = kind_of_picture(kind, load.wrench(), pose)
     path = picture_path(output, scene, kind)
     hertz = sensor.frequency if frequency is None else quantity(frequency, "Hz", "--frequency")

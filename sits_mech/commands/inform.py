@@ -56,7 +56,7 @@ def explain(
     from sits_mech.report.plan_table import plan_record, plan_table
 
     sensor, wrench = sensor_of(scene, overrides), load.wrench()
-    found = plan(sensor, [wrench] if any((wrench.F_x, wrench.F_z, wrench.M)) else [], **asdict(models))
+    found = plan(sensor, [wrench] if wrench.components.any() else [], **asdict(models))
     answer(plan_record(sensor, found), [plan_table(sensor, found)], as_json)
     return 0
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Parameter
 
@@ -32,42 +32,80 @@ Overrides = Annotated[
 ]
 
 
+Fx = Annotated[Quantity, Parameter(help="Shear force, along +x.")]
+Fy = Annotated[Quantity, Parameter(help="Shear force, along +y.")]
+Fz = Annotated[Quantity, Parameter(help="Normal force, pressing down.")]
+Mx = Annotated[Quantity, Parameter(help="Moment about the x axis, by the right hand.")]
+Moment = Annotated[Quantity, Parameter(help="Moment about y, lifts the left edge.")]
+Mz = Annotated[Quantity, Parameter(help="Moment about the z axis, by the right hand.")]
+
+
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Load:
-    """The load: forces and moments; the last three options leave the plane y = 0, and the pad is then solved whole."""
+    """The load on the target; with a force along y or a moment about x or z the pad is solved whole, in space."""
 
-    fx: Annotated[Quantity, Parameter(help="Shear force, along +x.")] = "0 N"
-    fz: Annotated[Quantity, Parameter(help="Normal force, pressing down.")] = "0 N"
-    moment: Annotated[Quantity, Parameter(help="Moment about y, lifts the left edge.")] = "0 N*m"
-    fy: Annotated[Quantity, Parameter(help="Shear force, along +y.")] = "0 N"
-    mx: Annotated[Quantity, Parameter(help="Moment about the x axis, by the right hand.")] = "0 N*m"
-    mz: Annotated[Quantity, Parameter(help="Moment about the z axis, by the right hand.")] = "0 N*m"
+    fx: Fx = "0 N"
+    fy: Fy = "0 N"
+    fz: Fz = "0 N"
+    mx: Mx = "0 N*m"
+    moment: Moment = "0 N*m"
+    mz: Mz = "0 N*m"
 
     def wrench(self) -> Wrench:
         """Return the load in SI."""
-        from sits_mech.quantities import Wrench
+        from sits_mech.quantities import LOAD_ARGUMENTS, Wrench
         from sits_mech.units import quantity
 
-        return Wrench(*(quantity(getattr(self, name), unit, f"--{name}") for name, unit in LOAD_UNITS.items()))
+        return Wrench(**_in_si(self, LOAD_ARGUMENTS, quantity))
 
 
-LOAD_UNITS = {"fx": "N", "fz": "N", "moment": "N*m", "fy": "N", "mx": "N*m", "mz": "N*m"}
-"""The options of a load, in the order of the components of a wrench, with their SI units."""
+@Parameter(name="*")
+@dataclass(frozen=True)
+class LoadGrid:
+    """The loads of a grid; each one quantity, the same for all, or a range "first:last:count"."""
+
+    fx: Fx = "-1 N:1 N:9"
+    fy: Fy = "0 N"
+    fz: Fz = "0 N:4 N:9"
+    mx: Mx = "0 N*m"
+    moment: Moment = "0 N*m"
+    mz: Mz = "0 N*m"
+
+    def components(self) -> dict[str, Any]:
+        """Return the components in SI, those that are ranges as lists of values, without those that are zero."""
+        from sits_mech.quantities import LOAD_ARGUMENTS
+        from sits_mech.units import quantity_or_range
+
+        found = _in_si(self, LOAD_ARGUMENTS, quantity_or_range)
+        return {name: values for name, values in found.items() if values != 0.0}
 
 
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Place:
-    """A pose of the target, instead of a load."""
+    """A pose of the target, instead of a load; what is not given is zero."""
 
     dv: Annotated[Quantity | None, Parameter(help="Height of the target's bottom face above the coils.")] = None
-    dh: Annotated[Quantity, Parameter(help="Where the target's centre is along x.")] = "0 mm"
-    alpha: Annotated[Quantity, Parameter(help="Rotation that lifts the left edge.")] = "0 deg"
+    dh: Annotated[Quantity | None, Parameter(help="Where the target's centre is along x.")] = None
+    dy: Annotated[Quantity | None, Parameter(help="Where it is along y.")] = None
+    alpha: Annotated[Quantity | None, Parameter(help="Rotation that lifts the left edge.")] = None
+    alphax: Annotated[Quantity | None, Parameter(help="Rotation about the x axis, by the right hand.")] = None
+    alphaz: Annotated[Quantity | None, Parameter(help="Rotation about the z axis, by the right hand.")] = None
+
+    @property
+    def given(self) -> bool:
+        """Whether any of the options is there."""
+        return any(value is not None for value in vars(self).values())
 
     def pose(self) -> Pose:
-        """Return the pose in SI."""
-        return place_at(self.dh, self.dv or "0 m", self.alpha)
+        """Return the pose in SI; raise SceneError where the height is missing."""
+        from sits_mech.quantities import POSE_ARGUMENTS, Pose
+        from sits_mech.units import SceneError, quantity
+
+        if self.dv is None:
+            raise SceneError("--dv: must be given for a pose of the target; it is missing")
+        return Pose(**_in_si(self, POSE_ARGUMENTS, quantity))
 
 
 @Parameter(name="*")
@@ -80,12 +118,12 @@ class Models:
     tolerance: Tolerance = 1e-2
 
 
-def place_at(dh: str, dv: str, alpha: str) -> Pose:
-    """Return a written pose in SI."""
-    from sits_mech.quantities import Pose
-    from sits_mech.units import quantity
+def _in_si(given: Any, arguments: Mapping[str, str], read: Callable[[str, str, str], Any]) -> dict[str, Any]:
+    """Return the options of a load or a pose in SI by the names of its components, each as `read` takes it."""
+    from sits_mech.quantities import UNITS
 
-    return Pose(quantity(dh, "m", "--dh"), quantity(dv, "m", "--dv"), quantity(alpha, "rad", "--alpha"))
+    written = {option: getattr(given, option) or "0" for option in arguments}
+    return {name: read(written[option], UNITS[name], f"--{option}") for option, name in arguments.items()}
 
 
 def sensor_of(scene: str, overrides: Sequence[str]) -> Sensor:

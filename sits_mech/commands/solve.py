@@ -9,14 +9,15 @@ from sits_mech.commands.options import (
     Frequency,
     Json,
     Load,
+    LoadGrid,
     Models,
     Output,
     Overrides,
+    Place,
     Quantity,
     Scene,
     Tolerance,
     app,
-    place_at,
     sensor_of,
 )  # fmt: skip
 from sits_mech.console import answer, not_converged, progress_bar, show, warn
@@ -51,7 +52,7 @@ def pose(
 
 @app.command
 def inductance(
-    scene: Scene, *, dv: Quantity, dh: Quantity = "0 mm", alpha: Quantity = "0 deg", frequency: Frequency | None = None,
+    scene: Scene, *, place: Place = Place(), frequency: Frequency | None = None,
     model: str = "auto", tolerance: Tolerance = 1e-3, overrides: Overrides = (), as_json: Json = False,
 ) -> int:  # fmt: skip
     """What the coils show with the target at a pose, at one frequency or over a range.
@@ -65,23 +66,23 @@ def inductance(
     from sits_mech.report.records import impedance_record, spectrum_record
     from sits_mech.report.tables import impedance_table, spectrum_table, terminal_table
 
-    sensor, place = sensor_of(scene, overrides), place_at(dh, dv, alpha)
+    sensor, pose = sensor_of(scene, overrides), place.pose()
     hertz = [sensor.frequency] if frequency is None else frequency_range(frequency, "--frequency")
-    solver, choice = magnetic_model(sensor, model, tolerance)
+    solver, choice = magnetic_model(sensor, model, tolerance, [pose])
     slowest = sensor.model_copy(update={"frequency": min(hertz)})
     unsolved = tuple(item.text for item in omissions(slowest, (), None, choice.name))
     try:
         if len(hertz) > 1:
-            data = spectrum(sensor, solver, place, hertz)
-            answer(spectrum_record(place, data, unsolved), [spectrum_table(data)], as_json)
+            data = spectrum(sensor, solver, pose, hertz)
+            answer(spectrum_record(pose, data, unsolved), [spectrum_table(data)], as_json)
             return 0
-        found = solver.impedance(place, hertz[0])
+        found = solver.impedance(pose, hertz[0])
     except SolveFailed as error:
         return not_converged(error, as_json)
     seen, missing = at_terminals(sensor, found)
     names = [coil.name for coil in sensor.coils]
     tables = [impedance_table(names, found), terminal_table(names, seen, missing)]
-    answer(impedance_record(place, found, (*unsolved, *missing), seen), tables, as_json)
+    answer(impedance_record(pose, found, (*unsolved, *missing), seen), tables, as_json)
     return 0
 
 
@@ -117,31 +118,29 @@ def simulate(
 
 @app.command
 def calibrate(
-    scene: Scene, *, models: Models = Models(), fx: Quantity = "-1 N:1 N:9", fz: Quantity = "0 N:4 N:9",
-    output: Output = None, overrides: Overrides = (),
+    scene: Scene, *, loads: LoadGrid = LoadGrid(), models: Models = Models(), output: Output = None,
+    overrides: Overrides = (),
 ) -> int:  # fmt: skip
     """What the sensor shows over a grid of loads: table, netCDF, CSV and pictures; a stopped run goes on.
 
+    Each force and moment is a range "first:last:count", a dimension of the table, or one quantity, the same for all.
     No more loads are solved than a smooth map through them needs to foretell the others within the tolerance (of 9 x 9
     usually 25, and half of those again where the sensor is its own mirror image); the table says which.
 
     Example: sits-mech calibrate biorob2018 --fx "-1 N:1 N:9" --fz "0 N:4 N:9" -o calibration
     """
     from sits_mech.chain.calibrate import calibrate as calibrated
-    from sits_mech.chain.plan import quantity_range
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.folder import cases_folder, prepare_folder, write_calibration
     from sits_mech.report.tables import failures, load_table, remarks, summary_table
 
-    sensor = sensor_of(scene, overrides)
-    F_x, F_z = quantity_range(fx, "N", "--fx"), quantity_range(fz, "N", "--fz")
+    sensor, components = sensor_of(scene, overrides), loads.components()
     folder = prepare_folder(output if output is not None else Path(f"{Path(scene).stem}-calibration"))
     try:
         with progress_bar("loads") as progress:
             data = calibrated(
-                sensor, F_x=F_x, F_z=F_z, tolerance=models.tolerance, mechanics=models.mechanics,
-                magnetics=models.magnetics, progress=progress, folder=cases_folder(folder),
-            )  # fmt: skip
+                sensor, **components, **asdict(models), progress=progress, folder=cases_folder(folder)
+            )
     except SolveFailed as error:
         return not_converged(error, False)
     for line in write_calibration(sensor, data, folder):

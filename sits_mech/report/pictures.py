@@ -47,7 +47,7 @@ def kind_of_picture(asked: Kind | None, wrench: Wrench, pose: Pose | None) -> Ki
     SceneError
         When both a pose and a load are given, or a layer is asked for at a pose.
     """
-    if pose is not None and any((wrench.F_x, wrench.F_z, wrench.M)):
+    if pose is not None and wrench.components.any():
         raise SceneError("--dv: must not be given together with a load, which leads to a pose of its own")
     if pose is not None and asked == "layer":
         raise SceneError("--kind layer: must have a load (--fx, --fz), which the layer answers; got a pose (--dv)")
