@@ -34,10 +34,10 @@ def answer(record: dict[str, Any], tables: Sequence[Any], as_json: bool) -> None
 
 
 def show(table: Any) -> None:
-    """Print a table on stdout; where it is no terminal nothing is cut."""
+    """Print a table on stdout; where it is no terminal nothing is cut, and numbers stay on one line."""
     from rich.console import Console
 
-    width = None if sys.stdout.isatty() else 160
+    width = None if sys.stdout.isatty() else max(160, Console(width=1000).measure(table).minimum)
     console = Console(width=width, markup=False, highlight=False)
     console.print(table)
     console.print()

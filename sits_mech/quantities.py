@@ -237,6 +237,11 @@ class SolveFailed(Exception):
         self.last = last
 
 
+def shown_unit(name: str) -> str:
+    """Return the SI unit of a component of a wrench or of a pose for a reader, such as "N m"."""
+    return UNITS[name].replace("*", " ")
+
+
 def refuse_beside(model: str, given: Wrench | Pose, other: str) -> None:
     """Refuse components that leave the plane y = 0, by name, for a model that cannot; `other` is the one that can.
 

@@ -27,6 +27,7 @@ from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveRep
 from sits_mech.readout.calibration import Calibration, calibration
 from sits_mech.readout.converter import converter, parallel_resistance, resonance
 from sits_mech.readout.front_end import FrontEnd, front_end
+from sits_mech.readout.loads import two_forces
 from sits_mech.sensor import Coil, SceneError, Sensor
 from sits_mech.sweep import DONE
 
@@ -87,8 +88,8 @@ def absolute(sensor: Sensor, found: Impedance) -> tuple[Impedance, tuple[str, ..
 
 
 def table_impedance(data: xr.Dataset) -> Impedance:
-    """Return the impedance that a table holds, with leading axes (F_x, F_z); what failed is NaN."""
-    order = ("F_x", "F_z", "coil", "coil_2")
+    """Return the impedance that a table over F_x and F_z holds, with these as leading axes; what failed is NaN."""
+    data, order = two_forces(data), ("F_x", "F_z", "coil", "coil_2")
     L, R, error_L, error_R = (data[name].transpose(*order).to_numpy() for name in ("L", "R", "error_L", "error_R"))
     L0 = data["L0"].to_numpy()
     report = SolveReport("table", 0, 0, 0.0, 0.0, 0.0)
@@ -118,6 +119,7 @@ def terminals(sensor: Sensor, data: xr.Dataset) -> tuple[xr.Dataset, tuple[str, 
     SceneError
         When the tracks' losses cannot be computed.
     """
+    data = two_forces(data)
     found, missing = absolute(sensor, table_impedance(data))
     good = (data["status"].transpose("F_x", "F_z") == DONE).to_numpy()
     seen, reasons = at_terminals(sensor, replace(found, L=found.L[good], R=found.R[good]))
@@ -144,8 +146,9 @@ def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
     Raises
     ------
     ValueError
-        When the table holds too few loads.
+        When the table holds too few loads, or loads with other components than F_x and F_z.
     """
+    data = two_forces(data)
     return calibration(data, None if data.attrs["unit_L"] == "H" else free_inductances(sensor).tolist())
 
 

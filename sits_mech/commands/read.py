@@ -32,11 +32,11 @@ def invert(
     import numpy as np
 
     from sits_mech.analysis.bench import model_errors, sensor_calibration
-    from sits_mech.report.folder import read_calibration
+    from sits_mech.report.folder import read_two_forces
     from sits_mech.report.readings import inversion_record, inversion_table, refusal
     from sits_mech.units import SceneError
 
-    sensor, data = read_calibration(folder)
+    sensor, data = read_two_forces(folder)
     cal = sensor_calibration(sensor, data)
     given = [text for text in (l1, l2, l3, l4) if text is not None]
     if len(given) != len(cal.coils):
@@ -65,11 +65,11 @@ def converter(
     Example: sits-mech converter calibration --clock "40 MHz" --rcount 4096
     """
     from sits_mech.analysis.bench import sensor_front_end
-    from sits_mech.report.folder import read_calibration
+    from sits_mech.report.folder import read_two_forces
     from sits_mech.report.readings import front_end_record, front_end_table
     from sits_mech.units import quantity
 
-    sensor, data = read_calibration(folder)
+    sensor, data = read_two_forces(folder)
     hertz = None if clock is None else quantity(clock, "Hz", "--clock")
     found, missing = sensor_front_end(sensor, data, clock=hertz, rcount=rcount)
     names = [coil.name for coil in sensor.coils]
@@ -118,11 +118,11 @@ def quality(
     from sits_mech.analysis.wrenches import components_told
     from sits_mech.console import progress_bar
     from sits_mech.readout import quality as figures
-    from sits_mech.report.folder import read_calibration
+    from sits_mech.report.folder import read_two_forces
     from sits_mech.report.quality_table import components_record, quality_record, quality_tables
     from sits_mech.units import quantity as written
 
-    sensor, data = read_calibration(folder)
+    sensor, data = read_two_forces(folder)
     cal, off = sensor_calibration(sensor, data), deviations.given()
     one = None if noise is None else written(noise, "H", "--noise")
     sizes = sensor_front_end(sensor, data)[0].noise if one is None else np.full(len(cal.coils), one)
@@ -159,12 +159,12 @@ def compare(
     """
     from sits_mech.analysis import comparison
     from sits_mech.readout.measured import read_measured
-    from sits_mech.report.folder import read_calibration
+    from sits_mech.report.folder import read_two_forces
     from sits_mech.report.measured_view import comparison_record, comparison_rows, save_comparison
     from sits_mech.report.tables import key_table
     from sits_mech.units import quantity
 
-    sensor, data = read_calibration(folder)
+    sensor, data = read_two_forces(folder)
     tank = comparison.tank_of(sensor, quantity(clock, "Hz", "--clock"))
     names = [coil.name for coil in sensor.coils]
     bench = read_measured(measured, comparison.varied(data), names, tank)

@@ -132,7 +132,7 @@ def calibrate(
     from sits_mech.chain.calibrate import calibrate as calibrated
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.folder import cases_folder, prepare_folder, write_calibration
-    from sits_mech.report.tables import failures, load_table, remarks, summary_table
+    from sits_mech.report.load_tables import failures, load_table, remarks, summary_table
 
     sensor, components = sensor_of(scene, overrides), loads.components()
     folder = prepare_folder(output if output is not None else Path(f"{Path(scene).stem}-calibration"))

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, shown_unit
 from sits_mech.readout.crosstalk import crosstalk
+from sits_mech.readout.loads import at_middle, varied
 from sits_mech.sensor import SceneError
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.collections import PolyCollection
     from matplotlib.figure import Figure
 
+_KINDS = {"F_x": "shear force", "F_y": "shear force", "F_z": "normal force"}
 COLUMN = 88.0 / 25.4  # width of a paper's column [in]
 _STYLE: Any = {
     "font.size": 8, "axes.labelsize": 8, "legend.fontsize": 6.5, "legend.title_fontsize": 6.5, "axes.linewidth": 0.6,
@@ -72,10 +74,18 @@ def add_polygons(axes: Axes, corners: Array, **style: Any) -> PolyCollection:
 def normal_curves(data: xr.Dataset) -> Figure:
     """Return L_v against F_z, one curve per F_x; bars are estimated errors.
 
+    Where the table does not vary one of them, another component of the load stands for it; those that are left are at
+    the middle of their range, as the title says.
+
     Parameters
     ----------
     data : Dataset
         As from `calibrate`.
+
+    Raises
+    ------
+    SceneError
+        When the table varies no component of the load, or matplotlib is missing.
     """
     return _family(data, "L_v", "F_z", "F_x")
 
@@ -85,8 +95,14 @@ def shear_curves(data: xr.Dataset) -> Figure:
     return _family(data, "L_h", "F_x", "F_z")
 
 
-def _family(data: xr.Dataset, signal: str, along: str, family: str) -> Figure:
-    """Return one signal against a force, a curve for each value of the other force."""
+def _family(data: xr.Dataset, signal: str, first: str, second: str) -> Figure:
+    """Return one signal against a component of the load, a curve for each value of another one."""
+    names = varied(data)
+    along = next((name for name in (first, *names) if name in names and (name != second or names == (second,))), None)
+    family = next((name for name in (second, *names) if name in names and name != along), None)
+    if along is None:
+        raise SceneError("curves: need a table over at least one component of the load; this one holds a single load")
+    data, held = at_middle(data, [along, *([] if family is None else [family])])
     with new_figure() as (figure, (axes,)):
         curves = _curves(data, signal, along, family)
         for (name, values, errors), shade in zip(curves, _shades(len(curves)), strict=True):
@@ -94,14 +110,20 @@ def _family(data: xr.Dataset, signal: str, along: str, family: str) -> Figure:
                 data[along], values, errors, color=shade, marker="o", markersize=2.2, linewidth=0.9, elinewidth=0.6,
                 capsize=1.2, label=name,
             )  # fmt: skip
-        axes.set_xlabel(f"{'normal' if along == 'F_z' else 'shear'} force ${along}$ [N]")
+        axes.set_xlabel(f"{_KINDS.get(along, 'moment')} ${along}$ [{shown_unit(along)}]")
         axes.set_ylabel(_label(signal, data.sizes["coil"]))
-        axes.legend(title=f"${family}$ [N]", ncols=1 + (len(curves) > 5), handlelength=1.2, columnspacing=0.8)
+        axes.set_title(held, fontsize=8)
+        if family is not None:
+            title = f"${family}$ [{shown_unit(family)}]"
+            axes.legend(title=title, ncols=1 + (len(curves) > 5), handlelength=1.2, columnspacing=0.8)
     return figure
 
 
-def _curves(data: xr.Dataset, signal: str, along: str, family: str) -> list[tuple[str, Array, Array]]:
+def _curves(data: xr.Dataset, signal: str, along: str, family: str | None) -> list[tuple[str, Array, Array]]:
     """Return label, values and errors of each curve; two that are one by mirror symmetry go as one, with both signs."""
+    if family is None:
+        values, errors = (data[f"{kind}{signal}_percent"].to_numpy() for kind in ("", "error_"))
+        return [("", values, errors)]
     found: list[tuple[str, Array, Array]] = []
     others = data[family].to_numpy()
     table = {other: data.sel({family: other}) for other in others}
@@ -128,13 +150,21 @@ def _shades(count: int) -> Any:
 
 
 def crosstalk_map(data: xr.Dataset) -> Figure:
-    """Return the crosstalk both ways over the load range [% of the signal's own full scale].
+    """Return the crosstalk both ways over F_x and F_z [% of the signal's own full scale].
 
     Parameters
     ----------
     data : Dataset
-        As from `calibrate`.
+        As from `calibrate`; other components are at the middle of their range, as the title says.
+
+    Raises
+    ------
+    SceneError
+        When the table does not vary both forces, or matplotlib is missing.
     """
+    if not {"F_x", "F_z"} <= set(varied(data)):
+        raise SceneError("crosstalk: needs a table over F_x and F_z")
+    data, held = at_middle(data, ["F_x", "F_z"])
     stray = crosstalk(data)
     maps = (("L_h_from_F_z", "$F_z$ into $L_h$"), ("L_v_from_F_x", "$F_x$ into $L_v$"))
     with new_figure(height=0.7, columns=2) as (figure, both):
@@ -149,6 +179,8 @@ def crosstalk_map(data: xr.Dataset) -> Figure:
             bar.set_label("% of full scale", fontsize=7)
             bar.ax.tick_params(labelsize=6)
         both[0].set_ylabel("$F_z$ [N]")
+        if held:
+            figure.suptitle(held, fontsize=8)
     return figure
 
 

@@ -18,6 +18,7 @@ import xarray as xr
 
 from sits_mech.geometry.windings import coil_bars
 from sits_mech.quantities import Array
+from sits_mech.readout.loads import beyond_two, two_forces
 from sits_mech.report.codes import Readings, readings
 from sits_mech.report.html_parts import (
     computed_part,
@@ -37,6 +38,7 @@ from sits_mech.sensor import Sensor
 from sits_mech.version import __version__
 
 _MM = 1e3
+_NAMES = {"inverse": "Forces back", "figures": "Figures", "how": "How computed"}  # shorter ones, to jump to
 
 
 def write_html(sensor: Sensor, data: xr.Dataset, folder: Path, path: Path) -> None:
@@ -62,21 +64,50 @@ def write_html(sensor: Sensor, data: xr.Dataset, folder: Path, path: Path) -> No
 
 
 def page(sensor: Sensor, data: xr.Dataset, folder: Path) -> str:
-    """Return the report of a calibration as one HTML text; arguments as of `write_html`."""
-    read = readings(sensor, data)
-    files = resources.files("sits_mech.report") / "page"
-    layout = Template((files / "page.html").read_text(encoding="utf-8"))
-    items = readout_items(sensor, read)
-    return layout.substitute(
-        title=html.escape(sensor.name), subtitle=subtitle(data), tiles=tiles(data, read),
-        css=(files / "page.css").read_text(encoding="utf-8"), js=(files / "page.js").read_text(encoding="utf-8"),
-        readouts=_cards(items), words=words_part(sensor, data, read), figures=figures_part(data),
-        pictures=pictures_part(folder), readout=readout_part(sensor, read), loads=loads_part(data),
-        inverse=inverse_part(sensor, data, read),
-        scene=scene_part(sensor), how=computed_part(data), data=_table(sensor, data, read, items),
+    """Return the report of a calibration as one HTML text; arguments as of `write_html`.
+
+    What needs a table over F_x and F_z alone is left out where the loads have other components, and named.
+    """
+    data = data if beyond_two(data) else two_forces(data)
+    read = None if beyond_two(data) else readings(sensor, data)
+    sections, script = _sections(sensor, data, folder, read), ""
+    if read is not None:
+        items = readout_items(sensor, read)
+        explorer = Template(_file("explorer.html")).substitute(readouts=_cards(items))
+        sections = [("explorer", "Explorer", explorer), *sections]
+        script = f'<script type="application/json" id="table">{_table(sensor, data, read, items)}</script>\n'
+        script += f"<script>\n{_file('page.js')}\n</script>\n"
+    nav = "".join(f'<a href="#{name}">{_NAMES.get(name, title)}</a>' for name, title, _ in sections)
+    texts = (f'<section id="{name}"><h2>{title}</h2>{text}</section>' for name, title, text in sections)
+    return Template(_file("page.html")).substitute(
+        title=html.escape(sensor.name), subtitle=subtitle(data), tiles=tiles(data, read), nav=nav,
+        sections="\n".join(texts), script=script, css=_file("page.css"),
         footer=f"Made by sits-mech {html.escape(__version__)}. SI units; x is shear, F_z presses down, alpha turns the "
         "right edge down.",
     )  # fmt: skip
+
+
+def _file(name: str) -> str:
+    """Return the text of a file of the page."""
+    return (resources.files("sits_mech.report") / "page" / name).read_text(encoding="utf-8")
+
+
+def _sections(sensor: Sensor, data: xr.Dataset, folder: Path, read: Readings | None) -> list[tuple[str, str, str]]:
+    """Return name, title and HTML of each section below the explorer."""
+    hint = '<p class="hint">Every computed load with its estimated errors.</p>'
+    readout = [] if read is None else [
+        ("readout", "Readout", readout_part(sensor, read)),
+        ("inverse", "Forces back from inductances", inverse_part(sensor, data, read)),
+    ]  # fmt: skip
+    return [
+        ("words", "In plain words", f'<ul class="words">{words_part(sensor, data, read)}</ul>'),
+        ("figures", "Figures of merit", figures_part(data)),
+        ("pictures", "Pictures", pictures_part(folder)),
+        *readout,
+        ("loads", "Loads", hint + loads_part(data)),
+        ("scene", "Scene", scene_part(sensor)),
+        ("how", "How it was computed", computed_part(data)),
+    ]
 
 
 def readout_items(sensor: Sensor, read: Readings) -> list[dict[str, Any]]:

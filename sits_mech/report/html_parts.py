@@ -16,12 +16,14 @@ from pydantic import BaseModel
 from rich.table import Table
 
 from sits_mech.analysis.bench import sensor_calibration
+from sits_mech.quantities import shown_unit
 from sits_mech.readout.crosstalk import crosstalk
+from sits_mech.readout.loads import fixed, load_words, varied
 from sits_mech.readout.quality import quality
 from sits_mech.report.codes import Readings
+from sits_mech.report.load_tables import failures, load_table, missing_figures, remarks, summary_table
 from sits_mech.report.quality_table import quality_record, quality_tables
 from sits_mech.report.readings import front_end_table
-from sits_mech.report.tables import failures, load_table, remarks, summary_table
 from sits_mech.sensor import Sensor, scene_text
 from sits_mech.sweep import DONE
 
@@ -31,6 +33,10 @@ _PICTURES = {
     "crosstalk.png": "What each force does to the other's signal, relative to that signal's own full scale.",
     "layer.png": "The deformed layer under the largest load, in the section y = 0.",
 }
+_NOT_SHOWN = (
+    "Not shown: the explorer, {}, the converter's settings, and forces back from inductances. They need a table over "
+    "F_x and F_z alone."
+)
 _NOTABLE = 10.0  # crosstalk worth a sentence [% of full scale]
 
 
@@ -39,23 +45,27 @@ def subtitle(data: xr.Dataset) -> str:
     request = json.loads(data.attrs["request"])
     models = f"{request['mechanics']} mechanics, {request['magnetics']} magnetics"
     frequency = f"{float(data.attrs['frequency']) / 1e6:.4g} MHz"
-    return html.escape(f"Calibration over {data['status'].size} loads at {frequency} · {models}")
+    held = load_words(fixed(data))
+    loads = f"{data['status'].size} loads{' under ' if held else ''}{held}"
+    return html.escape(f"Calibration over {loads} at {frequency} · {models}")
 
 
-def tiles(data: xr.Dataset, read: Readings) -> str:
-    """Return the headline numbers."""
-    stray = crosstalk(data).attrs
-    seconds = float(data["seconds"].sum())
-    found = [
-        (_span(data, "F_x"), "shear force [N]"),
-        (_span(data, "F_z"), "normal force [N]"),
-        (f"{1e6 * float(np.mean(read.L0)):.4g} µH", "free-space inductance of a coil"),
-        (f"{stray['full_scale_L_v']:.3g} %", "full scale of L_v, of L0"),
-        (f"{stray['full_scale_L_h']:.3g} %", "full scale of L_h, of L0"),
-        (f"{stray['largest_L_v_from_F_x']:.3g} %", "crosstalk of F_x into L_v"),
-        (f"{stray['largest_L_h_from_F_z']:.3g} %", "crosstalk of F_z into L_h"),
-        (f"{seconds:.3g} s", f"for {int((data['status'] == DONE).sum())} of {data['status'].size} loads"),
-    ]  # fmt: skip
+def tiles(data: xr.Dataset, read: Readings | None) -> str:
+    """Return the headline numbers; fewer without readings."""
+    kinds = {"F_x": "shear force", "F_z": "normal force", "F_y": "shear force along y"}
+    names = {name: kinds.get(name, f"moment {name}") for name in varied(data)}
+    found = [(_span(data, name), f"{text} [{shown_unit(name)}]") for name, text in names.items()]
+    if read is not None:
+        stray = crosstalk(data).attrs
+        found += [
+            (f"{1e6 * float(np.mean(read.L0)):.4g} µH", "free-space inductance of a coil"),
+            (f"{stray['full_scale_L_v']:.3g} %", "full scale of L_v, of L0"),
+            (f"{stray['full_scale_L_h']:.3g} %", "full scale of L_h, of L0"),
+            (f"{stray['largest_L_v_from_F_x']:.3g} %", "crosstalk of F_x into L_v"),
+            (f"{stray['largest_L_h_from_F_z']:.3g} %", "crosstalk of F_z into L_h"),
+        ]
+    done = int((data["status"] == DONE).sum())
+    found.append((f"{float(data['seconds'].sum()):.3g} s", f"for {done} of {data['status'].size} loads"))
     texts = ((html.escape(value), html.escape(name)) for value, name in found if not value.startswith("nan"))
     return "\n".join(f'<div class="tile"><b>{value}</b><span>{name}</span></div>' for value, name in texts)
 
@@ -66,13 +76,15 @@ def _span(data: xr.Dataset, force: str) -> str:
     return low if low == high else f"{low} … {high}"
 
 
-def words_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
+def words_part(sensor: Sensor, data: xr.Dataset, read: Readings | None) -> str:
     """Return warnings and what else a reader should know, in sentences."""
     lines = [f"No result under {line}" for line in failures(data)]
     lines += [_sentence(line) for line in remarks(data)]
-    if read.front is not None:
+    if read is None:
+        lines.append(_NOT_SHOWN.format(", ".join(missing_figures(data))))
+    elif read.front is not None:
         lines += [_sentence(line) for line in read.front.warnings]
-    lines += _mixing(data) + _models(sensor, data, read)
+    lines += ([] if read is None else _mixing(data)) + _models(sensor, data)
     good = [] if failures(data) else [f'<li class="good">All {data["status"].size} loads converged.</li>']
     return "\n".join(good + [f"<li>{html.escape(line)}</li>" for line in lines])
 
@@ -95,10 +107,10 @@ def _mixing(data: xr.Dataset) -> list[str]:
     return lines
 
 
-def _models(sensor: Sensor, data: xr.Dataset, read: Readings) -> list[str]:
+def _models(sensor: Sensor, data: xr.Dataset) -> list[str]:
     """Return what the models that were used leave open."""
     lines, mechanics = [], json.loads(data.attrs["request"])["mechanics"]
-    if read.scaled:
+    if data.attrs["unit_L"] != "H":
         lines.append(
             "The magnetic model is per metre of depth. Microhenries and codes are its relative changes times the "
             "coils' inductance in free space; effects of the target's ends in y are not in them. Of a short target the "
@@ -158,9 +170,9 @@ def inverse_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
     except ValueError as error:
         return f"<p>{html.escape(_sentence(str(error)))}</p>"
     if len(cal.coils) < len(cal.forces):
-        return f"<p>{len(cal.coils)} coils cannot tell {' and '.join(cal.forces)} apart.</p>"
+        return f"<p>{len(cal.coils)} coils cannot resolve {' and '.join(cal.forces)}.</p>"
     rows = [
-        ("told apart", " and ".join(cal.forces)),
+        ("forces resolved", " and ".join(cal.forces)),
         ("error of the map", f"{cal.error:.1e} of a coil's full scale, foretelling loads that are left out"),
         ("loads with one answer", f"{100.0 * cal.domain.share:.4g} % of the calibrated range"),
         *(("no answer", region) for region in cal.domain.regions),

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from sits_mech.chain.models import mechanical_model
-from sits_mech.quantities import Pose, Wrench
+from sits_mech.quantities import Pose, Wrench, refuse_beside
 from sits_mech.report.curves import save_figure
 from sits_mech.report.spatial import spatial_view
 from sits_mech.report.views import driven_coil, field_view, load_view
@@ -75,6 +75,8 @@ def draw(kind: Kind, sensor: Sensor, request: Request, path: Path) -> None:
         When a solve did not reach its answer.
     """
     driven = driven_coil(sensor, request.driven)
+    if kind == "field":
+        refuse_beside("planar-fem", request.pose or request.wrench, "sheets, --kind spatial")
     if kind == "layer":
         save_figure(load_view(sensor, request.wrench), path)
     elif kind == "field":
@@ -87,4 +89,5 @@ def resting_pose(sensor: Sensor, request: Request) -> Pose:
     """Return the pose that is asked for, or where the target comes to rest under the load."""
     if request.pose is not None or sensor.target is None:
         return request.pose or Pose(0.0, 0.0)
-    return mechanical_model(sensor)[0].equilibrium(request.wrench).pose
+    loads = [request.wrench] if request.wrench.beside else ()
+    return mechanical_model(sensor, loads=loads)[0].equilibrium(request.wrench).pose

@@ -13,7 +13,7 @@ from sits_mech.geometry.windings import coil_bars
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.mechanics.block import BlockPad, deformed_section
 from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh
-from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, Wrench
+from sits_mech.quantities import WRENCH, Array, Equilibrium, MechanicalModel, Pose, Wrench, shown_unit
 from sits_mech.report.curves import add_polygons, new_figure
 from sits_mech.report.fields import current_view, potential_view
 from sits_mech.sensor import SceneError, Sensor
@@ -72,15 +72,19 @@ def load_view(
     Raises
     ------
     SceneError
-        When the scene has no target or no elastomer, or matplotlib is missing.
+        When the scene has no target or no elastomer, the model keeps no section of a load beside the plane y = 0, or
+        matplotlib is missing.
     SolveFailed
         When the layer has no equilibrium that could be reached.
     """
     for part in ("target", "elastomer"):
         if getattr(sensor, part) is None:
             raise SceneError(f"{sensor.name}: {part}: must be given for a picture of the layer; it is missing")
-    model, _ = mechanical_model(sensor, mechanics, tolerance)
+    model, _ = mechanical_model(sensor, mechanics, tolerance, [wrench] if wrench.beside else ())
     equilibrium = model.equilibrium(wrench, start=start)
+    if wrench.beside and equilibrium.state.size == 0:
+        needed = "needs a load in the plane y = 0 (--fx, --fz, --moment)"
+        raise SceneError(f"picture of the layer: {needed}; got {', '.join(wrench.beside)} too: ask for --kind spatial")
     return layer_view(sensor, equilibrium, _deformed(model, equilibrium))
 
 
@@ -192,5 +196,6 @@ def _dress(axes: Axes, equilibrium: Equilibrium, frame: Frame) -> None:
     axes.grid(False)
     axes.set_xlabel("$x$ [mm]")
     axes.set_ylabel("$z$ [mm]")
-    load = equilibrium.wrench
-    axes.set_title(f"$F_x$ = {load.F_x:.3g} N, $F_z$ = {load.F_z:.3g} N", fontsize=8)
+    shown = ("F_x", "F_z", *(name for name in WRENCH[2:] if getattr(equilibrium.wrench, name) != 0.0))
+    load = ((name, getattr(equilibrium.wrench, name)) for name in shown)
+    axes.set_title(", ".join(f"${name}$ = {value:.3g} {shown_unit(name)}" for name, value in load), fontsize=8)

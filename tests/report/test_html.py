@@ -269,6 +269,14 @@ def test_warnings_are_in_plain_words(calibrated: Path) -> None:
     assert "too lossy" not in words_part(sensor, data, readings(sensor, data))
 
 
+def test_other_loads_have_no_explorer(three_forces: Path, tmp_path: Path) -> None:
+    """What is not shown is named; every load and figure is there."""
+    text = page(*read_calibration(three_forces), three_forces)
+    assert "Not shown: the explorer, full scales, crosstalk, rotation error" in text and "<script" not in text
+    assert 'id="explorer"' not in text and "under M = 0.001 N m" in text and "dL_v/dF_y" in text
+    assert text.count('class="n"') > 60 and "$" not in text.partition("</style>")[2]
+
+
 def test_without_converter_or_pictures(calibrated: Path, tmp_path: Path) -> None:
     """The page still stands, without codes."""
     sensor, data = read_calibration(calibrated)

@@ -45,6 +45,24 @@ def test_crosstalk_map_shows_both_ways(data: xr.Dataset) -> None:
     assert all(picture.get_clim()[0] == -picture.get_clim()[1] for picture in maps)
 
 
+def test_other_forces_are_at_the_middle(data: xr.Dataset) -> None:
+    """A slice, with a title that says where; without the usual forces those that there are."""
+    wide = data.expand_dims({"F_y": [-1.0, 0.5, 1.0]}, axis=2).assign_coords(M=2e-3)
+    wide = wide.assign(L_v_percent=wide["L_v_percent"] + wide["F_y"])
+    (axes,) = normal_curves(wide).axes
+    np.testing.assert_allclose(axes.containers[1].lines[0].get_ydata(), [189.5, 188.5, 187.5])
+    assert axes.get_title() == "M = 0.002 N m, F_y = 0.5 N"
+    figure = crosstalk_map(wide)
+    assert "F_y = 0.5 N" in figure.get_suptitle()
+    (axes,) = shear_curves(wide.isel(F_x=0).drop_vars("F_x")).axes
+    assert "F_y" in axes.get_xlabel() and "F_z" in axes.get_legend().get_title().get_text()
+    (axes,) = normal_curves(wide.isel(F_x=0, F_z=1)).axes
+    assert "F_y" in axes.get_xlabel() and axes.get_legend() is None and "F_x = -1 N, F_z = 1 N" in axes.get_title()
+    for draw in (crosstalk_map, normal_curves):
+        with pytest.raises(SceneError, match="needs? a table over"):
+            draw(wide.isel(F_x=0, F_z=0, F_y=0))
+
+
 def test_the_target_turns_clockwise() -> None:
     """alpha > 0: the left edge rises, the right one sinks; the bottom's centre stays."""
     corners = target_corners(load_sensor("biorob2018"), Pose(1e-3, 2e-3, 0.1))

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,8 +12,10 @@ import xarray as xr
 from rich.console import Console
 
 from sits_mech.quantities import POSE, WRENCH, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.report.folder import read_calibration
+from sits_mech.report.load_tables import csv_text, failures, figures, load_table, remarks, summary_table
 from sits_mech.report.records import failure_record, json_text
-from sits_mech.report.tables import csv_text, failures, figures, load_table, remarks, summary_table, with_error
+from sits_mech.report.tables import with_error
 
 COILS = ["C1", "C2"]
 
@@ -102,6 +105,34 @@ def test_csv_keeps_every_digit() -> None:
     assert len(rows) == 9 and rows[5]["F_x"] == "0.0" and rows[5]["F_z"] == "2.0"
     assert [float(row["d_v"]) for row in rows] == made()["d_v"].transpose("F_x", "F_z").to_numpy().ravel().tolist()
     assert float(rows[4]["L[C2][C1]"]) == 4 * 4 + 2 and rows[8]["reason"] == "too much"
+
+
+def test_a_table_of_three_forces(three_forces: Path) -> None:
+    """One line per load with all that moves; sensitivities by each force, what is not available by name."""
+    _, data = read_calibration(three_forces)
+    table, rows = load_table(data), list(csv.DictReader(io.StringIO(csv_text(data))))
+    headings = [str(column.header) for column in table.columns]
+    assert headings[:6] == ["F_x [N]", "F_z [N]", "F_y [N]", "d_h [um]", "d_v [um]", "alpha [mrad]"]
+    assert "d_y [um]" in headings and "M = 0.001 N m" in str(table.title) and table.row_count == len(rows) == 60
+    assert [rows[4][name] for name in ("F_x", "F_z", "F_y", "M")] == ["-1.0", "1.0", "0.0", "0.001"]
+    assert float(rows[-1]["d_y"]) == pytest.approx(4e-5) and list(rows[0])[:4] == ["F_x", "F_z", "F_y", "M"]
+    found = {name: value for name, value, *_ in figures(data)}
+    names = ("F_x", "F_z", "F_y")
+    assert set(found) == {f"d{signal}/d{name} mid-grid" for signal in ("L_v", "L_h") for name in names}
+    lower, upper = (data["L_v_percent"].isel(F_x=2, F_y=1, F_z=k) for k in (1, 3))
+    assert found["dL_v/dF_z mid-grid"] == pytest.approx(float(upper - lower) / 2.0)
+    text = text_of(summary_table(data))
+    assert text.count("not available: needs a table over F_x and F_z alone") == 3 and "crosstalk" in text
+
+
+def test_a_table_of_moments_has_their_unit() -> None:
+    """Per newton metre; a table of one load has no slopes."""
+    data = made().isel(F_z=0).rename(F_x="M")
+    assert [unit for *_, unit in figures(data)] == ["% of L0 / (N m)"] * 2
+    assert failures(made().rename(F_x="M")) == ["M = 1 N m, F_z = 2 N: stalled: too much"]
+    single = data.isel(M=0).drop_vars("M")
+    assert figures(single)[0][0] == "dL_v/dF_z mid-grid" and math.isnan(figures(single)[0][1])
+    assert csv_text(single).count("\n") == 2 and load_table(single).row_count == 1
 
 
 def test_records_are_json() -> None:
