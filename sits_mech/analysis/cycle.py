@@ -22,10 +22,10 @@ import xarray as xr
 from scipy.interpolate import CubicSpline, make_interp_spline
 
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.pose_errors import Reading, read_poses
+from sits_mech.chain.pose_errors import Reading, read_poses, stacked
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.mechanics.history import ElasticCurve, elastic_curve, relaxed_share, softened_share
-from sits_mech.quantities import Array, Pose, Wrench
+from sits_mech.quantities import POSE, Array, Pose, Wrench
 from sits_mech.sensor import SceneError, Sensor, scene_hash, scene_text
 from sits_mech.version import __version__
 
@@ -116,7 +116,7 @@ def load_cycle(
         When the layer has no equilibrium on the way to the peak.
     """
     _check(programme)
-    field, by_field = loaded_model(sensor, magnetics, tolerance)
+    field, by_field = loaded_model(sensor, magnetics, tolerance, [peak])
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance, [peak])
     height = 0.0 if sensor.target is None else sensor.target.load_height
     curve = elastic_curve(layer, peak, height=height, points=points)
@@ -158,8 +158,7 @@ def _check(programme: Programme) -> None:
 
 def _poses(curve: ElasticCurve, kind: str) -> Pose:
     """Return the poses of a curve, or their errors, as one."""
-    found = [getattr(item, kind) for item in curve.found]
-    return Pose(*(np.array([getattr(pose, name) for pose in found], dtype=float) for name in ("d_h", "d_v", "alpha")))
+    return stacked([getattr(item, kind) for item in curve.found])
 
 
 def _elastic_share(sensor: Sensor, programme: Programme, curve: ElasticCurve) -> Array:
@@ -174,7 +173,7 @@ def _elastic_share(sensor: Sensor, programme: Programme, curve: ElasticCurve) ->
 def _carried(curve: ElasticCurve, reading: Reading, elastic: Array) -> dict[str, Any]:
     """Return pose, inductance and signals over time, each with its error, as columns of a table."""
     pose, error, found, shown = _poses(curve, "pose"), _poses(curve, "error"), reading.impedance, reading.signals
-    values = {name: (getattr(pose, name), getattr(error, name)) for name in ("d_h", "d_v", "alpha")}
+    values = {name: (getattr(pose, name), getattr(error, name)) for name in POSE}
     values |= {"L": (found.L, found.error_L)}
     values |= {name: (getattr(shown, name), getattr(shown, f"error_{name}")) for name in _SHOWN}
     columns = {}

@@ -23,6 +23,7 @@ from scipy.constants import mu_0
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.outline import outline_plan, target_outline
 from sits_mech.geometry.sheet_plan import Grading, Integers, Plan, plan_seams
+from sits_mech.geometry.turns import rotation_matrix
 from sits_mech.magnetics.prisms import Prisms, prism_means
 from sits_mech.magnetics.ring_field import coil_potential
 from sits_mech.magnetics.sheet_loops import Complex, class_loops
@@ -95,15 +96,9 @@ def plate_stream(sensor: Sensor, pose: Pose, frequency: float, currents: Array, 
     return Stream(plan.nodes, plan.cells, _at_nodes(plan, found), complex(1j * omega * g @ found))
 
 
-def turned(pose: Pose) -> Array:
-    """Return the rotation from the target's own axes to the scene's, shape (3, 3)."""
-    c, s = np.cos(float(pose.alpha)), np.sin(float(pose.alpha))
-    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-
-
 def placed(points: Array, pose: Pose) -> Array:
     """Return points of the target's own axes, from its bottom face's centre, in the scene; shape (n, 3) [m]."""
-    return np.asarray(points @ turned(pose).T + np.array([float(pose.d_h), 0.0, float(pose.d_v)]))
+    return np.asarray(points @ rotation_matrix(pose.rotation).T + pose.centre)
 
 
 def _plan(target: Target, cells: int) -> Plan:
@@ -129,7 +124,7 @@ def _potential(sensor: Sensor, pose: Pose, plan: Plan, currents: Array) -> Array
     for coil, current in zip(sensor.coils, currents, strict=True):
         if current != 0.0:
             A += current * coil_potential(coil, "rings", points, points.shape[0])(points)
-    return np.asarray(A @ turned(pose))
+    return np.asarray(A @ rotation_matrix(pose.rotation))
 
 
 def _at_nodes(plan: Plan, found: Complex) -> Complex:

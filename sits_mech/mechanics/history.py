@@ -33,6 +33,7 @@ Neglected: inertia, dependence of G on strain, softening point by point, permane
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -41,6 +42,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 from scipy.special import erf
 
+from sits_mech.geometry.turns import rotation_matrix, rotation_vector
 from sits_mech.materials import Silicone
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, Wrench
 
@@ -175,9 +177,9 @@ def elastic_curve(layer: MechanicalModel, peak: Wrench, *, height: float = 0.0, 
     shares = np.linspace(0.0, 1.0, points)
     found: list[Equilibrium] = []
     for share in shares:
-        wrench = Wrench(share * peak.F_x, share * peak.F_z, share * peak.M)
+        wrench = Wrench(*(share * peak.components))
         found.append(layer.equilibrium(wrench, start=found[-1] if found else None))
-    way = CubicSpline(shares, [_way(peak, item.pose, found[0].pose, height) for item in found])
+    way = CubicSpline(shares, _work(peak, [item.pose for item in found], height))
     below = way.antiderivative()
 
     def energy(share: float) -> float:
@@ -186,9 +188,11 @@ def elastic_curve(layer: MechanicalModel, peak: Wrench, *, height: float = 0.0, 
     return ElasticCurve(peak, shares, tuple(found), energy)
 
 
-def _way(peak: Wrench, pose: Pose, rest: Pose, height: float) -> float:
-    """Work of the whole peak wrench from rest to a pose [J]."""
-    turn = float(pose.alpha)
-    along = float(pose.d_h) + height * np.sin(turn)
-    down = float(rest.d_v) - float(pose.d_v) + height * (1.0 - np.cos(turn))
-    return float(peak.F_x * along + peak.F_z * down + peak.M * turn)
+def _work(peak: Wrench, poses: Sequence[Pose], height: float) -> Array:
+    """Work of the whole peak wrench on the way from the first pose to each; turns add up from one pose to the next."""
+    turns = rotation_matrix(np.array([pose.rotation for pose in poses]))
+    ends = np.array([pose.centre for pose in poses]) + height * turns[:, :, 2]
+    steps = [rotation_vector(after @ before.T) for before, after in itertools.pairwise(turns)]
+    turned = np.cumsum([np.zeros(3), *steps], axis=0)
+    force, moment = np.array([peak.F_x, peak.F_y, -peak.F_z]), np.array([peak.M_x, peak.M, peak.M_z])
+    return np.asarray((ends - ends[0]) @ force + turned @ moment)

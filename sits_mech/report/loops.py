@@ -8,6 +8,7 @@ from typing import Any
 import xarray as xr
 from rich.table import Table
 
+from sits_mech.quantities import POSE
 from sits_mech.report.tables import with_error
 
 
@@ -24,7 +25,7 @@ def loop_table(data: xr.Dataset) -> Table:
 
 def loop_record(data: xr.Dataset) -> dict[str, Any]:
     """Return the loops for a program, with the request and the ends of pose and signals."""
-    names = ("d_h", "d_v", "alpha", "L_v_percent", "L_h_percent")
+    names = (*POSE, "L_v_percent", "L_h_percent")
     ends = {name: [float(data[name].min()), float(data[name].max())] for name in names}
     loops = {f"loop_{name}_percent": [value for value, _ in _widths(data, name)] for name in ("L_v", "L_h")}
     errors = {f"error_loop_{name}_percent": [error for _, error in _widths(data, name)] for name in ("L_v", "L_h")}

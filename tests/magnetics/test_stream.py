@@ -33,6 +33,15 @@ def test_gives_back_what_volume_finite_elements_say(sensor: Sensor, stream: Stre
     assert thick.change.imag / (1e3 * omega) == pytest.approx(-59.0134e-9, rel=0.12)
 
 
+def test_a_scene_turned_by_a_quarter_gives_back_the_same(sensor: Sensor) -> None:
+    """Coils on y, target moved along y and turned about x: as along x and about y, but for the triangles."""
+    across = load_sensor("biorob2018", ["coils.C1.centre=[0, -0.004]", "coils.C2.centre=[0, 0.004]"])
+    one = plate_stream(sensor, Pose(1.5e-3, 2.5e-3, 0.3), 5e3, ONE, cells=16)
+    other = plate_stream(across, Pose(0.0, 2.5e-3, d_y=1.5e-3, alpha_x=-0.3), 5e3, ONE, cells=16)
+    assert other.change == pytest.approx(one.change, rel=3e-2)
+    assert abs(plate_stream(across, Pose(0.0, 2.5e-3), 5e3, ONE, cells=16).change / one.change - 1.0) > 0.3
+
+
 def test_a_slot_is_rim(sensor: Sensor) -> None:
     """An outline from the scene: all of psi is finite, the slot's mouth is rim."""
     target = sensor.target

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.special import erf
 
+from sits_mech.geometry.turns import rotation_matrix, rotation_vector
 from sits_mech.materials import Silicone, silicone_from
 from sits_mech.mechanics.history import (
     LOST,
@@ -35,6 +36,32 @@ class Spring:
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         pose = Pose(wrench.F_x / 2500, 2e-3 - np.sqrt(wrench.F_z) / 1000, 0.0)
         return Equilibrium(wrench, pose, Pose(0.0, 0.0), np.zeros(3), SolveReport("spring", 3, 1, 0.0, 0.0, 0.0))
+
+
+@dataclass(frozen=True)
+class Turning:
+    """Turns about x by 20 M_x and then about its own z by 30 M_z, moves along y by F_y/1000: a path in space."""
+
+    def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
+        about_x, about_z = np.array([20.0 * wrench.M_x, 0.0, 0.0]), np.array([0.0, 0.0, 30.0 * wrench.M_z])
+        turn = rotation_vector(rotation_matrix(about_x) @ rotation_matrix(about_z))
+        pose = Pose(0.0, 2e-3, turn[1], wrench.F_y / 1000, turn[0], turn[2])
+        return Equilibrium(wrench, pose, Pose(0.0, 0.0), np.zeros(3), SolveReport("turning", 6, 1, 0.0, 0.0, 0.0))
+
+
+def test_work_of_a_load_in_space_adds_up_along_the_way() -> None:
+    """Force: F_y d_y and its lever; moment: ``int M . omega``, here M_x 20 M_x + int M_z cos(20 M_x s) 30 M_z ds."""
+    peak, height = Wrench(F_y=0.4, M_x=0.03, M_z=0.02), 1e-3
+    curve = elastic_curve(Turning(), peak, height=height, points=33)
+    assert curve.found[-1].wrench == peak
+    s = np.linspace(0.0, 1.0, 20001)
+    tilt = 20.0 * peak.M_x * s
+    lever = -height * np.sin(tilt)  # of the load's point along y: the bottom's centre moves by d_y alone
+    way = peak.F_y * (peak.F_y * s / 1000 + lever) + peak.M_x * tilt
+    spin = 30.0 * peak.M_z * np.cos(tilt)
+    way += peak.M_z * np.concatenate([[0.0], np.cumsum(0.5 * (spin[1:] + spin[:-1]) * np.diff(s))])
+    stored = way[-1] - np.sum(0.5 * (way[1:] + way[:-1]) * np.diff(s))
+    assert curve.energy(1.0) == pytest.approx(stored, rel=1e-4)
 
 
 def test_one_branch_creeps_as_the_standard_linear_solid() -> None:

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from sits_mech.mechanics.block import BlockPad
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.report.curves import crosstalk_map, normal_curves, save_figure, shear_curves
-from sits_mech.report.views import layer_view, target_corners
+from sits_mech.report.views import layer_view, load_view, target_corners
 from sits_mech.sensor import SceneError, load_sensor
 
 
@@ -69,6 +70,15 @@ def test_the_target_turns_clockwise() -> None:
     np.testing.assert_allclose(corners[:2].mean(axis=0), [1e-3, 2e-3], atol=1e-18)
     assert corners[0, 1] > 2e-3 > corners[1, 1] and corners[3, 1] > corners[0, 1]
     np.testing.assert_allclose(np.linalg.norm(corners[1] - corners[0]), 8e-3)
+
+
+def test_a_layer_without_its_state_is_not_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pad solved whole that keeps no state has no section to show: one line that names the other picture."""
+    report = SolveReport("by hand", 1, 1, 0.0, 0.0, 0.0)
+    found = Equilibrium(Wrench(0.1, F_y=0.2), Pose(0.0, 2e-3), Pose(0.0, 0.0), np.zeros(0), report)
+    monkeypatch.setattr(BlockPad, "equilibrium", lambda *_, **__: found)
+    with pytest.raises(SceneError, match="needs a load in the plane y = 0 .*; got F_y too: ask for --kind spatial"):
+        load_view(load_sensor("biorob2018"), found.wrench)
 
 
 def test_layer_view_and_files(tmp_path: Path) -> None:
