@@ -16,7 +16,8 @@ def not_converged(error: Any, as_json: bool, whole: bool = False) -> int:
     from sits_mech.report.records import failure_record
     from sits_mech.report.tables import equilibrium_table
 
-    tables = [] if error.last is None else [equilibrium_table(error.last, "last converged state")]
+    title = "last converged state" if error.half == "mechanics" else "where the target rests"
+    tables = [] if error.last is None else [equilibrium_table(error.last, title)]
     answer(failure_record(error, whole), tables, as_json)
     warn(f"not converged ({error.report.status}): {error}")
     return 3

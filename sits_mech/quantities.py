@@ -229,12 +229,17 @@ class SolveFailed(Exception):
         Its ``status`` names the reason.
     last : Equilibrium or None
         The last converged state on the way, if there is one.
+    half : str
+        Of a whole chain, the physics that the report is of: "mechanics" or "magnetics".
     """
 
-    def __init__(self, message: str, report: SolveReport, last: Equilibrium | None = None) -> None:
+    def __init__(
+        self, message: str, report: SolveReport, last: Equilibrium | None = None, half: str = "mechanics"
+    ) -> None:
         super().__init__(message)
         self.report = report
         self.last = last
+        self.half = half
 
 
 def shown_unit(name: str) -> str:

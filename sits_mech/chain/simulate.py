@@ -16,7 +16,16 @@ from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omissions import mirrored
 from sits_mech.chain.pose_errors import read_poses, signals_at, stacked
 from sits_mech.geometry.collision import check_clearance
-from sits_mech.quantities import WRENCH, Equilibrium, Impedance, MagneticModel, MechanicalModel, Pose, Wrench
+from sits_mech.quantities import (
+    WRENCH,
+    Equilibrium,
+    Impedance,
+    MagneticModel,
+    MechanicalModel,
+    Pose,
+    SolveFailed,
+    Wrench,
+)  # fmt: skip
 from sits_mech.readout.signals import Signals
 from sits_mech.sensor import Sensor
 
@@ -68,7 +77,7 @@ def simulate(
     Collision
         When the target comes to the coil plane.
     SolveFailed
-        When the layer has no equilibrium that could be reached.
+        When the layer has no equilibrium that could be reached, or the coils cannot be solved at the pose.
     """
     field, _ = loaded_model(sensor, magnetics, tolerance, [wrench])
     layer, _ = mechanical_model(sensor, mechanics, tolerance, [wrench])
@@ -104,7 +113,10 @@ def _simulated(sensor: Sensor, layer: MechanicalModel, field: MagneticModel, wre
     """Return what the sensor shows under a load by given models."""
     equilibrium = at_rest(sensor, layer, wrench)
     check_clearance(sensor, equilibrium.pose)
-    reading = read_poses(sensor, field, stacked([equilibrium.pose]), stacked([equilibrium.error]))
+    try:
+        reading = read_poses(sensor, field, stacked([equilibrium.pose]), stacked([equilibrium.error]))
+    except SolveFailed as error:  # the target rests, the coils are not solved
+        raise SolveFailed(str(error), error.report, equilibrium, "magnetics") from error
     found = reading.impedance
     single = {name: getattr(found, name)[0] for name in ("L", "R", "error_L", "error_R")}
     return Simulation(equilibrium, replace(found, **single), signals_at(reading.signals, 0))

@@ -145,7 +145,6 @@ def test_records_are_json() -> None:
     found = json.loads(json_text(failure_record(SolveFailed("no", report, last))))
     assert found["wrench"] == dict.fromkeys(WRENCH, 0.0) | {"F_z": 1.0} and found["pose"]["d_v"] == 1e-3
     assert found["error"] == dict.fromkeys(POSE, 0.0) and found["report"]["status"] == "stalled"
-    magnetic = SolveReport("planar", 10, 3, 1.0, 0.5, 0.1, status="stalled")
-    for own, half, other in ((report, "mechanics", "magnetics"), (magnetic, "magnetics", "mechanics")):
-        halves = failure_record(SolveFailed("no", own), whole=True)["report"]
+    for half, other in (("mechanics", "magnetics"), ("magnetics", "mechanics")):
+        halves = failure_record(SolveFailed("no", report, half=half), whole=True)["report"]
         assert halves[other] is None and halves[half]["status"] == "stalled"
