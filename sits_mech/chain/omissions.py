@@ -30,11 +30,11 @@ import numpy as np
 
 from sits_mech.magnetics.loops import coil_inductances
 from sits_mech.magnetics.losses import skin_depth
-from sits_mech.mechanics.closed_form import small_strain_bound
+from sits_mech.mechanics.closed_form import LONG, small_strain_bound
 from sits_mech.quantities import Wrench
 from sits_mech.sensor import Sensor
 
-_LONG, _COVERED = 10.0, 0.95  # widths of a pad, and share of it under the target, that plane strain stands for
+_COVERED = 0.95  # share of a long pad under the target that plane strain stands for
 _SLENDER = 0.5  # shape factor below which no layer counts as one of small strain
 _MIRROR = np.array([-1.0, 1.0, -1.0, 1.0, 1.0, -1.0])  # of the components of a wrench, x to -x
 _THICK = 3.0  # skin depths from which on the inside of a plate is at rest
@@ -157,7 +157,7 @@ def _ends(sensor: Sensor, mechanics: str | None) -> list[Omission]:
     if mechanics in (None, "block") or target is None or elastomer is None:
         return []
     pad, plate = elastomer.extent[1], target.extent[1]
-    if pad >= _LONG * elastomer.extent[0] and plate >= _COVERED * pad:
+    if pad >= LONG * elastomer.extent[0] and plate >= _COVERED * pad:
         return []
     reason = f"plane strain spreads the force over {pad:g} m of pad, the target covers {plate:g} m: ask for block"
     return [Omission("ends of pad and target along y", reason, math.nan, half="mechanics")]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from sits_mech.chain.interpolate import solved_first
 from sits_mech.chain.omissions import Omission, half_suffices, omissions, strain_bound
 from sits_mech.materials import implausible, unknown
+from sits_mech.mechanics.closed_form import LONG, finite_strain_model
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.sensor import Sensor, Target
 from sits_mech.units import SceneError
@@ -54,7 +55,6 @@ class Choice:
     reason: str
 
 
-_LONG = 10.0  # widths of a pad from which on its length stands for the depth of a planar model
 _PLANE = (
     "finite strain in plane strain, the force spread over the elastomer's length; "
     "a pad or a target shorter than that is softer: compare with block"
@@ -124,12 +124,12 @@ def _is_finite(sensor: Sensor) -> bool:
     target, elastomer = sensor.target, sensor.elastomer
     if target is None or elastomer is None or target.shape == "outline":
         return False
-    return elastomer.extent[1] < _LONG * elastomer.extent[0]
+    return finite_strain_model(sensor) == "block"
 
 
 def _in_space(sensor: Sensor, target: Target) -> bool:
     """Say whether loads move a plate that its section does not stand for, with nothing beside it that costs much."""
-    short = target.extent[1] < _LONG * target.extent[0] and target.net_current == "zero"
+    short = target.extent[1] < LONG * target.extent[0] and target.net_current == "zero"
     return short and not sensor.conductors and _is_finite(sensor)
 
 

@@ -26,6 +26,7 @@ import numpy as np
 
 from sits_mech.mechanics.answer import Pair, errors_of, nearly_settled, pose_of, relative, settled, unpacked
 from sits_mech.mechanics.body import Bonded, rest
+from sits_mech.mechanics.closed_form import finite_strain_model
 from sits_mech.mechanics.control import Control, under
 from sits_mech.mechanics.edges import Edges, edge_effect, edge_notes
 from sits_mech.mechanics.folds import folds
@@ -141,7 +142,8 @@ class LinearLayer:
         )
         if not report.estimated_error < 1.0:
             report = replace(report, status="strains too large")
-            raise SolveFailed(f"wrench: strains are too large for one compliance, got {wrench}: ask for planar", report)
+            ask = f"ask for {finite_strain_model(self.sensor)}"
+            raise SolveFailed(f"wrench: strains are too large for one compliance, got {wrench}: {ask}", report)
         return Equilibrium(wrench, pose_of(self.sensor, q * size), Pose(*error), q, report)
 
 

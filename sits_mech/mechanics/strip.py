@@ -21,7 +21,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.mechanics.closed_form import compression_modulus, shear_stiffness, small_strain_bound, tilt_modulus
+from sits_mech.mechanics.closed_form import (
+    compression_modulus,
+    finite_strain_model,
+    shear_stiffness,
+    small_strain_bound,
+    tilt_modulus,
+)
 from sits_mech.quantities import Equilibrium, Pose, SolveFailed, SolveReport, Wrench, refuse_beside
 from sits_mech.sensor import SceneError, Sensor
 
@@ -72,7 +78,8 @@ class Strip:
         report = SolveReport("closed-form", 0, 0, 0.0, worst, time.perf_counter() - began)
         if not worst < 1.0:
             report = replace(report, status="strains too large")
-            raise SolveFailed(f"wrench: strains are too large for a formula, got {wrench}: ask for planar", report)
+            other = finite_strain_model(self.sensor)
+            raise SolveFailed(f"wrench: strains are too large for a formula, got {wrench}: ask for {other}", report)
         pose = Pose(d_h, elastomer.standoff + t - sink, alpha)
         return Equilibrium(wrench, pose, Pose(*errors), np.zeros(0), report)
 

@@ -55,7 +55,9 @@ def test_no_pose_where_the_error_is_as_large() -> None:
     """A load that would press the target through the coils."""
     with pytest.raises(SolveFailed, match="too large for a formula") as caught:
         strip_layer(flush(2.0)).equilibrium(Wrench(0.0, 4e4))
-    assert caught.value.report.status == "strains too large"
+    assert caught.value.report.status == "strains too large" and str(caught.value).endswith("ask for planar")
+    with pytest.raises(SolveFailed, match="ask for block$"):
+        strip_layer(flush(2.0, extra=("elastomer.length=0.008",))).equilibrium(Wrench(0.0, 4e4))
 
 
 def test_the_chain_takes_it_by_name() -> None:
