@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from sits_mech.sweep import Progress
+    from sits_mech.cases import Progress
 
 
 def not_converged(error: Any, as_json: bool, whole: bool = False) -> int:

@@ -17,11 +17,11 @@ import numpy as np
 from sits_mech.analysis.adaptive import calibrate_adaptively
 from sits_mech.analysis.bench import sensor_calibration
 from sits_mech.analysis.design import table_row
+from sits_mech.cases import DONE
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.report.curves import crosstalk_map, normal_curves, save_figure, shear_curves
 from sits_mech.report.outputs import study_arguments, write_rows
 from sits_mech.sensor import load_sensor
-from sits_mech.sweep import DONE
 
 SENSOR = "biorob2018-w15"
 SHEAR, NORMAL = 1.0, 4.0  # [N]

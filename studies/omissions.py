@@ -25,6 +25,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from sits_mech.analysis.spectrum import at_terminals
+from sits_mech.cases import Row
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.interpolate import settle_grid
 from sits_mech.chain.models import MAGNETICS, MECHANICS, magnetic_model, mechanical_model, plan
@@ -37,7 +38,6 @@ from sits_mech.report.accuracy import forget
 from sits_mech.report.curves import new_figure, save_figure
 from sits_mech.report.outputs import study_arguments, write_rows
 from sits_mech.sensor import Sensor, load_sensor
-from sits_mech.sweep import Row
 
 LONG = 'elastomer.length="1000 mm"'
 FERRITE = (

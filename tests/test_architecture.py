@@ -16,7 +16,7 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 RANKS = {
     **dict.fromkeys(("version", "units", "scene", "bounds", "outlines", "parts", "sensor"), 0),
     **dict.fromkeys(("materials", "quantities"), 0),
-    **dict.fromkeys(("sweep", "meshing"), 1),
+    **dict.fromkeys(("cases", "meshing"), 1),
     "geometry": 2,
     **dict.fromkeys(("mechanics", "magnetics", "readout"), 3),
     **dict.fromkeys(("chain",), 4),

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sits_mech.cases import read_table
 from sits_mech.cli import run
 from sits_mech.quantities import POSE, WRENCH
 from sits_mech.sensor import SceneError, load_sensor
-from sits_mech.sweep import read_table
 
 ROOT = Path(__file__).parents[1]
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sits_mech.analysis.bench import free_inductances
+from sits_mech.cases import Progress
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.pose_errors import read_poses
 from sits_mech.geometry.collision import Collision, check_clearance
@@ -21,7 +22,6 @@ from sits_mech.quantities import Array, Equilibrium, MagneticModel, MechanicalMo
 from sits_mech.readout.calibration import Calibration, calibration_of
 from sits_mech.readout.sampling import Mirror, Sampling, sample
 from sits_mech.sensor import Coil, SceneError, Sensor
-from sits_mech.sweep import Progress
 
 _NAMES = ("F_x", "F_z")
 

@@ -20,6 +20,7 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.spectrum import at_terminals
+from sits_mech.cases import DONE
 from sits_mech.magnetics.loops import coil_inductances
 from sits_mech.magnetics.losses import track_resistance
 from sits_mech.magnetics.terminals import terminal_impedance
@@ -29,7 +30,6 @@ from sits_mech.readout.converter import converter, parallel_resistance, resonanc
 from sits_mech.readout.front_end import FrontEnd, front_end
 from sits_mech.readout.loads import two_forces
 from sits_mech.sensor import Coil, SceneError, Sensor
-from sits_mech.sweep import DONE
 
 _IDLE = "idle coils: left out, a model per metre overstates their coupling"
 

@@ -21,6 +21,7 @@ import xarray as xr
 from scipy.interpolate import BarycentricInterpolator
 
 from sits_mech.analysis.bench import free_inductances
+from sits_mech.cases import DONE
 from sits_mech.chain.models import loaded_model
 from sits_mech.geometry.collision import clearance
 from sits_mech.quantities import Array, Pose
@@ -30,7 +31,6 @@ from sits_mech.readout.loads import varied as components
 from sits_mech.readout.measured import Measured, ParameterFit, Tank, fit_parameters
 from sits_mech.readout.surrogate import SmoothMap, fit_map
 from sits_mech.sensor import SceneError, Sensor
-from sits_mech.sweep import DONE
 
 PARAMETERS = ("modulus", "gap", "lead")
 """What can be fitted: s, g and l above."""

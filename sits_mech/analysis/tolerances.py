@@ -20,11 +20,11 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.bench import sensor_calibration
+from sits_mech.cases import Progress
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.quantities import Array, Pose, SolveFailed, Wrench
 from sits_mech.readout.spread import Spread, design, spread
 from sits_mech.sensor import SceneError, Sensor
-from sits_mech.sweep import Progress
 
 TOLERANCES = ("thickness", "modulus", "gap", "offset")
 """Standard deviations: of the layer [m], of the modulus over its own [-], of the gap [m], of the coils along x [m]."""

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from sits_mech.cases import DONE, Row
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import MAGNETICS, MECHANICS, checked_tolerance, magnetic_model, mechanical_model
 from sits_mech.chain.plan import choose_magnetics, choose_mechanics, leaving
@@ -33,7 +34,6 @@ from sits_mech.quantities import (
     Wrench,
 )  # fmt: skip
 from sits_mech.sensor import Sensor, changed, sensor_from
-from sits_mech.sweep import DONE, Row
 from sits_mech.units import SceneError, quantity, quantity_or_range, shown
 
 _LOAD = {argument: UNITS[name] for argument, name in LOAD_ARGUMENTS.items()}

@@ -16,10 +16,10 @@ import xarray as xr
 
 from sits_mech.batch.requests import Variant
 from sits_mech.batch.study import Study
+from sits_mech.cases import Progress, Row, case_path, grid_points, save_table, sweep
 from sits_mech.quantities import LOAD_ARGUMENTS
 from sits_mech.scene import write_text
 from sits_mech.sensor import SceneError, scene_hash
-from sits_mech.sweep import Progress, Row, case_path, grid_points, save_table, sweep
 from sits_mech.units import si_label, si_unit
 from sits_mech.version import __version__
 

@@ -18,6 +18,7 @@ import numpy as np
 import xarray as xr
 from threadpoolctl import threadpool_limits
 
+from sits_mech.cases import DONE, Progress, Row, table
 from sits_mech.chain.interpolate import settle_grid
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omissions import mirrored
@@ -29,7 +30,6 @@ from sits_mech.mechanics.finite_length import small_strain_stiffness
 from sits_mech.mechanics.loads import kept_key
 from sits_mech.quantities import Impedance, MagneticModel, Pose, Wrench
 from sits_mech.sensor import SceneError, Sensor, scene_hash, scene_text
-from sits_mech.sweep import DONE, Progress, Row, table
 from sits_mech.version import __version__
 
 

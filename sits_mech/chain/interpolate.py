@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import RectBivariateSpline
 
+from sits_mech.cases import DONE, Progress, Row
 from sits_mech.mechanics.loads import Load, settle, upright
 from sits_mech.quantities import Array, MechanicalModel, Wrench
 from sits_mech.readout.surrogate import SmoothMap, fit_map
 from sits_mech.sensor import Sensor
-from sits_mech.sweep import DONE, Progress, Row
 
 BETWEEN = "pose between solved loads, by a smooth map through them"
 _FEWEST = 7  # values along a force from which on some may be left out

@@ -164,9 +164,9 @@ def cycle(
     Example: sits-mech cycle soft.toml --fz "4 N" --period "2 s" --cycles 3 -o cycle.nc
     """
     from sits_mech.analysis.cycle import load_cycle, triangle
+    from sits_mech.cases import save_table
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.loops import loop_record, loop_table
-    from sits_mech.sweep import save_table
     from sits_mech.units import quantity
 
     sensor, seconds = sensor_of(scene, overrides), quantity(period, "s", "--period")

@@ -8,13 +8,13 @@ import math
 from pathlib import Path
 from typing import Any
 
+from sits_mech.cases import save_table
 from sits_mech.export.source import Source
 from sits_mech.quantities import UNITS, shown_unit
 from sits_mech.readout.loads import fixed, varied
 from sits_mech.report.load_tables import csv_text, figures
 from sits_mech.scene import write_bytes, write_text
 from sits_mech.sensor import SceneError, scene_text
-from sits_mech.sweep import save_table
 
 _UNITS = {name: shown_unit(name) for name in UNITS}
 _UNITS |= {"seconds": "s"} | dict.fromkeys(("min_J", "iterations", "error_mechanics", "error_magnetics"), "1")

@@ -17,6 +17,7 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
+from sits_mech.cases import DONE
 from sits_mech.export.source import Source
 from sits_mech.geometry.windings import coil_bars
 from sits_mech.mechanics.block import BlockPad, block_pad, deformed_section
@@ -25,7 +26,6 @@ from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, Wrench
 from sits_mech.report.views import target_corners
 from sits_mech.scene import write_bytes, write_text
 from sits_mech.sensor import SceneError, Sensor
-from sits_mech.sweep import DONE
 
 _LAYER, _TARGET, _COIL = 0.0, 1.0, 2.0
 

@@ -15,9 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
+from sits_mech.cases import DONE, Progress, Row, attempt, case_path, finish, read_case
 from sits_mech.quantities import Equilibrium, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.sensor import Sensor, scene_hash
-from sits_mech.sweep import DONE, Progress, Row, attempt, case_path, finish, read_case
 from sits_mech.version import __version__
 
 Load = tuple[float, float]

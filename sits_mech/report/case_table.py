@@ -6,9 +6,9 @@ import numpy as np
 import xarray as xr
 from rich.table import Table
 
+from sits_mech.cases import DONE
 from sits_mech.readout.loads import points
 from sits_mech.report.load_tables import point_name
-from sits_mech.sweep import DONE
 
 _POSE = ("d_h", "d_y", "d_v", "alpha_x", "alpha", "alpha_z")
 _SHOWN = {

@@ -12,12 +12,12 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.bench import absolute, sensor_front_end, table_impedance, terminals
+from sits_mech.cases import DONE
 from sits_mech.quantities import Array
 from sits_mech.readout.converter import code_of, tank_frequency
 from sits_mech.readout.front_end import FrontEnd
 from sits_mech.readout.loads import two_forces
 from sits_mech.sensor import Sensor
-from sits_mech.sweep import DONE
 
 
 @dataclass(frozen=True)

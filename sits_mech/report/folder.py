@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from sits_mech.cases import DONE, read_table, save_table
 from sits_mech.mechanics.loads import kept_key, kept_rest
 from sits_mech.quantities import SolveFailed
 from sits_mech.readout.loads import points, two_forces, varied, wrench_of
@@ -20,7 +21,6 @@ from sits_mech.report.load_tables import csv_text
 from sits_mech.report.views import load_view
 from sits_mech.scene import write_text
 from sits_mech.sensor import SceneError, Sensor, load_sensor, save_sensor
-from sits_mech.sweep import DONE, read_table, save_table
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:

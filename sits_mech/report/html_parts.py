@@ -16,6 +16,7 @@ from pydantic import BaseModel
 from rich.table import Table
 
 from sits_mech.analysis.bench import sensor_calibration
+from sits_mech.cases import DONE
 from sits_mech.quantities import shown_unit
 from sits_mech.readout.crosstalk import crosstalk
 from sits_mech.readout.loads import fixed, load_words, varied
@@ -25,7 +26,6 @@ from sits_mech.report.load_tables import failures, load_table, missing_figures, 
 from sits_mech.report.quality_table import quality_record, quality_tables
 from sits_mech.report.readings import front_end_table
 from sits_mech.sensor import Sensor, scene_text
-from sits_mech.sweep import DONE
 
 _PICTURES = {
     "L_v.png": "Sum of the inductances against the normal force; bars are estimated errors.",

@@ -10,12 +10,12 @@ import xarray as xr
 from sits_mech import cli
 from sits_mech.analysis.bench import free_inductances
 from sits_mech.analysis.comparison import compare
+from sits_mech.cases import save_table
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.materials import table_of
 from sits_mech.readout.measured import Measured
 from sits_mech.report.folder import cases_folder
 from sits_mech.sensor import Sensor, changed, load_sensor, save_sensor
-from sits_mech.sweep import save_table
 
 FACTOR, GAP, LEAD, NOISE = 0.87, 12e-6, 40e-9, 2e-11
 

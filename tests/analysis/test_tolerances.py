@@ -9,9 +9,9 @@ import xarray as xr
 
 from sits_mech import cli
 from sits_mech.analysis.tolerances import force_spread
+from sits_mech.cases import save_table
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.sensor import Sensor, load_sensor, save_sensor
-from sits_mech.sweep import save_table
 
 
 @pytest.fixture(scope="module")

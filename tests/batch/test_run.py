@@ -14,12 +14,12 @@ import xarray as xr
 from sits_mech.batch.executors import workers
 from sits_mech.batch.run import run_study
 from sits_mech.batch.study import read_study
+from sits_mech.cases import read_table
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.cli import run
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.sensor import load_sensor
-from sits_mech.sweep import read_table
 from sits_mech.units import SceneError
 
 HEAD = 'scene = "biorob2018"\nrequest = "inductance"\n'

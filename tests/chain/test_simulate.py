@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from sits_mech.cases import read_table, save_table
 from sits_mech.chain import calibrate as grid
 from sits_mech.chain import models
 from sits_mech.chain.calibrate import calibrate
@@ -21,7 +22,6 @@ from sits_mech.mechanics.loads import kept_key, kept_rest
 from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.report.records import failure_record
 from sits_mech.sensor import SceneError, Sensor, load_sensor, sensor_from
-from sits_mech.sweep import read_table, save_table
 
 REPORT = SolveReport("spring", 3, 1, 0.0, 1e-3, 0.0, min_J=0.9)
 LIMIT = 6.0  # load that the spring carries [N]

@@ -1,4 +1,4 @@
-"""What does a function give over a grid? One labelled table; a point that fails is a row with its status and reason.
+"""What does a function return over a grid? One labelled table; a case that fails is a row with status and reason.
 
 The grid is the product of its names' values, or takes them side by side. The function may be any callable; the executor
 may be any of `concurrent.futures` or what behaves like one. Finished points are kept on disk, one file per point, so

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sits_mech.cases import read_table, save_table, sweep
 from sits_mech.quantities import SolveFailed, SolveReport
-from sits_mech.sweep import read_table, save_table, sweep
 from sits_mech.units import SceneError
 
 GRID = {"a": [1.0, 2.0, 3.0], "b": [10.0, 20.0]}
