@@ -51,7 +51,7 @@ def warn(line: str) -> None:
 
 @contextmanager
 def progress_bar(what: str) -> Iterator[Progress]:
-    """Give a callable that moves a bar on stderr."""
+    """Yield a callable that moves a bar on stderr."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 

@@ -5,7 +5,7 @@
 the second factor the layer's compliance at small strain, the first a central difference of the magnetic model. The
 components of the other plane are those of the scene turned by a quarter about z: coils, target and elastomer change x
 with y. M_z turns the target about its own axis, which the models do not have: a disc shows nothing of it, nor does, to
-first order, a target over coils that mirror each other. `components_told` says which components the coils tell apart.
+first order, a target over coils that mirror each other. `components_resolved` says which components the coils resolve.
 """
 
 from __future__ import annotations
@@ -66,8 +66,8 @@ def wrench_slopes(
     return np.hstack([own, across[:, [0, 2]]])
 
 
-def components_told(sensor: Sensor, data: xr.Dataset, noise: ArrayLike) -> Observability:
-    """Return which of `COMPONENTS` the coils of a calibrated sensor tell apart at rest, by the field in space.
+def components_resolved(sensor: Sensor, data: xr.Dataset, noise: ArrayLike) -> Observability:
+    """Return which of `COMPONENTS` the coils of a calibrated sensor resolve at rest, by the field in space.
 
     Parameters
     ----------

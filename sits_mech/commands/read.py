@@ -104,7 +104,7 @@ def quality(
     noise: Annotated[Quantity | None, Parameter(help="Of an inductance; the converter's by default.")] = None,
     samples: Annotated[int, Parameter(help="Sensors to solve for the deviations, a power of two.")] = 32,
     period: Annotated[Quantity | None, Parameter(help="Of a load to the table's end and back: hysteresis.")] = None,
-    components: Annotated[bool, Parameter(help="Which forces and moments, of six, do the coils tell apart?")] = False,
+    components: Annotated[bool, Parameter(help="Which forces and moments, of six, do the coils resolve?")] = False,
     as_json: Json = False,
 ) -> int:  # fmt: skip
     """Range, linearity, crosstalk, resolution, condition of a calibrated sensor; what tolerances make of it.
@@ -115,7 +115,7 @@ def quality(
 
     from sits_mech.analysis.bench import sensor_calibration, sensor_front_end
     from sits_mech.analysis.tolerances import force_spread
-    from sits_mech.analysis.wrenches import components_told
+    from sits_mech.analysis.wrenches import components_resolved
     from sits_mech.console import progress_bar
     from sits_mech.readout import quality as figures
     from sits_mech.report.folder import read_two_forces
@@ -135,7 +135,7 @@ def quality(
             scatter = force_spread(sensor, data, off, loads.tolist(), samples=samples, progress=progress)
     record = quality_record(found, data, scatter) | {"noise": sizes.tolist()}
     if components:
-        record["components"] = components_record(components_told(sensor, data, sizes))
+        record["components"] = components_record(components_resolved(sensor, data, sizes))
     answer(record, quality_tables(record), as_json)
     silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
     if silicone is not None and (silicone.prony or silicone.mullins) and period is None:

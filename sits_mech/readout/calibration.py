@@ -269,9 +269,9 @@ def calibration_of(
 
 
 def _check_enough(coils: Sequence[str], forces: Sequence[str]) -> None:
-    """Refuse to tell more forces than there are coils."""
+    """Refuse to resolve more forces than there are coils."""
     if len(coils) < len(forces):
-        raise ValueError(f"coils: {len(coils)} cannot tell {len(forces)} forces apart ({', '.join(forces)})")
+        raise ValueError(f"coils: {len(coils)} cannot resolve {len(forces)} forces ({', '.join(forces)})")
 
 
 def _solved(cal: Calibration, L: Array) -> tuple[Array, Array, NDArray[np.str_]]:

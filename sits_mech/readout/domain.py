@@ -98,7 +98,8 @@ def domain_of(found: SmoothMap, weights: Array, points: Array) -> tuple[Domain, 
         regions += (_region(found, x[flat], "no sensitivity in one direction"),)
     seeds = parts
     if d == 2 and _crosses(values.reshape(*det.shape, -1) @ directions):
-        regions += (_region(found, x.reshape(-1, d), "the map's edge crosses itself: distant loads may look alike"),)
+        why = "the map's edge crosses itself: two loads may give the same reading"
+        regions += (_region(found, x.reshape(-1, d), why),)
         seeds += [x[::8, ::8][i::3, j::3].reshape(-1, d) for i in range(3) for j in range(3)]
     return Domain(regions, share, sign, condition, labels, hull, (middle, directions)), tuple(seeds)
 

@@ -1,10 +1,10 @@
-"""Which components of a load do the coils tell apart? Singular values of the slopes, over noise and full scale.
+"""Which components of a load do the coils resolve? Singular values of the slopes, over noise and full scale.
 
     W = diag(1 / noise) dL/dF diag(full scale) = U diag(s) V^T
 
 A direction v of V with s >= 1 moves the coils by more than their noise at full scale; the rest is hidden, as are more
-components than coils. A component is told when its unit vector lies in the seen directions; its resolution is then the
-standard deviation of the least-squares answer. Numbers only: slopes by any model, or measured.
+components than coils. A component is resolved when its unit vector lies in the seen directions; its resolution is then
+the standard deviation of the least-squares answer. Numbers only: slopes by any model, or measured.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from scipy.linalg import qr, solve_triangular
 
 from sits_mech.quantities import Array
 
-_TOLD = 1e-2  # part of a component that may lie in hidden directions
+_RESOLVED = 1e-2  # part of a component that may lie in hidden directions
 
 
 @dataclass(frozen=True)
@@ -28,10 +28,10 @@ class Observability:
     Attributes
     ----------
     names : tuple of str
-    told : tuple of str
+    resolved : tuple of str
         Components that the coils tell on their own.
     resolution : ndarray, shape (p,)
-        Standard deviation of each, infinite where it is not told [as the full scale].
+        Standard deviation of each, infinite where it is not resolved [as the full scale].
     signal : ndarray, shape (p,)
         Singular values s, largest first; zero for those that no coil is left for.
     hidden : tuple of str
@@ -39,7 +39,7 @@ class Observability:
     """
 
     names: tuple[str, ...]
-    told: tuple[str, ...]
+    resolved: tuple[str, ...]
     resolution: Array
     signal: Array
     hidden: tuple[str, ...]
@@ -77,10 +77,10 @@ def observability(
     seen = signal >= 1.0
     blind = np.sum(rows[~seen] ** 2, axis=0)
     spread = np.sqrt(np.sum((rows[seen] / signal[seen, None]) ** 2, axis=0)) * F
-    resolution = np.where(blind <= _TOLD**2, spread, np.inf)
-    told = tuple(name for name, size in zip(names, resolution, strict=True) if np.isfinite(size))
+    resolution = np.where(blind <= _RESOLVED**2, spread, np.inf)
+    resolved = tuple(name for name, size in zip(names, resolution, strict=True) if np.isfinite(size))
     hidden = tuple(_words(names, share, F) for share in _loads(rows[~seen]))
-    return Observability(tuple(names), told, resolution, signal, hidden)
+    return Observability(tuple(names), resolved, resolution, signal, hidden)
 
 
 def _loads(rows: Array) -> Array:
@@ -96,5 +96,5 @@ def _loads(rows: Array) -> Array:
 def _words(names: Sequence[str], share: Array, full_scale: Array) -> str:
     """Name a load by its components, given as shares of full scale."""
     named = zip(names, share * full_scale, share, strict=True)
-    parts = [(name, size) for name, size, part in named if abs(part) > _TOLD]
+    parts = [(name, size) for name, size, part in named if abs(part) > _RESOLVED]
     return parts[0][0] if len(parts) == 1 else " ".join(f"{size:+.3g} {name}" for name, size in parts)

@@ -50,7 +50,7 @@ def comparison_rows(found: Comparison) -> list[tuple[str, str]]:
         for i, a in enumerate(fit.names) for j, b in enumerate(fit.names[:i]) if abs(fit.correlation[i, j]) > 0.95
     ]  # fmt: skip
     if strong:
-        rows.append(("hardly told apart", f"correlation of {'; '.join(strong)}"))
+        rows.append(("hardly resolved", f"correlation of {'; '.join(strong)}"))
     rows.append(("left (rms)", f"{100.0 * fit.rms:.3g} % of the range, {100.0 * fit.rms_before:.3g} % before the fit"))
     rows.append(("map", f"error {found.map_error:.1e} of the range between the loads of the table"))
     return [*rows, ("rows", f"{len(found.measured.L)} of {found.measured.source}")]

@@ -65,18 +65,19 @@ def _signals(data: xr.Dataset) -> Record:
 
 
 def components_record(found: Observability) -> Record:
-    """Return which components of a load the coils tell apart, for a program."""
+    """Return which components of a load the coils resolve, for a program."""
     fine = {name: float(size) for name, size in zip(found.names, found.resolution, strict=True) if np.isfinite(size)}
-    return {"told": list(found.told), "resolution": fine, "hidden": list(found.hidden), "signal": found.signal.tolist()}
+    names = {"resolved": list(found.resolved), "hidden": list(found.hidden)}
+    return names | {"resolution": fine, "signal": found.signal.tolist()}
 
 
-def _told_rows(record: Record) -> list[tuple[str, str]]:
-    """Return which components are told and which are not, for a reader."""
+def _component_rows(record: Record) -> list[tuple[str, str]]:
+    """Return which components are resolved and which are not, for a reader."""
     units = {"F": "N", "M": "N m"}
-    told = [f"{name} to {size:.3g} {units[name[0]]}" for name, size in record["resolution"].items()]
+    each = [f"{name} to {size:.3g} {units[name[0]]}" for name, size in record["resolution"].items()]
     hidden = "; ".join(record["hidden"]) or "nothing of these"
-    told_text = f"at rest, by the field in space: {', '.join(told) or 'none on its own'}"
-    return [("told apart", told_text), ("not seen", f"{hidden}; M_z")]
+    text = f"at rest, by the field in space: {', '.join(each) or 'none on its own'}"
+    return [("resolved", text), ("not seen", f"{hidden}; M_z")]
 
 
 def _scatter_record(scatter: ForceSpread) -> list[Record]:
@@ -113,7 +114,7 @@ def quality_tables(record: Record) -> list[Table]:
     rows += [("no inverse", region) for region in record["no_inverse"]]
     lag = [f"{100.0 * part:.3g} % of {name}" for name, part in record["hysteresis"].items() if np.isfinite(part)]
     rows += [("hysteresis", f"{', '.join(lag)}, loading against unloading")] if lag else []
-    rows += _told_rows(record["components"]) if "components" in record else []
+    rows += _component_rows(record["components"]) if "components" in record else []
     signals = record["signals"]
     if "rotation_as_F_x" in signals:
         force, shift = signals["rotation_as_F_x"], 1e6 * signals["rotation_as_d_h"]

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from sits_mech.analysis import wrenches
-from sits_mech.analysis.wrenches import COMPONENTS, components_told, turned, wrench_slopes
+from sits_mech.analysis.wrenches import COMPONENTS, components_resolved, turned, wrench_slopes
 from sits_mech.quantities import Equilibrium, Impedance, Pose, SolveReport, Wrench
 from sits_mech.report import quality_table
 from sits_mech.sensor import Coil, Sensor, load_sensor
@@ -79,10 +79,10 @@ def test_what_four_coils_tell(four: Sensor, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(wrenches, "magnetic_model", lambda scene, *_: (Near(scene.coils), None))
     forces = {"F_x": [-1.0, 1.0], "F_z": [0.0, 4.0]}
     data = xr.Dataset(coords=forces, attrs={"request": '{"mechanics": "block", "tolerance": 0.01}'})
-    found = components_told(four, data, np.full(4, 1e-12))
-    assert found.told == ("F_x", "F_z", "F_y") and np.all(found.signal[3:] == pytest.approx(0.0, abs=1e-3))
+    found = components_resolved(four, data, np.full(4, 1e-12))
+    assert found.resolved == ("F_x", "F_z", "F_y") and np.all(found.signal[3:] == pytest.approx(0.0, abs=1e-3))
     assert sorted(found.hidden) == ["M_x", "M_y"]
-    told, hidden = (row for row in quality_table._told_rows(quality_table.components_record(found)))
-    assert told[1].startswith("at rest, by the field in space: F_x to ") and hidden[1].endswith("; M_z")
+    seen, hidden = (row for row in quality_table._component_rows(quality_table.components_record(found)))
+    assert seen[1].startswith("at rest, by the field in space: F_x to ") and hidden[1].endswith("; M_z")
     with pytest.raises(ValueError, match="table: must reach beyond zero in F_x and F_z; got 0 and 4 N"):
-        components_told(four, data.isel(F_x=[0]).assign_coords(F_x=[0.0]), np.full(4, 1e-12))
+        components_resolved(four, data.isel(F_x=[0]).assign_coords(F_x=[0.0]), np.full(4, 1e-12))
