@@ -87,7 +87,7 @@ def killed(folder: Path, counts: tuple[int, int]) -> list[tuple[str, float]]:
     """Return what is kept of a killed run, what of it is computed again, and whether the resumed table is the same."""
     path, out = folder / "killed.toml", folder / "killed"
     path.write_text(LOADS.format(*counts))
-    command = "from sits_mech.cli import main; main()"
+    command = "from sits_mech.cli.main import main; main()"
     process = subprocess.Popen(
         [sys.executable, "-c", command, "sweep", str(path), "-o", str(out)],
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,

@@ -41,7 +41,7 @@ def three_forces(calibrated: Path, tmp_path_factory: pytest.TempPathFactory) -> 
 @pytest.fixture(scope="session")
 def calibrated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a small calibration of biorob2018-w15, as the command leaves it: 5 shears, 4 normal forces."""
-    from sits_mech.cli import run
+    from sits_mech.cli.main import run
 
     folder = tmp_path_factory.mktemp("calibrated") / "made"
     loads = ("--fx", "-1 N:1 N:5", "--fz", "0 N:3 N:4", "--mechanics", "planar")

@@ -22,10 +22,9 @@ RANKS = {
     **dict.fromkeys(("chain",), 4),
     **dict.fromkeys(("analysis", "batch"), 5),
     "report": 6,
-    **dict.fromkeys(("__init__", "console", "doctor", "export"), 7),
-    "commands": 8,
-    "cli": 9,
-    "__main__": 10,
+    **dict.fromkeys(("__init__", "export"), 7),
+    "cli": 8,
+    "__main__": 9,
 }
 TALK = {"print", "breakpoint", "input"}
 

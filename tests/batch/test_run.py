@@ -17,7 +17,7 @@ from sits_mech.batch.study import read_study
 from sits_mech.cases import read_table
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import magnetic_model, mechanical_model
-from sits_mech.cli import run
+from sits_mech.cli.main import run
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.sensor import load_sensor
 from sits_mech.units import SceneError
@@ -190,7 +190,7 @@ def test_a_killed_run_goes_on(words: list[str], tmp_path: Path) -> None:
     """kill -9 in the middle: no case is lost or torn, the resumed result is that of a run without a stop."""
     text = HEAD + '[vary]\n"target.width" = ["8 mm", "9 mm", "10 mm"]\n' + GAPS.replace("5 }", "80 }") + COARSE
     path, cases = written(tmp_path, text), tmp_path / "out" / "cases"
-    begin = [sys.executable, "-c", "from sits_mech.cli import main; main()", "sweep", str(path), "-o"]
+    begin = [sys.executable, "-c", "from sits_mech.cli.main import main; main()", "sweep", str(path), "-o"]
     words = [*begin, str(cases.parent), *words]
     process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     until = time.monotonic() + 60.0

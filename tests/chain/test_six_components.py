@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.simulate import simulate
-from sits_mech.cli import run
+from sits_mech.cli.main import run
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import Wrench

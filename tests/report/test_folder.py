@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sits_mech.cases import read_table, save_table
-from sits_mech.cli import run
+from sits_mech.cli.main import run
 from sits_mech.report.folder import read_calibration
 from sits_mech.sensor import changed, load_sensor, save_sensor
 

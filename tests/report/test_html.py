@@ -15,7 +15,7 @@ import pytest
 import xarray as xr
 
 from sits_mech.analysis.bench import absolute, table_impedance
-from sits_mech.cli import run
+from sits_mech.cli.main import run
 from sits_mech.report.codes import readings
 from sits_mech.report.folder import read_calibration
 from sits_mech.report.html import page

@@ -9,8 +9,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from sits_mech.commands.options import Json, Load, Models, Overrides, Scene, app, sensor_of
-from sits_mech.console import answer, show, warn
+from sits_mech.cli.console import answer, show, warn
+from sits_mech.cli.options import Json, Load, Models, Overrides, Scene, app, sensor_of
 
 
 @app.command
@@ -36,7 +36,7 @@ def doctor() -> int:
 
     Example: sits-mech doctor
     """
-    from sits_mech.doctor import examine, healthy
+    from sits_mech.cli.doctor import examine, healthy
     from sits_mech.report.tables import key_table
 
     parts = examine()

@@ -1,9 +1,9 @@
 """The command line: ``sits-mech COMMAND SCENE ...``; see ``sits-mech --help``.
 
 Answers go to stdout, progress and warnings to stderr. Exit 0 done, 2 bad input (one line), 3 not converged (what was
-reached is printed and kept), 130 interrupted. The commands stand in ``commands/``; each imports its rooms itself, so
-that help comes at once. Linear algebra keeps to one thread, unless the environment says otherwise: its systems are
-small, and sparse factorisations lose an order of magnitude to a second one.
+reached is printed and kept), 130 interrupted. Each command imports its rooms itself, so that help comes at once.
+Linear algebra keeps to one thread, unless the environment says otherwise: its systems are small, and sparse
+factorisations lose an order of magnitude to a second one.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from collections.abc import Sequence
 
 from cyclopts import CycloptsError
 
-from sits_mech.commands import batch, draw, inform, products, read, solve
-from sits_mech.commands.options import app
-from sits_mech.console import warn
+from sits_mech.cli import grids, inform, products, read, solve
+from sits_mech.cli.console import warn
+from sits_mech.cli.options import app
 
-COMMANDS = (inform, solve, draw, batch, products, read)  # importing them is what makes the app know their commands
+COMMANDS = (inform, solve, grids, products, read)  # importing them is what makes the app know their commands
 
 
 def run(tokens: Sequence[str] | None = None) -> int:

@@ -6,7 +6,7 @@ from importlib.util import find_spec
 
 import pytest
 
-from sits_mech import doctor
+from sits_mech.cli import doctor
 from sits_mech.meshing.unstructured import DEBIAN_PACKAGES
 from sits_mech.report import spatial
 

@@ -1,15 +1,14 @@
-"""Where does the target go, what do the coils show? pose, inductance, simulate, calibrate, cycle."""
+"""Where does the target go, what do the coils show? pose, inductance, simulate, cycle."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
-from pathlib import Path
 
-from sits_mech.commands.options import (
+from sits_mech.cli.console import answer, not_converged, warn
+from sits_mech.cli.options import (
     Frequency,
     Json,
     Load,
-    LoadGrid,
     Models,
     Output,
     Overrides,
@@ -20,7 +19,6 @@ from sits_mech.commands.options import (
     app,
     sensor_of,
 )  # fmt: skip
-from sits_mech.console import answer, not_converged, progress_bar, show, warn
 
 
 @app.command
@@ -114,44 +112,6 @@ def simulate(
     ]
     answer(simulation_record(found, unsolved), tables, as_json)
     return 0
-
-
-@app.command
-def calibrate(
-    scene: Scene, *, loads: LoadGrid = LoadGrid(), models: Models = Models(), output: Output = None,
-    overrides: Overrides = (),
-) -> int:  # fmt: skip
-    """What the sensor shows over a grid of loads: table, netCDF, CSV and pictures; a stopped run goes on.
-
-    Each force and moment is a range "first:last:count", a dimension of the table, or one quantity, the same for all.
-    No more loads are solved than a smooth map through them needs to foretell the others within the tolerance (of 9 x 9
-    usually 25, and half of those again where the sensor is its own mirror image); the table says which.
-
-    Example: sits-mech calibrate biorob2018 --fx "-1 N:1 N:9" --fz "0 N:4 N:9" -o calibration
-    """
-    from sits_mech.chain.calibrate import calibrate as calibrated
-    from sits_mech.quantities import SolveFailed
-    from sits_mech.report.folder import cases_folder, prepare_folder, write_calibration
-    from sits_mech.report.load_tables import failures, load_table, remarks, summary_table
-
-    sensor, components = sensor_of(scene, overrides), loads.components()
-    folder = prepare_folder(output if output is not None else Path(f"{Path(scene).stem}-calibration"))
-    try:
-        with progress_bar("loads") as progress:
-            data = calibrated(
-                sensor, **components, **asdict(models), progress=progress, folder=cases_folder(folder)
-            )
-    except SolveFailed as error:
-        return not_converged(error, False)
-    for line in write_calibration(sensor, data, folder):
-        warn(line)
-    show(load_table(data))
-    show(summary_table(data))
-    missing = failures(data)
-    flat = ["per metre of depth: ends along y are not in the signals, shear above all; --magnetics sheets has them"]
-    for line in [*remarks(data), *(flat if data.attrs["unit_L"] == "H/m" else []), *missing, f"written to {folder}"]:
-        warn(line)
-    return 3 if missing else 0
 
 
 @app.command

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Parameter
 
-from sits_mech.console import warn
+from sits_mech.cli.console import warn
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:

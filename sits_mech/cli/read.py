@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from sits_mech.commands.options import Json, Quantity, app
-from sits_mech.console import answer, warn
+from sits_mech.cli.console import answer, warn
+from sits_mech.cli.options import Json, Quantity, app
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -116,7 +116,7 @@ def quality(
     from sits_mech.analysis.bench import sensor_calibration, sensor_front_end
     from sits_mech.analysis.tolerances import force_spread
     from sits_mech.analysis.wrenches import components_resolved
-    from sits_mech.console import progress_bar
+    from sits_mech.cli.console import progress_bar
     from sits_mech.readout import quality as figures
     from sits_mech.report.folder import read_two_forces
     from sits_mech.report.quality_table import components_record, quality_record, quality_tables

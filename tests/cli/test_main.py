@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from sits_mech.cases import read_table
-from sits_mech.cli import run
+from sits_mech.cli.main import run
 from sits_mech.quantities import POSE, WRENCH
 from sits_mech.sensor import SceneError, load_sensor
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
 REPORT = {"model", "unknowns", "iterations", "residual", "estimated_error", "seconds", "status", "notes", "left_out"}
 PLANAR = ("--mechanics", "planar")  # the quicker one, where the answer plays no part
@@ -273,7 +273,8 @@ def test_view_draws(capsys: Capture, tmp_path: Path, tokens: tuple[str, ...]) ->
 
 def test_interrupted_calibration_keeps_what_is_done(tmp_path: Path) -> None:
     """Ctrl-C: exit 130, one line, finished loads on disk, none torn; the same command then goes on from them."""
-    words = [sys.executable, "-c", "from sits_mech.cli import main; main()", "calibrate", "biorob2018", *PLANAR, "-o"]
+    command = (sys.executable, "-m", "sits_mech", "calibrate")
+    words = [*command, "biorob2018", *PLANAR, "-o"]
     folder = tmp_path / "out"
     started = subprocess.Popen([*words, str(folder)], env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     cases = folder / "cases"
@@ -289,7 +290,7 @@ def test_interrupted_calibration_keeps_what_is_done(tmp_path: Path) -> None:
     assert not (folder / "result.nc").exists()
 
 
-@pytest.mark.parametrize("words", ["import sits_mech", "import sys; from sits_mech.cli import run; run(['--help'])"])
+@pytest.mark.parametrize("words", ["import sits_mech", "import sys; from sits_mech.cli.main import run; run(['-h'])"])
 def test_what_costs_nothing(words: str) -> None:
     """Neither import nor help loads the heavy half (measured in the benchmarks: both under 0.3 s)."""
     heavy = "{'scipy', 'xarray', 'pandas', 'skfem', 'pydantic', 'matplotlib', 'pint'}"
