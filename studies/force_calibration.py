@@ -19,8 +19,8 @@ from sits_mech.analysis.bench import sensor_calibration
 from sits_mech.analysis.design import table_row
 from sits_mech.cases import DONE
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.report.curves import crosstalk_map, normal_curves, save_figure, shear_curves
 from sits_mech.report.outputs import study_arguments, write_rows
+from sits_mech.report.pictures.curves import crosstalk_map, normal_curves, save_figure, shear_curves
 from sits_mech.sensor import load_sensor
 
 SENSOR = "biorob2018-w15"

@@ -18,8 +18,8 @@ import xarray as xr
 from sits_mech.analysis.cycle import load_cycle, triangle
 from sits_mech.materials import table_of
 from sits_mech.quantities import Wrench
-from sits_mech.report.curves import new_figure, save_figure
 from sits_mech.report.outputs import study_arguments, write_rows
+from sits_mech.report.pictures.curves import new_figure, save_figure
 from sits_mech.sensor import Sensor, load_sensor, sensor_from
 
 PEAK = Wrench(F_x=0.25, F_z=2.0)

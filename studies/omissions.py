@@ -35,8 +35,8 @@ from sits_mech.chain.simulate import simulate
 from sits_mech.mechanics.loads import Load, settle
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.report.accuracy import forget
-from sits_mech.report.curves import new_figure, save_figure
 from sits_mech.report.outputs import study_arguments, write_rows
+from sits_mech.report.pictures.curves import new_figure, save_figure
 from sits_mech.sensor import Sensor, load_sensor
 
 LONG = 'elastomer.length="1000 mm"'

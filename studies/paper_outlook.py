@@ -14,8 +14,8 @@ import numpy as np
 
 from sits_mech.chain.models import magnetic_model
 from sits_mech.quantities import Pose
-from sits_mech.report.curves import new_figure, save_figure
 from sits_mech.report.outputs import study_arguments, write_rows
+from sits_mech.report.pictures.curves import new_figure, save_figure
 from sits_mech.sensor import load_sensor
 
 MM = 1e-3

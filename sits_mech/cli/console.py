@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 def not_converged(error: Any, as_json: bool, whole: bool = False) -> int:
     """Print what was reached, of a `whole` chain or of one solve, and say that it is not the answer."""
     from sits_mech.report.records import failure_record
-    from sits_mech.report.tables import equilibrium_table
+    from sits_mech.report.tables.solves import equilibrium_table
 
     title = "last converged state" if error.half == "mechanics" else "where the target rests"
     tables = [] if error.last is None else [equilibrium_table(error.last, title)]

@@ -28,7 +28,7 @@ def calibrate(
     from sits_mech.chain.calibrate import calibrate as calibrated
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.folder import cases_folder, prepare_folder, write_calibration
-    from sits_mech.report.load_tables import failures, load_table, remarks, summary_table
+    from sits_mech.report.tables.loads import failures, load_table, remarks, summary_table
 
     sensor, components = sensor_of(scene, overrides), loads.components()
     folder = prepare_folder(output if output is not None else Path(f"{Path(scene).stem}-calibration"))
@@ -64,7 +64,7 @@ def sweep(
     from sits_mech.batch.executors import workers
     from sits_mech.batch.run import cases_aside, run_study
     from sits_mech.batch.study import read_study
-    from sits_mech.report.case_table import case_failures, case_table
+    from sits_mech.report.tables.cases import case_failures, case_table
 
     asked = read_study(study)
     with workers(processes, dask) as executor, progress_bar("cases") as progress:

@@ -20,7 +20,7 @@ def catalog() -> int:
     Example: sits-mech catalog
     """
     from sits_mech.materials import metals, silicones
-    from sits_mech.report.tables import key_table
+    from sits_mech.report.tables.solves import key_table
     from sits_mech.sensor import catalogue
 
     show(key_table("sensors", list(catalogue().items())))
@@ -37,7 +37,7 @@ def doctor() -> int:
     Example: sits-mech doctor
     """
     from sits_mech.cli.doctor import examine, healthy
-    from sits_mech.report.tables import key_table
+    from sits_mech.report.tables.solves import key_table
 
     parts = examine()
     show(key_table("parts", [(name, f"{version}  {purpose}") for name, version, purpose in parts]))
@@ -53,7 +53,7 @@ def explain(
     Example: sits-mech explain biorob2018 --fx "0.5 N" --fz "2 N"
     """
     from sits_mech.chain.models import plan
-    from sits_mech.report.plan_table import plan_record, plan_table
+    from sits_mech.report.tables.plan import plan_record, plan_table
 
     sensor, wrench = sensor_of(scene, overrides), load.wrench()
     found = plan(sensor, [wrench] if wrench.components.any() else [], **asdict(models))
@@ -74,8 +74,8 @@ def fit(
     """
     from sits_mech.materials import Silicone, implausible
     from sits_mech.mechanics.fitting import fit_law, read_tensile
-    from sits_mech.report.fit_view import fit_rows, save_fit
-    from sits_mech.report.tables import key_table
+    from sits_mech.report.pictures.fit import fit_rows, save_fit
+    from sits_mech.report.tables.solves import key_table
 
     test = read_tensile(tensile)
     found = fit_law(test, law, max_strain, terms=terms)

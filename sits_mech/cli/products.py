@@ -26,7 +26,7 @@ def view(
     Example: sits-mech view biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 kHz" --kind field -o field.png
     """
     from sits_mech.quantities import SolveFailed
-    from sits_mech.report.pictures import Request, draw, kind_of_picture, picture_path
+    from sits_mech.report.pictures.request import Request, draw, kind_of_picture, picture_path
     from sits_mech.units import quantity
 
     sensor, pose = sensor_of(scene, overrides), place.pose() if place.given else None
@@ -73,7 +73,7 @@ def report(folder: Folder, *, output: Output = None) -> int:
     Example: sits-mech report calibration -o report.html
     """
     from sits_mech.report.folder import read_calibration
-    from sits_mech.report.html import write_html
+    from sits_mech.report.page.html import write_html
     from sits_mech.sensor import SceneError
 
     path = folder / "report.html" if output is None else output

@@ -33,7 +33,7 @@ def invert(
 
     from sits_mech.analysis.bench import model_errors, sensor_calibration
     from sits_mech.report.folder import read_two_forces
-    from sits_mech.report.readings import inversion_record, inversion_table, refusal
+    from sits_mech.report.tables.readings import inversion_record, inversion_table, refusal
     from sits_mech.units import SceneError
 
     sensor, data = read_two_forces(folder)
@@ -66,7 +66,7 @@ def converter(
     """
     from sits_mech.analysis.bench import sensor_front_end
     from sits_mech.report.folder import read_two_forces
-    from sits_mech.report.readings import front_end_record, front_end_table
+    from sits_mech.report.tables.readings import front_end_record, front_end_table
     from sits_mech.units import quantity
 
     sensor, data = read_two_forces(folder)
@@ -119,7 +119,7 @@ def quality(
     from sits_mech.cli.console import progress_bar
     from sits_mech.readout import quality as figures
     from sits_mech.report.folder import read_two_forces
-    from sits_mech.report.quality_table import components_record, quality_record, quality_tables
+    from sits_mech.report.tables.quality import components_record, quality_record, quality_tables
     from sits_mech.units import quantity as written
 
     sensor, data = read_two_forces(folder)
@@ -160,8 +160,8 @@ def compare(
     from sits_mech.analysis import comparison
     from sits_mech.readout.measured import read_measured
     from sits_mech.report.folder import read_two_forces
-    from sits_mech.report.measured_view import comparison_record, comparison_rows, save_comparison
-    from sits_mech.report.tables import key_table
+    from sits_mech.report.pictures.measured import comparison_record, comparison_rows, save_comparison
+    from sits_mech.report.tables.solves import key_table
     from sits_mech.units import quantity
 
     sensor, data = read_two_forces(folder)

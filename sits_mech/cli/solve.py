@@ -35,7 +35,7 @@ def pose(
     from sits_mech.chain.simulate import at_rest
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import equilibrium_record
-    from sits_mech.report.tables import equilibrium_table
+    from sits_mech.report.tables.solves import equilibrium_table
 
     sensor, loads = sensor_of(scene, overrides), [load.wrench()]
     layer, choice = mechanical_model(sensor, model, tolerance, loads)
@@ -62,7 +62,7 @@ def inductance(
     from sits_mech.chain.omissions import omissions
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import impedance_record, spectrum_record
-    from sits_mech.report.tables import impedance_table, spectrum_table, terminal_table
+    from sits_mech.report.tables.solves import impedance_table, spectrum_table, terminal_table
 
     sensor, pose = sensor_of(scene, overrides), place.pose()
     hertz = [sensor.frequency] if frequency is None else frequency_range(frequency, "--frequency")
@@ -97,7 +97,7 @@ def simulate(
     from sits_mech.chain.simulate import simulate as simulated
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import simulation_record
-    from sits_mech.report.tables import equilibrium_table, impedance_table, signal_table
+    from sits_mech.report.tables.solves import equilibrium_table, impedance_table, signal_table
 
     sensor, wrench = sensor_of(scene, overrides), load.wrench()
     unsolved = plan(sensor, [wrench], **asdict(models)).left_out
@@ -126,7 +126,7 @@ def cycle(
     from sits_mech.analysis.cycle import load_cycle, triangle
     from sits_mech.cases import save_table
     from sits_mech.quantities import SolveFailed
-    from sits_mech.report.loops import loop_record, loop_table
+    from sits_mech.report.tables.loops import loop_record, loop_table
     from sits_mech.units import quantity
 
     sensor, seconds = sensor_of(scene, overrides), quantity(period, "s", "--period")

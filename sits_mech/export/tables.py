@@ -12,7 +12,7 @@ from sits_mech.cases import save_table
 from sits_mech.export.source import Source
 from sits_mech.quantities import UNITS, shown_unit
 from sits_mech.readout.loads import fixed, varied
-from sits_mech.report.load_tables import csv_text, figures
+from sits_mech.report.tables.loads import csv_text, figures
 from sits_mech.scene import write_bytes, write_text
 from sits_mech.sensor import SceneError, scene_text
 

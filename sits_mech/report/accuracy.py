@@ -14,7 +14,7 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_info
 
-from sits_mech.report.curves import new_figure, save_figure
+from sits_mech.report.pictures.curves import new_figure, save_figure
 
 _LEAST = 1e-12  # an error of zero on a logarithmic axis
 

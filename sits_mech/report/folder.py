@@ -16,9 +16,9 @@ from sits_mech.cases import DONE, read_table, save_table
 from sits_mech.mechanics.loads import kept_key, kept_rest
 from sits_mech.quantities import SolveFailed
 from sits_mech.readout.loads import points, two_forces, varied, wrench_of
-from sits_mech.report.curves import crosstalk_map, normal_curves, save_figure, shear_curves
-from sits_mech.report.load_tables import csv_text
-from sits_mech.report.views import load_view
+from sits_mech.report.pictures.curves import crosstalk_map, normal_curves, save_figure, shear_curves
+from sits_mech.report.pictures.section import load_view
+from sits_mech.report.tables.loads import csv_text
 from sits_mech.scene import write_text
 from sits_mech.sensor import SceneError, Sensor, load_sensor, save_sensor
 from sits_mech.version import __version__

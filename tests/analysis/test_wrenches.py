@@ -9,7 +9,7 @@ import xarray as xr
 from sits_mech.analysis import wrenches
 from sits_mech.analysis.wrenches import COMPONENTS, components_resolved, turned, wrench_slopes
 from sits_mech.quantities import Equilibrium, Impedance, Pose, SolveReport, Wrench
-from sits_mech.report import quality_table
+from sits_mech.report.tables import quality as quality_table
 from sits_mech.sensor import Coil, Sensor, load_sensor
 
 REPORT = SolveReport("by hand", 1, 1, 0.0, 0.0, 0.0)

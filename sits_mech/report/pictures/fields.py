@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sits_mech.magnetics.field import PlanarField
 from sits_mech.quantities import Array
-from sits_mech.report.curves import add_polygons, new_figure
+from sits_mech.report.pictures.curves import add_polygons, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,7 +9,7 @@ from rich.table import Table
 from sits_mech.chain.omissions import skin_depths
 from sits_mech.chain.plan import Plan
 from sits_mech.mechanics.finite_length import FiniteLength, finite_length_factor
-from sits_mech.report.tables import key_table
+from sits_mech.report.tables.solves import key_table
 from sits_mech.sensor import Sensor
 
 

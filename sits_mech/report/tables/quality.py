@@ -14,7 +14,7 @@ from sits_mech.quantities import Array, as_jsonable
 from sits_mech.readout.crosstalk import crosstalk, rotation_error
 from sits_mech.readout.observability import Observability
 from sits_mech.readout.quality import Quality
-from sits_mech.report.tables import key_table
+from sits_mech.report.tables.solves import key_table
 
 Record = dict[str, Any]
 

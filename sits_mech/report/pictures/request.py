@@ -8,9 +8,9 @@ from typing import Literal
 
 from sits_mech.chain.models import mechanical_model
 from sits_mech.quantities import Pose, Wrench, refuse_beside
-from sits_mech.report.curves import save_figure
-from sits_mech.report.spatial import spatial_view
-from sits_mech.report.views import driven_coil, field_view, load_view
+from sits_mech.report.pictures.curves import save_figure
+from sits_mech.report.pictures.section import driven_coil, field_view, load_view
+from sits_mech.report.pictures.spatial import spatial_view
 from sits_mech.sensor import SceneError, Sensor
 
 Kind = Literal["field", "layer", "spatial"]

@@ -14,8 +14,8 @@ from sits_mech.magnetics.field import planar_fem
 from sits_mech.mechanics.block import BlockPad, deformed_section
 from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh
 from sits_mech.quantities import WRENCH, Array, Equilibrium, MechanicalModel, Pose, Wrench, shown_unit
-from sits_mech.report.curves import add_polygons, new_figure
-from sits_mech.report.fields import current_view, potential_view
+from sits_mech.report.pictures.curves import add_polygons, new_figure
+from sits_mech.report.pictures.fields import current_view, potential_view
 from sits_mech.sensor import SceneError, Sensor
 
 if TYPE_CHECKING:

@@ -1,7 +1,7 @@
 """What does one show colleagues? A calibration as one HTML file: explorer, figures, pictures, tables, warnings.
 
 The file holds everything: style, script, pictures, the table. It needs no network and opens from a disk. Its layout and
-the explorer's script stand in ``page/``; the text of each section is made in `html_parts`.
+the explorer's script stand beside this file; the text of each section is made in `parts`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from sits_mech.geometry.windings import coil_bars
 from sits_mech.quantities import Array
 from sits_mech.readout.loads import beyond_two, two_forces
 from sits_mech.report.codes import Readings, readings
-from sits_mech.report.html_parts import (
+from sits_mech.report.page.parts import (
     computed_part,
     figures_part,
     inverse_part,
@@ -89,7 +89,7 @@ def page(sensor: Sensor, data: xr.Dataset, folder: Path) -> str:
 
 def _file(name: str) -> str:
     """Return the text of a file of the page."""
-    return (resources.files("sits_mech.report") / "page" / name).read_text(encoding="utf-8")
+    return (resources.files("sits_mech.report.page") / name).read_text(encoding="utf-8")
 
 
 def _sections(sensor: Sensor, data: xr.Dataset, folder: Path, read: Readings | None) -> list[tuple[str, str, str]]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sits_mech.mechanics.fitting import TensileTest, engineering_stress, fit_law
-from sits_mech.report.fit_view import fit_figure, fit_rows, save_fit
+from sits_mech.report.pictures.fit import fit_figure, fit_rows, save_fit
 
 STRAIN = np.linspace(0.0, 1.6, 81)
 GENT = {"shear_modulus": 30e3, "j_m": 6.0}

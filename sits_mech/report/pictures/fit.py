@@ -12,7 +12,7 @@ import numpy as np
 
 from sits_mech.mechanics.fitting import Fit, TensileTest, engineering_stress
 from sits_mech.quantities import Array
-from sits_mech.report.curves import new_figure, save_figure
+from sits_mech.report.pictures.curves import new_figure, save_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,7 +12,7 @@ from sits_mech.cases import DONE
 from sits_mech.quantities import POSE, UNITS, shown_unit
 from sits_mech.readout.crosstalk import crosstalk, rotation_error, slope, slope_error
 from sits_mech.readout.loads import beyond_two, fixed, load_words, middle, over_loads, points, two_forces, varied
-from sits_mech.report.tables import with_error
+from sits_mech.report.tables.solves import with_error
 
 Figure = tuple[str, float, float, str]
 _SCALES = {"m": (1e6, "um"), "rad": (1e3, "mrad")}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sits_mech.analysis.comparison import Comparison
-from sits_mech.report.curves import new_figure, save_figure
+from sits_mech.report.pictures.curves import new_figure, save_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

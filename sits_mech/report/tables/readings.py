@@ -11,7 +11,7 @@ from rich.table import Table
 from sits_mech.quantities import Array
 from sits_mech.readout.calibration import OK, OUTSIDE, Calibration
 from sits_mech.readout.front_end import FrontEnd, register_text
-from sits_mech.report.tables import key_table, with_error
+from sits_mech.report.tables.solves import key_table, with_error
 
 Record = dict[str, Any]
 

@@ -22,9 +22,9 @@ from sits_mech.readout.crosstalk import crosstalk
 from sits_mech.readout.loads import fixed, load_words, varied
 from sits_mech.readout.quality import quality
 from sits_mech.report.codes import Readings
-from sits_mech.report.load_tables import failures, load_table, missing_figures, remarks, summary_table
-from sits_mech.report.quality_table import quality_record, quality_tables
-from sits_mech.report.readings import front_end_table
+from sits_mech.report.tables.loads import failures, load_table, missing_figures, remarks, summary_table
+from sits_mech.report.tables.quality import quality_record, quality_tables
+from sits_mech.report.tables.readings import front_end_table
 from sits_mech.sensor import Sensor, scene_text
 
 _PICTURES = {

@@ -21,8 +21,8 @@ from sits_mech.geometry.windings import spiral_path
 from sits_mech.magnetics.stream import Stream, placed, plate_stream
 from sits_mech.meshing.unstructured import DEBIAN_PACKAGES
 from sits_mech.quantities import Array, Pose
-from sits_mech.report.curves import new_figure
-from sits_mech.report.views import driven_coil, written_frequency
+from sits_mech.report.pictures.curves import new_figure
+from sits_mech.report.pictures.section import driven_coil, written_frequency
 from sits_mech.sensor import Coil, Conductor, SceneError, Sensor, Target
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from rich.table import Table
 
 from sits_mech.cases import DONE
 from sits_mech.readout.loads import points
-from sits_mech.report.load_tables import point_name
+from sits_mech.report.tables.loads import point_name
 
 _POSE = ("d_h", "d_y", "d_v", "alpha_x", "alpha", "alpha_z")
 _SHOWN = {

@@ -7,8 +7,8 @@ import pytest
 
 from sits_mech.magnetics.field import PlanarField, planar_fem
 from sits_mech.quantities import Pose
-from sits_mech.report.curves import save_figure
-from sits_mech.report.fields import current_view, potential_view
+from sits_mech.report.pictures.curves import save_figure
+from sits_mech.report.pictures.fields import current_view, potential_view
 from sits_mech.sensor import load_sensor
 
 

@@ -7,9 +7,9 @@ import pytest
 
 from sits_mech.magnetics.stream import plate_stream
 from sits_mech.quantities import Pose, Wrench
-from sits_mech.report import spatial
-from sits_mech.report.pictures import Request, kind_of_picture, resting_pose
-from sits_mech.report.views import driven_coil, written_frequency
+from sits_mech.report.pictures import spatial
+from sits_mech.report.pictures.request import Request, kind_of_picture, resting_pose
+from sits_mech.report.pictures.section import driven_coil, written_frequency
 from sits_mech.sensor import SceneError, load_sensor
 
 

@@ -13,9 +13,9 @@ from rich.console import Console
 
 from sits_mech.quantities import POSE, WRENCH, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.report.folder import read_calibration
-from sits_mech.report.load_tables import csv_text, failures, figures, load_table, remarks, summary_table
 from sits_mech.report.records import failure_record, json_text
-from sits_mech.report.tables import with_error
+from sits_mech.report.tables.loads import csv_text, failures, figures, load_table, remarks, summary_table
+from sits_mech.report.tables.solves import with_error
 
 COILS = ["C1", "C2"]
 

@@ -18,8 +18,8 @@ from sits_mech.analysis.bench import absolute, table_impedance
 from sits_mech.cli.main import run
 from sits_mech.report.codes import readings
 from sits_mech.report.folder import read_calibration
-from sits_mech.report.html import page
-from sits_mech.report.html_parts import inverse_part, words_part
+from sits_mech.report.page.html import page
+from sits_mech.report.page.parts import inverse_part, words_part
 from sits_mech.sensor import changed
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")

@@ -9,7 +9,7 @@ import xarray as xr
 from rich.table import Table
 
 from sits_mech.quantities import POSE
-from sits_mech.report.tables import with_error
+from sits_mech.report.tables.solves import with_error
 
 
 def loop_table(data: xr.Dataset) -> Table:

@@ -9,8 +9,8 @@ import xarray as xr
 
 from sits_mech.mechanics.block import BlockPad
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
-from sits_mech.report.curves import crosstalk_map, normal_curves, save_figure, shear_curves
-from sits_mech.report.views import layer_view, load_view, target_corners
+from sits_mech.report.pictures.curves import crosstalk_map, normal_curves, save_figure, shear_curves
+from sits_mech.report.pictures.section import layer_view, load_view, target_corners
 from sits_mech.sensor import SceneError, load_sensor
 
 
