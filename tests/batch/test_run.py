@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from sits_mech.batch import requests
 from sits_mech.batch.executors import workers
 from sits_mech.batch.run import run_study
 from sits_mech.batch.study import read_study
@@ -69,6 +70,25 @@ def test_whole_calibrations_are_cases(tmp_path: Path) -> None:
     alone = calibrate(sensor, F_x=[-0.2, 0.2], F_z=[0.0, 1.0], tolerance=0.1, mechanics="planar")
     np.testing.assert_allclose(data["L_v_percent"][1], alone["L_v_percent"], rtol=1e-12)
     np.testing.assert_allclose(data["F_z"], [0.0, 1.0])
+
+
+def test_a_case_may_be_a_grid_of_any_components(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All six reach the calibration, ranges as dimensions of the table, single values as numbers, zeros not at all."""
+    asked = []
+
+    def calibrated(sensor: object, **words: object) -> xr.Dataset:
+        asked.append(words)
+        found = xr.Dataset({"L_v_percent": (("F_z", "F_y"), np.zeros((2, 3)))}, attrs={"unit_L": "H"})
+        status = np.full((2, 3), "converged", dtype=object)
+        return found.assign(status=(("F_z", "F_y"), status))
+
+    monkeypatch.setattr(requests, "calibrate", calibrated)
+    text = 'scene = "biorob2018"\nrequest = "calibrate"\n[vary]\n"elastomer.thickness" = ["2 mm", "3 mm"]\n'
+    text += '[fixed]\nfx = "0 N"\nfz = "0 N:1 N:2"\nfy = "-1 N:1 N:3"\nmz = "1 N*mm"\n'
+    data = run_study(read_study(written(tmp_path, text)), tmp_path / "out")
+    assert asked == [{"F_z": [0.0, 1.0], "F_y": [-1.0, 0.0, 1.0], "M_z": 1e-3}] * 2
+    assert data["L_v_percent"].dims == ("elastomer.thickness", "F_z", "F_y")
+    np.testing.assert_array_equal(data["F_y"], [-1.0, 0.0, 1.0])
 
 
 def test_forces_and_poses_are_requests(tmp_path: Path) -> None:

@@ -12,7 +12,8 @@ import pytest
 
 from sits_mech.cases import read_table
 from sits_mech.cli.main import run
-from sits_mech.quantities import POSE, WRENCH
+from sits_mech.mechanics.block import BlockPad
+from sits_mech.quantities import POSE, WRENCH, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.sensor import SceneError, load_sensor
 
 ROOT = Path(__file__).parents[2]
@@ -226,10 +227,29 @@ def test_a_pose_beside_the_plane_is_answered_in_space(capsys: Capture) -> None:
     assert "--dv: must be given" in refused(capsys, "inductance", "biorob2018", "--dy", "1 mm")
 
 
+def test_what_a_load_in_space_reached_is_printed(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Exit 3: all six components of the last state, for a reader and for a program."""
+    report = SolveReport("block", 10, 3, 1e-3, 0.1, 0.2, "load path ended", min_J=0.4)
+    pose, load = Pose(1e-4, 2e-3, 1e-3, 2e-4, 1e-3, 2e-3), Wrench(0.1, F_y=0.2, M_z=1e-3)
+    last = Equilibrium(load, pose, Pose(0.0, 0.0), np.zeros(0), report)
+
+    def fails(*_: object, **__: object) -> None:
+        raise SolveFailed("block: ended", report, last)
+
+    monkeypatch.setattr(BlockPad, "equilibrium", fails)
+    words = ["pose", "biorob2018", "--fx", "1 N", "--fy", "2 N", "--mz", "10 N*mm"]
+    assert run(words) == 3
+    out, err = capsys.readouterr()
+    assert all(name in out for name in (*POSE, "F_y = 0.2 N", "M_z = 0.001 N m")) and err.count("\n") == 1
+    assert run([*words, "--json"]) == 3
+    found = json.loads(capsys.readouterr().out)
+    assert list(found["pose"]) == list(found["error"]) == list(POSE) and found["pose"]["d_y"] == 2e-4
+    assert list(found["wrench"]) == list(WRENCH) and found["report"]["status"] == "load path ended"
+
+
 def test_an_inductance_out_of_reach(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
     """Exit 3 with the report, for one frequency and for a range."""
     from sits_mech.magnetics.bars import PlanarBars
-    from sits_mech.quantities import SolveFailed, SolveReport
 
     def fails(*_: object) -> None:
         raise SolveFailed("planar: not reached", SolveReport("planar", 10, 1, 1.0, 0.5, 0.1, status="not reached"))
