@@ -5,9 +5,7 @@ The public names; each is imported when it is first used, so that importing the 
 
 from __future__ import annotations
 
-import sys
 from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from sits_mech.version import __version__
@@ -15,13 +13,13 @@ from sits_mech.version import __version__
 if TYPE_CHECKING:
     from sits_mech.analysis.bench import sensor_calibration
     from sits_mech.analysis.spectrum import spectrum
+    from sits_mech.cases import sweep
     from sits_mech.chain.calibrate import calibrate
     from sits_mech.chain.models import magnetic_model, mechanical_model, plan
     from sits_mech.chain.simulate import simulate
     from sits_mech.quantities import Impedance, Pose, SolveFailed, Wrench
     from sits_mech.readout.crosstalk import crosstalk, sensitivity
-    from sits_mech.sensor import SceneError, Sensor, catalogue, load_sensor, save_sensor
-    from sits_mech.sweep import sweep
+    from sits_mech.scene.sensor import SceneError, Sensor, catalogue, load_sensor, save_sensor
 
 __all__ = [
     "Impedance", "Pose", "SceneError", "Sensor", "SolveFailed", "Wrench", "__version__", "calibrate", "catalogue",
@@ -36,9 +34,9 @@ _HOMES = {
     "chain.simulate": ("simulate",),
     "quantities": ("Impedance", "Pose", "SolveFailed", "Wrench"),
     "readout.crosstalk": ("crosstalk", "sensitivity"),
-    "sensor": ("SceneError", "Sensor", "catalogue", "load_sensor", "save_sensor"),
+    "scene.sensor": ("SceneError", "Sensor", "catalogue", "load_sensor", "save_sensor"),
     "analysis.spectrum": ("spectrum",),
-    "sweep": ("sweep",),
+    "cases": ("sweep",),
 }
 
 
@@ -53,15 +51,3 @@ def __getattr__(name: str) -> Any:
 def __dir__() -> list[str]:
     """Return the public names."""
     return sorted(__all__)
-
-
-class _Package(ModuleType):
-    """The package, whose public functions stay in sight when a file of the same name is imported."""
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        """Set an attribute, unless it is the file of a public function."""
-        if not (isinstance(value, ModuleType) and name in __all__):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Package

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -112,6 +113,15 @@ WRENCH = ("F_x", "F_z", "M", "F_y", "M_x", "M_z")
 """Names of the components of a wrench; the first three are the plane's."""
 POSE = ("d_h", "d_v", "alpha", "d_y", "alpha_x", "alpha_z")
 """Names of the components of a pose, each in the place of the component of the wrench that works on it."""
+UNITS = {
+    "F_x": "N", "F_z": "N", "M": "N*m", "F_y": "N", "M_x": "N*m", "M_z": "N*m",
+    "d_h": "m", "d_v": "m", "alpha": "rad", "d_y": "m", "alpha_x": "rad", "alpha_z": "rad",
+}  # fmt: skip
+"""The SI unit of each component of a wrench and of a pose."""
+LOAD_ARGUMENTS = {"fx": "F_x", "fz": "F_z", "moment": "M", "fy": "F_y", "mx": "M_x", "mz": "M_z"}
+"""The components of a wrench by their names on the command line and in study files."""
+POSE_ARGUMENTS = {"dh": "d_h", "dv": "d_v", "alpha": "alpha", "dy": "d_y", "alphax": "alpha_x", "alphaz": "alpha_z"}
+"""The components of a pose by those names."""
 
 
 @dataclass(frozen=True)
@@ -220,12 +230,22 @@ class SolveFailed(Exception):
         Its ``status`` names the reason.
     last : Equilibrium or None
         The last converged state on the way, if there is one.
+    half : str
+        Of a whole chain, the physics that the report is of: "mechanics" or "magnetics".
     """
 
-    def __init__(self, message: str, report: SolveReport, last: Equilibrium | None = None) -> None:
+    def __init__(
+        self, message: str, report: SolveReport, last: Equilibrium | None = None, half: str = "mechanics"
+    ) -> None:
         super().__init__(message)
         self.report = report
         self.last = last
+        self.half = half
+
+
+def shown_unit(name: str) -> str:
+    """Return the SI unit of a component of a wrench or of a pose for a reader, such as "N m"."""
+    return UNITS[name].replace("*", " ")
 
 
 def refuse_beside(model: str, given: Wrench | Pose, other: str) -> None:

@@ -12,6 +12,8 @@ import re
 from functools import cache
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 if TYPE_CHECKING:
     from pint import UnitRegistry
 
@@ -33,6 +35,7 @@ _KINDS = {
     "s": 'a time, such as "1 ms"',
     "": "a plain number",
 }
+_MOST = 10_000  # values of a range
 _PREFIXES = {"": 1.0, "G": 1e9, "M": 1e6, "k": 1e3, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "n": 1e-9, "p": 1e-12}
 
 
@@ -133,6 +136,65 @@ def quantity(value: object, unit: str, name: str) -> float:
         return si_value(value, unit)
     except SceneError as error:
         raise SceneError(f"{name}: {error}") from None
+
+
+def checked_tolerance(tolerance: float, least: float = 0.0) -> float:
+    """Return an asked relative error, or refuse it.
+
+    Parameters
+    ----------
+    tolerance : float
+        Below one.
+    least : float
+        The smallest that the model can promise; 0 itself is none.
+
+    Raises
+    ------
+    SceneError
+        One line: what it must be, what came.
+    """
+    if not (0.0 < tolerance < 1.0 and tolerance >= least):
+        raise SceneError(f"tolerance must lie between {least:g} and 1; got {tolerance}")
+    return tolerance
+
+
+def quantity_range(text: str, unit: str, name: str) -> list[float]:
+    """Return the values of a written range.
+
+    Parameters
+    ----------
+    text : str
+        ``"first:last:count"`` such as "-1 N:1 N:9", or one quantity.
+    unit : str
+        The SI unit of the result.
+    name : str
+        What the range is called where the user wrote it.
+
+    Returns
+    -------
+    list of float
+        Evenly spaced [unit]; an exact mirror image of itself when its ends are.
+
+    Raises
+    ------
+    SceneError
+        One line: `name`, what it must be, what came.
+    """
+    parts = text.split(":")
+    ends = [quantity(part, unit, name) for part in parts[:2]]
+    if len(parts) == 1:
+        return ends
+    if len(parts) != 3 or not parts[2].strip().isdecimal() or not 1 < int(parts[2]) <= _MOST or ends[0] == ends[1]:
+        form = f'first:last:count with two different ends and a count from 2 to {_MOST}, such as "0 N:4 N:9"'
+        raise SceneError(f"{name}: must be {form}, or one quantity; got {shown(text)}")
+    values = np.linspace(ends[0], ends[1], int(parts[2]))
+    return [float(value) for value in ((values - values[::-1]) / 2 if ends[0] == -ends[1] else values)]
+
+
+def quantity_or_range(text: str, unit: str, name: str) -> float | list[float]:
+    """Return the value of a written quantity, or the values of a written range; as `quantity_range`."""
+    found = quantity_range(text, unit, name)
+    return found[0] if len(found) == 1 else found
 
 
 def split_quantity(value: object, name: str) -> tuple[float, str]:

@@ -22,8 +22,8 @@ from pathlib import Path
 from sits_mech.batch.executors import workers
 from sits_mech.batch.run import run_study
 from sits_mech.batch.study import read_study
+from sits_mech.cases import read_table
 from sits_mech.report.outputs import study_arguments, write_rows
-from sits_mech.sweep import read_table
 
 MAGNETIC = """
 scene = "biorob2018"
@@ -87,7 +87,7 @@ def killed(folder: Path, counts: tuple[int, int]) -> list[tuple[str, float]]:
     """Return what is kept of a killed run, what of it is computed again, and whether the resumed table is the same."""
     path, out = folder / "killed.toml", folder / "killed"
     path.write_text(LOADS.format(*counts))
-    command = "from sits_mech.cli import main; main()"
+    command = "from sits_mech.cli.main import main; main()"
     process = subprocess.Popen(
         [sys.executable, "-c", command, "sweep", str(path), "-o", str(out)],
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,

@@ -10,13 +10,14 @@ import time
 
 import numpy as np
 
-from sits_mech.magnetics.dodd_deeds import Layer, coil_change
-from sits_mech.magnetics.loops import coil_sections
-from sits_mech.magnetics.losses import coil_losses, track_resistance
+from sits_mech.magnetics.axis.dodd_deeds import Layer, coil_change
+from sits_mech.magnetics.coils.alone import track_resistance
+from sits_mech.magnetics.coils.loops import coil_sections
+from sits_mech.magnetics.coils.losses import coil_losses
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.quantities import Pose
 from sits_mech.report.outputs import study_arguments, write_rows
-from sits_mech.sensor import Coil, Sensor, Target
+from sits_mech.scene.sensor import Coil, Sensor, Target
 
 MM = 1e-3
 GAP = 2 * MM

@@ -19,7 +19,7 @@ import numpy as np
 from sits_mech.mechanics.layer import PlanarLayer, linear_layer, planar_layer
 from sits_mech.mechanics.loads import settle
 from sits_mech.quantities import SolveReport, Wrench
-from sits_mech.sensor import Sensor, load_sensor
+from sits_mech.scene.sensor import Sensor, load_sensor
 
 MM = 1e-3
 # W, w, t [mm]; F_x, F_z [N/m]; M clockwise [N]; d_h, sink [mm], alpha clockwise; their bars.

@@ -33,14 +33,14 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from sits_mech.mechanics.body import rest
 from sits_mech.mechanics.layer import planar_layer
-from sits_mech.mechanics.newton import SETTLED, newton
-from sits_mech.mechanics.pad import Fineness, bonded_body, scaled_load
+from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_scales
+from sits_mech.mechanics.rest.body import rest
+from sits_mech.mechanics.rest.newton import SETTLED, newton
 from sits_mech.meshing.structured import graded_lines, matched_cells
 from sits_mech.quantities import Array, Wrench
 from sits_mech.report.accuracy import forget
-from sits_mech.sensor import Sensor, load_sensor
+from sits_mech.scene.sensor import Sensor, load_sensor
 
 MU, K, F_X, F_Z = 3e-2, 30.0, 0.267, 4.05  # MPa, N/mm; lengths in mm
 POSE = np.array([0.985277906, 0.203230935, 0.002045246])  # d_h, sink [mm], tilt
@@ -104,7 +104,7 @@ def own_pose(sensor: Sensor, tolerance: float) -> tuple[Array, int]:
 def own_solve(sensor: Sensor, cells: int, grading: float, split: bool) -> tuple[Array, int]:
     """Return this package's pose by one Newton solve from rest on one mesh, with corners split or not."""
     body = bonded_body(sensor, Fineness(cells, grading, split))
-    state, _ = newton(body, rest(body), scaled_load(sensor, Wrench(1e3 * F_X, 1e3 * F_Z)))
+    state = newton(body, rest(body), layer_scales(sensor).load(Wrench(1e3 * F_X, 1e3 * F_Z))[:3]).state
     if not state.residual <= SETTLED or not state.min_J > 0.0:
         raise ArithmeticError(f"residual {state.residual:.1e}")
     return state.q * [2.0, -2.0, 1.0], len(body.free) + 3

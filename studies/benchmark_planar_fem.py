@@ -11,10 +11,10 @@ import numpy as np
 
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.quantities import Pose
-from sits_mech.report.curves import save_figure
-from sits_mech.report.fields import current_view, potential_view
 from sits_mech.report.outputs import study_arguments, write_rows
-from sits_mech.sensor import Sensor, changed, load_sensor
+from sits_mech.report.pictures.curves import save_figure
+from sits_mech.report.pictures.fields import current_view, potential_view
+from sits_mech.scene.sensor import Sensor, changed, load_sensor
 
 # d_h, d_v [mm], f [Hz], radius where A = 0 [mm] (None: no net current), Delta L1, L2, M12 [H/m], R1, R2 [ohm/m]
 ROWS = (

@@ -17,9 +17,9 @@ import xarray as xr
 from sits_mech.analysis.bench import sensor_calibration
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.readout.crosstalk import crosstalk, rotation_error
-from sits_mech.report.curves import crosstalk_map, save_figure
 from sits_mech.report.outputs import study_arguments, write_rows
-from sits_mech.sensor import Sensor, load_sensor
+from sits_mech.report.pictures.curves import crosstalk_map, save_figure
+from sits_mech.scene.sensor import Sensor, load_sensor
 
 SENSORS = ("biorob2018", "biorob2018-w15", "biorob2018-w22")
 SHEAR, NORMAL = 1.0, 4.0  # [N]

@@ -21,10 +21,10 @@ import numpy as np
 
 from sits_mech.analysis.design import best_designs, design_row, serves
 from sits_mech.batch.executors import workers
-from sits_mech.report.curves import new_figure, save_figure
+from sits_mech.cases import DONE, sweep
 from sits_mech.report.outputs import study_arguments, write_rows
-from sits_mech.sensor import load_sensor
-from sits_mech.sweep import DONE, sweep
+from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.scene.sensor import load_sensor
 
 SENSOR = "biorob2018-w15"
 THICKNESSES = [1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0]  # [mm]

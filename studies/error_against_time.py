@@ -30,7 +30,7 @@ from sits_mech.mechanics.layer import linear_layer, planar_layer
 from sits_mech.quantities import MechanicalModel, Pose, Wrench
 from sits_mech.report.accuracy import Rung, draw_ladders, forget, machine, rung_rows
 from sits_mech.report.outputs import study_arguments, write_rows
-from sits_mech.sensor import Sensor, load_sensor
+from sits_mech.scene.sensor import Sensor, load_sensor
 
 MM = 1e-3
 _EXACT = 1e-9  # of full scale

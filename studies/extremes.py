@@ -26,8 +26,8 @@ from extreme.rows import DONE, Row
 from extreme.solids import solids
 from threadpoolctl import threadpool_limits
 
-from sits_mech.report.curves import new_figure, save_figure
 from sits_mech.report.outputs import write_rows
+from sits_mech.report.pictures.curves import new_figure, save_figure
 
 
 def mechanics(coarse: bool) -> Iterator[Row]:

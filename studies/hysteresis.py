@@ -16,11 +16,11 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.cycle import load_cycle, triangle
-from sits_mech.materials import table_of
 from sits_mech.quantities import Wrench
-from sits_mech.report.curves import new_figure, save_figure
 from sits_mech.report.outputs import study_arguments, write_rows
-from sits_mech.sensor import Sensor, load_sensor, sensor_from
+from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.scene.sensor import Sensor, load_sensor, sensor_from
+from sits_mech.silicone.material import table_of
 
 PEAK = Wrench(F_x=0.25, F_z=2.0)
 PRONY = [{"weight": 0.1, "time": "0.5 s"}, {"weight": 0.1, "time": "30 s"}]

@@ -25,19 +25,19 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from sits_mech.analysis.spectrum import at_terminals
+from sits_mech.cases import Row
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.interpolate import settle_grid
+from sits_mech.chain.interpolate import poses_on_grid
 from sits_mech.chain.models import MAGNETICS, MECHANICS, magnetic_model, mechanical_model, plan
 from sits_mech.chain.omissions import idle_coupling, skin_depths, strain_bound
 from sits_mech.chain.pose_errors import read_poses
 from sits_mech.chain.simulate import simulate
-from sits_mech.mechanics.loads import Load, settle
+from sits_mech.mechanics.loads import settle
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.report.accuracy import forget
-from sits_mech.report.curves import new_figure, save_figure
 from sits_mech.report.outputs import study_arguments, write_rows
-from sits_mech.sensor import Sensor, load_sensor
-from sits_mech.sweep import Row
+from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.scene.sensor import Sensor, load_sensor
 
 LONG = 'elastomer.length="1000 mm"'
 FERRITE = (
@@ -89,10 +89,10 @@ def moved(sensor: Sensor, pose: Pose) -> np.ndarray:
     return np.array([pose.d_h, rest - pose.d_v, 0.5 * sensor.target.extent[0] * pose.alpha], dtype=float)
 
 
-def apart(sensor: Sensor, first: dict[Load, Row], second: dict[Load, Row]) -> float:
+def apart(sensor: Sensor, first: dict[Wrench, Row], second: dict[Wrench, Row]) -> float:
     """Return the largest difference of two answers to a grid, over the largest displacement."""
     poses = [
-        np.array([moved(sensor, Pose(row["d_h"], row["d_v"], row["alpha"])) for _, row in sorted(rows.items())])
+        np.array([moved(sensor, Pose(rows[load]["d_h"], rows[load]["d_v"], rows[load]["alpha"])) for load in first])
         for rows in (first, second)
     ]
     return float(np.abs(poses[0] - poses[1]).max() / np.abs(poses[0]).max())
@@ -127,7 +127,7 @@ def loads_between(count: int) -> Saving:
     sensor = load_sensor("biorob2018-w15")
     grid = {"F_x": np.linspace(-1.0, 1.0, count).tolist(), "F_z": np.linspace(0.0, 4.0, count).tolist()}
     some, few = timed(
-        lambda: settle_grid(sensor, mechanical_model(sensor)[0], grid, symmetric=True, tolerance=1e-2)
+        lambda: poses_on_grid(sensor, mechanical_model(sensor)[0], grid, symmetric=True, tolerance=1e-2)
     )
     all_, many = timed(lambda: settle(mechanical_model(sensor)[0], grid, symmetric=True))
     return Saving("loads between solved ones", few, many, apart(sensor, all_, some), 1e-2, ROUNDING)

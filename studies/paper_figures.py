@@ -26,9 +26,9 @@ from scipy.optimize import minimize_scalar
 
 from sits_mech.chain.models import magnetic_model
 from sits_mech.quantities import Array, Pose
-from sits_mech.report.curves import new_figure, save_figure
 from sits_mech.report.outputs import study_arguments, write_rows
-from sits_mech.sensor import Sensor, load_sensor
+from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.scene.sensor import Sensor, load_sensor
 
 MM, DEGREE = 1e-3, np.pi / 180.0
 # d_v [mm], alpha [deg]: L1, L2 [% of L0], as printed

@@ -14,9 +14,9 @@ import numpy as np
 
 from sits_mech.chain.models import magnetic_model
 from sits_mech.quantities import Pose
-from sits_mech.report.curves import new_figure, save_figure
 from sits_mech.report.outputs import study_arguments, write_rows
-from sits_mech.sensor import load_sensor
+from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.scene.sensor import load_sensor
 
 MM = 1e-3
 PLATE = (
@@ -42,7 +42,8 @@ CHANGES = {
 def ranges(changes: list[str], tolerance: float) -> tuple[float, float, str, float]:
     """Return the shear and the normal range [%] of a changed scene, the model that gave them, and its error."""
     sensor = load_sensor("biorob2018", changes)
-    model, choice = magnetic_model(sensor, tolerance=tolerance)
+    name = "planar" if sensor.substrate_radius is None else "auto"  # in section like the paper's, metal as well
+    model, choice = magnetic_model(sensor, name, tolerance)
     pose = Pose(np.array([0.0, 2.5, 5.0, 0.0]) * MM, np.array([2.0, 2.0, 2.0, 1.2]) * MM, np.zeros(4))
     found = model.impedance(pose, sensor.frequency)
     percent = 100.0 * np.diagonal(found.L, axis1=-2, axis2=-1) / np.diagonal(found.L0)

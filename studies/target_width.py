@@ -16,9 +16,9 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from sits_mech.analysis.design import design_row, serves
-from sits_mech.report.curves import new_figure, save_figure
 from sits_mech.report.outputs import study_arguments, write_rows
-from sits_mech.sensor import load_sensor
+from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.scene.sensor import load_sensor
 
 SENSOR, LAYER = "biorob2018", 'elastomer.width="30 mm"'
 WIDTHS = (5.0, 22.0)  # [mm]

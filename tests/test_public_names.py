@@ -7,18 +7,26 @@ from pathlib import Path
 
 import pytest
 
+import sits_mech
+
 ROOT = Path(__file__).parents[1]
 
 
-@pytest.mark.parametrize("before", ["pass", "import sits_mech.chain", "import sits_mech.sweep, sits_mech.chain.plan"])
+@pytest.mark.parametrize("before", ["pass", "import sits_mech.chain", "import sits_mech.cases, sits_mech.chain.plan"])
 def test_functions_are_not_hidden_by_their_files(before: str) -> None:
-    """`sweep` and `plan` are functions in files of the same name."""
+    """A file of the same name, imported before or after, would stand where the function stood."""
     code = (
         f"{before}\nimport sits_mech\nfrom sits_mech import plan, simulate, sweep\n"
-        "from sits_mech.sweep import sweep as same\n"
-        "assert sits_mech.sweep is sweep is same and callable(plan) and callable(simulate)\n"
+        "from sits_mech.cases import sweep as same\nfrom sits_mech.chain.simulate import simulate as other\n"
+        "assert sits_mech.sweep is sweep is same and sits_mech.simulate is simulate is other and callable(plan)\n"
         "assert all(hasattr(sits_mech, name) for name in sits_mech.__all__) and len(sits_mech.__all__) <= 20\n"
     )
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_no_file_or_room_has_the_name_of_a_function() -> None:
+    """Importing it would put the file in the function's place."""
+    names = {path.stem for path in (ROOT / "sits_mech").iterdir()}
+    assert not names & set(sits_mech.__all__)

@@ -1,12 +1,13 @@
 """Units that are read at once: the same as pint reads them, and pint stays away."""
 
+import math
 import subprocess
 import sys
 
 import pint
 import pytest
 
-from sits_mech.units import SceneError, quantity
+from sits_mech.units import SceneError, checked_tolerance, quantity, quantity_or_range, quantity_range
 
 REGISTRY = pint.UnitRegistry()
 NUMBERS = (1.0, 85.0, 0.1, -33.3333, 7.0e-3, 123456.789)
@@ -37,7 +38,38 @@ def test_other_dimensions_are_refused(text: str) -> None:
 
 def test_a_catalogued_sensor_needs_no_pint() -> None:
     """It takes a third of a second to come."""
-    load = "from sits_mech.sensor import load_sensor; load_sensor('biorob2018')"
+    load = "from sits_mech.scene.sensor import load_sensor; load_sensor('biorob2018')"
     code = f"import sys; {load}; print('pint' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
     assert done.stdout.strip() == "False"
+
+
+def test_tolerance_is_checked_in_one_place() -> None:
+    """Any share of one; what a model cannot promise is refused with what came."""
+    assert checked_tolerance(1e-3) == 1e-3 and checked_tolerance(1e-7, 1e-7) == 1e-7
+    for wrong in (0.0, 1.0, -1.0, math.nan, math.inf):
+        with pytest.raises(SceneError, match=f"tolerance must lie between 0 and 1; got {wrong}"):
+            checked_tolerance(wrong)
+    with pytest.raises(SceneError, match="tolerance must lie between 1e-07 and 1; got 1e-08"):
+        checked_tolerance(1e-8, 1e-7)
+
+
+def test_ranges_by_hand() -> None:
+    """Ends, count, units; a symmetric one is its own mirror image to the last bit."""
+    assert quantity_range("0 N:4 N:5", "N", "--fz") == [0.0, 1.0, 2.0, 3.0, 4.0]
+    assert quantity_range("500 mN", "N", "--fz") == [0.5]
+    values = quantity_range("-0.7 N:0.7 N:9", "N", "--fx")
+    assert values == [-value for value in reversed(values)] and values[4] == 0.0 and values[-1] == 0.7
+
+
+@pytest.mark.parametrize("text", ["", "1 N:2 N", "1 N:1 N:3", "0 N:1 N:1", "0 N:1 N:two", "0 N:1 mm:3", "0 N:1 N:3:4"])
+def test_what_is_no_range(text: str) -> None:
+    """One line that names the option."""
+    with pytest.raises(SceneError, match="^--fx: must be"):
+        quantity_range(text, "N", "--fx")
+
+
+def test_one_quantity_is_one_number() -> None:
+    """Where a single value is another thing than a list of one."""
+    assert quantity_or_range("500 mN", "N", "--fz") == 0.5
+    assert quantity_or_range("0 N:1 N:2", "N", "--fz") == [0.0, 1.0]

@@ -20,15 +20,16 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.spectrum import at_terminals
-from sits_mech.magnetics.loops import coil_inductances
-from sits_mech.magnetics.losses import track_resistance
-from sits_mech.magnetics.terminals import terminal_impedance
+from sits_mech.cases import DONE
+from sits_mech.magnetics.coils.alone import track_resistances
+from sits_mech.magnetics.coils.loops import coil_inductances
+from sits_mech.magnetics.coils.terminals import terminal_impedance
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport
 from sits_mech.readout.calibration import Calibration, calibration
 from sits_mech.readout.converter import converter, parallel_resistance, resonance
 from sits_mech.readout.front_end import FrontEnd, front_end
-from sits_mech.sensor import Coil, SceneError, Sensor
-from sits_mech.sweep import DONE
+from sits_mech.readout.loads import two_forces
+from sits_mech.scene.sensor import Coil, SceneError, Sensor
 
 _IDLE = "idle coils: left out, a model per metre overstates their coupling"
 
@@ -87,8 +88,8 @@ def absolute(sensor: Sensor, found: Impedance) -> tuple[Impedance, tuple[str, ..
 
 
 def table_impedance(data: xr.Dataset) -> Impedance:
-    """Return the impedance that a table holds, with leading axes (F_x, F_z); what failed is NaN."""
-    order = ("F_x", "F_z", "coil", "coil_2")
+    """Return the impedance that a table over F_x and F_z holds, with these as leading axes; what failed is NaN."""
+    data, order = two_forces(data), ("F_x", "F_z", "coil", "coil_2")
     L, R, error_L, error_R = (data[name].transpose(*order).to_numpy() for name in ("L", "R", "error_L", "error_R"))
     L0 = data["L0"].to_numpy()
     report = SolveReport("table", 0, 0, 0.0, 0.0, 0.0)
@@ -118,6 +119,7 @@ def terminals(sensor: Sensor, data: xr.Dataset) -> tuple[xr.Dataset, tuple[str, 
     SceneError
         When the tracks' losses cannot be computed.
     """
+    data = two_forces(data)
     found, missing = absolute(sensor, table_impedance(data))
     good = (data["status"].transpose("F_x", "F_z") == DONE).to_numpy()
     seen, reasons = at_terminals(sensor, replace(found, L=found.L[good], R=found.R[good]))
@@ -144,8 +146,9 @@ def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
     Raises
     ------
     ValueError
-        When the table holds too few loads.
+        When the table holds too few loads, or loads with other components than F_x and F_z.
     """
+    data = two_forces(data)
     return calibration(data, None if data.attrs["unit_L"] == "H" else free_inductances(sensor).tolist())
 
 
@@ -228,7 +231,7 @@ def operating_points(sensor: Sensor, model: MagneticModel, pose: Pose) -> tuple[
         When there is no resonance in the converter's range.
     """
     part = converter("LDC1614" if sensor.readout.converter == "none" else sensor.readout.converter)
-    direct = np.array([track_resistance(coil) for coil in sensor.coils])
+    direct = track_resistances(sensor.coils)
 
     def inductances(f: float) -> Array:
         """Return L of each coil with leads and idle coils; what even current leaves out does not move f."""

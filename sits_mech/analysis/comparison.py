@@ -21,15 +21,16 @@ import xarray as xr
 from scipy.interpolate import BarycentricInterpolator
 
 from sits_mech.analysis.bench import free_inductances
+from sits_mech.cases import DONE
 from sits_mech.chain.models import loaded_model
 from sits_mech.geometry.collision import clearance
+from sits_mech.maps.surrogate import SmoothMap, fit_map
 from sits_mech.quantities import Array, Pose
-from sits_mech.readout.calibration import FORCES
 from sits_mech.readout.converter import converter
+from sits_mech.readout.loads import two_forces
+from sits_mech.readout.loads import varied as components
 from sits_mech.readout.measured import Measured, ParameterFit, Tank, fit_parameters
-from sits_mech.readout.surrogate import SmoothMap, fit_map
-from sits_mech.sensor import SceneError, Sensor
-from sits_mech.sweep import DONE
+from sits_mech.scene.sensor import SceneError, Sensor
 
 PARAMETERS = ("modulus", "gap", "lead")
 """What can be fitted: s, g and l above."""
@@ -70,8 +71,9 @@ def tank_of(sensor: Sensor, reference: float, divider: int = 1) -> Tank | None:
 
 
 def varied(data: xr.Dataset) -> tuple[str, ...]:
-    """Return the forces that a table varies."""
-    return tuple(name for name in FORCES if name in data["L"].dims and data.sizes[name] > 1)
+    """Return which of F_x and F_z a table varies; raise SceneError where its loads have other components."""
+    data = two_forces(data)
+    return tuple(name for name in components(data) if data.sizes[name] > 1)
 
 
 def compare(sensor: Sensor, data: xr.Dataset, measured: Measured, free: Sequence[str] = PARAMETERS) -> Comparison:
@@ -96,6 +98,7 @@ def compare(sensor: Sensor, data: xr.Dataset, measured: Measured, free: Sequence
     unknown = [name for name in free if name not in PARAMETERS]
     if unknown or not free:
         raise SceneError(f"fit: must be some of {', '.join(PARAMETERS)}; got {', '.join(unknown) or 'none'}")
+    data = two_forces(data)
     names, reach = varied(data), _gap_reach(sensor, data)
     lifted = _lifted_map(sensor, data, names, reach)
     softest = _softest(measured.forces, lifted.map, names)

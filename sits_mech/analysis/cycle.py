@@ -1,6 +1,6 @@
 """What does the sensor show while a load comes and goes? The silicone's rate and softening as hysteresis.
 
-    load s(t) --(viscosity, softening: mechanics/history.py)--> elastic share s_e(t) --(chain)--> pose, L, signals
+    load s(t) --(viscosity, softening: silicone/history.py)--> elastic share s_e(t) --(chain)--> pose, L, signals
 
 All loads are shares s of one peak wrench, so that pose, inductance and signals are functions of the elastic share
 alone: they are solved at a few shares, and a cubic spline carries them through time. Their errors are those of the
@@ -14,7 +14,7 @@ but open none: the width's error is its own size times that of the range.
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,11 +22,12 @@ import xarray as xr
 from scipy.interpolate import CubicSpline, make_interp_spline
 
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.pose_errors import Reading, read_poses
+from sits_mech.chain.pose_errors import Reading, read_poses, stacked
+from sits_mech.chain.simulate import with_symmetry
 from sits_mech.geometry.collision import check_clearance
-from sits_mech.mechanics.history import ElasticCurve, elastic_curve, relaxed_share, softened_share
-from sits_mech.quantities import Array, Pose, Wrench
-from sits_mech.sensor import SceneError, Sensor, scene_hash, scene_text
+from sits_mech.quantities import POSE, Array, Pose, Wrench
+from sits_mech.scene.sensor import SceneError, Sensor, scene_hash, scene_text
+from sits_mech.silicone.history import ElasticCurve, elastic_curve, relaxed_share, softened_share
 from sits_mech.version import __version__
 
 _SHOWN = ("L_v", "L_h", "L_v_percent", "L_h_percent")
@@ -116,10 +117,11 @@ def load_cycle(
         When the layer has no equilibrium on the way to the peak.
     """
     _check(programme)
-    field, by_field = loaded_model(sensor, magnetics, tolerance)
+    field, by_field = loaded_model(sensor, magnetics, tolerance, [peak])
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance, [peak])
     height = 0.0 if sensor.target is None else sensor.target.load_height
     curve = elastic_curve(layer, peak, height=height, points=points)
+    curve = replace(curve, found=tuple(with_symmetry(sensor, item) for item in curve.found))
     for item in curve.found:
         check_clearance(sensor, item.pose)
     reading = read_poses(sensor, field, _poses(curve, "pose"), _poses(curve, "error"))
@@ -132,17 +134,18 @@ def load_cycle(
     request = {"peak": vars(peak), "mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}
     scene = {"scene": scene_text(sensor), "scene_hash": scene_hash(sensor), "version": __version__, "name": sensor.name}
     return data.assign_attrs(
-        **scene, notes=_notes(sensor), request=json.dumps(request), frequency=sensor.frequency,
-        unit_L=reading.impedance.unit_L, **_loops(data, "L_v"), **_loops(data, "L_h"),
+        **scene, notes="; ".join((*_notes(sensor), *by_field.notes)), request=json.dumps(request),
+        frequency=sensor.frequency, unit_L=reading.impedance.unit_L, **_loops(data, "L_v"), **_loops(data, "L_h"),
     )  # fmt: skip
 
 
-def _notes(sensor: Sensor) -> str:
+def _notes(sensor: Sensor) -> tuple[str, ...]:
     """Return why there is no loop, where the silicone can show none."""
     silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
     if silicone is None or silicone.prony or silicone.mullins is not None:
-        return ""
-    return "no loop: the silicone has neither prony nor mullins, so it is elastic; widths other than zero are rounding"
+        return ()
+    elastic = "the silicone has neither prony nor mullins, so it is elastic; widths other than zero are rounding"
+    return (f"no loop: {elastic}",)
 
 
 def _check(programme: Programme) -> None:
@@ -158,8 +161,7 @@ def _check(programme: Programme) -> None:
 
 def _poses(curve: ElasticCurve, kind: str) -> Pose:
     """Return the poses of a curve, or their errors, as one."""
-    found = [getattr(item, kind) for item in curve.found]
-    return Pose(*(np.array([getattr(pose, name) for pose in found], dtype=float) for name in ("d_h", "d_v", "alpha")))
+    return stacked([getattr(item, kind) for item in curve.found])
 
 
 def _elastic_share(sensor: Sensor, programme: Programme, curve: ElasticCurve) -> Array:
@@ -174,7 +176,7 @@ def _elastic_share(sensor: Sensor, programme: Programme, curve: ElasticCurve) ->
 def _carried(curve: ElasticCurve, reading: Reading, elastic: Array) -> dict[str, Any]:
     """Return pose, inductance and signals over time, each with its error, as columns of a table."""
     pose, error, found, shown = _poses(curve, "pose"), _poses(curve, "error"), reading.impedance, reading.signals
-    values = {name: (getattr(pose, name), getattr(error, name)) for name in ("d_h", "d_v", "alpha")}
+    values = {name: (getattr(pose, name), getattr(error, name)) for name in POSE}
     values |= {"L": (found.L, found.error_L)}
     values |= {name: (getattr(shown, name), getattr(shown, f"error_{name}")) for name in _SHOWN}
     columns = {}
@@ -211,7 +213,7 @@ def _loop(share: Array, signal: Array, error: Array) -> tuple[float, float]:
     grid = np.linspace(low, share[top], 201)
     down = np.interp(grid, share[top:][::-1], signal[top:][::-1])
     width = float(np.max(np.abs(np.interp(grid, share[: top + 1], signal[: top + 1]) - down)))
-    span, doubt = float(np.ptp(signal)), float(np.max(error))
-    if not span > 2.0 * doubt:
+    span, uncertainty = float(np.ptp(signal)), float(np.max(error))
+    if not span > 2.0 * uncertainty:
         return float("nan"), float("nan")
-    return 100.0 * width / span, 200.0 * width * doubt / span**2
+    return 100.0 * width / span, 200.0 * width * uncertainty / span**2

@@ -15,10 +15,10 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.bench import sensor_calibration, sensor_front_end
+from sits_mech.cases import DONE
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.readout.crosstalk import crosstalk
-from sits_mech.sensor import Sensor
-from sits_mech.sweep import DONE
+from sits_mech.scene.sensor import Sensor
 
 Row = dict[str, Any]
 _FIGURES = (

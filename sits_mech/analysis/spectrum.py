@@ -5,7 +5,7 @@
 R_track with skin and proximity effect for models in henry and ohm, the direct-current one for planar models, which are
 per metre. At the terminals a coil shows, with the tracks and the leads in series and the idle coils open or shorted,
 
-    Z_i = R_i + j omega L_i  (`magnetics.terminals`),    Q_i = omega L_i / R_i,
+    Z_i = R_i + j omega L_i  (`coils.terminals`),    Q_i = omega L_i / R_i,
 
 and with the readout's capacitance across them the apparent ``Z_i / (1 + j omega C Z_i)``, which grows towards the
 tank's own resonance and is capacitive above.
@@ -23,12 +23,12 @@ from functools import lru_cache
 import numpy as np
 import xarray as xr
 
-from sits_mech.chain.plan import quantity_range
 from sits_mech.geometry.windings import wave_notes
-from sits_mech.magnetics.terminals import tank_frequency, terminal_impedance, with_capacitance
-from sits_mech.magnetics.track_modes import TrackSpectrum, track_spectrum
+from sits_mech.magnetics.coils.terminals import tank_frequency, terminal_impedance, with_capacitance
+from sits_mech.magnetics.coils.track_modes import TrackSpectrum, track_spectrum
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport, as_jsonable
-from sits_mech.sensor import Coil, SceneError, Sensor
+from sits_mech.scene.sensor import Coil, SceneError, Sensor
+from sits_mech.units import quantity_range
 
 _PER_METRE = "terminals: the model is per metre of depth, leads and idle coils are in henry and ohm"
 

@@ -1,17 +1,14 @@
-"""How do the coils answer each component of a load at rest? F_x, F_z, M_y, and by the scene turned, F_y and M_x.
+"""How do the coils answer each of the six components of a load, at rest?
 
-    dL/dF = dL/d(pose) d(pose)/dF,    pose = (d_h, d_v, alpha),
+    dL/dF = dL/d(pose) d(pose)/dF,    pose = (d_h, d_v, alpha, d_y, alpha_x, alpha_z),
 
-the second factor the layer's compliance at small strain, the first a central difference of the magnetic model. The
-components of the other plane are those of the scene turned by a quarter about z: coils, target and elastomer change x
-with y. M_z turns the target about its own axis, which the models do not have: a disc shows nothing of it, nor does, to
-first order, a target over coils that mirror each other. `components_told` says which components the coils tell apart.
+both central differences: of the field in space, and of the pad under loads so small that its strain is. No symmetry is
+assumed: where the scene is its own image in y = 0, what F_y, M_x and M_z do comes out as rounding.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 
 import numpy as np
 import xarray as xr
@@ -19,101 +16,75 @@ from numpy.typing import ArrayLike
 
 from sits_mech.analysis.bench import free_inductances
 from sits_mech.chain.models import magnetic_model, mechanical_model
-from sits_mech.quantities import Array, MagneticModel, MechanicalModel, Pose, Wrench
+from sits_mech.quantities import POSE, WRENCH, Array, MagneticModel, MechanicalModel, Pose, Wrench
 from sits_mech.readout.observability import Observability, observability
-from sits_mech.sensor import SceneError, Sensor
+from sits_mech.scene.sensor import SceneError, Sensor
 
-COMPONENTS = ("F_x", "F_z", "M_y", "F_y", "M_x")
-"""Of a load [N, N m], as `wrench_slopes` orders them."""
 _STEP = 2e-3  # of the distance to the coils: steps of the differences
 _LOAD = 1e-3  # [N, N m / 1000]: small enough for small strain, large enough for rounding
-_TOLERANCE = 1e-2  # of the field in space: slopes at rest decide between seen and hidden
-_LEVER = 0.25  # of the target's sides: where the greatest normal force acts for the full scale of the moments
+_TOLERANCE = 1e-2  # of the field in space: slopes at rest decide between seen and unseen
+_LEVER = 0.25  # of the target's sides: where the greatest force acts for the full scale of a moment
 
 
-def turned(sensor: Sensor) -> Sensor:
-    """Return the scene turned by a quarter about z: what acted along y acts along x."""
-    if sensor.target is None or sensor.elastomer is None or sensor.target.shape == "outline" or sensor.conductors:
-        needed = "must have a rectangle or disc on an elastomer, and no conductors"
-        raise SceneError(f"{sensor.name}: {needed}, to be turned; got another scene")
-    coils = tuple(coil.model_copy(update={"centre": (coil.centre[1], -coil.centre[0])}) for coil in sensor.coils)
-    sizes = [{"width": part.length, "length": part.width} for part in (sensor.target, sensor.elastomer)]
-    target = sensor.target.model_copy(update=sizes[0])
-    elastomer = sensor.elastomer.model_copy(update=sizes[1])
-    return sensor.model_copy(update={"coils": coils, "target": target, "elastomer": elastomer})
-
-
-def wrench_slopes(
-    sensor: Sensor, mechanics: Callable[[Sensor], MechanicalModel], magnetics: Callable[[Sensor], MagneticModel]
-) -> Array:
-    """Return the slopes of L over L0 by `COMPONENTS` at rest, shape (n, 5) [1/N, 1/(N m)].
+def wrench_slopes(sensor: Sensor, pad: MechanicalModel, field: MagneticModel) -> Array:
+    """Return the slopes of L over L0 by the components of `WRENCH` at rest, shape (n, 6) [1/N, 1/(N m)].
 
     Parameters
     ----------
     sensor : Sensor
         With target and elastomer.
-    mechanics, magnetics : callable
-        Scene to model, such as ``lambda sensor: magnetic_model(sensor, "sheets")[0]``.
-
-    Raises
-    ------
-    SceneError
-        When the scene cannot be turned.
+    pad, field : model
+        Of the sensor; they take poses and wrenches that leave the plane y = 0.
     """
-    own = _plane(sensor, mechanics(sensor), magnetics(sensor))
-    other = turned(sensor)
-    across = _plane(other, mechanics(other), magnetics(other))
-    return np.hstack([own, across[:, [0, 2]]])
+    loads = np.where([name.startswith("F") for name in WRENCH], _LOAD, 1e-3 * _LOAD)
+    up, down = (np.array([pad.equilibrium(Wrench(*load)).pose.components for load in np.diag(sign * loads)])
+                for sign in (1.0, -1.0))  # fmt: skip
+    compliance = (up - down) / (2.0 * loads[:, None])
+    return np.asarray((compliance @ _pose_slopes(sensor, field, pad.equilibrium(Wrench()).pose.components)).T)
 
 
-def components_told(sensor: Sensor, data: xr.Dataset, noise: ArrayLike) -> Observability:
-    """Return which of `COMPONENTS` the coils of a calibrated sensor tell apart at rest, by the field in space.
+def _pose_slopes(sensor: Sensor, field: MagneticModel, rest: Array) -> Array:
+    """Return the slopes of L over L0 by the components of `POSE`, shape (6, n)."""
+    reach = 1.0 if sensor.target is None else 0.5 * max(sensor.target.extent)
+    steps = _STEP * rest[1] * np.where([name.startswith("d") for name in POSE], 1.0, 1.0 / reach)
+    places = rest + np.concatenate([np.diag(steps), -np.diag(steps)])
+    shown = field.impedance(Pose.of(places), sensor.frequency)
+    L = np.diagonal(shown.L, axis1=-2, axis2=-1) / np.diagonal(shown.L0)
+    return np.asarray((L[: len(POSE)] - L[len(POSE) :]) / (2.0 * steps[:, None]))
+
+
+def resolved_components(sensor: Sensor, data: xr.Dataset, noise: ArrayLike) -> Observability:
+    """Return which components of `WRENCH` the coils of a calibrated sensor resolve at rest, in space.
 
     Parameters
     ----------
     sensor : Sensor
         What was calibrated.
     data : Dataset
-        As from `calibrate`: its mechanics, and its greatest forces as full scale. F_y has that of F_x; a moment that of
-        F_z acting a quarter of the target's side off its centre.
+        As from `calibrate`: its tolerance, and its greatest loads as full scale. Where it has none, F_y has that of
+        F_x, and a moment that of a force a quarter of the target's side off its centre: F_z, for M_z F_x.
     noise : array_like, shape (n,)
         Standard deviation of each inductance [H].
 
     Raises
     ------
     SceneError
-        When the scene cannot be turned, or the table has no F_x or F_z.
+        When the models in space cannot hold the scene, or the table has no F_x or F_z.
     """
     if sensor.target is None:
         raise SceneError(f"{sensor.name}: target: must be given to bear a load; it is missing")
-    request = json.loads(data.attrs["request"])
-    F_x, F_z = (float(np.abs(data[name]).max()) for name in ("F_x", "F_z"))
+    pad = mechanical_model(sensor, "block", json.loads(data.attrs["request"])["tolerance"])[0]
+    slopes = wrench_slopes(sensor, pad, magnetic_model(sensor, "sheets", _TOLERANCE)[0])
+    noise = np.asarray(noise, dtype=float) / free_inductances(sensor)
+    return observability(WRENCH, slopes, noise, _full_scale(data, sensor.target.extent))
+
+
+def _full_scale(data: xr.Dataset, extent: tuple[float, float]) -> list[float]:
+    """Return the full scale of each component [N, N m]."""
+    largest = {name: float(np.abs(data[name]).max()) for name in WRENCH if name in data.dims}
+    F_x, F_z = (largest.get(name, 0.0) for name in ("F_x", "F_z"))
     if not (F_x > 0.0 and F_z > 0.0):
         raise SceneError(f"table: must reach beyond zero in F_x and F_z; got {F_x:g} and {F_z:g} N")
-    width, length = sensor.target.extent
-    slopes = wrench_slopes(
-        sensor,
-        lambda scene: mechanical_model(scene, request["mechanics"], request["tolerance"])[0],
-        lambda scene: magnetic_model(scene, "sheets", _TOLERANCE)[0],
-    )
-    full_scale = [F_x, F_z, _LEVER * width * F_z, F_x, _LEVER * length * F_z]
-    return observability(COMPONENTS, slopes, np.asarray(noise, dtype=float) / free_inductances(sensor), full_scale)
-
-
-def _plane(sensor: Sensor, layer: MechanicalModel, field: MagneticModel) -> Array:
-    """Return the slopes by F_x, F_z and the moment of one plane, shape (n, 3)."""
-    rest = layer.equilibrium(Wrench()).pose
-    at_rest = np.array([rest.d_h, rest.d_v, rest.alpha], dtype=float)
-    loads = np.array([_LOAD, _LOAD, 1e-3 * _LOAD])
-    moved = [layer.equilibrium(Wrench(*(loads * (np.arange(3) == k)))).pose for k in range(3)]
-    compliance = np.array([[p.d_h, p.d_v, p.alpha] for p in moved], dtype=float) - at_rest
-    width = 1.0 if sensor.target is None else sensor.target.extent[0]
-    steps = _STEP * at_rest[1] * np.array([1.0, 1.0, 2.0 / width])
-    stack = np.repeat(at_rest[None], 6, axis=0)
-    for k in range(3):
-        stack[2 * k, k] += steps[k]
-        stack[2 * k + 1, k] -= steps[k]
-    shown = field.impedance(Pose(*stack.T), sensor.frequency)
-    L = np.diagonal(shown.L, axis1=-2, axis2=-1) / np.diagonal(shown.L0)
-    by_pose = (L[::2] - L[1::2]) / (2.0 * steps[:, None])
-    return np.asarray(((compliance / loads[:, None]) @ by_pose).T)
+    width, length = (_LEVER * side for side in extent)
+    usual = Wrench(F_x, F_z, width * F_z, F_x, length * F_z, max(width, length) * F_x)
+    return [largest.get(name, 0.0) or getattr(usual, name) for name in WRENCH]

@@ -14,18 +14,29 @@ from typing import Any
 
 import numpy as np
 
+from sits_mech.cases import DONE, Row
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.models import MAGNETICS, MECHANICS, checked_tolerance, magnetic_model, mechanical_model
-from sits_mech.chain.plan import choose_mechanics, quantity_range
+from sits_mech.chain.models import MAGNETICS, MECHANICS, magnetic_model, mechanical_model
+from sits_mech.chain.plan import choose_mechanics
 from sits_mech.chain.simulate import at_rest, simulate
-from sits_mech.materials import unknown
-from sits_mech.quantities import POSE, Equilibrium, Impedance, MagneticModel, MechanicalModel, Pose, SolveReport, Wrench
-from sits_mech.sensor import Sensor, changed, sensor_from
-from sits_mech.sweep import DONE, Row
-from sits_mech.units import SceneError, quantity, shown
+from sits_mech.quantities import (
+    LOAD_ARGUMENTS,
+    POSE,
+    POSE_ARGUMENTS,
+    UNITS,
+    Equilibrium,
+    Impedance,
+    MechanicalModel,
+    Pose,
+    SolveReport,
+    Wrench,
+)  # fmt: skip
+from sits_mech.scene.materials import unknown
+from sits_mech.scene.sensor import Sensor, changed, sensor_from
+from sits_mech.units import SceneError, checked_tolerance, quantity, quantity_or_range, shown
 
-_LOAD = {"fx": "N", "fz": "N", "moment": "N*m", "fy": "N", "mx": "N*m", "mz": "N*m"}
-_PLACE = {"dv": "m", "dh": "m", "alpha": "rad", "frequency": "Hz"}
+_LOAD = {argument: UNITS[name] for argument, name in LOAD_ARGUMENTS.items()}
+_PLACE = {argument: UNITS[name] for argument, name in POSE_ARGUMENTS.items()} | {"frequency": "Hz"}
 
 
 @dataclass(frozen=True)
@@ -64,7 +75,7 @@ class Request:
     needed : tuple of str
         The arguments that have no default.
     ranges : tuple of str
-        The arguments that stand for many values, such as "-1 N:1 N:9"; a study cannot vary them.
+        The arguments that may stand for many values, such as "-1 N:1 N:9"; a study cannot vary them.
     layer : bool
         Whether the answer needs the elastomer; where it does not, the scene's is left out.
     chunk : int
@@ -97,7 +108,7 @@ class Request:
                 raise SceneError(f"tolerance must be a plain number between 0 and 1; got {shown(value)}")
             checked_tolerance(value)
         if name in self.ranges:
-            return quantity_range(str(value), self.units[name], name)
+            return quantity_or_range(str(value), self.units[name], name)
         return quantity(value, self.units[name], name) if name in self.units else value
 
 
@@ -113,12 +124,6 @@ def _mechanical(variant: Variant, model: str, tolerance: float) -> MechanicalMod
     return mechanical_model(variant.sensor, model, tolerance)[0]
 
 
-@lru_cache(maxsize=4)
-def _magnetic(variant: Variant, model: str, tolerance: float) -> MagneticModel:
-    """Return the magnetic model of a scene."""
-    return magnetic_model(variant.sensor, model, tolerance)[0]
-
-
 def _pose(variant: Variant, asked: Row) -> Row:
     """Answer: where does the target come to rest?"""
     sensor, model, tolerance = variant.sensor, asked.get("model", "auto"), asked.get("tolerance", 1e-2)
@@ -129,8 +134,8 @@ def _pose(variant: Variant, asked: Row) -> Row:
 
 def _inductance(variant: Variant, asked: Row) -> Row:
     """Answer: what do the coils show with the target at a pose?"""
-    pose = Pose(asked.get("dh", 0.0), asked["dv"], asked.get("alpha", 0.0))
-    field = _magnetic(variant, asked.get("model", "auto"), asked.get("tolerance", 1e-3))
+    pose = Pose(**{name: asked.get(argument, 0.0) for argument, name in POSE_ARGUMENTS.items()})
+    field, _ = magnetic_model(variant.sensor, asked.get("model", "auto"), asked.get("tolerance", 1e-3), [pose])
     return _shown(field.impedance(pose, asked.get("frequency", variant.sensor.frequency)))
 
 
@@ -143,8 +148,9 @@ def _simulate(variant: Variant, asked: Row) -> Row:
 
 def _calibrate(variant: Variant, asked: Row) -> Row:
     """Answer: what does the sensor show over a grid of loads? A load that failed is NaN and says why."""
-    forces = {"F_x": asked.pop("fx"), "F_z": asked.pop("fz")}
-    data = calibrate(variant.sensor, **forces, **asked)
+    given = {name: asked.pop(argument) for argument, name in LOAD_ARGUMENTS.items() if argument in asked}
+    loads = {name: values for name, values in given.items() if values != 0.0}
+    data = calibrate(variant.sensor, **loads, **asked)
     own = {"status", "reason", "seconds"}
     row: Row = {
         f"load_{name}" if name in own else str(name): (tuple(map(str, item.dims)), item.to_numpy())
@@ -155,7 +161,7 @@ def _calibrate(variant: Variant, asked: Row) -> Row:
 
 def _wrench(asked: Row) -> Wrench:
     """Return the load that a case asks for."""
-    return Wrench(*(asked.get(name, 0.0) for name in _LOAD))
+    return Wrench(**{name: asked.get(argument, 0.0) for argument, name in LOAD_ARGUMENTS.items()})
 
 
 def _rest(found: Equilibrium) -> Row:
@@ -187,8 +193,6 @@ REQUESTS: Mapping[str, Request] = {
         _inductance, _PLACE, {"model": _CHAIN["magnetics"]}, needed=("dv",), layer=False, chunk=25
     ),
     "simulate": Request(_simulate, _LOAD, _CHAIN),
-    "calibrate": Request(
-        _calibrate, {name: _LOAD[name] for name in ("fx", "fz")}, _CHAIN, needed=("fx", "fz"), ranges=("fx", "fz")
-    ),
+    "calibrate": Request(_calibrate, _LOAD, _CHAIN, needed=("fx", "fz"), ranges=tuple(_LOAD)),
 }
 """What a study can ask, by the name of the command."""

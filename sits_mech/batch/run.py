@@ -16,9 +16,10 @@ import xarray as xr
 
 from sits_mech.batch.requests import Variant
 from sits_mech.batch.study import Study
-from sits_mech.scene import write_text
-from sits_mech.sensor import SceneError, scene_hash
-from sits_mech.sweep import Progress, Row, case_path, grid_points, save_table, sweep
+from sits_mech.cases import Progress, Row, case_path, grid_points, save_table, sweep
+from sits_mech.quantities import LOAD_ARGUMENTS
+from sits_mech.scene.files import write_text
+from sits_mech.scene.sensor import SceneError, scene_hash
 from sits_mech.units import si_label, si_unit
 from sits_mech.version import __version__
 
@@ -124,7 +125,7 @@ def _labelled(data: xr.Dataset, study: Study) -> xr.Dataset:
         }
     )
     fixed = study.request.in_si(study.fixed)
-    names: dict[str, Any] = {"F_x": fixed.get("fx"), "F_z": fixed.get("fz")}
+    names: dict[str, Any] = {name: fixed.get(argument) for argument, name in LOAD_ARGUMENTS.items()}
     if "coil" in data.dims:
         names |= dict.fromkeys(("coil", "coil_2"), [coil.name for coil in Variant(study.scene).sensor.coils])
     data = data.assign_coords({name: values for name, values in names.items() if name in data.dims})

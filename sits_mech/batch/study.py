@@ -24,10 +24,10 @@ from typing import Any
 import numpy as np
 
 from sits_mech.batch.requests import REQUESTS, Request, Variant
-from sits_mech.materials import unknown
-from sits_mech.scene import read_table, written
-from sits_mech.sensor import SceneError, load_sensor, scene_text
-from sits_mech.sweep import Combine, Row, grid_points
+from sits_mech.cases import Combine, Row, grid_points
+from sits_mech.scene.files import read_table, written
+from sits_mech.scene.materials import unknown
+from sits_mech.scene.sensor import SceneError, load_sensor, scene_text
 from sits_mech.units import shown, split_quantity
 
 _KEYS = ("scene", "request", "combine", "vary", "fixed")

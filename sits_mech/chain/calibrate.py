@@ -6,38 +6,45 @@ What is kept of it does not depend on who asked first, so neither does the resul
 
 from __future__ import annotations
 
+import itertools
 import json
 import multiprocessing
 import os
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from threadpoolctl import threadpool_limits
 
-from sits_mech.chain.interpolate import settle_grid
+from sits_mech.cases import DONE, Progress, Row, table
+from sits_mech.chain.interpolate import loads_of, poses_on_grid
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omissions import mirrored
+from sits_mech.chain.plan import leaving
 from sits_mech.chain.pose_errors import read_poses, signals_at, stacked
 from sits_mech.geometry.collision import Collision, check_clearance
-from sits_mech.magnetics.sheets import Sheets
-from sits_mech.mechanics.block_mesh import pad_parts
 from sits_mech.mechanics.finite_length import small_strain_stiffness
 from sits_mech.mechanics.loads import kept_key
-from sits_mech.quantities import Impedance, MagneticModel, Pose, Wrench
-from sits_mech.sensor import SceneError, Sensor, scene_hash, scene_text
-from sits_mech.sweep import DONE, Progress, Row, table
+from sits_mech.mechanics.pad.solid import pad_parts
+from sits_mech.quantities import POSE, WRENCH, Impedance, MagneticModel, Pose, Wrench
+from sits_mech.scene.sensor import SceneError, Sensor, scene_hash, scene_text
 from sits_mech.version import __version__
+
+Loads = float | Sequence[float]
+"""Values of a component of a load [N, N m]: many are a dimension of the table, one number is the same for all of it."""
 
 
 def calibrate(
     sensor: Sensor,
     *,
-    F_x: Sequence[float],
-    F_z: Sequence[float],
+    F_x: Loads,
+    F_z: Loads,
+    M: Loads = 0.0,
+    F_y: Loads = 0.0,
+    M_x: Loads = 0.0,
+    M_z: Loads = 0.0,
     tolerance: float = 1e-2,
     mechanics: str = "auto",
     magnetics: str = "auto",
@@ -50,10 +57,11 @@ def calibrate(
     ----------
     sensor : Sensor
         With target and elastomer.
-    F_x, F_z : sequence of float
-        Shear and normal forces [N].
+    F_x, F_z, M, F_y, M_x, M_z : float or sequence of float
+        Components of the loads, as of `Wrench` [N, N m]. A sequence is a dimension of the table, of one value as well;
+        a number is a coordinate without dimension where it is not zero. F_x and F_z are dimensions in any case.
     tolerance, mechanics, magnetics
-        As for `simulate`.
+        As for `simulate`; one model answers all loads.
     progress : callable, optional
         Called with the number of loads done and of all.
     folder : Path, optional
@@ -61,54 +69,68 @@ def calibrate(
 
     Returns
     -------
-    Dataset, dims (F_x, F_z)
-        Pose, impedance, signals, each with ``error_``; ``status``, ``reason``, ``notes``, ``seconds``, ``min_J``. A
-        load that fails has NaN and says why; a pose between solved loads is noted as such. Attributes hold scene,
-        hash, request, version, ``unit_L``.
+    Dataset, dims (F_x, F_z) and what else is a sequence, in the order of `WRENCH`
+        Pose, impedance, signals, each with ``error_``; ``status``, ``reason``, ``notes``, ``seconds``, ``min_J``. Of
+        the pose d_y, alpha_x and alpha_z only where a load leaves the plane. A load that fails has NaN and says why; a
+        pose between solved loads is noted as such. Attributes hold scene, hash, request, version, ``unit_L``, and in
+        ``notes`` what conductors change of the model.
 
     Raises
     ------
     SceneError
-        When a model cannot hold the scene, or a list of forces is empty, has a value twice or one that is not finite.
+        When a model cannot hold the scene or a component, or a list of forces is empty, has a value twice or one that
+        is not finite.
     """
-    grid = {"F_x": _checked_forces("F_x", F_x), "F_z": _checked_forces("F_z", F_z)}
-    field, by_field = loaded_model(sensor, magnetics, tolerance)
-    loads = [Wrench(x, z) for x in grid["F_x"] for z in grid["F_z"]]
+    given = dict(zip(WRENCH, (F_x, F_z, M, F_y, M_x, M_z), strict=True))
+    axes = {name: _checked(name, values) for name, values in given.items()}
+    grid = {name: axes[name] for name in WRENCH if name in ("F_x", "F_z") or np.ndim(given[name])}
+    fixed = {name: values[0] for name, values in axes.items() if name not in grid and values[0] != 0.0}
+    loads = loads_of(axes)
+    field, by_field = loaded_model(sensor, magnetics, tolerance, loads)
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance, loads)
-    request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance, **grid}
-    with threadpool_limits(1):
-        ahead = _prepared_ahead(sensor, field, loads, by_layer.name)
-        keep = (folder, kept_key(sensor, by_layer.name, tolerance))
-        rows = settle_grid(
-            sensor, layer, grid, symmetric=mirrored(sensor), tolerance=tolerance, keep=keep, progress=progress
-        )
-        ahead.join()
-        reading, done = _read_rows(sensor, field, [rows[load.F_x, load.F_z] for load in loads])
-    data = table(grid, done)
-    data = data.assign_coords(coil=[coil.name for coil in sensor.coils], coil_2=[coil.name for coil in sensor.coils])
+    request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance, **grid, **fixed}
+    ahead = _prepared_ahead(sensor, field, loads, (by_layer.name, by_field.name))
+    keep = (folder, kept_key(sensor, by_layer.name, tolerance))
+    rows = poses_on_grid(
+        sensor, layer, axes, symmetric=mirrored(sensor), tolerance=tolerance, keep=keep, progress=progress
+    )
+    ahead.join()
+    reading, done = _read_rows(sensor, field, _shown(rows, loads))
+    coils = [coil.name for coil in sensor.coils]
+    data = table(grid, done).assign_coords({"coil": coils, "coil_2": coils, **fixed})
     data["L0"] = (("coil", "coil_2"), reading.L0)
+    said = (*by_field.notes, *(f"left out: {item.text}" for item in by_field.left_out))
     attributes = {"frequency": sensor.frequency, "unit_L": reading.unit_L, "request": json.dumps(request)}
+    attributes |= {"notes": "; ".join(said)}
     scene = {"scene": scene_text(sensor), "scene_hash": scene_hash(sensor), "version": __version__, "name": sensor.name}
     return data.assign_attrs(**scene, **attributes)
 
 
-def _checked_forces(name: str, forces: Sequence[float]) -> list[float]:
-    """Return forces in ascending order, or refuse them."""
-    found = sorted(float(force) for force in forces)
+def _checked(name: str, values: Loads) -> list[float]:
+    """Return the values of a component in ascending order, or refuse them."""
+    found = sorted(float(value) for value in np.atleast_1d(np.asarray(values, dtype=float)))
     if not found or not np.all(np.isfinite(found)) or len(set(found)) < len(found):
-        raise SceneError(f"{name} must be one or more different finite forces [N]; got {list(forces)}")
+        what = "moments [N m]" if name.startswith("M") else "forces [N]"
+        raise SceneError(f"{name} must be one or more different finite {what}; got {values}")
     return found
 
 
+def _shown(rows: Mapping[Wrench, Row], loads: Sequence[Wrench]) -> list[Row]:
+    """Return the rows of loads without states, and without what leaves the plane where no load does."""
+    beside = () if leaving(loads) else POSE[3:]
+    hidden = {"state", *beside, *(f"error_{name}" for name in beside)}
+    return [{name: item for name, item in rows[load].items() if name not in hidden} for load in loads]
+
+
 def _prepared_ahead(
-    sensor: Sensor, model: MagneticModel, loads: Sequence[Wrench], mechanics: str
+    sensor: Sensor, model: MagneticModel, loads: Sequence[Wrench], names: tuple[str, str]
 ) -> threading.Thread:  # fmt: skip
     """Return a started thread that has a plate in space prepared by the time the pad is solved.
 
     A process among many has no core to spare for it; a thread that fails says nothing: the reading then will.
     """
     alone = multiprocessing.parent_process() is None and (os.cpu_count() or 1) > 1
-    needed = alone and mechanics == "block" and isinstance(model, Sheets)
+    needed = alone and names == ("block", "sheets")
 
     def prepare() -> None:
         """Ask for the outermost loads."""
@@ -125,8 +147,9 @@ def _prepared_ahead(
 def _foretold(sensor: Sensor, loads: Sequence[Wrench]) -> Pose:
     """Return about where the target comes to rest under the outermost loads: by one compliance at small strain."""
     target, elastomer = pad_parts(sensor)
-    F_x, F_z = np.array([[load.F_x, load.F_z] for load in loads]).T
-    corners = [Wrench(x, z) for x in (F_x.min(), F_x.max()) for z in (F_z.min(), F_z.max())]
+    plane = np.array([load.components[:3] for load in loads])
+    ends = [sorted({float(values.min()), float(values.max())}) for values in plane.T]
+    corners = [Wrench(*load) for load in itertools.product(*ends)]
     forces = [(load.F_x, -load.F_z, load.M + load.F_x * target.load_height) for load in corners]
     d_h, d_z, alpha = np.linalg.solve(small_strain_stiffness(sensor)[0], np.transpose(forces))
     return Pose(d_h, elastomer.standoff + elastomer.thickness + d_z, alpha)
@@ -134,10 +157,9 @@ def _foretold(sensor: Sensor, loads: Sequence[Wrench]) -> Pose:
 
 def _read_rows(sensor: Sensor, model: MagneticModel, rows: Sequence[Row]) -> tuple[Impedance, list[Row]]:
     """Return the impedance of all converged rows, and the rows with what the coils show."""
-    checked = [_guarded(sensor, {name: item for name, item in row.items() if name != "state"}) for row in rows]
+    checked = [_guarded(sensor, row) for row in rows]
     good = [row for row in checked if row["status"] == DONE]
-    poses = stacked([Pose(row["d_h"], row["d_v"], row["alpha"]) for row in good])
-    errors = stacked([Pose(row["error_d_h"], row["error_d_v"], row["error_alpha"]) for row in good])
+    poses, errors = (stacked([_pose(row, prefix) for row in good]) for prefix in ("", "error_"))
     reading = read_poses(sensor, model, poses, errors)
     found, coils = reading.impedance, ("coil", "coil_2")
     share = found.report.seconds / max(len(good), 1)
@@ -160,7 +182,12 @@ def _guarded(sensor: Sensor, row: Row) -> Row:
     if row["status"] != DONE:
         return row
     try:
-        check_clearance(sensor, Pose(row["d_h"], row["d_v"], row["alpha"]))
+        check_clearance(sensor, _pose(row))
     except Collision as error:
         return row | {"status": "collision", "reason": str(error)}
     return row
+
+
+def _pose(row: Row, prefix: str = "") -> Pose:
+    """Return the pose of a row, or by the prefix its error; what the row has not is zero."""
+    return Pose(*(float(row.get(f"{prefix}{name}", 0.0)) for name in POSE))

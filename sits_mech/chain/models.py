@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 
-from sits_mech.chain.plan import Choice, Plan, choose_magnetics, choose_mechanics, leaving, magnetic_tolerance
+import numpy as np
+
+from sits_mech.chain.conductors import AmongFar, without_far
+from sits_mech.chain.omissions import Omission
+from sits_mech.chain.plan import Choice, Plan, choose_magnetics, choose_mechanics, magnetic_tolerance
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.magnetics.rings import axisymmetric
@@ -12,8 +18,9 @@ from sits_mech.magnetics.sheets import sheets
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.layer import linear_layer, planar_layer
 from sits_mech.mechanics.strip import strip_layer
-from sits_mech.quantities import MagneticModel, MechanicalModel, Pose, Wrench
-from sits_mech.sensor import SceneError, Sensor
+from sits_mech.quantities import POSE, MagneticModel, MechanicalModel, Pose, Wrench
+from sits_mech.scene.sensor import Sensor
+from sits_mech.units import checked_tolerance
 
 MECHANICS: Mapping[str, Callable[[Sensor, float], MechanicalModel]] = {
     "planar": planar_layer,
@@ -29,6 +36,8 @@ MAGNETICS: Mapping[str, Callable[[Sensor, float], MagneticModel]] = {
     "sheets": sheets,
 }
 """The magnetic models by name; each factory takes a sensor and a tolerance."""
+_KINDS = {"planar": "section", "planar-fem": "section", "axisymmetric": "space", "sheets": "space"}
+_COARSE = 1e-2  # relative error of the change that conductors are compared with
 
 
 def plan(
@@ -52,7 +61,7 @@ def plan(
         When a model is unknown or cannot hold the scene.
     """
     by_layer = choose_mechanics(sensor, mechanics, tuple(MECHANICS), loads, tolerance) if loads else None
-    by_field = choose_magnetics(sensor, magnetics, tuple(MAGNETICS), bool(loads), leaving(loads))
+    _, by_field = _settled(sensor, magnetics, tolerance, loads, bool(loads))
     return Plan.of(sensor, loads, checked_tolerance(tolerance), by_layer, by_field)
 
 
@@ -84,21 +93,65 @@ def mechanical_model(
 def magnetic_model(
     sensor: Sensor, name: str = "auto", tolerance: float = 1e-3, poses: Sequence[Pose] = ()
 ) -> tuple[MagneticModel, Choice]:
-    """Return the magnetic model of a name of `MAGNETICS` or "auto" with the reason; as `mechanical_model`."""
-    choice = choose_magnetics(sensor, name, tuple(MAGNETICS), beside=leaving(poses))
-    return MAGNETICS[choice.name](sensor, checked_tolerance(tolerance)), choice
+    """Return the magnetic model of a name of `MAGNETICS` or "auto" with the reason; as `mechanical_model`.
+
+    Known `poses` tell whether they leave the plane or an axis, and which conductors are too far to matter there;
+    otherwise that is asked of the target at rest.
+    """
+    return _built(sensor, _settled(sensor, name, checked_tolerance(tolerance), poses, False), tolerance)
 
 
 def loaded_model(
     sensor: Sensor, name: str = "auto", tolerance: float = 1e-2, loads: Sequence[Wrench] = ()
 ) -> tuple[MagneticModel, Choice]:
     """Return the magnetic model for poses that loads give to a tolerance, with the reason; as `mechanical_model`."""
-    choice = choose_magnetics(sensor, name, tuple(MAGNETICS), True, leaving(loads))
-    return MAGNETICS[choice.name](sensor, magnetic_tolerance(choice.name, checked_tolerance(tolerance))), choice
+    solved, choice = _settled(sensor, name, checked_tolerance(tolerance), loads, True)
+    return _built(sensor, (solved, choice), magnetic_tolerance(choice.name, tolerance))
 
 
-def checked_tolerance(tolerance: float) -> float:
-    """Return a tolerance, or raise SceneError where it is none."""
-    if not 0.0 < tolerance < 1.0:
-        raise SceneError(f"tolerance must lie between 0 and 1; got {tolerance}")
-    return tolerance
+def _built(sensor: Sensor, settled: tuple[Sensor, Choice], tolerance: float) -> tuple[MagneticModel, Choice]:
+    """Return the model of a choice for what is solved of a scene, with the choice."""
+    solved, choice = settled
+    model = MAGNETICS[choice.name](solved, tolerance)
+    if choice.left_out or choice.notes:
+        model = AmongFar(model, sensor, solved, tuple(item.text for item in choice.left_out), choice.notes)
+    return model, choice
+
+
+def _settled(
+    sensor: Sensor, name: str, tolerance: float, given: Sequence[Wrench] | Sequence[Pose], loaded: bool
+) -> tuple[Sensor, Choice]:
+    """Return what is solved of a scene, and by which model: without a name, far conductors are left out."""
+    known = tuple(MAGNETICS)
+    if name != "auto" or not sensor.conductors:
+        return sensor, choose_magnetics(sensor, name, known, given, loaded)
+    plain = choose_magnetics(sensor.model_copy(update={"conductors": ()}), name, known, given, loaded)
+    solved, left_out = sensor, tuple[Omission, ...]()
+    pose = _shown_at(sensor, given)
+    if pose is not None and sensor.substrate_radius is None:
+        asked = magnetic_tolerance(plain.name, tolerance) if loaded else tolerance
+        solved, left_out = without_far(sensor, partial(_coarse, plain.name), pose, asked)
+    choice = choose_magnetics(solved, name, known, given, loaded)
+    notes = () if choice.name == plain.name else (_changed(plain, choice),)
+    return solved, replace(choice, notes=notes, left_out=left_out)
+
+
+def _shown_at(sensor: Sensor, given: Sequence[Wrench] | Sequence[Pose]) -> Pose | None:
+    """Return where the change of inductance is asked for: known poses, or the target at rest; None if neither is."""
+    poses = [pose.components.reshape(-1, len(POSE)) for pose in given if isinstance(pose, Pose)]
+    if poses:
+        return Pose.of(np.concatenate(poses))
+    layer = sensor.elastomer
+    return None if layer is None else Pose(0.0, layer.standoff + layer.thickness)
+
+
+def _coarse(name: str, sensor: Sensor) -> MagneticModel:
+    """Return a model that tells the size of a change."""
+    return MAGNETICS[name](sensor, _COARSE)
+
+
+def _changed(plain: Choice, choice: Choice) -> str:
+    """Say that conductors make the model another one than the bare sensor takes."""
+    kinds = [_KINDS[each.name] for each in (choice, plain)]
+    kind = f"{kinds[0]} instead of {kinds[1]}: " if kinds[0] != kinds[1] else ""
+    return f"{kind}{choice.name} instead of {plain.name}, which the sensor takes without conductors; {choice.reason}"

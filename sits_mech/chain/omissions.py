@@ -28,14 +28,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sits_mech.magnetics.loops import coil_inductances
-from sits_mech.magnetics.losses import skin_depth
-from sits_mech.mechanics.closed_form import small_strain_bound
+from sits_mech.magnetics.coils.loops import coil_inductances
+from sits_mech.magnetics.skin import skin_depth
+from sits_mech.mechanics.closed_form import LONG, small_strain_bound
+from sits_mech.mechanics.loads import without_images
 from sits_mech.quantities import Wrench
-from sits_mech.sensor import Sensor
+from sits_mech.scene.sensor import Sensor
 
-_LONG, _COVERED = 10.0, 0.95  # widths of a pad, and share of it under the target, that plane strain stands for
+_COVERED = 0.95  # share of a long pad under the target that plane strain stands for
 _SLENDER = 0.5  # shape factor below which no layer counts as one of small strain
+_MIRROR = np.array([-1.0, 1.0, -1.0, 1.0, 1.0, -1.0])  # of the components of a wrench, x to -x
 _THICK = 3.0  # skin depths from which on the inside of a plate is at rest
 
 
@@ -83,11 +85,11 @@ def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
         return math.inf
     E_c = 1.0 / (1.0 / (4.0 * mu * (1.0 + shape**2)) + 1.0 / elastomer.silicone.bulk_modulus)
     E_b = mu * (4.0 + 0.8 * shape**2)
-    bounds = [0.0]
+    bounds, lever = [0.0], target.load_height + 0.5 * t
     for load in loads:
-        sink, shear = abs(load.F_z) / (E_c * w * length), abs(load.F_x) / (mu * w * length)
-        moment = abs(load.M) + abs(load.F_x) * (target.load_height + 0.5 * t)
-        edge = moment / (E_b * w**2 * length / 6.0)
+        sink, shear = abs(load.F_z) / (E_c * w * length), math.hypot(load.F_x, load.F_y) / (mu * w * length)
+        along, across = (abs(M) + abs(F) * lever for M, F in ((load.M, load.F_x), (load.M_x, load.F_y)))
+        edge = math.hypot(along / (w**2 * length), across / (w * length**2)) / (E_b / 6.0)
         bounds.append(small_strain_bound(sink, shear, edge))
     return max(bounds)
 
@@ -143,7 +145,7 @@ def omissions(
     if loads and silicone is not None and (silicone.prony or silicone.mullins):
         reason = "slow load on virgin material; ask for cycle"
         found.append(Omission("rate and history of the silicone", reason, math.nan, half="mechanics"))
-    if loads and mirrored(sensor) and all(load.F_x == load.M == 0.0 for load in loads):
+    if loads and mirrored(sensor) and not any(load.F_x or load.M or load.beside for load in loads):
         found.append(Omission("poses beside and turned", "scene and load are symmetric"))
     elif half_suffices(sensor, loads):
         found.append(Omission("half of the loads", "each is the mirror image of another", half="mechanics"))
@@ -156,7 +158,7 @@ def _ends(sensor: Sensor, mechanics: str | None) -> list[Omission]:
     if mechanics in (None, "block") or target is None or elastomer is None:
         return []
     pad, plate = elastomer.extent[1], target.extent[1]
-    if pad >= _LONG * elastomer.extent[0] and plate >= _COVERED * pad:
+    if pad >= LONG * elastomer.extent[0] and plate >= _COVERED * pad:
         return []
     reason = f"plane strain spreads the force over {pad:g} m of pad, the target covers {plate:g} m: ask for block"
     return [Omission("ends of pad and target along y", reason, math.nan, half="mechanics")]
@@ -188,12 +190,16 @@ def _magnetic(sensor: Sensor, model: str) -> tuple[Omission, ...]:
 
 
 def mirrored(sensor: Sensor) -> bool:
-    """Tell whether layer and target are their own mirror image in x."""
+    """Tell whether layer and target are their own mirror image in x, and in y."""
     target, elastomer = sensor.target, sensor.elastomer
     return target is not None and target.shape != "outline" and (elastomer is None or elastomer.mesh is None)
 
 
+def keeps_axis(load: Wrench) -> bool:
+    """Tell whether a load neither shifts nor tilts a target in a scene with two planes of symmetry."""
+    return load.F_x == load.M == load.F_y == load.M_x == 0.0
+
+
 def half_suffices(sensor: Sensor, loads: Sequence[Wrench]) -> bool:
     """Tell whether loads have mirror images among them, in a scene that is its own."""
-    sheared = {(load.F_x, load.F_z, load.M) for load in loads if load.F_x != 0.0}
-    return mirrored(sensor) and any((-F_x, F_z, -M) in sheared for F_x, F_z, M in sheared)
+    return mirrored(sensor) and len(without_images(loads)) < len(loads)

@@ -1,21 +1,20 @@
-"""Which models does a scene need, and why? The cheapest that can hold it; what a request does not need is left out.
-
-Also what a request's ranges stand for.
-"""
+"""Which models does a scene need, and why? The cheapest that can hold it; what a request does not need is left out."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from sits_mech.chain.interpolate import solved_first
-from sits_mech.chain.omissions import Omission, half_suffices, omissions, strain_bound
-from sits_mech.materials import implausible, unknown
+from sits_mech.chain.omissions import Omission, half_suffices, keeps_axis, mirrored, omissions, strain_bound
+from sits_mech.magnetics.rings import on_axis
+from sits_mech.mechanics.closed_form import LONG, finite_strain_model
+from sits_mech.mechanics.loads import without_images
 from sits_mech.quantities import Pose, Wrench
-from sits_mech.sensor import Sensor, Target
-from sits_mech.units import SceneError, quantity, shown
+from sits_mech.scene.materials import unknown
+from sits_mech.scene.sensor import Sensor, Target
+from sits_mech.silicone.material import implausible
+from sits_mech.units import SceneError
 
 _SHARE = 0.1  # of the tolerance that is asked of the magnetics where they are much the cheaper half
 COSTS: dict[tuple[str, str], tuple[tuple[float, float, float], ...]] = {
@@ -40,8 +39,8 @@ REACHED: dict[tuple[str, str], float] = {
     ("magnetics", "sheets"): 5e-4,
 }
 """Relative errors that the finest rungs estimate of themselves, as seen under gentle loads."""
+_AMONG = 15.0  # seconds more for a load, or a pose, among conductors: from 5 far away to 70 close by the target
 _HELD = 0.4  # small strain's bound from which on pads were seen to give way: in shear; compression goes to some 1.5
-_MOST = 10_000  # values of a range
 
 
 @dataclass(frozen=True)
@@ -54,17 +53,24 @@ class Choice:
         As on the command line.
     reason : str
         One sentence.
+    notes : tuple of str
+        What an answer says of the choice: where conductors make the model another one than the bare sensor takes.
+    left_out : tuple of Omission
+        Conductors that are too far to matter.
     """
 
     name: str
     reason: str
+    notes: tuple[str, ...] = ()
+    left_out: tuple[Omission, ...] = ()
 
 
-_LONG = 10.0  # widths of a pad from which on its length stands for the depth of a planar model
 _PLANE = (
     "finite strain in plane strain, the force spread over the elastomer's length; "
     "a pad or a target shorter than that is softer: compare with block"
 )
+
+_LEAVES = "no other model leaves the plane, and one model answers all loads of a request"
 
 
 def leaving(given: Sequence[Wrench] | Sequence[Pose]) -> tuple[str, ...]:
@@ -108,7 +114,7 @@ def choose_mechanics(
     if beside:
         if asked not in ("auto", "block"):
             raise SceneError(f"model (mechanics) must be auto or block for {', '.join(beside)}; got {asked}")
-        reason = f"{', '.join(beside)}: no other model leaves the plane"
+        reason = f"{', '.join(beside)}: {_LEAVES}"
         return Choice("block", reason if asked == "auto" else "asked for")
     meshed = sensor.elastomer is not None and sensor.elastomer.mesh is not None
     if meshed and asked not in ("auto", "block"):
@@ -130,47 +136,97 @@ def _is_finite(sensor: Sensor) -> bool:
     target, elastomer = sensor.target, sensor.elastomer
     if target is None or elastomer is None or target.shape == "outline":
         return False
-    return elastomer.extent[1] < _LONG * elastomer.extent[0]
+    return finite_strain_model(sensor) == "block"
 
 
 def _in_space(sensor: Sensor, target: Target) -> bool:
-    """Say whether loads move a plate that its section does not stand for, with nothing beside it that costs much."""
-    short = target.extent[1] < _LONG * target.extent[0] and target.net_current == "zero"
-    return short and not sensor.conductors and _is_finite(sensor)
+    """Say whether loads move a plate that its section does not stand for."""
+    short = target.extent[1] < LONG * target.extent[0] and target.net_current == "zero"
+    return short and _is_finite(sensor)
 
 
 def choose_magnetics(
-    sensor: Sensor, asked: str, known: tuple[str, ...], loaded: bool = False, beside: tuple[str, ...] = ()
-) -> Choice:
-    """Return the cheapest magnetic model for a scene; arguments, result and errors as of `choose_mechanics`.
+    sensor: Sensor, asked: str, known: tuple[str, ...], given: Sequence[Wrench] | Sequence[Pose] = (),
+    loaded: bool = False,
+) -> Choice:  # fmt: skip
+    """Return the cheapest magnetic model for a scene, all of whose conductors matter.
 
-    Components of loads or poses that leave the plane (`beside`) are answered in space. Poses that come of loads on a
-    finite pad (`loaded`) are answered in space like the pad; a pose that is given, in section where the scene has one:
-    its change of inductance is quick to see and relative.
+    Components that leave the plane are answered in space. Poses that come of loads on a finite pad are answered in
+    space like the pad; poses that are given, in section where the scene has one: their change of inductance is quick to
+    see and relative. Conductors are answered in space, permeable ones in section: no other model has them.
+
+    Parameters
+    ----------
+    sensor, asked, known
+        As for `choose_mechanics`.
+    given : sequence of Wrench or of Pose
+        What will be asked for, where known; `loaded` says that poses come of loads.
+
+    Raises
+    ------
+    SceneError
+        When the model is unknown, or no model can hold the scene.
     """
     _check_known("magnetics", asked, known)
+    target, coaxial = sensor.target, _is_coaxial(sensor, given, loaded)
+    beside = tuple(name for name in leaving(given) if not (coaxial and name in ("M_z", "alpha_z")))
     if beside and asked not in ("auto", "sheets"):
         raise SceneError(f"model (magnetics) must be auto or sheets for {', '.join(beside)}; got {asked}")
     if asked != "auto":
         return Choice(asked, "asked for")
+    if permeable := _permeable(sensor):
+        _check_in_section(sensor, permeable, beside)
+        return Choice("planar-fem", f"{', '.join(permeable)}: permeable, the air around is meshed")
     if beside:
-        return Choice("sheets", f"{', '.join(beside)}: no other model leaves the plane")
-    target = sensor.target
+        return Choice("sheets", f"{', '.join(beside)}: {_LEAVES}")
     if sensor.substrate_radius is not None:
         return Choice("planar-fem", "coils on a curved substrate")
-    parts = (*(() if target is None else (target,)), *sensor.conductors)
-    if any(part.metal.relative_permeability != 1.0 for part in parts):
-        return Choice("planar-fem", "permeable parts: the air around them is meshed")
-    if len(sensor.coils) == 1 and target is not None and target.shape == "disc":
-        return Choice("axisymmetric", "one coil under a disc; off its axis ask for sheets")
+    if sensor.conductors:
+        names = ", ".join(f"conductors.{part.name}" for part in sensor.conductors)
+        if target is not None and target.net_current == "free":
+            return Choice("planar-fem", f"{names} beside a target with free net current")
+        return Choice("sheets", f"{names} can be near enough to matter")
+    if coaxial:
+        return Choice("axisymmetric", "one coil under a disc on its axis")
     if any(coil.centre[1] != 0.0 for coil in sensor.coils):
         return Choice("sheets", "coils beside the section y = 0 have no planar model")
     if target is not None and target.shape != "rectangle":
-        return Choice("sheets", "the target's outline has no planar section that stands for it")
+        return Choice("sheets", "no planar section, and no axis, stands for the target at every pose")
     if loaded and "sheets" in known and target is not None and _in_space(sensor, target):
         return Choice("sheets", "three-dimensional like the pad: the plate is too short for its section")
     reason = "no target: free space alone" if target is None else "nothing permeable: no mesh of the air"
     return Choice("planar", reason)
+
+
+def _is_coaxial(sensor: Sensor, given: Sequence[Wrench] | Sequence[Pose], loaded: bool) -> bool:
+    """Say whether a disc stays on the axis of the one coil, as far as is known of poses; of loads all must be known."""
+    coil, target = sensor.coils[0], sensor.target
+    if len(sensor.coils) > 1 or target is None or target.shape != "disc" or sensor.substrate_radius is not None:
+        return False
+    if loaded:
+        upright = all(isinstance(load, Wrench) and keeps_axis(load) for load in given)
+        return bool(given) and upright and mirrored(sensor) and coil.centre == (0.0, 0.0)
+    return all(isinstance(pose, Pose) and on_axis(coil, pose) for pose in given)
+
+
+def _permeable(sensor: Sensor) -> tuple[str, ...]:
+    """Return the names of the permeable parts."""
+    parts = [(f"conductors.{part.name}", part.metal) for part in sensor.conductors]
+    parts += [] if sensor.target is None else [("target", sensor.target.metal)]
+    return tuple(name for name, metal in parts if metal.relative_permeability != 1.0)
+
+
+def _check_in_section(sensor: Sensor, permeable: tuple[str, ...], beside: tuple[str, ...]) -> None:
+    """Refuse permeable parts where planar-fem, which alone has them, cannot follow."""
+    hindered = [f"{', '.join(beside)} not zero"] if beside else []
+    hindered += ["coils beside it"] if any(coil.centre[1] != 0.0 for coil in sensor.coils) else []
+    hindered += ["an outline for a target"] if sensor.target is not None and sensor.target.shape == "outline" else []
+    if hindered:
+        names = ", ".join(permeable)
+        raise SceneError(
+            f"{names}: permeable parts that matter are held by planar-fem alone, in the section y = 0; got "
+            f"{' and '.join(hindered)}"
+        )
 
 
 def _check_known(kind: str, asked: str, known: tuple[str, ...]) -> None:
@@ -199,7 +255,8 @@ class Plan:
     seconds : float
         Expected on one core of the machine that the ladders were measured on; within a factor of some three.
     notes : tuple of str
-        What speaks against the request: loads that may be too large, constants that no silicone has.
+        Another model than the bare sensor's; what speaks against the request: loads that may be too large, constants
+        that no silicone has.
     """
 
     mechanics: Choice | None
@@ -220,9 +277,10 @@ class Plan:
         if mechanics is not None:
             first = solved_first(loads)
             half = half_suffices(sensor, first)
-            count = sum(not half or load.F_x >= 0.0 for load in first)
+            count = len(without_images(first)) if half else len(first)
             parts.insert(0, ("mechanics", mechanics.name, tolerance, count))
         missing = omissions(sensor, loads, None if mechanics is None else mechanics.name, magnetics.name)
+        missing += magnetics.left_out
         if mechanics is not None and len(first) < len(loads):
             reason = f"a smooth map through {len(first)} of {len(loads)} foretells them within the tolerance"
             missing += (Omission("loads between solved ones", reason, tolerance),)
@@ -230,7 +288,9 @@ class Plan:
         sizes = [item.size for item in missing if item.of_change and item.size > 0.0]
         error = sum(max(asked, REACHED[half, name]) for half, name, asked, _ in parts) + sum(sizes)
         seconds = sum(cost(*part) for part in parts)
-        return cls(mechanics, magnetics, rungs, missing, error, seconds, _notes(sensor, loads))
+        if magnetics.name == "sheets" and len(sensor.conductors) > len(magnetics.left_out):
+            seconds += _AMONG * max(len(loads), 1)
+        return cls(mechanics, magnetics, rungs, missing, error, seconds, (*magnetics.notes, *_notes(sensor, loads)))
 
 
 def _notes(sensor: Sensor, loads: Sequence[Wrench]) -> tuple[str, ...]:
@@ -252,36 +312,3 @@ def cost(half: str, model: str, tolerance: float, count: int) -> float:
     """Return the seconds to expect of a model for a number of loads or poses; see `COSTS`."""
     once, each = next((once, each) for asked, once, each in COSTS[half, model] if asked <= tolerance)
     return once + count * each
-
-
-def quantity_range(text: str, unit: str, name: str) -> list[float]:
-    """Return the values of a written range.
-
-    Parameters
-    ----------
-    text : str
-        ``"first:last:count"`` such as "-1 N:1 N:9", or one quantity.
-    unit : str
-        The SI unit of the result.
-    name : str
-        What the range is called where the user wrote it.
-
-    Returns
-    -------
-    list of float
-        Evenly spaced [unit]; an exact mirror image of itself when its ends are.
-
-    Raises
-    ------
-    SceneError
-        One line: `name`, what it must be, what came.
-    """
-    parts = text.split(":")
-    ends = [quantity(part, unit, name) for part in parts[:2]]
-    if len(parts) == 1:
-        return ends
-    if len(parts) != 3 or not parts[2].strip().isdecimal() or not 1 < int(parts[2]) <= _MOST or ends[0] == ends[1]:
-        form = f'first:last:count with two different ends and a count from 2 to {_MOST}, such as "0 N:4 N:9"'
-        raise SceneError(f"{name}: must be {form}, or one quantity; got {shown(text)}")
-    values = np.linspace(ends[0], ends[1], int(parts[2]))
-    return [float(value) for value in ((values - values[::-1]) / 2 if ends[0] == -ends[1] else values)]

@@ -17,10 +17,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.geometry.collision import clearance
+from sits_mech.geometry.collision import room as room_around
 from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose
 from sits_mech.readout.signals import Signals, combine, shear_weights, signals
-from sits_mech.sensor import Sensor
+from sits_mech.scene.sensor import Sensor
 
 _ROUNDING = 1e-12  # a pose, or an error of it, that is none [m, rad]
 _SMALLEST = 1e-9  # step of a difference quotient [m, rad]: far below any pose, far above rounding
@@ -103,7 +103,7 @@ def _shifted(sensor: Sensor, pose: Pose, error: Pose, tilted: bool) -> tuple[Pos
     The shapes are (1 + 2 k + tilted, p) and (k, p); the last ones, untilted, are there only where poses are `tilted`.
     """
     centre, errors = pose.components.T, error.components.T
-    room = 0.1 * clearance(sensor, pose)
+    room = 0.1 * room_around(sensor, pose)
     reach = 1.0 if sensor.target is None else max(sensor.target.extent)
     aside, turn = np.full_like(room, 0.1 * reach), room / reach
     steps = np.minimum(np.maximum(errors, _SMALLEST), np.stack([aside, room, turn, aside, turn, turn]))

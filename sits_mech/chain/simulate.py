@@ -2,23 +2,28 @@
 
     wrench --(mechanics)--> pose p +- e --(magnetics)--> L(p), R(p) --> signals
 
-Linear algebra has one thread: factors of sparse matrices slow down with more.
+The models keep linear algebra to one thread (`threads`); nothing here is large enough to gain from a second.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-from threadpoolctl import threadpool_limits
-
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.omissions import mirrored
+from sits_mech.chain.omissions import keeps_axis, mirrored
 from sits_mech.chain.pose_errors import read_poses, signals_at, stacked
 from sits_mech.geometry.collision import check_clearance
-from sits_mech.quantities import WRENCH, Equilibrium, Impedance, MagneticModel, MechanicalModel, Pose, Wrench
+from sits_mech.quantities import (
+    Equilibrium,
+    Impedance,
+    MagneticModel,
+    MechanicalModel,
+    Pose,
+    SolveFailed,
+    Wrench,
+)  # fmt: skip
 from sits_mech.readout.signals import Signals
-from sits_mech.sensor import Sensor
+from sits_mech.scene.sensor import Sensor
 
 
 @dataclass(frozen=True)
@@ -68,12 +73,11 @@ def simulate(
     Collision
         When the target comes to the coil plane.
     SolveFailed
-        When the layer has no equilibrium that could be reached.
+        When the layer has no equilibrium that could be reached, or the coils cannot be solved at the pose.
     """
     field, _ = loaded_model(sensor, magnetics, tolerance, [wrench])
     layer, _ = mechanical_model(sensor, mechanics, tolerance, [wrench])
-    with threadpool_limits(1):
-        return _simulated(sensor, layer, field, wrench)
+    return _simulated(sensor, layer, field, wrench)
 
 
 def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench) -> Equilibrium:
@@ -93,10 +97,15 @@ def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench) -> Equilibri
     SolveFailed
         When the layer has no equilibrium that could be reached.
     """
-    found = layer.equilibrium(wrench)
-    if not mirrored(sensor) or np.any(np.delete(wrench.components, WRENCH.index("F_z"))):
+    return with_symmetry(sensor, layer.equilibrium(wrench))
+
+
+def with_symmetry(sensor: Sensor, found: Equilibrium) -> Equilibrium:
+    """Return an equilibrium without shift and tilt, and errors of them, where scene and load are symmetric."""
+    if not mirrored(sensor) or not keeps_axis(found.wrench):
         return found
-    pose, error = (Pose(0.0, part.d_v, 0.0) for part in (found.pose, found.error))
+    turns = found.wrench.M_z != 0.0
+    pose, error = (Pose(0.0, part.d_v, alpha_z=turns * part.alpha_z) for part in (found.pose, found.error))
     return replace(found, pose=pose, error=error)
 
 
@@ -104,7 +113,10 @@ def _simulated(sensor: Sensor, layer: MechanicalModel, field: MagneticModel, wre
     """Return what the sensor shows under a load by given models."""
     equilibrium = at_rest(sensor, layer, wrench)
     check_clearance(sensor, equilibrium.pose)
-    reading = read_poses(sensor, field, stacked([equilibrium.pose]), stacked([equilibrium.error]))
+    try:
+        reading = read_poses(sensor, field, stacked([equilibrium.pose]), stacked([equilibrium.error]))
+    except SolveFailed as error:  # the target rests, the coils are not solved
+        raise SolveFailed(str(error), error.report, equilibrium, "magnetics") from error
     found = reading.impedance
     single = {name: getattr(found, name)[0] for name in ("L", "R", "error_L", "error_R")}
     return Simulation(equilibrium, replace(found, **single), signals_at(reading.signals, 0))

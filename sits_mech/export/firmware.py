@@ -25,8 +25,8 @@ from sits_mech.export.source import Source
 from sits_mech.quantities import Array
 from sits_mech.readout.calibration import OK, OUTSIDE, Calibration, calibration_of
 from sits_mech.report.codes import readings
-from sits_mech.scene import write_text
-from sits_mech.sensor import SceneError
+from sits_mech.scene.files import write_text
+from sits_mech.scene.sensor import SceneError
 from sits_mech.version import __version__
 
 _SIZES = (9, 13, 17, 25, 33, 49, 65)  # nodes along each force

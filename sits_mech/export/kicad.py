@@ -19,8 +19,8 @@ import numpy as np
 from sits_mech.export.source import Source
 from sits_mech.geometry.windings import turn_radii
 from sits_mech.quantities import Array
-from sits_mech.scene import write_text
-from sits_mech.sensor import Coil, SceneError, Sensor
+from sits_mech.scene.files import write_text
+from sits_mech.scene.sensor import Coil, SceneError, Sensor
 
 _ARCS = 12  # per turn
 _VIA, _DRILL = 0.4e-3, 0.2e-3  # diameters of vias [m]

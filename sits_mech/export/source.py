@@ -9,9 +9,9 @@ from typing import Any
 
 import xarray as xr
 
+from sits_mech.cases import DONE
 from sits_mech.quantities import Pose
-from sits_mech.sensor import SceneError, Sensor
-from sits_mech.sweep import DONE
+from sits_mech.scene.sensor import SceneError, Sensor
 
 
 @dataclass(frozen=True)

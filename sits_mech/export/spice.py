@@ -21,8 +21,8 @@ from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.chain.models import magnetic_model
 from sits_mech.export.source import Source, resting_pose
 from sits_mech.quantities import Array, Impedance, Pose
-from sits_mech.scene import write_text
-from sits_mech.sensor import SceneError
+from sits_mech.scene.files import write_text
+from sits_mech.scene.sensor import SceneError
 
 
 def write_spice(source: Source, path: Path) -> tuple[str, ...]:

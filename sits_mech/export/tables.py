@@ -8,17 +8,16 @@ import math
 from pathlib import Path
 from typing import Any
 
+from sits_mech.cases import save_table
 from sits_mech.export.source import Source
-from sits_mech.report.tables import csv_text, figures
-from sits_mech.scene import write_bytes, write_text
-from sits_mech.sensor import SceneError, scene_text
-from sits_mech.sweep import save_table
+from sits_mech.quantities import UNITS, shown_unit
+from sits_mech.readout.loads import fixed, varied
+from sits_mech.report.tables.loads import csv_text, figures
+from sits_mech.scene.files import write_bytes, write_text
+from sits_mech.scene.sensor import SceneError, scene_text
 
-UNITS = {
-    "F_x": "N", "F_z": "N", "d_h": "m", "d_v": "m", "alpha": "rad", "seconds": "s", "min_J": "1", "iterations": "1",
-    "error_mechanics": "1", "error_magnetics": "1",
-}  # fmt: skip
-"""Units of a calibration's variables by name; those of inductance and resistance follow ``unit_L``."""
+_UNITS = {name: shown_unit(name) for name in UNITS}
+_UNITS |= {"seconds": "s"} | dict.fromkeys(("min_J", "iterations", "error_mechanics", "error_magnetics"), "1")
 
 
 def unit_of(name: str, unit_L: str) -> str:
@@ -29,7 +28,7 @@ def unit_of(name: str, unit_L: str) -> str:
     bare = plain.removeprefix("error_")
     if bare.startswith("L"):
         return unit_L
-    return unit_L.replace("H", "ohm", 1) if bare == "R" else UNITS.get(plain, UNITS.get(bare, ""))
+    return unit_L.replace("H", "ohm", 1) if bare == "R" else _UNITS.get(plain, _UNITS.get(bare, ""))
 
 
 def write_csv(source: Source, path: Path) -> tuple[str, ...]:
@@ -66,7 +65,7 @@ def write_xlsx(source: Source, path: Path) -> tuple[str, ...]:
     loads.title = "loads"
     names, *rows = csv.reader(io.StringIO(csv_text(source.data)))
     _fill(loads, [names, [unit_of(name, source.data.attrs["unit_L"]) for name in names], *rows], heading=2)
-    loads.freeze_panes = "C3"
+    loads.freeze_panes = loads.cell(3, 1 + len(varied(source.data)) + len(fixed(source.data)))
     table = [[name, _finite(value), _finite(error), unit] for name, value, error, unit in figures(source.data)]
     _fill(book.create_sheet("figures"), [["figure", "value", "estimated error", "unit"], *table], heading=1)
     _fill(book.create_sheet("scene"), [[line] for line in scene_text(source.sensor).splitlines()], heading=0)

@@ -17,15 +17,15 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
+from sits_mech.cases import DONE
 from sits_mech.export.source import Source
 from sits_mech.geometry.windings import coil_bars
 from sits_mech.mechanics.block import BlockPad, block_pad, deformed_section
 from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh, planar_layer
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, Wrench
-from sits_mech.report.views import target_corners
-from sits_mech.scene import write_bytes, write_text
-from sits_mech.sensor import SceneError, Sensor
-from sits_mech.sweep import DONE
+from sits_mech.report.pictures.section import target_corners
+from sits_mech.scene.files import write_bytes, write_text
+from sits_mech.scene.sensor import SceneError, Sensor
 
 _LAYER, _TARGET, _COIL = 0.0, 1.0, 2.0
 

@@ -1,24 +1,32 @@
-"""Does a pose leave the target above the coils? Asked before anything is solved.
+"""Does a pose leave the target clear of the coil plane and of the fixed plates? Asked before anything is solved.
 
 A box |xi| <= a, |eta| <= b, 0 <= zeta <= t around the target, in its own frame, is turned by R about the centre of its
 bottom face, which stands at height d_v; so its lowest corner is at
 
     d_v - a |R_zx| - b |R_zy| + min(t R_zz, 0),        of a disc of radius a    d_v - a |(R_zx, R_zy)| + min(t R_zz, 0).
 
-The coil plane is z = 0.
+The coil plane is z = 0. Two rectangular plates are apart exactly where a slab fits between them (`boxes`). Where none
+does and one is round or an outline, both are taken as convex bodies n_i . x <= c_i, a disc with 128 sides: the largest
+ball inside both, by linear programming, has a radius below zero where they are apart. Notches and holes count as metal.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from scipy.optimize import linprog
+from scipy.spatial import ConvexHull
 
-from sits_mech.geometry.turns import rotation_matrix
+from sits_mech.geometry.boxes import Solid, fixed_solids, separation
 from sits_mech.quantities import POSE, Array, Pose
-from sits_mech.sensor import Sensor
+from sits_mech.scene.sensor import Conductor, Sensor, Target
+from sits_mech.turns import rotation_matrix
+
+_SIDES = 128  # of what stands for a disc
+_TOUCH = 1e-9  # of their size: parts closer than this touch, whatever rounding says
 
 
 class Collision(ValueError):
-    """A pose in which the target touches or passes the coil plane."""
+    """A pose in which the target touches or passes the coil plane or a fixed plate."""
 
 
 def clearance(sensor: Sensor, pose: Pose) -> Array:
@@ -32,20 +40,83 @@ def clearance(sensor: Sensor, pose: Pose) -> Array:
     return np.asarray(pose.centre[..., 2] - side + np.minimum(sensor.target.thickness * down[..., 2], 0.0))
 
 
-def check_clearance(sensor: Sensor, pose: Pose) -> None:
-    """Raise Collision if any pose brings the target to the coil plane or is not a number."""
+def room(sensor: Sensor, pose: Pose) -> Array:
+    """Return how far the target is at least from the coil plane and the fixed plates [m], in the shape of the pose."""
     gap = clearance(sensor, pose)
-    places = pose.components
-    if np.all(gap > 0.0) and np.all(np.isfinite(places)):
+    for k in range(len(sensor.conductors) if sensor.target is not None else 0):
+        gap = np.minimum(gap, gap_to_plate(sensor, sensor.target, pose, k).reshape(gap.shape))  # type: ignore[arg-type]
+    return gap
+
+
+def check_clearance(sensor: Sensor, pose: Pose) -> None:
+    """Raise Collision if any pose brings the target to the coil plane or a fixed plate, or is not a number."""
+    gap = clearance(sensor, pose)
+    if not np.all(gap > 0.0) or not np.all(np.isfinite(pose.components)):
+        index = int(np.argmin(np.where(np.isnan(gap), -np.inf, gap)))
+        raise Collision(
+            f"pose: the target must stay above the coil plane z = 0, its lowest point is at "
+            f"{gap.ravel()[index] * 1e3:.4g} mm for {_words(pose, index)}"
+        )
+    if sensor.target is None:
         return
-    index = np.unravel_index(int(np.argmin(np.where(np.isnan(gap), -np.inf, gap))), gap.shape)
-    named = [(name, float(value)) for name, value in zip(POSE, places[index], strict=True)]
-    shown = [(name, value) for k, (name, value) in enumerate(named) if k < 3 or value != 0.0]
-    words = (
+    for k, part in enumerate(sensor.conductors):
+        gap = gap_to_plate(sensor, sensor.target, pose, k).ravel()
+        size = max(*part.extent, *sensor.target.extent)
+        if np.all(gap > _TOUCH * size):
+            continue
+        index = int(np.argmin(gap))
+        how = f"overlaps it by {-gap[index] * 1e3:.3g} mm" if gap[index] < -_TOUCH * size else "touches it"
+        bottom, top = (1e3 * (part.centre[2] + side * part.thickness / 2) for side in (-1, 1))
+        raise Collision(
+            f"pose: the target must stay clear of conductors.{part.name}, which reaches from z = {bottom:.4g} mm to "
+            f"{top:.4g} mm; it {how} for {_words(pose, index)}"
+        )
+
+
+def _words(pose: Pose, index: int) -> str:
+    """Say which of some poses, counted flat, it is: the plane's components and those beside it that are not zero."""
+    values = pose.components.reshape(-1, len(POSE))[index]
+    shown = [(name, float(value)) for k, (name, value) in enumerate(zip(POSE, values, strict=True)) if k < 3 or value]
+    return ", ".join(
         f"{name} = {1e3 * value:.4g} mm" if name.startswith("d") else f"{name} = {np.degrees(value):.4g} deg"
         for name, value in shown
     )
-    raise Collision(
-        f"pose: the target must stay above the coil plane z = 0, its lowest point is at {gap[index] * 1e3:.4g} mm "
-        f"for {', '.join(words)}"
-    )
+
+
+def gap_to_plate(sensor: Sensor, target: Target, pose: Pose, number: int) -> Array:
+    """Return the distance of the target from a fixed plate at least [m], one a pose; negative where they overlap."""
+    turns, places = rotation_matrix(pose.rotation).reshape(-1, 3, 3), pose.centre.reshape(-1, 3)
+    half = np.array([*target.extent, target.thickness]) / 2.0
+    middle = places + turns[:, :, 2] * half[2]
+    plate, part = fixed_solids(sensor)[1][number], sensor.conductors[number]
+    gap = separation(Solid("target", half, turns, middle), plate)
+    if target.shape == part.shape == "rectangle":
+        return gap
+    for k in np.flatnonzero(gap <= _TOUCH * max(*part.extent, *target.extent)):
+        gap[k] = -_depth(target, part, turns[k], middle[k])
+    return gap
+
+
+def _depth(target: Target, part: Conductor, turn: Array, middle: Array) -> float:
+    """Return the radius of the largest ball inside both plates; below zero where they are apart [m]."""
+    own, other = _half_spaces(target), _half_spaces(part)
+    normals, size = np.vstack([own[:, :3] @ turn.T, other[:, :3]]), max(*part.extent, *target.extent)
+    offsets = np.concatenate([own[:, 3], other[:, 3] + other[:, :3] @ (part.centre - middle)]) / size
+    rows = np.column_stack([normals, np.ones(len(normals))])
+    found = linprog([0.0, 0.0, 0.0, -1.0], A_ub=rows, b_ub=offsets, bounds=[(None, None)] * 4)
+    return size * float(np.asarray(found.x)[3])
+
+
+def _half_spaces(plate: Target | Conductor) -> Array:
+    """Return n and c of a plate about its middle, shape (m, 4)."""
+    (a, b), points = np.array(plate.extent) / 2.0, getattr(plate, "points", None)
+    if points is not None:
+        sides = ConvexHull(np.array(points)).equations * (1.0, 1.0, -1.0)
+    elif plate.diameter is not None:
+        angle = 2.0 * np.pi * np.arange(_SIDES) / _SIDES
+        sides = np.column_stack([np.cos(angle), np.sin(angle), np.full(_SIDES, a)])
+    else:
+        sides = np.array([[1.0, 0.0, a], [-1.0, 0.0, a], [0.0, 1.0, b], [0.0, -1.0, b]])
+    sides = np.column_stack([sides[:, :2], np.zeros(len(sides)), sides[:, 2]])
+    faces = [[0.0, 0.0, side, plate.thickness / 2.0] for side in (1.0, -1.0)]
+    return np.vstack([sides, faces])

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from scipy.spatial import Delaunay, cKDTree
 
 from sits_mech.geometry.sheet_plan import Grading, Integers, Plan, graded_axis
-from sits_mech.outlines import Loop, read_loops, signed_area
 from sits_mech.quantities import Array
-from sits_mech.sensor import Target
+from sits_mech.scene.outlines import Loop, edges, inside_loops, read_loops, signed_area
+from sits_mech.scene.sensor import Target
 
 _DEPTH = 0.3  # of the rim's quadrilaterals together, over the narrowest width of metal
 _TRIES = 4
@@ -155,11 +155,6 @@ def _divided(loop: Array, counts: Integers) -> Array:
     return np.asarray(np.vstack(pieces))
 
 
-def _edges(loops: list[Array]) -> tuple[Array, Array]:
-    """Starts and ends of all edges."""
-    return np.vstack(loops), np.vstack([np.roll(loop, -1, axis=0) for loop in loops])
-
-
 def _crossing(start: Array, step: Array, a: Array, b: Array) -> tuple[Array, Array]:
     """Where lines from `start` along `step` meet edges a-b: parameters on both, nan where parallel; shape (n, m)."""
     side = b - a
@@ -173,7 +168,7 @@ def _crossing(start: Array, step: Array, a: Array, b: Array) -> tuple[Array, Arr
 
 def _check_simple(loops: list[Array]) -> None:
     """Refuse rims that cross."""
-    a, b = _edges(loops)
+    a, b = edges(loops)
     s, t = _crossing(a, b - a, a, b)
     inner = (s > 1e-9) & (s < 1 - 1e-9) & (t > 1e-9) & (t < 1 - 1e-9)
     if inner.any():
@@ -183,7 +178,7 @@ def _check_simple(loops: list[Array]) -> None:
 
 def _narrowest(loops: list[Array]) -> float:
     """Smallest width of metal, looking inwards from points of every edge; or what an edge loses to its mitres."""
-    a, b = _edges(loops)
+    a, b = edges(loops)
     share = np.array([0.02, 0.25, 0.5, 0.75, 0.98])
     start = (a[:, None, :] + share[:, None] * (b - a)[:, None, :]).reshape(-1, 2)
     s, t = _crossing(start, np.repeat(_left(b - a), share.size, axis=0), a, b)
@@ -208,15 +203,6 @@ def _neighbours(loops: list[Array]) -> NDArray[np.bool_]:
         near[here, np.roll(here, 1)] = near[here, np.roll(here, -1)] = True
         start += len(loop)
     return near
-
-
-def inside_loops(loops: list[Array], points: Array) -> NDArray[np.bool_]:
-    """Tell which points (n, 2) have an odd number of the loops' edges to their right."""
-    a, b = _edges(loops)
-    y = points[:, 1, None]
-    between = (a[:, 1] > y) != (b[:, 1] > y)
-    x = a[:, 0] + (y - a[:, 1]) * (b[:, 0] - a[:, 0]) / np.where(a[:, 1] == b[:, 1], 1.0, b[:, 1] - a[:, 1])
-    return np.asarray((between & (x > points[:, 0, None])).sum(1) % 2 == 1)
 
 
 def _lattice(cores: list[Array], spacing: float) -> Array:

@@ -11,10 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sits_mech.quantities import Pose
-from sits_mech.sensor import Conductor, Sensor
-
-Complex = NDArray[np.complex128]
+from sits_mech.quantities import Complex, Pose
+from sits_mech.scene.sensor import Conductor, Sensor
 
 
 @dataclass(frozen=True)
@@ -74,7 +72,7 @@ def section_plates(sensor: Sensor, pose: Pose) -> tuple[Plate, ...]:
                   metal.relative_permeability, target.net_current == "zero")
         )  # fmt: skip
     for part in sensor.conductors:
-        width, metal = _cut_width(part), part.metal
+        width, metal = cut_width(part), part.metal
         if width > 0.0:
             bottom = complex(part.centre[0], part.centre[2] - part.thickness / 2)
             plates.append(
@@ -84,8 +82,8 @@ def section_plates(sensor: Sensor, pose: Pose) -> tuple[Plate, ...]:
     return tuple(plates)
 
 
-def _cut_width(part: Conductor) -> float:
-    """Width of a fixed plate where y = 0 cuts it; 0 where it does not [m]."""
+def cut_width(part: Conductor) -> float:
+    """Return the width of a fixed plate where y = 0 cuts it; 0 where it does not [m]."""
     offset = abs(part.centre[1])
     if part.diameter is not None:
         return float(np.sqrt(max(part.diameter**2 - 4 * offset**2, 0.0)))
@@ -95,8 +93,14 @@ def _cut_width(part: Conductor) -> float:
 
 def not_cut(sensor: Sensor) -> list[str]:
     """Say which plates the section misses."""
-    missed = [part.name for part in sensor.conductors if _cut_width(part) == 0.0]
+    missed = [part.name for part in sensor.conductors if cut_width(part) == 0.0]
     return [f"conductors.{name}: the section y = 0 of a planar model does not cut it" for name in missed]
+
+
+def return_radius(sensor: Sensor) -> float | None:
+    """Return R_b, where the net current of a target returns [m]; None where it has no net current."""
+    target = sensor.target
+    return target.planar_boundary_radius if target is not None and target.net_current == "free" else None
 
 
 def check_apart(plates: tuple[Plate, ...]) -> None:

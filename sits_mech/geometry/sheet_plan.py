@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Complex
 
 Integers = NDArray[np.int_]
 _BEYOND = 0.4  # growth of cells per length beyond the reach
@@ -76,7 +76,7 @@ class Plan:
     cells: Integers
     loop: Integers
     group: Array
-    characters: NDArray[np.complex128]
+    characters: Complex
     weights: Array
     tensor: tuple[Array, Array] | None = None
 
@@ -193,8 +193,8 @@ def _meetings(points: Array, images: Array, tolerance: float) -> Integers:
 
 
 def standing_nodes(
-    plan: Plan, seams: Seams, character: NDArray[np.complex128]
-) -> tuple[Integers, NDArray[np.complex128]]:
+    plan: Plan, seams: Seams, character: Complex
+) -> tuple[Integers, Complex]:
     """Return, for each node, the node that stands for it and the factor on that node's stream function.
 
     The stream function turns with the current: ``psi(g x) = chi(g) det(g) psi(x)``. Where a node is its own image

@@ -1,43 +1,16 @@
-"""Which plates stand in the space around the coils, and how far is each from everything else?
-
-Every part has a box around it, with sides along the part's own axes. The distance of two boxes is bounded from below by
-the widest slab that fits between them; two boxes are apart exactly where there is one, across one of their axes or of
-the products of these.
-"""
+"""Which plates stand in the space around the coils, and how far is each from everything else, as `boxes` go?"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from sits_mech.geometry.boxes import Solid, fixed_solids, nearest, separation
 from sits_mech.geometry.collision import Collision
 from sits_mech.geometry.outline import Outline, target_outline
 from sits_mech.quantities import Array
-from sits_mech.sensor import Conductor, Sensor, Target
-
-
-@dataclass(frozen=True)
-class Solid:
-    """A box around a part, in one place or in many.
-
-    Attributes
-    ----------
-    name : str
-        As in the scene.
-    half : ndarray, shape (3,)
-        Half sizes [m].
-    turns : ndarray, shape (p, 3, 3)
-        Rotations; p = 1 if it does not move.
-    places : ndarray, shape (p, 3)
-        Of the middle [m].
-    """
-
-    name: str
-    half: Array
-    turns: Array
-    places: Array
+from sits_mech.scene.sensor import Conductor, Sensor, Target
 
 
 @dataclass(frozen=True)
@@ -95,7 +68,10 @@ def placed_plates(sensor: Sensor, outline: Outline | None, turns: Array, places:
         apart = {plate.name: nearest(moving[0], (plate,)) for plate in plates}
         for name, gap in apart.items():
             if gap <= 0.0:
-                raise Collision(f"pose: target, {name}: the boxes around them must not touch, got boxes that do")
+                raise Collision(
+                    f"pose: the boxes around the target and {name} must be clear of each other for 'sheets', they "
+                    f"overlap by {-gap * 1e3:.3g} mm"
+                )
         gap = min(float(lowest_points(sensor.target, outline, turns, places).min()), *apart.values(), np.inf)
         parts = [PlacedPlate("", sensor.target, outline, turns, places, gap, (0.0, 0.0))]
     for k, (part, solid) in enumerate(zip(sensor.conductors, plates, strict=True)):
@@ -113,20 +89,6 @@ def as_plate(part: Conductor) -> Target:
     )  # fmt: skip
 
 
-def fixed_solids(sensor: Sensor) -> tuple[tuple[Solid, ...], tuple[Solid, ...]]:
-    """Return the boxes around the coils, and those around the fixed plates."""
-    coils = [
-        (coil.name, (coil.outer_diameter, coil.outer_diameter, coil.height), (*coil.centre, -coil.height / 2))
-        for coil in sensor.coils
-    ]
-    plates = [(f"conductors.{part.name}", (*part.extent, part.thickness), part.centre) for part in sensor.conductors]
-    both = [
-        tuple(Solid(name, np.array(size) / 2, np.eye(3)[None], np.array([place])) for name, size, place in parts)
-        for parts in (coils, plates)
-    ]
-    return both[0], both[1]
-
-
 def overlapping(sensor: Sensor) -> str | None:
     """Say in one line which fixed plate touches a coil or another plate; None if none does."""
     coils, plates = fixed_solids(sensor)
@@ -138,27 +100,6 @@ def overlapping(sensor: Sensor) -> str | None:
                     "axes) do not touch, got boxes that do; move one, or 'planar-fem' if the sections are apart"
                 )
     return None
-
-
-def separation(first: Solid, second: Solid) -> Array:
-    """Return the width of the widest slab between two boxes, negative where they overlap; one a pose [m].
-
-    At most their distance, and positive exactly where there is one (separating axes: the boxes' and their products).
-    """
-    first_axes, second_axes = np.broadcast_arrays(np.swapaxes(first.turns, 1, 2), np.swapaxes(second.turns, 1, 2))
-    products = np.cross(first_axes[:, :, None], second_axes[:, None]).reshape(-1, 9, 3)
-    length = np.linalg.norm(products, axis=2, keepdims=True)
-    products = np.where(length > 1e-9, products / np.maximum(length, 1e-9), first_axes[:, :1])
-    axes = np.concatenate([first_axes, second_axes, products], axis=1)
-    apart = np.abs(np.einsum("pai,pi->pa", axes, first.places - second.places))
-    for solid, own in ((first, first_axes), (second, second_axes)):
-        apart = apart - np.abs(np.einsum("pai,pji->paj", axes, own)) @ solid.half
-    return np.asarray(apart.max(1))
-
-
-def nearest(solid: Solid, others: Sequence[Solid]) -> float:
-    """Return the smallest separation from other boxes over all poses [m]; infinite without others."""
-    return min((float(separation(solid, other).min()) for other in others), default=np.inf)
 
 
 def lowest_points(target: Target, outline: Outline | None, turns: Array, places: Array) -> Array:

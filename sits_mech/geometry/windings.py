@@ -21,9 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.constants import c
 
-from sits_mech.materials import metals
 from sits_mech.quantities import Array
-from sits_mech.sensor import Coil
+from sits_mech.scene.sensor import Coil
 
 
 @dataclass(frozen=True)
@@ -150,8 +149,3 @@ def wave_notes(coils: Sequence[Coil], frequency: float) -> tuple[str, ...]:
         f"displacement current: the track of {coil.name} is {share:.2g} waves long at {frequency:.3g} Hz; what its "
         "turns' own capacitance adds is not held",
     )
-
-
-def resistance_per_metre(bars: int, width: float, thickness: float) -> float:
-    """Return the direct-current resistance per metre of depth of so many copper bars in series [ohm/m]."""
-    return bars / (metals()["copper"].conductivity * width * thickness)

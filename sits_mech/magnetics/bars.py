@@ -1,13 +1,14 @@
 """Planar integral model: the coils' bars below, a plate's eddy-current modes above; a pose couples the two.
 
 Per metre of depth along y, ``exp(+j omega t)``, one ampere in one coil at a time. The coils' potential over the
-plate has few real coefficients c (`coupling`, `sampling`), the plate answers with a condensed admittance Y (`plate`):
+plate has few real coefficients c (`section.coupling`, `section.sampling`), the plate answers with a condensed
+admittance Y (`section.plate`):
 
     Delta Z_cd = c_c^T Y(omega) c_d,    R = Re Delta Z,    L = L0 + Im Delta Z / omega,
 
 The plate is prepared once for a range of clearance (a factor of two) and of frequency (a
 decade); then a pose is a field at a dozen points and one small product. Two divisions of the plate give the answer,
-extrapolated in the size of the bars, and with a third one its estimated error (`division`).
+extrapolated in the size of the bars, and with a third one its estimated error (`section.division`).
 
 Free net current: the plate's current returns at the circle |p| = R_b, where A = 0. Its Green function
 ``ln|p - p'| - ln|R_b - p conj(p')/R_b|`` adds, by ``ln|1 - q| = -sum_m Re(q^m) / m``, a correction of low rank
@@ -18,28 +19,35 @@ by Woodbury
 
 Range: one non-magnetic plate of rectangular section, coils on y = 0. Neglected: eddies in the coils' own tracks,
 displacement current, the ends along y.
+Source: the division of conductors into bars with uniform current and logarithmic partial inductances is A. E. Ruehli's,
+IBM J. Res. Dev. 16 (1972) 470; W. T. Weeks et al., ibid. 23 (1979) 652 have it with skin effect. The condensation onto
+few coefficients is this project's own.
 """
 
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from scipy.constants import mu_0
 
-from sits_mech.geometry.collision import check_clearance, clearance
-from sits_mech.geometry.plates import Plate, check_apart, distance, section_plates
-from sits_mech.geometry.windings import Bars, check_frequency, coil_bars, resistance_per_metre
-from sits_mech.magnetics.coupling import Complex, circle_samples, filaments, samples
-from sits_mech.magnetics.division import Lengths, Resolution
-from sits_mech.magnetics.kernels import mean_log
-from sits_mech.magnetics.neighbours import Answering, coupled_reaction
-from sits_mech.magnetics.plate import PreparedPlate, prepare_plate
-from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, SolveReport, refuse_beside
-from sits_mech.sensor import Sensor
+from sits_mech.geometry.collision import clearance
+from sits_mech.geometry.plates import Plate, check_apart, distance, return_radius, section_plates
+from sits_mech.geometry.windings import Bars, coil_bars
+from sits_mech.magnetics.answer import Kind, Reaction, answer, largest
+from sits_mech.magnetics.coils.alone import section_resistances
+from sits_mech.magnetics.section.coupling import circle_samples, filaments, samples
+from sits_mech.magnetics.section.division import Lengths, Resolution
+from sits_mech.magnetics.section.kernels import mean_log
+from sits_mech.magnetics.section.neighbours import SectionPlate, coupled_reaction
+from sits_mech.magnetics.section.plate import PreparedPlate, prepare_plate
+from sits_mech.magnetics.skin import skin_depth
+from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
+from sits_mech.scene.sensor import Sensor
+from sits_mech.threads import one_thread
+from sits_mech.units import checked_tolerance
 
 # Asked error of the change of inductance -> division of the plate. Largest errors against an independent high-order FEM
 # (8 x 0.2 mm, 1 to 5 mm, 5 kHz and 5 MHz): L 1.8e-3, 6.3e-4, 5.5e-5, 7e-6; R 5e-4, 3e-4, 7e-5, 2e-5.
@@ -49,6 +57,7 @@ LADDER = (
     (1e-4, Resolution(skin=0.08, growth=1.22, along=0.09, near=0.22, terms=13.0)),
     (1e-5, Resolution(skin=0.06, growth=1.18, along=0.045, near=0.12, terms=16.0)),
 )
+_KIND = Kind("planar", "H/m", beyond="sheets")
 _RIPPLE = 4.0  # cells that resolve the ripple of single tracks, over those that resolve the gap
 _SAFETY = np.array([0.3, 0.15])  # estimated errors of R, L over the difference of the check with cells twice as large
 
@@ -67,6 +76,7 @@ class PlanarBars:
     sensor: Sensor
     tolerance: float
 
+    @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L and R [H/m, ohm/m] for one pose or many at `frequency` [Hz].
 
@@ -77,25 +87,19 @@ class PlanarBars:
         ValueError
             If the frequency is not positive, or beyond the coils' (`check_frequency`).
         """
-        began = time.perf_counter()
-        check_frequency(self.sensor.coils, frequency)
-        refuse_beside("planar", pose, "sheets")
-        check_clearance(self.sensor, pose)
-        fields = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (pose.d_h, pose.d_v, pose.alpha)))
-        batch = Pose(*(field.ravel() for field in fields))
-        change, errors, cells = _change(self.sensor, self.tolerance, batch, frequency)
-        n = len(self.sensor.coils)
-        change = change.reshape(*fields[0].shape, n, n)
-        L0 = free_space_inductance(self.sensor)
-        delta_L = change.imag / (2 * np.pi * frequency)
-        _check_bounds(delta_L, change.real, L0, cells)
-        sections = coil_sections(self.sensor)
-        R_dc = np.array([resistance_per_metre(bars.x.size, bars.width, bars.thickness) for bars in sections])
-        error_L, error_R = (e * _largest(v) for e, v in zip(errors, (delta_L, change.real), strict=True))
+        def alone() -> tuple[Array, Array]:
+            return free_space_inductance(self.sensor), section_resistances(self.sensor.coils)
+
+        return answer(_KIND, self.sensor, pose, frequency, alone, self._reaction)
+
+    def _reaction(self, pose: Pose, frequency: float) -> Reaction:
+        """What the plates do to the coils."""
+        change, errors, cells = _change(self.sensor, self.tolerance, pose, frequency)
+        _check_bounds(change.imag / (2 * np.pi * frequency), change.real, free_space_inductance(self.sensor), cells)
+        error = errors[1] * largest(change.real) + 1j * (errors[0] * largest(change.imag))
         missed = errors[0] > self.tolerance
         notes = ("the estimated error exceeds the tolerance; 'planar-fem' can do better",) if missed else ()
-        report = SolveReport("planar", cells, 1, 0.0, errors[0], time.perf_counter() - began, notes=notes)
-        return Impedance(frequency, L0 + delta_L, change.real, L0, R_dc, error_L, error_R, "H/m", report)
+        return Reaction(change, error, errors[0], cells, 1, notes=notes)
 
 
 def planar_bars(sensor: Sensor, tolerance: float = 1e-3) -> PlanarBars:
@@ -115,9 +119,7 @@ def planar_bars(sensor: Sensor, tolerance: float = 1e-3) -> PlanarBars:
     refusal = not_representable(sensor)
     if refusal:
         raise ValueError(refusal)
-    if not 0.0 < tolerance < 1.0:
-        raise ValueError(f"tolerance: must lie between 0 and 1, got {tolerance}")
-    return PlanarBars(sensor, tolerance)
+    return PlanarBars(sensor, checked_tolerance(tolerance))
 
 
 def not_representable(sensor: Sensor) -> str | None:
@@ -126,7 +128,7 @@ def not_representable(sensor: Sensor) -> str | None:
         return "coils.centre: the planar model needs every coil on y = 0; model 'sheets' takes any place"
     if sensor.substrate_radius is not None:
         return "substrate_radius: the planar integral model takes flat coils only; model 'planar-fem' takes curved ones"
-    if sensor.conductors and _return_radius(sensor) is not None:
+    if sensor.conductors and return_radius(sensor) is not None:
         return "conductors: the planar integral model needs isolated plates beside them; model 'planar-fem' takes both"
     parts = (*(() if sensor.target is None else (sensor.target,)), *sensor.conductors)
     if any(part.metal.relative_permeability != 1.0 for part in parts):
@@ -149,7 +151,7 @@ def _check_bounds(delta_L: Array, R: Array, L0: Array, bars: int) -> None:
     )
 
 
-def coil_sections(sensor: Sensor) -> tuple[Bars, ...]:
+def bars_of_coils(sensor: Sensor) -> tuple[Bars, ...]:
     """Every coil's bars in the section y = 0."""
     return tuple(coil_bars(coil) for coil in sensor.coils)
 
@@ -164,8 +166,8 @@ def coil_box(bars: Bars) -> Complex:
 @lru_cache(maxsize=64)
 def free_space_inductance(sensor: Sensor) -> Array:
     """Return the coils' inductance matrix without target, closed form, shape (n, n) [H/m]."""
-    sections = coil_sections(sensor)
-    radius = _return_radius(sensor)
+    sections = bars_of_coils(sensor)
+    radius = return_radius(sensor)
     L0 = np.array([[_mutual(first, second, radius) for second in sections] for first in sections])
     return np.asarray((L0 + L0.T) / 2)
 
@@ -182,22 +184,8 @@ def _mutual(first: Bars, second: Bars, radius: float | None) -> float:
     return float(-mu_0 / (2 * np.pi) * first.sign @ logs @ second.sign)
 
 
-def _return_radius(sensor: Sensor) -> float | None:
-    """R_b of a target with free net current."""
-    target = sensor.target
-    return target.planar_boundary_radius if target is not None and target.net_current == "free" else None
-
-
-def _largest(matrix: Array) -> Array:
-    """Largest entry of each matrix in size, broadcast to all its entries."""
-    return np.broadcast_to(np.max(np.abs(matrix), axis=(-2, -1), keepdims=True), matrix.shape)
-
-
 def _change(sensor: Sensor, tolerance: float, pose: Pose, frequency: float) -> tuple[Complex, tuple[float, float], int]:
     """Delta Z of a flat batch of poses, its estimated relative errors in L and R, and the number of bars."""
-    n = len(sensor.coils)
-    if (sensor.target is None and not sensor.conductors) or np.size(pose.d_v) == 0:
-        return np.zeros((np.size(pose.d_v), n, n), dtype=complex), (0.0, 0.0), 0
     resolution = next((rung for error, rung in LADDER if tolerance >= error), LADDER[-1][1])
     react = _among_others if sensor.conductors else _alone
     change, check, bars = react(sensor, resolution, pose, frequency)
@@ -228,7 +216,7 @@ def _among_others(
         plates = section_plates(sensor, Pose(float(d_h), float(d_v), float(alpha)))
         check_apart(plates)
         answering, gap = _answering(sensor, plates, resolution, frequency)
-        source = filaments(coil_sections(sensor), gap, math.exp(-resolution.terms), None)
+        source = filaments(bars_of_coils(sensor), gap, math.exp(-resolution.terms), None)
         changes.append([coupled_reaction(answering, source, 2 * np.pi * frequency, finest) for finest in (0, 1)])
         most = max(most, sum(plate.prepared.bars for plate in answering))
     found = np.array(changes)
@@ -238,9 +226,9 @@ def _among_others(
 
 def _answering(
     sensor: Sensor, plates: tuple[Plate, ...], resolution: Resolution, frequency: float
-) -> tuple[tuple[Answering, ...], float]:
+) -> tuple[tuple[SectionPlate, ...], float]:
     """Plates prepared for their distances from the coils and each other, and the smallest distance from a coil."""
-    boxes = [coil_box(bars) for bars in coil_sections(sensor)]
+    boxes = [coil_box(bars) for bars in bars_of_coils(sensor)]
     found, nearest = [], np.inf
     for plate in plates:
         from_coils = min(distance(plate.corners, box) for box in boxes)
@@ -250,7 +238,7 @@ def _answering(
             raise ValueError(f"{plate.name}: must be clear of every coil's tracks in the section, got a coil within it")
         size, lengths = (plate.width, plate.thickness), _lengths(gap, 0.0, plate.conductivity, frequency)
         prepared = section_modes(size, plate.conductivity, resolution, lengths, None)
-        found.append(Answering(plate, prepared))
+        found.append(SectionPlate(plate, prepared))
         nearest = min(nearest, from_coils)
     return tuple(found), nearest
 
@@ -260,7 +248,7 @@ def section_modes(
     size: tuple[float, float], conductivity: float, resolution: Resolution, lengths: Lengths,
     return_radius: float | None,
 ) -> PreparedPlate:  # fmt: skip
-    """Return a prepared plate (`plate.prepare_plate`); kept for later."""
+    """Return a prepared plate (`section.plate.prepare_plate`); kept for later."""
     return prepare_plate(size, conductivity, resolution, lengths, return_radius)
 
 
@@ -272,7 +260,7 @@ def prepared_plate(sensor: Sensor, resolution: Resolution, gap: float, frequency
     size, conductivity = (target.extent[0], target.thickness), target.metal.conductivity
     winding = min(coil.turns * (coil.track_width + coil.track_gap) for coil in sensor.coils)
     lengths = _lengths(gap, winding, conductivity, frequency)
-    return section_modes(size, conductivity, resolution, lengths, _return_radius(sensor))
+    return section_modes(size, conductivity, resolution, lengths, return_radius(sensor))
 
 
 def _lengths(gap: float, winding: float, conductivity: float, frequency: float) -> Lengths:
@@ -283,7 +271,7 @@ def _lengths(gap: float, winding: float, conductivity: float, frequency: float) 
     closest = 2.0 ** math.floor(math.log2(gap))
     highest = 10.0 ** math.ceil(math.log10(frequency) - 1e-9)
     grain = min(_RIPPLE * closest, max(closest, winding / 6))
-    return Lengths(closest, grain, math.sqrt(1.0 / (math.pi * highest * mu_0 * conductivity)))
+    return Lengths(closest, grain, skin_depth(highest, conductivity))
 
 
 def _reaction(
@@ -291,8 +279,8 @@ def _reaction(
 ) -> tuple[Complex, Complex]:
     """Delta Z and its check, shape (p, n, n) [ohm/m], with so many digits (natural logarithm) in the coils' field."""
     omega = 2 * np.pi * frequency
-    radius = _return_radius(sensor)
-    source = filaments(coil_sections(sensor), float(np.min(clearance(sensor, pose))), math.exp(-terms), radius)
+    radius = return_radius(sensor)
+    source = filaments(bars_of_coils(sensor), float(np.min(clearance(sensor, pose))), math.exp(-terms), radius)
     c = plate.coefficients(samples(source, pose, plate.thickness, plate.nodes))
     U = None if radius is None else plate.coefficients(_circle_rows(pose, plate, radius))
     found = []

@@ -1,8 +1,8 @@
 """Planar finite element model: plates of any permeability, any number, over flat or curved coils; fields to look at.
 
 Per metre of depth, ``exp(+j omega t)``. Unknown: the complex vector potential along y [V s/m per A], whole in the
-plates and without the coils' known part in the air (equations, open boundary, source: `field_solve`). Every plate's
-skin is resolved by graded cells (`field_mesh`), from well above its thickness down to 1e-7 of its size; no surface
+plates and without the coils' known part in the air (equations, open boundary, source: `air.solve`). Every plate's
+skin is resolved by graded cells (`air.mesh`), from well above its thickness down to 1e-7 of its size; no surface
 impedance is needed.
 
 Each pose is solved with elements of order 2 and 3 on one mesh. The answer is that of order 3; what it adds to order 2,
@@ -24,20 +24,21 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.constants import mu_0
 from scipy.spatial import cKDTree
 
-from sits_mech.geometry.collision import check_clearance
-from sits_mech.geometry.plates import Plate, not_cut, section_plates
-from sits_mech.geometry.windings import check_frequency
-from sits_mech.magnetics.field_mesh import Division, Fineness, divide_plane, outline_samples
-from sits_mech.magnetics.field_solve import FieldSolution, element_errors, solve_field
-from sits_mech.magnetics.field_source import Track, coil_potentials, free_inductance, track_resistances, tracks
-from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, SolveReport, refuse_beside
-from sits_mech.sensor import Sensor
+from sits_mech.geometry.plates import Plate, not_cut, return_radius, section_plates
+from sits_mech.magnetics.air.mesh import Division, Fineness, divide_plane, outline_samples
+from sits_mech.magnetics.air.solve import FieldSolution, element_errors, solve_field
+from sits_mech.magnetics.air.source import Track, coil_potentials, free_inductance, tracks
+from sits_mech.magnetics.answer import Kind, Reaction, answer, check_asked
+from sits_mech.magnetics.coils.alone import section_resistances
+from sits_mech.magnetics.skin import skin_depth
+from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
+from sits_mech.scene.sensor import Sensor
+from sits_mech.threads import one_thread
+from sits_mech.units import checked_tolerance
 
-Complex = NDArray[np.complex128]
+_KIND = Kind("planar-fem", "H/m", beyond="sheets")
 # Division for a tolerance of 1e-3, measured against an independent high-order FEM.
 _DEFAULT = Fineness(skin=0.7, edge=0.5, growth=0.6, near=0.6, share=0.12, around=40)
 _MOST_UNKNOWNS = 300_000
@@ -135,6 +136,7 @@ class PlanarFem:
     sensor: Sensor
     tolerance: float
 
+    @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L and R [H/m, ohm/m] for one pose or many at `frequency` [Hz]; every pose is a mesh of its own.
 
@@ -147,36 +149,39 @@ class PlanarFem:
         SolveFailed
             If the tolerance is not reached.
         """
-        began = time.perf_counter()
-        refuse_beside("planar-fem", pose, "sheets")
-        check_clearance(self.sensor, pose)
-        axes = np.broadcast_arrays(*(np.asarray(v, dtype=float) for v in (pose.d_h, pose.d_v, pose.alpha)))
-        shape, n = axes[0].shape, len(self.sensor.coils)
-        flux, errors = np.zeros((*shape, n, n), dtype=complex), np.zeros((*shape, 2))
+        def alone() -> tuple[Array, Array]:
+            inductance = free_inductance(tracks(self.sensor), return_radius(self.sensor))
+            return inductance, section_resistances(self.sensor.coils)
+
+        return answer(_KIND, self.sensor, pose, frequency, alone, self._reaction)
+
+    def _reaction(self, pose: Pose, frequency: float) -> Reaction:
+        """What the plates do to the coils, every pose on a mesh of its own."""
+        places, n, omega = pose.components, len(self.sensor.coils), 2 * np.pi * frequency
+        flux, error = np.zeros((len(places), n, n), dtype=complex), np.zeros((len(places), 1, 1), dtype=complex)
         worst, residual, unknowns, solves = 0.0, 0.0, 0, 0
-        for index in np.ndindex(shape):
-            found = self.field(Pose(*(float(axis[index]) for axis in axes)), frequency)
+        for k, place in enumerate(places):
+            found = self._field(Pose.of(place), frequency)
             if found is None:
                 continue
-            flux[index], errors[index] = found.flux, found.errors()
+            flux[k], (error_L, error_R) = found.flux, found.errors()
+            error[k] = error_R + 1j * omega * error_L
             worst, residual = max(worst, found.relative_errors()[0]), max(residual, found.solution.residual)
             unknowns, solves = max(unknowns, found.solution.basis.N), solves + found.solves
-        coils, ground = tracks(self.sensor), _ground(self.sensor)
-        L0, symmetric = free_inductance(coils, ground), (flux + np.swapaxes(flux, -1, -2)) / 2
-        error_L, error_R = (np.broadcast_to(errors[..., k, None, None], flux.shape).copy() for k in (0, 1))
-        seconds = time.perf_counter() - began
-        missed = tuple(not_cut(self.sensor))
-        report = SolveReport("planar-fem", unknowns, solves, residual, worst, seconds, left_out=missed)
-        L, R = L0 + symmetric.real, -2 * np.pi * frequency * symmetric.imag
-        return Impedance(frequency, L, R, L0, track_resistances(coils), error_L, error_R, "H/m", report)
+        change = 1j * omega * (flux + np.swapaxes(flux, 1, 2)) / 2
+        return Reaction(change, error, worst, unknowns, solves, residual, left_out=tuple(not_cut(self.sensor)))
 
+    @one_thread
     def field(self, pose: Pose, frequency: float) -> PlanarField | None:
         """Return the field at one pose and `frequency` [Hz] to the model's tolerance; None if the scene has no plate.
 
         Raises as `impedance` does.
         """
-        check_frequency(self.sensor.coils, frequency)
-        check_clearance(self.sensor, pose)
+        check_asked(_KIND, self.sensor, pose, frequency)
+        return self._field(pose, frequency)
+
+    def _field(self, pose: Pose, frequency: float) -> PlanarField | None:
+        """The same, not checked."""
         plates = section_plates(self.sensor, pose)
         return _adapted(self, plates, 2 * np.pi * frequency) if plates else None
 
@@ -199,24 +204,17 @@ def planar_fem(sensor: Sensor, tolerance: float = 1e-3) -> PlanarFem:
         raise ValueError("coils.centre: planar-fem needs every coil on y = 0; model 'sheets' takes any place")
     if sensor.target is not None and sensor.target.shape == "outline":
         raise ValueError("target.shape: planar-fem has a rectangular section; model 'sheets' takes an outline")
-    if not 1e-7 <= tolerance < 1.0:
-        raise ValueError(f"tolerance: must lie between 1e-7 and 1, got {tolerance}")
-    return PlanarFem(sensor, tolerance)
-
-
-def _ground(sensor: Sensor) -> float | None:
-    """R_b of a target with free net current [m]."""
-    target = sensor.target
-    return target.planar_boundary_radius if target is not None and target.net_current == "free" else None
+    return PlanarFem(sensor, checked_tolerance(tolerance, 1e-7))
 
 
 def _adapted(model: PlanarFem, plates: tuple[Plate, ...], omega: float) -> PlanarField:
     """Divide, solve at both orders and refine until the tolerance is met."""
     began = time.perf_counter()
-    coils, ground = tracks(model.sensor), _ground(model.sensor)
+    coils, ground = tracks(model.sensor), return_radius(model.sensor)
     _check_coils(coils, plates, ground)
     bars = np.concatenate([coil.place for coil in coils])
-    depths = np.array([np.sqrt(2 / (omega * mu_0 * p.relative_permeability * p.conductivity)) for p in plates])
+    hertz = omega / (2 * np.pi)
+    depths = np.array([skin_depth(hertz, p.conductivity, p.relative_permeability) for p in plates])
     fineness = tuple(_DEFAULT.times(float(np.clip((model.tolerance / 1e-3) ** 0.25, 0.25, 1.5))) for _ in plates)
     solves = 0
     while True:

@@ -17,6 +17,9 @@ and the mean B (n_coefficients, n_elements) of each of its functions over each e
 leaves a pose to pay for the coefficients alone:
 
     Delta Z_cd = c_c^T Y(omega) c_d,    Y = omega^2 sum_k (B v_k) (B v_k)^T / (1 + j omega tau_k).
+
+Source: the integral formulation is that of R. Albanese and G. Rubinacci, Adv. Imaging Electron Phys. 102 (1998) 1; an
+expansion in the eigenvectors of two symmetric matrices, one of them positive: any text on linear algebra.
 """
 
 from __future__ import annotations
@@ -24,10 +27,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Complex
 
 
 @dataclass(frozen=True)
@@ -48,12 +50,12 @@ class Modes:
     coupling: Array
     shapes: Array
 
-    def admittance(self, omega: float) -> NDArray[np.complex128]:
+    def admittance(self, omega: float) -> Complex:
         """Return Y(omega) of the module docstring, shape (n, n), symmetric; omega [rad/s]."""
         weight = omega**2 / (1.0 + 1j * omega * self.tau)
         return np.asarray((self.coupling * weight) @ self.coupling.T)
 
-    def currents(self, omega: float) -> NDArray[np.complex128]:
+    def currents(self, omega: float) -> Complex:
         """Return the elements' currents for a unit of each field function, shape (elements, n)."""
         weight = -1j * omega / (1.0 + 1j * omega * self.tau)
         return np.asarray((self.shapes * weight) @ self.coupling.T)

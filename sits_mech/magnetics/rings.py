@@ -2,33 +2,31 @@
 
     (R + j omega L) i = -j omega g(d_v),    Delta Z = omega^2 g^T (R + j omega L)^-1 g,
 
-with the disc's rings, modes and field functions of `disc`, and L0 from `loops`. The disc is divided finer until two
-successive extrapolations in the cell size (of two divisions: the extrapolation and the finer one) agree to the
-tolerance, or their steps fall so fast that what is left does, at the poses and the frequency asked for.
+with the disc's rings, modes and field functions of `axis.disc`, and L0 from `coils.loops`. The disc is divided finer
+until two successive extrapolations in the cell size (of two divisions: the extrapolation and the finer one) agree to
+the tolerance, or their steps fall so fast that what is left does, at the poses and the frequency asked for.
 
 Range: non-magnetic disc, coaxial and parallel to the one coil; any frequency and thickness. The coil's tracks carry
-uniform current. An infinite plate or layers: `dodd_deeds`. Neglected: displacement current.
+uniform current. An infinite plate or layers: `axis.dodd_deeds`. Neglected: displacement current.
 """
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.constants import mu_0
 
-from sits_mech.geometry.collision import check_clearance
-from sits_mech.geometry.windings import check_frequency
-from sits_mech.magnetics.disc import Disc, DiscProblem, count_rings, prepare_disc
-from sits_mech.magnetics.loops import coil_inductances
-from sits_mech.magnetics.losses import track_resistance
-from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, SolveReport, refuse_beside
-from sits_mech.sensor import Coil, Sensor, Target
+from sits_mech.magnetics.answer import Kind, Reaction, answer
+from sits_mech.magnetics.axis.disc import Disc, DiscProblem, count_rings, prepare_disc
+from sits_mech.magnetics.coils.alone import free_inductances, track_resistances
+from sits_mech.magnetics.skin import skin_depth
+from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
+from sits_mech.scene.sensor import Coil, Sensor
+from sits_mech.threads import one_thread
+from sits_mech.units import checked_tolerance
 
-Complex = NDArray[np.complex128]
+_KIND = Kind("axisymmetric", "H", beyond="sheets")
 _MOST = 4200  # rings in half the disc: half a minute and a gigabyte
 _APART = 1e-9  # off the axis by less than this is coaxial [m]
 
@@ -47,6 +45,7 @@ class Axisymmetric:
     sensor: Sensor
     tolerance: float
 
+    @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L [H] and R [ohm] for one pose or many at `frequency` [Hz].
 
@@ -63,35 +62,23 @@ class Axisymmetric:
         SolveFailed
             If the tolerance asks for more rings than fit.
         """
-        began = time.perf_counter()
-        check_frequency(self.sensor.coils, frequency)
-        shape = np.broadcast(pose.d_h, pose.d_v, pose.alpha).shape
-        L0 = _free_inductance(self.sensor.coils)
-        R_dc = np.array([track_resistance(coil) for coil in self.sensor.coils])
-        if self.sensor.target is None:
-            zero = np.zeros((*shape, *L0.shape))
-            left_out = ("eddy currents: the scene has no target",)
-            report = SolveReport("axisymmetric", 0, 0, 0.0, 0.0, time.perf_counter() - began, left_out=left_out)
-            return Impedance(frequency, L0 + zero, zero, L0, R_dc, zero, zero, "H", report)
-        refuse_beside("axisymmetric", pose, "sheets")
-        check_clearance(self.sensor, pose)
+        def alone() -> tuple[Array, Array]:
+            return free_inductances(self.sensor.coils), track_resistances(self.sensor.coils)
+
+        return answer(_KIND, self.sensor, pose, frequency, alone, self._reaction)
+
+    def _reaction(self, pose: Pose, frequency: float) -> Reaction:
+        """What the disc does to the coil."""
         _check_coaxial(self.sensor.coils[0], pose)
-        d_v = np.broadcast_to(np.asarray(pose.d_v, dtype=float), shape).ravel()
-        change, error, rings, levels = self._change(self.sensor.target, d_v, frequency)
-        seconds = time.perf_counter() - began
+        change, error, rings, levels = self._change(np.asarray(pose.d_v), frequency)
         worst = float((error.imag / np.abs(change.imag)).max())
         note = f"disc as {rings} rings, extrapolated from {levels} levels of division"
         notes = (note, "spiral windings taken as rings") if self.sensor.coils[0].winding == "spiral" else (note,)
-        report = SolveReport("axisymmetric", rings, levels, 0.0, worst, seconds, notes=notes)
-        omega = 2 * np.pi * frequency
-        parts = (change.imag / omega, change.real, error.imag / omega, error.real)
-        delta_L, R, error_L, error_R = (part.reshape(*shape, 1, 1) for part in parts)
-        return Impedance(frequency, L0 + delta_L, R, L0, R_dc, error_L, error_R, "H", report)
+        return Reaction(change[:, None, None], error[:, None, None], worst, rings, levels, notes=notes)
 
-    def _change(self, target: Target, d_v: Array, frequency: float) -> tuple[Complex, Complex, int, int]:
+    def _change(self, d_v: Array, frequency: float) -> tuple[Complex, Complex, int, int]:
         """Divide finer until Delta Z [ohm] holds; with its errors, the rings and the levels."""
-        coil = self.sensor.coils[0]
-        problem = _problem(coil, target, (float(d_v.min()), float(d_v.max())), frequency)
+        problem = _problem(self.sensor, (float(d_v.min()), float(d_v.max())), frequency)
         asked = np.array([10 * self.tolerance, self.tolerance])
         values: list[Complex] = []
         limit: list[Complex] = []
@@ -131,12 +118,10 @@ def axisymmetric(sensor: Sensor, tolerance: float = 1e-3) -> Axisymmetric:
     ValueError
         If the scene is not axisymmetric; the message names the model for it.
     """
-    if not 0.0 < tolerance < 1.0:
-        raise ValueError(f"tolerance: must be between 0 and 1; got {tolerance}")
     reason = _reason_against(sensor)
     if reason:
         raise ValueError(f"axisymmetric: {reason}")
-    return Axisymmetric(sensor, tolerance)
+    return Axisymmetric(sensor, checked_tolerance(tolerance))
 
 
 def _reason_against(sensor: Sensor) -> str:
@@ -157,40 +142,47 @@ def _reason_against(sensor: Sensor) -> str:
     return ""
 
 
+def on_axis(coil: Coil, pose: Pose) -> bool:
+    """Tell whether poses leave a disc on a coil's axis, turned about it at most."""
+    tilted = np.any(pose.rotation[..., :2] != 0.0)
+    return not tilted and bool(np.all(_off_axis(coil, pose) <= _APART))
+
+
+def _off_axis(coil: Coil, pose: Pose) -> Array:
+    """Distance of the disc's middle from the coil's axis [m]."""
+    return np.asarray(np.linalg.norm(pose.centre[..., :2] - coil.centre, axis=-1))
+
+
 def _check_coaxial(coil: Coil, pose: Pose) -> None:
     """Refuse poses off the coil's axis."""
-    off = np.hypot(np.asarray(pose.d_h) - coil.centre[0], coil.centre[1])
-    if np.any(off > _APART):
+    if on_axis(coil, pose):
+        return
+    off, tilt = float(_off_axis(coil, pose).max()), float(np.degrees(np.abs(pose.rotation[..., :2]).max()))
+    if off > _APART:
         raise ValueError(
-            f"pose: the disc must be on the axis of coil {coil.name} for 'axisymmetric', it is {off.max() * 1e3:.4g} mm"
-            " off; use 'sheets'"
+            f"pose: the disc must be on the axis of coil {coil.name} for 'axisymmetric', it is {off * 1e3:.4g} mm off; "
+            "use 'sheets'"
         )
-    if np.any(np.asarray(pose.alpha) != 0.0):
-        tilt = np.degrees(np.abs(pose.alpha).max())
-        raise ValueError(f"pose: alpha must be 0 for 'axisymmetric', got {tilt:.4g} deg; use 'sheets'")
+    raise ValueError(f"pose: alpha and alpha_x must be 0 for 'axisymmetric', got {tilt:.4g} deg; use 'sheets'")
 
 
-def _problem(coil: Coil, target: Target, gaps: tuple[float, float], frequency: float) -> DiscProblem:
+def _problem(sensor: Sensor, gaps: tuple[float, float], frequency: float) -> DiscProblem:
     """What to divide the disc for: gaps rounded to half powers of two, the frequency up to a power of ten."""
+    target, coil = sensor.target, sensor.coils[0]
+    if target is None:
+        raise ValueError("target: the scene has none to divide")
     sigma = target.metal.conductivity
     top = 10.0 ** np.ceil(np.log10(frequency) - 1e-9)
     low, high = 2.0 ** (np.floor(2 * np.log2(gaps[0])) / 2), 2.0 ** ((np.floor(2 * np.log2(gaps[1])) + 1) / 2)
     radius = (target.diameter or 0.0) / 2
-    depth = float(1.0 / np.sqrt(np.pi * top * mu_0 * sigma))
     alike = coil.model_copy(update={"name": "C", "centre": (0.0, 0.0)})
-    return DiscProblem(radius, target.thickness, sigma, alike, (float(low), float(high)), depth)
+    return DiscProblem(radius, target.thickness, sigma, alike, (float(low), float(high)), skin_depth(top, sigma))
 
 
 @lru_cache(maxsize=6)
 def _prepared(problem: DiscProblem, level: int) -> Disc:
     """Divided discs, kept."""
     return prepare_disc(problem, level)
-
-
-@lru_cache(maxsize=16)
-def _free_inductance(coils: tuple[Coil, ...]) -> Array:
-    """Free-space inductances, kept [H]."""
-    return coil_inductances(coils)
 
 
 def _error(limit: list[Complex]) -> Array:

@@ -1,8 +1,8 @@
 """The three-dimensional model: coils as rings or spirals below, a plate of any outline above; absolute henry and ohm.
 
-The plate carries its own eddy-current modes (`sheet_modes`), found once for a range of clearance (a factor of two) and
-of frequency (a decade); a pose is then the coils' potential (`ring_field`) at a few Chebyshev points of the plate's
-bounding box and some small products (`sheet_coupling`),
+The plate carries its own eddy-current modes (`space.modes`), found once for a range of clearance (a factor of two) and
+of frequency (a decade); a pose is then the coils' potential (`coils.ring_field`) at a few Chebyshev points of the
+plate's bounding box and some small products (`space.coupling`),
 
     Delta Z_cd = omega^2 sum_k a_ck a_dk / (1 + j omega tau_k),    R = Re Delta Z,   L = L0 + Im Delta Z / omega.
 
@@ -10,49 +10,49 @@ Thin and thick skin regimes are one model: horizontal sheets, graded to the face
 stream function, joined at the rim by loops that pass from sheet to sheet. Two divisions, one with every cell
 of the other halved along each axis, differ by errors of second order: ``(4 Z_fine - Z_coarse) / 3`` is returned.
 Its distance from Z_fine is the estimated error; a third of it in the thin regime, where nothing but the smooth flow
-along the plate has to be resolved. In the thick regime uniform current in the first cell, of size h, is in doubt by
+along the plate has to be resolved. In the thick regime uniform current in the first cell, of size h, has an error of
 (h/delta)^2 / 12 of the resistance, which is added.
 
-Small gaps under wide plates (`sheet_near`): the plate is lifted to where its division carries the coils' field, and
-its answer carried down along the infinite plate; the estimated error holds what that leaves in doubt.
+Small gaps under wide plates (`space.near`): the plate is lifted to where its division carries the coils' field, and
+its answer carried down along the infinite plate; the estimated error holds what that leaves uncertain.
 
-Other metal (`sheet_neighbours`): plates parallel to the coils join with their own modes. A pose then costs some tenths
+Other metal (`space.neighbours`): plates parallel to the coils join with their own modes. A pose then costs some tenths
 of a second, or a second where such a plate is wide for its distance.
 
-Range: non-magnetic plates. Neglected: eddies in the coils' own tracks (`losses`), displacement current.
+Range: non-magnetic plates. Neglected: eddies in the coils' own tracks (`coils.losses`), displacement current.
+Source: eddy currents as unknowns of an integral equation, divergence-free by their shape functions: R. Albanese and
+G. Rubinacci, Adv. Imaging Electron Phys. 102 (1998) 1.
 """
 
 from __future__ import annotations
 
 import math
-import time
-from dataclasses import astuple, dataclass, replace
-from functools import lru_cache
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
-from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.outline import Outline
 from sits_mech.geometry.solids import PlacedPlate, lowest_points, overlapping, placed_plates
-from sits_mech.geometry.turns import rotation_matrix
-from sits_mech.geometry.windings import check_frequency, track_length
-from sits_mech.magnetics.loops import coil_inductances
-from sits_mech.magnetics.ring_field import spiral_inductances
-from sits_mech.magnetics.sheet_coupling import reactions
-from sits_mech.magnetics.sheet_loops import Complex
-from sits_mech.magnetics.sheet_modes import Sheeted
-from sits_mech.magnetics.sheet_near import FACTORS, averaged, carried_down, infinite_plate, under_plate
-from sits_mech.magnetics.sheet_neighbours import Answering, coupled_reactions
-from sits_mech.magnetics.sheet_rungs import LADDER, Rung, carried, field_length, prepared, skin_depth, unseen
-from sits_mech.materials import metals
-from sits_mech.quantities import Array, Impedance, Pose, SolveReport
-from sits_mech.sensor import Sensor
+from sits_mech.magnetics.answer import Kind, Reaction, answer, largest
+from sits_mech.magnetics.coils.alone import free_inductances, track_resistances
+from sits_mech.magnetics.skin import skin_depth
+from sits_mech.magnetics.space.coupling import reactions
+from sits_mech.magnetics.space.modes import Sheeted
+from sits_mech.magnetics.space.near import FACTORS, averaged, carried_down, infinite_plate, under_plate
+from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
+from sits_mech.magnetics.space.rungs import LADDER, Rung, carried, field_length, prepared, unseen
+from sits_mech.quantities import Array, Complex, Impedance, Pose
+from sits_mech.scene.sensor import Sensor
+from sits_mech.threads import one_thread
+from sits_mech.turns import rotation_matrix
+from sits_mech.units import checked_tolerance
 
+_KIND = Kind("sheets", "H")
 _PLATES = 1.5  # length on which another plate's field changes, over the distance
 
 
 @dataclass(frozen=True)
-class _Doubt:
+class Uncertainty:
     """How far to trust a result.
 
     Attributes
@@ -76,25 +76,25 @@ class _Divided:
 
     divisions: tuple[Sheeted, Sheeted]
     lowest: float
-    doubt: _Doubt
+    uncertainty: Uncertainty
     notes: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class _Changes:
-    """Delta Z on the fine and the coarse division, error of small gaps, unknowns, doubts of each plate, notes."""
+    """Delta Z on the fine and the coarse division, error of small gaps, unknowns, trust in each plate, notes."""
 
     fine: Complex
     coarse: Complex
     near: Complex
     unknowns: int
-    doubts: tuple[_Doubt, ...]
+    uncertainties: tuple[Uncertainty, ...]
     notes: tuple[str, ...]
 
-    def doubt(self) -> _Doubt:
+    def worst(self) -> Uncertainty:
         """The worst of all plates."""
-        doubts = [astuple(each) for each in self.doubts] or [astuple(_Doubt())]
-        return _Doubt(*(max(several) for several in zip(*doubts, strict=True)))
+        each = zip(*(astuple(uncertainty) for uncertainty in self.uncertainties), strict=True)
+        return Uncertainty(*(max(several) for several in each))
 
 
 @dataclass(frozen=True)
@@ -117,6 +117,7 @@ class Sheets:
     windings: str = "rings"
     outline: Outline | None = None
 
+    @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L and R [H, ohm] for one pose or many at `frequency` [Hz].
 
@@ -127,58 +128,41 @@ class Sheets:
         ValueError
             If the frequency is not positive, or beyond the coils' (`check_frequency`).
         """
-        check_clearance(self.sensor, pose)
-        found = self.impedance_at(rotation_matrix(pose.rotation), pose.centre, frequency)
-        return found if self.windings == "rings" else _against_rings(found, self.sensor)
+        def alone() -> tuple[Array, Array]:
+            return free_inductances(self.sensor.coils, self.windings), track_resistances(self.sensor.coils)
 
-    def impedance_at(self, rotation: Array, offset: Array, frequency: float) -> Impedance:
-        """Return L and R [H, ohm] for any rigid poses at `frequency` [Hz].
+        return answer(_KIND, self.sensor, pose, frequency, alone, self._reaction)
 
-        Parameters
-        ----------
-        rotation : ndarray, shape (..., 3, 3)
-            Takes the target's own axes to the scene's.
-        offset : ndarray, shape (..., 3)
-            Centre of the target's bottom face [m].
-        frequency : float
-        """
-        began = time.perf_counter()
-        check_frequency(self.sensor.coils, frequency)
-        shape = np.broadcast_shapes(np.shape(rotation)[:-2], np.shape(offset)[:-1])
-        turns = np.broadcast_to(rotation, (*shape, 3, 3)).reshape(-1, 3, 3)
-        places = np.broadcast_to(offset, (*shape, 3)).reshape(-1, 3)
-        n = len(self.sensor.coils)
-        found = self._changes(turns, places, frequency)
-        doubt = found.doubt()
-        change = ((4 * found.fine - found.coarse) / 3).reshape(*shape, n, n)
-        spread = (doubt.trust * (found.fine - found.coarse) / 3).reshape(*shape, n, n)
-        near = found.near.reshape(*shape, n, n)
-        omega = 2 * np.pi * frequency
-        scale = _largest(change.imag / omega)
-        error_L = _largest(spread.imag / omega) + _largest(near.imag / omega) + doubt.unseen * scale
-        error_R = _largest(spread.real) + _largest(near.real)
-        error_R = error_R + (doubt.unseen + doubt.skin) * _largest(change.real)
-        relative = float(np.max(error_L / np.where(scale > 0.0, scale, 1.0), initial=0.0))
-        L0 = free_space(self.sensor, self.windings)
-        R_dc = track_resistances(self.sensor)
-        report = SolveReport(
-            "sheets", found.unknowns, 1, 0.0, relative, time.perf_counter() - began, notes=found.notes
-        )
-        return Impedance(frequency, L0 + change.imag / omega, change.real, L0, R_dc, error_L, error_R, "H", report)
+    def _reaction(self, pose: Pose, frequency: float) -> Reaction:
+        """What the plates do to the coils: extrapolated, with what that leaves uncertain."""
+        found = self._changes(rotation_matrix(pose.rotation), pose.centre, frequency)
+        worst = found.worst()
+        change, step = (4 * found.fine - found.coarse) / 3, worst.trust * (found.fine - found.coarse) / 3
+        scale = largest(change.imag)
+        error_X = largest(step.imag) + largest(found.near.imag) + worst.unseen * scale
+        error_R = largest(step.real) + largest(found.near.real) + (worst.unseen + worst.skin) * largest(change.real)
+        relative = float(np.max(error_X / np.where(scale > 0.0, scale, 1.0), initial=0.0))
+        notes = (*found.notes, *self._winding_notes())
+        return Reaction(change, error_R + 1j * error_X, relative, found.unknowns, 1, notes=notes)
+
+    def _winding_notes(self) -> tuple[str, ...]:
+        """Say how far spiral windings are from rings."""
+        if self.windings == "rings":
+            return ()
+        spiral, rings = (np.diag(free_inductances(self.sensor.coils, kind)) for kind in (self.windings, "rings"))
+        step = float(np.max(np.abs(spiral / rings - 1.0)))
+        return (f"spiral windings: L0 differs from that of rings by up to {step:.2%}",)
 
     def _changes(self, turns: Array, places: Array, frequency: float) -> _Changes:
         """What the plates do to the coils."""
         sensor = self.sensor
         parts = placed_plates(sensor, self.outline, turns, places)
-        if not parts or places.size == 0:
-            none = np.zeros((places.shape[0], len(sensor.coils), len(sensor.coils)), dtype=complex)
-            return _Changes(none, none, none, 0, (), ())
         rung = next((rung for error, rung in LADDER if self.tolerance >= error), LADDER[-1][1])
         plates = [_divided(sensor, part, rung, frequency, alone=not sensor.conductors) for part in parts]
         notes = tuple(part.title + note for part, plate in zip(parts, plates, strict=True) for note in plate.notes)
         if sensor.conductors:
             both = zip(parts, plates, strict=True)
-            answering = [Answering(plate.divisions, part.turns, part.places) for part, plate in both]
+            answering = [SpacePlate(plate.divisions, part.turns, part.places) for part, plate in both]
             target = answering.pop(0) if sensor.target is not None else None
             fine, coarse = coupled_reactions(sensor.coils, self.windings, target, answering, frequency)
             fine, coarse = ((Z + np.swapaxes(Z, 1, 2)) / 2 for Z in (fine, coarse))
@@ -190,7 +174,7 @@ class Sheets:
                 low = plates[0].lowest * 1e3
                 notes = (*notes, f"gaps below {low:.3g} mm: carried down from there along the infinite plate")
         unknowns = sum(plate.divisions[0].unknowns for plate in plates)
-        return _Changes(fine, coarse, near, unknowns, tuple(plate.doubt for plate in plates), notes)
+        return _Changes(fine, coarse, near, unknowns, tuple(plate.uncertainty for plate in plates), notes)
 
 
 def sheets(
@@ -216,14 +200,12 @@ def sheets(
     refusal = not_representable(sensor)
     if refusal:
         raise ValueError(refusal)
-    if not 0.0 < tolerance < 1.0:
-        raise ValueError(f"tolerance: must lie between 0 and 1, got {tolerance}")
     windings = sensor.coils[0].winding if windings is None else windings
     if windings not in ("rings", "spiral"):
         raise ValueError(f'windings: must be "rings" or "spiral", got {windings!r}')
     if outline is not None and sensor.target is None:
         raise ValueError("outline: needs a scene with a target, whose thickness and metal it takes")
-    return Sheets(sensor, tolerance, windings, outline)
+    return Sheets(sensor, checked_tolerance(tolerance), windings, outline)
 
 
 def not_representable(sensor: Sensor) -> str | None:
@@ -241,30 +223,6 @@ def not_representable(sensor: Sensor) -> str | None:
     return overlapping(sensor)
 
 
-@lru_cache(maxsize=32)
-def free_space(sensor: Sensor, windings: str = "rings") -> Array:
-    """Return the coils' inductance matrix without target, shape (n, n) [H]."""
-    return spiral_inductances(sensor.coils) if windings == "spiral" else coil_inductances(sensor.coils)
-
-
-def track_resistances(sensor: Sensor) -> Array:
-    """Direct-current resistance of each coil's copper tracks [ohm], shape (n,)."""
-    sigma = metals()["copper"].conductivity
-    return np.array([track_length(c) / (sigma * c.track_width * c.track_thickness) for c in sensor.coils])
-
-
-def _against_rings(found: Impedance, sensor: Sensor) -> Impedance:
-    """Say how far spiral windings are from rings."""
-    step = float(np.max(np.abs(np.diag(found.L0) / np.diag(free_space(sensor)) - 1.0)))
-    note = f"spiral windings: L0 differs from that of rings by up to {step:.2%}"
-    return replace(found, report=replace(found.report, notes=(*found.report.notes, note)))
-
-
-def _largest(matrices: Array) -> Array:
-    """Largest entry of each matrix in size, for all its entries."""
-    return np.broadcast_to(np.abs(matrices).max(axis=(-2, -1), keepdims=True), matrices.shape)
-
-
 def _divided(sensor: Sensor, part: PlacedPlate, rung: Rung, frequency: float, *, alone: bool) -> _Divided:
     """Prepare a plate for its clearance; alone, not for smaller ones than its polynomials carry."""
     scale = math.ceil(math.log10(frequency) - 1e-9)
@@ -276,11 +234,11 @@ def _divided(sensor: Sensor, part: PlacedPlate, rung: Rung, frequency: float, *,
     if not alone:
         length = min(length, _PLATES * middle)
     fine, coarse = prepared(part.plate, part.outline, rung, (octave, scale, reach, length))
-    depth, missed = skin_depth(part.plate, frequency), unseen(fine.box)
+    depth, missed = skin_depth(frequency, part.plate.metal.conductivity), unseen(fine.box)
     thin = depth > part.plate.thickness
-    first = rung.skin * skin_depth(part.plate, 10.0**scale) / (1.0 + math.sqrt(rung.growth))
-    doubt = _Doubt(1.0 / 3.0 if thin else 1.0, missed, 0.0 if thin else (first / depth) ** 2 / 12)
-    return _Divided((fine, coarse), 2.0**octave, doubt, _notes(part.plate.thickness / depth, fine.sheets, missed))
+    first = rung.skin * skin_depth(10.0**scale, part.plate.metal.conductivity) / (1.0 + math.sqrt(rung.growth))
+    trust = Uncertainty(1.0 / 3.0 if thin else 1.0, missed, 0.0 if thin else (first / depth) ** 2 / 12)
+    return _Divided((fine, coarse), 2.0**octave, trust, _notes(part.plate.thickness / depth, fine.sheets, missed))
 
 
 def _alone(

@@ -2,11 +2,12 @@
 
 The pad is bonded to the rigid ground over its whole lower face and carries an exactly rigid target, a rectangle or a
 disc, bonded centred on its upper face. A wrench (F_x, F_z, M) leaves the plane y = 0 a plane of symmetry: half the pad
-is meshed, the target moves by (d_h, d_z) and turns by alpha about y. Equations: block_forms.py (pad), target.py (rigid
-target), path.py (solution). Pose: ``d_v = standoff + t - sink``.
+is meshed, the target moves by (d_h, d_z) and turns by alpha about y; what that symmetry hides is held against falling
+sideways, too. F_y, M_x or M_z take the whole pad, the same cells and their mirror image. Equations: element/kernel.py
+(pad), element/target.py (rigid target), rest/ (solution). Pose: ``d_v = standoff + t - sink``.
 
-Meshes: block_mesh.py, graded towards the bonded corners. Where such a mesh does not carry a load at once, a milder one
-is tried, and at last a guarded one (block_energy.py), in steps as small as it needs.
+Meshes: pad/solid.py, graded towards the bonded corners. Where such a mesh does not carry a load at once, a milder one
+is tried, and at last one with a guard on J, in steps as small as it needs (rest/retry.py).
 
 Error. Every pose is solved on two meshes of graded cells and extrapolated from both, as if the error went with the
 square of the size of the cells; what that adds to the finer mesh's pose is called its error, that of order 1.5 with
@@ -14,47 +15,39 @@ contact and of flush pads, which may fold, and no component is called better tha
 `report.estimated_error` is the largest over the target's displacement, an angle counted at the target's end.
 Deformation and `min_J` are those of the finer mesh. On a mesh of the user's own the two are one mesh with linear and
 with constant pressures: one too stiff, the other too soft, in every case that was tried; the pose is their mean, of
-hexahedra the stiffer one, and half their difference, with contact all of it, its error (block_user.py).
+hexahedra the stiffer one, and half their difference, with contact all of it, its error (pad/user.py).
 
-Contact of the free faces with ground and target (scene key `elastomer.contact`, block_contact.py) is "never" solved,
-"always", or, "auto", where a free face folds onto one of them: from the rest without contact, or else along a path of
-its own; where neither gets there, the answer is that without, and its error the whole displacement. The notes say
-which.
+Contact of the free faces with ground and target (scene key `elastomer.contact`, faces/contact.py) is "never" solved,
+"always", or, "auto", where a free face folds onto one of them.
 
 Range: boxes, cylinders and meshes of the user's under rectangles and discs, every law. Neglected: viscosity, gravity,
-friction, loads out of the plane of symmetry, faces that touch themselves.
+friction, faces that touch themselves.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from sits_mech.mechanics.answer import law_notes, load_words
-from sits_mech.mechanics.block_contact import placed, softened
-from sits_mech.mechanics.block_folds import LEFT_OUT, fold_notes, solid_folds
-from sits_mech.mechanics.block_forms import solid_deformation
-from sits_mech.mechanics.block_full import whole_equilibrium
-from sits_mech.mechanics.block_mesh import (
-    Solid,
-    bonded_block,
-    edge_notes,
-    flush,
-    outlines,
-    pad_parts,
-    shares,
-)
-from sits_mech.mechanics.block_user import meshed_pad
-from sits_mech.mechanics.forms import Indices
-from sits_mech.mechanics.pad import wrench_between
-from sits_mech.mechanics.path import REASONS, Bonded, State, follow, packed, rest
-from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
-from sits_mech.sensor import Sensor
+from sits_mech.mechanics.element.kernel import deformation
+from sits_mech.mechanics.element.mesh import Indices
+from sits_mech.mechanics.pad.lines import flush, outlines
+from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, pad_parts, pad_scales, pair_of
+from sits_mech.mechanics.pad.user import meshed_pad
+from sits_mech.mechanics.rest.body import Bonded
+from sits_mech.mechanics.rest.control import Control, under
+from sits_mech.mechanics.rest.pairs import Pair, Solved, law_notes, load_words
+from sits_mech.mechanics.rest.path import reason_words
+from sits_mech.mechanics.rest.retry import Line, settled
+from sits_mech.quantities import Array, Equilibrium, SolveFailed, Wrench
+from sits_mech.scene.sensor import Sensor
+from sits_mech.threads import one_thread
+from sits_mech.units import checked_tolerance
 
 # Grading towards the target's edge and guard on J, in the order they are tried; beside the target, and flush with it.
 _KINDS = ((2.5, 0.0), (1.5, 0.0), (2.0, 5.0))
@@ -62,27 +55,10 @@ _FLUSH = ((2.0, 0.0), (1.5, 0.0), (2.0, 5.0))
 _GUARDS = (0.0, 5.0)  # on J, on a mesh of the user's own
 # Asked error of the pose -> cells through the thickness, fine and coarse.
 _LADDER = ((1e-2, (2, 1)), (3e-3, (3, 2)), (0.0, (4, 3)))
-_SHARE = 0.25  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
-_WORK = 1.5e6  # iterations times unknowns that a load path is given: a minute on the largest mesh
-_PATIENCE = (0.6, 1e-2)  # smallest increment of the load path where another mesh waits, and where none does
-_GIVE = 1e-4  # thicknesses over which the pressure of contact builds up
-_SOFTER = (100.0, 10.0)  # times that, on the way from rest without contact
-
-
-class Meshes:
-    """Pairs of meshes, that of the answer and that of its error estimate: the first made at once, to refuse what has
-    none, the others when they are asked for.
-    """
-
-    def __init__(self, makers: Iterable[Callable[[], tuple[Solid, Solid]]]) -> None:
-        self._made = [cache(maker) for maker in makers]
-        self._made[0]()
-
-    def __len__(self) -> int:
-        return len(self._made)
-
-    def __getitem__(self, number: int) -> tuple[Solid, Solid]:
-        return self._made[number]()
+_MOST = 1.5e6  # iterations times unknowns that a load path is given: a minute on the largest mesh
+_SMALLEST = (1e-2, 0.6)  # increment of the load path where no other mesh waits, and where one does
+_DEPTH = 1e-4  # thicknesses over which the pressure of contact builds up
+_SOFTLY = (100.0, 10.0)  # times that, on the way from rest without contact
 
 
 @dataclass(frozen=True)
@@ -94,17 +70,22 @@ class BlockPad:
     sensor : Sensor
     tolerance : float
         Asked error of the pose over the size of the displacement; an answer that misses it says so.
-    meshes : Meshes
-        In the order in which they are tried.
-    touching : int
-        How many at the end have contact: those before them once more; 0 where that is the same for all.
     """
 
     sensor: Sensor
     tolerance: float
-    meshes: Meshes
-    touching: int = 0
 
+    @cached_property
+    def half(self) -> Line:
+        """Meshes of half the pad in the order they are tried; of the whole one where the user's mesh is."""
+        return meshes_in_line(self.sensor, self.tolerance, whole=False)
+
+    @cached_property
+    def whole(self) -> Line:
+        """Meshes of the whole pad."""
+        return meshes_in_line(self.sensor, self.tolerance, whole=True)
+
+    @one_thread
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the equilibrium under `wrench` [N, N m], reached from `start` or from rest.
 
@@ -113,25 +94,30 @@ class BlockPad:
         SolveFailed
             If the load path ends before the wrench; its `last` is the last equilibrium on the way.
         """
-        began = time.perf_counter()
         if not np.all(np.isfinite(wrench.components)):
             raise ValueError(f"wrench: must be finite numbers, got {load_words(vars(wrench))}")
-        if wrench.beside:
-            return whole_equilibrium(self.sensor, wrench, self.tolerance)
-        last, part = _reached(self, start, wrench)
-        report = replace(last.report, seconds=time.perf_counter() - began)
-        if part == 1.0:
+        return self.controlled(under(wrench), start=start)
+
+    @one_thread
+    def controlled(self, control: Control, *, start: Equilibrium | None = None) -> Equilibrium:
+        """Return the equilibrium with forces or places of the target given, reached from `start` or from rest.
+
+        Its `wrench` holds the forces, given or found. Errors as of `equilibrium`.
+        """
+        began = time.perf_counter()
+        line = self.whole if control.beside else self.half
+        solved = settled(line, start, control)
+        found = solved.found
+        report = replace(found.report, model="block", seconds=time.perf_counter() - began)
+        report = replace(report, notes=(*report.notes, *edge_notes(self.sensor)))
+        if solved.part == 1.0:
             missed = report.estimated_error > self.tolerance
             notes = (f"the estimated error is above the tolerance {self.tolerance:g}",) if missed else ()
-            return replace(last, report=replace(report, notes=(*report.notes, *notes)))
-        report = replace(report, status="load path ended", notes=(*report.notes, f"reached {part:.1%} of the path"))
-        message = (
-            f"wrench: the pad could be followed to {load_words(vars(last.wrench))} ({part:.1%} of the path), "
-            f"not to {load_words(vars(wrench))}; smallest volume ratio there {report.min_J:.3g}; {_why(self, last)}"
-        )
-        raise SolveFailed(message, report, replace(last, report=report))
+            return replace(found, report=replace(report, notes=(*report.notes, *notes)))
+        raise _ended(line, control, solved._replace(found=replace(found, report=report)))
 
 
+@one_thread
 def block_pad(sensor: Sensor, tolerance: float = 2e-2) -> BlockPad:
     """Return the finite-strain model of a box or cylinder of silicone under a rectangular or round target.
 
@@ -148,19 +134,45 @@ def block_pad(sensor: Sensor, tolerance: float = 2e-2) -> BlockPad:
     ValueError
         For a scene without target or elastomer, a target of another shape, or a tolerance outside (0, 1).
     """
-    if not 0.0 < tolerance < 1.0:
-        raise ValueError(f"tolerance: must lie between 0 and 1, got {tolerance}")
-    pair = next(cells for error, cells in _LADDER if tolerance >= error)
+    pad_parts(sensor)
+    pad = BlockPad(sensor, checked_tolerance(tolerance))
+    _ = pad.half[0]  # refuses a pad that has no mesh
+    return pad
+
+
+def meshes_in_line(sensor: Sensor, tolerance: float, *, whole: bool) -> Line:
+    """Return the pairs of meshes of a pad in the order they are tried; arguments as of `block_pad`.
+
+    Raises
+    ------
+    ValueError
+        For half a mesh of the user's where the whole pad is asked for.
+    """
     target, elastomer = pad_parts(sensor)
-    gives = {"never": (0.0,), "always": (_GIVE,), "auto": (0.0, _GIVE)}[elastomer.contact]
-    makers: list[Callable[[float], tuple[Solid, Solid]]]
+    cells = next(cells for error, cells in _LADDER if tolerance >= error)
+    depths = {"never": (0.0,), "always": (_DEPTH,), "auto": (0.0, _DEPTH)}[elastomer.contact]
+    solids: list[Callable[[float], tuple[Solid, Solid]]]
     if elastomer.mesh is not None:
-        makers = [partial(meshed_pad, sensor, guard) for guard in _GUARDS]
+        solids = [partial(meshed_pad, sensor, guard) for guard in _GUARDS]
+        share = solids[0](0.0)[0].share
+        if whole and share < 1.0:
+            raise ValueError(f"{elastomer.mesh}: must be of the whole pad under F_y, M_x or M_z; got half of it")
     else:
-        kinds = _FLUSH if flush(*outlines(target, elastomer)) else _KINDS
-        makers = [partial(_pair, sensor, pair, kind) for kind in kinds]
-    meshes = Meshes(partial(maker, give) for give in gives for maker in makers)
-    return BlockPad(sensor, tolerance, meshes, len(makers) if elastomer.contact == "auto" else 0)
+        kinds, share = _FLUSH if flush(*outlines(target, elastomer)) else _KINDS, 1.0 if whole else 0.5
+        solids = [partial(_solids, sensor, cells, kind, whole) for kind in kinds]
+    makers = [partial(_pair, maker, depth) for depth in depths for maker in solids]
+    last = len(solids) - 1  # may be one that only a pad without contact needs: it has no twin
+    twins = tuple(len(solids) + k if k < last and len(depths) > 1 else None for k in range(len(solids)))
+    return Line(
+        sensor, pad_scales(sensor, share), makers, twins, _SMALLEST, softly=_SOFTLY, most=_MOST
+    )  # fmt: skip
+
+
+def solved_body(model: BlockPad, equilibrium: Equilibrium) -> Bonded:
+    """Return the meshed pad that an equilibrium of the model was solved on, the finer one."""
+    number, size = int(equilibrium.state[0]), equilibrium.state.size - 1
+    pair = model.half[number]
+    return (pair if pair.size == size else model.whole[number]).fine
 
 
 def deformed_section(model: BlockPad, equilibrium: Equilibrium) -> tuple[Array, Indices, Array]:
@@ -176,15 +188,16 @@ def deformed_section(model: BlockPad, equilibrium: Equilibrium) -> tuple[Array, 
         Mean volume ratio of each one's cell.
     """
     _, elastomer = pad_parts(model.sensor)
-    solid = model.meshes[int(equilibrium.state[0])][0]
-    section = solid.body.mesh
-    u = equilibrium.state[1 : 1 + section.nodes.size].reshape(-1, 3)
-    points = (section.nodes + u)[:, [0, 2]] * elastomer.thickness + (0.0, elastomer.standoff)
-    mean = solid_deformation(section, u.ravel())[1].mean(axis=1)
-    bent = solid.middle[:, 3] != solid.middle[:, 4]
-    quarters = _quarters(section.nodes, solid.middle[bent, 1:])
-    quads = np.concatenate([quarters, solid.middle[~bent, 1:]])
-    return points, quads, mean[np.concatenate([np.repeat(solid.middle[bent, 0], 4), solid.middle[~bent, 0]])]
+    body = solved_body(model, equilibrium)
+    mesh, middle = body.mesh, body.faces.middle
+    if middle is None:
+        raise ValueError("mesh: must know its faces in the plane y = 0")
+    u = equilibrium.state[1 : 1 + mesh.nodes.size].reshape(-1, 3)
+    points = (mesh.nodes + u)[:, [0, 2]] * elastomer.thickness + (0.0, elastomer.standoff)
+    mean = deformation(mesh, u.ravel())[1].mean(axis=1)
+    bent = middle[:, 3] != middle[:, 4]
+    quads = np.concatenate([_quarters(mesh.nodes, middle[bent, 1:]), middle[~bent, 1:]])
+    return points, quads, mean[np.concatenate([np.repeat(middle[bent, 0], 4), middle[~bent, 0]])]
 
 
 def _quarters(nodes: Array, faces: Indices) -> Indices:
@@ -198,149 +211,33 @@ def _quarters(nodes: Array, faces: Indices) -> Indices:
     return np.stack(parts, axis=-1).reshape(-1, 4)
 
 
-def _pair(sensor: Sensor, cells: tuple[int, int], kind: tuple[float, float], give: float) -> tuple[Solid, Solid]:
-    """Two meshes of one kind; the coarse one gives over twice the length."""
-    fine, coarse = cells
-    return bonded_block(sensor, fine, *kind, give), bonded_block(sensor, coarse, *kind, 2.0 * give)
-
-
-def _reached(pad: BlockPad, start: Equilibrium | None, wrench: Wrench) -> tuple[Equilibrium, float]:
-    """The last equilibrium towards a wrench, with contact where it counts, and how much of the path that is."""
-    free, count = len(pad.meshes) - pad.touching, len(pad.meshes)
-    if start is not None and free <= start.state[0] < count:  # a neighbour in contact
-        last, part = _tried(pad, int(start.state[0]), start, wrench)
-        if part == 1.0:
-            return last, part
-    last, part = _farthest(pad, range(free), start, wrench)
-    if not (pad.touching and _touches(pad, last)):
-        return last, part
-    twin = free + int(last.state[0])
-    if part == 1.0 and twin < count - 1:  # the last mesh may be one that only a pad without contact needs
-        other, farther = _tried(pad, twin, _eased(pad, twin, last), wrench)
-        if farther == 1.0:
-            return other, farther
-    other, farther = _farthest(pad, range(free, count), start, wrench)
-    return (other, farther) if farther >= part else (_without_contact(pad, last), part)
-
-
-def _without_contact(pad: BlockPad, found: Equilibrium) -> Equilibrium:
-    """An answer that needs contact and has none: its error is the whole displacement."""
-    target, elastomer = pad_parts(pad.sensor)
-    lever, pose = 0.5 * target.extent[0], found.pose
-    moved = (pose.d_h, pose.d_v - elastomer.standoff - elastomer.thickness, lever * pose.alpha)
-    size = max(abs(float(value)) for value in moved)
-    report = replace(found.report, estimated_error=1.0, notes=(*found.report.notes, LEFT_OUT))
-    return replace(found, error=Pose(size, size, size / lever), report=report)
-
-
-def _eased(pad: BlockPad, number: int, found: Equilibrium) -> Equilibrium:
-    """An equilibrium without contact as a start with it, let in softly: faces stand deep behind planes at first."""
-    states = []
-    goal = _scaled(pad.sensor, found.wrench) * pad.meshes[number][0].share
-    halves = np.split(found.state[1:], [_size(pad.meshes[number][0].body)])
-    for solid, half in zip(pad.meshes[number], halves, strict=True):
-        state = _unpacked(solid.body, half)
-        for factor in _SOFTER:
-            body = replace(solid.body, parts=softened(solid.body.parts, factor))
-            state = follow(body, state, (goal, goal), smallest=1.0).state
-        states.append(packed(state))
-    return replace(found, state=np.concatenate([[number], *states]))
-
-
-def _farthest(pad: BlockPad, numbers: range, start: Equilibrium | None, wrench: Wrench) -> tuple[Equilibrium, float]:
-    """Of some pairs of meshes, the first that gets there, or else the farthest."""
-    last, part = _tried(pad, numbers[0], start, wrench)
-    for number in numbers[1:]:
-        if part == 1.0:
-            break
-        other, farther = _tried(pad, number, start, wrench)
-        if farther > part:
-            last, part = other, farther
-    return last, part
-
-
-def _touches(pad: BlockPad, found: Equilibrium) -> bool:
-    """Whether a free face lies on or behind ground or target."""
-    solid = pad.meshes[int(found.state[0])][0]
-    state = _unpacked(solid.body, found.state[1 : 1 + _size(solid.body)])
-    return solid_folds(solid, state.u, *placed(state.q)).touch
-
-
-def _why(pad: BlockPad, last: Equilibrium) -> str:
-    """What may have ended a load path: the law, by its notes, and how the path ended."""
-    body = pad.meshes[int(last.state[0])][0].body
-    u = last.state[1 : 1 + body.mesh.nodes.size]
-    return "; ".join((*law_notes(pad.sensor, body, u), last.report.notes[-1]))
-
-
-def _tried(pad: BlockPad, number: int, start: Equilibrium | None, wrench: Wrench) -> tuple[Equilibrium, float]:
-    """The last equilibrium towards a wrench on one pair of meshes, and how much of the path that is."""
-    solids, count = pad.meshes[number], len(pad.meshes)
-    patience = _PATIENCE[number + 1 in (count, count - pad.touching)]
-    bodies = (solids[0].body, solids[1].body)
-    states, before = [rest(body) for body in bodies], Wrench()
-    if start is not None and start.state.size == 1 + sum(map(_size, bodies)) and start.state[0] == number:
-        first, second = np.split(start.state[1:], [_size(bodies[0])])
-        states, before = [_unpacked(bodies[0], first), _unpacked(bodies[1], second)], start.wrench
-    share = solids[0].share
-    begin, end = _scaled(pad.sensor, before) * share, _scaled(pad.sensor, wrench) * share
-    coarse = follow(bodies[1], states[1], (begin, end), smallest=patience, most=_WORK / len(bodies[1].free))
-    end = begin + coarse.reached * (end - begin)
-    fine = follow(bodies[0], states[0], (begin, end), smallest=patience, most=_WORK / len(bodies[0].free))
-    part, reason = coarse.reached * fine.reached, fine.reason or coarse.reason
-    if fine.reached < 1.0:  # both must rest under one load for the error to mean something
-        end = begin + fine.reached * (end - begin)
-        coarse = follow(bodies[1], states[1], (begin, end), smallest=patience)
-    found = _answer(pad.sensor, solids, (fine.state, coarse.state), wrench_between(before, wrench, part))
-    found = replace(found, state=np.concatenate([[number], found.state]))
-    if part < 1.0:
-        found = replace(found, report=replace(found.report, notes=(*found.report.notes, REASONS[reason])))
-    return found, part
-
-
-def _answer(sensor: Sensor, solids: tuple[Solid, Solid], found: tuple[State, State], wrench: Wrench) -> Equilibrium:
-    """Equilibrium with its errors from the two meshes."""
-    body, (fine, coarse) = solids[0].body, found
-    _, elastomer = pad_parts(sensor)
-    t = elastomer.thickness
-    size, lever = np.array([t, t, 1.0]), np.array([1.0, 1.0, float(body.X.max()) * t])
-    added, owned = shares(*solids)
-    apart = fine.q - coarse.q
-    at_end = owned * np.abs(apart) * size * lever
-    at_end = np.maximum(at_end, _SHARE * at_end.max())
-    q = fine.q + added * apart
-    displaced = float(np.max(np.abs(q) * size * lever))
-    report = SolveReport(
-        "block", len(body.free) + 3, fine.iterations + coarse.iterations, fine.residual,
-        float(at_end.max()) / displaced if displaced > 0.0 else 0.0, 0.0,
-        notes=(*_notes(sensor, solids[0], fine), *edge_notes(sensor)), min_J=fine.min_J,
+def _solids(
+    sensor: Sensor, cells: tuple[int, int], kind: tuple[float, float], whole: bool, depth: float
+) -> tuple[Solid, Solid]:
+    """Two meshes of one kind; the coarse one has twice the contact depth."""
+    fine, coarse = (
+        bonded_block(sensor, count, *kind, soft * depth, whole=whole)
+        for count, soft in zip(cells, (1.0, 2.0), strict=True)
     )
-    d_h, d_z, alpha = (float(value) for value in q * size)
-    error = Pose(*(float(value) for value in at_end / lever))
-    state = np.concatenate([packed(fine), packed(coarse)])
-    return Equilibrium(wrench, Pose(d_h, elastomer.standoff + t + d_z, alpha), error, state, report)
+    return fine, coarse
 
 
-def _notes(sensor: Sensor, solid: Solid, state: State) -> tuple[str, ...]:
-    """Sentences about the free faces and the law."""
-    target, elastomer = pad_parts(sensor)
-    seen = fold_notes(solid, state.u, *placed(state.q), target.thickness / elastomer.thickness)
-    return (*seen, *law_notes(sensor, solid.body, state.u))
+def _pair(maker: Callable[[float], tuple[Solid, Solid]], depth: float) -> Pair:
+    """A pair of meshes with a contact depth."""
+    return pair_of(*maker(depth))
 
 
-def _scaled(sensor: Sensor, wrench: Wrench) -> Array:
-    """F_x, F_z, M in the body's scales."""
-    _, elastomer = pad_parts(sensor)
-    t, mu = elastomer.thickness, elastomer.silicone.shear_modulus
-    return np.array([wrench.F_x, wrench.F_z, wrench.M / t]) / (mu * t**2)
-
-
-def _size(body: Bonded) -> int:
-    """Length of a packed state."""
-    return int(body.mesh.nodes.size + 3 + np.prod(body.mesh.chi.shape[:2]))
-
-
-def _unpacked(body: Bonded, array: Array) -> State:
-    """State from one array."""
-    u, q, p = np.split(array, [body.mesh.nodes.size, body.mesh.nodes.size + 3])
-    return State(u, q, p.reshape(body.mesh.chi.shape[:2]), min_J=float(solid_deformation(body.mesh, u)[1].min()))
+def _ended(line: Line, control: Control, solved: Solved) -> SolveFailed:
+    """Return what says where a load path ended, and why."""
+    last, part, reason = solved
+    body = line[int(last.state[0])].fine
+    laws = law_notes(line.sensor, body, last.state[1 : 1 + body.mesh.nodes.size])
+    why = (*laws, reason_words(reason, line.smallest[0]))
+    report = replace(
+        last.report, status="load path ended", notes=(*last.report.notes, why[-1], f"reached {part:.1%} of the path")
+    )
+    message = (
+        f"wrench: the pad could be followed to {load_words(vars(last.wrench))} ({part:.1%} of the path), "
+        f"not to {load_words(control.given)}; smallest volume ratio there {report.min_J:.3g}; {'; '.join(why)}"
+    )
+    return SolveFailed(message, report, replace(last, report=report))

@@ -25,8 +25,11 @@ import numpy as np
 from scipy.optimize import brentq
 
 from sits_mech.quantities import Wrench
+from sits_mech.scene.sensor import Sensor
 
 SHEAR_EDGES = 0.2308  # thicknesses by which the two free edges shorten an incompressible strip in shear
+LONG = 10.0
+"""Widths of a pad, or of a target, from which on its length stands for the depth of a planar model."""
 
 
 def compression_modulus(shear_modulus: float, bulk_modulus: float, shape_factor: float) -> float:
@@ -140,3 +143,9 @@ def _decay(shear_modulus: float, bulk_modulus: float, shape_factor: float) -> fl
             f"got mu = {shear_modulus}, K = {bulk_modulus}, S = {shape_factor}"
         )
     return float(np.sqrt(12.0 * shear_modulus / bulk_modulus) * shape_factor)
+
+
+def finite_strain_model(sensor: Sensor) -> str:
+    """Return the model to ask for where strains are finite: "planar" for a long pad, "block" for any other."""
+    elastomer = sensor.elastomer
+    return "planar" if elastomer is None or elastomer.extent[1] >= LONG * elastomer.extent[0] else "block"

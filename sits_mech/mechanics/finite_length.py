@@ -3,7 +3,7 @@
     factor = k_planar / k_3D,    k in shear (tilt locked), in compression and in tilt, about the bonded face's centre.
 
 The planar model spreads a force over the elastomer's length, a target that is shorter or narrower than its pad makes it
-too stiff by the factor. k_3D is extrapolated from two meshes (block_mesh.py) as if the error went with the square of
+too stiff by the factor. k_3D is extrapolated from two meshes (pad/solid.py) as if the error went with the square of
 the cells' size. What goes on at the ends of a long pad does not depend on its length: beyond 20 thicknesses and three
 of the target's widths only the ends are meshed, and the middle is plane strain. Under a target wider than 30
 thicknesses the pad is lubricated: with ``K t^2`` kept the factors depend on t/w by the edges alone, so that they are
@@ -19,11 +19,14 @@ from functools import lru_cache
 
 import numpy as np
 
-from sits_mech.mechanics.block_mesh import bonded_block, flush, outlines, pad_parts
 from sits_mech.mechanics.layer import linear_layer
-from sits_mech.mechanics.path import compliance, rest
+from sits_mech.mechanics.pad.lines import flush, outlines
+from sits_mech.mechanics.pad.solid import bonded_block, pad_parts
+from sits_mech.mechanics.rest.body import rest
+from sits_mech.mechanics.rest.newton import compliance
 from sits_mech.quantities import Array
-from sits_mech.sensor import Elastomer, Sensor, Target
+from sits_mech.scene.sensor import Elastomer, Sensor, Target
+from sits_mech.threads import one_thread
 
 _LADDER = ((1e-2, (2, 1)), (0.0, (3, 2)))  # asked error -> cells through the thickness, fine and coarse
 _GRADING = (2.5, 2.0)  # beside the target, and flush with it
@@ -54,6 +57,7 @@ class FiniteLength:
 
 
 @lru_cache(maxsize=8)
+@one_thread
 def finite_length_factor(sensor: Sensor) -> FiniteLength:
     """Return by how much plane strain is too stiff for a sensor's pad.
 
@@ -102,6 +106,7 @@ def _thicker(sensor: Sensor, thickness: float) -> Sensor:
     return sensor.model_copy(update={"elastomer": Elastomer.model_validate(given)})
 
 
+@one_thread
 def small_strain_stiffness(sensor: Sensor, tolerance: float = 1e-2) -> tuple[Array, float]:
     """Return the stiffness of a box or a cylinder under its target at small strain, and its estimated relative error.
 

@@ -21,9 +21,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.mechanics.closed_form import compression_modulus, shear_stiffness, small_strain_bound, tilt_modulus
+from sits_mech.mechanics.closed_form import (
+    compression_modulus,
+    finite_strain_model,
+    shear_stiffness,
+    small_strain_bound,
+    tilt_modulus,
+)
 from sits_mech.quantities import Equilibrium, Pose, SolveFailed, SolveReport, Wrench, refuse_beside
-from sits_mech.sensor import SceneError, Sensor
+from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.threads import one_thread
 
 _MISSED = (1e-3, 3.2e-2, 6e-2)  # relative error of k_x, k_z, k_a
 _LEAST = 1.0  # shape factor
@@ -44,6 +51,7 @@ class Strip:
     sensor: Sensor
     stiffness: tuple[float, float, float]
 
+    @one_thread
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the pose under `wrench` [N, N m]; `start` plays no part.
 
@@ -72,7 +80,8 @@ class Strip:
         report = SolveReport("closed-form", 0, 0, 0.0, worst, time.perf_counter() - began)
         if not worst < 1.0:
             report = replace(report, status="strains too large")
-            raise SolveFailed(f"wrench: strains are too large for a formula, got {wrench}: ask for planar", report)
+            other = finite_strain_model(self.sensor)
+            raise SolveFailed(f"wrench: strains are too large for a formula, got {wrench}: ask for {other}", report)
         pose = Pose(d_h, elastomer.standoff + t - sink, alpha)
         return Equilibrium(wrench, pose, Pose(*errors), np.zeros(0), report)
 

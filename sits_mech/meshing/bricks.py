@@ -32,6 +32,12 @@ class Outline(NamedTuple):
     is_round: bool
 
 
+def within(outline: Outline, points: Array, slack: float) -> Array:
+    """Say which points, shape (n, 2 or more), lie in an outline with `slack` around it."""
+    a, b = np.abs(points[:, 0]) / (outline.half_x + slack), np.abs(points[:, 1]) / (outline.half_y + slack)
+    return np.asarray(np.hypot(a, b) < 1.0 if outline.is_round else np.maximum(a, b) < 1.0)
+
+
 def box_bricks(x: Array, y: Array, z: Array) -> MeshHex:
     """Return the bricks between given lines."""
     return MeshHex.init_tensor(x, y, z)

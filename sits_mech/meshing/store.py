@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from skfem import Mesh
 from skfem.io.meshio import from_meshio
 
-from sits_mech.outlines import read_mesh
 from sits_mech.quantities import Array
+from sits_mech.scene.outlines import read_mesh
 
 CELLS = {"tetra": 4, "tetra10": 4, "hexahedron": 8, "hexahedron27": 8}
 """Cells that can be read, with their corners."""

@@ -21,12 +21,11 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
+from sits_mech.maps.domain import Domain, domain_of
+from sits_mech.maps.surrogate import SmoothMap, fit_map
 from sits_mech.quantities import Array
-from sits_mech.readout.domain import Domain, domain_of
-from sits_mech.readout.surrogate import SmoothMap, fit_map
+from sits_mech.readout.loads import varied
 
-FORCES = ("F_x", "F_y", "F_z", "M")
-"""Dimensions of a table that are loads, in this order."""
 OK, OUTSIDE, AMBIGUOUS, NO_SOLUTION = "ok", "outside", "ambiguous", "no solution"
 _MARGIN = 0.02  # beyond the table, of half its range: noise at rest reads a little below zero
 _STEPS = 25
@@ -189,7 +188,7 @@ def calibration(
     ----------
     data : Dataset
         With L over (forces, coil, coil_2) and L0, as from `calibrate`, or L over (forces, coil); forces are the
-        dimensions of `FORCES` with more than one value. Loads whose ``status`` is not "converged" or whose L is missing
+        components of the load with more than one value. Loads whose ``status`` is not "converged" or whose L is missing
         are left out.
     L0 : sequence of float, optional
         Inductances without target [H], for tables per metre of depth: the table's relative change is taken of them.
@@ -206,11 +205,10 @@ def calibration(
     ValueError
         When there is no force with more than one value, or too few loads.
     """
-    names = tuple(name for name in FORCES if name in data["L"].dims and data.sizes[name] > 1)
+    names = tuple(name for name in varied(data) if data.sizes[name] > 1)
     if not names:
         raise ValueError("table: must hold at least two values of a force; got one load")
-    single = {name: 0 for name in FORCES if name in data["L"].dims and name not in names}
-    data = data.isel(single)
+    data = data.isel({name: 0 for name in varied(data) if name not in names})
     own = _own(data["L"]).transpose(*names, "coil")
     good = np.isfinite(own.to_numpy()).all(axis=-1)
     if "status" in data:
@@ -271,9 +269,9 @@ def calibration_of(
 
 
 def _check_enough(coils: Sequence[str], forces: Sequence[str]) -> None:
-    """Refuse to tell more forces than there are coils."""
+    """Refuse to resolve more forces than there are coils."""
     if len(coils) < len(forces):
-        raise ValueError(f"coils: {len(coils)} cannot tell {len(forces)} forces apart ({', '.join(forces)})")
+        raise ValueError(f"coils: {len(coils)} cannot resolve {len(forces)} forces ({', '.join(forces)})")
 
 
 def _solved(cal: Calibration, L: Array) -> tuple[Array, Array, NDArray[np.str_]]:

@@ -1,4 +1,4 @@
-"""How well do the two signals tell the two forces apart? Sensitivity, crosstalk both ways, error by rotation.
+"""How well do the two signals resolve the two forces? Sensitivity, crosstalk both ways, error by rotation.
 
 For a table over (F_x, F_z) with the signals L_v, L_h [%], the pose d_h and, where it has it, the shear signal
 L_h_untilted that the same displacement would give without rotation:

@@ -1,10 +1,11 @@
-"""Which components of a load do the coils tell apart? Singular values of the slopes, over noise and full scale.
+"""Which components of a load do the coils resolve? Singular values of the slopes, over noise and full scale.
 
     W = diag(1 / noise) dL/dF diag(full scale) = U diag(s) V^T
 
-A direction v of V with s >= 1 moves the coils by more than their noise at full scale; the rest is hidden, as are more
-components than coils. A component is told when its unit vector lies in the seen directions; its resolution is then the
-standard deviation of the least-squares answer. Numbers only: slopes by any model, or measured.
+A direction v of V with s >= 1 moves the coils by more than their noise at full scale; the others are unseen, and there
+are always such where there are more components than coils. A component is resolved when its unit vector lies in the
+seen directions; its resolution is then the standard deviation of the least-squares answer. Numbers only: slopes by any
+model, or measured.
 """
 
 from __future__ import annotations
@@ -18,37 +19,38 @@ from scipy.linalg import qr, solve_triangular
 
 from sits_mech.quantities import Array
 
-_TOLD = 1e-2  # part of a component that may lie in hidden directions
+_SHARE = 1e-2  # of a component that may lie in unseen directions
 
 
 @dataclass(frozen=True)
 class Observability:
-    """What n coils tell of p components.
+    """What n coils say of p components.
 
     Attributes
     ----------
     names : tuple of str
-    told : tuple of str
-        Components that the coils tell on their own.
+    resolved : tuple of str
+        Components that the coils read whatever the others are.
     resolution : ndarray, shape (p,)
-        Standard deviation of each, infinite where it is not told [as the full scale].
+        Standard deviation of each, infinite where it is not resolved [as the full scale].
+    alone : ndarray, shape (p,)
+        How far each, alone at full scale, moves the coils: root of the sum of squares, in their noise.
     signal : ndarray, shape (p,)
         Singular values s, largest first; zero for those that no coil is left for.
-    hidden : tuple of str
-        In words: loads that the coils do not see, the largest component at full scale [as it is].
+    unseen : tuple of str
+        In words: loads that do not move the coils, the largest component at full scale [as it is].
     """
 
     names: tuple[str, ...]
-    told: tuple[str, ...]
+    resolved: tuple[str, ...]
     resolution: Array
+    alone: Array
     signal: Array
-    hidden: tuple[str, ...]
+    unseen: tuple[str, ...]
 
 
-def observability(
-    names: Sequence[str], slopes: ArrayLike, noise: ArrayLike, full_scale: ArrayLike
-) -> Observability:
-    """Return which components of a load the coils tell.
+def observability(names: Sequence[str], slopes: ArrayLike, noise: ArrayLike, full_scale: ArrayLike) -> Observability:
+    """Return which components of a load the coils resolve.
 
     Parameters
     ----------
@@ -71,16 +73,17 @@ def observability(
         raise ValueError(f"slopes: must be of shape ({s.size}, {len(names)}); got {J.shape}")
     if not (np.all(s > 0.0) and np.all(F > 0.0)):
         raise ValueError("noise and full_scale: must be positive; got some that are not")
-    _, found, rows = np.linalg.svd(J * F / s[:, None], full_matrices=True)
+    W = J * F / s[:, None]
+    _, found, rows = np.linalg.svd(W, full_matrices=True)
     signal = np.zeros(F.size)
     signal[: min(found.size, F.size)] = found[: F.size]
     seen = signal >= 1.0
-    blind = np.sum(rows[~seen] ** 2, axis=0)
+    lost = np.sum(rows[~seen] ** 2, axis=0)
     spread = np.sqrt(np.sum((rows[seen] / signal[seen, None]) ** 2, axis=0)) * F
-    resolution = np.where(blind <= _TOLD**2, spread, np.inf)
-    told = tuple(name for name, size in zip(names, resolution, strict=True) if np.isfinite(size))
-    hidden = tuple(_words(names, share, F) for share in _loads(rows[~seen]))
-    return Observability(tuple(names), told, resolution, signal, hidden)
+    resolution = np.where(lost <= _SHARE**2, spread, np.inf)
+    resolved = tuple(name for name, size in zip(names, resolution, strict=True) if np.isfinite(size))
+    unseen = tuple(_words(names, share, F) for share in _loads(rows[~seen]))
+    return Observability(tuple(names), resolved, resolution, np.linalg.norm(W, axis=0), signal, unseen)
 
 
 def _loads(rows: Array) -> Array:
@@ -96,5 +99,5 @@ def _loads(rows: Array) -> Array:
 def _words(names: Sequence[str], share: Array, full_scale: Array) -> str:
     """Name a load by its components, given as shares of full scale."""
     named = zip(names, share * full_scale, share, strict=True)
-    parts = [(name, size) for name, size, part in named if abs(part) > _TOLD]
+    parts = [(name, size) for name, size, part in named if abs(part) > _SHARE]
     return parts[0][0] if len(parts) == 1 else " ".join(f"{size:+.3g} {name}" for name, size in parts)

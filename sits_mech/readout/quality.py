@@ -102,7 +102,7 @@ def quality(
     noise = np.asarray(noise, dtype=float)
     if len(cal.coils) < len(cal.forces):
         names = ", ".join(cal.forces)
-        raise ValueError(f"coils: {len(cal.coils)} cannot tell {len(cal.forces)} forces apart ({names})")
+        raise ValueError(f"coils: {len(cal.coils)} cannot resolve {len(cal.forces)} forces ({names})")
     if noise.shape != (len(cal.coils),) or not np.all(noise > 0.0):
         raise ValueError(f"noise: must be {len(cal.coils)} positive numbers [{cal.unit}]; got {noise}")
     loads = _loads(cal)

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_info
 
-from sits_mech.report.curves import new_figure, save_figure
+from sits_mech.report.pictures.curves import new_figure, save_figure
 
 _LEAST = 1e-12  # an error of zero on a logarithmic axis
 
@@ -80,8 +80,8 @@ def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
                 seconds = [rung.seconds for rung in own]
                 errors = [max(rung.error, _LEAST) for rung in own]
                 spot.plot(seconds, errors, f"C{number}o-", label=model)
-                doubts = [rung.resolved for rung in own]
-                spot.errorbar(seconds, errors, ([0.0] * len(own), doubts), fmt="none", ecolor=f"C{number}", lw=0.6)
+                spread = [rung.resolved for rung in own]
+                spot.errorbar(seconds, errors, ([0.0] * len(own), spread), fmt="none", ecolor=f"C{number}", lw=0.6)
                 spot.plot(seconds, [rung.estimated for rung in own], f"C{number}o:", mfc="none", lw=0.6)
             spot.set(xscale="log", yscale="log", ylabel="relative error [-]")
             spot.set_title(title, fontsize=8)

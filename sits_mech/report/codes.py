@@ -12,11 +12,12 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.bench import absolute, sensor_front_end, table_impedance, terminals
+from sits_mech.cases import DONE
 from sits_mech.quantities import Array
 from sits_mech.readout.converter import code_of, tank_frequency
 from sits_mech.readout.front_end import FrontEnd
-from sits_mech.sensor import Sensor
-from sits_mech.sweep import DONE
+from sits_mech.readout.loads import two_forces
+from sits_mech.scene.sensor import Sensor
 
 
 @dataclass(frozen=True)
@@ -29,8 +30,6 @@ class Readings:
         Inductance of each coil and its estimated error [H].
     L0 : ndarray, shape (n,)
         Without target [H].
-    scaled : bool
-        Whether the table was per metre of depth.
     front : FrontEnd or None
         Settings of the converter; None where the sensor has none, or none that fit it.
     codes : ndarray or None, shape (F_x, F_z, n)
@@ -42,7 +41,6 @@ class Readings:
     L: Array
     error_L: Array
     L0: Array
-    scaled: bool
     front: FrontEnd | None
     codes: Array | None
     left_out: tuple[str, ...]
@@ -56,19 +54,20 @@ def readings(sensor: Sensor, data: xr.Dataset) -> Readings:
     sensor : Sensor
         With its readout.
     data : Dataset
-        As from `calibrate`.
+        As from `calibrate`, over F_x and F_z alone.
     """
+    data = two_forces(data)
     found, _ = absolute(sensor, table_impedance(data.where(data["status"] == DONE).assign(L0=data["L0"])))
     L, error = (np.diagonal(values, axis1=-2, axis2=-1) for values in (found.L, found.error_L))
-    scaled, L0 = data.attrs["unit_L"] != "H", np.diagonal(found.L0)
+    L0 = np.diagonal(found.L0)
     if sensor.readout.converter == "none":
-        return Readings(L, error, L0, scaled, None, None, ("the scene has no converter",))
+        return Readings(L, error, L0, None, None, ("the scene has no converter",))
     try:
         front, missing = sensor_front_end(sensor, data)
     except ValueError as reason:
-        return Readings(L, error, L0, scaled, None, None, (str(reason),))
+        return Readings(L, error, L0, None, None, (str(reason),))
     seen = terminals(sensor, data)[0]["L"].transpose("F_x", "F_z", "coil").to_numpy()
     good, f = np.isfinite(seen), np.full(seen.shape, np.nan)
     f[good] = tank_frequency(seen[good], sensor.readout.parallel_capacitance)
     codes = code_of(f, front.part, front.reference, front.input_divider)
-    return Readings(L, error, L0, scaled, front, codes, missing)
+    return Readings(L, error, L0, front, codes, missing)

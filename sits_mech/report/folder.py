@@ -12,14 +12,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from sits_mech.cases import DONE, read_table, save_table
 from sits_mech.mechanics.loads import kept_key, kept_rest
-from sits_mech.quantities import SolveFailed, Wrench
-from sits_mech.report.curves import crosstalk_map, normal_curves, save_figure, shear_curves
-from sits_mech.report.tables import csv_text
-from sits_mech.report.views import load_view
-from sits_mech.scene import write_text
-from sits_mech.sensor import SceneError, Sensor, load_sensor, save_sensor
-from sits_mech.sweep import DONE, read_table, save_table
+from sits_mech.quantities import SolveFailed
+from sits_mech.readout.loads import points, two_forces, varied, wrench_of
+from sits_mech.report.pictures.curves import crosstalk_map, normal_curves, save_figure, shear_curves
+from sits_mech.report.pictures.section import load_view
+from sits_mech.report.tables.loads import csv_text
+from sits_mech.scene.files import write_text
+from sits_mech.scene.sensor import SceneError, Sensor, load_sensor, save_sensor
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ def read_calibration(folder: Path) -> tuple[Sensor, xr.Dataset]:
         state = "a calibration that was stopped: repeat its command" if cases_folder(folder).is_dir() else "none"
         raise SceneError(f"{folder}: must be the folder of a finished calibration (sits-mech calibrate); got {state}")
     data = read_table(path)
-    missing = [name for name in (*_NEEDED, "F_x", "F_z") if name not in data.variables]
+    missing = [name for name in _NEEDED if name not in data.variables]
     if missing:
         raise SceneError(f"{path}: must be the table of a calibration; {missing[0]} is missing")
     if data.attrs.get("version") != __version__:
@@ -73,6 +74,12 @@ def read_calibration(folder: Path) -> tuple[Sensor, xr.Dataset]:
     if not np.any(data["status"] == DONE):
         raise SceneError(f"{folder}: must hold at least one load that converged; got none")
     return sensor, data
+
+
+def read_two_forces(folder: Path) -> tuple[Sensor, xr.Dataset]:
+    """Return sensor and table of a calibration over F_x and F_z alone, others refused; as `read_calibration`."""
+    sensor, data = read_calibration(folder)
+    return sensor, two_forces(data)
 
 
 def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[str]:
@@ -109,17 +116,18 @@ def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[st
     for name, draw in pictures.items():
         try:
             save_figure(draw(), folder / f"{name}.png")
-        except SolveFailed as error:
+        except (SolveFailed, SceneError) as error:
             warnings.append(f"no picture {name}.png: {error}")
     return warnings
 
 
 def _largest_load(sensor: Sensor, data: xr.Dataset, folder: Path) -> Figure:
     """Return the picture of the layer under the largest of the loads that converged."""
-    shear, normal = (data[name] / (float(np.abs(data[name]).max()) or 1.0) for name in ("F_x", "F_z"))
-    size = (shear**2 + normal**2 + 1e-9 * shear).where(data["status"] == DONE).transpose("F_x", "F_z")
-    i, j = np.unravel_index(int(np.nanargmax(size)), size.shape)
-    wrench = Wrench(float(data["F_x"][i]), float(data["F_z"][j]))
+    largest = {name: float(np.abs(data[name]).max()) or 1.0 for name in varied(data)}
+    rows = [row for row in points(data) if row["status"].item() == DONE]
+    shares = np.array([[float(row[name]) / size for name, size in largest.items()] for row in rows])
+    first = shares[:, 0] if largest else 0.0  # of two mirror images the one with the positive force
+    wrench = wrench_of(rows[int(np.argmax(np.sum(shares**2, axis=1) + 1e-9 * first))])
     request = json.loads(data.attrs["request"])
     mechanics, tolerance = request["mechanics"], request["tolerance"]
     known = kept_rest((cases_folder(folder), kept_key(sensor, mechanics, tolerance)), wrench)

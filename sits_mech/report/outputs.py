@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from sits_mech.scene import write_text
+from sits_mech.scene.files import write_text
 
 
 def study_arguments(doc: str) -> tuple[bool, Path]:

@@ -12,7 +12,6 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.spectrum import Terminals
-from sits_mech.chain.models import MAGNETICS
 from sits_mech.chain.omissions import Omission
 from sits_mech.chain.simulate import Simulation
 from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, as_jsonable
@@ -22,7 +21,7 @@ Record = dict[str, Any]
 
 def report_record(report: SolveReport, left_out: tuple[str, ...] = ()) -> Record:
     """Return how a number came about; ``min_J`` only where a layer was solved."""
-    found = asdict(report) | {"left_out": [*report.left_out, *left_out]}
+    found = asdict(report) | {"left_out": list(dict.fromkeys((*report.left_out, *left_out)))}
     if report.min_J is None:
         del found["min_J"]
     return found
@@ -101,22 +100,18 @@ def texts_of(left_out: Sequence[Omission], half: str) -> tuple[str, ...]:
 def failure_record(error: SolveFailed, whole: bool = False) -> Record:
     """Return what was reached before a solve gave up: the last state if there is one, why, and the report.
 
-    Of a `whole` chain the report has one part for each physics, as on success; the half that was not solved is null.
+    Of a `whole` chain the report has one part for each physics, as on success; the half that was not begun is null.
     """
     last, report = error.last, report_record(error.report)
-    halves = {"mechanics": None, "magnetics": None}
+    begun = None if last is None or error.half == "mechanics" else report_record(last.report)
+    halves = {"mechanics": begun, "magnetics": None}
     return {
         "message": str(error),
         "pose": None if last is None else pose_record(last.pose),
         "error": None if last is None else pose_record(last.error),
         "wrench": None if last is None else asdict(last.wrench),
-        "report": halves | {_half(error.report): report} if whole else report,
+        "report": halves | {error.half: report} if whole else report,
     }
-
-
-def _half(report: SolveReport) -> str:
-    """Return which physics a report is of; both have a model named planar, but a layer has a volume ratio."""
-    return "magnetics" if report.min_J is None and report.model in MAGNETICS else "mechanics"
 
 
 def json_text(record: Record) -> str:

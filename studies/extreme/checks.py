@@ -23,12 +23,12 @@ import numpy as np
 from extreme.rows import DONE, Row
 from scipy.interpolate import CubicSpline
 
-from sits_mech.mechanics.block import BlockPad, block_pad
-from sits_mech.mechanics.block_full import whole_equilibrium
+from sits_mech.mechanics.block import BlockPad, block_pad, solved_body
 from sits_mech.mechanics.closed_form import holding_moment
+from sits_mech.mechanics.element.kernel import element_forces
 from sits_mech.mechanics.layer import PlanarLayer, planar_layer, stored
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, SolveReport, Wrench
-from sits_mech.sensor import Elastomer, Sensor
+from sits_mech.scene.sensor import Elastomer, Sensor
 
 REST = Wrench()
 
@@ -64,7 +64,7 @@ def places(model: PlanarLayer | BlockPad, found: Equilibrium) -> Array:
     if isinstance(model, PlanarLayer):
         pose = found.pose
         return np.array([pose.d_h, elastomer.standoff + elastomer.thickness - pose.d_v, pose.alpha], dtype=float)
-    n = model.meshes[int(found.state[0])][0].body.mesh.nodes.size
+    n = solved_body(model, found).mesh.nodes.size
     return found.state[1 + n : 4 + n] * [elastomer.thickness, -elastomer.thickness, 1.0]
 
 
@@ -72,11 +72,10 @@ def energy_of(model: PlanarLayer | BlockPad, found: Equilibrium) -> float:
     """Return the energy stored on the mesh that answers [J]."""
     if isinstance(model, PlanarLayer):
         return stored(model, found)
-    elastomer, solid = elastomer_of(model), model.meshes[int(found.state[0])][0]
-    body = solid.body
+    elastomer, body = elastomer_of(model), solved_body(model, found)
     u = found.state[1 : 1 + body.mesh.nodes.size]
-    energy = body.element.tangent(body.mesh, body.law, body.K, u).energy
-    return float(elastomer.silicone.shear_modulus * elastomer.thickness**3 * energy / solid.share)
+    energy, share = element_forces(body.mesh, body.law, body.K, u).energy, model.half.scales.share
+    return float(elastomer.silicone.shear_modulus * elastomer.thickness**3 * energy / share)
 
 
 def work(way: Way, model: PlanarLayer | BlockPad) -> tuple[float, float]:
@@ -95,15 +94,15 @@ def energy_row(model: PlanarLayer | BlockPad, way: Way) -> Row:
     last = way.path[-1]
     energy, (done, rough) = energy_of(model, last), work(way, model)
     changed = len({item.state[0] for item in way.path[1:]}) > 1  # of mesh, on the way
-    doubt = 2.0 * max(item.report.estimated_error for item in way.path) if changed or touching(model) else 0.0
+    uncertainty = 2.0 * max(item.report.estimated_error for item in way.path) if changed or touching(model) else 0.0
     report, violation = last.report, abs(done / energy - 1.0)
-    allowed = 1e-4 + rough / energy + doubt
+    allowed = 1e-4 + rough / energy + uncertainty
     return Row("", "", DONE, _least(report), violation, allowed, report.estimated_error, remark=_said(report))
 
 
 def touching(model: PlanarLayer | BlockPad) -> bool:
     """Say whether a model may answer with contact or without."""
-    return isinstance(model, PlanarLayer) and model.touching > 0
+    return isinstance(model, PlanarLayer) and len(model.line) > model.line.free
 
 
 def _said(report: SolveReport) -> str:
@@ -135,20 +134,20 @@ def to_and_fro(layer: MechanicalModel, wrench: Wrench, reach: float) -> Row:
 def half_and_whole(sensor: Sensor, wrench: Wrench) -> Row:
     """Return how far the pose of the whole pad is from that of half of it, in sums of both stated errors."""
     half = block_pad(sensor, 1e-2).equilibrium(wrench)
-    whole = whole_equilibrium(sensor, wrench)
+    whole = block_pad(sensor, 1e-2).equilibrium(replace(wrench, F_y=1e-12))
     one, error = (np.array([part.d_h, part.d_v, part.alpha], dtype=float) for part in (half.pose, half.error))
     other = whole.pose.components[:3]
-    doubt = error + whole.error.components[:3]
+    uncertainty = error + whole.error.components[:3]
     report = whole.report
-    violation = float(np.max(np.abs(one - other) / np.maximum(doubt, 1e-15)))
+    violation = float(np.max(np.abs(one - other) / np.maximum(uncertainty, 1e-15)))
     return Row("", "", DONE, _least(report), violation, 1.0, report.estimated_error, remark=_said(report))
 
 
 def quarter_turned(sensor: Sensor, load: Wrench) -> Row:
     """Return how far a load turned by a quarter about z is from the turned pose, of the displacement."""
     turned = Wrench(-load.F_y, load.F_z, load.M_x, load.F_x, -load.M, load.M_z)
-    first, second = whole_equilibrium(sensor, load), whole_equilibrium(sensor, turned)
-    rest = np.array([0.0, 0.0, whole_equilibrium(sensor, Wrench()).pose.d_v])
+    first, second = block_pad(sensor, 1e-2).equilibrium(load), block_pad(sensor, 1e-2).equilibrium(turned)
+    rest = np.array([0.0, 0.0, block_pad(sensor, 1e-2).equilibrium(Wrench()).pose.d_v])
     moved = [np.concatenate([found.pose.centre - rest, found.pose.rotation * 1e-3]) for found in (first, second)]
     back = moved[1][[1, 0, 2, 4, 3, 5]] * [1.0, -1.0, 1.0, 1.0, -1.0, 1.0]
     report = second.report
@@ -161,9 +160,9 @@ def refined(sensor: Sensor, wrench: Wrench) -> Row:
     coarse, fine = (planar_layer(sensor, tolerance).equilibrium(wrench) for tolerance in (1e-2, 1e-3))
     names = ("d_h", "d_v", "alpha")
     away = np.array([abs(float(getattr(coarse.pose, name)) - float(getattr(fine.pose, name))) for name in names])
-    doubt = np.array([float(getattr(coarse.error, name)) + float(getattr(fine.error, name)) for name in names])
+    uncertainty = np.array([float(getattr(coarse.error, name)) + float(getattr(fine.error, name)) for name in names])
     report = fine.report
-    violation = float(np.max(away / np.maximum(doubt, 1e-15)))
+    violation = float(np.max(away / np.maximum(uncertainty, 1e-15)))
     remark = f"{coarse.report.estimated_error:.1e} asked for 1e-2, {report.estimated_error:.1e} for 1e-3"
     return Row("", "", DONE, _least(report), violation, 1.0, report.estimated_error, remark=remark)
 

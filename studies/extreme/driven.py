@@ -15,9 +15,10 @@ import numpy as np
 from extreme.checks import REST, Way, elastomer_of, energy_row, places
 from extreme.rows import DONE, Row
 
-from sits_mech.mechanics.block import BlockPad
-from sits_mech.mechanics.control import Control
+from sits_mech.mechanics.block import BlockPad, solved_body
+from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.layer import PlanarLayer
+from sits_mech.mechanics.rest.control import Control
 from sits_mech.quantities import Array, Equilibrium, SolveFailed, Wrench
 
 NAMES = ("d_h", "sink", "alpha")
@@ -128,10 +129,10 @@ def _stopped(model: PlanarLayer | BlockPad, kind: Drive, way: Way, failed: Solve
 
 def strained(model: PlanarLayer | BlockPad, found: Equilibrium) -> str:
     """Say where a state's smallest volume ratio is in the undeformed layer, and how far the silicone is stretched."""
-    pair, t = model.meshes[int(found.state[0])], elastomer_of(model).thickness
-    body = pair.fine if isinstance(model, PlanarLayer) else pair[0].body
+    t = elastomer_of(model).thickness
+    body = model.line[int(found.state[0])].fine if isinstance(model, PlanarLayer) else solved_body(model, found)
     mesh = body.mesh
-    F, J = body.element.deformation(mesh, found.state[1 : 1 + mesh.nodes.size])
+    F, J = deformation(mesh, found.state[1 : 1 + mesh.nodes.size])
     point = mesh.nodes[mesh.cells[int(np.argmin(J.min(axis=1)))]].mean(axis=0)
     inside, height = float(body.X.max()) - abs(float(point[0])), float(point[-1])
     near = "at the target's edge" if abs(inside) < _NEAR and height > 1.0 - _NEAR else "in the layer"

@@ -16,7 +16,7 @@ from extreme.rows import Row, measured
 from sits_mech.mechanics.closed_form import compression_modulus, shear_stiffness
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.quantities import Wrench
-from sits_mech.sensor import Sensor, load_sensor
+from sits_mech.scene.sensor import Sensor, load_sensor
 
 MM, MU = 1e-3, 3e4
 LOADS = ((100.0, 1000.0), (267.0, 4050.0), (600.0, 0.0), (0.0, 6000.0))  # F_x, F_z [N/m]

@@ -20,7 +20,7 @@ from scipy.constants import mu_0
 from sits_mech.chain.models import MAGNETICS
 from sits_mech.chain.simulate import simulate
 from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, Wrench
-from sits_mech.sensor import Coil, Sensor, Target, load_sensor
+from sits_mech.scene.sensor import Coil, Sensor, Target, load_sensor
 
 MM = 1e-3
 FREQUENCIES = (1.0, 1e3, 1e5, 1e6, 1e7, 1e8)
@@ -82,8 +82,8 @@ def worst(z: Impedance, before: Impedance | None, permeable: bool) -> float:
 
 def grown(z: Impedance, before: Impedance, change: Array, L0: Array) -> list[float]:
     """Return by how much |Delta L| and R shrink from one frequency to the next, beyond both errors."""
-    doubt = np.diagonal(z.error_L + before.error_L)
-    lost = float(np.max((change - np.diagonal(before.L - before.L0) - doubt) / L0))
+    uncertainty = np.diagonal(z.error_L + before.error_L)
+    lost = float(np.max((change - np.diagonal(before.L - before.L0) - uncertainty) / L0))
     R, earlier, doubt_R = np.diagonal(z.R), np.diagonal(before.R), np.diagonal(z.error_R + before.error_R)
     return [lost, float(np.max((earlier - R - doubt_R) / np.maximum(R, 1e-300)))]
 
@@ -122,11 +122,11 @@ def agreement_row(first: str, second: str, plate: tuple[float, float, float, flo
     for frequency in FREQUENCIES:
         x, y = (model.impedance(pose, frequency) for model in (a, b))
         gaps = [np.abs((x.L - x.L0) - (y.L - y.L0)).max(), np.abs(x.R - y.R).max()]
-        doubts = [(x.error_L + y.error_L).max(), (x.error_R + y.error_R).max()]
+        errors = [(x.error_L + y.error_L).max(), (x.error_R + y.error_R).max()]
         sizes = [np.abs(y.L - y.L0).max(), np.abs(y.R).max()]
         counts = slice(0 if sizes[0] > 1e-6 * y.L0.max() else 1, 2)
         apart[counts] = np.maximum(apart, np.array(gaps) / np.maximum(sizes, 1e-300))[counts]
-        worst_of = max(float(gap / doubt) for gap, doubt in zip(gaps[counts], doubts[counts], strict=True))
+        worst_of = max(float(gap / error) for gap, error in zip(gaps[counts], errors[counts], strict=True))
         estimated = max(row.estimated, x.report.estimated_error + y.report.estimated_error)
         row = replace(row, violation=max(row.violation, worst_of), estimated=estimated)
     return replace(row, remark=f"apart by {apart[0]:.1e} of Delta L, by {apart[1]:.1e} of R")
@@ -161,8 +161,8 @@ def chain_row(overrides: list[str], wrench: Wrench, rest: bool = False) -> Row:
     violation = worst(found.impedance, None, permeable=False)
     if not rest:
         at_rest = simulate(sensor, Wrench(), tolerance=2e-2).signals
-        doubt = float(shown.error_L_v_percent) + float(at_rest.error_L_v_percent)
-        violation = max(violation, (float(shown.L_v_percent) - float(at_rest.L_v_percent) - doubt) / 100.0)
+        uncertainty = float(shown.error_L_v_percent) + float(at_rest.error_L_v_percent)
+        violation = max(violation, (float(shown.L_v_percent) - float(at_rest.L_v_percent) - uncertainty) / 100.0)
     min_J = np.nan if report.min_J is None else report.min_J
     estimated = float(shown.error_L_v_percent) / float(shown.L_v_percent)
     return Row("", "", DONE, min_J, violation, ROUNDING, estimated, remark="; ".join(report.notes))

@@ -10,7 +10,7 @@ import numpy as np
 
 from sits_mech.geometry.collision import Collision
 from sits_mech.quantities import SolveFailed
-from sits_mech.sensor import SceneError
+from sits_mech.scene.sensor import SceneError
 
 DONE = "converged"
 REFUSALS = ("load path ended", "too many bars", "too many rings", "not resolved", "collision", "bad input")

@@ -16,7 +16,7 @@ from extreme.rows import Row, measured
 
 from sits_mech.mechanics.block import BlockPad, block_pad
 from sits_mech.quantities import Wrench
-from sits_mech.sensor import Sensor, load_sensor
+from sits_mech.scene.sensor import Sensor, load_sensor
 
 MM = 1e-3
 MESHES = Path(__file__).parents[2] / "meshes"

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech import cli
 from sits_mech.analysis import bench
+from sits_mech.cases import save_table
+from sits_mech.cli.main import run
 from sits_mech.quantities import Impedance, Pose, SolveReport
-from sits_mech.sensor import Sensor, changed, load_sensor, save_sensor, scene_hash, scene_text
-from sits_mech.sweep import save_table
+from sits_mech.scene.sensor import Sensor, changed, load_sensor, save_sensor, scene_hash, scene_text
 from sits_mech.version import __version__
 
 F_X, F_Z = np.linspace(-1.0, 1.0, 7), np.linspace(0.0, 4.0, 7)
@@ -148,14 +148,14 @@ def test_invert_command(sensor: Sensor, folder: Path, capsys: pytest.CaptureFixt
         [f"{4e-4 * ratio[k]:.12g}" for k in (0, 1)],
     ]
     for l1, l2 in written:
-        assert cli.run(["invert", str(folder), "--l1", l1, "--l2", l2, "--json"]) == 0
+        assert run(["invert", str(folder), "--l1", l1, "--l2", l2, "--json"]) == 0
         record = json.loads(capsys.readouterr().out)
         assert record["forces"]["F_x"] == pytest.approx(0.4, abs=1e-4)
         assert record["forces"]["F_z"] == pytest.approx(1.5, abs=1e-3)
         assert record["status"] == "ok" and record["unit_L"] == "H" and record["no_inverse"] == []
         assert record["domain"] == {"F_x": [-1.0, 1.0], "F_z": [0.0, 4.0]}
         assert 0.0 < record["error"]["F_z"] < record["error_by_model"]["F_z"] < 0.1
-    assert cli.run(["invert", str(folder), "--l1", written[1][0], "--l2", written[1][1]]) == 0
+    assert run(["invert", str(folder), "--l1", written[1][0], "--l2", written[1][1]]) == 0
     assert "F_x" in capsys.readouterr().out
 
 
@@ -167,20 +167,20 @@ def test_invert_refuses_in_one_line(folder: Path, capsys: pytest.CaptureFixture[
         (["--l1", "4e-4 H", "--l2", "4e-4 H"], "--l1: must be near the inductance in free space, 2.508e-06 H; the"),
         (["--l1", "5 mm", "--l2", "85 %"], "--l1: must be an inductance"),
     ]:
-        assert cli.run(["invert", str(folder), *words]) == 2
+        assert run(["invert", str(folder), *words]) == 2
         said = capsys.readouterr()
         assert message in said.err and said.err.count("\n") == 1 and said.out == ""
-    assert cli.run(["invert", str(folder / "none"), "--l1", "1 uH"]) == 2
+    assert run(["invert", str(folder / "none"), "--l1", "1 uH"]) == 2
     assert "must be the folder of a finished calibration" in capsys.readouterr().err
 
 
 def test_converter_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Settings and registers as JSON and as text."""
-    assert cli.run(["converter", str(folder), "--rcount", "4096", "--clock", "40 MHz", "--json"]) == 0
+    assert run(["converter", str(folder), "--rcount", "4096", "--clock", "40 MHz", "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
     assert record["converter"] == "LDC1614" and record["rcount"] == 4096 and record["warnings"] == []
     assert record["registers"][0] == {"address": 8, "name": "RCOUNT0", "value": 4096}
     assert 5e6 < record["coils"]["C1"]["frequency"][0] < record["coils"]["C1"]["frequency"][1] < 7e6
-    assert cli.run(["converter", str(folder)]) == 0
+    assert run(["converter", str(folder)]) == 0
     assert "0x1B = 0x820D  MUX_CONFIG" in capsys.readouterr().out
-    assert cli.run(["converter", str(folder), "--rcount", "2"]) == 2
+    assert run(["converter", str(folder), "--rcount", "2"]) == 2

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech import cli
 from sits_mech.analysis.bench import free_inductances
 from sits_mech.analysis.comparison import compare
+from sits_mech.cases import save_table
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.materials import table_of
+from sits_mech.cli.main import run
 from sits_mech.readout.measured import Measured
 from sits_mech.report.folder import cases_folder
-from sits_mech.sensor import Sensor, changed, load_sensor, save_sensor
-from sits_mech.sweep import save_table
+from sits_mech.scene.sensor import Sensor, changed, load_sensor, save_sensor
+from sits_mech.silicone.material import table_of
 
 FACTOR, GAP, LEAD, NOISE = 0.87, 12e-6, 40e-9, 2e-11
 
@@ -81,11 +81,11 @@ def test_compare_command(
     rows = [f"{x},{z},{1e6 * a!r},{1e6 * b!r}" for (x, z), (a, b) in zip(bench.forces, bench.L.tolist(), strict=True)]
     (tmp_path / "bench.csv").write_text("F_x [N],F_z [N],L1 [uH],L2 [uH]\n" + "\n".join(rows))
     words = ["compare", str(tmp_path), str(tmp_path / "bench.csv")]
-    assert cli.run([*words, "--json", "-o", str(tmp_path / "rest.png")]) == 0
+    assert run([*words, "--json", "-o", str(tmp_path / "rest.png")]) == 0
     record = json.loads(capsys.readouterr().out)
     modulus = record["parameters"]["modulus"]
     assert abs(modulus["value"] - FACTOR) <= modulus["half_width"] and record["rows"] == 16
     assert (tmp_path / "rest.png").read_bytes()[:4] == b"\x89PNG"
-    assert cli.run([*words, "--free", "modulus, lead"]) == 0
+    assert run([*words, "--free", "modulus, lead"]) == 0
     assert "shear modulus" in capsys.readouterr().out
-    assert cli.run([*words, "--free", "x"]) == 2
+    assert run([*words, "--free", "x"]) == 2

@@ -8,9 +8,9 @@ import xarray as xr
 
 from sits_mech.analysis.cycle import Programme, load_cycle, triangle
 from sits_mech.chain.simulate import simulate
-from sits_mech.mechanics.history import retardation
 from sits_mech.quantities import Wrench
-from sits_mech.sensor import SceneError, Sensor, load_sensor
+from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
+from sits_mech.silicone.history import retardation
 
 PEAK = Wrench(0.2, 1.0)
 

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from sits_mech.analysis.design import best_designs, serves, table_row
-from sits_mech.sensor import load_sensor
+from sits_mech.scene.sensor import load_sensor
 
 
 def table(slope_x: float = 1.0, slope_z: float = -2.0, leak: float = 0.0) -> xr.Dataset:

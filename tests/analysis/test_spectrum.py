@@ -8,7 +8,7 @@ import pytest
 from sits_mech.analysis.spectrum import at_terminals, frequency_range, spectrum
 from sits_mech.chain.models import magnetic_model
 from sits_mech.quantities import Pose
-from sits_mech.sensor import SceneError, Sensor, load_sensor
+from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
 from sits_mech.units import quantity
 
 POSE = Pose(0.0, 2e-3)

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech import cli
 from sits_mech.analysis.tolerances import force_spread
+from sits_mech.cases import save_table
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.sensor import Sensor, load_sensor, save_sensor
-from sits_mech.sweep import save_table
+from sits_mech.cli.main import run
+from sits_mech.scene.sensor import Sensor, load_sensor, save_sensor
 
 
 @pytest.fixture(scope="module")
@@ -65,15 +65,15 @@ def test_quality_command(
     save_sensor(sensor, tmp_path / "scene.toml")
     found = []
     for noise in ("10 fH", "20 fH"):
-        assert cli.run(["quality", str(tmp_path), "--noise", noise, "--json"]) == 0
+        assert run(["quality", str(tmp_path), "--noise", noise, "--json"]) == 0
         found.append(json.loads(capsys.readouterr().out))
     fine, coarse = (np.array(record["resolution"]["F_z"]) for record in found)
     np.testing.assert_allclose(coarse, 2.0 * fine, rtol=1e-9)
     assert found[0]["full_scale"] == {"F_x": [-1.0, 1.0], "F_z": [0.0, 4.0]} and found[0]["no_inverse"] == []
     assert found[0]["crosstalk"]["F_z"]["F_x"] > 0.0 and found[0]["hysteresis"] == {"F_x": None, "F_z": None}
-    assert cli.run(["quality", str(tmp_path), "--modulus", "2 %", "--samples", "8"]) == 0
+    assert run(["quality", str(tmp_path), "--modulus", "2 %", "--samples", "8"]) == 0
     said = capsys.readouterr()
     assert "modulus 100 %" in said.out and "default noise" in said.err
-    assert cli.run(["quality", str(tmp_path), "--gap", "2 N"]) == 2
-    assert cli.run(["quality", str(tmp_path), "--period", "0 s"]) == 2
+    assert run(["quality", str(tmp_path), "--gap", "2 N"]) == 2
+    assert run(["quality", str(tmp_path), "--period", "0 s"]) == 2
     assert "period must be a positive time" in capsys.readouterr().err

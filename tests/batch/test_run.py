@@ -11,15 +11,16 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from sits_mech.batch import requests
 from sits_mech.batch.executors import workers
 from sits_mech.batch.run import run_study
 from sits_mech.batch.study import read_study
+from sits_mech.cases import read_table
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import magnetic_model, mechanical_model
-from sits_mech.cli import run
+from sits_mech.cli.main import run
 from sits_mech.quantities import Pose, Wrench
-from sits_mech.sensor import load_sensor
-from sits_mech.sweep import read_table
+from sits_mech.scene.sensor import load_sensor
 from sits_mech.units import SceneError
 
 HEAD = 'scene = "biorob2018"\nrequest = "inductance"\n'
@@ -61,13 +62,33 @@ def test_zipped_values_go_side_by_side(tmp_path: Path) -> None:
 def test_whole_calibrations_are_cases(tmp_path: Path) -> None:
     """Loads are inner dimensions with their forces; the numbers are those of the chain."""
     text = 'scene = "biorob2018"\nrequest = "calibrate"\n[vary]\n"elastomer.thickness" = ["2 mm", "3 mm"]\n'
-    text += '[fixed]\nfx = "0 N"\nfz = "0 N:1 N:2"\ntolerance = 0.1\n"target.width" = "10 mm"\nmechanics = "planar"\n'
+    text += '[fixed]\nfx = "-0.2 N:0.2 N:2"\nfz = "0 N:1 N:2"\ntolerance = 0.1\n'
+    text += '"target.width" = "10 mm"\nmechanics = "planar"\n'
     data = run_study(read_study(written(tmp_path, text)), tmp_path / "out")
     assert data["L_v_percent"].dims == ("elastomer.thickness", "F_x", "F_z") and not data["failed_loads"].any()
     sensor = load_sensor("biorob2018", ['target.width="10 mm"', 'elastomer.thickness="3 mm"'])
-    alone = calibrate(sensor, F_x=[0.0], F_z=[0.0, 1.0], tolerance=0.1, mechanics="planar")
+    alone = calibrate(sensor, F_x=[-0.2, 0.2], F_z=[0.0, 1.0], tolerance=0.1, mechanics="planar")
     np.testing.assert_allclose(data["L_v_percent"][1], alone["L_v_percent"], rtol=1e-12)
     np.testing.assert_allclose(data["F_z"], [0.0, 1.0])
+
+
+def test_a_case_may_be_a_grid_of_any_components(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All six reach the calibration, ranges as dimensions of the table, single values as numbers, zeros not at all."""
+    asked = []
+
+    def calibrated(sensor: object, **words: object) -> xr.Dataset:
+        asked.append(words)
+        found = xr.Dataset({"L_v_percent": (("F_z", "F_y"), np.zeros((2, 3)))}, attrs={"unit_L": "H"})
+        status = np.full((2, 3), "converged", dtype=object)
+        return found.assign(status=(("F_z", "F_y"), status))
+
+    monkeypatch.setattr(requests, "calibrate", calibrated)
+    text = 'scene = "biorob2018"\nrequest = "calibrate"\n[vary]\n"elastomer.thickness" = ["2 mm", "3 mm"]\n'
+    text += '[fixed]\nfx = "0 N"\nfz = "0 N:1 N:2"\nfy = "-1 N:1 N:3"\nmz = "1 N*mm"\n'
+    data = run_study(read_study(written(tmp_path, text)), tmp_path / "out")
+    assert asked == [{"F_z": [0.0, 1.0], "F_y": [-1.0, 0.0, 1.0], "M_z": 1e-3}] * 2
+    assert data["L_v_percent"].dims == ("elastomer.thickness", "F_z", "F_y")
+    np.testing.assert_array_equal(data["F_y"], [-1.0, 0.0, 1.0])
 
 
 def test_forces_and_poses_are_requests(tmp_path: Path) -> None:
@@ -189,7 +210,7 @@ def test_a_killed_run_goes_on(words: list[str], tmp_path: Path) -> None:
     """kill -9 in the middle: no case is lost or torn, the resumed result is that of a run without a stop."""
     text = HEAD + '[vary]\n"target.width" = ["8 mm", "9 mm", "10 mm"]\n' + GAPS.replace("5 }", "80 }") + COARSE
     path, cases = written(tmp_path, text), tmp_path / "out" / "cases"
-    begin = [sys.executable, "-c", "from sits_mech.cli import main; main()", "sweep", str(path), "-o"]
+    begin = [sys.executable, "-c", "from sits_mech.cli.main import main; main()", "sweep", str(path), "-o"]
     words = [*begin, str(cases.parent), *words]
     process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     until = time.monotonic() + 60.0

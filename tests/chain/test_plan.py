@@ -1,4 +1,4 @@
-"""Requests: ranges, choices, and that what is left out changes the answer by no more than is promised."""
+"""Requests: choices, and that what is left out changes the answer by no more than is promised."""
 
 import math
 
@@ -9,11 +9,10 @@ from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.chain.interpolate import solved_first
 from sits_mech.chain.models import magnetic_model, mechanical_model, plan
 from sits_mech.chain.omissions import half_suffices, idle_coupling, omissions, skin_depths, strain_bound
-from sits_mech.chain.plan import REACHED, choose_magnetics, choose_mechanics, cost, quantity_range
+from sits_mech.chain.plan import REACHED, choose_magnetics, choose_mechanics, cost
 from sits_mech.chain.simulate import simulate
 from sits_mech.quantities import Pose, Wrench
-from sits_mech.sensor import Sensor, load_sensor
-from sits_mech.units import SceneError
+from sits_mech.scene.sensor import Sensor, load_sensor
 
 LONG = 'elastomer.length="200 mm"'
 COAXIAL = (
@@ -25,21 +24,6 @@ BACKING = (
     'conductors=[{name="backing", material="ferrite", shape="rectangle", centre=["0 mm", "-1 mm"], width="18 mm", '
     'length="18 mm", thickness="0.5 mm"}]',
 )
-
-
-def test_ranges_by_hand() -> None:
-    """Ends, count, units; a symmetric one is its own mirror image to the last bit."""
-    assert quantity_range("0 N:4 N:5", "N", "--fz") == [0.0, 1.0, 2.0, 3.0, 4.0]
-    assert quantity_range("500 mN", "N", "--fz") == [0.5]
-    values = quantity_range("-0.7 N:0.7 N:9", "N", "--fx")
-    assert values == [-value for value in reversed(values)] and values[4] == 0.0 and values[-1] == 0.7
-
-
-@pytest.mark.parametrize("text", ["", "1 N:2 N", "1 N:1 N:3", "0 N:1 N:1", "0 N:1 N:two", "0 N:1 mm:3", "0 N:1 N:3:4"])
-def test_what_is_no_range(text: str) -> None:
-    """One line that names the option."""
-    with pytest.raises(SceneError, match="^--fx: must be"):
-        quantity_range(text, "N", "--fx")
 
 
 def test_choices_have_reasons() -> None:
@@ -145,6 +129,20 @@ def test_half_of_mirrored_loads() -> None:
     assert not half_suffices(_lopsided(sensor), loads)
 
 
+def test_components_beside_the_plane_count_in_a_plan() -> None:
+    """They break the symmetry of a normal load, mirror with their own signs, and strain the pad like those in it."""
+    sensor = load_sensor("biorob2018")
+    symmetric = {item.what for item in omissions(sensor, [Wrench(F_z=1.0)], "block", None)}
+    beside = {item.what for item in omissions(sensor, [Wrench(F_z=1.0, F_y=0.2)], "block", None)}
+    assert "poses beside and turned" in symmetric - beside
+    assert half_suffices(sensor, [Wrench(0.1, F_y=0.2, M_z=0.3), Wrench(-0.1, F_y=0.2, M_z=-0.3)])
+    assert not half_suffices(sensor, [Wrench(0.1, F_y=0.2), Wrench(-0.1, F_y=0.3)])
+    square = load_sensor("biorob2018", ['elastomer.length="8 mm"'])
+    one, other = ([Wrench(F_y=0.3, M_x=-1e-3)], [Wrench(0.3, M=1e-3)])
+    assert strain_bound(square, one) == pytest.approx(strain_bound(square, other))
+    assert any("give way" in note for note in plan(sensor, [Wrench(F_y=30.0)]).notes)
+
+
 def test_a_plan_promises_no_more_than_there_is() -> None:
     """Not below the finest rungs; loads beyond what pads have held, and slips of unit, are named."""
     sensor = load_sensor("biorob2018")
@@ -175,3 +173,12 @@ def _lopsided(sensor: Sensor) -> Sensor:
     """Return a scene whose target is no mirror image of itself."""
     points = "points=[[-4e-3, -4e-3], [5e-3, 0], [-4e-3, 4e-3]]"
     return load_sensor("biorob2018", [f'target={{material="copper", shape="outline", {points}, thickness=2e-4}}'])
+
+
+def test_a_pose_among_conductors_costs_more() -> None:
+    """Those that matter; a far one costs nothing."""
+    nut = 'conductors=[{name="nut", material="copper", shape="rectangle", centre=["0 mm", "-3 mm"], width="2 mm", '
+    near = load_sensor("biorob2018", [nut + 'length="2 mm", thickness="0.5 mm"}]'])
+    far = near.model_copy(update={"conductors": (near.conductors[0].model_copy(update={"centre": (0.3, 0.0, 0.0)}),)})
+    bare, some, more = (plan(sensor, [Wrench(0.3, 1.0)]) for sensor in (load_sensor("biorob2018"), far, near))
+    assert bare.seconds == some.seconds < more.seconds - 5.0

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from sits_mech.cases import read_table, save_table
 from sits_mech.chain import calibrate as grid
 from sits_mech.chain import models
 from sits_mech.chain.calibrate import calibrate
@@ -16,11 +17,11 @@ from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.chain.pose_errors import read_poses
 from sits_mech.chain.simulate import simulate
 from sits_mech.geometry.collision import Collision
-from sits_mech.magnetics.sheet_rungs import prepared
+from sits_mech.magnetics.space.rungs import prepared
 from sits_mech.mechanics.loads import kept_key, kept_rest
 from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, Wrench
-from sits_mech.sensor import SceneError, Sensor, load_sensor, sensor_from
-from sits_mech.sweep import read_table, save_table
+from sits_mech.report.records import failure_record
+from sits_mech.scene.sensor import SceneError, Sensor, load_sensor, sensor_from
 
 REPORT = SolveReport("spring", 3, 1, 0.0, 1e-3, 0.0, min_J=0.9)
 LIMIT = 6.0  # load that the spring carries [N]
@@ -87,6 +88,23 @@ def test_simulate_by_hand(sensor: Sensor) -> None:
     assert found.signals.L_h_percent == pytest.approx(100.0 * 2.0 * odd / 2.0, rel=1e-12)
     assert found.signals.error_L_v == pytest.approx(2e-6 + 2.0 * 100.0 * 4e-7, rel=1e-6)
     assert found.signals.error_L_h == pytest.approx(2e-6 + 2.0 * (20.0 * 4e-7 + 5e-7), rel=1e-6)
+
+
+@pytest.mark.usefixtures("fakes")
+def test_coils_that_fail_leave_the_pose(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was reached is where the target rests; the report of either half is in its place."""
+    stalled = SolveReport("planar", 9, 1, 1.0, 0.5, 0.1, "stalled")
+
+    def fails(*_: object) -> None:
+        raise SolveFailed("no field", stalled)
+
+    monkeypatch.setattr(Linear, "impedance", fails)
+    with pytest.raises(SolveFailed, match="no field") as caught:
+        simulate(sensor, Wrench(1.0, 2.0))
+    record = failure_record(caught.value, whole=True)
+    assert record["pose"]["d_h"] == 4e-4 and record["wrench"]["F_z"] == 2.0
+    assert record["report"]["mechanics"]["status"] == "converged"
+    assert record["report"]["magnetics"]["status"] == "stalled"
 
 
 @pytest.mark.usefixtures("fakes")

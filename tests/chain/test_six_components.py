@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.simulate import simulate
-from sits_mech.cli import run
+from sits_mech.cli.main import run
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import Wrench
-from sits_mech.sensor import SceneError, load_sensor
+from sits_mech.scene.sensor import SceneError, load_sensor
 
 
 @pytest.fixture(scope="module")
@@ -89,13 +89,14 @@ def test_too_much_is_not_converged(capsys):
     scene = [word for change in (*square, 'elastomer.thickness="4 mm"') for word in ("--set", change)]
     assert run(["pose", "biorob2018", *scene, "--mz", "2 N*m", "--json"]) == 3
     found = json.loads(capsys.readouterr().out)
-    assert found["pose"] is None and found["report"]["status"] == "load path ended"
+    assert found["report"]["status"] == "load path ended" and list(found["pose"]) == list(found["error"])
+    assert set(found["wrench"]) == {"F_x", "F_z", "M", "F_y", "M_x", "M_z"} and 0.0 <= found["wrench"]["M_z"] < 2.0
 
 
 def test_refusals_of_the_chain(sensor, sheared, monkeypatch):
     with pytest.raises(SceneError, match="auto or sheets"):
         simulate(sensor, Wrench(F_y=0.1), magnetics="planar-fem")
     deep = replace(sheared.equilibrium, pose=replace(sheared.equilibrium.pose, alpha_x=0.6))  # 4 mm sin 0.6 > 1.9 mm
-    monkeypatch.setattr("sits_mech.mechanics.block.whole_equilibrium", lambda *_: deep)
+    monkeypatch.setattr("sits_mech.mechanics.block.BlockPad.equilibrium", lambda *_: deep)
     with pytest.raises(Collision, match="coil plane"):
         simulate(sensor, Wrench(F_y=0.1))

@@ -14,7 +14,7 @@ from sits_mech.export.source import Source
 from sits_mech.readout.calibration import AMBIGUOUS, OK, OUTSIDE, Calibration, calibration_of
 from sits_mech.report.codes import readings
 from sits_mech.report.folder import read_calibration
-from sits_mech.sensor import changed
+from sits_mech.scene.sensor import changed
 
 COMPILER = shutil.which("cc") or shutil.which("gcc") or ""
 pytestmark = pytest.mark.skipif(not COMPILER, reason="no C compiler (cc or gcc)")

@@ -8,11 +8,11 @@ import numpy as np
 import openpyxl
 import pytest
 
+from sits_mech.cases import read_table
 from sits_mech.export.formats import FORMATS, export, plain_name
 from sits_mech.export.source import Source, resting_pose
 from sits_mech.export.tables import unit_of
 from sits_mech.report.folder import read_calibration
-from sits_mech.sweep import read_table
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from sits_mech.magnetics.field import planar_fem
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import Impedance, MagneticModel, Pose, SolveFailed
-from sits_mech.sensor import Coil, Sensor, Target
+from sits_mech.scene.sensor import Coil, Sensor, Target
 
 MM = 1e-3
 FREQUENCIES = (1.0, 1e4, 1e6, 1e8)

@@ -9,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sits_mech.magnetics.bars import coil_sections, free_space_inductance, planar_bars
-from sits_mech.magnetics.closed_form import strip_reaction
+from sits_mech.magnetics.bars import bars_of_coils, free_space_inductance, planar_bars
 from sits_mech.magnetics.field import planar_fem
+from sits_mech.magnetics.section.closed_form import strip_reaction
 from sits_mech.quantities import Pose
-from sits_mech.sensor import Sensor, load_sensor
+from sits_mech.scene.sensor import Sensor, load_sensor
 
 MM = 1e-3
 # width, thickness, gap of the lowest edge [mm], angle [rad], frequency [Hz]
@@ -66,7 +66,7 @@ def test_perfect_strip_almost_touching_is_the_exact_one(alpha: float) -> None:
     pose = lowest(8, 0.05, alpha)
     found = planar_bars(sensor, 1e-3).impedance(pose, 5e6)
     coils = []
-    for bars in coil_sections(sensor):
+    for bars in bars_of_coils(sensor):
         (gx, wx), (gz, wz) = np.polynomial.legendre.leggauss(8), np.polynomial.legendre.leggauss(4)
         z = 1j * (bars.z[:, None, None] + bars.thickness / 2 * gz)
         p = bars.x[:, None, None] + bars.width / 2 * gx[:, None] + z

@@ -1,11 +1,16 @@
-"""The guard: the lowest point of the tilted plate."""
+"""The guard: the lowest point of the tilted plate, and the fixed plates around it."""
 
 import numpy as np
 import pytest
 
-from sits_mech.geometry.collision import Collision, check_clearance, clearance
+from sits_mech.geometry.collision import Collision, check_clearance, clearance, room
+from sits_mech.magnetics.bars import planar_bars
+from sits_mech.magnetics.field import planar_fem
+from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import Pose
-from sits_mech.sensor import load_sensor
+from sits_mech.scene.sensor import Conductor, load_sensor
+
+MM = 1e-3
 
 
 @pytest.mark.parametrize(("name", "hits"), [("biorob2018", False), ("biorob2018-w15", True), ("biorob2018-w22", True)])
@@ -28,3 +33,55 @@ def test_clearance_is_the_lowest_corner():
 def test_a_pose_that_is_no_number_is_refused():
     with pytest.raises(Collision):
         check_clearance(load_sensor("biorob2018"), Pose(0.0, np.nan, 0.0))
+
+
+def plate(x, z, *, y=0.0, size=(2.0, 0.2), shape="rectangle"):
+    """A fixed plate in millimetres: side or diameter, and thickness."""
+    sizes = {"diameter": size[0] * MM} if shape == "disc" else {"width": size[0] * MM, "length": size[0] * MM}
+    return Conductor(
+        name="nut", material="copper", shape=shape, centre=(x * MM, y * MM, z * MM), thickness=size[1] * MM, **sizes
+    )
+
+
+def with_plate(part, **changes):
+    return load_sensor("biorob2018").model_copy(update={"conductors": (part,), "elastomer": None, **changes})
+
+
+def test_every_model_refuses_a_pose_in_a_fixed_plate_alike():
+    """Beside, above and below it, touching or not, the same line with both parts and the place."""
+    for part, how in ((plate(4.5, 2.65), "overlaps it by 0.15 mm"), (plate(0.0, 2.8), "touches it"),
+                      (plate(5.0, 2.6), "touches it"), (plate(0.0, 2.4), "touches it")):  # fmt: skip
+        said = set()
+        for model in (planar_bars, planar_fem, sheets):
+            with pytest.raises(Collision) as caught:
+                model(with_plate(part), 1e-2).impedance(Pose(0.0, 2.5 * MM), 5e6)
+            said.add(str(caught.value))
+        (line,) = said
+        assert "target must stay clear of conductors.nut, which reaches from z = " in line and how in line
+        assert line.endswith("for d_h = 0 mm, d_v = 2.5 mm, alpha = 0 deg")
+
+
+def test_a_plate_out_of_the_section_counts_too():
+    """What the section y = 0 does not cut is in the target's way all the same."""
+    with pytest.raises(Collision, match="conductors.nut"):
+        planar_bars(with_plate(plate(0.0, 2.6, y=3.0)), 1e-2).impedance(Pose(0.0, 2.5 * MM), 5e6)
+
+
+@pytest.mark.parametrize(("off", "hits"), [(4.5, True), (4.9, True), (5.1, False)])
+def test_round_plates_are_round(off, hits):
+    """Discs of 8 and 2 mm touch at 5 mm, wherever around; the boxes around them overlap at 45 degrees up to 7 mm."""
+    disc = load_sensor("biorob2018", ['target={material="copper", shape="disc", diameter="8 mm", thickness="0.2 mm"}'])
+    place = off / np.sqrt(2.0)
+    sensor = with_plate(plate(place, 2.6, y=place, shape="disc"), target=disc.target)
+    if hits:
+        with pytest.raises(Collision, match=r"overlaps it by 0\.\d+ mm"):
+            check_clearance(sensor, Pose(0.0, 2.5 * MM))
+    else:
+        check_clearance(sensor, Pose(0.0, 2.5 * MM))
+
+
+def test_room_is_the_nearest_of_all():
+    """Below the coil plane, beside a plate; one a pose."""
+    sensor = with_plate(plate(6.0, 2.6))
+    poses = Pose(np.array([0.0, 0.5 * MM, -9.0 * MM]), np.array([2.5, 2.5, 0.3]) * MM)
+    np.testing.assert_allclose(room(sensor, poses), [1.0 * MM, 0.5 * MM, 0.3 * MM], rtol=1e-9)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sits_mech.geometry.windings import check_frequency, coil_bars, coil_rings, spiral_path, track_length, wave_notes
-from sits_mech.sensor import load_sensor
+from sits_mech.scene.sensor import load_sensor
 
 
 @pytest.fixture(scope="module")

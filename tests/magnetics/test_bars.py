@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from sits_mech.geometry.collision import Collision
-from sits_mech.magnetics.bars import coil_sections, free_space_inductance, planar_bars
-from sits_mech.magnetics.closed_form import strip_reaction
+from sits_mech.magnetics.bars import bars_of_coils, free_space_inductance, planar_bars
+from sits_mech.magnetics.section.closed_form import strip_reaction
 from sits_mech.quantities import Pose
-from sits_mech.sensor import load_sensor
+from sits_mech.scene.sensor import load_sensor
 
 MM = 1e-3
 
@@ -88,7 +88,7 @@ def test_estimated_error_brackets_the_true_one(sensor, tolerance):
 def test_thin_perfect_conductor_is_the_exact_strip(pose):
     thin = load_sensor("biorob2018", ['target.thickness="0.2 um"', "target.conductivity=1.3e12"])  # skin depth 0.2 um
     _, dL = change(thin, 1e-4, pose, 5e6)
-    bars = coil_sections(thin)
+    bars = bars_of_coils(thin)
     places, current = zip(*(_filaments(b) for b in bars), strict=True)
     coils = list(zip(places, current, strict=True))
     exact = np.array([[i @ strip_reaction(p, q, pose, 8 * MM) @ j for q, j in coils] for p, i in coils])

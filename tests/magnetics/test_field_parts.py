@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from scipy.constants import mu_0
 
-from sits_mech.geometry.plates import Plate, check_apart
+from sits_mech.geometry.plates import Plate
 from sits_mech.geometry.windings import Bars, coil_bars
+from sits_mech.magnetics.air.mesh import Fineness, divide_plane
+from sits_mech.magnetics.air.solve import element_errors, solve_field
+from sits_mech.magnetics.air.source import tracks
 from sits_mech.magnetics.field import planar_fem
-from sits_mech.magnetics.field_mesh import Fineness, divide_plane, graded_nodes
-from sits_mech.magnetics.field_solve import element_errors, solve_field
-from sits_mech.magnetics.field_source import coil_potentials, mean_log_at, tracks
-from sits_mech.magnetics.kernels import mean_log
+from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.quantities import Pose
-from sits_mech.sensor import Sensor, load_sensor, sensor_from
+from sits_mech.scene.sensor import Sensor, load_sensor, sensor_from
 
 
 def _scene(**changes: object) -> Sensor:
@@ -108,44 +108,3 @@ def test_rates() -> None:
         assert np.abs(third.flux - second.flux).max() < 2 * shares.sum()
     rates = np.log2(np.array(errors[0]) / errors[1])
     assert rates[0] > 3.0 and rates[1] > 3.5
-
-
-def test_bar_potential_is_the_mean_over_its_section() -> None:
-    """Against 60 x 60 Gauss points; on both sides of where filaments take over."""
-    nodes, weights = np.polynomial.legendre.leggauss(60)
-    for place in (9e-5 + 3e-5j, 1.4142e-3 + 1.4142e-3j, 1.4143e-3 + 1.4143e-3j, 0.05 + 0.05j):
-        inside = np.abs(place - 5e-5 * nodes[:, None] - 1j * 17.5e-6 * nodes)
-        expected = weights @ np.log(inside) @ weights / 4
-        found = mean_log_at(np.array([place.real]), np.array([place.imag]), 1e-4, 35e-6)
-        assert found[0] == pytest.approx(expected, abs=1e-11)
-
-
-def test_coil_potential_vanishes_on_the_grounded_circle() -> None:
-    circle = 0.05 * np.exp(1j * np.linspace(0, 2 * np.pi, 50))
-    coils = tracks(load_sensor("biorob2018"))
-    free, grounded = coil_potentials(coils, circle), coil_potentials(coils, circle, 0.05)
-    assert np.abs(grounded).max() < 1e-5 * np.abs(free).max()
-
-
-@pytest.mark.parametrize(
-    "place, alpha, apart",
-    [(9e-3 + 0j, 0.0, True), (0.3e-3j, 0.0, True), (7e-3 + 0j, 0.0, False), (0.3e-3j, 0.1, False), (1j, 1.0, True)],
-)
-def test_plates_apart_or_not(place: complex, alpha: float, apart: bool) -> None:
-    """Beside, above, overlapping, crossing, far."""
-    first = Plate("first", 0j, 0.0, 8e-3, 0.2e-3, 5.8e7, 1.0, True)
-    second = Plate("second", place, alpha, 8e-3, 0.2e-3, 5.8e7, 1.0, True)
-    for pair in ((first, second), (second, first)):
-        if apart:
-            check_apart(pair)
-        else:
-            with pytest.raises(ValueError, match="must not touch"):
-                check_apart(pair)
-
-
-def test_graded_nodes_follow_the_wanted_size() -> None:
-    nodes = graded_nodes(1.0, lambda s: np.minimum(1e-6 + 0.5 * np.minimum(s, 1 - s), 0.1), 1e-6)
-    steps = np.diff(nodes)
-    assert nodes[0] == 0.0 and nodes[-1] == 1.0 and np.all(steps > 0)
-    assert 0.3e-6 < steps[0] < 2e-6 and steps.max() < 0.11
-    assert steps == pytest.approx(steps[::-1], rel=1e-6)

@@ -5,11 +5,11 @@ import pytest
 from scipy.constants import mu_0
 
 from sits_mech.geometry.collision import Collision
-from sits_mech.magnetics.dodd_deeds import Layer, coil_change
-from sits_mech.magnetics.loops import Sections, coil_sections, ring_mutual
+from sits_mech.magnetics.axis.dodd_deeds import Layer, coil_change
+from sits_mech.magnetics.coils.loops import Sections, coil_sections, ring_mutual
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.quantities import Pose
-from sits_mech.sensor import Coil, Conductor, Sensor, Target
+from sits_mech.scene.sensor import Coil, Conductor, Sensor, Target
 
 MM = 1e-3
 COPPER = 5.8e7

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.constants import mu_0
@@ -9,7 +11,7 @@ from scipy.constants import mu_0
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.sheets import Sheets, sheets
 from sits_mech.quantities import Pose
-from sits_mech.sensor import Sensor, load_sensor
+from sits_mech.scene.sensor import Sensor, load_sensor
 
 # Volume FEM (NGSolve 6.2, two kinds of mesh, error 2e-4 of Delta L, 1e-3 of R): 8 x 8 x 0.2 mm copper plate,
 # two coils as rings; f [Hz], d_v [m], Delta L1 [nH], Delta M12 [nH], R1 [ohm].
@@ -124,9 +126,8 @@ def test_invariants_over_frequency(model: Sheets) -> None:
 def test_mirror_and_turns(model: Sheets) -> None:
     left, right = (model.impedance(Pose(x, 2.2e-3, a), 5e6) for x, a in ((-1e-3, -0.05), (1e-3, 0.05)))
     assert left.L[0, 0] == pytest.approx(right.L[1, 1], rel=1e-9, abs=0.0)
-    quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    offset = np.array([0.7e-3, 0.3e-3, 2e-3])
-    straight, turned = (model.impedance_at(turn, offset, 5e6) for turn in (np.eye(3), quarter))
+    place = Pose(0.7e-3, 2e-3, d_y=0.3e-3)
+    straight, turned = (model.impedance(replace(place, alpha_z=angle), 5e6) for angle in (0.0, np.pi / 2))
     assert (turned.L - turned.L0) == pytest.approx(straight.L - straight.L0, rel=1e-6, abs=0.0)  # the plate is square
 
 

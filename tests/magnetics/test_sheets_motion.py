@@ -9,7 +9,8 @@ from scipy.constants import mu_0
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import Pose
-from sits_mech.sensor import Sensor, load_sensor
+from sits_mech.scene.sensor import Sensor, load_sensor
+from sits_mech.turns import rotation_vector
 
 QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
@@ -21,6 +22,12 @@ def turn(axis: int, angle: float) -> np.ndarray:
     R[i, i] = R[j, j] = np.cos(angle)
     R[i, j], R[j, i] = -np.sin(angle), np.sin(angle)
     return R
+
+
+def posed(R: np.ndarray, c: np.ndarray) -> Pose:
+    """Pose of a rotation matrix and a place."""
+    (alpha_x, alpha, alpha_z), (d_h, d_y, d_v) = rotation_vector(R), c
+    return Pose(d_h, d_v, alpha, d_y, alpha_x, alpha_z)
 
 
 def two_loops(target: str) -> Sensor:
@@ -52,7 +59,7 @@ def test_small_perfect_disc_anywhere_in_space() -> None:
     a, t = 0.5e-3, 1e-8
     sensor = two_loops(f'conductivity=1e12, relative_permeability=1, shape="disc", diameter={2 * a}, thickness={t}')
     R, c = turn(2, 0.7) @ turn(0, 0.6) @ turn(1, 0.4), np.array([-12e-3, 9e-3, 11e-3])
-    z = sheets(sensor).impedance_at(R, c, 1e8)
+    z = sheets(sensor).impedance(posed(R, c), 1e8)
     normal = [flux_density(sensor, k, c + R[:, 2] * t / 2) @ R[:, 2] for k in (0, 1)]
     expected = -8 * a**3 / 3 / mu_0 * np.outer(normal, normal)
     np.testing.assert_allclose(z.L - z.L0, expected, rtol=3e-3)
@@ -64,8 +71,8 @@ def test_scene_and_target_turned_together() -> None:
     beside = ["coils.C1.centre=[0, -0.004]", "coils.C2.centre=[0, 0.004]"]
     along_y = load_sensor("biorob2018", ['target.length="6 mm"', *beside])
     R, c = turn(0, 0.05) @ turn(1, -0.03) @ turn(2, 0.1), np.array([0.4e-3, -0.7e-3, 2.2e-3])
-    one = sheets(along_x, 1e-2).impedance_at(R, c, 5e6)
-    two = sheets(along_y, 1e-2).impedance_at(QUARTER @ R, QUARTER @ c, 5e6)
+    one = sheets(along_x, 1e-2).impedance(posed(R, c), 5e6)
+    two = sheets(along_y, 1e-2).impedance(posed(QUARTER @ R, QUARTER @ c), 5e6)
     scale = np.abs(one.L - one.L0).max()
     np.testing.assert_allclose(two.L, one.L, rtol=0, atol=1e-4 * scale)
     np.testing.assert_allclose(two.R, one.R, rtol=0, atol=1e-3 * one.R.max())
@@ -75,15 +82,16 @@ def test_mirror_image_in_y_and_the_plane_motion() -> None:
     sensor = load_sensor("biorob2018")
     model, flip = sheets(sensor, 1e-2), np.diag([1.0, -1.0, 1.0])
     R, c = turn(0, 0.05) @ turn(1, -0.03) @ turn(2, 0.1), np.array([0.4e-3, -0.7e-3, 2.2e-3])
-    z = model.impedance_at(np.stack([R, flip @ R @ flip]), np.stack([c, flip @ c]), 5e6)
+    both = np.stack([posed(R, c).components, posed(flip @ R @ flip, flip @ c).components])
+    z = model.impedance(Pose.of(both), 5e6)
     np.testing.assert_allclose(z.L[1], z.L[0], rtol=1e-9)
     np.testing.assert_allclose(z.R[1], z.R[0], rtol=1e-7)
-    plane = model.impedance_at(turn(1, 0.03), np.array([0.4e-3, 0.0, 2.2e-3]), 5e6)
-    np.testing.assert_array_equal(plane.L, model.impedance(Pose(0.4e-3, 2.2e-3, 0.03), 5e6).L)
+    plane = model.impedance(posed(turn(1, 0.03), np.array([0.4e-3, 0.0, 2.2e-3])), 5e6)
+    np.testing.assert_allclose(plane.L, model.impedance(Pose(0.4e-3, 2.2e-3, 0.03), 5e6).L, rtol=1e-12)
 
 
 def test_a_corner_below_the_coil_plane_is_refused() -> None:
     """8 x 8 mm turned about x by 30 degrees at 2 mm: the edge is 4 mm sin(30 deg) = 2 mm deep."""
     model = sheets(load_sensor("biorob2018"), 1e-2)
     with pytest.raises(Collision, match="above the coil plane"):
-        model.impedance_at(turn(0, np.pi / 6 + 1e-3), np.array([0.0, 0.0, 2e-3]), 5e6)
+        model.impedance(Pose(0.0, 2e-3, alpha_x=np.pi / 6 + 1e-3), 5e6)

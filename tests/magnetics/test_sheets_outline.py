@@ -10,13 +10,13 @@ from scipy.constants import mu_0
 
 from sits_mech.geometry.outline import Outline, outline_plan, read_outline
 from sits_mech.geometry.sheet_plan import Grading, plan_seams
-from sits_mech.magnetics.prisms import Prisms, box_means, gauss_points, polygon_area, prism_means, prism_potential
-from sits_mech.magnetics.ring_field import path_potential, ring_potential, spiral_inductances
-from sits_mech.magnetics.sheet_loops import class_loops
-from sits_mech.magnetics.sheet_modes import stacked
+from sits_mech.magnetics.coils.ring_field import path_potential, ring_potential, spiral_inductances
 from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.space.loops import class_loops
+from sits_mech.magnetics.space.modes import stacked
+from sits_mech.magnetics.space.prisms import Prisms, box_means, gauss_points, polygon_area, prism_means, prism_potential
 from sits_mech.quantities import Pose
-from sits_mech.sensor import Sensor, load_sensor
+from sits_mech.scene.sensor import Sensor, load_sensor
 
 MESHES = Path(__file__).parents[2] / "meshes"
 SQUARE = Outline((((-4e-3, -4e-3), (4e-3, -4e-3), (4e-3, 4e-3), (-4e-3, 4e-3)),))

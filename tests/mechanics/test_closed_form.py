@@ -11,10 +11,11 @@ from sits_mech.mechanics.closed_form import (
     tilt_modulus,
 )
 from sits_mech.mechanics.layer import linear_layer, planar_layer
-from sits_mech.mechanics.pad import Fineness, bonded_body
-from sits_mech.mechanics.path import compliance, rest
+from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.rest.body import rest
+from sits_mech.mechanics.rest.newton import compliance
 from sits_mech.quantities import Wrench
-from sits_mech.sensor import load_sensor
+from sits_mech.scene.sensor import load_sensor
 
 
 def strip(S, K, w=None):

@@ -1,14 +1,17 @@
 """The layer: independent codes, closed forms, exact identities, invariants, honest failure."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.answer import Pair
-from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh, linear_layer, planar_layer, stored
-from sits_mech.mechanics.pad import Fineness, bonded_body
-from sits_mech.mechanics.path import follow, rest
+from sits_mech.mechanics.layer import deformed_mesh, linear_layer, planar_layer, stored
+from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.rest.body import rest
+from sits_mech.mechanics.rest.pairs import Pair
+from sits_mech.mechanics.rest.path import follow
 from sits_mech.quantities import SolveFailed, Wrench
-from sits_mech.sensor import load_sensor
+from sits_mech.scene.sensor import load_sensor
 
 MM = 1e-3
 NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
@@ -156,7 +159,9 @@ def best():
     """Driven components on a strongly graded mesh, twelve cells through the thickness."""
     sensor = pad(20, 15, 2)
     bodies = (bonded_body(sensor, Fineness(cells, 2.5, fan=True)) for cells in (12, 2))
-    layer = PlanarLayer(sensor, 1.0, (Pair(*bodies),))
+    pair = Pair(*bodies, added=0.0, owned=1.0, share=0.05)
+    layer = planar_layer(sensor)
+    layer = replace(layer, tolerance=1.0, line=replace(layer.line, makers=(lambda: pair,), twins=(None,)))
     return [getattr(layer.equilibrium(wrench).pose, component) for wrench, component in DRIVEN]
 
 

@@ -7,7 +7,7 @@ from sits_mech.chain.simulate import simulate
 from sits_mech.mechanics.layer import linear_layer, planar_layer
 from sits_mech.mechanics.strip import strip_layer
 from sits_mech.quantities import Pose, SolveFailed, Wrench
-from sits_mech.sensor import SceneError, Sensor, load_sensor
+from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
 
 
 def flush(shape: float, ratio: float = 1e4, extra: tuple[str, ...] = ()) -> Sensor:

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.models import MAGNETICS
-from sits_mech.magnetics.dodd_deeds import Layer, coil_change
-from sits_mech.magnetics.loops import coil_sections
+from sits_mech.magnetics.axis.dodd_deeds import Layer, coil_change
+from sits_mech.magnetics.coils.loops import coil_sections
 from sits_mech.quantities import Pose
-from sits_mech.sensor import Coil, Sensor, Target, load_sensor
+from sits_mech.scene.sensor import Coil, Sensor, Target, load_sensor
 
 MM = 1e-3
 COPPER = 5.8e7

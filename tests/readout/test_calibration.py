@@ -130,7 +130,7 @@ def test_one_coil_and_one_force() -> None:
     assert cal.forces == ("F_z",)
     assert cal.inverse(cal.forward(2.2)).forces[0] == pytest.approx(2.2, abs=1e-9)
     both = calibration(table(lambda x, z: pair(x, z)[..., :1]))
-    with pytest.raises(ValueError, match="1 cannot tell 2 forces apart"):
+    with pytest.raises(ValueError, match="1 cannot resolve 2 forces"):
         both.inverse([[2e-6]])
 
 

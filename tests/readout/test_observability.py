@@ -1,4 +1,4 @@
-"""What two, three and four coils can tell, by slopes made by hand."""
+"""What two and four coils resolve, by slopes made by hand."""
 
 import numpy as np
 import pytest
@@ -15,27 +15,28 @@ def cross() -> np.ndarray:
     return np.array([[a, b, c, 0, 0], [-a, b, -c, 0, 0], [0, b, 0, a, c], [0, b, 0, -a, -c]])
 
 
-def test_two_coils_tell_shear_and_normal() -> None:
-    """By hand: resolution noise / (sqrt(2) slope); the rest is hidden and named."""
+def test_two_coils_resolve_shear_and_normal() -> None:
+    """By hand: resolution noise / (sqrt(2) slope); the rest is unseen and named."""
     found = observability(("F_x", "F_z", "F_y"), cross()[:2, [0, 1, 3]], [1e-12, 1e-12], [1.0, 4.0, 1.0])
-    assert found.told == ("F_x", "F_z") and found.hidden == ("F_y",)
+    assert found.resolved == ("F_x", "F_z") and found.unseen == ("F_y",)
     np.testing.assert_allclose(found.resolution[:2], 1e-12 / np.sqrt(2.0) / np.array([2e-8, 3e-9]), rtol=1e-9)
     assert np.isinf(found.resolution[2]) and found.signal[2] == 0.0
+    np.testing.assert_allclose(found.alone, np.sqrt(2.0) * np.array([2e-8, 4 * 3e-9, 0.0]) / 1e-12, rtol=1e-9)
 
 
-def test_four_coils_tell_three_forces_but_no_moments() -> None:
+def test_four_coils_resolve_three_forces_but_no_moments() -> None:
     """Shear and its moment move the same two coils: without the moments all three forces, with them only F_z."""
     forces = observability(("F_x", "F_z", "F_y"), cross()[:, [0, 1, 3]], [1e-12] * 4, [1.0, 4.0, 1.0])
-    assert forces.told == ("F_x", "F_z", "F_y") and forces.hidden == ()
+    assert forces.resolved == ("F_x", "F_z", "F_y") and forces.unseen == ()
     all_five = observability(FIVE, cross(), [1e-12] * 4, FULL)
-    assert all_five.told == ("F_z",) and len(all_five.hidden) == 2
-    assert sorted(all_five.hidden) == ["-0.25 F_x +0.01 M_y", "-0.25 F_y +0.01 M_x"]  # a F_x + c M_y = 0
+    assert all_five.resolved == ("F_z",) and len(all_five.unseen) == 2
+    assert sorted(all_five.unseen) == ["-0.25 F_x +0.01 M_y", "-0.25 F_y +0.01 M_x"]  # a F_x + c M_y = 0
 
 
-def test_a_direction_below_the_noise_is_hidden() -> None:
+def test_a_direction_below_the_noise_is_unseen() -> None:
     """The same slopes under a thousand times the noise."""
     slopes, full = cross()[:2, :2], [1.0, 4.0]
-    assert observability(("F_x", "F_z"), slopes, [1.1e-8 * 2] * 2, full).told == ("F_x",)
+    assert observability(("F_x", "F_z"), slopes, [1.1e-8 * 2] * 2, full).resolved == ("F_x",)
     with pytest.raises(ValueError, match=r"slopes: must be of shape \(2, 2\); got \(2, 3\)"):
         observability(("F_x", "F_z"), cross()[:2, :3], [1.0, 1.0], full)
     with pytest.raises(ValueError, match="must be positive"):

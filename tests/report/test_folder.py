@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sits_mech.cases import read_table, save_table
+from sits_mech.cli.main import run
 from sits_mech.report.folder import read_calibration
-from sits_mech.sensor import changed, load_sensor, save_sensor
-from sits_mech.sweep import read_table, save_table
+from sits_mech.scene.sensor import changed, load_sensor, save_sensor
 
 
 @pytest.fixture
@@ -62,3 +63,33 @@ def test_without_a_load_that_converged(copied: Path) -> None:
     save_table(data, copied / "result.nc")
     with pytest.raises(ValueError, match="at least one load that converged"):
         read_calibration(copied)
+
+
+def test_a_table_of_three_forces_has_what_can_be_drawn(three_forces: Path) -> None:
+    """Curves and crosstalk as slices; no picture of a layer that the model keeps no section of."""
+    sensor, data = read_calibration(three_forces)
+    assert dict(data.sizes) == {"F_x": 5, "F_z": 4, "F_y": 3, "coil": 2, "coil_2": 2} and float(data["M"]) == 1e-3
+    assert {path.name for path in three_forces.glob("*.png")} >= {"L_v.png", "L_h.png", "crosstalk.png"}
+
+
+@pytest.mark.parametrize("words", [
+    ("invert", "--l1", "92 %", "--l2", "92 %"), ("converter",), ("quality",), ("compare", "bench.csv"),
+    ("export", "--to", "c"), ("export", "--to", "spice"), ("export", "--to", "vtu"),
+])  # fmt: skip
+def test_what_needs_two_forces_says_so(
+    three_forces: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...]
+) -> None:
+    """Exit 2, one line, whichever command reads the table."""
+    assert run([words[0], str(three_forces), *words[1:]]) == 2
+    line = "calibration: needs a table over F_x and F_z alone; this one has F_x, F_z, F_y, M = 0.001 N m"
+    assert capsys.readouterr().err == f"error: {line}\n"
+
+
+@pytest.mark.parametrize("form", ["csv", "netcdf", "xlsx"])
+def test_what_holds_any_loads(three_forces: Path, tmp_path: Path, form: str) -> None:
+    """Tables for other programs."""
+    path = tmp_path / f"table.{'nc' if form == 'netcdf' else form}"
+    assert run(["export", str(three_forces), "--to", form, "-o", str(path)]) == 0
+    if form == "netcdf":
+        data = read_table(path)
+        assert {name: data[name].attrs["units"] for name in ("d_y", "F_y", "M")} == {"d_y": "m", "F_y": "N", "M": "N m"}

@@ -1,0 +1,261 @@
+"""What does a function return over a grid? One labelled table; a case that fails is a row with status and reason.
+
+The grid is the product of its names' values, or takes them side by side. The function may be any callable; the executor
+may be any of `concurrent.futures` or what behaves like one. Finished points are kept on disk, one file per point, so
+that a run that was stopped goes on where it was.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import math
+import os
+import tempfile
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Executor, as_completed
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+
+from sits_mech.quantities import SolveFailed, as_jsonable
+from sits_mech.scene.files import write_text
+from sits_mech.units import SceneError
+
+Row = dict[str, Any]
+Progress = Callable[[int, int], None]
+Combine = Literal["product", "zip"]
+DONE = "converged"
+_LASTING = (ValueError, ArithmeticError, SolveFailed)  # a failure that another try would only repeat
+
+
+def sweep(
+    function: Callable[..., Mapping[str, Any]],
+    grid: Mapping[str, Sequence[Any]],
+    *,
+    combine: Combine = "product",
+    executor: Executor | None = None,
+    chunk: int = 1,
+    folder: Path | None = None,
+    key: str | Callable[[Row], str] = "",
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Call `function` at every point of a grid.
+
+    Parameters
+    ----------
+    function : callable
+        Takes the grid's names as keywords; returns numbers or strings by name, or ``(dims, array)`` pairs.
+    grid : mapping of str to sequence
+        The values that each name takes.
+    combine : {"product", "zip"}
+        Whether the grid is their product, or the first values of all, the second ones, and so on.
+    executor : Executor, optional
+        Where the calls run; one after the other in this process by default.
+    chunk : int
+        Points that go to the executor at once: many where a call is short.
+    folder : Path, optional
+        Where finished points are kept, and looked for first.
+    key : str, or callable
+        Stands for everything besides the point that the result depends on, or gives for a point what stands for all.
+    progress : callable, optional
+        Called with the number of finished points and of all.
+
+    Returns
+    -------
+    Dataset
+        The function's results, and ``status``, ``reason`` and ``seconds`` of every point. The dimensions are those of
+        `grid`; of a zipped one it is ``case``, with the grid's names along it.
+
+    Raises
+    ------
+    ValueError
+        When zipped values are not equally many.
+    """
+    points = grid_points(grid, combine)
+    names = [(key, point) if isinstance(key, str) else (key(point), {}) for point in points]
+    paths = [case_path(folder, *name) for name in names]
+    rows: dict[int, Row] = {}
+    for index, row in _rows(function, points, paths, executor, chunk):
+        rows[index] = row
+        if progress is not None:
+            progress(len(rows), len(points))
+    return table(grid, [rows[index] for index in range(len(points))], combine)
+
+
+def grid_points(grid: Mapping[str, Sequence[Any]], combine: Combine = "product") -> list[Row]:
+    """Return the points of a grid, the last name running fastest; arguments and errors as of `sweep`."""
+    if combine == "zip":
+        counts = {name: len(values) for name, values in grid.items()}
+        if len(set(counts.values())) > 1:
+            shown = ", ".join(f"{name} has {count}" for name, count in counts.items())
+            raise SceneError(f"zipped values must be equally many; got: {shown}")
+        return [dict(zip(grid, values, strict=True)) for values in zip(*grid.values(), strict=True)]
+    return [dict(zip(grid, values, strict=True)) for values in itertools.product(*grid.values())]
+
+
+def _rows(
+    function: Callable[..., Mapping[str, Any]],
+    points: Sequence[Row],
+    paths: Sequence[Path | None],
+    executor: Executor | None,
+    chunk: int,
+) -> Iterable[tuple[int, Row]]:
+    """Yield number and row of each point as it is finished, those on disk first."""
+    missing = []
+    for index, path in enumerate(paths):
+        row = read_case(path)
+        if row is None:
+            missing.append(index)
+        else:
+            yield index, row
+    if executor is None:
+        for index in missing:
+            yield index, finish(paths[index], attempt(function, points[index]))
+        return
+    parts = [missing[first : first + chunk] for first in range(0, len(missing), chunk)]
+    futures = {executor.submit(_attempts, function, [points[i] for i in part]): part for part in parts}
+    try:
+        for future in as_completed(futures):
+            for index, row in zip(futures[future], future.result(), strict=True):
+                yield index, finish(paths[index], row)
+    finally:
+        for future in futures:
+            future.cancel()
+
+
+def _attempts(function: Callable[..., Mapping[str, Any]], points: Sequence[Row]) -> list[Row]:
+    """Return the rows of a few points; runs where the executor puts it."""
+    return [attempt(function, point) for point in points]
+
+
+def attempt(function: Callable[..., Mapping[str, Any]], point: Mapping[str, Any]) -> Row:
+    """Return the results at a point with ``status``, ``reason`` and ``seconds``; a failure is a row, not the end.
+
+    Parameters
+    ----------
+    function : callable
+        As for `sweep`.
+    point : mapping
+        Its keywords.
+
+    Returns
+    -------
+    dict
+        The results, or those reached, which is none; ``lasting`` says whether another try would only repeat it.
+    """
+    began = time.perf_counter()
+    row: Row = {"status": DONE, "reason": "", "lasting": True}
+    try:
+        row |= function(**point)
+    except Exception as error:  # whatever went wrong belongs to this point alone
+        report = error.report if isinstance(error, SolveFailed) else None
+        status = type(error).__name__.lower() if report is None else report.status
+        row |= {"status": status, "reason": str(error), "lasting": isinstance(error, _LASTING)}
+    return row | {"seconds": time.perf_counter() - began}
+
+
+def case_path(folder: Path | None, key: str, point: Mapping[str, Any]) -> Path | None:
+    """Return the file of a point under `folder`, named by a hash of `key` and the point; None without a folder."""
+    if folder is None:
+        return None
+    text = json.dumps([key, as_jsonable(dict(point))], sort_keys=True, default=str)
+    return folder / f"{hashlib.sha256(text.encode()).hexdigest()[:24]}.json"
+
+
+def read_case(path: Path | None) -> Row | None:
+    """Return the row kept in `path`, or None when there is none that can be read."""
+    if path is None or not path.exists():
+        return None
+    try:
+        row = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return row if isinstance(row, dict) and "status" in row else None
+
+
+def finish(path: Path | None, row: Row) -> Row:
+    """Keep a row in `path`, unless another try may give a better one, and return it."""
+    if path is not None and row["lasting"]:
+        write_text(path, json.dumps(as_jsonable(row)))
+    return row
+
+
+def table(grid: Mapping[str, Sequence[Any]], rows: Sequence[Row], combine: Combine = "product") -> xr.Dataset:
+    """Return rows in the order of `grid_points` as one labelled table.
+
+    Parameters
+    ----------
+    grid : mapping of str to sequence
+        The dimensions and their coordinates, the last one running fastest.
+    rows : sequence of dict
+        As from `attempt`; where a row lacks a number the table has NaN.
+    combine : {"product", "zip"}
+        As for `sweep`.
+
+    Returns
+    -------
+    Dataset
+        One variable for each name in any row.
+    """
+    zipped = combine == "zip"
+    dims = ("case",) if zipped else tuple(grid)
+    shape = (len(rows),) if zipped else tuple(len(values) for values in grid.values())
+    names = dict.fromkeys(name for row in rows for name in row if name != "lasting")
+    variables = {name: _column([row.get(name) for row in rows], dims, shape) for name in names}
+    return xr.Dataset(variables, {name: (dims if zipped else (name,), list(values)) for name, values in grid.items()})
+
+
+def _column(items: list[Any], dims: tuple[str, ...], shape: tuple[int, ...]) -> tuple[tuple[str, ...], Any]:
+    """Return dimensions and array of one variable: a number or a text a row, or an array with its own dimensions."""
+    found = next(item for item in items if item is not None)
+    inner, value = found if isinstance(found, tuple | list) else ((), found)
+    inner = (inner,) if isinstance(inner, str) else tuple(inner)
+    size, text = np.shape(value), np.asarray(value).dtype.kind in "UO"
+    values = np.full((len(items), *size), "" if text else math.nan, dtype=object if text else float)
+    for index, item in enumerate(items):
+        if item is not None:
+            values[index] = item[1] if inner else item
+    return (*dims, *inner), values.reshape(*shape, *size)
+
+
+def save_table(dataset: xr.Dataset, path: Path) -> None:
+    """Write a table as netCDF by an atomic rename.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Real numbers and strings.
+    path : Path
+        The file; its folder must exist.
+
+    Raises
+    ------
+    SceneError
+        When it cannot be written.
+    """
+    try:
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        os.close(handle)
+    except OSError as error:
+        raise SceneError(f"{path}: must be writable; got: {error.strerror or error}") from None
+    try:
+        dataset.to_netcdf(name, engine="h5netcdf")
+        os.chmod(name, 0o644)
+        os.replace(name, path)
+    except OSError as error:
+        raise SceneError(f"{path}: must be writable; got: {error.strerror or error}") from None
+    finally:
+        Path(name).unlink(missing_ok=True)
+
+
+def read_table(path: Path) -> xr.Dataset:
+    """Return the table that `save_table` wrote; raise SceneError when there is none."""
+    try:
+        return xr.load_dataset(path, engine="h5netcdf")
+    except (OSError, ValueError) as error:
+        raise SceneError(f"{path}: must be a table of this package; got: {' '.join(str(error).split())}") from None

@@ -1,0 +1,128 @@
+"""Which fixed conductors does a request need solved? Those that matter; the others are left out by a bound.
+
+A conductor's effect is bounded beforehand (`remote`) and compared with the change of inductance that is asked for: what
+the target does at the poses that are known, or at rest, by the model that the bare sensor takes. Conductors whose
+effects stay together below the tolerance are left out, named with their bounds, and the answer's errors hold these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from sits_mech.chain.omissions import Omission
+from sits_mech.geometry.collision import check_clearance
+from sits_mech.magnetics.remote import remote_bounds
+from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveFailed
+from sits_mech.scene.sensor import Conductor, Sensor
+
+
+@dataclass(frozen=True)
+class AmongFar:
+    """A magnetic model of a scene without its far conductors; what these are worth at most is in its errors.
+
+    Attributes
+    ----------
+    model : MagneticModel
+        Of the scene `solved`.
+    sensor, solved : Sensor
+        The whole scene, and what is solved of it.
+    left_out, notes : tuple of str
+        For the report.
+    """
+
+    model: MagneticModel
+    sensor: Sensor
+    solved: Sensor
+    left_out: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    def impedance(self, pose: Pose, frequency: float) -> Impedance:
+        """Return what the model does, with the far conductors in errors and report.
+
+        Raises
+        ------
+        Collision
+            If a pose brings the target to the coil plane or a conductor.
+        ValueError
+            If a pose comes so near to a conductor that was left out that nothing bounds its effect.
+        """
+        check_clearance(self.sensor, pose)
+        found = self.model.impedance(pose, frequency)
+        far = [part for part in self.sensor.conductors if part not in self.solved.conductors]
+        share = remote_bounds(self.solved, far, pose, section=found.unit_L == "H/m").sum(axis=1)
+        if not np.all(np.isfinite(share)):
+            names = ", ".join(f"conductors.{part.name}" for part in far)
+            raise ValueError(f"pose: the target must stay far from {names}, left out for that; ask for a model by name")
+        bound = float(np.diag(found.L0).max()) * share.reshape(pose.components.shape[:-1])[..., None, None]
+        change = np.abs(found.L - found.L0).max(axis=(-2, -1), keepdims=True)
+        relative = float(np.max(bound / np.where(change > 0.0, change, np.inf), initial=0.0))
+        report = replace(
+            found.report, estimated_error=found.report.estimated_error + relative,
+            left_out=(*found.report.left_out, *self.left_out), notes=(*found.report.notes, *self.notes),
+        )  # fmt: skip
+        error_R = found.error_R + 2.0 * np.pi * frequency * bound
+        return replace(found, error_L=found.error_L + bound, error_R=error_R, report=report)
+
+
+def without_far(
+    sensor: Sensor, model: Callable[[Sensor], MagneticModel], pose: Pose, tolerance: float
+) -> tuple[Sensor, tuple[Omission, ...]]:
+    """Return a scene with the conductors that matter, and the omission of the others.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        With flat coils.
+    model : callable
+        The model that the sensor takes without any conductors.
+    pose : Pose
+        One or many, where the change of inductance is asked for.
+    tolerance : float
+        Asked relative error of that.
+    """
+    if sensor.target is None:  # there is no change but theirs
+        return sensor, ()
+    try:
+        found = model(_with(sensor, ())).impedance(pose, sensor.frequency)
+    except SolveFailed:
+        return sensor, ()
+    change = np.abs(found.L - found.L0).max(axis=(-2, -1)).ravel() / np.diag(found.L0).max()
+    kept: list[Conductor] = []
+    while True:
+        solved, far = _with(sensor, kept), [part for part in sensor.conductors if part not in kept]
+        shares = partial(_shares, solved, pose, change, found.unit_L == "H/m")
+        left = _small_together(far, shares, tolerance)
+        if len(left) == len(far):
+            return solved, tuple(_omission(part, float(size)) for part, size in zip(far, shares(far), strict=True))
+        kept += [part for part in far if part not in left]
+
+
+def _shares(solved: Sensor, pose: Pose, change: Array, section: bool, far: Sequence[Conductor]) -> Array:
+    """The largest effect of each far conductor over the change that is asked for."""
+    return np.asarray((remote_bounds(solved, far, pose, section=section) / change[:, None]).max(axis=0))
+
+
+def _small_together(
+    parts: Sequence[Conductor], shares: Callable[[Sequence[Conductor]], Array], tolerance: float
+) -> list[Conductor]:
+    """Return the conductors that together stay below a tolerance, the largest effects dropped first."""
+    alone = {part.name: float(shares([part])[0]) for part in parts}
+    left = sorted((part for part in parts if alone[part.name] <= tolerance), key=lambda part: alone[part.name])
+    while left and float(shares(left).sum()) > tolerance:
+        left.pop()
+    return left
+
+
+def _with(sensor: Sensor, parts: Sequence[Conductor]) -> Sensor:
+    """Return a scene with some of its conductors."""
+    return sensor.model_copy(update={"conductors": tuple(parts)})
+
+
+def _omission(part: Conductor, size: float) -> Omission:
+    """Return the omission of a far conductor."""
+    place = ", ".join(f"{1e3 * value:.4g}" for value in part.centre)
+    return Omission(f"conductors.{part.name}", f"far away, at ({place}) mm; its bound is in the error", size)

@@ -1,0 +1,61 @@
+"""How does the command line speak? Answers on stdout, for a program or a reader; progress and warnings on stderr."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sits_mech.cases import Progress
+
+
+def not_converged(error: Any, as_json: bool, whole: bool = False) -> int:
+    """Print what was reached, of a `whole` chain or of one solve, and say that it is not the answer."""
+    from sits_mech.report.records import failure_record
+    from sits_mech.report.tables.solves import equilibrium_table
+
+    title = "last converged state" if error.half == "mechanics" else "where the target rests"
+    tables = [] if error.last is None else [equilibrium_table(error.last, title)]
+    answer(failure_record(error, whole), tables, as_json)
+    warn(f"not converged ({error.report.status}): {error}")
+    return 3
+
+
+def answer(record: dict[str, Any], tables: Sequence[Any], as_json: bool) -> None:
+    """Print an answer, for a program or for a reader."""
+    if as_json:
+        from sits_mech.report.records import json_text
+
+        sys.stdout.write(json_text(record) + "\n")
+        return
+    for table in tables:
+        show(table)
+
+
+def show(table: Any) -> None:
+    """Print a table on stdout; where it is no terminal nothing is cut, and numbers stay on one line."""
+    from rich.console import Console
+
+    width = None if sys.stdout.isatty() else max(160, Console(width=1000).measure(table).minimum)
+    console = Console(width=width, markup=False, highlight=False)
+    console.print(table)
+    console.print()
+
+
+def warn(line: str) -> None:
+    """Print one line on stderr."""
+    sys.stderr.write(f"{line}\n")
+
+
+@contextmanager
+def progress_bar(what: str) -> Iterator[Progress]:
+    """Yield a callable that moves a bar on stderr."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task(what, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)

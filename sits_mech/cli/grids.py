@@ -1,0 +1,77 @@
+"""What does the sensor show over a grid of loads, what do many scenes? calibrate, sweep."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from sits_mech.cli.console import not_converged, progress_bar, show, warn
+from sits_mech.cli.options import LoadGrid, Models, Output, Overrides, Scene, app, sensor_of
+
+
+@app.command
+def calibrate(
+    scene: Scene, *, loads: LoadGrid = LoadGrid(), models: Models = Models(), output: Output = None,
+    overrides: Overrides = (),
+) -> int:  # fmt: skip
+    """What the sensor shows over a grid of loads: table, netCDF, CSV and pictures; a stopped run goes on.
+
+    Each force and moment is a range "first:last:count", a dimension of the table, or one quantity, the same for all.
+    No more loads are solved than a smooth map through them needs to foretell the others within the tolerance (of 9 x 9
+    usually 25, and half of those again where the sensor is its own mirror image); the table says which.
+
+    Example: sits-mech calibrate biorob2018 --fx "-1 N:1 N:9" --fz "0 N:4 N:9" -o calibration
+    """
+    from sits_mech.chain.calibrate import calibrate as calibrated
+    from sits_mech.quantities import SolveFailed
+    from sits_mech.report.folder import cases_folder, prepare_folder, write_calibration
+    from sits_mech.report.tables.loads import failures, load_table, remarks, summary_table
+
+    sensor, components = sensor_of(scene, overrides), loads.components()
+    folder = prepare_folder(output if output is not None else Path(f"{Path(scene).stem}-calibration"))
+    try:
+        with progress_bar("loads") as progress:
+            data = calibrated(
+                sensor, **components, **asdict(models), progress=progress, folder=cases_folder(folder)
+            )
+    except SolveFailed as error:
+        return not_converged(error, False)
+    for line in write_calibration(sensor, data, folder):
+        warn(line)
+    show(load_table(data))
+    show(summary_table(data))
+    missing = failures(data)
+    flat = ["per metre of depth: ends along y are not in the signals, shear above all; --magnetics sheets has them"]
+    for line in [*remarks(data), *(flat if data.attrs["unit_L"] == "H/m" else []), *missing, f"written to {folder}"]:
+        warn(line)
+    return 3 if missing else 0
+
+
+@app.command
+def sweep(
+    study: Annotated[Path, Parameter(help="Study file: scene, request, vary, fixed.")], *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"], help="Folder of the result and of finished cases.")],
+    processes: Annotated[int, Parameter(name=["--processes", "-j"], help="Of this machine.")] = 1,
+    dask: Annotated[str | None, Parameter(help="Address of a running scheduler, instead of processes.")] = None,
+) -> int:  # fmt: skip
+    """Run the cases of a study and join them to one table; a stopped run goes on.
+
+    Example: sits-mech sweep study.toml -o widths -j 2
+    """
+    from sits_mech.batch.executors import workers
+    from sits_mech.batch.run import cases_aside, run_study
+    from sits_mech.batch.study import read_study
+    from sits_mech.report.tables.cases import case_failures, case_table
+
+    asked = read_study(study)
+    with workers(processes, dask) as executor, progress_bar("cases") as progress:
+        data = run_study(asked, output, executor=executor, progress=progress)
+    show(case_table(data))
+    missing, aside = case_failures(data), cases_aside(asked, output)
+    others = f"not in this table: {aside} finished case(s) of other values, kept in {output / 'cases'}"
+    for line in [*missing, *([others] if aside else []), f"written to {output}"]:
+        warn(line)
+    return 3 if missing else 0

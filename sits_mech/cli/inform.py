@@ -1,0 +1,89 @@
+"""What is there, what would a request take, and what does a tensile test say? catalog, doctor, explain, fit."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from sits_mech.cli.console import answer, show, warn
+from sits_mech.cli.options import Json, Load, Models, Overrides, Scene, app, sensor_of
+
+
+@app.command
+def catalog() -> int:
+    """List the catalogued sensors, silicones and metals.
+
+    Example: sits-mech catalog
+    """
+    from sits_mech.report.tables.solves import key_table
+    from sits_mech.scene.materials import metals, silicones
+    from sits_mech.scene.sensor import catalogue
+
+    show(key_table("sensors", list(catalogue().items())))
+    show(key_table("silicones", [(name, f"{item.law}: {item.source}") for name, item in silicones().items()]))
+    lines = [(name, f"{item.conductivity:.3g} S/m: {item.source}") for name, item in metals().items()]
+    show(key_table("metals", lines))
+    return 0
+
+
+@app.command
+def doctor() -> int:
+    """Tell whether everything that is needed is installed.
+
+    Example: sits-mech doctor
+    """
+    from sits_mech.cli.doctor import examine, healthy
+    from sits_mech.report.tables.solves import key_table
+
+    parts = examine()
+    show(key_table("parts", [(name, f"{version}  {purpose}") for name, version, purpose in parts]))
+    return 0 if healthy(parts) else 2
+
+
+@app.command
+def explain(
+    scene: Scene, *, load: Load = Load(), models: Models = Models(), overrides: Overrides = (), as_json: Json = False
+) -> int:
+    """Tell which models a request takes, what it leaves out and what that is worth, and what error and time to expect.
+
+    Example: sits-mech explain biorob2018 --fx "0.5 N" --fz "2 N"
+    """
+    from sits_mech.chain.models import plan
+    from sits_mech.report.tables.plan import plan_record, plan_table
+
+    sensor, wrench = sensor_of(scene, overrides), load.wrench()
+    found = plan(sensor, [wrench] if wrench.components.any() else [], **asdict(models))
+    answer(plan_record(sensor, found), [plan_table(sensor, found)], as_json)
+    return 0
+
+
+@app.command
+def fit(
+    tensile: Annotated[Path, Parameter(help="Strain and engineering stress as CSV.")], *, law: str = "yeoh",
+    max_strain: float = 1.0, terms: Annotated[int, Parameter(help="Of Ogden's law.")] = 2,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"], help="Picture of data and fit.")] = None,
+    as_json: Json = False,
+) -> int:  # fmt: skip
+    """Fit a silicone's constants to a tensile test, with the planar and biaxial ones of the same file.
+
+    Example: sits-mech fit tensile.csv --law yeoh --max-strain 1.0 -o fit.png
+    """
+    from sits_mech.report.pictures.fit import fit_rows, save_fit
+    from sits_mech.report.tables.solves import key_table
+    from sits_mech.silicone.fitting import fit_law
+    from sits_mech.silicone.material import Silicone, implausible
+    from sits_mech.silicone.tensile import read_tensile
+
+    test = read_tensile(tensile)
+    found = fit_law(test, law, max_strain, terms=terms)
+    slips = implausible(Silicone("", found.law, found.constants, math.inf))  # a fit tells no bulk modulus
+    found = replace(found, notes=(*found.notes, *slips))
+    if output is not None:
+        save_fit(test, found, output)
+        warn(f"written to {output}")
+    answer(asdict(found), [key_table(str(tensile), fit_rows(found))], as_json)
+    return 0

@@ -1,0 +1,47 @@
+"""The command line: ``sits-mech COMMAND SCENE ...``; see ``sits-mech --help``.
+
+Answers go to stdout, progress and warnings to stderr. Exit 0 done, 2 bad input (one line), 3 not converged (what was
+reached is printed and kept), 130 interrupted. Each command imports its rooms itself, so that help comes at once.
+Linear algebra keeps to one thread, unless the environment says otherwise: its systems are small, and sparse
+factorisations lose an order of magnitude to a second one.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+from cyclopts import CycloptsError
+
+from sits_mech.cli import grids, inform, products, read, solve
+from sits_mech.cli.console import warn
+from sits_mech.cli.options import app
+
+COMMANDS = (inform, solve, grids, products, read)  # importing them is what makes the app know their commands
+
+
+def run(tokens: Sequence[str] | None = None) -> int:
+    """Run a command and return its exit code.
+
+    Parameters
+    ----------
+    tokens : sequence of str, optional
+        The words of the command line; those of the process by default.
+    """
+    try:
+        code = app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
+    except (CycloptsError, ValueError, OSError) as error:
+        warn(f"error: {' '.join(str(error).split())}")
+        return 2
+    except KeyboardInterrupt:
+        warn("interrupted: finished loads are kept; the same command goes on from them")
+        return 130
+    return code if isinstance(code, int) else 0
+
+
+def main() -> None:
+    """Run the command line and leave with its exit code."""
+    for library in ("OPENBLAS", "OMP", "MKL"):  # read when numpy is first imported, by a command
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    sys.exit(run())

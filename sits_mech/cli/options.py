@@ -1,0 +1,137 @@
+"""What do the commands have in common? The app, the kinds of their options, and how a scene or a pose is written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import App, Parameter
+
+from sits_mech.cli.console import warn
+from sits_mech.version import __version__
+
+if TYPE_CHECKING:
+    from sits_mech.quantities import Pose, Wrench
+    from sits_mech.scene.sensor import Sensor
+
+app = App(
+    name="sits-mech", version=__version__, help="Force in, inductance out: soft inductive tactile sensors.",
+    suppress_keyboard_interrupt=False,
+)  # fmt: skip
+
+Quantity = Annotated[str, Parameter(allow_leading_hyphen=True)]
+Scene = Annotated[str, Parameter(help="Path of a scene file, or a name of the catalogue.")]
+Frequency = Annotated[str, Parameter(allow_leading_hyphen=True, help='One, or a range "first:last:count".')]
+Tolerance = Annotated[float, Parameter(help="Asked relative error.")]
+Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object and nothing else.")]
+Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
+Overrides = Annotated[
+    tuple[str, ...], Parameter(name="--set", negative="", help='Change a key of the scene: target.width="15 mm".')
+]
+
+
+Fx = Annotated[Quantity, Parameter(help="Shear force, along +x.")]
+Fy = Annotated[Quantity, Parameter(help="Shear force, along +y.")]
+Fz = Annotated[Quantity, Parameter(help="Normal force, pressing down.")]
+Mx = Annotated[Quantity, Parameter(help="Moment about the x axis, by the right hand.")]
+Moment = Annotated[Quantity, Parameter(help="Moment about y, lifts the left edge.")]
+Mz = Annotated[Quantity, Parameter(help="Moment about the z axis, by the right hand.")]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Load:
+    """The load on the target; with a force along y or a moment about x or z the pad is solved whole, in space."""
+
+    fx: Fx = "0 N"
+    fy: Fy = "0 N"
+    fz: Fz = "0 N"
+    mx: Mx = "0 N*m"
+    moment: Moment = "0 N*m"
+    mz: Mz = "0 N*m"
+
+    def wrench(self) -> Wrench:
+        """Return the load in SI."""
+        from sits_mech.quantities import LOAD_ARGUMENTS, Wrench
+        from sits_mech.units import quantity
+
+        return Wrench(**_in_si(self, LOAD_ARGUMENTS, quantity))
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class LoadGrid:
+    """The loads of a grid; each one quantity, the same for all, or a range "first:last:count"."""
+
+    fx: Fx = "-1 N:1 N:9"
+    fy: Fy = "0 N"
+    fz: Fz = "0 N:4 N:9"
+    mx: Mx = "0 N*m"
+    moment: Moment = "0 N*m"
+    mz: Mz = "0 N*m"
+
+    def components(self) -> dict[str, Any]:
+        """Return the components in SI, those that are ranges as lists of values, without those that are zero."""
+        from sits_mech.quantities import LOAD_ARGUMENTS
+        from sits_mech.units import quantity_or_range
+
+        found = _in_si(self, LOAD_ARGUMENTS, quantity_or_range)
+        return {name: values for name, values in found.items() if values != 0.0}
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Place:
+    """A pose of the target, instead of a load; what is not given is zero."""
+
+    dv: Annotated[Quantity | None, Parameter(help="Height of the target's bottom face above the coils.")] = None
+    dh: Annotated[Quantity | None, Parameter(help="Where the target's centre is along x.")] = None
+    dy: Annotated[Quantity | None, Parameter(help="Where it is along y.")] = None
+    alpha: Annotated[Quantity | None, Parameter(help="Rotation that lifts the left edge.")] = None
+    alphax: Annotated[Quantity | None, Parameter(help="Rotation about the x axis, by the right hand.")] = None
+    alphaz: Annotated[Quantity | None, Parameter(help="Rotation about the z axis, by the right hand.")] = None
+
+    @property
+    def given(self) -> bool:
+        """Whether any of the options is there."""
+        return any(value is not None for value in vars(self).values())
+
+    def pose(self) -> Pose:
+        """Return the pose in SI; raise SceneError where the height is missing."""
+        from sits_mech.quantities import POSE_ARGUMENTS, Pose
+        from sits_mech.units import SceneError, quantity
+
+        if self.dv is None:
+            raise SceneError("--dv: must be given for a pose of the target; it is missing")
+        return Pose(**_in_si(self, POSE_ARGUMENTS, quantity))
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Models:
+    """Which model takes each half, and to what relative error."""
+
+    mechanics: Annotated[str, Parameter(help="auto, block, planar, linear or closed-form.")] = "auto"
+    magnetics: Annotated[str, Parameter(help="auto, planar, planar-fem, axisymmetric or sheets.")] = "auto"
+    tolerance: Tolerance = 1e-2
+
+
+def _in_si(given: Any, arguments: Mapping[str, str], read: Callable[[str, str, str], Any]) -> dict[str, Any]:
+    """Return the options of a load or a pose in SI by the names of its components, each as `read` takes it."""
+    from sits_mech.quantities import UNITS
+
+    written = {option: getattr(given, option) or "0" for option in arguments}
+    return {name: read(written[option], UNITS[name], f"--{option}") for option, name in arguments.items()}
+
+
+def sensor_of(scene: str, overrides: Sequence[str]) -> Sensor:
+    """Return the scene a command is about; what is implausible in it is said on stderr."""
+    from sits_mech.scene.sensor import load_sensor
+    from sits_mech.silicone.material import implausible
+
+    found = load_sensor(scene, overrides)
+    for line in () if found.elastomer is None else implausible(found.elastomer.silicone):
+        warn(f"{scene}: {line}")
+    return found

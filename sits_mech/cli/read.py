@@ -1,0 +1,208 @@
+"""What do readings mean, and how is the converter set? invert, converter, quality, compare."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from sits_mech.cli.console import answer, warn
+from sits_mech.cli.options import Json, Quantity, app
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from sits_mech.quantities import Array
+    from sits_mech.readout.calibration import Calibration
+    from sits_mech.scene.sensor import Sensor
+
+Folder = Annotated[Path, Parameter(help="Of a calibration: what was given to sits-mech calibrate -o.")]
+
+@app.command
+def invert(
+    folder: Folder, *, l1: Quantity, l2: Quantity | None = None, l3: Quantity | None = None, l4: Quantity | None = None,
+    as_json: Json = False,
+) -> int:  # fmt: skip
+    """Which forces show these inductances? Given in H, in "%" of free space, or plain in the table's unit.
+
+    Example: sits-mech invert calibration --l1 "92.1 %" --l2 "91.8 %"
+    """
+    import numpy as np
+
+    from sits_mech.analysis.bench import model_errors, sensor_calibration
+    from sits_mech.report.folder import read_two_forces
+    from sits_mech.report.tables.readings import inversion_record, inversion_table, refusal
+    from sits_mech.units import SceneError
+
+    sensor, data = read_two_forces(folder)
+    cal = sensor_calibration(sensor, data)
+    given = [text for text in (l1, l2, l3, l4) if text is not None]
+    if len(given) != len(cal.coils):
+        options = " ".join(f"--l{k + 1}" for k in range(len(cal.coils)))
+        raise SceneError(f"{options}: must be given, one for each coil ({', '.join(cal.coils)}); got {len(given)}")
+    free = np.diagonal(data["L0"].to_numpy())
+    per_metre = str(data.attrs["unit_L"]) == "H/m"
+    L = np.array([_inductance(cal, k, text, free[k] if per_metre else None) for k, text in enumerate(given)])
+    record = inversion_record(cal, L, model_errors(sensor, data))
+    why = refusal(cal, record["status"], L.tolist())
+    if why:
+        raise SceneError(why)
+    answer(record, [inversion_table(record)], as_json)
+    return 0
+
+
+@app.command
+def converter(
+    folder: Folder, *,
+    clock: Annotated[Quantity | None, Parameter(help="External clock; the part's greatest.")] = None,
+    rcount: Annotated[int, Parameter(help="Reference count: more is slower and quieter.")] = 0xFFFF,
+    as_json: Json = False,
+) -> int:  # fmt: skip
+    """How to set the scene's converter for a calibrated sensor, and what it then shows.
+
+    Example: sits-mech converter calibration --clock "40 MHz" --rcount 4096
+    """
+    from sits_mech.analysis.bench import sensor_front_end
+    from sits_mech.report.folder import read_two_forces
+    from sits_mech.report.tables.readings import front_end_record, front_end_table
+    from sits_mech.units import quantity
+
+    sensor, data = read_two_forces(folder)
+    hertz = None if clock is None else quantity(clock, "Hz", "--clock")
+    found, missing = sensor_front_end(sensor, data, clock=hertz, rcount=rcount)
+    names = [coil.name for coil in sensor.coils]
+    answer(front_end_record(found, names, missing), [front_end_table(found, names, missing)], as_json)
+    for line in found.warnings:
+        warn(line)
+    return 0
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Deviations:
+    """Standard deviations of what is made; those that are given count."""
+
+    thickness: Annotated[Quantity | None, Parameter(help="Of the layer's thickness.")] = None
+    modulus: Annotated[Quantity | None, Parameter(help='Of the modulus, over its own, such as "5 %".')] = None
+    gap: Annotated[Quantity | None, Parameter(help="Of the gap between coils and target.")] = None
+    offset: Annotated[Quantity | None, Parameter(help="Of the coils' place along x.")] = None
+
+    def given(self) -> dict[str, float]:
+        """Return those that are given, in SI."""
+        from sits_mech.units import quantity
+
+        units = {"thickness": "m", "modulus": "", "gap": "m", "offset": "m"}
+        texts = {name: getattr(self, name) for name in units}
+        return {name: quantity(text, units[name], f"--{name}") for name, text in texts.items() if text is not None}
+
+
+@app.command
+def quality(
+    folder: Folder, *, deviations: Deviations = Deviations(),
+    noise: Annotated[Quantity | None, Parameter(help="Of an inductance; the converter's by default.")] = None,
+    samples: Annotated[int, Parameter(help="Sensors to solve for the deviations, a power of two.")] = 32,
+    period: Annotated[Quantity | None, Parameter(help="Of a load to the table's end and back: hysteresis.")] = None,
+    components: Annotated[bool, Parameter(help="Which of the six forces and moments do the coils resolve?")] = False,
+    as_json: Json = False,
+) -> int:  # fmt: skip
+    """Range, linearity, crosstalk, resolution, condition of a calibrated sensor; what tolerances make of it.
+
+    Example: sits-mech quality calibration --modulus "5 %" --gap "20 um"
+    """
+    import numpy as np
+
+    from sits_mech.analysis.bench import sensor_calibration, sensor_front_end
+    from sits_mech.analysis.tolerances import force_spread
+    from sits_mech.analysis.wrenches import resolved_components
+    from sits_mech.cli.console import progress_bar
+    from sits_mech.readout import quality as figures
+    from sits_mech.report.folder import read_two_forces
+    from sits_mech.report.tables.quality import components_record, quality_record, quality_tables
+    from sits_mech.units import quantity as written
+
+    sensor, data = read_two_forces(folder)
+    cal, off = sensor_calibration(sensor, data), deviations.given()
+    one = None if noise is None else written(noise, "H", "--noise")
+    sizes = sensor_front_end(sensor, data)[0].noise if one is None else np.full(len(cal.coils), one)
+    places, loop = [coil.centre[0] for coil in sensor.coils], None if period is None else _loop(sensor, data, period)
+    found = figures.quality(cal, sizes, positions=places, branches=loop)
+    scatter = None
+    if off:
+        loads = cal.low + (cal.high - cal.low) * np.array([[0.5, 0.5], [0.75, 0.5], [0.75, 1.0]])
+        with progress_bar("sensors") as progress:
+            scatter = force_spread(sensor, data, off, loads.tolist(), samples=samples, progress=progress)
+    record = quality_record(found, data, scatter) | {"noise": sizes.tolist()}
+    if components:
+        record["components"] = components_record(resolved_components(sensor, data, sizes))
+    answer(record, quality_tables(record), as_json)
+    silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
+    if silicone is not None and (silicone.prony or silicone.mullins) and period is None:
+        warn("hysteresis: the silicone has prony or mullins; --period shows what they make of the forces")
+    if one is None:
+        warn("resolution: by the converter's default noise at its longest conversion; --noise takes what a board shows")
+    return 0
+
+
+@app.command
+def compare(
+    folder: Folder, measured: Annotated[Path, Parameter(help="CSV: F_x [N], F_z [N], L1 [uH] or code1, ...")], *,
+    free: Annotated[str, Parameter(help="To fit: modulus, gap, lead, with commas.")] = "modulus,gap,lead",
+    clock: Annotated[Quantity, Parameter(help="Reference frequency of the codes.")] = "40 MHz",
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"], help="Picture of data and model.")] = None,
+    as_json: Json = False,
+) -> int:  # fmt: skip
+    """How far is a measurement from a calibration, and which modulus, gap and lead bring them together?
+
+    Example: sits-mech compare calibration bench.csv --free modulus,lead -o residual.png
+    """
+    from sits_mech.analysis import comparison
+    from sits_mech.readout.measured import read_measured
+    from sits_mech.report.folder import read_two_forces
+    from sits_mech.report.pictures.measured import comparison_record, comparison_rows, save_comparison
+    from sits_mech.report.tables.solves import key_table
+    from sits_mech.units import quantity
+
+    sensor, data = read_two_forces(folder)
+    tank = comparison.tank_of(sensor, quantity(clock, "Hz", "--clock"))
+    names = [coil.name for coil in sensor.coils]
+    bench = read_measured(measured, comparison.varied(data), names, tank)
+    found = comparison.compare(sensor, data, bench, [name.strip() for name in free.split(",")])
+    if output is not None:
+        save_comparison(found, names, output)
+        warn(f"written to {output}")
+    answer(comparison_record(found, names), [key_table(str(measured), comparison_rows(found))], as_json)
+    return 0
+
+
+def _loop(sensor: Sensor, data: xr.Dataset, period: str) -> tuple[Array, Array]:
+    """Return the inductances of a table's largest load while it comes and goes, the second time."""
+    import json
+
+    from sits_mech.analysis.bench import branches
+    from sits_mech.analysis.cycle import load_cycle, triangle
+    from sits_mech.quantities import Wrench
+    from sits_mech.units import quantity
+
+    request = json.loads(data.attrs["request"])
+    models = {name: request[name] for name in ("mechanics", "magnetics", "tolerance")}
+    peak = Wrench(*(float(data[name].max()) for name in ("F_x", "F_z")))
+    return branches(sensor, load_cycle(sensor, peak, triangle(quantity(period, "s", "--period")), **models))
+
+
+def _inductance(cal: Calibration, k: int, text: str, per_metre: float | None) -> float:
+    """Return a written inductance of coil k [H]; `per_metre` is its free-space value where the table is in H/m."""
+    from sits_mech.units import SceneError, quantity, shown
+
+    name, free = f"--l{k + 1}", float(cal.L0[k])
+    if "%" in text:
+        return quantity(text, "", name) * free
+    plain = text.strip()[-1:].isdigit() or text.strip().endswith(".")
+    if per_metre is not None and (plain or "/" in text):
+        return quantity(text, "H/m", name) / per_metre * free
+    found = quantity(text, "H", name)
+    if not 0.2 * free < found < 5.0 * free:
+        per = "; the table's own values are in H/m" if per_metre is not None else ""
+        raise SceneError(f"{name}: must be near the inductance in free space, {free:.4g} H{per}; got {shown(text)}")
+    return found

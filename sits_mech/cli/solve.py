@@ -1,0 +1,141 @@
+"""Where does the target go, what do the coils show? pose, inductance, simulate, cycle."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+
+from sits_mech.cli.console import answer, not_converged, warn
+from sits_mech.cli.options import (
+    Frequency,
+    Json,
+    Load,
+    Models,
+    Output,
+    Overrides,
+    Place,
+    Quantity,
+    Scene,
+    Tolerance,
+    app,
+    sensor_of,
+)  # fmt: skip
+
+
+@app.command
+def pose(
+    scene: Scene, *, load: Load = Load(), model: str = "auto", tolerance: Tolerance = 1e-2,
+    overrides: Overrides = (), as_json: Json = False,
+) -> int:  # fmt: skip
+    """Where the target comes to rest under a load.
+
+    Example: sits-mech pose biorob2018 --fx "0.5 N" --fz "2 N"
+    """
+    from sits_mech.chain.models import mechanical_model
+    from sits_mech.chain.omissions import omissions
+    from sits_mech.chain.simulate import at_rest
+    from sits_mech.quantities import SolveFailed
+    from sits_mech.report.records import equilibrium_record
+    from sits_mech.report.tables.solves import equilibrium_table
+
+    sensor, loads = sensor_of(scene, overrides), [load.wrench()]
+    layer, choice = mechanical_model(sensor, model, tolerance, loads)
+    try:
+        found = at_rest(sensor, layer, *loads)
+    except SolveFailed as error:
+        return not_converged(error, as_json)
+    unsolved = tuple(item.text for item in omissions(sensor, loads, choice.name, None))
+    answer(equilibrium_record(found, unsolved), [equilibrium_table(found)], as_json)
+    return 0
+
+
+@app.command
+def inductance(
+    scene: Scene, *, place: Place = Place(), frequency: Frequency | None = None,
+    model: str = "auto", tolerance: Tolerance = 1e-3, overrides: Overrides = (), as_json: Json = False,
+) -> int:  # fmt: skip
+    """What the coils show with the target at a pose, at one frequency or over a range.
+
+    Example: sits-mech inductance biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 MHz"
+    """
+    from sits_mech.analysis.spectrum import at_terminals, frequency_range, spectrum
+    from sits_mech.chain.models import magnetic_model
+    from sits_mech.chain.omissions import omissions
+    from sits_mech.quantities import SolveFailed
+    from sits_mech.report.records import impedance_record, spectrum_record
+    from sits_mech.report.tables.solves import impedance_table, spectrum_table, terminal_table
+
+    sensor, pose = sensor_of(scene, overrides), place.pose()
+    hertz = [sensor.frequency] if frequency is None else frequency_range(frequency, "--frequency")
+    solver, choice = magnetic_model(sensor, model, tolerance, [pose])
+    slowest = sensor.model_copy(update={"frequency": min(hertz)})
+    unsolved = tuple(item.text for item in omissions(slowest, (), None, choice.name))
+    try:
+        if len(hertz) > 1:
+            data = spectrum(sensor, solver, pose, hertz)
+            answer(spectrum_record(pose, data, unsolved), [spectrum_table(data)], as_json)
+            return 0
+        found = solver.impedance(pose, hertz[0])
+    except SolveFailed as error:
+        return not_converged(error, as_json)
+    seen, missing = at_terminals(sensor, found)
+    names = [coil.name for coil in sensor.coils]
+    tables = [impedance_table(names, found), terminal_table(names, seen, missing)]
+    answer(impedance_record(pose, found, (*unsolved, *missing), seen), tables, as_json)
+    return 0
+
+
+@app.command
+def simulate(
+    scene: Scene, *, load: Load = Load(), models: Models = Models(),
+    overrides: Overrides = (), as_json: Json = False,
+) -> int:  # fmt: skip
+    """What the sensor shows under a load.
+
+    Example: sits-mech simulate biorob2018 --fx "0.5 N" --fz "2 N"
+    """
+    from sits_mech.chain.models import plan
+    from sits_mech.chain.simulate import simulate as simulated
+    from sits_mech.quantities import SolveFailed
+    from sits_mech.report.records import simulation_record
+    from sits_mech.report.tables.solves import equilibrium_table, impedance_table, signal_table
+
+    sensor, wrench = sensor_of(scene, overrides), load.wrench()
+    unsolved = plan(sensor, [wrench], **asdict(models)).left_out
+    try:
+        found = simulated(sensor, wrench, **asdict(models))
+    except SolveFailed as error:
+        return not_converged(error, as_json, True)
+    tables = [
+        equilibrium_table(found.equilibrium),
+        impedance_table([coil.name for coil in sensor.coils], found.impedance),
+        signal_table(found.signals, found.impedance.unit_L),
+    ]
+    answer(simulation_record(found, unsolved), tables, as_json)
+    return 0
+
+
+@app.command
+def cycle(
+    scene: Scene, *, load: Load = Load(), models: Models = Models(), period: Quantity = "1 s", cycles: int = 2,
+    output: Output = None, overrides: Overrides = (), as_json: Json = False,
+) -> int:  # fmt: skip
+    """How wide is the loop of the signals while a load comes and goes? For silicones with prony or mullins.
+
+    Example: sits-mech cycle soft.toml --fz "4 N" --period "2 s" --cycles 3 -o cycle.nc
+    """
+    from sits_mech.analysis.cycle import load_cycle, triangle
+    from sits_mech.cases import save_table
+    from sits_mech.quantities import SolveFailed
+    from sits_mech.report.tables.loops import loop_record, loop_table
+    from sits_mech.units import quantity
+
+    sensor, seconds = sensor_of(scene, overrides), quantity(period, "s", "--period")
+    try:
+        data = load_cycle(sensor, load.wrench(), triangle(seconds, cycles), **asdict(models))
+    except SolveFailed as error:
+        return not_converged(error, as_json)
+    answer(loop_record(data), [loop_table(data)], as_json)
+    if output is not None:
+        save_table(data, output)
+        warn(f"written to {output}")
+    return 0

@@ -1,0 +1,230 @@
+"""How is the plane divided around the metal? Graded tensor triangles in each plate, gmsh between, a circle around all.
+
+Every part is a rectangle in the section: target, ground plane, ferrite backing. Its own axes xi (along) and eta (up
+from the middle of the bottom face) are turned clockwise by alpha. Along each axis nodes follow a wanted size
+
+    h(s) = min(first + growth d(s), near c(s), share of the length),
+
+d the distance to the nearer end, c the distance to the nearest coil bar or other part (the coils' field is as smooth
+as it is far from its bars). `first` is a fraction of the skin depth, or of the thickness where that is the smaller, so
+that the skin is resolved at every frequency: the number of layers grows like the logarithm of thickness over skin
+depth. The air mesh takes over the sections' outlines edge by edge and coarsens towards the circle. To refine, divide
+anew with smaller sizes: halving slim triangles would open their angles to 180 degrees, and the error with them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem import MeshTri
+
+from sits_mech.geometry.plates import Plate, check_apart
+from sits_mech.meshing.unstructured import fill_between
+from sits_mech.quantities import Array, Complex
+
+Index = NDArray[np.int64]
+_SMALLEST = 1e-7  # first cell at least this share of a plate's length: finer skins are not resolved
+
+
+@dataclass(frozen=True)
+class Fineness:
+    """Sizes of the division.
+
+    Attributes
+    ----------
+    skin : float
+        First cell over the skin depth.
+    edge : float
+        First cell over the thickness, where that is smaller.
+    growth : float
+        Increase of cell size per distance from a face.
+    near : float
+        Largest cell over the distance to a coil or another part.
+    share : float
+        Largest cell over the side.
+    around : float
+        Edges of the outer circle.
+    """
+
+    skin: float
+    edge: float
+    growth: float
+    near: float
+    share: float
+    around: float
+
+    def times(self, factor: float) -> Fineness:
+        """All sizes larger by `factor`; never less than two cells across a thickness."""
+        return Fineness(
+            self.skin * factor, min(self.edge * factor, 0.5), self.growth * factor, self.near * factor,
+            self.share * factor, self.around / factor,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Division:
+    """The divided plane.
+
+    Attributes
+    ----------
+    mesh : MeshTri
+    part : ndarray, shape (elements,)
+        0 in air, k + 1 in plate k.
+    centre : complex
+        Of the outer circle [m].
+    radius : float
+        Of the outer circle [m].
+    """
+
+    mesh: MeshTri
+    part: Index
+    centre: complex
+    radius: float
+
+
+def divide_plane(
+    plates: tuple[Plate, ...],
+    bars: Complex,
+    skin_depths: Array,
+    fineness: tuple[Fineness, ...],
+    ground: float | None = None,
+) -> Division:
+    """Divide the plane around `plates` up to a circle.
+
+    Parameters
+    ----------
+    plates : tuple of Plate
+        At least one; apart from each other.
+    bars : ndarray of complex
+        Places of the coils' bars x + j z [m].
+    skin_depths : ndarray, shape (plates,)
+        [m].
+    fineness : tuple of Fineness
+        One a plate; the circle takes the finest `around`.
+    ground : float, optional
+        Radius of the circle about the origin where A = 0 [m].
+
+    Raises
+    ------
+    ValueError
+        If plates touch or overlap, or reach beyond the grounded circle.
+    """
+    check_apart(plates)
+    centre, radius, around = _outer_circle(plates, max(f.around for f in fineness), ground)
+    grids = []
+    for k, plate in enumerate(plates):
+        others = [outline_samples(other) for i, other in enumerate(plates) if i != k]
+        grids.append(_grid(plate, np.concatenate([bars, *others]), float(skin_depths[k]), fineness[k]))
+    turn = 2 * np.pi * (np.arange(around) + 0.5) / around
+    circle = centre + _vertex_radius(radius, around) * np.exp(1j * turn)
+    holes = [_rim(grid) for grid in grids]
+    air = fill_between(_pairs(circle), [_pairs(grid[rim]) for grid, rim in zip(grids, holes, strict=True)])
+    return _joined(grids, holes, air, (centre, radius, around))
+
+
+def _outer_circle(plates: tuple[Plate, ...], around: float, ground: float | None) -> tuple[complex, float, int]:
+    """Centre and radius of the circle, and its number of edges."""
+    corners = np.concatenate([plate.corners for plate in plates])
+    if ground is None:
+        centre = complex((corners.real.min() + corners.real.max()) / 2, (corners.imag.min() + corners.imag.max()) / 2)
+        return centre, 5.0 * float(np.abs(corners - centre).max()), int(around)
+    reach = float(np.abs(corners).max())
+    if reach >= ground:
+        raise ValueError(
+            f"target.planar_boundary_radius: must enclose every plate (reach {reach:.4g} m), got {ground:.4g} m"
+        )
+    radius = min(5.0 * reach, float(np.sqrt(reach * ground)))
+    return 0j, radius, min(600, int(around * max(1.0, radius / (radius - reach) / 1.25)))
+
+
+def _vertex_radius(radius: float, around: int) -> float:
+    """Where a polygon's corners must be for its mean ln r to be that of the circle."""
+    half = np.pi / around
+    angle = half * (np.polynomial.legendre.leggauss(8)[0])
+    weights = np.polynomial.legendre.leggauss(8)[1] / 2
+    return float(radius * np.exp(weights @ np.log(np.cos(angle)) - np.log(np.cos(half))))
+
+
+def outline_samples(plate: Plate) -> Complex:
+    """Points along a plate's outline."""
+    sides = np.concatenate([plate.corners, plate.corners[:1]])
+    steps = np.linspace(0.0, 1.0, 200)
+    return np.concatenate([a + (b - a) * steps for a, b in zip(sides[:-1], sides[1:], strict=True)])
+
+
+def _grid(plate: Plate, sources: Complex, skin_depth: float, fineness: Fineness) -> Complex:
+    """Places of the tensor nodes, shape (along, up)."""
+    first = min(fineness.skin * skin_depth, fineness.edge * plate.thickness)
+    first = max(first, _SMALLEST * max(plate.width, plate.thickness))
+    local = (sources - plate.bottom) * np.exp(1j * plate.alpha)
+    xi, eta = local.real + plate.width / 2, local.imag
+
+    def size(s: Array, length: float, same: Array, beside: Array) -> Array:
+        distance = np.hypot(s[:, None] - same, beside).min(axis=1)
+        ends = first + fineness.growth * np.minimum(s, length - s)
+        return np.asarray(np.minimum(np.minimum(ends, fineness.share * length), fineness.near * distance))
+
+    above = np.maximum(np.maximum(-eta, eta - plate.thickness), 0.0)
+    beyond = np.maximum(np.maximum(-xi, xi - plate.width), 0.0)
+    along = graded_nodes(plate.width, lambda s: size(s, plate.width, xi, above), first)
+    up = graded_nodes(plate.thickness, lambda s: size(s, plate.thickness, eta, beyond), first)
+    return plate.placed(along[:, None] - plate.width / 2 + 1j * up)
+
+
+def graded_nodes(length: float, size: Callable[[Array], Array], first: float) -> Array:
+    """Return nodes of [0, length] whose spacing follows `size`; both ends included."""
+    inner = np.geomspace(min(first / 4, 5e-3 * length), length / 2, 400)
+    half = np.unique(np.concatenate([[0.0], inner, np.linspace(0.0, length / 2, 800)]))
+    samples = np.concatenate([half, length - half[-2::-1]])
+    density = 1.0 / size(samples)
+    count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(samples))])
+    nodes = np.interp(np.linspace(0.0, count[-1], max(2, int(np.ceil(count[-1]))) + 1), count, samples)
+    nodes[[0, -1]] = 0.0, length
+    return np.asarray(nodes)
+
+
+def _rim(grid: Complex) -> tuple[Index, Index]:
+    """Indices of a grid's outline, counter-clockwise."""
+    n, m = grid.shape
+    i = np.concatenate([np.arange(n - 1), np.full(m - 1, n - 1), np.arange(n - 1, 0, -1), np.zeros(m - 1, dtype=int)])
+    j = np.concatenate([np.zeros(n - 1, dtype=int), np.arange(m - 1), np.full(n - 1, m - 1), np.arange(m - 1, 0, -1)])
+    return i, j
+
+
+def _pairs(places: Complex) -> Array:
+    """Complex places as rows x, z."""
+    return np.column_stack([places.real, places.imag])
+
+
+def _tensor_triangles(number: Index) -> Index:
+    """Two triangles a cell, the diagonals mirrored about the grid's middle; shape (m, 3)."""
+    a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
+    i, j = np.indices(a.shape)
+    rising = (i < a.shape[0] / 2) == (j < a.shape[1] / 2)
+    first = np.where(rising[..., None], np.stack([a, b, c], -1), np.stack([a, b, d], -1))
+    second = np.where(rising[..., None], np.stack([a, c, d], -1), np.stack([b, c, d], -1))
+    return np.concatenate([first.reshape(-1, 3), second.reshape(-1, 3)])
+
+
+def _joined(
+    grids: list[Complex], rims: list[tuple[Index, Index]], air: tuple[Array, Index], circle: tuple[complex, float, int]
+) -> Division:
+    """Number the plates' inner nodes after the air's and join all triangles."""
+    points, triangles = [air[0]], [air[1]]
+    part = [np.zeros(len(air[1]), dtype=np.int64)]
+    start, total = circle[2], len(air[0])
+    for k, (grid, rim) in enumerate(zip(grids, rims, strict=True)):
+        number = np.full(grid.shape, -1)
+        number[rim] = start + np.arange(len(rim[0]))
+        start += len(rim[0])
+        inner = number < 0
+        number[inner] = total + np.arange(inner.sum())
+        total += int(inner.sum())
+        points.append(_pairs(grid[inner]))
+        triangles.append(_tensor_triangles(number))
+        part.append(np.full(len(triangles[-1]), k + 1))
+    mesh = MeshTri(np.ascontiguousarray(np.vstack(points).T), np.ascontiguousarray(np.vstack(triangles).T))
+    return Division(mesh, np.concatenate(part), circle[0], circle[1])

@@ -1,0 +1,207 @@
+"""Inductance of circular loops and rings: coaxial by a closed form, side by side by a quadrature around one of them.
+
+Two coaxial loops of radii a and b, a distance d apart, r1 and r2 the greatest and the least distance of their points
+(Maxwell's second form, with ``K - E`` written as Carlson's R_D so that nothing cancels in any regime):
+
+    M(a, b, d) = (16/3) mu0 (a b)^2 / (r1 + r2)^3  R_D(0, 4 r1 r2 / (r1 + r2)^2, 1),
+    r1^2 = (a + b)^2 + d^2,    r2^2 = (a - b)^2 + d^2.
+
+Rings of rectangular section with uniform current density: the mean of M over both sections. Near its singularity M is
+``-mu0 sqrt(a b) ln r2``, whose mean is known in closed form (`section.kernels`); what is left varies on the scale of
+the radii and is taken at Gauss points, of unlike number in the two sections so that they never meet.
+
+Loops with parallel axes a distance D apart: the line integral of A_phi = M(a, rho, d) / (2 pi rho) around the second,
+
+    M = 1/(2 pi) int_0^2pi M(a, rho, d) / rho^2  b (b + D cos t) dt,    rho^2 = b^2 + D^2 + 2 b D cos t,
+
+by the trapezium rule, which converges geometrically because the integrand is periodic and analytic.
+
+Units: H, m. Neglected: the spiral's pitch, displacement current, uneven current in the section (`losses`).
+Source: Maxwell, Treatise, art. 701; Carlson, Numer. Algorithms 10 (1995) 13.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.constants import mu_0
+from scipy.special import elliprd
+
+from sits_mech.geometry.windings import coil_rings
+from sits_mech.magnetics.section.kernels import mean_log
+from sits_mech.quantities import Array
+from sits_mech.scene.sensor import Coil
+
+_ANGLES = 8192  # most points around a loop: coils whose edges touch need the most
+
+
+@dataclass(frozen=True)
+class Sections:
+    """Coaxial rings of rectangular section.
+
+    Attributes
+    ----------
+    radius, z : ndarray, shape (n,)
+        Centres of the sections [m].
+    width, height : ndarray, shape (n,)
+        Sizes along r and z [m].
+    """
+
+    radius: Array
+    z: Array
+    width: Array
+    height: Array
+
+    def mirrored(self) -> Sections:
+        """Return the image in the plane z = 0."""
+        return Sections(self.radius, -self.z, self.width, self.height)
+
+
+def coil_sections(coil: Coil) -> Sections:
+    """Return a coil's turns as rings, one a turn and layer."""
+    rings = coil_rings(coil)
+    ones = np.ones(rings.radius.size)
+    return Sections(rings.radius, rings.z, rings.width * ones, rings.thickness * ones)
+
+
+def mutual_loops(a: ArrayLike, b: ArrayLike, d: ArrayLike) -> Array:
+    """Return the mutual inductance of coaxial circular filaments [H].
+
+    Parameters
+    ----------
+    a, b : array_like
+        Radii, not negative [m].
+    d : array_like
+        Distance of their planes [m].
+
+    Returns
+    -------
+    ndarray
+        In the broadcast shape; infinite where the filaments coincide.
+    """
+    a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    return np.asarray((a * b) ** 2 * _reduced(a, b, np.asarray(d, dtype=float)))
+
+
+def _reduced(a: Array, b: Array, d: Array) -> Array:
+    """M / (a b)^2, finite for a or b = 0."""
+    far, near = np.hypot(a + b, d), np.hypot(a - b, d)
+    total = far + near
+    return np.asarray(16.0 / 3.0 * mu_0 / total**3 * elliprd(0.0, 4.0 * far * near / total**2, 1.0))
+
+
+def ring_mutual(first: Sections, second: Sections, *, points: tuple[int, int] = (3, 3)) -> Array:
+    """Return the mutual inductances of coaxial rings; a ring with itself gives its self-inductance [H].
+
+    Parameters
+    ----------
+    first, second : Sections
+        n and m rings.
+    points : tuple of int
+        Gauss points along r and z for the regular part; the second section takes one more along r.
+
+    Returns
+    -------
+    ndarray, shape (n, m)
+        Symmetric to rounding only up to the quadrature when `first` is `second`; see `ring_inductance`.
+    """
+    column = Sections(first.radius[:, None], first.z[:, None], first.width[:, None], first.height[:, None])
+    return paired_mutual(column, second, points, (points[0] + 1, points[1]))
+
+
+def paired_mutual(first: Sections, second: Sections, points: tuple[int, int], others: tuple[int, int]) -> Array:
+    """Return the mutual inductances of rings of one shape with those of another, pair by pair as they broadcast [H].
+
+    Parameters
+    ----------
+    first, second : Sections
+    points, others : tuple of int
+        Gauss points of the first and the second section along r and z; where sections meet they must be unlike along r.
+    """
+    a, b = first.radius, second.radius
+    d = second.z - first.z
+    scale = np.sqrt(a * b)
+    total = -mu_0 * scale * mean_log(b - a, d, (first.width, first.height), (second.width, second.height))
+    for da, za, weight_a in _offsets(first, points):
+        for db, zb, weight_b in _offsets(second, others):
+            r1, r2, distance = a + da, b + db, d + zb - za
+            logarithm = 0.5 * np.log((r1 - r2) ** 2 + distance**2)
+            total += weight_a * weight_b * (mutual_loops(r1, r2, distance) + mu_0 * scale * logarithm)
+    return np.asarray(total)
+
+
+def ring_inductance(rings: Sections, *, points: tuple[int, int] = (3, 3)) -> Array:
+    """Return the symmetric inductance matrix of coaxial rings [H], shape (n, n)."""
+    L = ring_mutual(rings, rings, points=points)
+    return np.asarray((L + L.T) / 2)
+
+
+def _offsets(rings: Sections, points: tuple[int, int]) -> list[tuple[Array, Array, float]]:
+    """Gauss points of the sections: offsets along r and z from the centres and their weight."""
+    (gr, wr), (gz, wz) = (np.polynomial.legendre.leggauss(n) for n in points)
+    return [
+        (rings.width / 2 * r, rings.height / 2 * z, float(u * v / 4))
+        for r, u in zip(gr, wr, strict=True)
+        for z, v in zip(gz, wz, strict=True)
+    ]
+
+
+def coil_inductances(coils: Sequence[Coil], *, tolerance: float = 1e-9) -> Array:
+    """Return the free-space inductance matrix of coils with parallel axes, as rings [H].
+
+    Parameters
+    ----------
+    coils : sequence of Coil
+        n coils, none overlapping another.
+    tolerance : float
+        Relative error of each mutual inductance, against the two coils' self-inductances.
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+    """
+    sections = [coil_sections(coil) for coil in coils]
+    L = np.diag([float(ring_inductance(rings).sum()) for rings in sections])
+    for i, first in enumerate(coils):
+        for j in range(i):
+            distance = float(np.hypot(first.centre[0] - coils[j].centre[0], first.centre[1] - coils[j].centre[1]))
+            error = tolerance * float(np.sqrt(L[i, i] * L[j, j]))
+            L[i, j] = L[j, i] = mutual_side_by_side(sections[i], sections[j], distance, error=error)
+    return L
+
+
+def mutual_side_by_side(first: Sections, second: Sections, distance: float, *, error: float = 1e-16) -> float:
+    """Return the mutual inductance of two windings with parallel axes, all their rings in series [H].
+
+    Parameters
+    ----------
+    first, second : Sections
+        The windings' rings, each about its own axis; they must not cut each other.
+    distance : float
+        Of the axes [m].
+    error : float
+        Absolute error asked of the quadrature around the loops [H].
+    """
+    (a, za, wa), (b, zb, wb) = _filaments(first), _filaments(second)
+    count, before = 16, np.inf
+    while True:
+        # half the points by symmetry; the mid-points keep clear of the closest approach at t = pi
+        cosine = np.cos(np.pi * (np.arange(count) + 0.5) / count)
+        value = 0.0
+        for radius, z, weight in zip(b, zb, wb, strict=True):
+            rho = np.sqrt(radius**2 + distance**2 + 2 * radius * distance * cosine)
+            kernel = a[:, None] ** 2 * _reduced(a[:, None], rho, (za - z)[:, None])
+            value += weight * radius * float(wa @ (kernel @ (radius + distance * cosine))) / count
+        if abs(value - before) <= error or count >= _ANGLES:
+            return value
+        count, before = 2 * count, value
+
+
+def _filaments(rings: Sections) -> tuple[Array, Array, Array]:
+    """Rings as 2 x 2 Gauss filaments each: radii, heights and weights, flat."""
+    parts = [(rings.radius + r, rings.z + z, np.full(r.size, weight)) for r, z, weight in _offsets(rings, (2, 2))]
+    a, z, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return a, z, weight

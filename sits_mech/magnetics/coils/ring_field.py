@@ -1,0 +1,155 @@
+"""Vector potential of a coil at points in space, as concentric rings or as the true spiral.
+
+Ring of radius a at height z_k, 1 A, at distance rho from its axis (M of coaxial loops, `loops`, over 2 pi rho; nothing
+cancels on the axis):
+
+    A = (-y, x, 0) P,   P = mu0 a^2 (8 / 3 pi) R_D(0, 4 r1 r2 / (r1 + r2)^2, 1) / (r1 + r2)^3,
+    r1^2 = (a + rho)^2 + (z - z_k)^2,   r2^2 = (a - rho)^2 + (z - z_k)^2.
+
+P of all the coil's rings together is a smooth function of rho and z: for many points it is tabulated once and
+interpolated (bicubic splines on a grid even in rho, with its mirror image, and in ln z).
+
+Straight piece of a spiral along t, from s1 to s2 as seen from the foot of the perpendicular of length p:
+
+    A = t mu0 / (4 pi) [asinh(s2 / p) - asinh(s1 / p)].
+
+The spiral's own inductance takes p^2 + g^2 instead of p^2 along the same stretch of track, g its section's geometric
+mean distance from itself, ``ln g = ln(w + h) - 1.5`` (to 0.1 %). Units: V s / (A m), H. The return lead is left out.
+
+Source: Carlson, Numer. Algorithms 10 (1995) 13; Grover, Inductance Calculations (1946).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from scipy.constants import mu_0
+from scipy.ndimage import map_coordinates, spline_filter
+from scipy.special import elliprd
+
+from sits_mech.geometry.windings import coil_rings, spiral_path
+from sits_mech.quantities import Array
+from sits_mech.scene.sensor import Coil
+
+Potential = Callable[[Array], Array]
+_STEP = 0.05  # of the table, in distances to the coil
+_PAD = 12  # cells of the table beyond the region, where the spline is not moved by its end
+
+
+def ring_potential(coil: Coil, points: Array, *, across: int = 1) -> Array:
+    """Return A of a coil's rings per ampere.
+
+    Parameters
+    ----------
+    coil : Coil
+    points : ndarray, shape (n, 3)
+        [m].
+    across : int
+        Gauss filaments across each track.
+
+    Returns
+    -------
+    ndarray, shape (n, 3)
+        [V s / (A m)]
+    """
+    x, y = points[:, 0] - coil.centre[0], points[:, 1] - coil.centre[1]
+    profile = _profile(coil, np.hypot(x, y), points[:, 2], across)
+    return np.column_stack([-y * profile, x * profile, np.zeros(x.size)])
+
+
+def _profile(coil: Coil, rho: Array, z: Array, across: int) -> Array:
+    """P of the module docstring, all rings in series."""
+    rings = coil_rings(coil)
+    nodes, weights = np.polynomial.legendre.leggauss(across)
+    total = np.zeros(np.broadcast(rho, z).shape)
+    for radius, height in zip(rings.radius, rings.z, strict=True):
+        for node, weight in zip(nodes, weights, strict=True):
+            a = radius + rings.width / 2 * node
+            far, near = np.hypot(a + rho, z - height), np.hypot(a - rho, z - height)
+            both = far + near
+            total += weight / 2 * a * a / both**3 * elliprd(0.0, 4.0 * far * near / both**2, 1.0)
+    return np.asarray(8.0 * mu_0 / (3.0 * np.pi) * total)
+
+
+def coil_potential(coil: Coil, windings: str, points: Array, expected: int) -> Potential:
+    """Return a function that gives A of a coil anywhere in the region of some points.
+
+    Parameters
+    ----------
+    coil : Coil
+    windings : str
+        "rings" or "spiral".
+    points : ndarray, shape (n, 3)
+        What the region is taken from: their smallest height above z = 0 and greatest distances [m].
+    expected : int
+        Number of points it will be asked for: a table is made where that is cheaper.
+    """
+    low, high = float(points[:, 2].min()), float(points[:, 2].max())
+    if windings == "spiral":
+        path = spiral_path(coil)
+        return lambda asked: path_potential(path, asked)
+    across = 1 if low > 3 * coil.track_width else 2
+    reach = float(np.hypot(points[:, 0] - coil.centre[0], points[:, 1] - coil.centre[1]).max())
+    if low <= 0.0:
+        return lambda asked: ring_potential(coil, asked, across=across)
+    rho = _STEP * low * np.arange(np.ceil(reach / (_STEP * low)) + _PAD)
+    start = np.log(low) - _PAD * _STEP
+    z = np.exp(start + _STEP * np.arange(np.ceil(np.log(high / low) / _STEP) + 2 * _PAD))
+    if expected < 2 * rho.size * z.size:
+        return lambda asked: ring_potential(coil, asked, across=across)
+    table = spline_filter(_profile(coil, rho[:, None], z, across), order=3, mode="mirror")
+
+    def tabulated(asked: Array) -> Array:
+        x, y = asked[:, 0] - coil.centre[0], asked[:, 1] - coil.centre[1]
+        place = np.hypot(x, y) / (_STEP * low), (np.log(asked[:, 2]) - start) / _STEP
+        profile = map_coordinates(table, place, order=3, mode="mirror", prefilter=False)
+        return np.column_stack([-y * profile, x * profile, np.zeros(x.size)])
+
+    return tabulated
+
+
+def path_potential(path: Array, points: Array, *, offset: Array | float = 0.0) -> Array:
+    """Return A of 1 A along straight pieces between the vertices of `path` (m, 3) at points (n, 3); shape (n, 3).
+
+    `offset` (n or broadcast to (n, m - 1)) is added to the perpendicular distances in square [m].
+    """
+    start, end = path[:-1], path[1:]
+    length = np.linalg.norm(end - start, axis=1)
+    t = (end - start) / length[:, None]
+    result = np.empty((points.shape[0], 3))
+    for first in range(0, points.shape[0], 256):
+        some = slice(first, first + 256)
+        from_start = points[some, None, :] - start
+        along = np.einsum("nmi,mi->nm", from_start, t)
+        square = np.einsum("nmi,nmi->nm", from_start, from_start) - along**2
+        extra = offset[some] if isinstance(offset, np.ndarray) else offset
+        p = np.sqrt(np.maximum(square, 1e-24) + extra**2)
+        result[some] = (np.arcsinh((length - along) / p) + np.arcsinh(along / p)) @ t
+    return mu_0 / (4 * np.pi) * result
+
+
+def spiral_inductances(coils: Sequence[Coil], *, points_per_turn: int = 60) -> Array:
+    """Return the free-space inductance matrix of coils as spirals [H], shape (n, n)."""
+    paths = [spiral_path(coil, points_per_turn=points_per_turn) for coil in coils]
+    L = np.zeros((len(coils), len(coils)))
+    for i, coil in enumerate(coils):
+        g = np.exp(-1.5) * (coil.track_width + coil.track_thickness)
+        near = points_per_turn // 4
+        L[i, i] = _linkage(paths[i], paths[i], g, near)
+        for j in range(i):
+            L[i, j] = L[j, i] = (_linkage(paths[i], paths[j]) + _linkage(paths[j], paths[i])) / 2
+    return L
+
+
+def _linkage(first: Array, second: Array, g: float = 0.0, near: int = 0) -> float:
+    """Flux of the first path's 1 A through the second; pieces within `near` of each other are g apart."""
+    step = np.diff(second, axis=0)
+    nodes, weights = np.polynomial.legendre.leggauss(2)
+    pieces = np.arange(step.shape[0])
+    offset = np.where(np.abs(pieces[:, None] - np.arange(first.shape[0] - 1)) <= near, g, 0.0)
+    total = 0.0
+    for node, weight in zip(nodes, weights, strict=True):
+        A = path_potential(first, second[:-1] + (1 + node) / 2 * step, offset=offset)
+        total += weight / 2 * float((A * step).sum())
+    return total

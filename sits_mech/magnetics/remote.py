@@ -1,0 +1,307 @@
+"""How much can a conductor far away change the coils' inductance at most? A bound in closed form, before any solve.
+
+A conductor K without net current in the coils' field H [1/m, for 1 A] changes their impedance by j omega Delta L with
+
+    |Delta L_cd|^2 <= q_c q_d,    q_c = mu0 <H_c, Q H_c>,
+
+where q_c is what K takes of L_cc as a perfect conductor (B = 0 within) or, permeable, adds with unbounded permeability,
+whichever is more. Both grow with the body, so that any body around K bounds K:
+
+    ellipsoid of volume V in a uniform field h:   q = mu0 sum_i alpha_i h_i^2,  alpha_i = V/(1 - N_i), permeable V/N_i,
+    ball of volume V, part of H of degree n:      q = mu0 V mean H^2 3/(n + 1),  permeable 3/n, the mean on its surface,
+
+with depolarisation factors N_i = (abc/3) R_D(b^2, c^2, a^2). (A thin disc across the field has the moment 8/3 a^3 h, a
+ball 3/2 V h.) H is its value h at the middle and a rest of degrees n >= 2:
+
+    a_c = sqrt(q_c) <= sqrt(mu0 sum_i alpha_i h_i^2) + sqrt(k mu0 V mean (H - h)^2),   k = 1, permeable 3/2.   (1)
+
+The target, or a ball T around it and the plates that are solved, answers to the coils as well, with at most s_c of
+L_cc. That is, of the target alone, what a half-space from its lowest point on takes (the coil's mirror image); with
+others L_cc; with permeable ones on one side of the coils, which double L_cc at most, (1 + sqrt 2)^2 L_cc: what they
+add, and what the rest takes of that. And T answers to K's currents. Those of unit energy have a moment of at most
+sqrt(alpha_i/mu0), whose field on T goes into (1), and a rest, whose field at a distance R is at most
+
+    H^2 = rho^3 [(1 - rho^2/R^2)^-3 - 1] / (2 pi mu0 R^6),   permeable 3/2 of it;   q = mu0 V_T mean H^2 3/2, 3.   (2)
+
+(2) is the sum over n of the second line above for a unit moment at R. Both roots together are kappa. Several far
+conductors i, with kappa_ij = (rho_i rho_j)^(3/2) ((R_ij - rho_j)^2 - rho_i^2)^(-3/2) between their balls (permeable
+sqrt 2 of it each), change L by at most
+
+    sum_i (a_i + kappa_i sqrt(s))^2 / (1 - lambda),   lambda = max_i sum_j (kappa_i kappa_j + kappa_ij).
+
+In the section y = 0 [H/m] a circle stands for K: a_c^2 = 2 mu0 pi rho^2 mean H^2, kappa = a rho/(R - rho)^2, s = L_cc.
+All is infinite where balls meet each other or a coil: near conductors have to be solved.
+
+Range: isolated conductors beside flat coils, any frequency; the resistance changes by omega times the same at most.
+Neglected: a spiral's pitch (rings stand for it), uneven current in the tracks.
+Sources: Osborn, Phys. Rev. 67 (1945) 351 (N_i); Landau & Lifshitz, Electrodynamics of Continuous Media, art. 4, 54;
+Carlson, Numer. Algorithms 10 (1995) 13. The energy grows with the body by Thomson's and Dirichlet's principles.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.constants import mu_0
+from scipy.special import elliprd
+
+from sits_mech.geometry.collision import clearance
+from sits_mech.geometry.plates import cut_width
+from sits_mech.geometry.windings import coil_bars, coil_rings
+from sits_mech.magnetics.bars import free_space_inductance
+from sits_mech.magnetics.coils.loops import coil_sections, mutual_loops, ring_inductance
+from sits_mech.magnetics.coils.ring_field import ring_potential
+from sits_mech.quantities import POSE, Array, Pose
+from sits_mech.scene.sensor import Coil, Conductor, Sensor, Target
+from sits_mech.turns import rotation_matrix
+
+_STRETCH = (1.1, 1.3, 1.6, 2.0, 3.0, 5.0, 9.0, 17.0, 33.0)  # (height of an ellipsoid over the plate's)^2
+_NEAR = 1.5  # radii of a conductor from its middle to a coil: a nearer one is not bounded
+_MOST = 0.5  # of lambda
+_ROUND, _UP = 16, 8  # points on a ball
+
+
+@dataclass(frozen=True)
+class _Body:
+    """What stands for a body: alpha of some ellipsoids (e, 3) [m^3], the ball's radius [m], whether it is permeable."""
+
+    alpha: Array
+    radius: float
+    permeable: bool
+
+    @property
+    def volume(self) -> float:
+        """Of the ball [m^3]."""
+        return 4.0 / 3.0 * np.pi * self.radius**3
+
+    def strength(self, middle: Array, others: Array, weight: Array) -> Array:
+        """Formula (1) over sqrt(mu0), from the field at the middle (..., 3) and on the ball (..., n, 3)."""
+        uniform = np.sqrt((middle**2 @ self.alpha.T).min(axis=-1))
+        mean = ((others - middle[..., None, :]) ** 2).sum(axis=-1) @ weight
+        return np.asarray(uniform + np.sqrt((1.5 if self.permeable else 1.0) * self.volume * mean))
+
+
+@dataclass(frozen=True)
+class _Solved:
+    """What is solved: body or None, its middle (p, 3) and rotation (p, 3, 3), and shares s_c/L of each coil (p, n)."""
+
+    body: _Body | None
+    middle: Array
+    turn: Array
+    share: Array
+
+
+@dataclass(frozen=True)
+class _Far:
+    """Far conductors: a_c over sqrt(L), (m, n); kappa with what is solved, (p, m), and with each other, (m, m)."""
+
+    own: Array
+    to_solved: Array
+    to_others: Array
+
+
+def remote_bounds(sensor: Sensor, far: Sequence[Conductor], pose: Pose, *, section: bool = False) -> Array:
+    """Return how much conductors change any entry of L at most, over the largest self-inductance.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        Flat coils, target, and as conductors those that are solved.
+    far : sequence of Conductor
+        m others, which are left out together.
+    pose : Pose
+        p poses, or one.
+    section : bool
+        Whether a planar model is asked: what the section y = 0 cuts of them counts as endless along y as well.
+
+    Returns
+    -------
+    ndarray, shape (p, m)
+        The part of each; infinite where this bound does not hold.
+    """
+    solved = _solved(sensor, pose)
+    if not far:
+        return np.zeros((len(solved.middle), 0))
+    found = _together(_in_space(sensor.coils, far, solved), solved.share)
+    cut = np.array([cut_width(part) > 0.0 for part in far], dtype=bool)
+    if section and cut.any():
+        endless = _in_section(sensor, [part for part, is_cut in zip(far, cut, strict=True) if is_cut], solved)
+        found[:, cut] = np.maximum(found[:, cut], _together(endless, np.maximum(solved.share, 1.0)))
+    return found
+
+
+def _together(far: _Far, share: Array) -> Array:
+    """The last formula in space of the module docstring, each part's share of the sum, shape (p, m)."""
+    kappa = far.to_solved
+    with np.errstate(invalid="ignore"):
+        q = (far.own + kappa[:, :, None] * np.sqrt(share)[:, None]).max(axis=-1) ** 2
+        each = (kappa[:, :, None] * kappa[:, None] + far.to_others).sum(axis=-1).max(axis=-1, initial=0.0)
+    holds = (each < _MOST)[:, None] & np.isfinite(q)
+    return np.asarray(np.where(holds, q / (1.0 - np.where(each < _MOST, each, 0.0))[:, None], np.inf))
+
+
+def _solved(sensor: Sensor, pose: Pose) -> _Solved:
+    """The target in its poses, or the largest ball that holds it and the plates that are solved."""
+    poses, target, n = Pose.of(pose.components.reshape(-1, len(POSE))), sensor.target, len(sensor.coils)
+    turn, middle, body = rotation_matrix(poses.rotation), poses.centre, None
+    share = np.zeros((len(middle), n))
+    if target is not None:
+        middle, body = middle + turn[:, :, 2] * target.thickness / 2.0, _body(target)
+        share = np.stack([_image_share(coil, clearance(sensor, poses)) for coil in sensor.coils], axis=-1)
+    if sensor.conductors:
+        parts = [_body(part) for part in sensor.conductors]
+        away = [float(np.linalg.norm(middle - part.centre, axis=1).max()) for part in sensor.conductors]
+        radius = max(gap + part.radius for gap, part in zip(away, parts, strict=True))
+        parts += [] if body is None else [body]
+        body = _ball(max(radius, *(part.radius for part in parts)), any(part.permeable for part in parts))
+        share = np.full_like(share, _share_of_all(sensor))
+    return _Solved(body, middle, turn, share)
+
+
+def _share_of_all(sensor: Sensor) -> float:
+    """s_c/L of target and plates that are solved; infinite with permeable ones on both sides of the coils."""
+    depth = max(coil.height for coil in sensor.coils)
+    cores = [part for part in sensor.conductors if part.metal.relative_permeability != 1.0]
+    above = [part.centre[2] - part.thickness / 2.0 > 0.0 for part in cores]
+    below = [part.centre[2] + part.thickness / 2.0 < -depth for part in cores]
+    if sensor.target is not None and sensor.target.metal.relative_permeability != 1.0:
+        above, below = [*above, True], [*below, False]
+    if not above:
+        return 1.0
+    return (1.0 + math.sqrt(2.0)) ** 2 if all(above) or all(below) else math.inf
+
+
+def _ball(radius: float, permeable: bool) -> _Body:
+    """Return a ball as a body."""
+    return _Body(np.full((1, 3), (4.0 if permeable else 2.0) * np.pi * radius**3), radius, permeable)
+
+
+def _body(plate: Target | Conductor) -> _Body:
+    """Return the ellipsoids and the ball around a plate."""
+    stretch, is_round = np.array(_STRETCH), plate.diameter is not None
+    beside = stretch / (stretch - 1.0) * (1.0 if is_round else 2.0)
+    half = 0.5 * np.array([*plate.extent, plate.thickness])
+    a, b, c = half[:, None] * np.sqrt(np.stack([beside, beside, stretch]))
+    N = a * b * c / 3.0 * np.stack([elliprd(b**2, c**2, a**2), elliprd(c**2, a**2, b**2), elliprd(a**2, b**2, c**2)])
+    permeable = plate.metal.relative_permeability != 1.0
+    share = np.maximum(1.0 / (1.0 - N), 1.0 / N if permeable else 0.0)
+    return _Body((4.0 / 3.0 * np.pi * a * b * c * share).T, math.hypot(*half[1 if is_round else 0 :]), permeable)
+
+
+def _image_share(coil: Coil, gap: Array) -> Array:
+    """What a perfect half-space at a height above the coils takes of a coil's inductance, over that; shape (p,)."""
+    rings = coil_rings(coil)
+    away = 2.0 * gap[:, None, None] - rings.z[:, None] - rings.z
+    image = mutual_loops(rings.radius[:, None], rings.radius, away).sum(axis=(1, 2))
+    return np.asarray(np.minimum(image / _self_inductance(coil), 1.0))
+
+
+@lru_cache(maxsize=32)
+def _self_inductance(coil: Coil) -> float:
+    """L_cc in free space [H]."""
+    return float(ring_inductance(coil_sections(coil)).sum())
+
+
+def _sphere() -> tuple[Array, Array]:
+    """Points on the unit ball, shape (n, 3), and their weights, which add up to 1."""
+    up, weight = np.polynomial.legendre.leggauss(_UP)
+    angle = np.tile(2.0 * np.pi * np.arange(_ROUND) / _ROUND, _UP)
+    z = np.repeat(up, _ROUND)
+    flat = np.sqrt(1.0 - z**2)
+    return np.column_stack([flat * np.cos(angle), flat * np.sin(angle), z]), np.repeat(weight, _ROUND) / (2 * _ROUND)
+
+
+def _in_space(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) -> _Far:
+    """Far conductors as ellipsoids and balls."""
+    L = max(_self_inductance(coil) for coil in coils)
+    bodies, middle = [_body(part) for part in far], np.array([part.centre for part in far]).reshape(-1, 3)
+    own = [[_own_strength(coil, body, place) for coil in coils] for body, place in zip(bodies, middle, strict=True)]
+    kappa = [_kappa(body, place, solved) for body, place in zip(bodies, middle, strict=True)]
+    return _Far(np.array(own) / math.sqrt(L), np.stack(kappa, axis=-1), _pairs(bodies, middle))
+
+
+def _pairs(bodies: Sequence[_Body], middle: Array) -> Array:
+    """kappa_ij of bodies' balls, the lower of both ways; infinite where they meet, none of a body with itself."""
+    rho = np.array([body.radius for body in bodies])
+    factor = np.array([math.sqrt(2.0) if body.permeable else 1.0 for body in bodies]) * rho**1.5
+    from_ball = np.linalg.norm(middle[:, None] - middle, axis=2) - rho
+    square = np.where(from_ball > rho[:, None], from_ball**2 - rho[:, None] ** 2, 0.0)
+    with np.errstate(divide="ignore"):
+        pairs = np.outer(factor, factor) / square**1.5
+    np.fill_diagonal(pairs, 0.0)
+    return np.minimum(pairs, pairs.T)
+
+
+def _own_strength(coil: Coil, body: _Body, place: Array) -> float:
+    """a_c of a conductor; infinite where it is near the coil [sqrt(H)]."""
+    across = math.dist(place[:2], coil.centre) - 0.5 * coil.outer_diameter
+    if math.hypot(max(across, 0.0), max(place[2], -coil.height - place[2], 0.0)) <= _NEAR * body.radius:
+        return math.inf
+    points, weight = _sphere()
+    H = _field(coil, np.vstack([place, place + body.radius * points]), 1e-3 * body.radius)
+    return math.sqrt(mu_0) * float(body.strength(H[0], H[1:], weight))
+
+
+def _field(coil: Coil, points: Array, step: float) -> Array:
+    """H of a coil for 1 A at points, from its vector potential a step to all sides, shape (n, 3) [1/m]."""
+    slope = [
+        (ring_potential(coil, points + step * way) - ring_potential(coil, points - step * way)) / (2.0 * step * mu_0)
+        for way in np.eye(3)
+    ]
+    (_, y_x, z_x), (x_y, _, z_y), (x_z, y_z, _) = (each.T for each in slope)
+    return np.column_stack([z_y - y_z, x_z - z_x, y_x - x_y])
+
+
+def _kappa(body: _Body, place: Array, solved: _Solved) -> Array:
+    """kappa of a far conductor and what is solved, shape (p,)."""
+    if solved.body is None:
+        return np.zeros(len(solved.middle))
+    points, weight = _sphere()
+    from_it = np.swapaxes(solved.turn, 1, 2) @ (solved.middle - place)[:, :, None]  # in the target's own frame
+    ball = from_it[:, None, :, 0] + solved.body.radius * points
+    best = body.alpha[np.argmin(body.alpha.max(axis=1))]
+    moments = np.swapaxes(solved.turn, 1, 2) * np.sqrt(best)  # columns; those of unit energy, times sqrt(mu0)
+    square = np.zeros(len(ball))
+    for k in range(3):
+        m = moments[:, None, :, k]
+        h = _dipole(m, from_it[:, None, :, 0])[:, 0]
+        square += solved.body.strength(h, _dipole(m, ball), weight) ** 2
+    R, rho = np.linalg.norm(ball, axis=2), body.radius
+    apart = np.linalg.norm(from_it[:, :, 0], axis=1) > solved.body.radius + rho
+    inside = np.minimum((rho / R) ** 2, 1.0 - 1e-9)
+    rest = (rho**3 * ((1.0 - inside) ** -3.0 - 1.0) / (2.0 * np.pi * R**6)) @ weight * solved.body.volume
+    factors = (1.5 if body.permeable else 1.0) * (3.0 if solved.body.permeable else 1.5)
+    return np.where(apart, np.sqrt(square) + np.sqrt(factors * rest), np.inf)
+
+
+def _dipole(m: Array, r: Array) -> Array:
+    """H of a moment at the origin at places r, both shape (..., 3)."""
+    square = (r**2).sum(axis=-1, keepdims=True)
+    return np.asarray((3.0 * (m * r).sum(axis=-1, keepdims=True) * r / square - m) / (4.0 * np.pi * square**1.5))
+
+
+def _in_section(sensor: Sensor, far: Sequence[Conductor], solved: _Solved) -> _Far:
+    """Far conductors as circles in the section y = 0."""
+    middle = np.array([complex(part.centre[0], part.centre[2]) for part in far])
+    rho = np.array([0.5 * math.hypot(cut_width(part), part.thickness) for part in far])
+    points = middle + rho * np.exp(2j * np.pi * np.arange(_ROUND) / _ROUND)[:, None]
+    own, L = [], float(np.diag(free_space_inductance(sensor)).max())
+    for coil in sensor.coils:
+        bars = coil_bars(coil)
+        H = ((1.0 / (points[..., None] - (bars.x + 1j * bars.z))) @ bars.sign) / (2.0 * np.pi)
+        across = np.maximum(np.abs(middle.real - coil.centre[0]) - 0.5 * coil.outer_diameter, 0.0)
+        away = np.hypot(across, np.maximum(np.maximum(middle.imag, -coil.height - middle.imag), 0.0))
+        q = 2.0 * mu_0 * np.pi * rho**2 * (np.abs(H) ** 2).mean(axis=0)
+        own.append(np.where(away > _NEAR * rho, np.sqrt(q / L), np.inf))
+    a = 0.0 if solved.body is None else solved.body.radius
+    apart = np.abs((solved.middle[:, 0] + 1j * solved.middle[:, 2])[:, None] - middle) - a - rho
+    gap = np.abs(middle[:, None] - middle) - rho - rho[:, None]
+    with np.errstate(divide="ignore"):
+        kappa = np.where(apart > 0.0, a * rho / apart**2, np.inf)
+        pairs = np.where(gap > 0.0, np.outer(rho, rho) / gap**2, np.inf)
+    np.fill_diagonal(pairs, 0.0)
+    return _Far(np.array(own).T, kappa, pairs)

@@ -1,0 +1,138 @@
+"""The coils' field at the plate's nodes: what a pose costs in the planar integral model.
+
+A coil's bars carry s_k = +-1 A per ampere of the coil and have the complex potential f with A = Re f,
+
+    f'(p) = -(mu0 / 2 pi) sum_k s_k [1 / (p - p_k) + conj(p_k) / (R_b^2 - p conj(p_k))],    p = x + j z;
+
+the second term is the image in a circle of radius R_b about the origin where A = 0 (absent for R_b = infinity).
+Each bar is a grid of Gauss filaments, as many as its distance asks for. A plate of thickness t samples f' at its nodes
+zeta = xi + j eta (`sampling`), in its own frame:
+
+    p(zeta) = d_h + j d_v + exp(-j alpha) (zeta + j t/2),    df/dzeta = f'(p) exp(-j alpha).
+
+The constant in A acts on a plate with a free net current alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.constants import mu_0
+
+from sits_mech.geometry.windings import Bars
+from sits_mech.quantities import Array, Complex, Pose
+
+_PAIRS = 30_000  # pairs of points and filaments held at once, so that they stay in the cache
+
+
+@dataclass(frozen=True)
+class Filaments:
+    """All coils' currents as line currents.
+
+    Attributes
+    ----------
+    x, z : ndarray, shape (k,)
+        [m].
+    current : ndarray, shape (k, n)
+        Current of each filament per ampere in each coil.
+    radius : float or None
+        R_b of the grounded circle; None for free space [m].
+    """
+
+    x: Array
+    z: Array
+    current: Array
+    radius: float | None
+
+
+def filaments(coils: tuple[Bars, ...], clearance: float, error: float, radius: float | None) -> Filaments:
+    """Replace bars by Gauss filaments that are right to `error` from `clearance` above the uppermost bars' faces on."""
+    x, z, columns = [], [], []
+    for number, bars in enumerate(coils):
+        (gx, wx), (gz, wz) = (_gauss(side, clearance, error) for side in (bars.width, bars.thickness))
+        x.append((bars.x[:, None, None] + bars.width / 2 * gx[:, None] + 0 * gz).ravel())
+        z.append((bars.z[:, None, None] + 0 * gx[:, None] + bars.thickness / 2 * gz).ravel())
+        current = np.zeros((x[-1].size, len(coils)))
+        current[:, number] = (bars.sign[:, None, None] * wx[:, None] * wz / 4).ravel()
+        columns.append(current)
+    return Filaments(np.concatenate(x), np.concatenate(z), np.concatenate(columns), radius)
+
+
+def _gauss(side: float, clearance: float, error: float) -> tuple[Array, Array]:
+    """Gauss rule for 1/(p - p_k) over a side of a bar, from its own ellipse of convergence."""
+    rate = np.arcsinh(2 * (clearance + side / 2) / side)
+    count = max(1, int(np.ceil(-np.log(error) / (2 * rate))))
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    return nodes, weights
+
+
+def samples(source: Filaments, pose: Pose, thickness: float, nodes: Complex) -> Array:
+    """Return what a plate sees of the coils at its nodes.
+
+    Parameters
+    ----------
+    source : Filaments
+    pose : Pose
+        Fields of shape (p,).
+    thickness : float
+        Of the plate [m].
+    nodes : ndarray, shape (m,)
+        xi + j eta from the centre of the section [m].
+
+    Returns
+    -------
+    ndarray, shape (p, n_coils, 2 m) or (p, n_coils, 2 m + 1)
+        Re f' and Im f' at the nodes [V s/m^2 per A]; with a grounded circle, A at the centre follows [V s/m per A].
+    """
+    middle, turn = _middle(pose, thickness)
+    slope = _slope(source, (middle + turn * nodes).ravel()).reshape(middle.size, nodes.size, -1) * turn[..., None]
+    parts = [slope.real, slope.imag]
+    if source.radius is not None:
+        parts.append(_potential(source, middle.ravel(), source.radius)[:, None])
+    return np.swapaxes(np.concatenate(parts, axis=1), 1, 2)
+
+
+def circle_samples(pose: Pose, thickness: float, nodes: Complex, radius: float, terms: int) -> Array:
+    """Return the same of Re, then Im of ``(p / R_b)^m, m = 1 ... terms``; shape (p, 2 terms, 2 nodes + 1)."""
+    middle, turn = _middle(pose, thickness)
+    m = np.arange(1, terms + 1)[:, None]
+    points, turn = ((middle + turn * nodes) / radius)[:, None], turn[:, None]
+    slope = m * points ** (m - 1) * turn / radius
+    centre = (middle / radius)[:, None] ** m
+    real = np.concatenate([slope.real, slope.imag, centre.real], axis=-1)
+    imaginary = np.concatenate([slope.imag, -slope.real, centre.imag], axis=-1)  # Im f = Re(-j f)
+    return np.concatenate([real, imaginary], axis=1)
+
+
+def _middle(pose: Pose, thickness: float) -> tuple[Complex, Complex]:
+    """Centre of the section and the factor exp(-j alpha), both of shape (p, 1)."""
+    turn = np.exp(-1j * np.atleast_1d(pose.alpha))[:, None]
+    centre = (np.atleast_1d(pose.d_h) + 1j * np.atleast_1d(pose.d_v))[:, None]
+    return centre + 0.5j * thickness * turn, turn
+
+
+def _slope(source: Filaments, points: Complex) -> Complex:
+    """f' of every coil at points, shape (points, coils)."""
+    result = np.empty((points.size, source.current.shape[1]), dtype=complex)
+    step = max(1, _PAIRS // source.x.size)
+    for start in range(0, points.size, step):
+        part = slice(start, start + step)
+        dx = points.real[part, None] - source.x
+        dz = points.imag[part, None] - source.z
+        inverse = 1.0 / (dx * dx + dz * dz)
+        dx *= inverse
+        dz *= inverse
+        result[part] = dx @ source.current - 1j * (dz @ source.current)
+        if source.radius is not None:
+            mirror = source.x - 1j * source.z
+            result[part] += (mirror / (source.radius**2 - points[part, None] * mirror)) @ source.current
+    return np.asarray(-mu_0 / (2 * np.pi) * result)
+
+
+def _potential(source: Filaments, points: Complex, radius: float) -> Array:
+    """Re f of every coil at points inside the grounded circle, shape (points, coils)."""
+    places = source.x + 1j * source.z
+    image = radius - points[:, None] * places.conj() / radius
+    logs = np.log(np.abs(points[:, None] - places)) - np.log(np.abs(image))
+    return np.asarray(-mu_0 / (2 * np.pi) * logs @ source.current)

@@ -1,0 +1,203 @@
+"""The planar target's own eddy currents: a rectangular plate as bars, seen through few samples of the coils' field.
+
+Unknowns: the currents i [A] of rectangular bars along y, per metre of depth, graded to the faces and the ends:
+
+    R_i = 1 / (sigma a_i b_i) [ohm/m],    L_ij = -(mu0 / 2 pi) <ln(r / R_b)>_ij [H/m],
+
+closed form in `kernels`. Isolated plate: sum i = 0, and the radius R_b of the return drops out. Plate whose current
+returns where A = 0: R_b is that circle's radius; its image of the target's own current is `bars`' business.
+
+The coils' potential is harmonic over the plate: few samples of its slope f' at the nodes of `sampling` carry it
+through the whole section, whatever the proportion of width, thickness and clearance. Coefficients c fitted to them, a
+set for each of the four mirror classes, give every bar's mean potential. The classes decouple: one quadrant's cells
+carry each.
+
+Neglected: the plate's ends along y (planar), displacement current.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.constants import mu_0
+from scipy.linalg import block_diag
+
+from sits_mech.geometry.section import Cells
+from sits_mech.magnetics.modes import Modes, eddy_modes
+from sits_mech.magnetics.section.division import Division, Lengths, Resolution, divisions
+from sits_mech.magnetics.section.kernels import mean_log
+from sits_mech.magnetics.section.sampling import CLASSES, all_nodes, fit, mirrored, probe_charges, sample_nodes, signs
+from sits_mech.quantities import Array, Complex, SolveFailed, SolveReport
+
+_GAUSS_X, _GAUSS_Z = np.polynomial.legendre.leggauss(4), np.polynomial.legendre.leggauss(2)
+_MOST_BARS, _MOST_NODES = 11_200, 1_500  # about a minute and two gigabytes
+
+
+@dataclass(frozen=True)
+class PreparedPlate:
+    """A plate prepared for all poses with at least its clearance and all frequencies up to its skin depth.
+
+    Attributes
+    ----------
+    thickness : float
+        t [m].
+    nodes : ndarray, shape (m,)
+        Where the plate samples f', xi + j eta from the centre of the section [m].
+    basis : ndarray, shape (k, samples)
+        From samples to coefficients, class by class.
+    modes : tuple of tuple of Modes
+        For each division, from the finest on, one set a mirror class in the order of `sampling.CLASSES`.
+    cells : tuple of Cells
+        Bars of the quadrant x, z > 0 about the section's centre, of each division.
+    """
+
+    thickness: float
+    nodes: Complex
+    basis: Array
+    modes: tuple[tuple[Modes, ...], ...]
+    cells: tuple[Cells, ...]
+
+    @property
+    def bars(self) -> int:
+        """Number of bars in the whole section."""
+        return 4 * self.cells[0].x.size
+
+    def coefficients(self, samples: Array) -> Array:
+        """Return the coefficients c, shape (..., k), of samples (`coupling.samples`)."""
+        return np.asarray(samples @ self.basis.T)
+
+    def admittance(self, omega: float, finest: int = 0) -> Complex:
+        """Return Y(omega), shape (k, k), so that ``c^T Y c`` is in ohm/m; from the divisions `finest` and the next."""
+        fine, coarse = (
+            block_diag(*(modes.admittance(omega) for modes in self.modes[level])) for level in (finest, finest + 1)
+        )
+        return np.asarray(fine + (fine - coarse) / 3)
+
+    def currents(self, omega: float, finest: int = 0) -> tuple[Complex, Complex]:
+        """Return the centres xi + j eta of all bars and their currents for a unit of each coefficient.
+
+        Returns
+        -------
+        places : ndarray, shape (b,)
+            From the centre of the section, bars of the division `finest` and of the next [m].
+        currents : ndarray, shape (b, k)
+            Those of the finer bars weigh 4/3, those of the coarser ones -1/3 [A per unit].
+        """
+        places: list[Complex] = []
+        rows: list[Complex] = []
+        for level, weight in ((finest, 4 / 3), (finest + 1, -1 / 3)):
+            places += mirrored(self.cells[level].x + 1j * self.cells[level].z)
+            columns = []
+            for parities, modes in zip(CLASSES, self.modes[level], strict=True):
+                own = weight / 2.0 * modes.currents(omega)  # the coupling counts all four quadrants in its square
+                columns.append(np.concatenate([sign * own for sign in signs(parities)]))
+            rows.append(np.concatenate(columns, axis=1))
+        return np.concatenate(places), np.concatenate(rows)
+
+
+def prepare_plate(
+    size: tuple[float, float], conductivity: float, resolution: Resolution, lengths: Lengths,
+    return_radius: float | None = None,
+) -> PreparedPlate:
+    """Divide a plate and find its modes.
+
+    Parameters
+    ----------
+    size : tuple of float
+        Width w and thickness t [m].
+    conductivity : float
+        [S/m].
+    resolution : Resolution
+    lengths : Lengths
+        Smallest ones that have to be resolved.
+    return_radius : float, optional
+        Radius R_b where A = 0 for a plate with free net current; None for an isolated plate [m].
+
+    Raises
+    ------
+    SolveFailed
+        If the plate is so wide for its clearance that its bars do not fit.
+    """
+    levels = divisions(size, resolution, lengths)
+    cells = levels[0].cells
+    _check_size(cells, size, lengths.clearance, resolution.terms)
+    logs = _image_logs(cells, 1.0 if return_radius is None else return_radius)
+    places, copies = sample_nodes(size, lengths.clearance, resolution.terms)
+    charges = probe_charges(size, lengths.clearance)
+    sampled, potentials = _sampled(places, charges), _potentials(cells, charges)
+    weight = 1.0 / np.linalg.norm(sampled[0], axis=0)
+    modes, bases = [], []
+    for parities in CLASSES:
+        L = -mu_0 / (2 * np.pi) * _combined(logs, parities)
+        sampled_by_class, induced = (_combined(images, parities) * weight for images in (sampled, potentials))
+        basis, fields = fit(sampled_by_class, induced, parities, copies)
+        if return_radius is not None:  # the last sample is the potential of the centre
+            basis = np.pad(basis, ((0, 0), (0, 1)))
+            if parities == CLASSES[0]:
+                basis = np.vstack([basis, np.eye(1, basis.shape[1], basis.shape[1] - 1)])
+                fields = np.hstack([fields, np.ones((cells.x.size, 1))])
+        isolated = parities == CLASSES[0] and return_radius is None
+        modes.append([_modes(level, L, fields, conductivity, isolated) for level in levels])
+        bases.append(basis)
+    by_level = tuple(zip(*modes, strict=True))
+    return PreparedPlate(
+        size[1], all_nodes(places, copies), np.concatenate(bases), by_level, tuple(level.cells for level in levels)
+    )
+
+
+def _modes(level: Division, L: Array, fields: Array, conductivity: float, isolated: bool) -> Modes:
+    """Modes of one class on one division, from the finest one's inductances and fields."""
+    R = 1.0 / (conductivity * level.cells.width * level.cells.height)
+    own = level.joined(level.joined(L).T)
+    return eddy_modes(own, R, 2.0 * level.joined(fields).T, constraint=np.ones(R.size) if isolated else None)
+
+
+def _combined(images: tuple[Array, ...], parities: tuple[float, float]) -> Array:
+    """Sum over the four images with a class's signs."""
+    return np.asarray(sum(sign * image for sign, image in zip(signs(parities), images, strict=True)))
+
+
+def _check_size(cells: Cells, size: tuple[float, float], clearance: float, terms: float) -> None:
+    """Refuse more bars, or more nodes for the coils' field, than fit in memory and a minute."""
+    bars, nodes = 4 * cells.x.size, int(terms * sum(size) / (2 * np.pi * clearance))
+    if bars > _MOST_BARS or nodes > _MOST_NODES:
+        raise SolveFailed(
+            f"planar: a plate of {size[0] * 1e3:.4g} mm at a clearance down to {clearance * 1e3:.3g} mm needs {bars} "
+            f"bars and {nodes} field nodes for this tolerance, {_MOST_BARS} and {_MOST_NODES} fit; ask for a larger "
+            "tolerance, or for 'planar-fem'",
+            SolveReport("planar", bars, 0, 0.0, 1.0, 0.0, "too many bars"),
+        )
+
+
+def _image_logs(cells: Cells, unit: float) -> tuple[Array, Array, Array, Array]:
+    """Mean ln(r / unit) from each cell to each cell's own place and its images in x, in z and in both."""
+    x, z = cells.x, cells.z
+    first = (cells.width[:, None], cells.height[:, None])
+    second = (cells.width, cells.height)
+
+    def logs(mirror_x: float, mirror_z: float) -> Array:
+        dx, dz = mirror_x * x - x[:, None], mirror_z * z - z[:, None]
+        return np.asarray(mean_log(dx, dz, first, second) - np.log(unit))
+
+    return logs(1, 1), logs(-1, 1), logs(1, -1), logs(-1, -1)
+
+
+def _sampled(nodes: Complex, charges: Complex) -> tuple[Array, ...]:
+    """Re f' and Im f' at the nodes of each charge and its images, with f = ln(p - p_k); each (2 m, charges)."""
+    slopes = (1.0 / (nodes[:, None] - image) for image in mirrored(charges))
+    return tuple(np.concatenate([slope.real, slope.imag]) for slope in slopes)
+
+
+def _potentials(cells: Cells, charges: Complex) -> tuple[Array, ...]:
+    """Mean of ln|p - p_k| over each cell, less that of the section's centre; each (cells, charges)."""
+    means = []
+    for image in mirrored(charges):
+        mean = np.zeros((cells.x.size, charges.size))
+        for gx, wx in zip(*_GAUSS_X, strict=True):
+            for gz, wz in zip(*_GAUSS_Z, strict=True):
+                dx = (cells.x + cells.width / 2 * gx)[:, None] - image.real
+                dz = (cells.z + cells.height / 2 * gz)[:, None] - image.imag
+                mean += wx * wz / 8 * np.log((dx * dx + dz * dz) / np.abs(image) ** 2)
+        means.append(mean)
+    return tuple(means)

@@ -1,0 +1,313 @@
+"""Eddy-current modes of a plate in three dimensions, seen through polynomial fields; one preparation, any pose.
+
+Strong form in the plate: ``J = -j omega sigma (A_coils + A_J)``, div J = 0, no current through the surface, with
+``A_J(r) = mu0 / (4 pi) int J(r') / |r - r'| dV'``. Weak form over the divergence-free currents w of `loops`:
+
+    (1/sigma) <w, J> + j omega mu0 / (4 pi) << w, J / |r - r'| >> = -j omega <w, A_coils>,
+
+that is ``(R + j omega L) i = -j omega g`` with R and L real, symmetric and independent of pose and frequency (complex
+Hermitian in a disc's angular orders). A vertical loop's or sheet's moment in each cell meets the mean of 1/r between
+cells (`prisms`). The plate's symmetries split the problem into classes, each with its own modes.
+
+The coils' potential over the plate is a polynomial: the products of Chebyshev polynomials ``T_i T_j T_k`` on its
+bounding box, for each component of A. Coefficients fall like ``rho^-(i+j+k)``; weighted by that, the few
+combinations the plate can see are kept (`Sheeted.transform`), and a pose pays for these alone:
+
+    Delta Z_cd = omega^2 sum_k a_ck a_dk / (1 + j omega tau_k),   a_c = coupling^T basis^T (coefficients).
+
+Both skin regimes are one: sheets and cells are graded to faces and rim below the skin depth, and grow to the plate's
+size away from them. Neglected: displacement current; cells carry uniform current (error of second order).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.constants import mu_0
+from scipy.linalg import cholesky, eigh, solve_triangular
+
+from sits_mech.geometry.sheet_plan import Plan, plan_seams
+from sits_mech.magnetics.space.loops import Loops, class_loops
+from sits_mech.magnetics.space.prisms import Prisms, box_means, gauss_points, prism_means
+from sits_mech.quantities import Array, Complex
+
+_LARGE = 800  # unknowns of a class from which on its modes are found in single precision
+_KEEP = 5e-5  # weaker combinations of fields are left out: their energy, to the strongest, is the square
+
+
+@dataclass(frozen=True)
+class Box:
+    """Where the fields' polynomials live: the plate's bounding box, and how many of them along each axis.
+
+    Attributes
+    ----------
+    half : ndarray, shape (3,)
+        Half sizes [m].
+    order : tuple of int
+        Chebyshev polynomials along x, y, z.
+    decay : tuple of float
+        rho of each axis: coefficients fall like ``rho^-n``.
+    """
+
+    half: Array
+    order: tuple[int, int, int]
+    decay: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Class:
+    """One symmetry class of a prepared plate.
+
+    Attributes
+    ----------
+    tau : ndarray, shape (m,)
+        Time constants [s].
+    coupling : ndarray, shape (r, m)
+        What a unit of each of the class's combinations of fields induces in each mode.
+    """
+
+    tau: Array
+    coupling: Array
+
+    def admittance(self, omega: float) -> Complex:
+        """Return Y with ``Delta Z_cd = a_c^T Y a_d``, shape (r, r), symmetric; omega [rad/s]."""
+        weight = omega**2 / (1.0 + 1j * omega * self.tau)
+        return np.asarray((self.coupling * weight) @ self.coupling.T)
+
+
+@dataclass(frozen=True)
+class Sheeted:
+    """A plate prepared for any pose.
+
+    Attributes
+    ----------
+    box : Box
+        Of its fields.
+    transform : ndarray, shape (3 q, sum of r)
+        All classes' combinations, from the potential at the box's points: A_x first, then A_y, A_z.
+    classes : tuple of Class
+    unknowns, sheets : int
+        Its size as a discrete problem.
+    """
+
+    box: Box
+    transform: Array
+    classes: tuple[Class, ...]
+    unknowns: int
+    sheets: int
+
+
+def prepare_sheets(
+    divisions: Sequence[tuple[Plan, Array]], conductivity: float, box: Box, *, depth: float = 0.0
+) -> tuple[Sheeted, ...]:
+    """Find a plate's modes on several divisions.
+
+    Parameters
+    ----------
+    divisions : sequence of (Plan, ndarray of shape (l + 1,))
+        The finest first, whose combinations of fields serve for all. Plan of the outline or of its fundamental part;
+        z of the sheets' interfaces from the middle plane (0) up to the top face [m].
+    conductivity : float
+        [S/m].
+    box : Box
+    depth : float
+        How far from the rim current may pass between sheets [m].
+    """
+    bases: dict[tuple[int, int], Array] = {}
+    found: list[tuple[dict[tuple[int, int], Class], int, int]] = []
+    for plan, levels in divisions:
+        found.append((*_modes(plan, levels, conductivity, (box, depth), bases), 2 * (levels.size - 1)))
+    if not bases:
+        raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")
+    transform = _nodal(np.hstack(list(bases.values())), box)
+    none = {key: Class(np.zeros(0), np.zeros((basis.shape[1], 0))) for key, basis in bases.items()}
+    return tuple(
+        Sheeted(box, transform, tuple(classes.get(key, none[key]) for key in bases), unknowns, sheets)
+        for classes, unknowns, sheets in found
+    )
+
+
+def _modes(
+    plan: Plan, levels: Array, conductivity: float, reach: tuple[Box, float], bases: dict[tuple[int, int], Array]
+) -> tuple[dict[tuple[int, int], Class], int]:
+    """Classes of one division by order and mirror, and unknowns; the first division fills `bases`."""
+    box, depth = reach
+    prisms = stacked(plan, levels)
+    means = _kernel(plan, levels, prisms)
+    fields = _field_means(plan, prisms, box)
+    scale = _decay_scale(box)
+    seams = plan_seams(plan)
+    classes, unknowns, first = {}, 0, not bases
+    for order, (character, weight) in enumerate(zip(plan.characters, plan.weights, strict=True)):
+        for mirror in (1, -1):
+            loops = class_loops(plan, seams, np.diff(levels), (character, mirror), depth=depth)
+            if loops.unknowns == 0 or not (first or (order, mirror) in bases):
+                continue
+            tau, seen = _solve_class(_Problem(plan, loops, character, mirror, weight), means, fields, conductivity)
+            seen *= scale[:, None]
+            if first:
+                basis = _strongest(seen)
+                bases[order, mirror] = basis / scale[:, None]
+            else:
+                basis = bases[order, mirror] * scale[:, None]
+            classes[order, mirror] = Class(tau, np.asarray(basis.T @ seen))
+            unknowns += loops.unknowns * int(weight)
+    return classes, unknowns
+
+
+def stacked(plan: Plan, levels: Array) -> Prisms:
+    """The upper half's cells, sheet fastest."""
+    count = levels.size - 1
+    cells = plan.cells.shape[0]
+    corners = np.repeat(plan.nodes[plan.cells], count, axis=0)
+    return Prisms(corners, np.tile(levels[:-1], cells), np.tile(levels[1:], cells))
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """A class with its loops."""
+
+    plan: Plan
+    loops: Loops
+    character: Complex
+    mirror: int
+    weight: float
+
+    def factors(self) -> Complex:
+        """Factor and matrix of each image: chi(g) s (g with z -> s z), shape (g, 2, 3, 3)."""
+        result = np.zeros((self.plan.group.shape[0], 2, 3, 3), dtype=complex)
+        for s in (0, 1):
+            flip = self.mirror if s else 1
+            result[:, s, :2, :2] = flip * self.character[:, None, None] * self.plan.group
+            result[:, s, 2, 2] = flip * self.character * (-1.0 if s else 1.0)
+        return result
+
+
+def _kernel(plan: Plan, levels: Array, prisms: Prisms) -> Array:
+    """Mean 1/r from each cell to each cell's images, shape (g, 2, n, n)."""
+    if plan.tensor is not None:
+        boxes = box_means(*plan.tensor, levels)
+        n = boxes.shape[-1]
+        return np.asarray(boxes.transpose(1, 0, 2, 3, 4).reshape(4, 2, n, n))
+    alone = plan.group.shape[0] == 1  # without symmetry in the plane, both kernels are symmetric
+    return np.array([[prism_means(prisms, _image(prisms, g, s), symmetric=alone) for s in (1, -1)] for g in plan.group])
+
+
+def _image(prisms: Prisms, g: Array, mirror: int) -> Prisms:
+    """Prisms moved by a plane isometry and, for mirror = -1, through the plane z = 0."""
+    corners = prisms.corners @ g.T
+    if np.linalg.det(g) < 0:
+        corners = corners[:, ::-1]
+    if mirror > 0:
+        return Prisms(corners, prisms.low, prisms.high)
+    return Prisms(corners, -prisms.high, -prisms.low)
+
+
+def _field_means(plan: Plan, prisms: Prisms, box: Box) -> Array:
+    """Mean of each T_i T_j T_k over each cell's images, shape (g, 2, n, coefficients)."""
+    points, weights = gauss_points(prisms, 2)
+    n, q = weights.shape
+    result = np.empty((plan.group.shape[0], 2, n, int(np.prod(box.order))))
+    for k, g in enumerate(plan.group):
+        moved = points.copy()
+        moved[..., :2] = points[..., :2] @ g.T
+        for s in (0, 1):
+            moved[..., 2] = (1 - 2 * s) * points[..., 2]
+            x, y, z = (_chebyshev(moved[..., i] / box.half[i], box.order[i]) for i in range(3))
+            xy = (x * weights[..., None])[..., :, None] * y[..., None, :]
+            result[k, s] = np.matmul(xy.reshape(n, q, -1).transpose(0, 2, 1), z).reshape(n, -1)
+    return result
+
+
+def _chebyshev(x: Array, order: int) -> Array:
+    """T_0 ... T_(order-1) at x, along a new last axis; slightly outside [-1, 1] is clipped."""
+    return np.cos(np.arccos(np.clip(x, -1.0, 1.0))[..., None] * np.arange(order))
+
+
+def _decay_scale(box: Box) -> Array:
+    """Expected sizes of the coefficients, three components, flat."""
+    logs = [-np.log(rho) * np.arange(n) for rho, n in zip(box.decay, box.order, strict=True)]
+    total = logs[0][:, None, None] + logs[1][:, None] + logs[2]
+    return np.tile(np.exp(total).ravel(), 3)
+
+
+def _solve_class(problem: _Problem, means: Array, fields: Array, conductivity: float) -> tuple[Array, Array]:
+    """Time constants of one class and what its modes see of each coefficient, shape (3 * coefficients, m)."""
+    L, R, B = _matrices(problem, means, fields, conductivity)
+    unit = 1.0 / np.sqrt(np.real(np.diag(R)))
+    tau, seen = _felt_modes(L * unit[:, None] * unit, R * unit[:, None] * unit, B * unit)
+    if np.iscomplexobj(seen):
+        seen = np.hstack([seen.real, seen.imag]) * np.sqrt(problem.weight)
+        tau = np.tile(tau, 2)
+    return np.maximum(tau, 0.0), np.asarray(seen.real)
+
+
+def _felt_modes(L: Complex, R: Complex, B: Complex) -> tuple[Array, Complex]:
+    """Time constants of R-orthonormal modes and what these see of the fields; many in single precision.
+
+    That is uncertain by 1e-6 of the slowest time constant: below 1e-3 of a reaction in the decade that is prepared.
+    """
+    if len(R) < _LARGE:
+        tau, V = eigh(L, R, overwrite_a=True, overwrite_b=True)
+        return np.asarray(tau, dtype=float), np.asarray(B @ V)
+    C = cholesky(R, lower=True, overwrite_a=True, check_finite=False)
+    half = solve_triangular(C, L, lower=True, check_finite=False).conj().T
+    both = solve_triangular(C, half, lower=True, check_finite=False)
+    single = np.complex64 if np.iscomplexobj(both) else np.float32
+    tau, U = eigh(both.astype(single), overwrite_a=True, check_finite=False, driver="evd")
+    coupled = solve_triangular(C, B.conj().T, lower=True, check_finite=False).conj().T.astype(single) @ U
+    return np.asarray(tau, dtype=float), np.asarray(coupled, dtype=both.dtype)
+
+
+def _strongest(seen: Array) -> Array:
+    """Few orthonormal combinations of fields in which the modes see nearly all, from `seen` (fields, modes)."""
+    size = np.linalg.norm(seen, axis=1)
+    rows = np.flatnonzero(size > _KEEP * 1e-2 * size.max())
+    coupled = seen[rows]
+    few_modes = coupled.shape[1] < coupled.shape[0]
+    values, vectors = eigh(coupled.T @ coupled if few_modes else coupled @ coupled.T)
+    keep = values > _KEEP**2 * values[-1]
+    vectors = vectors[:, keep]
+    basis = np.zeros((seen.shape[0], vectors.shape[1]))
+    basis[rows] = coupled @ (vectors / np.sqrt(values[keep])) if few_modes else vectors
+    return basis
+
+
+def _nodal(basis: Array, box: Box) -> Array:
+    """Combinations of coefficients as combinations of values at the box's Chebyshev points (z fastest)."""
+    basis = basis.reshape(3, *box.order, -1)
+    for k, n in enumerate(box.order):
+        T = np.cos(np.outer(np.arange(n), np.pi * (np.arange(n) + 0.5) / n)) * 2 / n
+        T[0] /= 2
+        basis = np.moveaxis(np.tensordot(T, basis, axes=(0, k + 1)), 0, k + 1)
+    return np.ascontiguousarray(basis.reshape(-1, basis.shape[-1]))
+
+
+def _matrices(problem: _Problem, means: Array, fields: Array, conductivity: float) -> tuple[Complex, Complex, Complex]:
+    """L, R and the fields' fluxes B (3 * coefficients, unknowns) of one class; real if its character is."""
+    loops = problem.loops
+    real = not np.iscomplex(problem.character).any()
+    factors: Any = problem.factors().real if real else problem.factors()
+    moments: list[Any] = [m.real if real else m for m in loops.moments]
+    L: Any = np.zeros((loops.unknowns, loops.unknowns), dtype=factors.dtype)
+    B: Any = np.zeros((3, fields.shape[-1], loops.unknowns), dtype=factors.dtype)
+    pairs = [(a, b) for a, b in np.ndindex(3, 3) if factors[:, :, a, b].any()]
+    weights = np.stack([factors[:, :, a, b].ravel() for a, b in pairs])
+    for (a, b), G, P in zip(pairs, _mixed(weights, means), _mixed(weights, fields), strict=True):
+        L += moments[a].conj().T @ (moments[b].T @ G.T).T
+        B[a] += (moments[b].T @ P).T
+    images = weights.shape[1]
+    weighted = [m.conj().T.multiply(1.0 / loops.volume) @ m for m in moments]
+    uneven = loops.uneven.real if real else loops.uneven
+    R = (sum(weighted) + uneven.conj().T @ uneven).toarray() * (images / conductivity)
+    return (L + L.conj().T) * (images * mu_0 / (8 * np.pi)), R, B.reshape(-1, loops.unknowns)
+
+
+def _mixed(weights: Any, images: Array) -> Any:
+    """Sums of the images' arrays, one a row of weights; real if the weights are. One product reads them all once."""
+    rows = np.vstack([weights.real, weights.imag]) if np.iscomplexobj(weights) else weights
+    sums = (rows @ images.reshape(weights.shape[1], -1)).reshape(-1, *images.shape[2:])
+    return sums[: len(weights)] + 1j * sums[len(weights) :] if np.iscomplexobj(weights) else sums

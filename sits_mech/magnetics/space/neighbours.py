@@ -1,0 +1,196 @@
+"""Several plates in the three-dimensional model: each answers to the coils and to the others' eddy currents.
+
+Plate X sees a few combinations ``a_X = D_X^T A(points of X)`` of the potential at its box's Chebyshev points
+(`coupling`) and answers with ``s_X = Y_X a_X / (j omega)``. The same combinations are the currents' moments: with
+polynomials T of its box, the integral of J T over X is D_X s_X at the points. 1 / |r - r'| is a polynomial of r on
+X's box and of r' on Y's; so with Gamma, its values between the two sets of points, and the rotations R
+
+    P_XY = mu0 / (4 pi) D_X^T (R_X^T R_Y x Gamma) D_Y,    a_X = a0_X + sum over Y != X of P_XY s_Y.
+
+Each plate's modes are found once, alone; no air is meshed. The fixed plates F together have the admittance
+``Y_F (1 - P_FF Y_F / (j omega))^-1``, and the target t sees the coils through them:
+
+    b = a0_t + T a0_F,    T = P_tF Y_F / (j omega),
+    Delta Z = a0_F^T Y_F a0_F + b^T Y_t (1 - T P_Ft Y_t / (j omega))^-1 b.
+
+P_YX = P_XY^T makes the result reciprocal to rounding. Plates apart see little detail of each other: P_tF = Q X has few
+columns Q, found with random currents (Delta Z keeps 1e-5), and a pose costs their field, products and a small solve.
+
+Range: plates whose boxes do not overlap; the boxes' polynomials know the smallest distance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.constants import mu_0
+from scipy.linalg import block_diag
+from scipy.spatial.distance import cdist
+
+from sits_mech.magnetics.space.coupling import box_points, drives
+from sits_mech.magnetics.space.modes import Sheeted
+from sits_mech.quantities import Array, Complex
+from sits_mech.scene.sensor import Coil
+
+_SKETCH = 100  # currents that first tell what two plates see of each other
+_PROBES = 4  # that check it
+_LOST = 1e-4  # of what they see, at most: the detail that is lost first drives least
+
+
+@dataclass(frozen=True)
+class SpacePlate:
+    """A plate in its places, ready to answer.
+
+    Attributes
+    ----------
+    divisions : tuple of Sheeted
+        The plate, divided in one or several ways, all with the same box.
+    turns : ndarray, shape (p, 3, 3)
+        Rotations; p = 1 if it does not move.
+    places : ndarray, shape (p, 3)
+        Of the bottom face's centre [m].
+    """
+
+    divisions: tuple[Sheeted, ...]
+    turns: Array
+    places: Array
+
+    def at(self, pose: int) -> tuple[Array, Array]:
+        """Rotation and the box's Chebyshev points in one pose, (3, 3) and (q, 3)."""
+        return self.turns[pose], box_points(self.divisions[0].box) @ self.turns[pose].T + self.places[pose]
+
+
+@dataclass(frozen=True)
+class _Ready:
+    """A plate at one frequency: D (q, 3, r), Y (r, r) of each division and the coils' a0 (p, n, r)."""
+
+    transform: Array
+    admittances: list[Complex]
+    own: Array
+
+
+def coupled_reactions(
+    coils: tuple[Coil, ...], windings: str, target: SpacePlate | None, others: Sequence[SpacePlate], frequency: float
+) -> list[Complex]:
+    """Return what plates together do to the coils' impedance.
+
+    Parameters
+    ----------
+    coils : tuple of Coil
+        n coils.
+    windings : str
+        "rings" or "spiral".
+    target : SpacePlate or None
+        What moves.
+    others : sequence of SpacePlate
+        Fixed plates, at least one, with as many divisions.
+    frequency : float
+        [Hz]
+
+    Returns
+    -------
+    list of ndarray, shapes (p, n, n)
+        Delta Z, one array a division, not yet symmetrised [ohm]; p = 1 without target.
+    """
+    omega = 2 * np.pi * frequency
+    fixed = [_ready(coils, windings, other, omega) for other in others]
+    P, own = _between(others, fixed), np.hstack([part.own[0] for part in fixed])
+    joined = [_joined(Ys, P, omega) for Ys in zip(*(part.admittances for part in fixed), strict=True)]
+    alone = [own @ Y @ own.T for Y in joined]
+    if target is None:
+        return [Z[None] for Z in alone]
+    moving = _ready(coils, windings, target, omega)
+    results = [np.empty((target.places.shape[0], *Z.shape), dtype=complex) for Z in alone]
+    placed = [(other.at(0), part.transform) for other, part in zip(others, fixed, strict=True)]
+    for pose in range(target.places.shape[0]):
+        Q, X = _factors((target.at(pose), moving.transform), placed)
+        for result, Z, Y, Y_F in zip(results, alone, moving.admittances, joined, strict=True):
+            result[pose] = Z + _shielded(moving.own[pose], Y, (Q, X), (own, Y_F), omega)
+    return results
+
+
+def _ready(coils: tuple[Coil, ...], windings: str, plate: SpacePlate, omega: float) -> _Ready:
+    """A plate's divisions, its combinations by point."""
+    first = plate.divisions[0]
+    linked = [drive for _, drive in drives(coils, windings, first, (plate.turns, plate.places))]
+    by_point = np.ascontiguousarray(first.transform.reshape(3, -1, first.transform.shape[1]).transpose(1, 0, 2))
+    admittances = [block_diag(*(part.admittance(omega) for part in each.classes)) for each in plate.divisions]
+    return _Ready(by_point, admittances, np.concatenate(linked))
+
+
+def _between(plates: Sequence[SpacePlate], parts: Sequence[_Ready]) -> Array:
+    """P of all fixed plates, in blocks; nothing on the diagonal."""
+    ends = np.cumsum([0, *(part.own.shape[2] for part in parts)])
+    P = np.zeros((int(ends[-1]), int(ends[-1])))
+    for k in range(len(plates)):
+        for i in range(k):
+            mutual = _mutual(plates[i].at(0), plates[k].at(0), parts[i].transform, parts[k].transform)
+            P[ends[i] : ends[i + 1], ends[k] : ends[k + 1]] = mutual
+            P[ends[k] : ends[k + 1], ends[i] : ends[i + 1]] = mutual.T
+    return P
+
+
+def _joined(admittances: Sequence[Complex], P: Array, omega: float) -> Complex:
+    """Admittance of fixed plates together."""
+    Y = np.asarray(block_diag(*admittances))
+    return Y if len(admittances) == 1 else np.asarray(np.linalg.solve(np.eye(len(Y)) + 1j / omega * (Y @ P), Y))
+
+
+def _mutual(first: tuple[Array, Array], second: tuple[Array, Array], D: Array, E: Array) -> Array:
+    """P of two plates at given rotations and points, with their D; shape (r, r')."""
+    if D.shape[2] < E.shape[2]:
+        return _mutual(second, first, E, D).T
+    q, _, r = E.shape
+    currents = np.einsum("ab,qbr->qar", first[0].T @ second[0], E, optimize=True).reshape(q, 3 * r)
+    field = (mu_0 / (4 * np.pi) / cdist(first[1], second[1])) @ currents
+    return np.asarray(D.reshape(-1, D.shape[2]).T @ field.reshape(-1, r))
+
+
+def _factors(
+    target: tuple[tuple[Array, Array], Array], fixed: Sequence[tuple[tuple[Array, Array], Array]]
+) -> tuple[Array, Array]:
+    """Q (r, k) orthonormal and X (k, r') with P_tF = Q X to `_LOST`: k random currents of F tell the range of P.
+
+    Where that takes half of all combinations, Q is the identity.
+    """
+    (place, D), ends = target, np.cumsum([0, *(E.shape[2] for _, E in fixed)])
+    count = _SKETCH
+    while 2 * count < min(D.shape[2], int(ends[-1])):
+        some = np.random.default_rng(0).normal(size=(int(ends[-1]), count + _PROBES))
+        linked = np.zeros((D.shape[2], count + _PROBES))
+        for (other, E), start, end in zip(fixed, ends[:-1], ends[1:], strict=True):
+            linked += _applied(place, other, (D, E), some[start:end])
+        Q, probes = np.linalg.qr(linked[:, :count])[0], linked[:, count:]
+        if np.linalg.norm(probes - Q @ (Q.T @ probes)) <= _LOST * np.linalg.norm(probes):
+            return Q, np.vstack([_applied(other, place, (E, D), Q) for other, E in fixed]).T
+        count = 2 * count
+    return np.eye(D.shape[2]), np.hstack([_mutual(place, other, D, E) for other, E in fixed])
+
+
+def _applied(first: tuple[Array, Array], second: tuple[Array, Array], both: tuple[Array, Array], W: Array) -> Array:
+    """P of two plates (rotations and points, D of each) times some columns W."""
+    D, E = both
+    q = E.shape[0]
+    currents = (E.reshape(3 * q, -1) @ W).reshape(q, 3, -1)
+    turned = np.einsum("ab,qbr->qar", first[0].T @ second[0], currents, optimize=True).reshape(q, -1)
+    field = (mu_0 / (4 * np.pi) / cdist(first[1], second[1])) @ turned
+    return np.asarray(D.reshape(-1, D.shape[2]).T @ field.reshape(3 * D.shape[0], -1))
+
+
+def _between_both(Q: Array, Y: Complex) -> Complex:
+    """Q^T Y Q for real Q."""
+    return np.asarray(Q.T @ (Y.real @ Q) + 1j * (Q.T @ (Y.imag @ Q)))
+
+
+def _shielded(
+    own: Array, Y: Complex, P: tuple[Array, Array], others: tuple[Array, Complex], omega: float
+) -> Complex:
+    """What the target adds to Delta Z among the others, from their a0 and joint admittance, shape (n, n)."""
+    (Q, X), (others_own, Y_F) = P, others
+    b = own + ((others_own @ Y_F) @ X.T / (1j * omega)) @ Q.T
+    S = _between_both(X.T, Y_F) / (1j * omega) ** 2
+    answer = b @ Y
+    u = np.linalg.solve(np.eye(len(S)) - _between_both(Q, Y) @ S, Q.T @ answer.T)
+    return np.asarray(answer @ b.T + (answer @ Q) @ (S @ u))

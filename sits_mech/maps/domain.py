@@ -1,0 +1,171 @@
+"""Where can a map from forces to inductances be turned around? The sign of its determinant, the hull of its loads.
+
+For as many directions as forces: y = S^-1 V^T w L, V and S the leading singular vectors and values of the weighted
+inductances over the box, D(F) = det(dy/dF). D keeps its sign on a part of the box; where it changes sign the map folds
+back and two forces show the same inductances; of parts of one size, as symmetry makes them, the inverse holds on that
+of the larger forces. A map with D of one sign on a box is one to one if, besides, the image of the box's edge does not
+cross itself, which is looked at for two forces.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import label
+from scipy.spatial import ConvexHull, QhullError
+
+from sits_mech.maps.surrogate import SmoothMap
+from sits_mech.quantities import Array
+
+_POINTS = {1: 257, 2: 65, 3: 21}  # of the grid along each force
+_FLAT = 1e-3  # of the determinant's median size: below it the map is called flat
+_ALIKE = 0.9  # of the largest part's points: parts that mirror each other differ by fewer, by rounding
+_SEEN = 1e-6  # of the leading direction's size: what varies less may be rounding of the inductances
+_TOUCH = 1e-9  # area of a triangle, of sides of size one: below it a point lies on the line
+
+
+@dataclass(frozen=True)
+class Domain:
+    """Where an inverse holds, in scaled forces from -1 to 1.
+
+    Attributes
+    ----------
+    regions : tuple of str
+        Parts of the box where there is no inverse, each named by its forces and the reason; empty where all is well.
+    share : float
+        Of the loads inside the hull that have an inverse.
+    sign : float
+        Of the determinant where the inverse holds.
+    condition : ndarray
+        Condition number of dy/dF over the grid, in whitened inductances and scaled forces.
+    """
+
+    regions: tuple[str, ...]
+    share: float
+    sign: float
+    condition: Array = field(repr=False)
+    labels: NDArray[np.int_] = field(repr=False)
+    hull: Array = field(repr=False)
+    whitening: tuple[Array, Array] = field(repr=False)
+
+    def whitened(self, L: Array) -> Array:
+        """Return inductances (m, n) along the leading directions, of size one over the box, shape (m, d)."""
+        middle, directions = self.whitening
+        return np.asarray((L - middle) @ directions)
+
+    def holds(self, x: Array, margin: float) -> NDArray[np.bool_]:
+        """Tell which scaled forces (m, d) lie inside the hull of the table's loads, or outside by at most `margin`."""
+        return np.asarray(np.max(x @ self.hull[:, :-1].T + self.hull[:, -1], axis=-1) <= margin + 1e-9)
+
+    def valid(self, x: Array) -> NDArray[np.bool_]:
+        """Tell which scaled forces (m, d) lie in the part that has an inverse."""
+        top = np.array(self.labels.shape) - 1
+        near = np.clip(np.rint(0.5 * (x + 1.0) * top), 0, top).astype(int)
+        return np.asarray(self.labels[tuple(near.T)] == 1)
+
+
+def domain_of(found: SmoothMap, weights: Array, points: Array) -> tuple[Domain, tuple[Array, ...]]:
+    """Return the domain of a map's inverse, and starting points for each of its parts, the valid one first.
+
+    Parameters
+    ----------
+    found : SmoothMap
+        Forces to inductances.
+    weights : ndarray, shape (n,)
+        Of the inductances.
+    points : ndarray, shape (m, d)
+        Loads that the map goes through.
+    """
+    d = points.shape[1]
+    axes = [np.linspace(-1.0, 1.0, _POINTS.get(d, 9))] * d
+    x = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
+    values, slopes = found.value_and_slopes(x.reshape(-1, d))
+    hull = _hull(found.scaled(points))
+    inside = (np.max(x @ hull[:, :-1].T + hull[:, -1], axis=-1) <= 1e-9).reshape(-1)
+    middle, directions = _whitening(values[inside], weights, d)
+    if directions.shape[1] < d:  # fewer coils than forces: nothing to turn around
+        ones = np.full(inside.shape, np.inf).reshape(x.shape[:-1])
+        blank = Domain((), 0.0, 0.0, ones, np.zeros(ones.shape, int), hull, (middle, directions))
+        return blank, (x.reshape(-1, d),)
+    whole = np.einsum("mni,nk->mki", slopes, directions)
+    det = np.linalg.det(whole).reshape(x.shape[:-1])
+    labels = _parts(det, inside.reshape(det.shape))
+    condition = np.linalg.cond(whole).reshape(det.shape)
+    sign = float(np.sign(np.sum(det[labels == 1])))
+    share = float(np.mean(labels.reshape(-1)[inside] == 1))
+    parts = [x[labels == part] for part in range(1, labels.max() + 1)]
+    regions = tuple(_region(found, part, "sensitivity's sign turns") for part in parts[1:])
+    flat = (labels == 0) & inside.reshape(det.shape)
+    if np.any(flat):
+        regions += (_region(found, x[flat], "no sensitivity in one direction"),)
+    seeds = parts
+    if d == 2 and _crosses(values.reshape(*det.shape, -1) @ directions):
+        why = "the map's edge crosses itself: two loads may give the same reading"
+        regions += (_region(found, x.reshape(-1, d), why),)
+        seeds += [x[::8, ::8][i::3, j::3].reshape(-1, d) for i in range(3) for j in range(3)]
+    return Domain(regions, share, sign, condition, labels, hull, (middle, directions)), tuple(seeds)
+
+
+def _hull(x: Array) -> Array:
+    """Return the half-spaces A x + b <= 0 of the loads' convex hull, shape (f, d + 1); the box where they are flat."""
+    d = x.shape[1]
+    if d > 1:
+        try:
+            return np.unique(np.round(ConvexHull(x).equations, 12), axis=0)
+        except QhullError:
+            pass
+    return np.vstack([np.c_[np.eye(d), -np.ones(d)], np.c_[-np.eye(d), -np.ones(d)]])
+
+
+def _whitening(values: Array, weights: Array, d: int) -> tuple[Array, Array]:
+    """Return the middle of inductances (m, n) and the directions (n, at most d) that give them size one."""
+    middle = values.mean(axis=0)
+    _, sizes, rows = np.linalg.svd((values - middle) * weights, full_matrices=False)
+    keep = min(d, int(np.sum(sizes > _SEEN * sizes[0])))
+    first = np.argmax(np.abs(rows) > 0.5 * np.abs(rows).max(axis=1, keepdims=True), axis=1)
+    rows = rows * np.sign(np.take_along_axis(rows, first[:, None], axis=1))  # a direction's sign is free
+    return middle, weights[:, None] * rows[:keep].T / (sizes[:keep] / np.sqrt(len(values)))
+
+
+def _parts(det: Array, inside: NDArray[np.bool_]) -> NDArray[np.int_]:
+    """Number the connected parts of one sign, the valid one first; 0 outside and where the determinant is flat."""
+    flat = _FLAT * float(np.median(np.abs(det[inside])))
+    pieces: list[NDArray[np.bool_]] = []
+    for sign in (1.0, -1.0):
+        numbered, count = label(inside & (sign * det > flat))
+        pieces += [numbered == k for k in range(1, count + 1)]
+    found = np.zeros(det.shape, dtype=int)
+    least = _ALIKE * max((int(piece.sum()) for piece in pieces), default=0)
+
+    def rank(piece: NDArray[np.bool_]) -> tuple[bool, float]:
+        """Put large parts before small ones, and of large ones that of the larger forces first."""
+        large, middle = int(piece.sum()) >= least, np.argwhere(piece).mean(axis=0)
+        return not large, -float(middle @ 0.5 ** np.arange(det.ndim)) if large else -float(piece.sum())
+
+    for number, piece in enumerate(sorted(pieces, key=rank), start=1):
+        found[piece] = number
+    return found
+
+
+def _region(found: SmoothMap, x: Array, reason: str) -> str:
+    """Name a part of the box by its forces."""
+    low, high = found.unscaled(x.min(axis=0)), found.unscaled(x.max(axis=0))
+    ranges = [f"{name} {a:.3g} to {b:.3g}" for name, a, b in zip(found.names, low, high, strict=True)]
+    return f"{', '.join(ranges)}: {reason}"
+
+
+def _crosses(image: Array) -> bool:
+    """Tell whether the image (p, q, 2) of a box's edge crosses itself."""
+    edge = np.concatenate([image[:-1, 0], image[-1, :-1], image[:0:-1, -1], image[0, :0:-1]])
+    a, b = edge, np.roll(edge, -1, axis=0)
+
+    def side(p: Array, q: Array, r: Array) -> Array:
+        """Return the sign of the triangle p, q, r."""
+        u, v = q - p, r - p
+        area = u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+        return np.asarray(np.sign(np.where(np.abs(area) > _TOUCH, area, 0.0)))
+
+    p, q, r, s = a[:, None], b[:, None], a[None], b[None]
+    return bool(np.any((side(p, q, r) * side(p, q, s) < 0) & (side(r, s, p) * side(r, s, q) < 0)))

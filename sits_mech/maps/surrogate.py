@@ -1,0 +1,270 @@
+"""Which smooth map goes through scattered values? Chebyshev polynomials by least squares, their degree by prediction.
+
+    y_c(p) = sum_k a_kc prod_i T_{k_i}(x_i),    x_i = (2 p_i - high_i - low_i) / (high_i - low_i),    a by least squares
+
+The set of indices k is the tensor product 0..P_i, or, for many variables, the simplex sum_i k_i / P_i <= 1. The degrees
+P_i are raised one after the other for as long as the map foretells its own points better, all of one value of a
+variable (a line of a grid, a single scattered point) left out in turn, except the outermost:
+
+    e_G = (1 - H_GG)^-1 r_G,    r the residual, H the hat matrix, G the points left out  (exact, without fitting anew).
+
+Of all maps tried the one of the fewest terms is taken whose e is within a tenth of the least, root mean square over the
+outputs' ranges, where 1e-9 of a range counts as exact: neither noise is followed, nor does rounding, which differs from
+processor to processor, choose the degrees. `error` of each output is the largest e; on a grid, if it is more, 1.5
+times the largest difference over the box to the maps of two degrees more: near the edge no line can be left out, and an
+odd map hides the error of an even degree. P_i stays three below the number of lines for that. Of up to five lines the
+map may take all and is compared with two degrees less; of two lines nothing can be told: the error is infinite.
+Numbers only, no physics.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sits_mech.quantities import Array
+
+_HIGHEST = 12  # degree: beyond it a map over loads has no use
+_EXACT = 1e-9  # of an output's range, or of its size: what is smaller may be rounding, and no map is better than that
+_SAME = 1e-9  # of half the box: values of a variable that are closer are one
+_TIE = 1.001  # of errors: maps that symmetry makes alike differ by less, by rounding
+_AS_GOOD = 1.1  # of the least error: within it the fewest terms win
+_LEAST_FREEDOM = 1e-6  # of points left out: below it the others do not decide the map there
+
+
+@dataclass(frozen=True)
+class SmoothMap:
+    """A polynomial map from d variables to n outputs over a box.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the variables.
+    low, high : ndarray, shape (d,)
+        The box, in the variables' units.
+    powers : ndarray of int, shape (k, d)
+        Degrees of each term.
+    coefficients : ndarray, shape (k, n)
+        In the units of the outputs.
+    error, rms : ndarray, shape (n,)
+        Largest and root mean square error of foretelling a point that is left out.
+    """
+
+    names: tuple[str, ...]
+    low: Array
+    high: Array
+    powers: NDArray[np.int_]
+    coefficients: Array
+    error: Array
+    rms: Array
+
+    @property
+    def degrees(self) -> tuple[int, ...]:
+        """Highest degree in each variable."""
+        return tuple(int(degree) for degree in self.powers.max(axis=0))
+
+    def scaled(self, points: ArrayLike) -> Array:
+        """Return points of the box, shape (..., d), in the coordinates x from -1 to 1."""
+        return (2.0 * np.asarray(points, dtype=float) - self.high - self.low) / (self.high - self.low)
+
+    def unscaled(self, x: ArrayLike) -> Array:
+        """Return coordinates x in the variables' units."""
+        return 0.5 * (np.asarray(x, dtype=float) * (self.high - self.low) + self.high + self.low)
+
+    def at(self, points: ArrayLike) -> Array:
+        """Return the outputs at points, shape (..., d) to (..., n); outside the box an extrapolation."""
+        x = self.scaled(points)
+        return np.asarray(_design(x.reshape(-1, len(self.low)), self.powers) @ self.coefficients).reshape(
+            *x.shape[:-1], -1
+        )
+
+    def slopes(self, points: ArrayLike) -> Array:
+        """Return the derivatives of the outputs by the variables, shape (..., d) to (..., n, d)."""
+        x = self.scaled(points)
+        found = self.value_and_slopes(x.reshape(-1, len(self.low)))[1] * (2.0 / (self.high - self.low))
+        return found.reshape(*x.shape[:-1], *found.shape[1:])
+
+    def value_and_slopes(self, x: Array) -> tuple[Array, Array]:
+        """Return outputs (m, n) and derivatives by the coordinates x (m, n, d), at coordinates x of shape (m, d)."""
+        tables = [_chebyshev(x[:, i], degree) for i, degree in enumerate(self.degrees)]
+        factors, rates = [values for values, _ in tables], [slopes for _, slopes in tables]
+        dense = np.zeros((*(degree + 1 for degree in self.degrees), self.coefficients.shape[1]))
+        dense[tuple(self.powers.T)] = self.coefficients
+        each = [_contracted(dense, [*factors[:i], rate, *factors[i + 1 :]]) for i, rate in enumerate(rates)]
+        return _contracted(dense, factors), np.stack(each, axis=-1)
+
+
+def fit_map(
+    names: Sequence[str], points: ArrayLike, values: ArrayLike, *, simplex: bool = False, scale: ArrayLike | None = None
+) -> SmoothMap:
+    """Return the smooth map through values at points.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the d variables.
+    points : array_like, shape (m, d)
+        Where the values are known, on a grid or scattered.
+    values : array_like, shape (m, n)
+        Finite.
+    simplex : bool
+        Take the smaller set of terms, for three and more variables.
+    scale : array_like, shape (n,), optional
+        Sizes of the outputs' errors, by which the degrees are chosen; the range of each by default.
+
+    Returns
+    -------
+    SmoothMap
+        Over the box that the points span.
+
+    Raises
+    ------
+    ValueError
+        When shapes differ, a value is not finite, a variable has one value only, or points are too few for a plane.
+    """
+    p, y = np.asarray(points, dtype=float), np.asarray(values, dtype=float)
+    _check(names, p, y)
+    low, high = p.min(axis=0), p.max(axis=0)
+    x = (2.0 * p - high - low) / (high - low)
+    size = np.maximum(np.abs(y).max(axis=0), 1e-300)
+    sizes = np.ptp(y, axis=0) if scale is None else np.asarray(scale, dtype=float)
+    sizes = np.where(sizes > _EXACT * size, sizes, size)
+    groups, counts = _lines(x), [int(_numbered(column).max()) + 1 for column in x.T]
+    highest = [min(_HIGHEST, n - 3 if n > 5 else max(1, n - 2)) for n in counts]
+    degrees = _chosen(x, y / sizes, groups, highest, simplex)
+    off = _foretold(_design(x, _terms(degrees, simplex)), y, groups)
+    if off is None:
+        raise ValueError(f"points: must be more, or in general position, for a map of {len(names)}; got {len(p)}")
+    error = np.max(np.abs(off), axis=0, initial=0.0)
+    if np.prod(counts) == len(p):
+        degrees = [n - 1 if n <= 5 and degree >= n - 2 else degree for degree, n in zip(degrees, counts, strict=True)]
+        error = np.maximum(error, _doubt(x, y, degrees, counts, simplex))
+    rms = np.sqrt(np.mean(off**2, axis=0)) if min(counts) > 2 else np.full_like(sizes, np.inf)
+    error = np.where(np.isfinite(rms), error, np.inf)
+    powers = _terms(degrees, simplex)
+    coefficients = np.linalg.lstsq(_design(x, powers), y, rcond=None)[0]
+    return SmoothMap(tuple(names), low, high, powers, coefficients, error, rms)
+
+
+def _check(names: Sequence[str], points: Array, values: Array) -> None:
+    """Refuse what no map can be put through."""
+    if points.ndim != 2 or values.ndim != 2 or len(points) != len(values) or points.shape[1] != len(names):
+        form = f"(m, {len(names)}) and (m, n)"
+        raise ValueError(f"points and values: must be of shapes {form}; got {points.shape} and {values.shape}")
+    if not (np.all(np.isfinite(points)) and np.all(np.isfinite(values))):
+        raise ValueError("points and values: must be finite; got some that are not")
+    if len(points) < len(names) + 2:
+        raise ValueError(f"points: must be at least {len(names) + 2}; got {len(points)}")
+    for name, column in zip(names, points.T, strict=True):
+        if np.ptp(column) == 0.0:
+            raise ValueError(f"{name}: must take at least two values; got {column[0]:g} alone")
+
+
+def _lines(x: Array) -> list[NDArray[np.int_]]:
+    """Return the points of each value of each variable, without the outermost values."""
+    groups = []
+    for numbers in map(_numbered, x.T):
+        groups += [np.flatnonzero(numbers == number) for number in range(1, int(numbers.max()))]
+    return groups
+
+
+def _numbered(column: Array) -> NDArray[np.int_]:
+    """Return which of a variable's different values every point has, in ascending order."""
+    order = np.argsort(column, kind="stable")
+    numbers = np.zeros(len(column), dtype=int)
+    numbers[order[1:]] = np.cumsum(np.diff(column[order]) > _SAME)
+    return numbers
+
+
+def _chosen(x: Array, y: Array, groups: Sequence[NDArray[np.int_]], highest: Sequence[int], simplex: bool) -> list[int]:
+    """Return the fewest degrees that foretell well; one may rise by two at once, for maps that are even or odd."""
+    at = (1,) * x.shape[1]
+    tried = {at: _score(x, y, groups, _terms(at, simplex))}
+    while True:
+        raised = [(*at[:i], at[i] + step, *at[i + 1 :]) for i in range(len(at)) for step in (1, 2)]
+        raised += [tuple(degree + 1 for degree in at)] if simplex else []  # products need two degrees at once
+        raised = [trial for trial in raised if all(a <= b for a, b in zip(trial, highest, strict=True))]
+        scores = {trial: _score(x, y, groups, _terms(trial, simplex)) for trial in raised}
+        if not scores or not min(scores.values()) < 0.98 * tried[at]:
+            return list(_simplest(tried | scores, _AS_GOOD, simplex))
+        at, tried = _simplest(scores, _TIE, simplex), tried | scores
+
+
+def _simplest(scores: Mapping[tuple[int, ...], float], margin: float, simplex: bool) -> tuple[int, ...]:
+    """Return the degrees of the fewest terms whose error is the least within a margin, of several such the first."""
+    least = min(scores.values())
+    return min((trial for trial in scores if scores[trial] <= margin * least), key=lambda t: len(_terms(t, simplex)))
+
+
+def _doubt(x: Array, y: Array, degrees: Sequence[int], counts: Sequence[int], simplex: bool) -> Array:
+    """Return the largest difference over the box to maps of other degrees, for each output."""
+    axes = [np.linspace(-1.0, 1.0, 33 if len(degrees) < 3 else 5)] * len(degrees)
+    fine = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(degrees))
+    trials = [list(degrees)]
+    for i, count in enumerate(counts):
+        other = degrees[i] + 2 if degrees[i] + 2 < count else max(degrees[i] - 2, min(1, degrees[i] - 1))
+        trials.append([*degrees[:i], other, *degrees[i + 1 :]])
+    found = []
+    for trial in trials:
+        powers = _terms(trial, simplex)
+        found.append(_design(fine, powers) @ np.linalg.lstsq(_design(x, powers), y, rcond=None)[0])
+    return np.asarray(1.5 * np.max(np.abs(np.array(found[1:]) - found[0]), axis=(0, 1)))
+
+
+def _score(x: Array, y: Array, groups: Sequence[NDArray[np.int_]], powers: NDArray[np.int_]) -> float:
+    """Return the root mean square error of foretelling, at least what counts as exact; infinite with too many terms."""
+    off = _foretold(_design(x, powers), y, groups)
+    return np.inf if off is None or not len(off) else max(float(np.sqrt(np.mean(off**2))), _EXACT)
+
+
+def _foretold(design: Array, y: Array, groups: Sequence[NDArray[np.int_]]) -> Array | None:
+    """Return how far every point of every group is off when its group is left out; None where a term hangs on one."""
+    if design.shape[1] > design.shape[0]:
+        return None
+    q, r = np.linalg.qr(design)
+    diagonal = np.abs(np.diagonal(r))
+    if diagonal.min() < 1e-10 * diagonal.max():
+        return None
+    residual = y - q @ (q.T @ y)
+    off = [np.zeros((0, y.shape[1]))]
+    for group in groups:
+        left = np.eye(len(group)) - q[group] @ q[group].T
+        if np.linalg.eigvalsh(left)[0] < _LEAST_FREEDOM:
+            return None
+        off.append(np.linalg.solve(left, residual[group]))
+    return np.concatenate(off)
+
+
+def _terms(degrees: Sequence[int], simplex: bool) -> NDArray[np.int_]:
+    """Return the degrees of every term, shape (k, d)."""
+    terms = np.array(list(product(*(range(degree + 1) for degree in degrees))), dtype=int)
+    return terms[(terms / np.maximum(degrees, 1)).sum(axis=1) <= 1.0 + 1e-9] if simplex else terms
+
+
+def _design(x: Array, powers: NDArray[np.int_]) -> Array:
+    """Return every term at every point, shape (m, k)."""
+    tables = [_chebyshev(x[:, i], int(powers[:, i].max()))[0] for i in range(x.shape[1])]
+    return np.asarray(np.prod([values[:, powers[:, i]] for i, values in enumerate(tables)], axis=0))
+
+
+def _contracted(dense: Array, factors: Sequence[Array]) -> Array:
+    """Return the sum over all terms at every point: coefficients (P_1, ..., P_d, n) and factors (m, P_i) to (m, n)."""
+    found = np.tensordot(factors[0], dense, axes=1)
+    for factor in factors[1:]:
+        found = np.einsum("mj,mj...->m...", factor, found)
+    return np.asarray(found)
+
+
+def _chebyshev(x: Array, degree: int) -> tuple[Array, Array]:
+    """Return T_0..T_degree and their derivatives at x, shape (m, degree + 1) each."""
+    values, slopes = np.ones((len(x), degree + 1)), np.zeros((len(x), degree + 1))
+    if degree > 0:
+        values[:, 1], slopes[:, 1] = x, 1.0
+    for k in range(2, degree + 1):
+        values[:, k] = 2.0 * x * values[:, k - 1] - values[:, k - 2]
+        slopes[:, k] = 2.0 * values[:, k - 1] + 2.0 * x * slopes[:, k - 1] - slopes[:, k - 2]
+    return values, slopes

@@ -1,0 +1,159 @@
+"""What energy, forces and tangent does a deformed layer have? Mixed elements with a condensed pressure, plane or solid.
+
+Strong form    div P = 0 in the layer, P = dW/dF; u = 0 on the ground; u rigid on the target; P n = 0 on the free faces.
+Weak form      minimise  E(u) = int w(F) + K/2 (pi(J - 1))**2,        F = 1 + grad u, J = det F,
+
+with `pi` the projection onto the elements' pressure polynomials (mesh.py): ``p = K pi(J - 1)``. The pressure is
+eliminated element by element, so that the discrete problem is a minimum and its tangent symmetric:
+
+    dE       = int (P_iso + p H) : dF,                                 H = dJ/dF
+    d dE     = int dF : (A_iso + p dH/dF) : dF + K int pi(H : dF) pi(H : dF).
+
+Plane strain is the same with ``F_yy = 1``: F has four components then, nine in space (silicone/kinematics.py). With the
+gradients g of the shape functions, ``dF_ij = sum_a g_ja du_ia``, everything is a product of stresses and gradients.
+
+Unknowns: nodal displacements in thicknesses; energies in shear modulus times thickness to the power of the dimension; K
+in shear moduli. Source: D. Boffi, F. Brezzi, M. Fortin, Mixed Finite Element Methods and Applications (2013), section
+8.6. Neglected: inertia, gravity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from sits_mech.mechanics.element.mesh import Indices, MixedMesh, Points
+from sits_mech.quantities import Array
+from sits_mech.silicone.kinematics import Kinematics, in_plane, in_space
+
+
+class Law(NamedTuple):
+    """A silicone's isochoric energy: w, stress and tangent of a deformation; w and stress alone."""
+
+    tangent: Callable[[Kinematics], tuple[Array, Array, Array]]
+    stress: Callable[[Kinematics], tuple[Array, Array]]
+
+
+class Forces(NamedTuple):
+    """A deformed layer: energy, forces (d n,) on the nodes, pressures (e, m), smallest J."""
+
+    energy: float
+    forces: Array
+    pressure: Array
+    min_J: float
+
+
+def deformation(mesh: MixedMesh, u: Array, at: Points | None = None) -> tuple[Array, Array]:
+    """Return F, shape (e, q, d d), components row by row, and J, shape (e, q).
+
+    Parameters
+    ----------
+    mesh : MixedMesh
+    u : ndarray, shape (d n,)
+        Nodal displacements [thicknesses].
+    at : Points, optional
+        Where; at the quadrature points by default.
+    """
+    F = gradients(mesh, u, at) + np.eye(mesh.nodes.shape[1]).ravel()
+    return F, volume_ratio(F)
+
+
+def gradients(mesh: MixedMesh, u: Array, at: Points | None = None) -> Array:
+    """Return the gradients of nodal displacements, shape (e, q, d d); arguments as of `deformation`."""
+    e, q, d, k = (slope := (at or mesh.inside).slope).shape
+    each = u[mesh.dofs].reshape(e, d, k).swapaxes(1, 2)
+    return np.asarray((slope.reshape(e, q * d, k) @ each).reshape(e, q, d, d).swapaxes(2, 3).reshape(e, q, d * d))
+
+
+def volume_ratio(F: Array) -> Array:
+    """Return ``J = det F`` of F with four or nine components, shape (..., 4) or (..., 9)."""
+    if F.shape[-1] == 4:
+        return np.asarray(F[..., 0] * F[..., 3] - F[..., 1] * F[..., 2])
+    a, b, c, d, e, f, g, h, i = np.moveaxis(F, -1, 0)
+    return np.asarray(a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g))
+
+
+def kinematics(F: Array) -> Kinematics:
+    """Return what the laws need of F, shape (..., 4) in plane strain or (..., 9)."""
+    return in_plane(F) if F.shape[-1] == 4 else in_space(F)
+
+
+def smallest_nodal_volume(mesh: MixedMesh, u: Array) -> float:
+    """Return the smallest J at the elements' nodes; infinite for a mesh that does not look at them."""
+    return np.inf if mesh.nodal is None else float(deformation(mesh, u, mesh.nodal)[1].min())
+
+
+def element_forces(mesh: MixedMesh, law: Law, K: float, u: Array) -> Forces:
+    """Return energy, forces and pressures of a deformed layer.
+
+    Parameters
+    ----------
+    mesh : MixedMesh
+    law : Law
+    K : float
+        Bulk modulus [shear moduli].
+    u : ndarray, shape (d n,)
+        Nodal displacements [thicknesses].
+    """
+    F, J = deformation(mesh, u)
+    if not J.min() > 0.0:
+        return Forces(np.inf, np.full(len(u), np.nan), np.full(mesh.chi.shape[:2], np.nan), float(J.min()))
+    state = kinematics(F)
+    w, P = law.stress(state)
+    p = K * volumes(mesh, J - 1.0)
+    P = mesh.inside.weights[..., None] * P + (p[:, None] @ mesh.chi)[:, 0, :, None] * state.H
+    forces = summed(mesh.dofs, _along(mesh, P), mesh.nodes.size)
+    energy = float((mesh.inside.weights * w).sum() + 0.5 * (p**2).sum() / K)
+    return Forces(energy, forces, p, float(J.min()))
+
+
+def element_stiffness(mesh: MixedMesh, law: Law, K: float, u: Array, pressure: Array) -> Array:
+    """Return the elements' stiffnesses about a deformed state, shape (e, d k, d k); the first arguments as above.
+
+    Parameters
+    ----------
+    mesh, law, K, u
+        As of `element_forces`.
+    pressure : ndarray, shape (e, m)
+        Pressures of the geometric stiffness.
+    """
+    state = kinematics(deformation(mesh, u)[0])
+    _, _, A = law.tangent(state)
+    A *= mesh.inside.weights[..., None, None]
+    state.add_L(A, (pressure[:, None] @ mesh.chi)[:, 0])
+    b = _along(mesh, mesh.chi[..., None] * state.H[:, None])
+    stiffness = K * (b.swapaxes(1, 2) @ b)
+    _add_stiffness(stiffness, mesh.inside.slope, A)
+    return np.asarray(stiffness)
+
+
+def volumes(mesh: MixedMesh, values: Array) -> Array:
+    """Return the coefficients of ``pi`` of values at the quadrature points, shape (e, q) -> (e, m)."""
+    return np.asarray((mesh.chi @ values[..., None])[..., 0])
+
+
+def summed(places: Indices, values: Array, size: int) -> Array:
+    """Return the sums, shape (size,), of the values that go to each place; both arrays in one order."""
+    return np.asarray(np.bincount(places.ravel(), values.ravel(), size), dtype=np.float64)
+
+
+def _along(mesh: MixedMesh, P: Array) -> Array:
+    """``int P : dF`` by an element's displacements, (..., d k), of stresses times weights, shape (e, ..., q, d d)."""
+    e, q, d, k = mesh.inside.slope.shape
+    rows = P.reshape(*P.shape[:-1], d, d).swapaxes(-3, -2).reshape(*P.shape[:-2], d, q * d)
+    slope = mesh.inside.slope.reshape(e, *[1] * (P.ndim - 3), q * d, k)
+    return np.asarray((rows @ slope).reshape(*P.shape[:-2], d * k))
+
+
+def _add_stiffness(stiffness: Array, slope: Array, A: Array) -> None:
+    """Add ``int dF : A : dF`` of symmetric tangents A, shape (e, q, d d, d d), to stiffnesses, block by block."""
+    e, q, d, k = slope.shape
+    left = slope.reshape(e, q * d, k).swapaxes(1, 2)
+    for i in range(d):
+        own, after = slice(i * k, (i + 1) * k), slice((i + 1) * k, None)
+        stress = A[:, :, d * i : d * i + d, d * i :].reshape(e, q, -1, d) @ slope  # component i of P by later ones
+        blocks = left @ stress.reshape(e, q * d, -1)
+        stiffness[:, own, i * k :] += blocks
+        stiffness[:, after, own] += blocks[:, :, k:].swapaxes(1, 2)

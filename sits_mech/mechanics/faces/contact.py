@@ -1,0 +1,189 @@
+"""What keeps the free faces of a layer off the ground and the target? A part of its energy, frictionless.
+
+A point at depth d behind a rigid surface is pressed back, per reference area, with
+
+    p(d) = mu (d/h)**2/2    up to d = h,        mu (d/h - 1/2)    beyond,        p(d <= 0) = 0,
+
+the derivative of an energy phi(d): forces, tangent, work and moments stay exact. True contact has no depth; the answer
+is off by O(h), h the contact depth. The mesh of the error estimate takes twice of it, so that the estimate holds it.
+With y = (a, e, b) the place in the target's frame, a and e along its bottom face from the centre and b above it,
+lengths in thicknesses:
+
+    ground      d = -z
+    plane       d = b, on faces under the target; the plane goes on beyond it
+    wall        d = depth inside the target's outline, and phi(d) s(b), on faces beside the target: s rises smoothly
+                from 0 at b = 0, the edge, to 1 a little above
+
+The outline is a rectangle whose corners are rounded with a small radius r, or a disc, which is one with r its own; of a
+section it has no ends along y:
+
+    d = r - |max(w, 0)| - min(max(w_1, w_2), 0),        w = (|a| - half_x + r, |e| - half_y + r).
+
+The target stands at c and is turned by R: y = R^T r, r = x - c. With g and H the slope and curvature of the energy in
+y, and h = R g, a point x, the target's centre and its turning on by a small w (from the left) are pushed with
+
+    A^T h,    A = (1, -1, [r]),        dy = R^T A (dx, dc, w),        [r] w = r x w,
+
+and since dh = R H dy + w x h, the stiffness in (x, c, w) is
+
+    A^T R H R^T A  -  A^T [h] e_w^T  +  e_w [h] (1, -1, 0),         e_w = (0, 0, 1)^T,
+
+which is not symmetric in w alone, where w has three components: finite turns do not commute. In the plane it is.
+
+Unknowns: nodal displacements and the target's motion; energies in shear modulus times thickness to the power of the
+dimension. Source: P. Wriggers, Computational Contact Mechanics (2006), chapter 6. Neglected: friction, adhesion, the
+target's top face (its sides go on upwards), faces that touch themselves (face_contact.py finds them).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from sits_mech.mechanics.element.assembly import Part, Term
+from sits_mech.mechanics.element.kernel import summed
+from sits_mech.mechanics.element.mesh import Indices
+from sits_mech.mechanics.element.target import placed
+from sits_mech.mechanics.faces.surface import Surface
+from sits_mech.meshing.bricks import Outline
+from sits_mech.quantities import Array
+from sits_mech.turns import cross_matrix
+
+Plane = Literal["ground", "plane", "wall"]
+Jet = tuple[Array, Array, Array]
+"""A function at m points: value (m,), slope (m, k) and curvature (m, k, k) in k variables."""
+
+_RISE = 0.02  # thicknesses above the target's edge over which its side wall sets in
+_CORNER = 0.05  # thicknesses of radius at a rectangle's vertical corners
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Free faces before a rigid surface.
+
+    Attributes
+    ----------
+    surface : Surface
+    plane : str
+        "ground", "plane" (the target's) or "wall" (the target's sides).
+    depth : float
+        Over which the pressure builds up [thicknesses].
+    plate : Outline
+        Half the target's sizes [thicknesses].
+    """
+
+    surface: Surface
+    plane: Plane
+    depth: float
+    plate: Outline
+
+    def __call__(self, u: Array, q: Array) -> Term:
+        """Return energy, forces and stiffness of the contact at displacements `u` and the target's motion `q`."""
+        faces, (on, energy, forces, stiffness) = self.surface, self._pushed(u, q)
+        numbers = faces.numbers
+        whole = np.zeros((*numbers.shape, numbers.shape[1]))
+        whole[on] = stiffness
+        return Term(energy, summed(numbers[on], forces, len(u) + 6), *faces.entries, whole.ravel())
+
+    def _pushed(self, u: Array, q: Array) -> tuple[Indices, float, Array, Array]:
+        """Which faces are pushed; energy, forces (f, d k + 6) and stiffnesses on their displacements and q."""
+        faces, held = self.surface, self.plane == "ground"
+        centre, turn = placed(q)
+        place = faces.places(u)
+        r, R = (place, np.eye(3)) if held else (place - centre - (0.0, 0.0, 1.0), turn)
+        f, p, _ = faces.shape.shape
+        energy, g, H = (each.reshape(f, p, *each.shape[1:]) for each in self._of_place((r @ R).reshape(-1, 3)))
+        on = np.flatnonzero(energy.any(axis=1))
+        h, bent = g[on] @ R.T, R @ H[on] @ R.T
+        A = np.zeros((len(on), p, 3, 9))
+        A[..., :3] = np.eye(3)
+        stiffness = np.zeros((len(on), p, 9, 9))
+        if not held:
+            A[..., 3:6], A[..., 6:] = -np.eye(3), cross_matrix(r[on])
+            twist = cross_matrix(h)
+            stiffness[..., 6:] -= A.swapaxes(-1, -2) @ twist
+            stiffness[..., 6:, :3] += twist
+            stiffness[..., 6:, 3:6] -= twist
+        stiffness += A.swapaxes(-1, -2) @ bent @ A
+        spread = faces.spread[on]
+        weight, across = faces.weight[on], spread.reshape(len(on), 9 * p, spread.shape[-1])
+        forces = (weight[..., None, None] * (h[..., None, :] @ A)).reshape(len(on), 1, 9 * p) @ across
+        stiffness = ((weight[..., None, None] * stiffness) @ spread).reshape(across.shape)
+        return on, float((weight * energy[on]).sum()), forces[:, 0], across.swapaxes(1, 2) @ stiffness
+
+    def _of_place(self, y: Array) -> Jet:
+        """Energy per area in the place, (x, y, z) before the ground and (a, e, b) before the target, of every point."""
+        if self.plane == "ground":
+            return pressed(_linear(-y[:, 2], (0.0, 0.0, -1.0)), self.depth)
+        above = _linear(y[:, 2], (0.0, 0.0, 1.0))
+        if self.plane == "plane":
+            return pressed(above, self.depth)
+        return pressed(_depth_inside(self.plate, y), self.depth, above)
+
+
+def contacts(surfaces: tuple[tuple[Plane, Surface], ...], depth: float, plate: Outline) -> tuple[Part, ...]:
+    """Return the contacts of a layer's faces; none without a contact depth."""
+    return tuple(Contact(own, plane, depth, plate) for plane, own in surfaces if depth > 0.0)
+
+
+def softened(parts: tuple[Part, ...], factor: float) -> tuple[Part, ...]:
+    """Return contacts of `factor` times the depth."""
+    return tuple(replace(part, depth=factor * part.depth) if isinstance(part, Contact) else part for part in parts)
+
+
+def _pressure(d: Array) -> tuple[Array, Array, Array]:
+    """Energy, pressure and its slope at depths in units of the length over which the pressure builds up."""
+    d = np.maximum(d, 0.0)
+    small = d < 1.0
+    energy = np.where(small, d**3 / 6.0, 0.5 * d**2 - 0.5 * d + 1.0 / 6.0)
+    return energy, np.where(small, 0.5 * d**2, d - 0.5), np.where(small, d, 1.0)
+
+
+def pressed(depth: Jet, reach: float, above: Jet | None = None) -> Jet:
+    """Return the energy per area at depths behind a plane; behind a wall, above the edge at which it sets in.
+
+    Parameters
+    ----------
+    depth : Jet
+        d [thicknesses], in any variables.
+    reach : float
+        Depth over which the pressure builds up [thicknesses].
+    above : Jet, optional
+        b, in the same variables: phi(d) s(b) instead of phi(d).
+    """
+    phi, p, k = _pressure(depth[0] / reach)
+    phi, k = phi * reach, k / reach
+    square = depth[1][:, :, None] * depth[1][:, None, :]
+    if above is None:
+        return phi, p[:, None] * depth[1], k[:, None, None] * square + p[:, None, None] * depth[2]
+    r = np.clip(above[0] / _RISE, 0.0, 1.0)
+    s = r**3 * (10.0 - 15.0 * r + 6.0 * r**2)
+    s_b, s_bb = 30.0 * r**2 * (1.0 - r) ** 2 / _RISE, 60.0 * r * (1.0 - r) * (1.0 - 2.0 * r) / _RISE**2
+    mixed = depth[1][:, :, None] * above[1][:, None, :]
+    curvature = (k * s)[:, None, None] * square + (p * s)[:, None, None] * depth[2]
+    curvature += (p * s_b)[:, None, None] * (mixed + mixed.transpose(0, 2, 1))
+    curvature += (phi * s_bb)[:, None, None] * above[1][:, :, None] * above[1][:, None, :]
+    curvature += (phi * s_b)[:, None, None] * above[2]
+    return phi * s, (p * s)[:, None] * depth[1] + (phi * s_b)[:, None] * above[1], curvature
+
+
+def _linear(value: Array, slope: tuple[float, float, float]) -> Jet:
+    """A function of constant slope."""
+    return value, np.tile(slope, (len(value), 1)), np.zeros((len(value), 3, 3))
+
+
+def _depth_inside(plate: Outline, y: Array) -> Jet:
+    """Depth inside the target's outline of places (a, e, b) in its frame."""
+    r = plate.half_x if plate.is_round else _CORNER
+    w = np.abs(y[:, :2]) - (plate.half_x, plate.half_y) + r
+    corner = np.all(w >= 0.0, axis=1)
+    away = np.maximum(np.hypot(*w.T), 1e-12)
+    flat = np.stack([w[:, 0] > w[:, 1], w[:, 0] <= w[:, 1]], axis=1)
+    n = np.where(corner[:, None], w / away[:, None], flat) * np.sign(y[:, :2])
+    slope, curvature = np.zeros_like(y), np.zeros((len(y), 3, 3))
+    slope[:, :2] = -n
+    along = np.stack([-n[:, 1], n[:, 0]], axis=1)  # the rounded corner
+    curvature[:, :2, :2] = -np.where(corner, 1.0 / away, 0.0)[:, None, None] * along[:, :, None] * along[:, None, :]
+    return r - np.where(corner, away, w.max(axis=1)), slope, curvature

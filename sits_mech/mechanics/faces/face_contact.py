@@ -1,0 +1,156 @@
+"""What do the free faces of a layer do: do they lie on the ground, rise at the target, touch themselves?
+
+Read off the deformed nodes and the contacts' energy. Where contact is solved, a face lies on its plane within the
+contact depth; where it is not, it may have gone through. Self-contact and the target's top face are solved nowhere:
+they are found here and named.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sits_mech.mechanics.element.assembly import Part
+from sits_mech.mechanics.element.kernel import deformation
+from sits_mech.mechanics.element.mesh import Indices, MixedMesh
+from sits_mech.mechanics.element.target import placed
+from sits_mech.mechanics.faces.contact import Contact
+from sits_mech.mechanics.faces.self_contact import is_monotone, lines_cross, triangles_cross
+from sits_mech.meshing.bricks import Outline, within
+from sits_mech.quantities import Array
+
+LEFT_OUT = "contact could not be followed to this load: the estimated error is the whole displacement"
+"""What is said of an answer without the contact that it needs."""
+
+_SEEN = 1e-6  # thicknesses behind a plane that count
+_PRESSED = 1e-14  # energy of a contact that counts [shear modulus times thickness to the power of the dimension]
+
+
+@dataclass(frozen=True, eq=False)
+class Faces:
+    """The faces of a meshed layer.
+
+    Attributes
+    ----------
+    nodes : ndarray
+        Nodes of the free faces.
+    under, beside : ndarray
+        Those before the target's plane, and those before its side walls.
+    target : Outline
+        Half the target's sizes [thicknesses].
+    lines : tuple of ndarray
+        Of a section: the nodes of its faces in order.
+    skin : ndarray, shape (f, m, 3), or None
+        Of a solid: nodes of the triangles of each element's free face.
+    convex : bool
+        Whether the layer at rest is known to be convex.
+    mirror : float
+        Where the plane of symmetry of half a pad is along y; minus infinity of a whole one [thicknesses].
+    middle : ndarray, shape (m, 5), or None
+        Of a solid: faces in the plane y = 0, the cell of each and its four corners in order, of a triangle the last
+        one twice.
+    """
+
+    nodes: Indices
+    under: Indices
+    beside: Indices
+    target: Outline
+    lines: tuple[Indices, ...] = ()
+    skin: Indices | None = None
+    convex: bool = True
+    mirror: float = -np.inf
+    middle: Indices | None = None
+
+
+@dataclass(frozen=True)
+class FaceContact:
+    """Where the free faces are.
+
+    Attributes
+    ----------
+    ground, target, walls : bool
+        Whether a face is on or behind the ground, the bottom face of a target that reaches over it, the sides of a
+        narrower one.
+    rise : float
+        How far a face that is at the target's sides stands above the target's bottom face [thicknesses].
+    """
+
+    ground: bool
+    target: bool
+    walls: bool
+    rise: float
+
+    @property
+    def touch(self) -> bool:
+        """Whether a plane is touched at all."""
+        return self.ground or self.target or self.walls
+
+
+def face_contact(faces: Faces, mesh: MixedMesh, parts: tuple[Part, ...], u: Array, q: Array) -> FaceContact:
+    """Return where the free faces of a deformed layer are.
+
+    Parameters
+    ----------
+    faces : Faces
+    mesh : MixedMesh
+    parts : tuple of callable
+        Of the body, contacts among them.
+    u : ndarray, shape (d n,)
+        Nodal displacements [thicknesses].
+    q : ndarray, shape (3,) or (6,)
+        The target's motion.
+    """
+    place = _places(mesh, u)
+    centre, turn = placed(q)
+    seen = (place - centre - (0.0, 0.0, 1.0)) @ turn
+    above = seen[:, 2] > _SEEN
+    inside = np.logical_and(within(faces.target, seen[faces.beside], -_SEEN), above[faces.beside])
+    behind = {
+        "ground": bool(np.any(place[faces.nodes, 2] < -_SEEN)),
+        "plane": bool(np.any(above[faces.under])),
+        "wall": bool(np.any(inside)),
+    }
+    for part in parts:
+        if isinstance(part, Contact):
+            behind[part.plane] |= part(u, q).energy > _PRESSED
+    rise = float(seen[faces.beside][inside, 2].max()) if np.any(inside) else 0.0
+    return FaceContact(behind["ground"], behind["plane"], behind["wall"], rise)
+
+
+def face_notes(
+    faces: Faces, mesh: MixedMesh, parts: tuple[Part, ...], u: Array, q: Array, plate: float
+) -> tuple[str, ...]:  # fmt: skip
+    """Return sentences about free faces under a target of thickness `plate`; the others as of `face_contact`."""
+    found = face_contact(faces, mesh, parts, u, q)
+    names = {
+        "the ground": found.ground,
+        "the target's plane, taken to go on beyond it": found.target,
+        "the target's sides": found.walls,
+    }
+    begin, end = ("folds onto", "its contact is not in this answer, the true layer is stiffer")
+    if any(isinstance(part, Contact) for part in parts):
+        begin, end = "lies on", "frictionless contact"
+    notes = [f"a free face {begin} {name}: {end}" for name, own in names.items() if own]
+    if found.walls and found.rise > plate:
+        notes.append("silicone rises above the target's top face: its sides are taken to go on upwards")
+    if crosses_itself(faces, mesh, u):
+        notes.append("a free face touches itself: that contact is not solved, the true layer is stiffer")
+    return tuple(notes)
+
+
+def crosses_itself(faces: Faces, mesh: MixedMesh, u: Array) -> bool:
+    """Say whether free faces pass through one another; arguments as of `face_contact`."""
+    place = _places(mesh, u)
+    if faces.skin is None:
+        return lines_cross([place[line][:, [0, 2]] for line in faces.lines])
+    if faces.convex and is_monotone(deformation(mesh, u)[0]):
+        return False
+    return triangles_cross(faces.skin, place, faces.mirror)
+
+
+def _places(mesh: MixedMesh, u: Array) -> Array:
+    """Places x, y, z of the deformed nodes, shape (n, 3)."""
+    place = np.zeros((len(mesh.nodes), 3))
+    place[:, list(mesh.axes)] = mesh.nodes + u.reshape(mesh.nodes.shape)
+    return place

@@ -1,0 +1,104 @@
+"""Do the free faces of a pad pass through one another? They are found and named; that contact is solved nowhere.
+
+A section's faces are lines, held against each other segment by segment. The free faces of a solid's elements are cut
+into triangles around their middle nodes. Of two triangles whose bounding balls meet, each side of one is held against
+the other (T. Moeller, B. Trumbore, J. Graphics Tools 2 (1997) 21): a side that passes through it is a face in itself.
+Elements' faces with a common node are not held against each other: where they are strongly curved, as at a bonded
+corner, their triangles may cross and they not. Of half a pad, a face behind the plane of symmetry is in its image.
+
+A convex pad is spared that where the symmetric part of F is positive definite throughout: of any two of its points
+
+    (x(b) - x(a)) . (b - a)  =  int_0^1 (b - a) . F(a + s (b - a)) (b - a) ds  >  0,
+
+so that no two come together. F is looked at in the quadrature points.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+from skfem import Basis
+
+from sits_mech.mechanics.element.mesh import Indices
+from sits_mech.quantities import Array
+
+_SEEN = 1e-6  # thicknesses behind the plane of symmetry that count, and shares of a triangle that do not
+
+
+def skin(basis: Basis, facets: Indices) -> Indices:
+    """Return the triangles, shape (faces, m, 3), of some faces of a mesh; `basis` as of `solid_mesh`."""
+    corners = basis.nodal_dofs[0][basis.mesh.facets[:, facets]]
+    between = basis.edge_dofs[0][basis.mesh.f2e[:, facets]]
+    ring = np.stack([corners, between], axis=1).reshape(-1, len(facets))
+    middle = np.broadcast_to(basis.facet_dofs[0][facets], ring.shape)
+    return np.stack([ring, np.roll(ring, -1, axis=0), middle], axis=-1).swapaxes(0, 1)
+
+
+def is_monotone(F: Array) -> bool:
+    """Say whether no two points of a convex body can have come together; F of shape (e, q, 9)."""
+    tensor = F.reshape(-1, 3, 3)
+    twice = tensor + tensor.swapaxes(1, 2)
+    first = twice[:, 0, 0]
+    second = first * twice[:, 1, 1] - twice[:, 0, 1] ** 2
+    return bool(np.all(first > 0.0) and np.all(second > 0.0) and np.all(np.linalg.det(twice) > 0.0))
+
+
+def lines_cross(lines: list[Array]) -> bool:
+    """Say whether any two segments of some open lines, shapes (m, 2), cross, neighbours apart."""
+    start = np.concatenate([line[:-1] for line in lines])
+    way = np.concatenate([np.diff(line, axis=0) for line in lines])
+    number = np.concatenate([np.arange(len(line) - 1) + 10 * k * len(line) for k, line in enumerate(lines)])
+    between = start[None, :, :] - start[:, None, :]
+
+    def cross(a: Array, b: Array) -> Array:
+        return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+
+    det = cross(way[:, None, :], way[None, :, :])
+    det = np.where(np.abs(det) > 1e-14, det, np.inf)
+    s, t = cross(between, way[None, :, :]) / det, cross(between, way[:, None, :]) / det
+    apart = np.abs(number[:, None] - number[None, :]) > 1
+    return bool(np.any((s > 0.0) & (s < 1.0) & (t > 0.0) & (t < 1.0) & apart))
+
+
+def triangles_cross(faces: Indices, place: Array, plane: float = -np.inf) -> bool:
+    """Say whether free faces pass through one another.
+
+    Parameters
+    ----------
+    faces : ndarray, shape (f, m, 3)
+        Nodes of the triangles of each element's face, from `skin`.
+    place : ndarray, shape (n, 3)
+        Where the nodes are [thicknesses].
+    plane : float
+        Where the plane of symmetry of half a pad is along y [thicknesses].
+    """
+    if np.any(place[faces, 1] < plane - _SEEN):
+        return True
+    corners, ring = place[faces.reshape(-1, 3)], np.repeat(faces[:, :, 0], faces.shape[1], axis=0)
+    centre = corners.mean(axis=1)
+    radius = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
+    near = cKDTree(centre).query_ball_point(centre, 2.0 * radius, return_sorted=False)  # of a pair, from the larger one
+    one, other = np.repeat(np.arange(len(near)), list(map(len, near))), np.concatenate(near).astype(int)
+    meet = np.linalg.norm(centre[one] - centre[other], axis=1) < radius[one] + radius[other]
+    one, other = one[meet], other[meet]
+    apart = ~np.any(ring[one][:, :, None] == ring[other][:, None, :], axis=(1, 2))
+    one, other = one[apart], other[apart]
+    both = ((corners[one], corners[other]), (corners[other], corners[one]))
+    return any(_passes(sides[:, k], sides[:, (k + 1) % 3], through) for sides, through in both for k in range(3))
+
+
+def _passes(begin: Array, end: Array, triangle: Array) -> bool:
+    """Whether any segment, ends (n, 3), passes through its triangle, (n, 3, 3), or its edge: meshes are symmetric."""
+    way, u, v = end - begin, triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0]
+    across = np.cross(way, v)
+    det = np.einsum("ni,ni->n", u, across)
+    size = np.linalg.norm(u, axis=1) * np.linalg.norm(across, axis=1)
+    beside = np.abs(det) <= 1e-9 * size  # or in its plane
+    det = np.where(beside, 1.0, det)
+    start = begin - triangle[:, 0]
+    upright = np.cross(start, u)
+    a = np.einsum("ni,ni->n", start, across) / det
+    b = np.einsum("ni,ni->n", way, upright) / det
+    s = np.einsum("ni,ni->n", v, upright) / det
+    inside = (a > -_SEEN) & (b > -_SEEN) & (a + b < 1.0 + _SEEN) & (s > -_SEEN) & (s < 1.0 + _SEEN)
+    return bool(np.any(inside & ~beside))

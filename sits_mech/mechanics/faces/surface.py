@@ -1,0 +1,122 @@
+"""Where are the Gauss points of a layer's free faces? Edges of a section, facets of a solid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from skfem import Basis
+from skfem.element import Element
+from skfem.quadrature import get_quadrature
+
+from sits_mech.mechanics.element.assembly import entries
+from sits_mech.mechanics.element.mesh import PLANE, SPACE, Indices, MixedMesh
+from sits_mech.mechanics.element.target import ORDER
+from sits_mech.quantities import Array
+
+_ORDER = 5  # of the polynomials that the quadrature on a face integrates
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Gauss points of some faces.
+
+    Attributes
+    ----------
+    nodes : ndarray, shape (f, k)
+        Nodes of each face.
+    shape : ndarray, shape (f, p, k)
+        Their shape functions at its points.
+    rest : ndarray, shape (f, p, 3)
+        Places x, y, z at rest [thicknesses].
+    weight : ndarray, shape (f, p)
+        Reference areas, or lengths in a section [thicknesses to that power].
+    size : int
+        Number of nodes of the mesh.
+    axes : tuple of int
+        Which of x, y, z the displacements go along.
+    """
+
+    nodes: Indices
+    shape: Array
+    rest: Array
+    weight: Array
+    size: int
+    axes: tuple[int, ...] = SPACE
+
+    @cached_property
+    def numbers(self) -> Indices:
+        """Numbers of each face's displacements and of q, shape (f, d k + 6)."""
+        own = self._nodal.reshape(len(self.nodes), -1)
+        q = len(self.axes) * self.size + np.arange(6)
+        return np.concatenate([own, np.tile(q, (len(own), 1))], axis=1)
+
+    @cached_property
+    def entries(self) -> tuple[Indices, Indices]:
+        """Rows and columns of the faces' stiffnesses in the displacements and q."""
+        return entries(self.numbers)
+
+    @cached_property
+    def spread(self) -> Array:
+        """Place x, centre c and turning w of the points by the faces' displacements and q, shape (f, p, 9, d k + 6)."""
+        (f, p, k), d = self.shape.shape, len(self.axes)
+        found = np.zeros((f, p, 9, d * k + 6))
+        for i, axis in enumerate(self.axes):
+            found[:, :, axis, i : d * k : d] = self.shape
+        found[:, :, 3 + ORDER, d * k + np.arange(6)] = 1.0
+        return found
+
+    def places(self, u: Array) -> Array:
+        """Return where the points are at nodal displacements (d n,), shape (f, p, 3) [thicknesses]."""
+        found = self.rest.copy()
+        found[..., list(self.axes)] += self.shape @ u[self._nodal]
+        return found
+
+    @property
+    def _nodal(self) -> Indices:
+        """Numbers of the displacements of each face's nodes, shape (f, k, d)."""
+        d = len(self.axes)
+        return np.asarray(d * self.nodes[:, :, None] + np.arange(d))
+
+
+def edges(mesh: MixedMesh, lines: list[Indices]) -> Surface:
+    """Return the points of faces of a section that run through nodes in order: every other node is an edge's end."""
+    own = np.concatenate([np.stack([line[:-2:2], line[1:-1:2], line[2::2]], axis=1) for line in lines])
+    s = 0.5 * (_POINTS + 1.0)
+    shape = np.stack([(1.0 - s) * (1.0 - 2.0 * s), 4.0 * s * (1.0 - s), s * (2.0 * s - 1.0)], axis=1)
+    slope = np.stack([4.0 * s - 3.0, 4.0 - 8.0 * s, 4.0 * s - 1.0], axis=1)
+    length = np.linalg.norm(slope @ mesh.nodes[own], axis=2)
+    rest = np.zeros((len(own), len(s), 3))
+    rest[..., list(PLANE)] = shape @ mesh.nodes[own]
+    every = np.broadcast_to(shape, (len(own), *shape.shape))
+    return Surface(own, every, rest, length * (0.5 * _WEIGHTS), len(mesh.nodes), PLANE)
+
+
+def facets_of(basis: Basis, facets: Indices) -> Surface:
+    """Return the points of some boundary faces of a solid; `basis` as of `solid_mesh`, its nodes all nodal."""
+    nodes, cells = basis.doflocs.T, basis.mesh.f2t[0, facets]
+    found = []
+    for local in range(len(basis.mesh.t2f)):
+        own = cells[basis.mesh.t2f[local, cells] == facets]
+        shape, slope, weight = _reference_face(basis.elem, local)
+        there = np.abs(shape).max(axis=0) > 1e-9
+        each = basis.element_dofs[there][:, own].T
+        along = np.einsum("dpk,fki->dfpi", slope[:, :, there], nodes[each])
+        area = np.linalg.norm(np.cross(along[0], along[1]), axis=-1)
+        found.append((each, np.broadcast_to(shape[:, there], (len(own), *shape[:, there].shape)), area * weight))
+    own_nodes, shapes, weights = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return Surface(own_nodes, shapes, shapes @ nodes[own_nodes], weights, len(nodes))
+
+
+def _reference_face(element: Element, local: int) -> tuple[Array, Array, Array]:
+    """Shape functions (p, n), slopes along the face (2, p, n), weights (p,) at an element's face's Gauss points."""
+    corners = element.doflocs[element.refdom.facets[local]]
+    way = corners[[1, -1]] - corners[0]  # a triangle's sides, or two of a parallelogram's
+    points, weight = get_quadrature(element.refdom.brefdom, _ORDER)
+    X = corners[0][:, None] + way.T @ points
+    values = [element.lbasis(X, i) for i in range(len(element.doflocs))]
+    shape = np.stack([np.broadcast_to(value, weight.shape) for value, _ in values], axis=-1)
+    slope = np.stack([way @ np.asarray(each) for _, each in values], axis=-1)
+    return shape, slope, weight

@@ -1,0 +1,62 @@
+"""What do the fillets of `elastomer.edge_radius` (fillet.py) do to the pose? An estimate at small strain.
+
+The layer's compliance at rest, with fillets and with sharp edges, on one coarse mesh each, applied to one load.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.rest.body import rest
+from sits_mech.mechanics.rest.newton import compliance
+from sits_mech.quantities import Array
+from sits_mech.scene.sensor import Elastomer, Sensor
+
+_COARSE = Fineness(4, 2.5)
+
+
+class Edges(NamedTuple):
+    """Compliances with fillets and with sharp edges, the target's height, whether it ends with the layer; its scene."""
+
+    rounded: Array
+    sharp: Array
+    height: float
+    flush: bool
+    radius: float
+
+
+def edge_effect(sensor: Sensor) -> Edges | None:
+    """Return what the fillets of a sensor's layer do; None for sharp edges."""
+    elastomer, target = sensor.elastomer, sensor.target
+    if elastomer is None or target is None or elastomer.edge_radius is None:
+        return None
+    plain = Elastomer.model_validate(elastomer.model_dump() | {"edge_radius": None})
+    bodies = [bonded_body(scene, _COARSE) for scene in (sensor, sensor.model_copy(update={"elastomer": plain}))]
+    rounded, sharp = (compliance(body, rest(body), np.zeros(3)) for body in bodies)
+    flush = elastomer.extent[0] - target.extent[0] < 1e-9 * elastomer.thickness
+    return Edges(rounded, sharp, bodies[0].height, flush, elastomer.edge_radius)
+
+
+def edge_notes(edges: Edges, load: Array, thickness: float) -> tuple[str, ...]:
+    """Return sentences about the fillets under one load.
+
+    Parameters
+    ----------
+    edges : Edges
+    load : ndarray, shape (3,)
+        F_x, F_z, M, scaled.
+    thickness : float
+        [m].
+    """
+    force = np.array([load[0], -load[1], load[2] + edges.height * load[0]])
+    d_h, d_z, alpha = (edges.rounded - edges.sharp) @ force * [thickness, thickness, 1.0]
+    told = (
+        f"edge radius {1e3 * edges.radius:.3g} mm: moves the target by {1e6 * d_h:+.3g} um along x, "
+        f"{-1e6 * d_z:+.3g} um down, {np.degrees(alpha):+.3g} deg, against sharp edges (small strain)"
+    )
+    if edges.flush:
+        return (told,)
+    return told, "the target's edge stays sharp: no side face of the layer ends there that could have a radius"

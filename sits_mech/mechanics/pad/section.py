@@ -1,0 +1,186 @@
+"""The layer's section as a body to solve: mesh, bonds, law, scales.
+
+Lines are graded towards both faces and towards the target's and the layer's edges, where bonded corners are singular
+(exponent 0.5946 for an incompressible clamped right angle against a free face). Too strong a grading resolves a corner
+that finite strain then turns inside out: a nonlinear layer takes a milder one than a linear layer.
+
+Scales: lengths by the thickness t, stresses by the initial shear modulus mu; per depth, forces by mu t and moments by
+mu t^2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache, partial
+
+import numpy as np
+
+from sits_mech.mechanics.element.assembly import Part, Pattern, entries, pattern
+from sits_mech.mechanics.element.fan import fanned
+from sits_mech.mechanics.element.guard import Guard
+from sits_mech.mechanics.element.kernel import Law
+from sits_mech.mechanics.element.mesh import Indices, MixedMesh, section_mesh
+from sits_mech.mechanics.faces.contact import Plane, contacts
+from sits_mech.mechanics.faces.face_contact import Faces
+from sits_mech.mechanics.faces.surface import Surface, edges
+from sits_mech.mechanics.pad.fillet import Fillet, checked, drawn_in, fillet_lines
+from sits_mech.mechanics.rest.body import Bonded, border
+from sits_mech.mechanics.rest.pairs import Scales
+from sits_mech.meshing.bricks import Outline
+from sits_mech.meshing.structured import graded_lines, matched_cells
+from sits_mech.quantities import Array
+from sits_mech.scene.sensor import Elastomer, Sensor, Target
+from sits_mech.silicone.energy import isochoric_energy, isochoric_stress
+
+_GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
+_ENDLESS = 1e6  # thicknesses of half the target along y
+
+
+@dataclass(frozen=True)
+class Fineness:
+    """How a layer is divided.
+
+    Attributes
+    ----------
+    cells : int
+        Cells through the thickness, even.
+    grading : float
+        Power of the lines' spacing towards the corners; 1 is uniform.
+    fan : bool
+        Whether the cells at the singular corners are split into triangles (fan.py).
+    guard : float
+        Part of the bulk modulus that acts pointwise against inversion [shear moduli].
+    depth : float
+        Over which the pressure of contact builds up; 0 for no contact [thicknesses].
+    """
+
+    cells: int
+    grading: float
+    fan: bool = False
+    guard: float = 0.0
+    depth: float = 0.0
+
+
+def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
+    """Return the layer of a sensor with its target, meshed and scaled."""
+    target, elastomer = layer_parts(sensor)
+    t, silicone = elastomer.thickness, elastomer.silicone
+    half_layer, half_target = elastomer.extent[0] / (2 * t), target.extent[0] / (2 * t)
+    fillet = Fillet((elastomer.edge_radius or 0.0) / t, half_layer, half_target)
+    fillet = checked(fillet, t) if fillet.radius > 0.0 else fillet
+    own = _numbered(fillet, fineness.cells, fineness.grading, fineness.fan)
+    K = silicone.bulk_modulus / silicone.shear_modulus
+    guard = min(fineness.guard, _GUARD_SHARE * K)
+    parts = _parts(own, guard, fineness.depth)
+    law = Law(isochoric_energy(silicone), isochoric_stress(silicone))
+    kind = (fillet, fineness.cells, fineness.grading, fineness.fan, guard > 0.0, fineness.depth > 0.0)
+    return Bonded(
+        own.mesh, law, K - guard, target.load_height / t, own.free, own.bonded, own.X, *own.places, own.faces,
+        parts=parts, guarded=guard > 0.0, shared=partial(_pattern, kind),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Numbered:
+    """A mesh with its bonds: free displacements, bonded ones, where these nodes are from the target's centre; its
+    faces.
+
+    Last the places of the element stiffnesses, and the surfaces before a plane.
+    """
+
+    mesh: MixedMesh
+    free: Indices
+    bonded: Indices
+    X: Array
+    faces: Faces
+    places: tuple[Indices, Indices]
+    surfaces: tuple[tuple[Plane, Surface], ...]
+
+
+def side_faces(mesh: MixedMesh) -> list[Indices]:
+    """Return the nodes of the left and the right face, from the ground upwards."""
+    x, z = mesh.places.T
+    faces = (np.flatnonzero(np.abs(x - end) < 1e-9) for end in (x.min(), x.max()))
+    return [face[np.argsort(z[face])] for face in faces]
+
+
+def top_faces(mesh: MixedMesh, half: float) -> list[Indices]:
+    """Return the nodes of the top face left and right of a target of half width `half`, outwards from its edge."""
+    x, z = mesh.places.T
+    if x.max() - half < 1e-9:
+        return []
+    faces = (np.flatnonzero((z > 1.0 - 1e-9) & (side * x > half - 1e-9)) for side in (-1.0, 1.0))
+    return [face[np.argsort(np.abs(x[face]))] for face in faces]
+
+
+def _mesh(fillet: Fillet, cells: int, grading: float, fan: bool) -> MixedMesh:
+    """Mesh of a layer and a target of some half widths, with an edge radius or with none."""
+    _, half_layer, half_target = fillet
+    if fillet.radius > 0.0:
+        mesh = section_mesh(*fillet_lines(fillet, cells, grading), partial(drawn_in, fillet))
+        corners = [] if fillet.flush else [(side * half_target, 1.0) for side in (-1.0, 1.0)]
+        return fanned(mesh, np.array(corners)) if fan and corners else mesh
+    breaks = [-half_layer, half_layer] if fillet.flush else [-half_layer, -half_target, half_target, half_layer]
+    counts = [matched_cells(b - a, 1.0, cells, grading) for a, b in zip(breaks[:-1], breaks[1:], strict=True)]
+    mesh = section_mesh(graded_lines(breaks, counts, grading), graded_lines([0.0, 1.0], [cells], grading))
+    corners = [(side * half, z) for half, z in ((half_layer, 0.0), (half_target, 1.0)) for side in (-1.0, 1.0)]
+    return fanned(mesh, np.array(corners)) if fan else mesh
+
+
+@lru_cache(maxsize=32)
+def _numbered(fillet: Fillet, cells: int, grading: float, fan: bool) -> _Numbered:
+    """A mesh with its bonds and its faces; many bodies share one."""
+    mesh = _mesh(fillet, cells, grading, fan)
+    x, z = mesh.nodes.T
+    half = fillet.half_target
+    top = (z > 1.0 - 1e-9) & (np.abs(x) < half + 1e-9)
+    free = np.flatnonzero(~np.repeat((z < 1e-9) | top, 2))
+    bonded = 2 * np.flatnonzero(top)[:, None] + np.arange(2)
+    X = np.column_stack([x[top], np.zeros((np.count_nonzero(top), 2))])
+    sides, beside = side_faces(mesh), top_faces(mesh, half)
+    inner = np.concatenate([face[1:-1] for face in sides])
+    above = np.concatenate([np.zeros(0, dtype=np.int64), *(face[1:] for face in beside)])
+    under = inner if not beside else above[:0]
+    pairs = zip(sides, beside or sides, strict=True)
+    lines = tuple(np.concatenate([side, face[::-1][1:]]) if beside else side for side, face in pairs)
+    faces = Faces(inner, under, above, Outline(half, _ENDLESS, False), lines)
+    ground, other = edges(mesh, sides), edges(mesh, beside) if beside else edges(mesh, sides)
+    surfaces: tuple[tuple[Plane, Surface], ...] = (("ground", ground), ("wall" if beside else "plane", other))
+    return _Numbered(mesh, free, bonded, X, faces, entries(mesh.dofs), surfaces)
+
+
+def _parts(own: _Numbered, guard: float, depth: float) -> tuple[Part, ...]:
+    """Guard and contacts of a body on a mesh."""
+    return (*((Guard(own.mesh, guard),) if guard > 0.0 else ()), *contacts(own.surfaces, depth, own.faces.target))
+
+
+@lru_cache(maxsize=32)
+def _pattern(kind: tuple[Fillet, int, float, bool, bool, bool]) -> Pattern:
+    """Pattern of the bodies on one mesh, with a guard or not, in contact or not; many share one.
+
+    Guard and contact of edges couple no displacements that the elements do not: the order of elimination stays.
+    """
+    *mesh, guarded, touching = kind
+    own = _numbered(*mesh)
+    zero = np.zeros(own.mesh.nodes.size)
+    terms = [part(zero, np.zeros(6)) for part in _parts(own, float(guarded), float(touching))]
+    each = (own.places, *((term.rows, term.columns) for term in terms))
+    rows, columns = (np.concatenate(places) for places in zip(*each, strict=True))
+    plain = not guarded and not touching
+    order = own.free if plain else _pattern((*mesh, False, False)).free
+    return pattern(rows, columns, order, border(own.mesh, own.bonded), ordered=not plain)
+
+
+def layer_scales(sensor: Sensor) -> Scales:
+    """Return what scaled motions and loads stand for in plane strain, a force spread over the elastomer's length."""
+    _, elastomer = layer_parts(sensor)
+    t = elastomer.thickness
+    return Scales(t, elastomer.silicone.shear_modulus * t * elastomer.extent[1], elastomer.standoff)
+
+
+def layer_parts(sensor: Sensor) -> tuple[Target, Elastomer]:
+    """Return target and elastomer of a scene that has both, or refuse it."""
+    if sensor.target is None or sensor.elastomer is None:
+        missing = "target" if sensor.target is None else "elastomer"
+        raise ValueError(f"{missing}: must be given for a force to move the target; it is missing")
+    return sensor.target, sensor.elastomer

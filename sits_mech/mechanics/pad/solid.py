@@ -1,0 +1,292 @@
+"""The pad as a body to solve in three dimensions: bricks, bonds, free faces, law, scales.
+
+Half the pad, y >= 0, is meshed: a box under a rectangle on a tensor grid, what is round in rings (meshing/bricks.py). A
+load that leaves the plane y = 0 takes both halves, the same bricks and their mirror image. Lines shrink towards the
+target's edge and the upper face, where the bonded corner is singular: the i-th of m lines of a segment of length l lies
+``l (i/m)**beta`` from the edge. Where the target covers the whole upper face the corner below is as singular as the one
+above, and the lines through the thickness shrink towards both.
+
+Scales: lengths by the thickness t, stresses by the initial shear modulus mu; forces by mu t^2, moments by mu t^3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache, partial
+
+import numpy as np
+from skfem import Basis, MeshHex, MeshHex2
+from skfem.assembly import Dofs
+
+from sits_mech.mechanics.element.assembly import Pattern, entries, pattern
+from sits_mech.mechanics.element.kernel import Law
+from sits_mech.mechanics.element.mesh import BRICK, Indices, MixedMesh, solid_mesh
+from sits_mech.mechanics.faces.contact import Plane, contacts
+from sits_mech.mechanics.faces.face_contact import Faces
+from sits_mech.mechanics.faces.self_contact import skin
+from sits_mech.mechanics.faces.surface import Surface, facets_of
+from sits_mech.mechanics.pad.lines import box_lines, flush, lines_through, outlines, ring_lines
+from sits_mech.mechanics.pad.section import layer_parts
+from sits_mech.mechanics.rest.body import Bonded, border
+from sits_mech.mechanics.rest.pairs import Pair, Scales
+from sits_mech.meshing.bricks import Outline, box_bricks, ring_bricks, within
+from sits_mech.quantities import Array
+from sits_mech.scene.sensor import Elastomer, Sensor, Target
+from sits_mech.silicone.energy import isochoric_energy, isochoric_stress
+
+_GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
+_FOLDING = 1.5  # order that the error is told with in contact and of flush pads: faces fold onto a plane cell by cell
+_AROUND = (2, 3)  # cells from a corner of the core to the next middle of a side: up to 2 through the thickness, more
+_SHARE = 0.25  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A pad with its target, and what is known of it besides the equations.
+
+    Attributes
+    ----------
+    body : Bonded
+        What is solved.
+    share : float
+        Of the pad that is meshed: a half, or 1.
+    fineness : float
+        Cells through the thickness, or what stands for them: the error goes with its inverse squared.
+    softened : float
+        How far the pose goes towards that of a companion of the same fineness, which is softer.
+    """
+
+    body: Bonded
+    share: float
+    fineness: float
+    softened: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class NumberedMesh:
+    """A mesh with its bonds, free faces and patterns, found once; bodies on it differ in law, guard and contact.
+
+    Attributes
+    ----------
+    mesh : MixedMesh
+    where : ndarray of bool, shape (3, n)
+        Nodes on the ground, on the target, and in the plane of symmetry if half the pad is meshed.
+    fineness : float
+        As of `Solid`.
+    faces : Faces
+    surfaces : tuple
+        Faces before a plane.
+    """
+
+    mesh: MixedMesh
+    where: Array
+    fineness: float
+    faces: Faces
+    surfaces: tuple[tuple[Plane, Surface], ...]
+
+    @property
+    def half(self) -> bool:
+        """Whether half a pad is meshed."""
+        return bool(np.any(self.where[2]))
+
+    def free(self, hidden: bool = False) -> Indices:
+        """Numbers of the displacements that are unknown; `hidden` those that are odd in y, of half a pad."""
+        ground, top, middle = self.where
+        held = np.repeat((ground | top)[:, None], 3, axis=1)
+        held[:, [0, 2] if hidden else [1]] |= middle[:, None]
+        return np.flatnonzero(~held.ravel())
+
+    @cached_property
+    def bonded(self) -> Indices:
+        """Numbers of the displacements that the target moves, shape (n, 3)."""
+        return np.asarray(3 * np.flatnonzero(self.where[1])[:, None] + np.arange(3))
+
+    @cached_property
+    def places(self) -> tuple[Indices, Indices]:
+        """Rows and columns of the element stiffnesses."""
+        return entries(self.mesh.dofs)
+
+
+@lru_cache(maxsize=16)
+def _pattern(own: NumberedMesh, touching: bool, hidden: bool = False) -> Pattern:
+    """Pattern with contact or without, of what is solved or of what the symmetry hides.
+
+    Contact adds nothing to what is free, so the order of elimination stays.
+    """
+    edge = border(own.mesh, own.bonded)
+    if not touching:
+        return pattern(*own.places, own.free(hidden), edge)
+    each = (own.places, *(surface.entries for _, surface in own.surfaces))
+    rows, columns = (np.concatenate(part) for part in zip(*each, strict=True))
+    return pattern(rows, columns, _pattern(own, False, hidden).free, edge, ordered=True)
+
+
+def bonded_block(
+    sensor: Sensor, cells: int, grading: float, guard: float, depth: float = 0.0, *, whole: bool = False
+) -> Solid:
+    """Return half the pad (y >= 0), or all of it, of a box or a cylinder with its target, meshed and scaled.
+
+    Parameters
+    ----------
+    sensor : Sensor
+    cells : int
+        Cells through the thickness; one more where the target covers the whole upper face, and towards its edges.
+    grading : float
+        Power of the lines' spacing towards the target's edge and the faces; 1 is uniform.
+    guard : float
+        Part of the bulk modulus that acts pointwise against inversion [shear moduli].
+    depth : float
+        Over which the pressure of contact builds up; 0 for no contact [thicknesses].
+    whole : bool
+        Whether both halves are meshed: then all six components of the target's motion are free.
+    """
+    return solid(sensor, _meshed(*outlines(*pad_parts(sensor)), cells, grading, whole), guard, depth)
+
+
+@lru_cache(maxsize=4)
+def _meshed(plate: Outline, pad: Outline, cells: int, grading: float, whole: bool) -> NumberedMesh:
+    """The mesh of a pad; what differs in law, guard or contact shares it."""
+    through = lines_through(cells, grading, flush(plate, pad))
+    if plate.is_round or pad.is_round:
+        mesh = ring_bricks(plate, pad, (*ring_lines(plate, pad, cells, grading), through), _AROUND[cells > 2])
+    else:
+        mesh = box_bricks(*box_lines(plate, pad, cells, grading))
+    if whole:
+        mesh = both_halves(mesh)
+    own, basis = solid_mesh(mesh, BRICK)
+    _, y, z = own.nodes.T
+    top = (z > 1.0 - 1e-9) & within(plate, own.nodes, 1e-9)
+    where = np.stack([z < 1e-9, top, (np.abs(y) < 1e-9) & (not whole)])
+    return numbered(own, where, len(through) - 1.0, basis, plate)
+
+
+def both_halves(half: MeshHex) -> MeshHex2:
+    """Return a mesh of 27-node bricks on y >= 0 with its mirror image, whose bricks are numbered alike."""
+    basis = Dofs(half, BRICK)
+    place = solid_mesh(half, BRICK)[0].nodes[basis.element_dofs.T]
+    points, corners = half.p.T, half.t.T
+    own = points[:, 1] > 1e-9
+    image = np.where(own, len(points) - 1 + np.cumsum(own), np.arange(len(points)))
+    flip = np.array([1.0, -1.0, 1.0])
+    both = MeshHex(np.vstack([points, points[own] * flip]).T, np.vstack([corners, image[corners]]).T)
+    whole = MeshHex2.from_mesh(both)
+    nodes = whole.doflocs.copy()
+    nodes[:, Dofs(whole, BRICK).element_dofs.T] = np.moveaxis(np.concatenate([place, place * flip]), -1, 0)
+    return MeshHex2(nodes, whole.t)
+
+
+def numbered(
+    mesh: MixedMesh, where: Array, fineness: float, basis: Basis, plate: Outline, *, convex: bool = True
+) -> NumberedMesh:
+    """Return a mesh with its faces under a target's outline.
+
+    Parameters
+    ----------
+    mesh, basis : MixedMesh, Basis
+        From `solid_mesh`.
+    where, fineness
+        As of `NumberedMesh`.
+    plate : Outline
+        Half the target's sizes [thicknesses].
+    convex : bool
+        Whether the pad at rest is known to be convex.
+    """
+    facets = _free_facets(basis, where)
+    found = basis.get_dofs(facets=facets).all()
+    nodes = np.asarray(found[~np.any(where[:2, found], axis=0)])
+    surfaces = _surfaces(basis, facets, plate)
+    below = [own.nodes.ravel() for plane, own in surfaces if plane == "plane"]
+    under = np.intersect1d(np.concatenate([np.zeros(0, dtype=np.int64), *below]), nodes)
+    mirror = min(0.0, float(mesh.nodes[:, 1].min())) if np.any(where[2]) else -np.inf
+    beside = np.setdiff1d(nodes, under)
+    level = np.asarray(where[2] if np.any(where[2]) else np.abs(mesh.nodes[:, 1]) < 1e-9)
+    middle = _middle_faces(basis, level)
+    faces = Faces(nodes, under, beside, plate, (), skin(basis, facets), convex, mirror, middle)
+    return NumberedMesh(mesh, where, fineness, faces, surfaces)
+
+
+def solid(sensor: Sensor, own: NumberedMesh, guard: float, depth: float) -> Solid:
+    """Return a pad on its mesh; guard and contact depth as of `bonded_block`."""
+    target, elastomer = pad_parts(sensor)
+    silicone, plate = elastomer.silicone, outlines(target, elastomer)[0]
+    K = silicone.bulk_modulus / silicone.shear_modulus
+    guard = min(guard, _GUARD_SHARE * K)
+    X = own.mesh.nodes[own.where[1]] * (1.0, 1.0, 0.0)
+    body = Bonded(
+        own.mesh, Law(isochoric_energy(silicone, guard), isochoric_stress(silicone, guard)), K - guard,
+        target.load_height / elastomer.thickness, own.free(), own.bonded, X, *own.places, own.faces,
+        components=3 if own.half else 6, parts=contacts(own.surfaces, depth, plate),
+        shared=partial(_pattern, own, depth > 0.0),
+        hidden=partial(_pattern, own, depth > 0.0, True) if own.half else None,
+    )  # fmt: skip
+    return Solid(body, 0.5 if own.half else 1.0, own.fineness)
+
+
+def pair_of(fine: Solid, coarse: Solid) -> Pair:
+    """Return two pads as mesh of the answer and of its error estimate.
+
+    The error goes with the square of the cells' size, with contact and of flush pads with its power of 1.5. On meshes
+    of one fineness the coarse one is the softer companion of a mesh of the user's.
+    """
+    finer, folds = fine.fineness / coarse.fineness, bool(fine.body.parts)
+    if finer > 1.0:
+        order = _FOLDING if folds or fine.body.faces.under.size > 0 else 2.0
+        added, owned = 1.0 / (finer**2 - 1.0), 1.0 / (finer**order - 1.0)
+    else:
+        added, owned = -fine.softened, 1.0 if folds else 0.5
+    return Pair(fine.body, coarse.body, added, owned, _SHARE)
+
+
+def pad_scales(sensor: Sensor, share: float) -> Scales:
+    """Return what scaled motions and loads stand for, `share` of the pad meshed."""
+    _, elastomer = pad_parts(sensor)
+    t = elastomer.thickness
+    return Scales(t, elastomer.silicone.shear_modulus * t**2, elastomer.standoff, share)
+
+
+def _free_facets(basis: Basis, where: Array) -> Indices:
+    """The faces that are bonded to nothing and in no plane of symmetry; `where` as of `NumberedMesh`."""
+    facets = basis.mesh.boundary_facets()
+    corners = basis.nodal_dofs[0][basis.mesh.facets[:, facets]]
+    bonded = np.any([group[corners].all(axis=0) for group in where], axis=0)
+    return np.asarray(facets[~bonded])
+
+
+def _surfaces(basis: Basis, facets: Indices, plate: Outline) -> tuple[tuple[Plane, Surface], ...]:
+    """What is below the top before the ground; what lies under the target before its plane, the rest before its walls.
+
+    A face of the top lies under it with all its corners: rims of thin faces beside a disc do not.
+    """
+    corners = basis.mesh.p[:, basis.mesh.facets[:, facets]]
+    top = np.all(corners[2] > 1.0 - 1e-9, axis=0)
+    inside = np.all([within(plate, corner.T, 1e-3) for corner in corners.swapaxes(0, 1)], axis=0)
+    under = np.where(top, inside, within(plate, corners.mean(axis=1).T, 1e-3))
+    groups: tuple[tuple[Plane, Array], ...] = (("ground", ~top), ("plane", under), ("wall", ~under))
+    return tuple((plane, facets_of(basis, facets[own])) for plane, own in groups if np.any(own))
+
+
+def _middle_faces(basis: Basis, middle: Array) -> Indices:
+    """Faces whose nodes are all in the plane y = 0, as of `Faces.middle`."""
+    mesh = basis.mesh
+    every = basis.nodal_dofs[0][mesh.facets].T
+    facets = np.flatnonzero(np.all(middle[every], axis=1))
+    corners, cells = every[facets], mesh.f2t[0, facets]
+    x, z = np.moveaxis(basis.doflocs.T[corners][..., [0, 2]], -1, 0)
+    around = np.arctan2(z - z.mean(axis=1, keepdims=True), x - x.mean(axis=1, keepdims=True))
+    corners = np.take_along_axis(corners, np.argsort(around, axis=1), axis=1)
+    return np.column_stack([cells, corners, *([corners[:, -1]] if corners.shape[1] == 3 else [])])
+
+
+def pad_parts(sensor: Sensor) -> tuple[Target, Elastomer]:
+    """Return target and elastomer of a scene that this model can hold, or refuse it."""
+    target, elastomer = layer_parts(sensor)
+    if target.shape == "outline":
+        raise ValueError("target.shape: must be 'rectangle' or 'disc' for the model 'block', got 'outline'")
+    return target, elastomer
+
+
+def edge_notes(sensor: Sensor) -> tuple[str, ...]:
+    """Say that an edge radius plays no part here."""
+    if sensor.elastomer is None or sensor.elastomer.edge_radius is None:
+        return ()
+    return ("elastomer.edge_radius is left out: the edges of this model are sharp, or as its mesh has them",)

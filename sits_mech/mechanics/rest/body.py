@@ -1,0 +1,157 @@
+"""What is a layer to be solved? Mesh, law, bonds and contacts, all that stays from load to load; and its state.
+
+The total potential of a state is ``E(u) + V(q) + sum of the parts``: the elements' energy (element/kernel.py), the dead
+load's (target.py), and what else stores energy, such as contact. The nodes bonded to the target follow its motion q.
+Scales: lengths by the thickness, stresses by the shear modulus.
+
+A body carries which components of q it frees: three in the plane and in the half of a pad that is its own mirror image
+in y = 0, six in a whole pad. What such a symmetry hides, displacements that are odd in y and the other three
+components, is solved nowhere; a state at rest must withstand them all the same, so half a pad carries their pattern,
+too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sits_mech.mechanics.element.assembly import Part, Pattern, pattern
+from sits_mech.mechanics.element.kernel import Law, deformation, smallest_nodal_volume
+from sits_mech.mechanics.element.mesh import Indices, MixedMesh
+from sits_mech.mechanics.faces.face_contact import Faces
+from sits_mech.quantities import Array
+
+
+@dataclass(frozen=True)
+class Bonded:
+    """A meshed layer with its target and its law: all that stays the same from load to load.
+
+    Attributes
+    ----------
+    mesh : MixedMesh
+    law : Law
+        Isochoric energy.
+    K : float
+        Bulk modulus [shear moduli].
+    height : float
+        Where the force acts above the bonded face [thicknesses].
+    free : ndarray
+        Numbers of the displacements that are unknown.
+    bonded : ndarray, shape (n, d)
+        Numbers of the bonded nodes' displacements.
+    X : ndarray, shape (n, 3)
+        Where these are from the target's centre [thicknesses].
+    rows, columns : ndarray
+        Sparsity of the element stiffnesses; that of the parts they tell themselves, the same in every state.
+    faces : Faces
+    components : int
+        How many components of q are freed, 3 or 6.
+    parts : tuple of callable
+        What stores energy besides the elements.
+    guarded : bool
+        Whether one of the parts keeps J above zero at the elements' nodes, so that no step may pass it.
+    shared : callable or None
+        Gives the pattern where bodies of one mesh share it.
+    hidden : callable or None
+        Gives the pattern of the displacements that the symmetry of a half hides; None where nothing is hidden.
+    """
+
+    mesh: MixedMesh
+    law: Law
+    K: float
+    height: float
+    free: Indices
+    bonded: Indices
+    X: Array
+    rows: Indices
+    columns: Indices
+    faces: Faces
+    components: int = 3
+    parts: tuple[Part, ...] = ()
+    guarded: bool = False
+    shared: Callable[[], Pattern] | None = None
+    hidden: Callable[[], Pattern] | None = None
+
+    @property
+    def pattern(self) -> Pattern:
+        """Where the entries of the stiffnesses go."""
+        if self.shared is not None:
+            return self.shared()
+        n = self.mesh.nodes.size
+        terms = [part(np.zeros(n), np.zeros(6)) for part in self.parts]
+        rows = np.concatenate([self.rows, *(term.rows for term in terms)])
+        columns = np.concatenate([self.columns, *(term.columns for term in terms)])
+        return pattern(rows, columns, self.free, border(self.mesh, self.bonded))
+
+    @property
+    def reach(self) -> float:
+        """How far the target's bonded nodes are from its centre along x or y, at most [thicknesses]."""
+        return float(np.abs(self.X).max())
+
+    @property
+    def size(self) -> int:
+        """Length of a packed state."""
+        return int(self.mesh.nodes.size + self.components + np.prod(self.mesh.chi.shape[:2]))
+
+
+@dataclass(frozen=True)
+class State:
+    """A layer in a deformed state, not necessarily at rest.
+
+    Attributes
+    ----------
+    u : ndarray, shape (d n,)
+        Nodal displacements [thicknesses].
+    q : ndarray, shape (3,) or (6,)
+        The target's motion: d_h, d_z [thicknesses], alpha [rad], and d_y, alpha_x, alpha_z.
+    p : ndarray, shape (e, m)
+        Pressures [shear moduli].
+    load : ndarray, shape of q
+        F_x, F_z, M, and F_y, M_x, M_z on the target, scaled: given, or what holds it.
+    residual : float
+        Norm of the gradient over the size of the load.
+    iterations : int
+        Linear solves spent.
+    min_J : float
+        Smallest volume ratio at a quadrature point; of a state at rest, at the elements' nodes too.
+    """
+
+    u: Array
+    q: Array
+    p: Array
+    load: Array = field(repr=False)
+    residual: float = 0.0
+    iterations: int = 0
+    min_J: float = 1.0
+
+
+def border(mesh: MixedMesh, bonded: Indices) -> Indices:
+    """Return the numbers of the bonded displacements and of the six components of q."""
+    return np.concatenate([bonded.ravel(), mesh.nodes.size + np.arange(6)])
+
+
+def rest(body: Bonded) -> State:
+    """Return the undeformed state."""
+    zero = np.zeros(body.components)
+    return State(np.zeros(body.mesh.nodes.size), zero, np.zeros(body.mesh.chi.shape[:2]), zero)
+
+
+def packed(state: State) -> Array:
+    """Return a state's displacements, q and pressures as one array."""
+    return np.concatenate([state.u, state.q, state.p.ravel()])
+
+
+def unpacked(body: Bonded, array: Array, load: Array) -> State:
+    """Return the state under a load from the beginning of an array."""
+    n, k = body.mesh.nodes.size, body.components
+    u, q, p, _ = np.split(array, [n, n + k, body.size])
+    least = float(deformation(body.mesh, u)[1].min())
+    return State(u, q, p.reshape(body.mesh.chi.shape[:2]), load, min_J=least)
+
+
+def smallest_volume(body: Bonded, u: Array, *, everywhere: bool) -> float:
+    """Return the smallest J at the quadrature points and, everywhere or where guarded, at the elements' nodes."""
+    least = float(deformation(body.mesh, u)[1].min())
+    return min(least, smallest_nodal_volume(body.mesh, u)) if everywhere or body.guarded else least

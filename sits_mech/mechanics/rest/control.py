@@ -1,0 +1,94 @@
+"""What is given of the target: a force, or a place? Any mix of the two.
+
+Of each pair (F_x, d_h), (F_z, sink), (M, alpha), (F_y, d_y), (M_x, alpha_x), (M_z, alpha_z) one is given, the other is
+found. A layer whose load has a largest
+value (it buckles, or softens) is followed past it with places given; a target held upright is ``alpha = 0`` with M
+found.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sits_mech.mechanics.rest.newton import Held
+from sits_mech.quantities import WRENCH, Array, Wrench
+
+_PLACES = ("d_h", "sink", "alpha", "d_y", "alpha_x", "alpha_z")
+_PAIRS = tuple(zip(WRENCH, _PLACES, strict=True))
+
+
+@dataclass(frozen=True)
+class Control:
+    """What is given of each pair; of a pair of which nothing is given the force is zero.
+
+    Attributes
+    ----------
+    F_x, F_z, M, F_y, M_x, M_z : float or None
+        Forces and moments, as of `Wrench` [N, N m].
+    d_h, sink, alpha, d_y, alpha_x, alpha_z : float or None
+        Shear along +x, downward displacement [m], clockwise rotation [rad] of the target's bottom face, ... as of
+        `Pose`.
+    """
+
+    F_x: float | None = None
+    F_z: float | None = None
+    M: float | None = None
+    d_h: float | None = None
+    sink: float | None = None
+    alpha: float | None = None
+    F_y: float | None = None
+    M_x: float | None = None
+    M_z: float | None = None
+    d_y: float | None = None
+    alpha_x: float | None = None
+    alpha_z: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a pair of which both are given, and what is no number."""
+        for force, place in _PAIRS:
+            given = [value for value in (getattr(self, force), getattr(self, place)) if value is not None]
+            if len(given) > 1:
+                raise ValueError(f"control: of {force} and {place} one must be given, got both")
+            if given and not np.isfinite(given[0]):
+                name = force if getattr(self, place) is None else place
+                raise ValueError(f"control: {name} must be a finite number, got {given[0]}")
+
+    @property
+    def held(self) -> Held:
+        """Which places are given instead of the forces, shape (6,)."""
+        return np.array([getattr(self, place) is not None for place in _PLACES])
+
+    @property
+    def beside(self) -> bool:
+        """Whether anything but zero is given that leaves the plane y = 0."""
+        return any(getattr(self, name) for pair in _PAIRS[3:] for name in pair)
+
+    @property
+    def given(self) -> dict[str, float]:
+        """What is given, by name; what leaves the plane only where it is not zero."""
+        return {
+            name: value for k, pair in enumerate(_PAIRS) for name in pair
+            if (value := getattr(self, name)) is not None and (k < 3 or value != 0.0)
+        }  # fmt: skip
+
+    def goal(self, lengths: Array, loads: Array) -> Array:
+        """Return what is given, scaled as in body.py: a force, or d_h, d_z = -sink, ... where held; shape (6,).
+
+        Parameters
+        ----------
+        lengths, loads : ndarray, shape (6,)
+            What the components of a motion and of a load that scale to one are [m, rad; N, N m].
+        """
+        forces = np.array([getattr(self, force) or 0.0 for force in WRENCH]) / loads
+        places = np.array([getattr(self, place) or 0.0 for place in _PLACES]) / lengths * _DOWN
+        return np.where(self.held, places, forces)
+
+
+_DOWN = np.array([1.0, -1.0, 1.0, 1.0, 1.0, 1.0])
+
+
+def under(wrench: Wrench) -> Control:
+    """Return the control that gives all forces."""
+    return Control(**vars(wrench))

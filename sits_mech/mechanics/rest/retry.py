@@ -1,0 +1,235 @@
+"""On which mesh does a layer come to rest, and with which contact? Pairs of meshes stand in line, and the first good
+one answers.
+
+Each pair is tougher and a little less accurate than the one before: the first that gets to the load with an error near
+what is asked gives the answer, or else the one that gets farthest, with the smallest error. After the pairs without
+contact those with it stand in line. A rest whose free faces fold onto the ground or the target is solved again with
+contact, from the rest without it where that mesh has a twin with contact: let in softly first where faces stand deep
+behind planes, or else along a path of its own. Where contact moves the target by no more than the line allows it is
+left out, and what it is worth is in the error. Where the load cannot be reached with it, the answer is that without,
+and its error the whole displacement. The notes say which.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+
+from sits_mech.mechanics.faces.contact import softened
+from sits_mech.mechanics.faces.face_contact import LEFT_OUT, face_contact
+from sits_mech.mechanics.rest.body import packed, unpacked
+from sits_mech.mechanics.rest.control import Control
+from sits_mech.mechanics.rest.newton import newton
+from sits_mech.mechanics.rest.pairs import Pair, Scales, Solved, aim, levers, solve_pair, starts
+from sits_mech.mechanics.rest.path import follow
+from sits_mech.quantities import Array, Equilibrium, Pose
+from sits_mech.scene.sensor import Sensor
+
+_NEARLY = 1e-2  # residual at which a small change is known to some percent of it
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """Pairs of meshes in the order they are tried, each made when it is asked for, and how they are tried.
+
+    Attributes
+    ----------
+    sensor : Sensor
+    scales : Scales
+    makers : sequence of callable
+        One for each pair.
+    twins : tuple
+        For each pair without contact, the number of that with contact on the same meshes, or None; those with contact
+        come after.
+    smallest : tuple of float
+        Smallest increments of a load path: where no other pair waits, where one does, ...
+    good : float
+        Estimated error up to which no other pair is tried.
+    effect : float
+        Share of the displacement that contact may be worth and still be left out.
+    softly : tuple of float
+        Times the contact depth, on the way from rest without contact.
+    most : float
+        Iterations times unknowns that a load path is given.
+    """
+
+    sensor: Sensor
+    scales: Scales
+    makers: Sequence[Callable[[], Pair]]
+    twins: tuple[int | None, ...]
+    smallest: tuple[float, ...]
+    good: float = np.inf
+    effect: float = 0.0
+    softly: tuple[float, ...] = ()
+    most: float = np.inf
+
+    def __post_init__(self) -> None:
+        """Keep what is made."""
+        object.__setattr__(self, "makers", tuple(cache(maker) for maker in self.makers))
+
+    def __len__(self) -> int:
+        return len(self.makers)
+
+    def __getitem__(self, number: int) -> Pair:
+        return self.makers[number]()
+
+    @property
+    def free(self) -> int:
+        """How many pairs at the beginning are without contact, while others have it."""
+        return len(self.twins) if len(self.twins) < len(self) else len(self)
+
+
+def settled(line: Line, start: Equilibrium | None, control: Control) -> Solved:
+    """Return the last equilibrium towards what is given, with contact where it counts.
+
+    Parameters
+    ----------
+    line : Line
+    start : Equilibrium or None
+        Of a neighbour, its state beginning with the number of its pair.
+    control : Control
+    """
+    count = len(line)
+    if start is not None and start.state.size and line.free <= start.state[0] < count:  # a neighbour in contact
+        there = _tried(line, int(start.state[0]), start, control, 0)
+        if there.part == 1.0:
+            return there
+    free = _first_good(line, range(line.free), start, control)
+    if line.free == count or not (_touches(line, free.found) or free.part < 1.0):
+        return free
+    if free.part == 1.0:
+        twin = line.twins[int(free.found.state[0])]
+        change = None if twin is None or line.effect == 0.0 else _nearly_settled(line, twin, free.found, control)
+        if change is not None and _effect(line, free.found, change) <= line.effect:
+            return _worth_little(line, free, change)
+        if twin is not None:
+            held = _first_good(line, range(twin, count), _softly(line, twin, free.found, control), control)
+            if held.part == 1.0:
+                return _chosen(line, free, held)
+    elif not _touches(line, free.found) and free.reason == "buckled":
+        return free
+    return _chosen(line, free, _first_good(line, range(line.free, count), start, control))
+
+
+def _first_good(line: Line, numbers: range, start: Equilibrium | None, control: Control) -> Solved:
+    """Of some pairs of meshes, the first good answer, or else the farthest and best."""
+    best: Solved | None = None
+    for number in numbers:
+        if best is not None and best.part == 1.0 and line[number].fine.guarded:
+            continue
+        own = _tried(line, number, start, control, numbers[-1] - number)
+        if best is None or (own.part, -_error(own)) > (best.part, -_error(best)):
+            best = own
+        folds = number < line.free < len(line) and _touches(line, own.found)
+        if best.part == 1.0 and (_error(best) <= line.good or folds):
+            break
+    if best is None:
+        raise ValueError("meshes: there must be at least one pair")
+    return best
+
+
+def _error(solved: Solved) -> float:
+    """Estimated error of an answer."""
+    return solved.found.report.estimated_error
+
+
+def _tried(line: Line, number: int, start: Equilibrium | None, control: Control, waiting: int) -> Solved:
+    """The last equilibrium on one pair of meshes, while some others wait."""
+    pair, own = line[number], None
+    if start is not None and start.state.size == 1 + pair.size and start.state[0] == number:
+        own = replace(start, state=start.state[1:])
+    smallest = line.smallest[min(waiting, len(line.smallest) - 1)]
+    found, part, reason = solve_pair(
+        line.sensor, pair, line.scales, own, control, smallest=smallest, most=line.most
+    )  # fmt: skip
+    return Solved(replace(found, state=np.concatenate([[number], found.state])), part, reason)
+
+
+def _touches(line: Line, found: Equilibrium) -> bool:
+    """Whether a free face lies on or behind ground or target."""
+    body = line[int(found.state[0])].fine
+    n, k = body.mesh.nodes.size, body.components
+    u, q = found.state[1 : 1 + n], found.state[1 + n : 1 + n + k]
+    return face_contact(body.faces, body.mesh, body.parts, u, q).touch
+
+
+def _softly(line: Line, twin: int, found: Equilibrium, control: Control) -> Equilibrium:
+    """An equilibrium without contact as a start on the twin of its meshes that has it, let in softly."""
+    pair = line[twin]
+    states, (held, goal) = [], aim(pair.fine, line.scales, control)
+    bodies = (pair.fine, pair.coarse)
+    for body, state in zip(bodies, starts(pair, line.scales, replace(found, state=found.state[1:])), strict=True):
+        here = state
+        for factor in line.softly:
+            soft = replace(body, parts=softened(body.parts, factor))
+            begin = np.where(held, here.q, here.load)
+            here = follow(soft, here, (begin, goal), smallest=1.0, held=held, beside=control.held[3:]).state
+        states.append(packed(here))
+    return replace(found, state=np.concatenate([[twin], *states]))
+
+
+def _nearly_settled(line: Line, twin: int, found: Equilibrium, control: Control) -> tuple[Array, Array] | None:
+    """How far contact moves the target of an equilibrium without it, and the forces that hold it, nearly at rest.
+
+    Changes of motion and load in SI, shapes (k,); None where Newton's method does not get there at once.
+    """
+    before, after = line[int(found.state[0])].fine, line[twin].fine
+    k, scales = before.components, line.scales
+    here = unpacked(before, found.state[1:], scales.load(found.wrench)[:k])
+    held, goal = aim(before, scales, control)
+    there = newton(after, here, goal, held, until=_NEARLY).state
+    if not there.residual <= _NEARLY:
+        return None
+    return (there.q - here.q) * scales.lengths[:k], (there.load - here.load) * scales.loads[:k]
+
+
+def _effect(line: Line, found: Equilibrium, change: tuple[Array, Array]) -> float:
+    """What contact changes, over the target's displacement or the forces, the larger share."""
+    moved, forces = change
+    k, lever = len(moved), levers(line[int(found.state[0])].fine, line.scales.thickness)
+    at_rest = line.scales.pose(np.zeros(k)).components
+    away = (found.pose.components - at_rest)[:k] + moved
+    size = max(float(np.max(np.abs(away * lever[:k]))), 1e-300)
+    only = np.array([name.startswith("F") for name in vars(found.wrench)])[:k]
+    with_contact = float(np.max(np.abs(found.wrench.components[:k] + forces)[only]))
+    share = float(np.max(np.abs(forces[only]))) / max(with_contact, 1e-300)
+    return max(float(np.max(np.abs(moved * lever[:k]))) / size, share)
+
+
+def _chosen(line: Line, free: Solved, held: Solved) -> Solved:
+    """With contact or without: the farther; of two that arrive, that without only where contact is worth little."""
+    if held.part < free.part:
+        return _without_contact(line, free)
+    if held.part < 1.0 or free.part < 1.0:
+        return held
+    change = (
+        (held.found.pose.components - free.found.pose.components)[: line[0].fine.components],
+        (held.found.wrench.components - free.found.wrench.components)[: line[0].fine.components],
+    )
+    return _worth_little(line, free, change) if _effect(line, free.found, change) <= line.effect else held
+
+
+def _worth_little(line: Line, free: Solved, change: tuple[Array, Array]) -> Solved:
+    """An answer that leaves contact out, what that changes added to its errors."""
+    found, effect = free.found, _effect(line, free.found, change)
+    notes = (*found.report.notes, f"contact would change this by {effect:.2g}, which is in the estimated error")
+    error = found.error.components
+    error[: len(change[0])] += np.abs(change[0])
+    report = replace(found.report, notes=notes, estimated_error=found.report.estimated_error + effect)
+    return free._replace(found=replace(found, error=Pose.of(error), report=report))
+
+
+def _without_contact(line: Line, free: Solved) -> Solved:
+    """An answer that needs contact and has none: its error is the whole displacement."""
+    found = free.found
+    if not _touches(line, found):
+        return free
+    body = line[int(found.state[0])].fine
+    k, lever = body.components, levers(body, line.scales.thickness)
+    away = (found.pose.components - line.scales.pose(np.zeros(k)).components) * lever
+    size = np.where(np.arange(6) < k, float(np.max(np.abs(away))), 0.0)
+    report = replace(found.report, estimated_error=1.0, notes=(*found.report.notes, LEFT_OUT))
+    return free._replace(found=replace(found, error=Pose.of(size / lever), report=report))

@@ -1,0 +1,87 @@
+"""Which loads does a table hold? Components of a wrench that vary, those that are the same throughout, slices of both.
+
+A component that varies is a dimension of the table; one that is the same for all loads, and not zero, is a coordinate
+without dimension; what is neither is zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+
+from sits_mech.quantities import WRENCH, Wrench, shown_unit
+from sits_mech.units import SceneError
+
+_TWO = ("F_x", "F_z")
+
+
+def varied(data: xr.Dataset) -> tuple[str, ...]:
+    """Return the components that a table varies, in the order of `WRENCH`."""
+    return tuple(name for name in WRENCH if name in data.dims)
+
+
+def fixed(data: xr.Dataset) -> dict[str, float]:
+    """Return the components that a table names as the same for all its loads [N, N m]; the others of them are zero."""
+    return {name: float(data[name]) for name in WRENCH if name in data.coords and name not in data.dims}
+
+
+def beyond_two(data: xr.Dataset) -> tuple[str, ...]:
+    """Return the components other than F_x and F_z that the loads of a table have."""
+    held = (name for name, value in fixed(data).items() if value != 0.0)
+    return tuple(name for name in (*varied(data), *held) if name not in _TWO)
+
+
+def two_forces(data: xr.Dataset) -> xr.Dataset:
+    """Return a table over F_x and F_z, a force that does not vary as a dimension of one value.
+
+    Raises
+    ------
+    SceneError
+        When its loads have other components.
+    """
+    if beyond_two(data):
+        held = load_words(fixed(data))
+        came = ", ".join([*varied(data), *([held] if held else [])])
+        raise SceneError(f"calibration: needs a table over F_x and F_z alone; this one has {came}")
+    for name in _TWO:
+        if name not in data.dims:
+            value, names = fixed(data).get(name, 0.0), over_loads(data)
+            each = {key: data[key].drop_vars(name, errors="ignore").expand_dims({name: [value]}) for key in names}
+            data = data.drop_vars([name, *each], errors="ignore").assign(each)
+    return data
+
+
+def over_loads(data: xr.Dataset) -> tuple[str, ...]:
+    """Return the names of the variables that each load of a table has."""
+    loads = set(data["status"].dims)
+    return tuple(str(name) for name, item in data.data_vars.items() if name != "L0" and loads <= set(item.dims))
+
+
+def points(data: xr.Dataset) -> Iterator[xr.Dataset]:
+    """Give the points of a table one by one, the last dimension running fastest."""
+    dims = data["status"].dims
+    for index in np.ndindex(data["status"].shape):
+        yield data.isel(dict(zip(dims, index, strict=True)))
+
+
+def wrench_of(row: xr.Dataset) -> Wrench:
+    """Return the load of a point of a table."""
+    return Wrench(**{name: float(row[name]) for name in WRENCH if name in row.coords})
+
+
+def middle(data: xr.Dataset, keep: Sequence[str] = ()) -> dict[str, int]:
+    """Return the index of the middle value of each component that a table varies, but for those to keep."""
+    return {name: data.sizes[name] // 2 for name in varied(data) if name not in keep}
+
+
+def at_middle(data: xr.Dataset, keep: Sequence[str]) -> tuple[xr.Dataset, str]:
+    """Return a table over `keep` alone at the middle of its other components, and in words what those are."""
+    found = data.isel(middle(data, keep))
+    return found, load_words(fixed(found))
+
+
+def load_words(components: Mapping[str, float]) -> str:
+    """Return components of a load for a reader: ``F_x = 0.5 N, M = 0.001 N m``."""
+    return ", ".join(f"{name} = {value:.4g} {shown_unit(name)}" for name, value in components.items())

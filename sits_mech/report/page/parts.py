@@ -1,0 +1,272 @@
+"""What stands in each section of the HTML report? Text and tables of a calibration, every number with its error."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from pydantic import BaseModel
+from rich.table import Table
+
+from sits_mech.analysis.bench import sensor_calibration
+from sits_mech.cases import DONE
+from sits_mech.quantities import shown_unit
+from sits_mech.readout.crosstalk import crosstalk
+from sits_mech.readout.loads import fixed, load_words, varied
+from sits_mech.readout.quality import quality
+from sits_mech.report.codes import Readings
+from sits_mech.report.tables.loads import failures, load_table, missing_figures, remarks, summary_table
+from sits_mech.report.tables.quality import quality_record, quality_tables
+from sits_mech.report.tables.readings import front_end_table
+from sits_mech.scene.sensor import Sensor, scene_text
+
+_PICTURES = {
+    "L_v.png": "Sum of the inductances against the normal force; bars are estimated errors.",
+    "L_h.png": "Difference of the inductances against shear; bars are estimated errors.",
+    "crosstalk.png": "What each force does to the other's signal, relative to that signal's own full scale.",
+    "layer.png": "The deformed layer under the largest load, in the section y = 0.",
+}
+_NOT_SHOWN = (
+    "Not shown: the explorer, {}, the converter's settings, and forces back from inductances. They need a table over "
+    "F_x and F_z alone."
+)
+_NOTABLE = 10.0  # crosstalk worth a sentence [% of full scale]
+
+
+def subtitle(data: xr.Dataset) -> str:
+    """Return one line under the title."""
+    request = json.loads(data.attrs["request"])
+    models = f"{request['mechanics']} mechanics, {request['magnetics']} magnetics"
+    frequency = f"{float(data.attrs['frequency']) / 1e6:.4g} MHz"
+    held = load_words(fixed(data))
+    loads = f"{data['status'].size} loads{' under ' if held else ''}{held}"
+    return html.escape(f"Calibration over {loads} at {frequency} · {models}")
+
+
+def tiles(data: xr.Dataset, read: Readings | None) -> str:
+    """Return the headline numbers; fewer without readings."""
+    kinds = {"F_x": "shear force", "F_z": "normal force", "F_y": "shear force along y"}
+    names = {name: kinds.get(name, f"moment {name}") for name in varied(data)}
+    found = [(_span(data, name), f"{text} [{shown_unit(name)}]") for name, text in names.items()]
+    if read is not None:
+        stray = crosstalk(data).attrs
+        found += [
+            (f"{1e6 * float(np.mean(read.L0)):.4g} µH", "free-space inductance of a coil"),
+            (f"{stray['full_scale_L_v']:.3g} %", "full scale of L_v, of L0"),
+            (f"{stray['full_scale_L_h']:.3g} %", "full scale of L_h, of L0"),
+            (f"{stray['largest_L_v_from_F_x']:.3g} %", "crosstalk of F_x into L_v"),
+            (f"{stray['largest_L_h_from_F_z']:.3g} %", "crosstalk of F_z into L_h"),
+        ]
+    done = int((data["status"] == DONE).sum())
+    found.append((f"{float(data['seconds'].sum()):.3g} s", f"for {done} of {data['status'].size} loads"))
+    texts = ((html.escape(value), html.escape(name)) for value, name in found if not value.startswith("nan"))
+    return "\n".join(f'<div class="tile"><b>{value}</b><span>{name}</span></div>' for value, name in texts)
+
+
+def _span(data: xr.Dataset, force: str) -> str:
+    """Return a force's range."""
+    low, high = (f"{float(data[force][end]):.4g}".replace("-", "−") for end in (0, -1))
+    return low if low == high else f"{low} … {high}"
+
+
+def words_part(sensor: Sensor, data: xr.Dataset, read: Readings | None) -> str:
+    """Return warnings and what else a reader should know, in sentences."""
+    lines = [f"No result under {line}" for line in failures(data)]
+    lines += [_sentence(line) for line in remarks(data)]
+    if read is None:
+        lines.append(_NOT_SHOWN.format(", ".join(missing_figures(data))))
+    elif read.front is not None:
+        lines += [_sentence(line) for line in read.front.warnings]
+    lines += ([] if read is None else _mixing(data)) + _models(sensor, data)
+    good = [] if failures(data) else [f'<li class="good">All {data["status"].size} loads converged.</li>']
+    return "\n".join(good + [f"<li>{html.escape(line)}</li>" for line in lines])
+
+
+def _sentence(line: str) -> str:
+    """Return a line that begins and ends as a sentence does."""
+    return line[:1].upper() + line[1:] + ("" if line.endswith(".") else ".")
+
+
+def _mixing(data: xr.Dataset) -> list[str]:
+    """Return what crosstalk means for the user, where there is much of it."""
+    stray, lines = crosstalk(data).attrs, []
+    for force, signal in (("F_x", "L_v"), ("F_z", "L_h")):
+        share = stray[f"largest_{signal}_from_{force}"]
+        if share > _NOTABLE:
+            lines.append(
+                f"{force} alone moves {signal} by up to {share:.2g} % of its full scale: read both forces from both "
+                "signals together, not each from its own."
+            )
+    return lines
+
+
+def _models(sensor: Sensor, data: xr.Dataset) -> list[str]:
+    """Return what the models that were used leave open."""
+    lines, mechanics = [], json.loads(data.attrs["request"])["mechanics"]
+    if data.attrs["unit_L"] != "H":
+        lines.append(
+            "The magnetic model is per metre of depth. Microhenries and codes are its relative changes times the "
+            "coils' inductance in free space; effects of the target's ends in y are not in them. Of a short target the "
+            "shear signal can be several times smaller in space: calibrate with --magnetics sheets where it matters."
+        )
+    layer, target = sensor.elastomer, sensor.target
+    if layer and (layer.silicone.prony or layer.silicone.mullins):
+        lines.append(
+            "The silicone relaxes or softens, the table is its first elastic answer: quality --period says "
+            "what a load that comes and goes makes of the forces."
+        )
+    if mechanics != "block" and layer and target and target.extent[1] < 0.95 * layer.extent[1]:
+        lines.append(
+            f"The layer is solved as if the target were as long as the layer ({_mm(layer.extent[1])}); it is "
+            f"{_mm(target.extent[1])} long. The real pad is softer: take --mechanics block where newtons matter."
+        )
+    lines.append("Estimated errors are of the numerics. The constants of a silicone are uncertain by more.")
+    return lines
+
+
+def _mm(metres: float) -> str:
+    """Return a length for a reader."""
+    return f"{1e3 * metres:.4g} mm"
+
+
+def figures_part(data: xr.Dataset) -> str:
+    """Return the figures of merit."""
+    return html_table(summary_table(data))
+
+
+def pictures_part(folder: Path) -> str:
+    """Return the calibration's pictures, within the page; a line where there are none."""
+    found = []
+    for name, caption in _PICTURES.items():
+        file = folder / name
+        if file.is_file():
+            text = base64.b64encode(file.read_bytes()).decode("ascii")
+            image = f'<img alt="{html.escape(caption)}" src="data:image/png;base64,{text}">'
+            found.append(f"<figure>{image}<figcaption>{html.escape(caption)}</figcaption></figure>")
+    if not found:
+        return "<p>The folder has no pictures: they need matplotlib when the calibration is made.</p>"
+    return f'<div class="pictures">{"".join(found)}</div>'
+
+
+def readout_part(sensor: Sensor, read: Readings) -> str:
+    """Return how the converter is set and what it makes of the coils."""
+    if read.front is None:
+        return f"<p>{html.escape(_sentence('; '.join(read.left_out)))}</p>"
+    names = [coil.name for coil in sensor.coils]
+    return html_table(front_end_table(read.front, names, read.left_out))
+
+
+def inverse_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
+    """Return how well the table can be turned around: its error, where it has no answer, noise in newtons."""
+    try:
+        cal = sensor_calibration(sensor, data)
+    except ValueError as error:
+        return f"<p>{html.escape(_sentence(str(error)))}</p>"
+    if len(cal.coils) < len(cal.forces):
+        return f"<p>{len(cal.coils)} coils cannot resolve {' and '.join(cal.forces)}.</p>"
+    rows = [
+        ("forces resolved", " and ".join(cal.forces)),
+        ("error of the map", f"{cal.error:.1e} of a coil's full scale, foretelling loads that are left out"),
+        ("loads with one answer", f"{100.0 * cal.domain.share:.4g} % of the calibrated range"),
+        *(("no answer", region) for region in cal.domain.regions),
+    ]
+    if read.front is None or cal.domain.share == 0.0:
+        return _pairs(rows)
+    found = quality(cal, read.front.noise, positions=[coil.centre[0] for coil in sensor.coils])
+    tables = quality_tables(quality_record(found, data))
+    title = "<h3>Quality; resolution is one standard deviation of the converter's noise at its longest conversion</h3>"
+    return _pairs(rows) + title + "".join(html_table(table) for table in tables)
+
+
+def loads_part(data: xr.Dataset) -> str:
+    """Return every load with pose, signals, errors and time."""
+    return f'<div class="scroll">{html_table(load_table(data), numbers=True)}</div>'
+
+
+def scene_part(sensor: Sensor) -> str:
+    """Return the scene as tables, and as the file that makes it."""
+    blocks = [("sensor", [("name", sensor.name), ("frequency", f"{sensor.frequency / 1e6:.6g} MHz")])]
+    parts: list[tuple[str, BaseModel]] = [(f"coil {coil.name}", coil) for coil in sensor.coils]
+    parts += [(name, getattr(sensor, name)) for name in ("target", "elastomer") if getattr(sensor, name) is not None]
+    parts += [(f"conductor {part.name}", part) for part in sensor.conductors]
+    for title, part in [*parts, ("readout", sensor.readout)]:
+        rows = [(key, _shown(key, value)) for key, value in part.model_dump(exclude_none=True).items() if key != "name"]
+        blocks.append((title, rows))
+    tables = "".join(f"<div><h3>{html.escape(title)}</h3>{_pairs(rows)}</div>" for title, rows in blocks)
+    source = f"<details><summary>scene file</summary><pre>{html.escape(scene_text(sensor))}</pre></details>"
+    return f'<div class="two">{tables}</div>{source}'
+
+
+_LENGTHS = (
+    "diameter", "width", "gap", "thickness", "pitch", "length", "height", "centre", "standoff", "points", "radius",
+)  # fmt: skip
+
+
+_UNITS = {"capacitance": "F", "inductance": "H", "resistance": "ohm", "modulus": "Pa", "conductivity": "S/m"}
+
+
+def _shown(key: str, value: Any) -> str:
+    """Return a scene's value for a reader, lengths in millimetres."""
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {_shown(name, item)}" for name, item in value.items())
+    if isinstance(value, list | tuple):
+        return "; ".join(_shown(key, item) for item in value)
+    if isinstance(value, float) and key.endswith(_LENGTHS):
+        return _mm(value)
+    unit = next((f" {unit}" for word, unit in _UNITS.items() if key.endswith(word)), "")
+    return f"{value:.6g}{unit}" if isinstance(value, float) else str(value)
+
+
+def computed_part(data: xr.Dataset) -> str:
+    """Return models, tolerance, errors and times."""
+    request = json.loads(data.attrs["request"])
+    done = data.where(data["status"] == DONE)
+    seconds = data["seconds"]
+    rows = [
+        ("mechanics", f"{request['mechanics']}: relative error of a pose up to {_most(done, 'error_mechanics')}"),
+        ("magnetics", f"{request['magnetics']}: relative error of a change up to {_most(done, 'error_magnetics')}"),
+        ("asked tolerance", f"{request['tolerance']:g}"),
+        ("time", f"{float(seconds.sum()):.3g} s for all loads, at most {float(seconds.max()):.2g} s for one"),
+        ("smallest volume ratio", _least(done)),
+        ("largest error of L_v", f"{_most(done, 'error_L_v_percent')} % of L0"),
+        ("largest error of L_h", f"{_most(done, 'error_L_h_percent')} % of L0"),
+        ("version", f"sits-mech {data.attrs['version']}, scene {data.attrs['scene_hash']}"),
+    ]
+    return _pairs(rows)
+
+
+def _most(data: xr.Dataset, name: str) -> str:
+    """Return the largest value of a variable."""
+    value = float(data[name].max()) if name in data else math.nan
+    return f"{value:.2g}" if math.isfinite(value) else "unknown"
+
+
+def _least(data: xr.Dataset) -> str:
+    """Return the smallest volume ratio."""
+    value = float(data["min_J"].min()) if "min_J" in data else math.nan
+    return f"{value:.4f}" if math.isfinite(value) else "not known"
+
+
+def html_table(table: Table, *, numbers: bool = False) -> str:
+    """Return a table of the terminal as HTML; `numbers` aligns all cells to the right."""
+    kind = ' class="n"' if numbers else ""
+    head = "".join(f"<th{kind}>{html.escape(str(column.header))}</th>" for column in table.columns)
+    lines = [f"<table><thead><tr>{head}</tr></thead><tbody>" if table.show_header else "<table><tbody>"]
+    for cells in zip(*(column.cells for column in table.columns), strict=True):
+        texts = [html.escape(str(cell)).replace("+-", "±") for cell in cells]
+        bad = ' class="bad"' if numbers and texts[-1] != DONE else ""
+        lines.append(f"<tr{bad}>" + "".join(f"<td{kind}>{text}</td>" for text in texts) + "</tr>")
+    return "".join([*lines, "</tbody></table>"])
+
+
+def _pairs(rows: Sequence[tuple[str, str]]) -> str:
+    """Return a table of names and values."""
+    cells = (f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>" for name, value in rows)
+    return f"<table><tbody>{''.join(cells)}</tbody></table>"

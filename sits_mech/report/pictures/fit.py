@@ -1,0 +1,121 @@
+"""How good is a fit? The measured points, the law's curve, what it leaves, and the constants in words.
+
+The curve is full over the fitted range and dashed up to the end of the test, where the law is used beyond its data.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sits_mech.quantities import Array
+from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.silicone.fitting import Fit
+from sits_mech.silicone.homogeneous import engineering_stress
+from sits_mech.silicone.laws import LAWS
+from sits_mech.silicone.tensile import TensileTest
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_COLOURS = {"uniaxial": "tab:blue", "planar": "tab:green", "biaxial": "tab:red"}
+_Many = float | None | tuple[float | None, ...] | tuple[float, ...]
+_POINTS = 60  # markers per curve
+
+
+def fit_rows(fit: Fit) -> list[tuple[str, str]]:
+    """Return a fit as rows of a table: name and text, each constant with its 95 % half-width.
+
+    Parameters
+    ----------
+    fit : Fit
+        As from `fit_law`.
+    """
+    rows = [("law", fit.law)]
+    for name, value in fit.constants.items():
+        width, unit = fit.confidence[name], LAWS[fit.law].units[name]
+        values, widths = _as_tuple(value), _as_tuple(width)
+        parts = [_with_width(x, w) for x, w in zip(values, widths, strict=True)]
+        rows.append((name, f"{', '.join(parts)} {unit}".rstrip()))
+    rows += [
+        ("left (rms)", f"{fit.rms:.4g} Pa"),
+        ("fitted up to", f"{100.0 * fit.max_strain:.4g} % strain, {', '.join(fit.modes)}"),
+        ("stable", "yes" if fit.stable else "no"),
+        ("source", fit.source),
+    ]
+    return rows + [("note", note) for note in fit.notes]
+
+
+def _as_tuple(value: _Many) -> tuple[float | None, ...]:
+    """Return one value or many as many."""
+    return value if isinstance(value, tuple) else (value,)
+
+
+def _with_width(value: float | None, width: float | None) -> str:
+    """Return a constant with its half-width where it has one."""
+    return f"{value:.5g}" if width is None else f"{value:.5g} \u00b1 {width:.2g}"
+
+
+def fit_figure(test: TensileTest, fit: Fit) -> Figure:
+    """Return data and law: engineering stress over engineering strain, and beside it what the law leaves.
+
+    Parameters
+    ----------
+    test : TensileTest
+        The data that were fitted, with those of other modes.
+    fit : Fit
+        What came of them.
+    """
+    with new_figure(height=0.6, columns=2) as (figure, (curve, rest)):
+        for one in (test, *test.others):
+            _draw_test(curve, rest, one, fit)
+        for axes in (curve, rest):
+            axes.set_xlabel("engineering strain [%]")
+        curve.set_ylabel("engineering stress [kPa]")
+        rest.set_ylabel("measured less law [kPa]")
+        rest.axhline(0.0, color="black", linewidth=0.5)
+        rest.set_xlim(0.0, 100.0 * fit.max_strain)
+        curve.set_ylim(bottom=0.0)
+        curve.set_xlim(left=0.0)
+        figure.suptitle(f"{Path(test.source).stem}, {fit.law}", fontsize=8)
+        figure.legend(loc="outside lower center", ncols=4, handlelength=1.6)
+    return figure
+
+
+def _draw_test(curve: Axes, rest: Axes, test: TensileTest, fit: Fit) -> None:
+    """Add one test and the law along it; a law that locks is drawn as far as it goes."""
+    colour, used = _COLOURS[test.mode], test.strain <= fit.max_strain
+    shown = test.strain <= 1.5 * fit.max_strain
+    dots = slice(None, None, max(1, int(np.count_nonzero(shown)) // _POINTS))
+    strain = np.linspace(0.0, float(test.strain[shown][-1]), 301)
+    stress = engineering_stress(fit.law, fit.constants, strain, test.mode)
+    stress = np.where((stress < 0.0) | (stress > 3.0 * test.stress[shown].max()), np.nan, stress)
+    inside = strain <= fit.max_strain
+    _dots(curve, test.strain[shown][dots], test.stress[shown][dots], colour)
+    curve.plot(100.0 * strain[inside], 1e-3 * stress[inside], color=colour, label=f"{test.mode}, fitted")
+    curve.plot(100.0 * strain[~inside], 1e-3 * stress[~inside], color=colour, linestyle="--", label="beyond")
+    left = test.stress - engineering_stress(fit.law, fit.constants, test.strain, test.mode)
+    rest.plot(100.0 * test.strain[used], 1e-3 * left[used], color=colour)
+
+
+def _dots(axes: Axes, strain: Array, stress: Array, colour: str) -> None:
+    """Add the measured points."""
+    axes.plot(
+        100.0 * strain, 1e-3 * stress, "o", color=colour, markersize=2.0, markerfacecolor="none", markeredgewidth=0.5
+    )  # fmt: skip
+
+
+def save_fit(test: TensileTest, fit: Fit, path: Path) -> None:
+    """Write the picture of a fit; raise SceneError when matplotlib is missing or the file cannot be written.
+
+    Parameters
+    ----------
+    test, fit
+        As for `fit_figure`.
+    path : Path
+        Of the picture; its ending names the format.
+    """
+    save_figure(fit_figure(test, fit), path)

@@ -1,0 +1,82 @@
+"""How does a measurement stand beside the model? Measured over computed inductance, what is left, the fit in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sits_mech.analysis.comparison import Comparison
+from sits_mech.report.pictures.curves import new_figure, save_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_SCALES = {"modulus": (1.0, "times the scene's"), "gap": (1e6, "um more"), "lead": (1e9, "nH")}
+
+
+def comparison_record(found: Comparison, coils: Sequence[str]) -> dict[str, Any]:
+    """Return a comparison for a program, SI."""
+    fit = found.fit
+    values = {
+        name: {"value": float(value), "half_width": float(width)}
+        for name, value, width in zip(fit.names, fit.values, fit.half_widths, strict=True)
+    }
+    return {
+        "parameters": values,
+        "correlation": fit.correlation.tolist(),
+        "shear_modulus": found.shear_modulus,
+        "rms": fit.rms,
+        "rms_before": fit.rms_before,
+        "map_error": found.map_error,
+        "rows": len(found.measured.L),
+        "residual": dict(zip(coils, fit.residual.T.tolist(), strict=True)),
+        "source": found.measured.source,
+    }
+
+
+def comparison_rows(found: Comparison) -> list[tuple[str, str]]:
+    """Return a comparison as rows of a table: each parameter with its 95 % half-width."""
+    fit, rows = found.fit, []
+    for name, value, width in zip(fit.names, fit.values, fit.half_widths, strict=True):
+        scale, unit = _SCALES[name]
+        rows.append((name, f"{scale * value:.5g} \u00b1 {scale * width:.2g} {unit}"))
+    if "modulus" in fit.names:
+        rows.append(("shear modulus", f"{1e-3 * found.shear_modulus:.4g} kPa at small strain"))
+    strong = [
+        f"{a} and {b} {fit.correlation[i, j]:+.3f}"
+        for i, a in enumerate(fit.names) for j, b in enumerate(fit.names[:i]) if abs(fit.correlation[i, j]) > 0.95
+    ]  # fmt: skip
+    if strong:
+        rows.append(("hardly resolved", f"correlation of {'; '.join(strong)}"))
+    rows.append(("left (rms)", f"{100.0 * fit.rms:.3g} % of the range, {100.0 * fit.rms_before:.3g} % before the fit"))
+    rows.append(("map", f"error {found.map_error:.1e} of the range between the loads of the table"))
+    return [*rows, ("rows", f"{len(found.measured.L)} of {found.measured.source}")]
+
+
+def comparison_figure(found: Comparison, coils: Sequence[str]) -> Figure:
+    """Return measured over computed inductance, and beside it what the fit leaves, over the rows."""
+    fit, L = found.fit, found.measured.L
+    with new_figure(height=0.6, columns=2) as (figure, (both, rest)):
+        for k, coil in enumerate(coils):
+            line = both.plot(1e6 * (L - fit.residual)[:, k], 1e6 * L[:, k], "o", markersize=2.5, label=coil)[0]
+            colour, before = line.get_color(), 1e6 * found.predicted[:, k]
+            both.plot(before, 1e6 * L[:, k], "x", color=colour, markersize=2.5, alpha=0.5)
+            rest.plot(np.arange(1, len(L) + 1), 1e9 * fit.residual[:, k], "o-", markersize=2.5, linewidth=0.5)
+        ends = [1e6 * float(L.min()), 1e6 * float(L.max())]
+        both.plot(ends, ends, color="black", linewidth=0.5)
+        both.plot([], [], "x", color="gray", label="before the fit")
+        both.set_xlabel("computed [\u00b5H]")
+        both.set_ylabel("measured [\u00b5H]")
+        rest.axhline(0.0, color="black", linewidth=0.5)
+        rest.set_xlabel("row")
+        rest.set_ylabel("measured less fitted [nH]")
+        figure.legend(loc="outside lower center", ncols=4)
+    return figure
+
+
+def save_comparison(found: Comparison, coils: Sequence[str], path: Path) -> None:
+    """Write the picture of a comparison; raise SceneError when it cannot be written."""
+    save_figure(comparison_figure(found, coils), path)

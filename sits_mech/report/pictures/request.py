@@ -1,0 +1,93 @@
+"""Which picture answers a request? The layer for a load, the field for a pose, the space around both when asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from sits_mech.chain.models import mechanical_model
+from sits_mech.quantities import Pose, Wrench, refuse_beside
+from sits_mech.report.pictures.curves import save_figure
+from sits_mech.report.pictures.section import driven_coil, field_view, load_view
+from sits_mech.report.pictures.spatial import spatial_view
+from sits_mech.scene.sensor import SceneError, Sensor
+
+Kind = Literal["field", "layer", "spatial"]
+_FORMATS = (".png", ".pdf", ".svg")
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a picture is to show.
+
+    Attributes
+    ----------
+    wrench : Wrench
+        The load; not used where a pose is given.
+    pose : Pose or None
+        Instead of the load.
+    frequency : float
+        [Hz].
+    driven : str or None
+        Name of the coil that carries current; the last one by default.
+    """
+
+    wrench: Wrench
+    pose: Pose | None
+    frequency: float
+    driven: str | None = None
+
+
+def kind_of_picture(asked: Kind | None, wrench: Wrench, pose: Pose | None) -> Kind:
+    """Return the kind that is asked for, or "field" for a pose and "layer" for a load.
+
+    Raises
+    ------
+    SceneError
+        When both a pose and a load are given, or a layer is asked for at a pose.
+    """
+    if pose is not None and wrench.components.any():
+        raise SceneError("--dv: must not be given together with a load, which leads to a pose of its own")
+    if pose is not None and asked == "layer":
+        raise SceneError("--kind layer: must have a load (--fx, --fz), which the layer answers; got a pose (--dv)")
+    return asked or ("layer" if pose is None else "field")
+
+
+def picture_path(asked: Path | None, scene: str, kind: Kind) -> Path:
+    """Return where a picture goes; raise SceneError when it is of another format than can be drawn."""
+    path = Path(f"{Path(scene).stem}-{kind}.png") if asked is None else asked
+    if path.suffix not in _FORMATS:
+        raise SceneError(f"--output: must end in {', '.join(_FORMATS)}; got {path.name!r}")
+    if not path.parent.is_dir():
+        raise SceneError(f"--output: must be in a folder that exists; got {path}")
+    return path
+
+
+def draw(kind: Kind, sensor: Sensor, request: Request, path: Path) -> None:
+    """Draw a picture and write it.
+
+    Raises
+    ------
+    ValueError
+        When the scene or the request cannot be drawn, or a part needed for it is not installed; the message says which.
+    SolveFailed
+        When a solve did not reach its answer.
+    """
+    driven = driven_coil(sensor, request.driven)
+    if kind == "field":
+        refuse_beside("planar-fem", request.pose or request.wrench, "sheets, --kind spatial")
+    if kind == "layer":
+        save_figure(load_view(sensor, request.wrench), path)
+    elif kind == "field":
+        save_figure(field_view(sensor, resting_pose(sensor, request), request.frequency, driven), path)
+    else:
+        save_figure(spatial_view(sensor, resting_pose(sensor, request), request.frequency, driven=driven), path)
+
+
+def resting_pose(sensor: Sensor, request: Request) -> Pose:
+    """Return the pose that is asked for, or where the target comes to rest under the load."""
+    if request.pose is not None or sensor.target is None:
+        return request.pose or Pose(0.0, 0.0)
+    loads = [request.wrench] if request.wrench.beside else ()
+    return mechanical_model(sensor, loads=loads)[0].equilibrium(request.wrench).pose

@@ -1,0 +1,201 @@
+"""What does the sensor look like in the section y = 0? The deformed layer under a load; the field around a pose."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sits_mech.chain.models import mechanical_model
+from sits_mech.geometry.windings import coil_bars
+from sits_mech.magnetics.field import planar_fem
+from sits_mech.mechanics.block import BlockPad, deformed_section
+from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh
+from sits_mech.quantities import WRENCH, Array, Equilibrium, MechanicalModel, Pose, Wrench, shown_unit
+from sits_mech.report.pictures.curves import add_polygons, new_figure
+from sits_mech.report.pictures.fields import current_view, potential_view
+from sits_mech.scene.sensor import SceneError, Sensor
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Mesh = tuple[Array, NDArray[np.int64], Array]
+Frame = tuple[tuple[float, float], tuple[float, float]]
+_MM = 1e3
+_DOTS = 300  # per inch, as pictures are written
+_CURRENT = 1e-3  # of the driven coil [A]
+
+
+def layer_view(sensor: Sensor, equilibrium: Equilibrium, mesh: Mesh | None = None) -> Figure:
+    """Return a picture of the section y = 0 under a load.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        With a target.
+    equilibrium : Equilibrium
+        The load and where the target rests.
+    mesh : tuple of ndarray, optional
+        The deformed layer: points (n, 2) [m], quadrilaterals (m, 4), volume ratio of each (m,).
+    """
+    frame = (left, right), (bottom, top) = _frame(sensor, equilibrium, mesh)
+    height = 0.85 * (top - bottom) / (right - left) + (0.2 if mesh is None else 0.33)  # of the axes and what is around
+    with new_figure(height) as (figure, (axes,)):
+        if mesh is not None:
+            points, quads, J = mesh
+            corners = _MM * points[quads]
+            layer = add_polygons(axes, corners, cmap="cividis", edgecolor="0.25", linewidth=0.15, array=J)
+            bar = figure.colorbar(layer, ax=axes, location="bottom", shrink=0.7, aspect=35)
+            bar.set_label("volume ratio $J$ [-]", fontsize=7)
+            bar.ax.tick_params(labelsize=6)
+        for coil in sensor.coils:
+            bars = coil_bars(coil)
+            corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * (bars.width / 2, bars.thickness / 2)
+            boxes = np.stack([bars.x, bars.z], axis=1)[:, None, :] + corners
+            shades = np.where(bars.sign > 0, "tab:red", "tab:blue")
+            add_polygons(axes, _MM * boxes, facecolors=list(shades), linewidth=0)
+        if sensor.target is not None:
+            plate = _MM * target_corners(sensor, equilibrium.pose)[None]
+            add_polygons(axes, plate, facecolors="#b87333", edgecolors="0.2", linewidth=0.4)
+        _dress(axes, equilibrium, frame)
+    return figure
+
+
+def load_view(
+    sensor: Sensor, wrench: Wrench, tolerance: float = 1e-2, mechanics: str = "auto", start: Equilibrium | None = None
+) -> Figure:
+    """Return a picture of the section y = 0 under a load, the layer solved for it, from a start, by a model.
+
+    Raises
+    ------
+    SceneError
+        When the scene has no target or no elastomer, the model keeps no section of a load beside the plane y = 0, or
+        matplotlib is missing.
+    SolveFailed
+        When the layer has no equilibrium that could be reached.
+    """
+    for part in ("target", "elastomer"):
+        if getattr(sensor, part) is None:
+            raise SceneError(f"{sensor.name}: {part}: must be given for a picture of the layer; it is missing")
+    model, _ = mechanical_model(sensor, mechanics, tolerance, [wrench] if wrench.beside else ())
+    equilibrium = model.equilibrium(wrench, start=start)
+    if wrench.beside and equilibrium.state.size == 0:
+        needed = "needs a load in the plane y = 0 (--fx, --fz, --moment)"
+        raise SceneError(f"picture of the layer: {needed}; got {', '.join(wrench.beside)} too: ask for --kind spatial")
+    return layer_view(sensor, equilibrium, _deformed(model, equilibrium))
+
+
+def _deformed(model: MechanicalModel, equilibrium: Equilibrium) -> Mesh | None:
+    """The deformed layer in the section y = 0, where the model has one."""
+    if isinstance(model, BlockPad):
+        return deformed_section(model, equilibrium)
+    return deformed_mesh(model, equilibrium) if isinstance(model, PlanarLayer) else None
+
+
+def field_view(sensor: Sensor, pose: Pose, frequency: float, driven: str | None = None) -> Figure:
+    """Return a picture of the field at a pose: flux lines, and below them the current density within the target.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        One that the planar finite elements can hold.
+    pose : Pose of float
+    frequency : float
+        [Hz].
+    driven : str, optional
+        Name of the coil that carries 1 mA; the last one by default.
+
+    Raises
+    ------
+    SceneError
+        When there is no such coil, nothing that conducts beside the coils, or matplotlib is missing.
+    ValueError
+        As `planar_fem` and its field; also when the mesh generator is missing.
+    SolveFailed
+        When the field's tolerance is not reached.
+    """
+    name = driven_coil(sensor, driven)
+    currents = np.array([_CURRENT if coil.name == name else 0.0 for coil in sensor.coils])
+    field = planar_fem(sensor).field(pose, frequency)
+    if field is None:
+        raise SceneError(f"{sensor.name}: target: must be given for a picture of the field; no metal acts on it")
+    lines, density = potential_view(field, currents), current_view(field, currents)
+    lines.set_size_inches(*(lines.get_size_inches() + (0.0, 0.2)))  # room for the title
+    lines.axes[0].set_title(f"{name} carries {1e3 * _CURRENT:g} mA, {written_frequency(frequency)}", fontsize=8)
+    density.axes[0].set_title(f"current density in {field.plates[0].name}", fontsize=8)
+    return _stacked([lines, density])
+
+
+def driven_coil(sensor: Sensor, driven: str | None) -> str:
+    """Return the name of the coil that is driven, the last one by default; raise SceneError when there is no such."""
+    names = [coil.name for coil in sensor.coils]
+    if driven is not None and driven not in names:
+        raise SceneError(f"--driven: must be one of {', '.join(names)}; got {driven!r}")
+    return names[-1] if driven is None else driven
+
+
+def written_frequency(frequency: float) -> str:
+    """Return a frequency for a reader."""
+    unit, scale = next((u, k) for u, k in (("MHz", 1e6), ("kHz", 1e3), ("Hz", 0.0)) if frequency >= k)
+    return f"{frequency / (scale or 1.0):.4g} {unit}"
+
+
+def _stacked(figures: Sequence[Figure]) -> Figure:
+    """Return one figure of several, all one column wide, from top to bottom, as pixels."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    pictures = []
+    for figure in figures:
+        figure.set_dpi(_DOTS)
+        canvas: Any = FigureCanvasAgg(figure)
+        canvas.draw()
+        pictures.append(np.asarray(canvas.buffer_rgba()))
+    width = min(picture.shape[1] for picture in pictures)
+    whole = np.concatenate([picture[:, :width] for picture in pictures])
+    stacked = Figure(figsize=(width / _DOTS, whole.shape[0] / _DOTS), dpi=_DOTS)
+    FigureCanvasAgg(stacked)
+    stacked.figimage(whole)
+    return stacked
+
+
+def target_corners(sensor: Sensor, pose: Pose) -> Array:
+    """Return the corners of the target's section at one pose [m], shape (4, 2): bottom left, then counter-clockwise."""
+    target = sensor.target
+    if target is None:
+        return np.empty((0, 2))
+    half, height = target.extent[0] / 2, target.thickness
+    xi, eta = np.array([-half, half, half, -half]), np.array([0.0, 0.0, height, height])
+    cos, sin = np.cos(pose.alpha), np.sin(pose.alpha)
+    return np.stack([pose.d_h + xi * cos + eta * sin, pose.d_v - xi * sin + eta * cos], axis=1)
+
+
+def _frame(sensor: Sensor, equilibrium: Equilibrium, mesh: Mesh | None) -> Frame:
+    """Return what the picture shows, along x and z [m]."""
+    reach = max(abs(coil.centre[0]) + coil.outer_diameter / 2 for coil in sensor.coils)
+    if sensor.elastomer is not None:
+        reach = max(reach, sensor.elastomer.extent[0] / 2)
+    depth = max(coil.height for coil in sensor.coils)
+    top = float(np.max(target_corners(sensor, equilibrium.pose)[:, 1], initial=float(equilibrium.pose.d_v)))
+    if mesh is not None:
+        across, up = mesh[0][mesh[1]].reshape(-1, 2).T
+        reach, top = max(reach, float(np.abs(across).max())), max(top, float(up.max()))
+    return (-1.12 * reach, 1.12 * reach), (-depth - 0.3e-3, top + 0.4e-3)
+
+
+def _dress(axes: Axes, equilibrium: Equilibrium, frame: Frame) -> None:
+    """Give axes, title and the substrate's surface."""
+    across, up = frame
+    axes.axhline(0.0, color="0.4", linewidth=0.4)
+    axes.set_xlim(*(_MM * x for x in across))
+    axes.set_ylim(*(_MM * z for z in up))
+    axes.set_aspect("equal")
+    axes.grid(False)
+    axes.set_xlabel("$x$ [mm]")
+    axes.set_ylabel("$z$ [mm]")
+    shown = ("F_x", "F_z", *(name for name in WRENCH[2:] if getattr(equilibrium.wrench, name) != 0.0))
+    load = ((name, getattr(equilibrium.wrench, name)) for name in shown)
+    axes.set_title(", ".join(f"${name}$ = {value:.3g} {shown_unit(name)}" for name, value in load), fontsize=8)

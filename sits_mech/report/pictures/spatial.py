@@ -1,0 +1,211 @@
+"""What does the sensor look like in space? Coils as spirals, the target at its pose, and lines of its eddy current.
+
+Between two neighbouring lines runs the same current through the plate's thickness (`space.stream`), shown at the
+instant when it is largest; colour is its density. pyvista is imported here alone and renders off screen. Where OpenGL
+is missing a first render may end the process that tries it: a process of its own tries it before.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from functools import cache
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sits_mech.geometry.outline import target_outline
+from sits_mech.geometry.windings import spiral_path
+from sits_mech.magnetics.space.stream import Stream, placed, plate_stream
+from sits_mech.meshing.unstructured import DEBIAN_PACKAGES
+from sits_mech.quantities import Array, Pose
+from sits_mech.report.pictures.curves import new_figure
+from sits_mech.report.pictures.section import driven_coil, written_frequency
+from sits_mech.scene.sensor import Coil, Conductor, SceneError, Sensor, Target
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_MM = 1e3
+_CURRENT = 1e-3  # of the driven coil [A]
+_LINES = 14
+_FAINT = 0.02  # smallest density of the scale over the largest
+_SHOWN = 0.95  # of the lines' length lies within the scale: the density has no limit at an edge
+_SIZE = (1800, 1150)  # of the rendered picture [pixels]
+_COPPER, _DRIVEN, _IDLE = "#c98a4b", "#c0392b", "#5f7388"
+_PROBE = (
+    "import pyvista\n"
+    "plotter = pyvista.Plotter(off_screen=True, window_size=(64, 64))\n"
+    "plotter.add_mesh(pyvista.Sphere())\n"
+    "plotter.screenshot(None, return_img=True)\n"
+)
+
+
+def spatial_view(sensor: Sensor, pose: Pose, frequency: float, *, driven: str | None = None) -> Figure:
+    """Return a picture of coils, target and eddy currents in space.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        With flat coils.
+    pose : Pose of float
+    frequency : float
+        [Hz].
+    driven : str, optional
+        Name of the coil that carries 1 mA; the last one by default.
+
+    Raises
+    ------
+    SceneError
+        When the coils are not flat, there is no such coil, or pyvista, OpenGL or matplotlib is missing.
+    Collision
+        When the pose brings the target to the coil plane.
+    """
+    if sensor.substrate_radius is not None:
+        raise SceneError("substrate_radius: the view in space draws flat coils only; ask for --kind field")
+    name = driven_coil(sensor, driven)
+    target = sensor.target
+    stream = None
+    if target is not None and target.metal.relative_permeability == 1.0:
+        currents = np.array([_CURRENT if coil.name == name else 0.0 for coil in sensor.coils])
+        stream = plate_stream(sensor, pose, frequency, currents)
+    renders()
+    picture, density = _rendered(sensor, pose, name, stream)
+    neglected = "\nlines of current without the fixed metal" if sensor.conductors and stream is not None else ""
+    title = f"{name} carries {1e3 * _CURRENT:g} mA, {written_frequency(frequency)}; grid 1 mm{neglected}"
+    return _framed(picture, density, title)
+
+
+@cache
+def renders() -> None:
+    """Make sure that pyvista can render off screen, by a try in a process of its own.
+
+    Raises
+    ------
+    SceneError
+        One line that names the packages.
+    """
+    if find_spec("pyvista") is None:
+        raise SceneError("views in space need pyvista: pip install 'sits-mech[view]'")
+    tried = subprocess.run([sys.executable, "-c", _PROBE], capture_output=True, text=True, timeout=120, check=False)
+    if tried.returncode != 0:
+        lines = tried.stderr.strip().splitlines()
+        reason = lines[-1] if lines else f"signal {-tried.returncode}"
+        raise SceneError(
+            f"views in space need OpenGL (on Debian: apt-get install {DEBIAN_PACKAGES}); a first render ended: {reason}"
+        )
+
+
+def _rendered(sensor: Sensor, pose: Pose, driven: str, stream: Stream | None) -> tuple[NDArray[np.uint8], Array]:
+    """Pixels, and the range of the current density in them [A/m]."""
+    import pyvista
+    from vtkmodules.vtkCommonCore import vtkLogger
+
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+    plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(_SIZE))
+    plotter.set_background("white")
+    plotter.enable_anti_aliasing("ssaa")
+    for coil in sensor.coils:
+        shade = _DRIVEN if coil.name == driven else _IDLE
+        plotter.add_mesh(_winding(pyvista, coil), color=shade, specular=0.3)
+    plotter.add_mesh(_ground(pyvista, sensor), style="wireframe", color="#d0d0d0", line_width=1.5, lighting=False)
+    density = np.zeros(2)
+    if sensor.target is not None:
+        plotter.add_mesh(_plate(pyvista, sensor.target, pose), color=_COPPER, opacity=0.55, specular=0.4)
+    if sensor.target is not None and stream is not None:
+        lines = _lines(pyvista, sensor.target, pose, stream)
+        density = float(np.quantile(lines["density"], _SHOWN)) * np.array([_FAINT, 1.0])
+        shades = {"scalars": "density", "cmap": "plasma", "clim": list(density), "log_scale": True}
+        plotter.add_mesh(lines, **shades, show_scalar_bar=False, lighting=False)
+    for part in sensor.conductors:
+        plotter.add_mesh(_fixed(pyvista, part), color="#808080", opacity=0.4)
+    plotter.camera_position = [(0.55, -1.0, 0.62), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)]
+    plotter.reset_camera()
+    picture = np.asarray(plotter.screenshot(None, return_img=True))
+    plotter.close()
+    return _cropped(picture), density
+
+
+def _cropped(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Pixels without the white around them."""
+    drawn = np.any(picture < 250, axis=2)
+    rows, columns = (np.flatnonzero(drawn.any(axis=axis)) for axis in (1, 0))
+    return picture[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+
+
+def _ground(pyvista: Any, sensor: Sensor) -> Any:
+    """A grid of 1 mm below the coils [mm]."""
+    places = np.array([coil.centre for coil in sensor.coils])
+    radius = max(coil.outer_diameter for coil in sensor.coils) / 2
+    low, high = np.floor(_MM * (places.min(0) - radius)) - 1, np.ceil(_MM * (places.max(0) + radius)) + 1
+    middle, size = (low + high) / 2, high - low
+    depth = -_MM * max(coil.height for coil in sensor.coils)
+    across, along = size
+    centre = (*middle, depth - 0.1)
+    return pyvista.Plane(center=centre, i_size=across, j_size=along, i_resolution=int(across), j_resolution=int(along))
+
+
+def _winding(pyvista: Any, coil: Coil) -> Any:
+    """A coil's track as a tube [mm]."""
+    path = pyvista.lines_from_points(_MM * spiral_path(coil))
+    return path.tube(radius=_MM * 0.42 * coil.track_width, n_sides=8)
+
+
+def _fixed(pyvista: Any, part: Conductor) -> Any:
+    """A fixed plate as a solid [mm]."""
+    x, y, z = (_MM * place for place in part.centre)
+    if part.diameter is not None:
+        round_plate = {"radius": _MM * part.diameter / 2, "height": _MM * part.thickness, "resolution": 96}
+        return pyvista.Cylinder(center=(x, y, z), direction=(0.0, 0.0, 1.0), **round_plate)
+    a, b, c = (_MM * size / 2 for size in (*part.extent, part.thickness))
+    return pyvista.Box(bounds=(x - a, x + a, y - b, y + b, z - c, z + c))
+
+
+def _plate(pyvista: Any, target: Target, pose: Pose) -> Any:
+    """The target as a solid [mm]."""
+    rim = target_outline(target).rim
+    corners = np.column_stack([rim, np.zeros(len(rim))])
+    up = placed(np.array([[0.0, 0.0, target.thickness]]), pose) - placed(np.zeros((1, 3)), pose)
+    face = pyvista.PolyData(_MM * placed(corners, pose), faces=np.r_[len(rim), np.arange(len(rim))]).triangulate()
+    return face.extrude(_MM * up[0], capping=True)
+
+
+def _lines(pyvista: Any, target: Target, pose: Pose, stream: Stream) -> Any:
+    """Lines of current on the target's top face [mm], with the density of the current [A/m]."""
+    largest = stream.psi[np.argmax(np.abs(stream.psi))]
+    psi = (stream.psi * np.conj(largest) / abs(largest)).real
+    a, b, c, d = stream.cells.T
+    triangles = np.vstack([np.column_stack([a, b, c]), np.column_stack([a, c, d])[c != d]])
+    faces = np.column_stack([np.full(len(triangles), 3), triangles]).ravel()
+    flat = pyvista.PolyData(np.column_stack([stream.nodes, np.zeros(len(stream.nodes))]), faces=faces)
+    flat["psi"] = psi
+    slope = flat.compute_derivative(scalars="psi", gradient="slope")
+    flat["density"] = np.linalg.norm(slope["slope"], axis=1)
+    step = np.ptp(psi) / _LINES
+    lines = flat.contour(psi.min() + step * (np.arange(_LINES) + 0.5), scalars="psi")
+    height = np.full(lines.n_points, 1.02 * target.thickness + 2e-5)
+    lines.points = _MM * placed(np.column_stack([lines.points[:, :2], height]), pose)
+    return lines.tube(radius=_MM * 4e-5)
+
+
+def _framed(picture: NDArray[np.uint8], density: Array, title: str) -> Figure:
+    """Pixels with a title and a scale of the current density, one paper column wide."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LogNorm
+    from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
+
+    with new_figure(picture.shape[0] / picture.shape[1] + 0.19 + 0.04 * title.count("\n")) as (figure, (axes,)):
+        axes.imshow(picture)
+        axes.set_axis_off()
+        axes.set_title(title, fontsize=8)
+        if density[1] > 0.0:
+            shades = ScalarMappable(norm=LogNorm(*density), cmap="plasma")
+            bar = figure.colorbar(shades, ax=axes, location="bottom", shrink=0.6, aspect=30, pad=0.02, extend="both")
+            bar.set_label("eddy current through the thickness [A/m]", fontsize=7)
+            bar.ax.tick_params(labelsize=6)
+            bar.ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            bar.ax.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+            bar.ax.xaxis.set_minor_formatter(NullFormatter())
+    return figure

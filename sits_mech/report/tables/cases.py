@@ -1,0 +1,81 @@
+"""What does one print of a study? A line for each case, and one for each reason why cases have no result."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from rich.table import Table
+
+from sits_mech.cases import DONE
+from sits_mech.readout.loads import points
+from sits_mech.report.tables.loads import point_name
+
+_POSE = ("d_h", "d_y", "d_v", "alpha_x", "alpha", "alpha_z")
+_SHOWN = {
+    "pose": (*_POSE, "error_mechanics"),
+    "inductance": ("relative", "L", "R", "error_magnetics"),
+    "simulate": (*_POSE, "L_v_percent", "L_h_percent"),
+    "calibrate": ("L_v_percent", "L_h_percent", "failed_loads"),
+}
+_UNITS = {"L_v_percent": "% of L0", "L_h_percent": "% of L0", "relative": "of L0"} | {
+    name: "m" if name.startswith("d") else "rad" for name in _POSE
+}
+_MOST = 40  # lines: the file holds all
+
+
+def case_table(data: xr.Dataset) -> Table:
+    """Return the cases of a study, SI; of a matrix the diagonal, of a whole calibration the span.
+
+    Parameters
+    ----------
+    data : Dataset
+        As from `run_study`.
+
+    Returns
+    -------
+    Table
+        At most forty lines.
+    """
+    names = [name for name in _SHOWN[data.attrs["request"]] if name in data]
+    where = [str(name) for name in data["status"].coords]
+    found = Table(title=f"{data.attrs['request']}: {data['status'].size} cases", show_edge=False)
+    for heading in (*(_heading(data, name) for name in (*where, *names)), "s", "status"):
+        found.add_column(heading, justify="right")
+    for number, row in enumerate(points(data)):
+        if number == _MOST:
+            found.caption = f"and {data['status'].size - _MOST} more"
+            break
+        values = [_text(row[name].to_numpy()) for name in (*where, *names, "seconds")]
+        found.add_row(*values, str(row["status"].item()))
+    return found
+
+
+def _heading(data: xr.Dataset, name: str) -> str:
+    """Return a column's name with its unit; of inductances that of the models, both where both are there."""
+    unit = _UNITS.get(name) or data[name].attrs.get("units", "")
+    if name in ("L", "R"):
+        units = sorted({str(unit) for unit in data["unit_L"].to_numpy().ravel()} - {""})
+        unit = " or ".join(units).replace("H", "H" if name == "L" else "ohm")
+    return f"{name} [{unit}]" if unit else name
+
+
+def case_failures(data: xr.Dataset) -> list[str]:
+    """Return one line for each reason why cases have no result: how many they are, the first of them, the reason."""
+    found: dict[str, list[str]] = {}
+    for row in points(data):
+        if row["status"].item() != DONE:
+            found.setdefault(f"{row['status'].item()}: {row['reason'].item()}", []).append(point_name(row))
+    return [f"{len(names)} of {data['status'].size} cases, first {names[0]}: {why}" for why, names in found.items()]
+
+
+def _text(values: np.ndarray) -> str:
+    """Return a number or a word, the diagonal of a matrix, or the span of many numbers."""
+    if values.dtype.kind not in "fi":
+        return str(values.item())
+    if values.ndim == 2 and values.shape[0] == values.shape[1] <= 4:
+        values = np.diagonal(values)
+    if values.size <= 4:
+        return "  ".join(f"{value:.5g}" for value in np.atleast_1d(values))
+    if np.all(np.isnan(values)):
+        return "-"
+    return f"{np.nanmin(values):.5g} to {np.nanmax(values):.5g}"

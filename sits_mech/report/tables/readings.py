@@ -1,0 +1,123 @@
+"""What does a reader see of readings? Forces from inductances and the converter's settings, as tables and records."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from sits_mech.quantities import Array
+from sits_mech.readout.calibration import OK, OUTSIDE, Calibration
+from sits_mech.readout.front_end import FrontEnd, register_text
+from sits_mech.report.tables.solves import key_table, with_error
+
+Record = dict[str, Any]
+
+
+def refusal(cal: Calibration, status: str, L: Sequence[float]) -> str:
+    """Return why a reading has no answer, in one line; empty where it has one.
+
+    Parameters
+    ----------
+    cal : Calibration
+    status : str
+        Of the reading.
+    L : sequence of float
+        The reading [unit of the calibration].
+    """
+    if status == OK:
+        return ""
+    options = " ".join(f"--l{k + 1} {value:.6g}" for k, value in enumerate(L))
+    spans = [f"{n} {a:.4g} to {b:.4g}" for n, a, b in zip(cal.forces, cal.low, cal.high, strict=True)]
+    if status == "ambiguous":
+        why = "; ".join(cal.domain.regions) or "the edge of the table"
+        return f"{options}: must belong to one load; ambiguous, more than one shows these inductances ({why})"
+    came = "a load outside" if status == OUTSIDE else "none"
+    return f"{options}: must belong to a load of the calibration ({', '.join(spans)}); got {came}"
+
+
+def inversion_record(cal: Calibration, L: Array, model_error: Array) -> Record:
+    """Return forces with errors, status and domain of one reading.
+
+    Parameters
+    ----------
+    cal : Calibration
+    L : ndarray, shape (n,)
+        The reading [H].
+    model_error : ndarray, shape (n,)
+        Estimated error of the table's inductances [H].
+    """
+    found = cal.inverse(L)
+    by_model = cal.force_error(found.forces, model_error) if found.status == OK else np.full(len(cal.forces), np.nan)
+    ends = zip(cal.forces, cal.low, cal.high, strict=True)
+    return {
+        "forces": dict(zip(cal.forces, found.forces.tolist(), strict=True)),
+        "error": dict(zip(cal.forces, found.error.tolist(), strict=True)),
+        "error_by_model": dict(zip(cal.forces, by_model.tolist(), strict=True)),
+        "status": str(found.status),
+        "residual": float(found.residual),
+        "L": dict(zip(cal.coils, np.asarray(L).tolist(), strict=True)),
+        "L0": dict(zip(cal.coils, cal.L0.tolist(), strict=True)),
+        "unit_L": cal.unit,
+        "map_error": cal.error,
+        "domain": {name: [float(a), float(b)] for name, a, b in ends},
+        "no_inverse": list(cal.domain.regions),
+    }
+
+
+def inversion_table(record: Record) -> Table:
+    """Return the forces of a reading."""
+    rows = []
+    for name, force in record["forces"].items():
+        unit = "N m" if name == "M" else "N"
+        shown = with_error(force, record["error"][name])
+        model = record["error_by_model"][name]
+        rows.append((name, f"{shown} {unit} by the map; {model:.2g} by the table's own errors"))
+    span = ", ".join(f"{name} {low:.4g} to {high:.4g}" for name, (low, high) in record["domain"].items())
+    rows.append(("table", f"{span}; error of the map {record['map_error']:.1e} of full scale"))
+    return key_table("forces", [*rows, *(("no inverse", region) for region in record["no_inverse"])])
+
+
+def front_end_record(found: FrontEnd, coils: Sequence[str], left_out: Sequence[str]) -> Record:
+    """Return a converter's settings and what they give, ready for JSON."""
+    shown = ("frequency", "code", "R_p", "Q", "amplitude")
+    each = {
+        name: {item: getattr(found, item)[k].tolist() for item in shown}
+        | {"settlecount": int(found.settlecount[k]), "drive": int(found.drive[k])}
+        | {"drive_current": found.part.drive[found.drive[k]], "noise_L": float(found.noise[k])}
+        | {"channel_time": float(found.channel_time[k])}
+        for k, name in enumerate(coils)
+    }
+    return {
+        "converter": found.part.name,
+        "source": found.part.source,
+        "reference": found.reference,
+        "rcount": found.rcount,
+        "input_divider": found.input_divider,
+        "reference_divider": found.reference_divider,
+        "rate": found.rate,
+        "coils": each,
+        "registers": [{"address": a, "name": name, "value": value} for a, name, value in found.registers],
+        "warnings": list(found.warnings),
+        "left_out": list(left_out),
+    }
+
+
+def front_end_table(found: FrontEnd, coils: Sequence[str], left_out: Sequence[str]) -> Table:
+    """Return a converter's settings and what they give, for a reader."""
+    rows = [
+        ("part", f"{found.part.name}, {found.part.bits} bits ({found.part.source}), RCOUNT {found.rcount}"),
+        ("reference", f"{1e-6 * found.reference:.4g} MHz; {found.rate:.4g} readings of all coils a second"),
+    ]
+    for k, name in enumerate(coils):
+        f, code, R_p = found.frequency[k], found.code[k], found.R_p[k]
+        rows.append((name, f"{1e-6 * f[0]:.6g} to {1e-6 * f[1]:.6g} MHz, code {code[0]:.0f} to {code[1]:.0f}"))
+        current = 1e6 * found.part.drive[found.drive[k]]
+        swing = f"{found.amplitude[k, 0]:.3g} to {found.amplitude[k, 1]:.3g} V at {current:.4g} uA"
+        rows.append(("", f"R_p {1e-3 * R_p[0]:.4g} to {1e-3 * R_p[1]:.4g} kohm, Q {found.Q[k, 0]:.3g}, {swing}"))
+        rows.append(("", f"{1e3 * found.channel_time[k]:.4g} ms; noise {1e15 * found.noise[k]:.3g} fH"))
+    rows += [("registers" if k == 0 else "", line) for k, line in enumerate(register_text(found).splitlines())]
+    rows += [("warning", line) for line in found.warnings]
+    return key_table("converter", [*rows, *(("left out", line) for line in left_out)])

@@ -1,0 +1,141 @@
+"""What does one print of a solve? Tables in which every number carries its estimated error."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+
+import xarray as xr
+from rich.table import Table
+
+from sits_mech.analysis.spectrum import Terminals
+from sits_mech.quantities import POSE, WRENCH, Equilibrium, Impedance, SolveReport
+from sits_mech.readout.loads import load_words
+from sits_mech.readout.signals import Signals
+
+
+def with_error(value: float, error: float) -> str:
+    """Return a number with its error, both to the error's second digit: ``12.34 +- 0.21``; "-" where there is none."""
+    if not math.isfinite(value):
+        return "-"
+    if not math.isfinite(error) or abs(error) < 1e-12 * abs(value) or error == 0.0:
+        return f"{value:.6g} +- {'0' if math.isfinite(error) else '?'}"
+    digits = min(max(1 - math.floor(math.log10(abs(error))), 0), 12)
+    return f"{value:.{digits}f} +- {abs(error):.{digits}f}"
+
+
+def key_table(title: str, rows: Sequence[tuple[str, str]]) -> Table:
+    """Return a table of names and what stands behind them."""
+    found = Table(title=title, show_header=False, show_edge=False)
+    for name, text in rows:
+        found.add_row(name, text)
+    return found
+
+
+def equilibrium_table(found: Equilibrium, title: str = "pose") -> Table:
+    """Return pose with errors, and how it came about."""
+    lines = []
+    for name in POSE[: 6 if found.wrench.beside or found.pose.beside else 3]:
+        scale, unit = (1e6, "um") if name.startswith("d") else (1e3, "mrad")
+        value, error = float(getattr(found.pose, name)), float(getattr(found.error, name))
+        lines.append((name, f"{with_error(scale * value, scale * error)} {unit}"))
+    load = {name: getattr(found.wrench, name) for name in WRENCH[:3] + found.wrench.beside}
+    lines.append(("under", load_words(load)))
+    return key_table(title, lines + volume_lines(found.report) + report_lines(found.report))
+
+
+def impedance_table(coils: Sequence[str], found: Impedance) -> Table:
+    """Return L and R of each pair of coils with errors at one pose, and how they came about."""
+    scale, unit_L = (1e6, found.unit_L.replace("H", "uH", 1))
+    unit_R = found.unit_L.replace("H", "ohm", 1)
+    lines = [("frequency", f"{found.frequency:.6g} Hz")]
+    for i, first in enumerate(coils):
+        for j, second in enumerate(coils[: i + 1]):
+            L = with_error(scale * float(found.L[i, j]), scale * float(found.error_L[i, j]))
+            R = with_error(float(found.R[i, j]), float(found.error_R[i, j]))
+            free = f"{scale * float(found.L0[i, j]):.6g} {unit_L} in free space"
+            lines.append((f"{first}, {second}" if i != j else first, f"L = {L} {unit_L}, R = {R} {unit_R}; {free}"))
+    return key_table("impedance", lines + report_lines(found.report))
+
+
+def terminal_table(coils: Sequence[str], seen: Terminals | None, missing: Sequence[str] = ()) -> Table:
+    """Return what each coil shows at the end of its leads, or why nothing is said of it."""
+    lines = []
+    if seen is not None:
+        for k, name in enumerate(coils):
+            shown = f"L = {1e6 * seen.L[k]:.6g} uH, R = {seen.R[k]:.4g} ohm, Q = {seen.Q[k]:.4g}"
+            uneven = f"uneven current in them: {1e9 * seen.shift[k]:.3g} nH, not in L"
+            lines.append((name, f"{shown}; tracks alone {seen.R_ac[k]:.4g} ohm; {uneven}"))
+            resonance = 1e-6 * seen.tank_frequency[k]
+            tank = f"resonance at {resonance:.5g} MHz" if resonance > 0.0 else "no resonance"
+            apparent = f"L = {1e6 * seen.apparent_L[k]:.5g} uH, R = {seen.apparent_R[k]:.4g} ohm"
+            lines.append(("", f"with the capacitance: {tank}; apparent {apparent}, Q = {seen.apparent_Q[k]:.4g}"))
+    return key_table("terminals", [*lines, *(("left out", text) for text in missing)])
+
+
+def spectrum_table(data: xr.Dataset) -> Table:
+    """Return L, R and Q of each coil over frequency.
+
+    Parameters
+    ----------
+    data : Dataset
+        As from `spectrum`.
+
+    Returns
+    -------
+    Table
+        One line for each frequency and coil; with the terminals' values, where the model is in henry and ohm.
+    """
+    unit = data.attrs["unit_L"]
+    report = json.loads(data.attrs["report"])
+    title = f"{data.attrs['name']}: {report['model']}, {report['seconds']:.3g} s, {report['unknowns']} unknowns"
+    found = Table(title=title, show_edge=False)
+    headings = ["f [Hz]", "coil", f"L [{unit.replace('H', 'uH', 1)}]", f"R [{unit.replace('H', 'ohm', 1)}]", "Q [-]"]
+    if "shift" in data:
+        headings += ["terminals: L [uH]", "R [ohm]", "Q [-]"]
+    for heading in headings:
+        found.add_column(heading, justify="right")
+    for hertz in data["frequency"].to_numpy():
+        for number, coil in enumerate(data["coil"].to_numpy()):
+            last = number + 1 == data.sizes["coil"]
+            found.add_row(*_spectrum_cells(data.sel(frequency=hertz, coil=coil, coil_2=coil)), end_section=last)
+    found.caption = "; ".join([f"largest relative error {report['estimated_error']:.1e}", *report["left_out"]])
+    return found
+
+
+def _spectrum_cells(row: xr.Dataset) -> list[str]:
+    """Return the cells of one frequency and coil."""
+    scales = (("L", 1e6), ("R", 1.0))
+    L, R = (with_error(scale * float(row[k]), scale * float(row[f"error_{k}"])) for k, scale in scales)
+    cells = [f"{float(row['frequency']):.6g}", str(row["coil"].item()), L, R, f"{float(row['Q']):.4g}"]
+    if "shift" in row:
+        L_seen, R_seen, Q_seen = (float(row[f"terminal_{name}"]) for name in ("L", "R", "Q"))
+        cells += [f"{1e6 * L_seen:.6g}", f"{R_seen:.4g}", f"{Q_seen:.4g}"]
+    return cells
+
+
+def signal_table(found: Signals, unit_L: str) -> Table:
+    """Return the two signals with errors."""
+    unit = unit_L.replace("H", "uH", 1)
+    lines = []
+    for name in ("L_v", "L_h"):
+        value, error = float(getattr(found, name)), float(getattr(found, f"error_{name}"))
+        percent, wrong = float(getattr(found, f"{name}_percent")), float(getattr(found, f"error_{name}_percent"))
+        absolute = with_error(1e6 * value, 1e6 * error)
+        lines.append((name, f"{absolute} {unit}, that is {with_error(percent, wrong)} % of L0"))
+    return key_table("signals", lines)
+
+
+def volume_lines(report: SolveReport) -> list[tuple[str, str]]:
+    """Return the smallest volume ratio of a layer as a line of a table; none where no layer was solved."""
+    if report.min_J is None:
+        return []
+    return [("smallest J", f"{report.min_J:.4f} at any point of the layer, as a rule at a bonded edge")]
+
+
+def report_lines(report: SolveReport) -> list[tuple[str, str]]:
+    """Return how a number came about, as lines of a table."""
+    solved = f"{report.model}, {report.unknowns} unknowns, {report.iterations} iterations, {report.seconds:.3g} s"
+    lines = [("model", f"{solved}, relative error {report.estimated_error:.1e}, {report.status}")]
+    return lines + [("note", note) for note in report.notes]

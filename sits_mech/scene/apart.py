@@ -1,0 +1,199 @@
+"""Do a scene's parts stand clear of each other? Coils, target at rest, silicone and fixed conductors, as they lie.
+
+Each is a prism along z: a box, a cylinder or an outline, from z = bottom to top. Two are clear of each other where
+either their heights or their outlines, seen from above, are. For boxes and cylinders, with the offset of their middles
+taken to the box |x| <= a, |y| <= b of the boxes' half sizes together, and r the cylinders' radii together,
+
+    gap = hypot(max(|x| - a, 0), max(|y| - b, 0)) + min(max(|x| - a, |y| - b), 0) - r,
+
+exact. Beside an outline a cylinder is a polygon of 128 corners. Coils count with the hole in their middle; on a curved
+substrate as boxes of 1/256 of their width.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from sits_mech.quantities import Array
+from sits_mech.scene.outlines import Loop, edges, first_crossing, inside_loops
+from sits_mech.scene.parts import Coil, Conductor, Elastomer, Target
+from sits_mech.units import SceneError
+
+_SLACK = 1.0 + 1e-9  # sizes that are equal as written may differ by rounding
+_TILES, _CORNERS = 256, 128
+
+
+@dataclass(frozen=True)
+class Prism:
+    """A part where it lies.
+
+    Attributes
+    ----------
+    name : str
+        As in the scene.
+    middle, extent : tuple of float
+        Along x and y [m].
+    bottom, top : float
+        z [m].
+    is_round : bool
+        Whether it is a cylinder of the diameter `extent`, not a box.
+    loops : tuple of loops of (x, y)
+        Rim and holes of an outline, instead [m].
+    """
+
+    name: str
+    middle: tuple[float, float]
+    extent: tuple[float, float]
+    bottom: float
+    top: float
+    is_round: bool = False
+    loops: tuple[Loop, ...] = ()
+
+
+def check_parts(
+    coils: Sequence[Coil], target: Target | None, elastomer: Elastomer | None, conductors: Sequence[Conductor],
+    substrate_radius: float | None,
+) -> None:  # fmt: skip
+    """Refuse parts that do not fit together.
+
+    Raises
+    ------
+    SceneError
+        One line: which two, what they must be, what came.
+    """
+    for coil, other in combinations(coils, 2):
+        _check_side_by_side(coil, other)
+    if target is not None and elastomer is not None:
+        _check_on_layer(target, elastomer)
+    if substrate_radius is not None:
+        _check_round(substrate_radius, coils)
+    fixed = [_conductor(part) for part in conductors]
+    others = [piece for coil in coils for piece in _coil(coil, substrate_radius)] if fixed else []
+    others += _layer_and_target(target, elastomer)
+    for k, part in enumerate(fixed):
+        for other_part in (*others, *fixed[:k]):
+            _check_clear(part, other_part)
+
+
+def _conductor(part: Conductor) -> Prism:
+    """Return a fixed plate."""
+    x, y, z = part.centre
+    half = 0.5 * part.thickness
+    return Prism(f"conductors.{part.name}", (x, y), part.extent, z - half, z + half, part.diameter is not None)
+
+
+def _coil(coil: Coil, substrate_radius: float | None) -> list[Prism]:
+    """Return the cylinder around a coil's tracks, or the boxes that stand for it on a curved substrate."""
+    name, (x, y), size = f"coils.{coil.name}", coil.centre, coil.outer_diameter
+    if substrate_radius is None:
+        return [Prism(name, (x, y), (size, size), -coil.height, 0.0, is_round=True)]
+    angles = (x + size * np.linspace(-0.5, 0.5, _TILES + 1)) / substrate_radius
+    radii = np.array([[substrate_radius - coil.height], [substrate_radius]])
+    across, up = radii * np.sin(angles), radii * np.cos(angles) - substrate_radius
+    found = []
+    for k in range(_TILES):
+        (left, right), (low, high) = (
+            (float(v.min()), float(v.max())) for v in (across[:, k : k + 2], up[:, k : k + 2])
+        )
+        found.append(Prism(name, ((left + right) / 2, y), (right - left, size), low, high))
+    return found
+
+
+def _layer_and_target(target: Target | None, elastomer: Elastomer | None) -> list[Prism]:
+    """Return the layer with the film below it, and the target at rest on it; nothing without a layer."""
+    if elastomer is None:
+        return []
+    top = elastomer.standoff + elastomer.thickness
+    found = [Prism("elastomer", (0.0, 0.0), elastomer.extent, 0.0, top, elastomer.diameter is not None)]
+    if target is not None:
+        loops = () if target.points is None else (target.points, *target.holes)
+        is_round = target.diameter is not None
+        found.append(Prism("target", (0.0, 0.0), target.extent, top, top + target.thickness, is_round, loops))
+    return found
+
+
+def _check_clear(part: Prism, other: Prism) -> None:
+    """Refuse a conductor that touches or overlaps another part."""
+    height = max(other.bottom - part.top, part.bottom - other.top)
+    slack = (_SLACK - 1.0) * max(*part.extent, *other.extent, part.top - part.bottom, other.top - other.bottom)
+    if height > slack or (beside := gap_beside(part, other)) > slack:
+        return
+    depth = -max(height, beside)
+    how = f"overlaps it by {depth:.3g} m" if depth > slack else "touches it"
+    raise SceneError(
+        f"{part.name} must be clear of {other.name}, which reaches from z = {other.bottom:g} m to {other.top:g} m; got "
+        f"a plate from z = {part.bottom:g} m to {part.top:g} m that {how}"
+    )
+
+
+def gap_beside(first: Prism, second: Prism) -> float:
+    """Return the distance of two parts seen from above; negative where they overlap, by how much at least [m]."""
+    if first.loops or second.loops:
+        return _gap_of_loops(_loops(first), _loops(second))
+    boxes = [part.extent for part in (first, second) if not part.is_round]
+    radius = 0.5 * sum(part.extent[0] for part in (first, second) if part.is_round)
+    x, y = (abs(first.middle[k] - second.middle[k]) - 0.5 * sum(extent[k] for extent in boxes) for k in (0, 1))
+    return math.hypot(max(x, 0.0), max(y, 0.0)) + min(max(x, y), 0.0) - radius
+
+
+def _loops(part: Prism) -> list[Array]:
+    """Return the rims of a part as polygons in the scene."""
+    (x, y), (a, b) = part.middle, part.extent
+    if part.loops:
+        return [np.array(loop) + (x, y) for loop in part.loops]
+    if part.is_round:
+        angle = np.linspace(0.0, 2 * np.pi, _CORNERS, endpoint=False)
+        return [np.column_stack([x + 0.5 * a * np.cos(angle), y + 0.5 * a * np.sin(angle)])]
+    return [np.array([[-a, -b], [a, -b], [a, b], [-a, b]]) / 2 + (x, y)]
+
+
+def _gap_of_loops(first: list[Array], second: list[Array]) -> float:
+    """Return the distance of two polygons with holes; where they overlap, minus infinity: by how much is not known."""
+    both = tuple(tuple(map(tuple, loop.tolist())) for loop in (*first, *second))
+    inside = inside_loops(first, np.vstack(second)[:1])[0] or inside_loops(second, np.vstack(first)[:1])[0]
+    if inside or first_crossing(both) is not None:
+        return -math.inf
+    nearest = math.inf
+    for one, other in ((first, second), (second, first)):
+        points = np.vstack(one)[:, None]
+        a, b = edges(other)
+        along = np.clip(((points - a) * (b - a)).sum(-1) / ((b - a) ** 2).sum(-1), 0.0, 1.0)
+        nearest = min(nearest, float(np.linalg.norm(points - a - along[..., None] * (b - a), axis=-1).min()))
+    return nearest
+
+
+def _check_side_by_side(coil: Coil, other: Coil) -> None:
+    """Refuse coils that overlap."""
+    distance = math.dist(coil.centre, other.centre)
+    needed = 0.5 * (coil.outer_diameter + other.outer_diameter)
+    if distance * _SLACK < needed:
+        raise SceneError(
+            f"coils.{coil.name} and coils.{other.name} overlap: their centres must be at least {needed:g} m apart for "
+            f"outer diameters of {coil.outer_diameter:g} m and {other.outer_diameter:g} m; got {distance:g} m"
+        )
+
+
+def _check_on_layer(target: Target, elastomer: Elastomer) -> None:
+    """Refuse a target that sticks out beyond the layer it is bonded to."""
+    (width, length), (layer_width, layer_length) = target.extent, elastomer.extent
+    sizes = [("width", width, layer_width), ("length", length, layer_length)]
+    if elastomer.diameter is not None:
+        corners = target.points or ((0.5 * width, 0.0 if target.diameter else 0.5 * length),)
+        sizes = [("diameter", 2.0 * max(math.hypot(x, y) for x, y in corners), elastomer.diameter)]
+    for name, size, allowed in sizes:
+        if size > allowed * _SLACK:
+            raise SceneError(f"target must be no larger than elastomer.{name} ({allowed:g} m); got {size:g} m")
+
+
+def _check_round(radius: float, coils: Sequence[Coil]) -> None:
+    """Refuse coils that reach around the substrate and meet themselves."""
+    reach = max(abs(coil.centre[0]) + 0.5 * coil.outer_diameter for coil in coils)
+    if reach > math.pi * radius:
+        raise SceneError(
+            f"substrate_radius must be at least {reach / math.pi:g} m to carry the coils; got {radius:g} m"
+        )

@@ -1,0 +1,73 @@
+"""Within which bounds does an input make sense? One annotated type per kind of input, each refusing the rest by itself.
+
+The bounds are wide: they catch slips of unit and values that would only overflow later, not unusual designs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated
+
+from pydantic import BeforeValidator, InstanceOf
+
+from sits_mech.scene.materials import metals, silicones, unknown
+from sits_mech.silicone.material import Silicone, silicone_from
+from sits_mech.units import SceneError, shown, si_value
+
+
+def _within(unit: str, low: float, high: float, words: str) -> BeforeValidator:
+    """Return a check that a quantity lies between `low` and `high`."""
+
+    def check(value: object) -> float:
+        number = si_value(value, unit)
+        if not low <= number <= high:
+            raise SceneError(f"must be {words}; got {shown(value)}")
+        return number
+
+    return BeforeValidator(check)
+
+
+def _count(value: object) -> int:
+    """Check a number of turns or layers."""
+    if isinstance(value, int) and not isinstance(value, bool) and 1 <= value <= 1000:
+        return value
+    raise SceneError(f"must be a whole number from 1 to 1000; got {shown(value)}")
+
+
+def _name(value: object) -> str:
+    """Check a name: short, printable."""
+    if isinstance(value, str) and 0 < len(value.strip()) <= 200 and value.isprintable():
+        return value
+    raise SceneError(f"must be a printable text of 1 to 200 letters; got {shown(value)}")
+
+
+def _metal_name(value: object) -> str:
+    """Check the name of a metal."""
+    if isinstance(value, str) and value in metals():
+        return value
+    raise SceneError(unknown(value, metals()))
+
+
+def _silicone(value: object) -> str | Silicone:
+    """Check the name of a silicone, or make one from a table."""
+    if isinstance(value, Silicone) or (isinstance(value, str) and value in silicones()):
+        return value
+    if isinstance(value, Mapping):
+        return silicone_from(value)
+    raise SceneError(unknown(value, silicones()))
+
+
+Length = Annotated[float, _within("m", 1e-9, 1e3, 'a length from 1 nm to 1 km, such as "2 mm"')]
+Offset = Annotated[float, _within("m", 0.0, 1e3, 'zero or a length up to 1 km, such as "0.1 mm"')]
+Coordinate = Annotated[float, _within("m", -1e3, 1e3, 'a position within 1 km, such as "-4 mm"')]
+Frequency = Annotated[float, _within("Hz", 1e-6, 1e12, 'a frequency from 1 uHz to 1 THz, such as "5 MHz"')]
+Conductivity = Annotated[float, _within("S/m", 1e-9, 1e20, 'a conductivity up to 1e20 S/m, such as "58 MS/m"')]
+Permeability = Annotated[float, _within("", 1.0, 1e7, "a relative permeability from 1 to 1e7")]
+Capacitance = Annotated[float, _within("F", 1e-15, 1.0, 'a capacitance from 1 fF to 1 F, such as "330 pF"')]
+Inductance = Annotated[float, _within("H", 0.0, 1.0, 'zero or an inductance up to 1 H, such as "10 nH"')]
+Resistance = Annotated[float, _within("ohm", 0.0, 1e6, 'zero or a resistance up to 1 Mohm, such as "0.1 ohm"')]
+Count = Annotated[int, BeforeValidator(_count)]
+Name = Annotated[str, BeforeValidator(_name)]
+MetalName = Annotated[str, BeforeValidator(_metal_name)]
+Point = tuple[Coordinate, Coordinate]
+SiliconeOrName = Annotated[InstanceOf[str] | InstanceOf[Silicone], BeforeValidator(_silicone)]

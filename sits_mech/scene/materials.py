@@ -1,0 +1,65 @@
+"""What are the metals and silicones of the catalogue made of? Each constant with its source."""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from sits_mech.silicone.material import Silicone, silicone_from
+from sits_mech.units import shown
+
+
+@dataclass(frozen=True)
+class Metal:
+    """A conductor.
+
+    Attributes
+    ----------
+    name : str
+        Name in the catalogue, or "" when the scene gives the numbers.
+    conductivity : float
+        [S/m].
+    relative_permeability : float
+        Constant and isotropic [-].
+    source : str
+        Where the numbers come from.
+    """
+
+    name: str
+    conductivity: float
+    relative_permeability: float = 1.0
+    source: str = "the scene"
+
+
+def _catalogued(file: str) -> dict[str, Any]:
+    """Return the tables of one of the catalogue's material files."""
+    text = (resources.files("sits_mech") / "scene" / "catalog" / "materials" / file).read_text(encoding="utf-8")
+    return tomllib.loads(text)
+
+
+@cache
+def metals() -> Mapping[str, Metal]:
+    """Return the catalogue's metals by name."""
+    return {
+        name: Metal(name, float(item["conductivity"]), float(item["relative_permeability"]), str(item["source"]))
+        for name, item in _catalogued("metals.toml").items()
+    }
+
+
+@cache
+def silicones() -> Mapping[str, Silicone]:
+    """Return the catalogue's silicones by name."""
+    return {name: silicone_from(item, name) for name, item in _catalogued("silicones.toml").items()}
+
+
+def unknown(name: object, known: Iterable[str]) -> str:
+    """Return what to say of a name that is not among `known`: the list, and what was probably meant."""
+    known = list(known)
+    near = difflib.get_close_matches(str(name).lower(), known, n=1) if isinstance(name, str) else []
+    hint = f' (did you mean "{near[0]}"?)' if near else ""
+    return f"must be one of {', '.join(known)}; got {shown(name)}{hint}"

@@ -1,0 +1,179 @@
+"""Which closed lines bound a flat plate: rim and holes, as corners or as the border of the cells in a mesh file?
+
+A loop is a tuple of corners (x, y) in order, not closed [m]; the rim comes first.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sits_mech.quantities import Array
+from sits_mech.units import SceneError, shown
+
+Loop = tuple[tuple[float, float], ...]
+_KINDS = ("triangle", "quad")
+
+
+def signed_area(loop: Array) -> float:
+    """Return the area of a polygon (k, 2), positive when it goes counter-clockwise [m^2]."""
+    after = np.roll(loop, -1, axis=0)
+    return float((loop[:, 0] * after[:, 1] - loop[:, 1] * after[:, 0]).sum() / 2)
+
+
+def edges(loops: Sequence[Array]) -> tuple[Array, Array]:
+    """Return the starts and the ends of all edges of polygons, shape (n, 2) each [m]."""
+    return np.vstack(loops), np.vstack([np.roll(loop, -1, axis=0) for loop in loops])
+
+
+def inside_loops(loops: Sequence[Array], points: Array) -> NDArray[np.bool_]:
+    """Tell which points (n, 2) have an odd number of the loops' edges to their right."""
+    a, b = edges(loops)
+    y = points[:, 1, None]
+    between = (a[:, 1] > y) != (b[:, 1] > y)
+    x = a[:, 0] + (y - a[:, 1]) * (b[:, 0] - a[:, 0]) / np.where(a[:, 1] == b[:, 1], 1.0, b[:, 1] - a[:, 1])
+    return np.asarray((between & (x > points[:, 0, None])).sum(1) % 2 == 1)
+
+
+def first_crossing(loops: tuple[Loop, ...]) -> tuple[float, float] | None:
+    """Return where two edges of an outline cross or touch beyond the corner they share [m]; None if none do."""
+    corners = [np.array(loop) for loop in loops]
+    a, b = edges(corners)
+    for k in range(len(a) - 1):
+        step, side, gap = b[k] - a[k], b[k + 1 :] - a[k + 1 :], a[k + 1 :] - a[k]
+        cross = step[0] * side[:, 1] - step[1] * side[:, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            s = (gap[:, 0] * side[:, 1] - gap[:, 1] * side[:, 0]) / cross
+            t = (gap[:, 0] * step[1] - gap[:, 1] * step[0]) / cross
+        hit = (s > 1e-9) & (s < 1 - 1e-9) & (t > -1e-9) & (t < 1 + 1e-9)
+        if hit.any():
+            x, y = a[k] + s[np.argmax(hit)] * step
+            return float(x), float(y)
+    return None
+
+
+def check_rims(points: Loop | None, holes: tuple[Loop, ...]) -> None:
+    """Refuse an outline without area, holes without a rim around them, and rims that cross themselves or each other.
+
+    Raises
+    ------
+    SceneError
+        One line: `points` or `holes`, what they must be, what came.
+    """
+    if points is None:
+        if holes:
+            raise SceneError(f'holes must come with shape = "outline" and points; got {len(holes)} without')
+        return
+    if any(len(hole) < 3 for hole in holes):
+        raise SceneError("holes must be at least three corners each; got fewer")
+    crossing = first_crossing((points, *holes)) if len(points) > 3 or holes else None
+    if crossing is not None:
+        x, y = crossing
+        raise SceneError(f"points and holes must be rims that do not cross or touch; they do at ({x:.4g}, {y:.4g}) m")
+    if len(points) < 3 or not abs(signed_area(np.array(points))) > 0.0:
+        raise SceneError(f"points must be at least three corners around an area; got {shown(points)}")
+
+
+def with_rims_of_mesh(given: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a target's table with corners and holes instead of the keys `mesh` and `mesh_group`, if it has them.
+
+    Raises
+    ------
+    SceneError
+        As `read_loops`, or when the table has an outline besides.
+    """
+    if not {"mesh", "mesh_group"} & set(given):
+        return given
+    path, group = given.get("mesh"), given.get("mesh_group", "target")
+    if not isinstance(path, str) or not isinstance(group, str):
+        raise SceneError(f"mesh and mesh_group must be a file and a name; got {shown(path)} and {shown(group)}")
+    if given.get("shape") != "outline" or {"points", "holes"} & set(given):
+        raise SceneError(f'mesh must come with shape = "outline" and without points or holes; got {shown(path)}')
+    rim, *holes = read_loops(path, group)
+    rest = {key: item for key, item in given.items() if key not in ("mesh", "mesh_group")}
+    return rest | {"points": rim, "holes": tuple(holes)}
+
+
+def read_loops(path: str | Path, group: str | None = None) -> tuple[Loop, ...]:
+    """Return the border of the triangles and quadrilaterals in a mesh file, in the file's own unit (metres).
+
+    Parameters
+    ----------
+    path : str or Path
+        Any format that meshio reads.
+    group : str, optional
+        Named group of the cells to take; all of them by default.
+
+    Raises
+    ------
+    SceneError
+        One line: the file is no mesh, has no such cells or group, or is not in one piece with simple rims.
+    """
+    mesh = read_mesh(path)
+    blocks = [(k, block.data.astype(np.int64)) for k, block in enumerate(mesh.cells) if block.type in _KINDS]
+    if not blocks:
+        kinds = ", ".join(sorted({block.type for block in mesh.cells})) or "no cells"
+        raise SceneError(f"{path}: must hold triangles or quadrilaterals; got {kinds}")
+    cells = [block if group is None else block[_of_group(mesh, k, group, path)] for k, block in blocks]
+    points = np.asarray(mesh.points, dtype=float)[:, :2]
+    loops = sorted((points[loop] for loop in _border(cells, path)), key=lambda loop: -abs(signed_area(loop)))
+    return tuple(tuple((float(x), float(y)) for x, y in _straightened(loop)) for loop in loops)
+
+
+def read_mesh(path: str | Path) -> Any:
+    """Return what meshio reads; SceneError where it cannot, for it prints its reason and ends the program then."""
+    import meshio
+
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            return meshio.read(path)
+    except (OSError, meshio.ReadError, UnicodeDecodeError, ValueError, KeyError, IndexError, SystemExit) as error:
+        reason = " ".join((str(error) if not isinstance(error, SystemExit) else said.getvalue()).split())
+        raise SceneError(f"{path}: must be a mesh file that meshio reads; got: {reason}") from None
+
+
+def _of_group(mesh: Any, block: int, group: str, path: str | Path) -> NDArray[np.bool_]:
+    """Which cells of a block belong to a named group: a set of cells, or a physical group of gmsh."""
+    sets = {name: parts for name, parts in mesh.cell_sets.items() if not name.startswith("gmsh:")}
+    inside = np.zeros(len(mesh.cells[block].data), dtype=bool)
+    if group in sets:
+        inside[np.asarray(sets[group][block], dtype=np.int64)] = True
+    elif group in mesh.field_data and "gmsh:physical" in mesh.cell_data:
+        inside[:] = np.asarray(mesh.cell_data["gmsh:physical"][block]) == mesh.field_data[group][0]
+    else:
+        known = ", ".join(sorted({*sets, *mesh.field_data})) or "none"
+        raise SceneError(f'{path}: must name a group of cells "{group}"; its groups are {known}')
+    return inside
+
+
+def _border(cells: list[NDArray[np.int64]], path: str | Path) -> list[list[int]]:
+    """Chains of nodes around the cells' border."""
+    edges: set[tuple[int, int]] = set()
+    for block in cells:
+        edges.update(zip(block.ravel().tolist(), np.roll(block, -1, axis=1).ravel().tolist(), strict=True))
+    after = {a: b for a, b in edges if (b, a) not in edges}
+    if not after or len(after) != sum((b, a) not in edges for a, b in edges):
+        raise SceneError(f"{path}: must hold cells that all turn the same way, with rims that do not touch themselves")
+    loops = []
+    while after:
+        start, node = after.popitem()
+        loop = [start]
+        while node != start:
+            loop.append(node)
+            node = after.pop(node)
+        loops.append(loop)
+    return loops
+
+
+def _straightened(loop: Array) -> Array:
+    """Leave out nodes on straight stretches."""
+    u, v = loop - np.roll(loop, 1, axis=0), np.roll(loop, -1, axis=0) - loop
+    turn = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+    return np.asarray(loop[turn > 1e-9 * np.linalg.norm(u, axis=1) * np.linalg.norm(v, axis=1)])

@@ -1,0 +1,346 @@
+"""What are the parts of a sensor? Coil, target, elastomer, other conductors, readout.
+
+Every part is frozen, checked when it is made, and holds SI numbers under the scene file's own keys. Lengths [m];
+x is shear, y out of plane, z up, ``z = 0`` the top face of the uppermost track layer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, field_serializer, model_validator
+
+from sits_mech.scene.bounds import (
+    Capacitance,
+    Conductivity,
+    Coordinate,
+    Count,
+    Inductance,
+    Length,
+    MetalName,
+    Name,
+    Offset,
+    Permeability,
+    Point,
+    Resistance,
+    SiliconeOrName,
+)
+from sits_mech.scene.materials import Metal, metals, silicones
+from sits_mech.scene.outlines import check_rims, with_rims_of_mesh
+from sits_mech.silicone.material import Silicone, table_of
+from sits_mech.units import SceneError, shown
+
+_FROZEN = ConfigDict(frozen=True, extra="forbid")
+
+
+def _check_metal(material: str | None, conductivity: float | None) -> None:
+    """Refuse a conductor without a conductivity."""
+    if material is None and conductivity is None:
+        raise SceneError("material (or conductivity) must be given; it is missing")
+
+
+def _metal(material: str | None, conductivity: float | None, relative_permeability: float | None) -> Metal:
+    """Return the catalogue's metal with the scene's own numbers in place of the catalogue's."""
+    found = metals()[material] if material is not None else Metal("", 0.0)
+    changes: dict[str, Any] = {"conductivity": conductivity, "relative_permeability": relative_permeability}
+    changes = {key: number for key, number in changes.items() if number is not None}
+    return replace(found, **changes, source="the scene") if changes else found
+
+
+def _check_sizes(part: BaseModel, needed: tuple[str, ...]) -> None:
+    """Refuse a part without the sizes of its shape, or with those of another one."""
+    for key in ("width", "length", "diameter", "points"):
+        value = getattr(part, key, None)
+        if (value is not None) != (key in needed):
+            come = "it is missing" if key in needed else f"got {shown(value)}"
+            shape = getattr(part, "shape", "box" if "width" in needed else "cylinder")
+            raise SceneError(f"{key} must {'' if key in needed else 'not '}be given for a {shape}; {come}")
+
+
+def _extent(width: float | None, length: float | None, diameter: float | None) -> tuple[float, float]:
+    """Return the size along x and y [m] of a rectangle or a disc."""
+    if diameter is not None:
+        return diameter, diameter
+    return width or 0.0, length or 0.0
+
+
+class Coil(BaseModel):
+    """A spiral coil of one or more layers, its axis along z, its layers downwards from ``z = 0``.
+
+    Attributes
+    ----------
+    name : str
+        One name per coil.
+    centre : tuple of float
+        x and y of the axis [m].
+    layers, turns : int
+        Layers, and turns in each.
+    inner_diameter : float
+        Between the facing edges of the innermost turn [m].
+    track_width, track_gap, track_thickness : float
+        Cross-section of the track and the clear distance of neighbouring turns [m]; one turn needs no gap.
+    layer_pitch : float
+        Between the middles of neighbouring layers [m]; one layer needs none.
+    winding : str
+        "rings" (concentric) or "spiral" (the track's true path; model `sheets`).
+    """
+
+    model_config = _FROZEN
+    name: Name
+    centre: Point
+    layers: Count
+    turns: Count
+    inner_diameter: Length
+    track_width: Length
+    track_gap: Length
+    track_thickness: Length
+    layer_pitch: Length
+    winding: Literal["rings", "spiral"] = "rings"
+
+    @model_validator(mode="before")
+    @classmethod
+    def _what_a_single_one_needs_not(cls, given: Any) -> Any:
+        """Fill in the gap of a single turn and the pitch of a single layer: they play no part."""
+        if not isinstance(given, Mapping):
+            return given
+        gap = {"track_gap": given.get("track_width")} if given.get("turns") == 1 else {}
+        pitch = {"layer_pitch": given.get("track_thickness")} if given.get("layers") == 1 else {}
+        return gap | pitch | dict(given)
+
+    @model_validator(mode="after")
+    def _layers_apart(self) -> Coil:
+        """Refuse layers that overlap."""
+        if self.layer_pitch < self.track_thickness:
+            raise SceneError(
+                f"layer_pitch must be at least track_thickness ({self.track_thickness:g} m), or the layers overlap; "
+                f"got {self.layer_pitch:g} m"
+            )
+        return self
+
+    @property
+    def outer_diameter(self) -> float:
+        """Between the outer edges of the outermost turn [m]."""
+        return self.inner_diameter + 2.0 * (self.turns * self.track_width + (self.turns - 1) * self.track_gap)
+
+    @property
+    def height(self) -> float:
+        """From the bottom face of the lowest layer to ``z = 0`` [m]."""
+        return (self.layers - 1) * self.layer_pitch + self.track_thickness
+
+
+class Target(BaseModel):
+    """The conducting plate on the elastomer, exactly rigid.
+
+    Attributes
+    ----------
+    material : str or None
+        A metal of the catalogue.
+    conductivity, relative_permeability : float or None
+        Instead of the catalogue's numbers [S/m, -].
+    shape : str
+        "rectangle" (width along x, length along y), "disc" (diameter) or "outline" (points, from the target's centre,
+        or a file `mesh`: the border of the cells in its group `mesh_group`, by default "target").
+    width, length, diameter, thickness : float
+        [m].
+    points : tuple of (x, y)
+        Corners of the outline in order, not closed [m].
+    holes : tuple of tuple of (x, y)
+        Corners of each hole in an outline [m].
+    net_current : str
+        Planar models only: "zero" (isolated plate) or "free" (the current returns at `planar_boundary_radius`).
+    load_height : float
+        Where the force acts, above the bottom face [m]; the thickness unless given.
+    planar_boundary_radius : float or None
+        Where the vector potential vanishes, for "free" [m].
+    """
+
+    model_config = _FROZEN
+    material: MetalName | None = None
+    conductivity: Conductivity | None = None
+    relative_permeability: Permeability | None = None
+    shape: Literal["rectangle", "disc", "outline"]
+    width: Length | None = None
+    length: Length | None = None
+    diameter: Length | None = None
+    points: tuple[Point, ...] | None = None
+    holes: tuple[tuple[Point, ...], ...] = ()
+    thickness: Length
+    net_current: Literal["zero", "free"] = "zero"
+    load_height: Offset
+    planar_boundary_radius: Length | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_a_mesh(cls, given: Any) -> Any:
+        """Take corners and holes from a mesh file."""
+        return with_rims_of_mesh(given) if isinstance(given, Mapping) else given
+
+    @model_validator(mode="before")
+    @classmethod
+    def _load_on_top(cls, given: Any) -> Any:
+        """Let the force act on the top face unless the scene says otherwise."""
+        if isinstance(given, Mapping) and given.get("load_height") is None and "thickness" in given:
+            return dict(given) | {"load_height": given["thickness"]}
+        return given
+
+    @model_validator(mode="after")
+    def _whole(self) -> Target:
+        """Refuse a target without material, without its sizes, or without the boundary its current returns at."""
+        _check_metal(self.material, self.conductivity)
+        _check_sizes(
+            self, {"rectangle": ("width", "length"), "disc": ("diameter",), "outline": ("points",)}[self.shape]
+        )
+        check_rims(self.points, self.holes)
+        if self.net_current == "free" and self.planar_boundary_radius is None:
+            raise SceneError('planar_boundary_radius must be given with net_current = "free"; it is missing')
+        return self
+
+    @property
+    def metal(self) -> Metal:
+        """What the target is made of."""
+        return _metal(self.material, self.conductivity, self.relative_permeability)
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Size along x and y [m]; of an outline, twice its reach from the target's centre."""
+        if self.points is not None:
+            x, y = zip(*self.points, strict=True)
+            return 2.0 * max(map(abs, x)), 2.0 * max(map(abs, y))
+        return _extent(self.width, self.length, self.diameter)
+
+
+class Elastomer(BaseModel):
+    """The silicone layer, centred between substrate and target, bonded to both.
+
+    Attributes
+    ----------
+    material : str or Silicone
+        A silicone of the catalogue, or one of the scene's own.
+    width, length : float or None
+        Of a box, along x and y [m].
+    diameter : float or None
+        Of a cylinder, instead of width and length [m].
+    thickness, standoff : float
+        Height of the layer; rigid film between ``z = 0`` and the layer [m].
+    contact : str
+        Whether free faces that fold onto the ground or the target are held there, "never", "always" or, "auto", where
+        it matters: in plane strain where it moves the target by more than 1 %, in 3D wherever a face folds.
+    edge_radius : float or None
+        Planar models: radius of the fillets with which the free side faces meet the plates; they are drawn in by half
+        of it, bonded widths stay. By default corners are sharp, and singular [m].
+    mesh : str or None
+        File of a mesh of the layer, within those sizes, with the groups `ground`, `target`, `free` (3D models only).
+    """
+
+    model_config = _FROZEN
+    material: SiliconeOrName
+    width: Length | None = None
+    length: Length | None = None
+    diameter: Length | None = None
+    thickness: Length
+    standoff: Offset = 0.0
+    contact: Literal["auto", "always", "never"] = "auto"
+    edge_radius: Length | None = None
+    mesh: str | None = None
+
+    @model_validator(mode="after")
+    def _whole(self) -> Elastomer:
+        """Refuse a layer that is neither a box nor a cylinder."""
+        _check_sizes(self, ("width", "length") if self.diameter is None else ("diameter",))
+        return self
+
+    @field_serializer("material")
+    def _written(self, material: str | Silicone) -> str | dict[str, Any]:
+        """Write a name, or the scene's own table."""
+        return table_of(material) if isinstance(material, Silicone) else material
+
+    @property
+    def silicone(self) -> Silicone:
+        """What the layer is made of."""
+        return self.material if isinstance(self.material, Silicone) else silicones()[self.material]
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Size along x and y [m]."""
+        return _extent(self.width, self.length, self.diameter)
+
+
+class Conductor(BaseModel):
+    """A fixed plate of metal or ferrite near the sensor, parallel to the coils.
+
+    Attributes
+    ----------
+    name : str
+        One name per conductor.
+    material, conductivity, relative_permeability
+        As for the target.
+    shape : str
+        "rectangle" or "disc".
+    centre : tuple of float
+        x, y, z of the plate's middle [m]; a scene may leave y out.
+    width, length, diameter, thickness : float
+        [m].
+    """
+
+    model_config = _FROZEN
+    name: Name
+    material: MetalName | None = None
+    conductivity: Conductivity | None = None
+    relative_permeability: Permeability | None = None
+    shape: Literal["rectangle", "disc"]
+    centre: tuple[Coordinate, Coordinate, Coordinate]
+    width: Length | None = None
+    length: Length | None = None
+    diameter: Length | None = None
+    thickness: Length
+
+    @model_validator(mode="before")
+    @classmethod
+    def _in_the_middle(cls, given: Any) -> Any:
+        """Put ``y = 0`` into a centre of two entries."""
+        centre = given.get("centre") if isinstance(given, Mapping) else None
+        if isinstance(centre, list | tuple) and len(centre) == 2:
+            return dict(given) | {"centre": (centre[0], 0.0, centre[1])}
+        return given
+
+    @model_validator(mode="after")
+    def _whole(self) -> Conductor:
+        """Refuse a plate without material or sizes."""
+        _check_metal(self.material, self.conductivity)
+        _check_sizes(self, ("width", "length") if self.shape == "rectangle" else ("diameter",))
+        return self
+
+    @property
+    def metal(self) -> Metal:
+        """What the conductor is made of."""
+        return _metal(self.material, self.conductivity, self.relative_permeability)
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Size along x and y [m]."""
+        return _extent(self.width, self.length, self.diameter)
+
+
+class Readout(BaseModel):
+    """The electronics.
+
+    Attributes
+    ----------
+    converter : str
+        "LDC1614", "LDC1612", "LDC1101", or "none".
+    parallel_capacitance : float
+        Of the resonant circuit [F].
+    idle_coil : str
+        "shorted" (the LDC1614 grounds idle channels) or "open".
+    lead_inductance, lead_resistance : float
+        In series with each coil [H, ohm].
+    """
+
+    model_config = _FROZEN
+    converter: Literal["LDC1614", "LDC1612", "LDC1101", "none"] = "LDC1614"
+    parallel_capacitance: Capacitance = 330e-12
+    idle_coil: Literal["shorted", "open"] = "shorted"
+    lead_inductance: Inductance = 0.0
+    lead_resistance: Resistance = 0.0

@@ -1,0 +1,251 @@
+"""What is a sensor? A scene of coils, target, elastomer, other conductors and readout that fit together.
+
+`load_sensor` reads one from a scene file or from the catalogue; whatever cannot be built is refused with one line:
+file, key, what it must be, what came.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+
+from sits_mech.scene.apart import check_parts
+from sits_mech.scene.bounds import Frequency, Length, Name
+from sits_mech.scene.files import overridden, read_table, write_text, written
+from sits_mech.scene.materials import Metal, unknown
+from sits_mech.scene.parts import Coil, Conductor, Elastomer, Readout, Target
+from sits_mech.silicone.material import Silicone
+from sits_mech.units import SceneError, printable, quantity, shown
+
+__all__ = [
+    "Coil", "Conductor", "Elastomer", "Metal", "Readout", "SceneError", "Sensor", "Silicone", "Target",
+    "catalogue", "changed", "load_sensor", "quantity", "save_sensor", "scene_hash", "scene_text", "sensor_from",
+]  # fmt: skip
+
+_PARTS: Mapping[str, type[BaseModel]] = {
+    "coils": Coil,
+    "target": Target,
+    "elastomer": Elastomer,
+    "conductors": Conductor,
+    "readout": Readout,
+}
+
+
+class Sensor(BaseModel):
+    """A whole scene.
+
+    Attributes
+    ----------
+    name : str
+        Title.
+    frequency : float
+        Of the coils' current [Hz].
+    coils : tuple of Coil
+        At least one; they must not overlap.
+    target : Target or None
+        Centred on the elastomer at rest, and no larger.
+    elastomer : Elastomer or None
+        The layer that a force acts against.
+    conductors : tuple of Conductor
+        Fixed metal or ferrite nearby, clear of all other parts and of each other.
+    readout : Readout
+        The electronics.
+    substrate_radius : float or None
+        Radius of the cylinder, its axis along y and below, on which the coils lie [m]; None where they lie flat.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    name: Name
+    frequency: Frequency
+    coils: tuple[Coil, ...]
+    target: Target | None = None
+    elastomer: Elastomer | None = None
+    conductors: tuple[Conductor, ...] = ()
+    readout: Readout = Readout()
+    substrate_radius: Length | None = None
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Sensor:
+        """Refuse parts that cannot be in one place."""
+        if not self.coils:
+            raise SceneError("coils must be one or more; got none")
+        for key, parts in (("coils", self.coils), ("conductors", self.conductors)):
+            names = [part.name for part in parts]
+            twice = [name for name in names if names.count(name) > 1]
+            if twice:
+                raise SceneError(f"{key} must have a name of their own each; got {shown(twice[0])} twice")
+        windings = sorted({coil.winding for coil in self.coils})
+        if len(windings) > 1:
+            raise SceneError(f"coils must all have one winding; got {' and '.join(windings)}")
+        check_parts(self.coils, self.target, self.elastomer, self.conductors, self.substrate_radius)
+        return self
+
+
+def sensor_from(scene: Mapping[str, Any], where: str = "scene") -> Sensor:
+    """Return the sensor that a scene's tables describe.
+
+    Parameters
+    ----------
+    scene : mapping
+        As in a scene file; SI numbers or strings with units.
+    where : str
+        What to call the scene in a message.
+
+    Returns
+    -------
+    Sensor
+        Checked.
+
+    Raises
+    ------
+    SceneError
+        One line: `where`, the key, what it must be, what came.
+    """
+    try:
+        return Sensor.model_validate(scene)
+    except ValidationError as error:
+        raise SceneError(f"{where}: {_refusal(error)}") from None
+
+
+def _refusal(error: ValidationError) -> str:
+    """Return the first thing that is wrong with a scene, unknown keys before their consequences."""
+    found = error.errors(include_url=False)
+    first = next((item for item in found if item["type"] == "extra_forbidden"), found[0])
+    steps = first["loc"]
+    key = printable(".".join(str(step) for step in steps))
+    if first["type"] == "extra_forbidden":
+        model = _PARTS[str(steps[0])] if len(steps) > 1 and steps[0] in _PARTS else Sensor
+        return f"{key}: the key {unknown(steps[-1], model.model_fields)}"
+    if first["type"] == "missing":
+        return f"{key}: must be given; it is missing"
+    cause = first.get("ctx", {}).get("error")
+    if cause is not None:
+        text = str(cause)
+        return f"{key}: {text}" if key else text
+    kinds = {"tuple_type": "a list", "too_long": "a list of two", "model_type": "a table"}
+    expected = kinds.get(first["type"])
+    must = f"must be {expected}" if expected else first["msg"].replace("Input should be", "must be", 1)
+    return f"{key or 'scene'}: {must}; got {shown(first['input'])}"
+
+
+@cache
+def _catalogue_files() -> Mapping[str, Path]:
+    """Return the scene files of the catalogue by name."""
+    folder = Path(str(resources.files("sits_mech") / "scene" / "catalog"))
+    return {path.stem: path for path in sorted(folder.glob("*.toml"), key=lambda path: path.stem)}
+
+
+def catalogue() -> dict[str, str]:
+    """Return the catalogue's sensors: name of each and its title."""
+    return {name: str(read_table(path)["name"]) for name, path in _catalogue_files().items()}
+
+
+def load_sensor(source: str | Path, overrides: Sequence[str] = ()) -> Sensor:
+    """Read a sensor from a scene file or from the catalogue.
+
+    Parameters
+    ----------
+    source : str or Path
+        Path of a scene file, or a name of the catalogue.
+    overrides : sequence of str
+        Keys to change, such as ``'target.width="15 mm"'`` or ``'coils.C1.turns=10'``.
+
+    Returns
+    -------
+    Sensor
+        Checked.
+
+    Raises
+    ------
+    SceneError
+        One line: file, key, what it must be, what came.
+
+    Examples
+    --------
+    >>> load_sensor("biorob2018", ['target.width="10 mm"']).target.width
+    0.01
+    """
+    files = _catalogue_files()
+    path = files.get(str(source), Path(source))
+    if path.suffix != ".toml" and "\0" not in str(source) and not path.exists():
+        raise SceneError(
+            f"{shown(str(source))[1:-1]}: no such file; a scene of the catalogue {unknown(str(source), files)}"
+        )
+    return sensor_from(overridden(_found(read_table(path), path.parent), overrides), str(source))
+
+
+def _found(table: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Return a scene's tables with the paths of meshes, written relative to the scene's folder, made whole."""
+    for key in ("target", "elastomer"):
+        part = table.get(key)
+        if isinstance(part, dict) and isinstance(part.get("mesh"), str):
+            table = table | {key: part | {"mesh": str((folder / part["mesh"]).resolve())}}
+    return table
+
+
+def changed(sensor: Sensor, overrides: Sequence[str]) -> Sensor:
+    """Return a copy of `sensor` with keys changed as by `load_sensor`, checked anew.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        Stays as it is.
+    overrides : sequence of str
+        Such as ``'elastomer.thickness="3 mm"'``.
+
+    Returns
+    -------
+    Sensor
+        The changed one.
+
+    Raises
+    ------
+    SceneError
+        One line, as from `load_sensor`.
+    """
+    return sensor_from(overridden(_table(sensor), overrides), sensor.name)
+
+
+def _table(sensor: Sensor) -> dict[str, Any]:
+    """Return the scene's tables without what is not set."""
+    table = sensor.model_dump(exclude_none=True)
+    target = table.get("target")
+    if target is not None and target["load_height"] == target["thickness"]:
+        del target["load_height"]
+    if target is not None and not target["holes"]:
+        del target["holes"]
+    return {key: item for key, item in table.items() if item != ()}
+
+
+def scene_text(sensor: Sensor) -> str:
+    """Return the scene file of `sensor`: TOML in SI numbers that `load_sensor` reads back to an equal sensor."""
+    return written(_table(sensor))
+
+
+def scene_hash(sensor: Sensor) -> str:
+    """Return sixteen hexadecimal digits that stand for the whole scene."""
+    return hashlib.sha256(scene_text(sensor).encode()).hexdigest()[:16]
+
+
+def save_sensor(sensor: Sensor, path: str | Path) -> None:
+    """Write the scene file of `sensor`, whole or not at all.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        What to write.
+    path : str or Path
+        The file; its folder must exist.
+
+    Raises
+    ------
+    SceneError
+        When it cannot be written.
+    """
+    write_text(Path(path), scene_text(sensor))

@@ -1,0 +1,198 @@
+"""What do rate and history make of a pad's answer? Viscosity and softening on top of any elastic model.
+
+Viscosity is quasi-linear: each stress is the convolution of the elastic one, of any law, with one function of time,
+
+    P(t) = int_0^t G(t - s) dP_e(F(s)),    G(t) = (1 - sum_i w_i + sum_i w_i exp(-t/tau_i)) / (1 - sum_i w_i),
+
+with weights w_i and times tau_i of a Prony series. ``G(infinity) = 1``: the law's constants are those of slow load,
+and a sudden load meets ``1/(1 - sum_i w_i)`` times their stiffness. Let the pose q alone decide how the layer deforms,
+as it does in the elastic pad. Then the work of P integrates to the same convolution of the wrench Q, and a prescribed
+load decides by itself to which elastic load Q_e, and so to which elastic pose q_e, the pad has come:
+
+    Q(t) = int_0^t G(t - s) dQ_e(s)   <=>   Q_e(t) = int_0^t C(t - s) dQ(s),      q(t) = q_e(Q_e(t))
+    C(t) = 1 - sum_j c_j exp(-t/lambda_j),     C(0) = 1 - sum_i w_i
+
+Rates 1/lambda_j and weights c_j are eigenvalues and projections of ``-diag(1/tau) + v v^T/G(0)``,
+``v_i = sqrt(w_i/(1 - sum w)/tau_i)``; a load that is linear between samples is then integrated exactly.
+
+Softening is the pseudo-elastic one of the whole pad: below the largest energy it has stored, it pushes back less,
+
+    Q_e = eta Q_virgin(q),    eta = 1 - (1/r) erf(1 - U/U_max),    U = int Q_virgin . dq
+
+so that the first loading is virgin, and unloading and every loading up to the former peak follow one softer curve.
+The energy lost is ``(U_max/r) (erf(1) - (1 - 1/e)/sqrt(pi)) = 0.486 U_max/r``, whatever the pad.
+
+Unknowns: shares s of a peak wrench [-], loads being proportional to it; poses [m, rad].
+Sources: Y. C. Fung, Biomechanics, 2nd ed. (1993), section 7.6; R. W. Ogden, D. G. Roxburgh, Proc. R. Soc. A 455 (1999)
+2861, with the scale of its energies taken as U_max: m = 0, beta = 1 in W. V. Mars, Tire Sci. Technol. 32 (2004) 120.
+Valid: viscosity is exact at small strain for a bulk modulus that relaxes as the shear modulus does, or is infinite, and
+with the load at the bonded face (above it, the force's lever is that of the present pose). A finite one that does not
+relax makes a sudden compression softer, by about ``0.4 (12 mu S^2/K) w/(1 - w)``: 1 % at S = 2, K = 1000 mu, w = 0.3.
+Neglected: inertia, dependence of G on strain, softening point by point, permanent set, temperature.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
+from scipy.special import erf
+
+from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, Wrench
+from sits_mech.silicone.material import Silicone
+from sits_mech.turns import rotation_matrix, rotation_vector
+
+LOST = float(erf(1.0) - (1.0 - np.exp(-1.0)) / np.sqrt(np.pi))  # times U_max/r: what softening loses once
+
+
+@dataclass(frozen=True)
+class ElasticCurve:
+    """Virgin elastic answer of a pad to shares of a peak wrench.
+
+    Attributes
+    ----------
+    peak : Wrench
+        The load at share 1 [N, N m].
+    share : ndarray, shape (n,)
+        From 0 to 1, ascending.
+    found : tuple of Equilibrium
+        One for each share.
+    energy : callable
+        Stored energy [J] by share.
+    """
+
+    peak: Wrench
+    share: Array
+    found: tuple[Equilibrium, ...]
+    energy: Callable[[float], float]
+
+
+def relaxation(silicone: Silicone, time: Array) -> Array:
+    """Return G: the stress at `time` [s] after a step of strain, over that after a very long time [-]."""
+    slow = 1.0 - sum(weight for weight, _ in silicone.prony)
+    terms = [weight * np.exp(-np.asarray(time) / tau) for weight, tau in silicone.prony]
+    return np.asarray(1.0 + sum(terms, np.zeros(np.shape(time))) / slow)
+
+
+def creep(silicone: Silicone, time: Array) -> Array:
+    """Return C: the elastic load that the pose at `time` [s] after a step of load belongs to, over that load [-]."""
+    weights, times = retardation(silicone.prony)
+    return np.asarray(1.0 - np.exp(-np.asarray(time)[..., None] / times) @ weights)
+
+
+def retardation(prony: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
+    """Return the weights c [-] and times lambda [s] of the creep that belongs to a Prony series, shape (n,) each."""
+    if not prony:
+        return np.zeros(0), np.ones(0)
+    w, tau = np.array(prony, dtype=float).T
+    slow = 1.0 - w.sum()
+    v = np.sqrt(w / (slow * tau))
+    rates, vectors = np.linalg.eigh(np.diag(-1.0 / tau) + slow * np.outer(v, v))
+    return (vectors.T @ (v * tau)) * (vectors.T @ v) * slow, -1.0 / rates
+
+
+def relaxed_share(silicone: Silicone, time: Array, share: Array) -> Array:
+    """Return the share whose slow answer the pad shows, for a load that is linear between its samples.
+
+    Parameters
+    ----------
+    silicone : Silicone
+        Its Prony series is used.
+    time : ndarray, shape (n,)
+        Not descending; twice the same is a step [s].
+    share : ndarray, shape (n,)
+        Of the peak wrench; before the first sample there was none [-].
+    """
+    weights, times = retardation(silicone.prony)
+    lag = weights * share[0]
+    found = [float(share[0] - lag.sum())]
+    for step, rise, now in zip(np.diff(time), np.diff(share), share[1:], strict=True):
+        kept = np.exp(-step / times)
+        mean = np.ones_like(times) if step == 0.0 else -np.expm1(-step / times) * times / step
+        lag = lag * kept + weights * rise * mean
+        found.append(float(now - lag.sum()))
+    return np.array(found)
+
+
+def softened_share(r: float | None, energy: Callable[[float], float], share: Array) -> Array:
+    """Return the virgin share that a softened pad has come to, for a history of shares.
+
+    Parameters
+    ----------
+    r : float or None
+        Inverse depth of the softening; None: none.
+    energy : callable
+        Stored energy by virgin share, growing.
+    share : ndarray, shape (n,)
+        What the pad pushes back with, in the order of time, none below 0.
+    """
+    if r is None:
+        return share.copy()
+    peak, found = 0.0, []
+    for wanted in share.tolist():
+        peak = max(peak, wanted)
+        found.append(peak if wanted == peak else _below_peak(r, energy, wanted, peak))
+    return np.array(found)
+
+
+def _below_peak(r: float, energy: Callable[[float], float], wanted: float, peak: float) -> float:
+    """Virgin share at which a pad that was at `peak` pushes back with the share `wanted`."""
+    largest = energy(peak)
+    if not (wanted > 0.0 and largest > 0.0):
+        return wanted
+
+    def excess(share: float) -> float:
+        return share * (1.0 - float(erf(1.0 - energy(share) / largest)) / r) - wanted
+
+    return float(brentq(excess, 0.0, peak, xtol=1e-13))
+
+
+def elastic_curve(layer: MechanicalModel, peak: Wrench, *, height: float = 0.0, points: int = 17) -> ElasticCurve:
+    """Return the virgin elastic answer of a pad from no load to the peak.
+
+    Parameters
+    ----------
+    layer : MechanicalModel
+        Wrench in, pose out.
+    peak : Wrench
+        [N, N m].
+    height : float
+        Where the force acts above the bonded face [m].
+    points : int
+        Loads solved, odd and at least 5.
+
+    Raises
+    ------
+    SolveFailed
+        When the pad has no equilibrium on the way.
+    ValueError
+        When `points` is even or small.
+    """
+    if points < 5 or points % 2 == 0:
+        raise ValueError(f"points must be an odd number from 5 on; got {points}")
+    shares = np.linspace(0.0, 1.0, points)
+    found: list[Equilibrium] = []
+    for share in shares:
+        wrench = Wrench(*(share * peak.components))
+        found.append(layer.equilibrium(wrench, start=found[-1] if found else None))
+    way = CubicSpline(shares, _work(peak, [item.pose for item in found], height))
+    below = way.antiderivative()
+
+    def energy(share: float) -> float:
+        return float(share * way(share) - below(share))  # int s dx = s x - int x ds
+
+    return ElasticCurve(peak, shares, tuple(found), energy)
+
+
+def _work(peak: Wrench, poses: Sequence[Pose], height: float) -> Array:
+    """Work of the whole peak wrench on the way from the first pose to each; turns add up from one pose to the next."""
+    turns = rotation_matrix(np.array([pose.rotation for pose in poses]))
+    ends = np.array([pose.centre for pose in poses]) + height * turns[:, :, 2]
+    steps = [rotation_vector(after @ before.T) for before, after in itertools.pairwise(turns)]
+    turned = np.cumsum([np.zeros(3), *steps], axis=0)
+    force, moment = np.array([peak.F_x, peak.F_y, -peak.F_z]), np.array([peak.M_x, peak.M, peak.M_z])
+    return np.asarray((ends - ends[0]) @ force + turned @ moment)

@@ -1,0 +1,153 @@
+"""What does an incompressible law show where the strain is uniform: in a pull, in planar tension, in biaxial tension?
+
+Principal stretches with ``lambda_1 lambda_2 lambda_3 = 1``; the third direction is free of stress:
+
+    uniaxial   (lambda, lambda^-1/2, lambda^-1/2)
+    planar     (lambda, 1, 1/lambda)                 also called pure shear
+    biaxial    (lambda, lambda, lambda^-2)           equal in both directions
+
+In logarithmic strains ``e_i = ln lambda_i`` the energy has the gradient g and the Hessian h,
+
+    of invariants   g_i = w_1 a_i + w_2 b_i,      a_i = dI1/de_i = 2 lambda_i^2,  b_i = dI2/de_i = -2 lambda_i^-2
+                    h_ij = 2 (w_1 a_i - w_2 b_i) delta_ij + w_11 a_i a_j + w_12 (a_i b_j + b_i a_j) + w_22 b_i b_j
+    of stretches    g_i = f'(e_i),  h_ij = f''(e_i) delta_ij
+
+Engineering stress ``P = (g_1 - g_3)/lambda_1``. The constraint is linear in e (their sum is zero), so that the tangent
+of the incompressible law is h on the plane of increments without change of volume.
+
+Source: R. W. Ogden, Non-linear Elastic Deformations (1984), chapter 7. The derivatives are the laws' own (laws/).
+Neglected: change of volume, rate, history.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from sits_mech.quantities import Array
+from sits_mech.silicone.laws import Constants, known_law
+from sits_mech.silicone.laws.law import Invariants, OfInvariants
+
+MODES: Mapping[str, tuple[float, float, float]] = {
+    "uniaxial": (1.0, -0.5, -0.5),
+    "planar": (1.0, 0.0, -1.0),
+    "biaxial": (1.0, 1.0, -2.0),
+}
+"""The exponents of the controlled stretch in each test's three principal stretches."""
+
+PLANE = np.array([[2.0, 0.0], [-1.0, 1.0], [-1.0, -1.0]]) / np.sqrt([6.0, 2.0])
+"""Two orthonormal increments of logarithmic strain that keep the volume, as columns."""
+
+
+def principal_stretches(mode: str, stretch: Array) -> Array:
+    """Return the three principal stretches of a test, shape (n, 3).
+
+    Parameters
+    ----------
+    mode : str
+        A key of `MODES`.
+    stretch : ndarray, shape (n,)
+        The controlled stretch, positive [-].
+
+    Raises
+    ------
+    ValueError
+        When the test is none of the three.
+    """
+    if mode not in MODES:
+        raise ValueError(f'mode: must be one of {", ".join(MODES)}; got "{mode}"')
+    powers: Array = np.asarray(stretch, dtype=np.float64)[:, None] ** np.array(MODES[mode])
+    return powers
+
+
+def state_stress(law: str, constants: Constants, stretches: Array) -> Array:
+    """Return the engineering stress in the first direction, shape (n,) [Pa].
+
+    Parameters
+    ----------
+    law : str
+        A key of `sits_mech.silicone.laws.LAWS`.
+    constants : mapping
+        By the names and in the units that the law has for them.
+    stretches : ndarray, shape (n, 3)
+        Principal stretches of product one; the third direction is free of stress.
+
+    Raises
+    ------
+    ValueError
+        When the law is unknown.
+    """
+    force, _ = _log_derivatives(law, constants, stretches)
+    stress: Array = (force[:, 0] - force[:, 2]) / stretches[:, 0]
+    return stress
+
+
+def engineering_stress(law: str, constants: Constants, strain: Array, mode: str = "uniaxial") -> Array:
+    """Return the engineering stress of an incompressible law in a uniform test.
+
+    Parameters
+    ----------
+    law : str
+        A key of `sits_mech.silicone.laws.LAWS`.
+    constants : mapping
+        By the names and in the units that the law has for them.
+    strain : ndarray, shape (n,)
+        Engineering strain, above -1 [-].
+    mode : str
+        "uniaxial", "planar" or "biaxial".
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        [Pa].
+
+    Raises
+    ------
+    ValueError
+        When law or mode is unknown.
+    """
+    return state_stress(law, constants, principal_stretches(mode, 1.0 + strain))
+
+
+def tangent(law: str, constants: Constants, stretches: Array) -> Array:
+    """Return the incompressible law's tangent in logarithmic strain, on increments that keep the volume.
+
+    Parameters
+    ----------
+    law, constants, stretches
+        As for `state_stress`.
+
+    Returns
+    -------
+    ndarray, shape (n, 2, 2)
+        Symmetric, of an orthonormal pair of increments; twice the shear modulus times the unit matrix at rest [Pa].
+
+    Raises
+    ------
+    ValueError
+        When the law is unknown.
+    """
+    _, curvature = _log_derivatives(law, constants, stretches)
+    return np.asarray(PLANE.T @ curvature @ PLANE)
+
+
+def _log_derivatives(law: str, constants: Constants, stretches: Array) -> tuple[Array, Array]:
+    """Return gradient g, shape (n, 3), and Hessian h, shape (n, 3, 3), of the energy by the logarithmic strains."""
+    energy = known_law(law).energy
+    if not isinstance(energy, OfInvariants):
+        d = energy.derivatives(constants, np.log(stretches))
+        return d.f_1, d.f_11[..., None] * np.eye(3)
+    square = stretches**2
+    at = Invariants(square.sum(axis=1), lambda: (1.0 / square).sum(axis=1))
+    found = energy.derivatives(constants, at)
+    a, b, one = 2.0 * square, -2.0 / square, np.eye(3)
+    force = found.w_1[:, None] * a
+    curvature = 2.0 * force[..., None] * one
+    if found.w_2 is not None:
+        force = force + found.w_2[:, None] * b
+        curvature -= 2.0 * (found.w_2[:, None] * b)[..., None] * one
+    for w, x, y in ((found.w_11, a, a), (found.w_12, a, b), (found.w_12, b, a), (found.w_22, b, b)):
+        if w is not None:
+            curvature += w[:, None, None] * x[:, :, None] * y[:, None, :]
+    return force, curvature

@@ -1,0 +1,24 @@
+"""Which laws are there? A new one is a file beside this one and an entry here; all that reads laws reads this."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from sits_mech.silicone.laws.gent import GENT
+from sits_mech.silicone.laws.law import Constants, Law
+from sits_mech.silicone.laws.mooney_rivlin import MOONEY_RIVLIN
+from sits_mech.silicone.laws.neo_hookean import NEO_HOOKEAN
+from sits_mech.silicone.laws.ogden import OGDEN
+from sits_mech.silicone.laws.yeoh import YEOH
+
+__all__ = ["LAWS", "Constants", "Law", "known_law"]
+
+LAWS: Mapping[str, Law] = {law.name: law for law in (NEO_HOOKEAN, MOONEY_RIVLIN, YEOH, OGDEN, GENT)}
+"""The laws by the names that material tables have for them."""
+
+
+def known_law(name: str) -> Law:
+    """Return a law by its name; raise ValueError where there is none of that name."""
+    if name not in LAWS:
+        raise ValueError(f'law: must be one of {", ".join(LAWS)}; got "{name}"')
+    return LAWS[name]

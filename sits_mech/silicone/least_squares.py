@@ -1,0 +1,294 @@
+"""Which stable constants leave the smallest residual? One least-squares solver for each kind of law.
+
+    minimise over x   |w (P(x) - P_measured)|^2 / 2     under the stability conditions of fitting.py
+
+    linear in its constants (LinearFit)   P = A x, conditions C x >= 0 (a convex programme)
+    a sum of terms (TermFit)              P = sum_p m_p a(x_p): bounded nonlinear least squares by trust region; of
+                                          several starts for the shapes x, each with the best m >= 0, the best few
+
+Stresses are divided by the data's initial stiffness before solving, so that moduli are of order one. Derivatives by
+shapes and constants are central differences of the law's own stress. Covariance of the free unknowns, J the weighted
+Jacobian, s the residual's deviation, W the squared weights:
+
+    (J^T J)^-1 (J^T W J) (J^T J)^-1 s^2 n / n_independent,    n_independent = 2 (runs of one sign of the residual) <= n
+
+Source: C. L. Lawson, R. J. Hanson, Solving Least Squares Problems (1974); G. H. Golub, V. Pereyra, SIAM J. Numer. Anal.
+10 (1973) 413, for unknowns of which some are linear; H. White, Econometrica 48 (1980) 817, for the covariance.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+from scipy.optimize import LinearConstraint, brentq, least_squares, minimize, nnls
+from scipy.stats import t as student
+
+from sits_mech.quantities import Array
+from sits_mech.silicone.homogeneous import PLANE, principal_stretches, state_stress, tangent
+from sits_mech.silicone.laws import Constants, Law
+from sits_mech.silicone.laws.law import LinearFit, TermFit
+
+_STIFFNESS_LEFT = 1e-3  # smallest stiffness kept in the fitted range, relative to the initial one
+_REFINED = 6  # starts that are looked into
+_NO_TERM = 1e-7  # a term of this share of the stiffness is none
+_ONE_TERM = 0.02  # two shapes closer than this are one
+_T = TypeVar("_T")
+_STEP = 1e-6  # of differences, relative to a range or a value
+
+
+@dataclass(frozen=True)
+class Points:
+    """What was measured: principal stretches (n, 3) [-], engineering stress (n,) [Pa], root of the weight (n,) [-]."""
+
+    stretches: Array
+    stress: Array
+    weight: Array
+
+    @property
+    def scale(self) -> float:
+        """The secant modulus at the largest stretch [Pa]."""
+        last = int(np.argmax(self.stretches[:, 0]))
+        return float(self.stress[last] / (self.stretches[last, 0] - 1.0))
+
+    @property
+    def excess(self) -> Array:
+        """I1 - 3 of every point, shape (n,)."""
+        found: Array = (self.stretches**2).sum(axis=1) - 3.0
+        return found
+
+    def ends(self) -> dict[str, tuple[float, float]]:
+        """Return the uniaxial and planar stretches that have the largest I1 of the points."""
+        most = float(self.excess.max())
+
+        def beyond(stretch: float, mode: str) -> float:
+            """Return how far a state's I1 is beyond the largest."""
+            return float((principal_stretches(mode, np.array([stretch])) ** 2).sum()) - 3.0 - most
+
+        reach = 2.0 + np.sqrt(most)
+        return {
+            mode: (brentq(beyond, 1e-3 / reach**2, 1.0, (mode,)), brentq(beyond, 1.0, reach, (mode,)))
+            for mode in ("uniaxial", "planar")
+        }
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Constants, their half-widths, what is left [Pa], and remarks."""
+
+    constants: dict[str, float | tuple[float, ...]]
+    confidence: dict[str, float | None | tuple[float | None, ...]]
+    rms: float
+    notes: tuple[str, ...] = ()
+
+
+def fit_constants(law: Law, points: Points, terms: int) -> Answer:
+    """Return the stable constants of `law` that leave the smallest residual at `points`.
+
+    Parameters
+    ----------
+    law : Law
+        Of `sits_mech.silicone.laws.LAWS`.
+    points : Points
+        The data.
+    terms : int
+        Number of terms, for a law that may have several.
+
+    Returns
+    -------
+    Answer
+        The constants, with their confidence.
+    """
+    if isinstance(law.fit, LinearFit):
+        return _fit_linear(law, law.fit, points)
+    return _fit_terms(law, law.fit, points, terms if law.fit.several else 1)
+
+
+def _fit_linear(law: Law, fit: LinearFit, points: Points) -> Answer:
+    """Fit a law that is linear in its constants."""
+    names, scale = tuple(law.units), points.scale
+    unit = [dict.fromkeys(names, 0.0) | {name: 1.0} for name in names]
+    matrix = np.stack([state_stress(law.name, one, points.stretches) for one in unit], axis=1)
+    signs = np.eye(len(names))[[names.index(name) for name in fit.not_negative]]
+    conditions = np.vstack([_conditions(law, unit, points), signs])
+    answer = _least_squares(matrix * points.weight[:, None], points.stress * points.weight / scale, conditions) * scale
+    size = 1.0 / np.linalg.norm(matrix * points.weight[:, None], axis=0)  # what each constant weighs in the stress
+    answer = np.where(np.abs(answer / size) > 1e-9 * np.abs(answer / size).max(), answer, 0.0)
+    limits = conditions * size / np.linalg.norm(conditions * size, axis=1)[:, None]
+    held = limits[limits @ (answer / size) <= 1e-7 * np.linalg.norm(answer / size)]
+    free = np.linalg.svd(held)[2][np.linalg.matrix_rank(held, 1e-3) :].T if len(held) else np.eye(len(names))
+    free = size[:, None] * free
+    residual = matrix @ answer - points.stress
+    widths = _half_widths(matrix @ free, free, residual, points.weight)
+    return Answer(
+        constants=dict(zip(names, (float(value) for value in answer), strict=True)),
+        confidence=dict(zip(names, widths, strict=True)),
+        rms=_rms(residual, points),
+        notes=("the constants are held by the stability conditions",) if len(held) else (),
+    )
+
+
+def _conditions(law: Law, unit: list[dict[str, float]], points: Points) -> Array:
+    """Return rows whose products with the constants must not be negative: stiffness less the share of it to be kept."""
+    ends, step = points.ends(), 1e-6
+    pull = np.geomspace(*ends["uniaxial"], 201)
+    planar = principal_stretches("planar", np.geomspace(1.0, ends["planar"][1], 101))
+    states, directions, columns = principal_stretches("uniaxial", pull), _directions(planar), []
+    for one in unit:
+        up, down = (
+            state_stress(law.name, one, principal_stretches("uniaxial", pull * (1.0 + way * step))) for way in (1, -1)
+        )
+        along = np.einsum("naa->na", tangent(law.name, one, states))
+        turned = np.einsum("nka,nab,nkb->nk", directions, tangent(law.name, one, planar), directions)
+        at_rest = tangent(law.name, one, np.ones((1, 3)))[0, 0, 0]
+        rows = np.concatenate([(up - down) / (2.0 * step * pull) * (2.0 / 3.0), along.ravel(), turned.ravel()])
+        rest = at_rest - _STIFFNESS_LEFT * along[-1, 1]  # not zero either where the law stiffens
+        columns.append(np.r_[rows - _STIFFNESS_LEFT * at_rest, rest] / 4.0)
+    return np.stack(columns, axis=1)
+
+
+def _directions(stretches: Array) -> Array:
+    """Return unit increments to look along, shape (n, 3, 2): two fixed ones, and where a law of I1 gives way first."""
+    along = stretches**2 @ PLANE
+    first = np.linalg.solve(tangent("neo-hookean", {"shear_modulus": 1.0}, stretches), along[..., None])[..., 0]
+    size = np.linalg.norm(first, axis=1, keepdims=True)
+    first = np.where(size > 1e-9, first / np.maximum(size, 1e-9), [1.0, 0.0])  # at rest all directions are alike
+    fixed = np.broadcast_to(np.eye(2), (len(stretches), 2, 2))
+    found: Array = np.concatenate([fixed, first[:, None, :]], axis=1)
+    return found
+
+
+def _least_squares(matrix: Array, right: Array, conditions: Array) -> Array:
+    """Return the least-squares answer under ``conditions @ answer >= 0`` (a small convex programme)."""
+    free: Array = np.asarray(np.linalg.lstsq(matrix, right)[0], dtype=np.float64)
+    if (conditions @ free >= 0.0).all():
+        return free
+    size = np.linalg.norm(matrix, axis=0)  # columns of one size: c30 multiplies far larger numbers than c10
+    scaled, limits = matrix / size, conditions / size
+    limits = limits / np.linalg.norm(limits, axis=1)[:, None]
+
+    def left(x: Array) -> tuple[float, Array]:
+        """Return half the squared residual, and its gradient."""
+        residual = scaled @ x - right
+        return 0.5 * float(residual @ residual), scaled.T @ residual
+
+    start = np.zeros(matrix.shape[1])
+    start[0] = float(scaled[:, 0] @ right)
+    inside = LinearConstraint(limits, 0.0, np.inf)
+    answer = minimize(left, start, jac=True, method="SLSQP", constraints=inside, options={"ftol": 1e-15})
+    constants: Array = answer.x / size
+    return constants
+
+
+def _columns(law: Law, fit: TermFit, stretches: Array, shapes: Array) -> Array:
+    """Return the stress of a term of modulus one and each of the shapes, shape (n, shapes)."""
+    each = [fit.constants(np.ones(1), shapes[k : k + 1]) for k in range(len(shapes))]
+    return np.stack([state_stress(law.name, constants, stretches) for constants in each], axis=1)
+
+
+def _fit_terms(law: Law, fit: TermFit, points: Points, terms: int) -> Answer:
+    """Fit a law of one or several terms; of fewer where the data hold no more."""
+    scale, reach = points.scale, float(points.excess.max())
+    starts = _starts(_columns(law, fit, points.stretches, fit.starts(reach)), points, terms)
+    found = [_refined(law, fit, points, fit.starts(reach)[chosen]) for chosen in starts]
+    m, x, _ = min(found, key=lambda answer: answer[2])
+    order = np.argsort(x)
+    m, x = m[order] * scale, x[order]
+    if terms > 1 and ((m <= _NO_TERM * m.sum()).any() or (np.diff(x) < _ONE_TERM).any()):
+        fewer = _fit_terms(law, fit, points, terms - 1)
+        return replace(fewer, notes=(*fewer.notes, f"the data determine no {terms} terms"))
+    constants, held = fit.constants(m, x), fit.held(x, reach)
+    residual = state_stress(law.name, constants, points.stretches) - points.stress
+    free = np.eye(2 * terms)[:, np.r_[np.ones(terms, dtype=bool), ~held]]
+    widths = _half_widths(_slopes(law, constants, points.stretches) @ free, free, residual, points.weight)
+    return Answer(
+        constants=constants,
+        confidence=_like(constants, widths),
+        rms=_rms(residual, points),
+        notes=(fit.note,) if held.any() else (),
+    )
+
+
+def _starts(columns: Array, points: Points, terms: int) -> list[list[int]]:
+    """Return the choices of shapes, by number, that leave least with the best moduli that are not negative."""
+    small: Array = np.asarray(
+        np.linalg.qr(np.column_stack([columns, points.stress / points.scale]) * points.weight[:, None], mode="r")
+    )
+    choices = [list(chosen) for chosen in itertools.combinations(range(columns.shape[1]), terms)]
+    return sorted(choices, key=lambda chosen: float(nnls(small[:, chosen], small[:, -1])[1]))[:_REFINED]
+
+
+def _refined(law: Law, fit: TermFit, points: Points, start: Array) -> tuple[Array, Array, float]:
+    """Return moduli (scaled), shapes and the cost of the nearest minimum."""
+    terms, root, right = len(start), points.weight[:, None], points.stress * points.weight / points.scale
+    low, high = fit.limits(start, float(points.excess.max()))
+
+    def columns(x: Array) -> Array:
+        """Return the weighted stress of each term for a modulus of one."""
+        return _columns(law, fit, points.stretches, x) * root
+
+    def residual(unknowns: Array) -> Array:
+        """Return what is left."""
+        left: Array = columns(unknowns[terms:]) @ unknowns[:terms] - right
+        return left
+
+    def jacobian(unknowns: Array) -> Array:
+        """Return its derivative."""
+        x, step = unknowns[terms:], _STEP * (high - low)
+        below, above = np.maximum(x - step, low), np.minimum(x + step, high)
+        slope = (columns(above) - columns(below)) / (above - below)
+        return np.hstack([columns(x), slope * unknowns[:terms]])
+
+    m = np.maximum(nnls(columns(start), right)[0], 1e-4)
+    limits = np.r_[np.zeros(terms), low], np.r_[np.full(terms, np.inf), high]
+    size = np.r_[np.ones(terms), np.abs(start)]
+    found = least_squares(
+        residual, np.r_[m, start], jacobian, limits, x_scale=size, ftol=1e-15, xtol=1e-15, gtol=1e-15, max_nfev=300
+    )
+    return found.x[:terms], found.x[terms:], float(found.cost)
+
+
+def _slopes(law: Law, constants: Constants, stretches: Array) -> Array:
+    """Return the derivative of the stress by each number among the constants, in their order, shape (n, numbers)."""
+    numbers = np.concatenate([np.atleast_1d(value) for value in constants.values()])
+    found = []
+    for k, step in enumerate(_STEP * np.where(numbers == 0.0, 1.0, np.abs(numbers))):
+        ways = [numbers + way * step * np.eye(len(numbers))[k] for way in (1.0, -1.0)]
+        up, down = (state_stress(law.name, _like(constants, way.tolist()), stretches) for way in ways)
+        found.append((up - down) / (2.0 * step))
+    return np.stack(found, axis=1)
+
+
+def _rms(residual: Array, points: Points) -> float:
+    """Return the weighted root mean square of what is left."""
+    return float(np.sqrt(np.average(residual**2, weights=points.weight**2)))
+
+
+def _half_widths(slopes: Array, free: Array, residual: Array, weight: Array) -> list[float | None]:
+    """Return 95 % half-widths of the constants, from the derivatives of the stress in their free combinations."""
+    count, unknowns = slopes.shape
+    runs = 1 + int(np.count_nonzero(np.diff(np.sign(residual))))
+    independent = min(count, 2 * runs)
+    if independent <= unknowns or unknowns == 0:
+        return [None] * len(free)
+    size = np.linalg.norm(slopes * weight[:, None], axis=0)
+    weighted = slopes * weight[:, None] / size
+    if np.linalg.cond(weighted) > 1e10:
+        return [None] * len(free)
+    inverse = np.linalg.pinv(weighted)
+    spread = np.sum(residual**2 * weight**2) / np.sum(weight**2) * count / (independent - unknowns)
+    change = free / size @ inverse * weight
+    deviation = np.sqrt(spread * (change**2).sum(axis=1)) * student.ppf(0.975, independent - unknowns)
+    return [float(value) if value > 0.0 else None for value in deviation]
+
+
+def _like(constants: Constants, numbers: Sequence[_T]) -> dict[str, _T | tuple[_T, ...]]:
+    """Return numbers by the names of constants, as many for each as it has."""
+    rest = iter(numbers)
+    return {
+        name: tuple(next(rest) for _ in value) if isinstance(value, tuple) else next(rest)
+        for name, value in constants.items()
+    }

@@ -1,0 +1,222 @@
+"""What is a silicone, in numbers, and how is it written? A law with its constants, rate, history, and their source.
+
+A material table names the ``law``, the constants that the law has (laws/: one file each, with its formula), and
+``bulk_modulus``: ``K/2 (J - 1)^2`` is added to every law. All constants in Pa, but for plain numbers. They are those of
+slow load on virgin material. Rate and history (history.py) play a part where the table has the keys
+
+    prony = [{weight = 0.1, time = "0.5 s"}, ...]     shares of the instantaneous stiffness, and their relaxation times
+    mullins = {r = 2.5}                               softening after the largest load: 1/r is its depth, r > 1
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from sits_mech.silicone.laws import LAWS, Constants, Law
+from sits_mech.units import SceneError, quantity, shown, si_value
+
+_SOFTEST, _STIFFEST = 1e2, 1e8  # plausible shear moduli [Pa]
+_LEAST_BULK = 2.0  # shear moduli; less is Poisson's ratio under 0.29
+
+
+@dataclass(frozen=True)
+class Silicone:
+    """A hyperelastic law with its constants.
+
+    Attributes
+    ----------
+    name : str
+        Name in the catalogue, or "" when the scene gives the numbers.
+    law : str
+        A key of `sits_mech.silicone.laws.LAWS`.
+    constants : mapping
+        By the names of the law's `units`, and in these.
+    bulk_modulus : float
+        K [Pa].
+    source : str
+        Where the constants come from.
+    fitted_range : tuple of float or None
+        Smallest and largest engineering strain of the data behind the constants [-].
+    rms : float or None
+        Root mean square of what the fit leaves of the engineering stress [Pa].
+    spread : float or None
+        Largest over smallest value that the sources in `source` give for the stress at 100 % strain, less one [-].
+    prony : tuple of (float, float)
+        Share of the instantaneous stiffness [-] and relaxation time [s] of each branch; none: no viscosity.
+    mullins : float or None
+        Inverse depth r of the softening [-]; None: none.
+    """
+
+    name: str
+    law: str
+    constants: Constants = field(hash=False)
+    bulk_modulus: float
+    source: str = "the scene"
+    fitted_range: tuple[float, float] | None = None
+    rms: float | None = None
+    spread: float | None = None
+    prony: tuple[tuple[float, float], ...] = ()
+    mullins: float | None = None
+
+    @property
+    def shear_modulus(self) -> float:
+        """Shear modulus at small strain [Pa]."""
+        return LAWS[self.law].shear_modulus(self.constants)
+
+
+def silicone_from(table: Mapping[str, Any], name: str = "") -> Silicone:
+    """Return the silicone that a material table of a scene or of the catalogue describes.
+
+    Parameters
+    ----------
+    table : mapping
+        ``law``, the law's constants, ``bulk_modulus``, and optional ``prony`` and ``mullins``; as
+        written, that is with or without units.
+    name : str
+        Name in the catalogue.
+
+    Returns
+    -------
+    Silicone
+        With its constants in SI.
+
+    Raises
+    ------
+    SceneError
+        When a key is unknown or missing, the constants give no positive shear modulus, or the weights of the Prony
+        series leave none to slow load.
+    """
+    name_of_law = table.get("law")
+    if not isinstance(name_of_law, str) or name_of_law not in LAWS:
+        raise SceneError(f"law must be one of {', '.join(LAWS)}; got {shown(name_of_law)}")
+    law = LAWS[name_of_law]
+    allowed = ("law", *law.units, "bulk_modulus", "prony", "mullins", "source", "fitted_range", "rms", "spread")
+    for key in table:
+        if key not in allowed:
+            raise SceneError(f"{key} is no key of a {law.name} material; it has {', '.join(allowed)}")
+    for key in (*law.units, "bulk_modulus"):
+        if key not in table:
+            raise SceneError(f"{key} must be given for a {law.name} material; it is missing")
+    constants = _constants(law, table)
+    bulk_modulus = _si("bulk_modulus", table["bulk_modulus"], "Pa")
+    if not bulk_modulus > 0.0:
+        raise SceneError(f"bulk_modulus must be a positive pressure; got {shown(table['bulk_modulus'])}")
+    prony, mullins = _branches(table.get("prony", ())), _depth(table.get("mullins"))
+    return Silicone(name, law.name, constants, bulk_modulus, prony=prony, mullins=mullins, **_provenance(table))
+
+
+def _branches(entries: Any) -> tuple[tuple[float, float], ...]:
+    """Return weight and time [s] of the branches of a Prony series, or refuse them."""
+    if not isinstance(entries, list | tuple) or not all(isinstance(entry, Mapping) for entry in entries):
+        raise SceneError(f'prony must be a list of tables {{weight = 0.1, time = "0.5 s"}}; got {shown(entries)}')
+    found = []
+    for number, entry in enumerate(entries):
+        if set(entry) != {"weight", "time"}:
+            raise SceneError(f"prony.{number} must have the keys weight and time; got {', '.join(map(str, entry))}")
+        weight = quantity(entry["weight"], "", f"prony.{number}.weight")
+        time = quantity(entry["time"], "s", f"prony.{number}.time")
+        if not (weight > 0.0 and time > 0.0):
+            raise SceneError(f"prony.{number} must have a positive weight and time; got {weight:g} and {time:g} s")
+        found.append((weight, time))
+    if not sum(weight for weight, _ in found) < 1.0:
+        raise SceneError(f"prony: the weights must sum to less than 1; got {sum(weight for weight, _ in found):g}")
+    return tuple(found)
+
+
+def _depth(table: Any) -> float | None:
+    """Return the r of a table of softening, or refuse it."""
+    if table is None:
+        return None
+    if not isinstance(table, Mapping) or set(table) != {"r"}:
+        raise SceneError(f"mullins must be a table such as {{r = 2.5}}; got {shown(table)}")
+    r = quantity(table["r"], "", "mullins.r")
+    if not r > 1.0:
+        raise SceneError(f"mullins.r must be greater than 1; got {r:g}")
+    return r
+
+
+def _constants(law: Law, table: Mapping[str, Any]) -> Constants:
+    """Return a law's constants in SI, or refuse those without a positive stiffness at small strain."""
+    found: dict[str, float | tuple[float, ...]] = {}
+    for key, unit in law.units.items():
+        if law.lists:
+            entries = table[key] if isinstance(table[key], list | tuple) else [table[key]]
+            found[key] = tuple(_si(key, entry, unit) for entry in entries)
+        else:
+            found[key] = _si(key, table[key], unit)
+    refusal = law.refusal(found)
+    if refusal:
+        raise SceneError(refusal)
+    if not 0.0 < law.shear_modulus(found) < float("inf"):
+        raise SceneError(f"{', '.join(law.units)} must give a positive shear modulus; got {found}")
+    return found
+
+
+def _si(key: str, value: Any, unit: str) -> float:
+    """Return a quantity in SI, its key in the message where it is none."""
+    try:
+        return si_value(value, unit)
+    except SceneError as error:
+        raise SceneError(f"{key} {error}") from None
+
+
+def _provenance(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return source, fitted range, residual and spread where a table has them."""
+    units = {"rms": "Pa", "spread": ""}
+    found: dict[str, Any] = {key: _si(key, table[key], unit) for key, unit in units.items() if key in table}
+    source, strains = table.get("source", "the scene"), table.get("fitted_range", (0.0, 0.0))
+    if not isinstance(source, str) or not source.isprintable():
+        raise SceneError(f"source must be a printable text; got {shown(source)}")
+    if not isinstance(strains, list | tuple) or len(strains) != 2:
+        raise SceneError(f"fitted_range must be the smallest and largest strain; got {shown(strains)}")
+    low, high = (_si("fitted_range", strain, "") for strain in strains)
+    if "fitted_range" in table:
+        found["fitted_range"] = (low, high)
+    return found | {"source": source}
+
+
+def table_of(silicone: Silicone) -> dict[str, Any]:
+    """Return the material table that describes `silicone`; `silicone_from` gives the same silicone back.
+
+    Parameters
+    ----------
+    silicone : Silicone
+        Of the scene's own; catalogued ones are written by name.
+
+    Returns
+    -------
+    dict
+        Keys of a scene file's material table, SI values.
+    """
+    constants = {key: list(item) if isinstance(item, tuple) else item for key, item in silicone.constants.items()}
+    table: dict[str, Any] = {"law": silicone.law, **constants, "bulk_modulus": silicone.bulk_modulus}
+    if silicone.prony:
+        table["prony"] = [{"weight": weight, "time": time} for weight, time in silicone.prony]
+    if silicone.mullins is not None:
+        table["mullins"] = {"r": silicone.mullins}
+    if silicone.source != "the scene":
+        table["source"] = silicone.source
+    if silicone.fitted_range is not None:
+        table["fitted_range"] = list(silicone.fitted_range)
+    extras = {"rms": silicone.rms, "spread": silicone.spread}
+    return table | {key: item for key, item in extras.items() if item is not None}
+
+
+def implausible(silicone: Silicone) -> tuple[str, ...]:
+    """Return a line for each constant that hardly any silicone has: a slip of unit, as a rule; all are solved.
+
+    Parameters
+    ----------
+    silicone : Silicone
+        Of any law.
+    """
+    found, mu, bulk_modulus = [], silicone.shear_modulus, silicone.bulk_modulus
+    if not _SOFTEST <= mu <= _STIFFEST:
+        range_ = f"{_SOFTEST:g} Pa to {_STIFFEST:g} Pa"
+        found.append(f"implausible: a shear modulus of {mu:.3g} Pa; silicones have {range_}: is the unit right?")
+    if bulk_modulus < _LEAST_BULK * mu:
+        what = f"a bulk modulus of {bulk_modulus:.3g} Pa under {_LEAST_BULK:g} times the shear modulus of {mu:.3g} Pa"
+        found.append(f"implausible: {what}; silicones have some thousand times: is the unit right?")
+    return tuple(found)

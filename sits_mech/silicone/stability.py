@@ -1,0 +1,155 @@
+"""Up to which stretch is a law stable, and in which test does it fail first?
+
+Drucker's condition for an incompressible law: an increment of logarithmic strain ``de`` does positive work on the
+increment of Kirchhoff stress that it causes,
+
+    de . D de > 0    for every de with de_1 + de_2 + de_3 = 0,      D = d2W/de2 (homogeneous.py),
+
+that is, D is positive definite on that plane. It is looked at along the uniaxial, planar and biaxial tests, in tension
+and in compression. Which laws pass at every strain, and where others end, each law's file says. A law without a state
+from a stretch on, such as Gent's, has its limit there. A falling engineering stress (necking) alone does not count.
+
+Range: uniform strain; a limit is found where it is wider than one of the 400 steps of ln(stretch). Source: the
+condition is D. C. Drucker's, J. Appl. Mech. 26 (1959) 101, for small increments about a finite strain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from sits_mech.quantities import Array
+from sits_mech.silicone.homogeneous import MODES, principal_stretches, tangent
+from sits_mech.silicone.laws import known_law
+from sits_mech.silicone.material import Silicone
+
+_STEPS = 400
+
+
+@dataclass(frozen=True)
+class Stability:
+    """Whether a law is stable over a range of stretches.
+
+    Attributes
+    ----------
+    stable : bool
+        In all the tests that were looked at.
+    first_unstable : float or None
+        The test's stretch from which on the law is unstable, in the test named by `mode` [-].
+    mode : str or None
+        Of the tests that fail, the one with the smallest largest principal strain: "uniaxial tension", ...
+    limits : tuple of (str, float)
+        Every test that fails, with its stretch, by growing largest principal strain.
+    """
+
+    stable: bool
+    first_unstable: float | None = None
+    mode: str | None = None
+    limits: tuple[tuple[str, float], ...] = ()
+
+
+def stability(silicone: Silicone, stretch_range: tuple[float, float], modes: Sequence[str] = tuple(MODES)) -> Stability:
+    """Tell whether a law is stable in uniform tests over a range of stretches.
+
+    Parameters
+    ----------
+    silicone : Silicone
+        Law and constants; its bulk modulus plays no part.
+    stretch_range : (float, float)
+        Smallest and largest stretch of the tests, with 1 between them [-].
+    modes : sequence of str
+        The tests to look at: keys of `sits_mech.silicone.homogeneous.MODES`.
+
+    Returns
+    -------
+    Stability
+        With the first limit by name and stretch.
+
+    Raises
+    ------
+    ValueError
+        When the range does not hold 1, is not positive and finite, or a test is unknown.
+    """
+    low, high = stretch_range
+    if not 0.0 < low <= 1.0 <= high < np.inf:
+        raise ValueError(f"stretch_range: must be positive, finite, with 1 between its ends; got {low:g} to {high:g}")
+    found: list[tuple[float, str, float]] = []
+    for mode in modes:
+        for way, end in (("tension", high), ("compression", low)):
+            limit = _limit(silicone, mode, end)
+            if limit is not None:
+                strain = float(np.abs(np.log(principal_stretches(mode, np.array([limit])))).max())
+                found.append((round(strain, 6), f"{mode} {way}", limit))
+    found.sort(key=lambda item: item[0])  # stable: of two names for one state, the first in the order of MODES
+    if not found:
+        return Stability(True)
+    return Stability(False, found[0][2], found[0][1], tuple((name, limit) for _, name, limit in found))
+
+
+def layer_notes(silicone: Silicone, largest_stretch: float) -> tuple[str, ...]:
+    """Return what is to be said of a law in a solve that reached a principal stretch.
+
+    Uniaxial and planar states whose principal stretches all lie between ``1/largest_stretch`` and `largest_stretch` are
+    looked at; the biaxial ones are among the uniaxial.
+
+    Parameters
+    ----------
+    silicone : Silicone
+        The layer's material.
+    largest_stretch : float
+        The largest of the principal stretches and of their reciprocals, anywhere in the layer; at least 1 [-].
+
+    Returns
+    -------
+    tuple of str
+        Empty where the law is stable and its data reach as far.
+
+    Raises
+    ------
+    ValueError
+        When `largest_stretch` is below 1 or not finite.
+    """
+    if not 1.0 <= largest_stretch < np.inf:
+        raise ValueError(f"largest_stretch: must be finite and at least 1; got {largest_stretch:g}")
+    name = silicone.name or f"the {silicone.law} law"
+    found = stability(silicone, (1.0 / largest_stretch, largest_stretch), ("planar", "uniaxial"))
+    notes = []
+    if not found.stable:
+        notes.append(
+            f"{name} {known_law(silicone.law).limit} from stretch {found.first_unstable:.4g} on in {found.mode}; "
+            f"this solve reached {largest_stretch:.4g}"
+        )
+    if silicone.fitted_range is not None and largest_stretch > 1.0 + silicone.fitted_range[1]:
+        notes.append(
+            f"{name} is known up to stretch {1.0 + silicone.fitted_range[1]:.4g} (the data behind its constants); "
+            f"this solve reached {largest_stretch:.4g}"
+        )
+    return tuple(notes)
+
+
+def _smallest(silicone: Silicone, mode: str, stretch: Array) -> Array:
+    """Return the smaller eigenvalue of the tangent over the initial shear modulus' size."""
+    size = abs(silicone.shear_modulus) or 1.0
+    stiffness = tangent(silicone.law, silicone.constants, principal_stretches(mode, stretch))
+    values: Array = np.asarray(np.linalg.eigvalsh(stiffness / size), dtype=np.float64)
+    return values[:, 0]
+
+
+def _limit(silicone: Silicone, mode: str, end: float) -> float | None:
+    """Return the first stretch between 1 and `end` that is not stable."""
+    stretch = np.geomspace(1.0, end, _STEPS + 1)
+    bad = ~(_smallest(silicone, mode, stretch) > 0.0)
+    if not bad.any():
+        return None
+    first = int(np.argmax(bad))
+    if first == 0:
+        return 1.0
+
+    def left(x: float) -> float:
+        """Return the stiffness left at a stretch."""
+        return float(_smallest(silicone, mode, np.array([x]))[0])
+
+    return float(brentq(left, stretch[first - 1], stretch[first], xtol=1e-12))

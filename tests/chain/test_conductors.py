@@ -1,0 +1,189 @@
+"""Conductors near the sensor: far ones are left out by a bound, near ones solved, and no model changes in silence."""
+
+import json
+
+import numpy as np
+import pytest
+
+from sits_mech.analysis.cycle import load_cycle, triangle
+from sits_mech.chain.calibrate import calibrate
+from sits_mech.chain.conductors import _small_together
+from sits_mech.chain.models import loaded_model, magnetic_model, plan
+from sits_mech.chain.simulate import simulate
+from sits_mech.quantities import Pose, Wrench
+from sits_mech.report.tables.loads import remarks
+from sits_mech.scene.sensor import Conductor, SceneError, Sensor, load_sensor
+
+MM = 1e-3
+REST = Pose(0.0, 2 * MM)
+LOAD = Wrench(0.3, 1.0)
+SENSOR = load_sensor("biorob2018")
+ROUND = (
+    'coils=[{name="C", centre=["0 mm", "0 mm"], layers=2, turns=12, inner_diameter="2.2 mm", track_width="0.1 mm", '
+    'track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]',
+    'target={material="copper", shape="disc", diameter="8 mm", thickness="0.2 mm"}',
+)
+
+
+def nut(x: float, z: float, material: str = "copper", name: str = "nut") -> Conductor:
+    """A plate of 2 x 2 x 0.5 mm, at places in millimetres."""
+    return Conductor(
+        name=name, material=material, shape="rectangle", centre=(x * MM, 0.0, z * MM), width=2 * MM, length=2 * MM,
+        thickness=0.5 * MM,
+    )  # fmt: skip
+
+
+def among(*parts: Conductor, sensor: Sensor = SENSOR) -> Sensor:
+    """The published sensor with plates around."""
+    return sensor.model_copy(update={"conductors": parts})
+
+
+def test_a_nut_half_a_metre_away_is_left_out_by_name() -> None:
+    """The bare sensor's numbers to the last digit, the bound in the error and in the plan, no other model."""
+    bare, far = (magnetic_model(sensor, poses=[REST]) for sensor in (SENSOR, among(nut(500.0, -500.0))))
+    assert (bare[1].name, bare[1].reason) == (far[1].name, far[1].reason) and far[1].notes == ()
+    one, two = (model.impedance(REST, 5e6) for model, _ in (bare, far))
+    np.testing.assert_array_equal(one.L, two.L)
+    assert np.all(two.error_L > one.error_L) and np.all(two.error_L < 1.001 * one.error_L)
+    (line,) = (line for line in two.report.left_out if line.startswith("conductors.nut: far away"))
+    assert "at most" in line
+    made = plan(among(nut(500.0, -500.0)), [LOAD])
+    assert (made.magnetics.name, made.notes) == (plan(SENSOR, [LOAD]).magnetics.name, ())
+    (item,) = (item for item in made.left_out if item.what == "conductors.nut")
+    assert 0.0 < item.size < 1e-6 and item.half == "magnetics" and made.error > plan(SENSOR, [LOAD]).error - 1e-12
+
+
+@pytest.mark.slow
+def test_the_chain_with_a_nut_far_away_and_close_by() -> None:
+    """Far: the bare sensor's signals. Close by: what sheets say where they are asked for; both in space."""
+    bare, far = simulate(SENSOR, LOAD), simulate(among(nut(500.0, -500.0)), LOAD)
+    assert bare.signals.L_v_percent == far.signals.L_v_percent and bare.signals.L_h_percent == far.signals.L_h_percent
+    for x, z in ((14.0, -1.0), (10.0, -1.0)):
+        near, asked = (simulate(among(nut(x, z)), LOAD, magnetics=name) for name in ("auto", "sheets"))
+        assert near.impedance.report.model == "sheets" and near.impedance.unit_L == "H"
+        assert abs(near.signals.L_v_percent - asked.signals.L_v_percent) < asked.signals.error_L_v_percent
+
+
+def test_what_is_left_out_is_worth_less_than_its_bound() -> None:
+    """The same nut by the same model, asked for; and its bound is below what was asked."""
+    sensor = among(nut(30.0, -3.0))
+    left, choice = magnetic_model(sensor, "auto", 1e-2, [REST])
+    assert choice.name == "planar" and 0.0 < choice.left_out[0].size < 1e-2
+    solved = magnetic_model(sensor, "planar", 1e-2)[0].impedance(REST, 5e6)
+    found, bare = (model.impedance(REST, 5e6) for model in (left, magnetic_model(SENSOR, "planar", 1e-2)[0]))
+    missed = np.abs(solved.L - found.L).max()
+    assert missed < choice.left_out[0].size * np.abs(bare.L - bare.L0).max()
+    assert missed < (found.error_L - bare.error_L).max()
+    assert np.all(found.error_R > bare.error_R)
+
+
+def test_a_near_nut_is_solved_in_space_and_said() -> None:
+    """Where the bare sensor is answered in section, the answer says that it is not."""
+    _, choice = magnetic_model(among(nut(0.0, -3.0)), poses=[REST])
+    assert choice.name == "sheets" and choice.left_out == ()
+    assert choice.notes[0].startswith("space instead of section: sheets instead of planar")
+    assert "conductors.nut" in choice.notes[0]
+    _, loaded = loaded_model(among(nut(0.0, -3.0)), loads=[LOAD])
+    assert loaded.name == "sheets" and loaded.notes == ()  # as the bare sensor's
+
+
+def test_ferrite_is_left_out_where_it_is_far_and_said_where_it_is_near() -> None:
+    """No other model than the planar one has it: from space to section is said in plan, answer and table."""
+    near, far = among(nut(0.0, -3.0, "ferrite")), among(nut(60.0, -3.0, "ferrite"))
+    assert plan(far, [LOAD]).magnetics.name == "sheets" and plan(far, [LOAD]).notes == ()
+    made = plan(near, [LOAD])
+    assert made.magnetics.name == "planar-fem"
+    assert made.notes[0].startswith("section instead of space: planar-fem instead of sheets")
+    found = magnetic_model(near, "auto", 1e-2, [REST])[0].impedance(REST, 5e6)
+    assert found.report.model == "planar-fem" and "planar-fem instead of planar" in found.report.notes[-1]
+    with pytest.raises(SceneError, match="conductors.nut: permeable parts that matter .* got F_y not zero"):
+        plan(near, [Wrench(0.0, 1.0, F_y=0.1)])
+
+
+@pytest.mark.slow
+def test_a_calibration_says_what_conductors_change() -> None:
+    """As the first of its remarks, from its attributes."""
+    long = load_sensor("biorob2018", ['elastomer.length="400 mm"'])
+    asked = {"F_x": [0.0], "F_z": [0.5], "mechanics": "linear", "tolerance": 0.1}
+    data = calibrate(among(nut(0.0, -3.0, "ferrite"), nut(300.0, 0.0, name="far"), sensor=long), **asked)
+    assert json.loads(data.attrs["request"])["magnetics"] == "planar-fem"
+    assert "planar-fem instead of" in remarks(data)[0] and "conductors.far: far away" in remarks(data)[0]
+    assert not any("conductors" in line for line in remarks(calibrate(long, **asked)))
+
+
+def test_only_those_that_matter_are_solved() -> None:
+    """One near, one far: the far one's bound knows of the near one."""
+    model, choice = magnetic_model(among(nut(0.0, -3.0), nut(500.0, 0.0, name="far")), "auto", 1e-2, [REST])
+    alone = magnetic_model(among(nut(500.0, 0.0, name="far")), "auto", 1e-2, [REST])[1]
+    assert [item.what for item in choice.left_out] == ["conductors.far"] and choice.name == "sheets"
+    assert choice.left_out[0].size > alone.left_out[0].size
+    assert magnetic_model(among(nut(0.0, -3.0), nut(500.0, 0.0, name="far")), "sheets")[1].left_out == ()
+
+
+def test_small_ones_are_small_together() -> None:
+    """Ten of a third of the tolerance are not."""
+    parts = [nut(0.0, -10.0 * (k + 1), name=f"n{k}") for k in range(10)]
+
+    def shares(some):
+        return np.array([0.3 + 0.001 * parts.index(part) for part in some])
+
+    assert _small_together(parts, shares, 1.0) == parts[:3]
+    assert _small_together(parts, shares, 0.1) == []
+
+
+def test_without_a_change_to_compare_with_all_are_solved() -> None:
+    """No target, or no place for it."""
+    far = nut(500.0, 0.0)
+    for changes in ({"target": None, "elastomer": None}, {"elastomer": None}):
+        sensor = among(far).model_copy(update=changes)
+        assert magnetic_model(sensor)[1].left_out == () and magnetic_model(sensor)[1].name == "sheets"
+    high = Pose(0.0, 0.2)
+    assert magnetic_model(among(nut(20.0, 0.0), sensor=SENSOR), poses=[high])[1].left_out == ()
+
+
+def test_a_target_that_comes_near_to_what_was_left_out() -> None:
+    """Beyond the poses that were known nothing bounds the nut: refused, by name."""
+    model, choice = magnetic_model(among(nut(60.0, 4.0)), "auto", 1e-2, [REST])
+    assert choice.left_out != ()
+    with pytest.raises(ValueError, match=r"must stay far from conductors\.nut, left out for that"):
+        model.impedance(Pose(53 * MM, 4 * MM), 5e6)
+
+
+@pytest.mark.parametrize(
+    ("given", "loaded", "name"),
+    [
+        ([Wrench(0.0, 1.0)], True, "axisymmetric"), ([Wrench(0.0, 1.0, M_z=1e-4)], True, "axisymmetric"),
+        ([Wrench(0.3, 1.0)], True, "sheets"), ([Wrench(0.0, 1.0, 1e-4)], True, "sheets"),
+        ([Wrench(0.0, 1.0), Wrench(0.3, 1.0)], True, "sheets"), ([Wrench(0.0, 1.0, F_y=0.1)], True, "sheets"),
+        ([], True, "sheets"), ([], False, "axisymmetric"), ([REST], False, "axisymmetric"),
+        ([Pose(1 * MM, 2 * MM)], False, "sheets"), ([Pose(0.0, 2 * MM, 0.01)], False, "sheets"),
+        ([Pose(0.0, 2 * MM, d_y=1 * MM)], False, "sheets"), ([Pose(0.0, 2 * MM, alpha_z=0.3)], False, "axisymmetric"),
+        ([Pose(np.array([0.0, 1 * MM]), np.full(2, 2 * MM))], False, "sheets"),
+    ],
+)  # fmt: skip
+def test_a_disc_over_one_coil_is_axisymmetric_on_its_axis_alone(given, loaded, name) -> None:
+    """Pressed and turned about z it stays; under shear or tilt it takes sheets."""
+    sensor = load_sensor("biorob2018", ROUND)
+    model = loaded_model(sensor, loads=given) if loaded else magnetic_model(sensor, poses=given)
+    assert model[1].name == name
+
+
+def test_a_coil_beside_the_targets_axis_is_not_coaxial() -> None:
+    """Pressed down, the disc is off it all the time; at a pose above it, not."""
+    sensor = load_sensor("biorob2018", [*ROUND, 'coils.C.centre=["1 mm", "0 mm"]'])
+    assert loaded_model(sensor, loads=[Wrench(0.0, 1.0)])[1].name == "sheets"
+    assert magnetic_model(sensor, poses=[Pose(1 * MM, 2 * MM)])[1].name == "axisymmetric"
+
+
+@pytest.mark.slow
+def test_a_turned_disc_is_the_same_disc() -> None:
+    """The pad sinks a little more when twisted; the coil sees where the disc is, not how it is turned."""
+    sensor = load_sensor("biorob2018", ROUND)
+    found = simulate(sensor, Wrench(0.0, 1.0, M_z=2e-4))
+    pose = found.equilibrium.pose
+    assert found.impedance.report.model == "axisymmetric" and pose.alpha_z > 0.01
+    assert (pose.d_h, pose.d_y, pose.alpha, pose.alpha_x) == (0.0, 0.0, 0.0, 0.0)
+    flat = magnetic_model(sensor, "axisymmetric", 1e-3)[0].impedance(Pose(0.0, pose.d_v), sensor.frequency)
+    assert found.impedance.L[0, 0] == pytest.approx(flat.L[0, 0], rel=1e-12)
+    data = load_cycle(sensor, Wrench(0.0, 0.5), triangle(1.0, 1), mechanics="linear")
+    assert json.loads(data.attrs["request"])["magnetics"] == "axisymmetric"

@@ -1,0 +1,348 @@
+"""The command line's contract: answers, exit codes, one line for each refusal, nothing half-written."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sits_mech.cases import read_table
+from sits_mech.cli.main import run
+from sits_mech.mechanics.block import BlockPad
+from sits_mech.quantities import POSE, WRENCH, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.scene.sensor import SceneError, load_sensor
+
+ROOT = Path(__file__).parents[2]
+ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
+REPORT = {"model", "unknowns", "iterations", "residual", "estimated_error", "seconds", "status", "notes", "left_out"}
+PLANAR = ("--mechanics", "planar")  # the quicker one, where the answer plays no part
+Capture = pytest.CaptureFixture[str]
+
+
+def answer(capsys: Capture, *tokens: str) -> dict[str, object]:
+    """Return the one JSON object a command prints."""
+    assert run([*tokens, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert isinstance(found, dict)
+    return found
+
+
+def refused(capsys: Capture, *tokens: str) -> str:
+    """Return the one line that a command with bad input leaves."""
+    assert run(tokens) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and err.count("\n") == 1 and "Traceback" not in err
+    return err
+
+
+def test_inductance_against_independent_numbers(capsys: Capture) -> None:
+    """Planar model, copper 8 x 0.2 mm at d_v = 2 mm, d_h = 2 mm, 5 kHz.
+
+    Source: NGSolve 6.2, order 5, confirmed by GetDP 3.2 to 2e-5 (L0 and M12 in closed form).
+    """
+    found = answer(capsys, "inductance", "biorob2018", "--dv", "2 mm", "--dh", "2 mm", "--frequency", "5 kHz")
+    assert set(found) >= {"pose", "frequency", "unit_L", "L", "R", "L0", "relative", "R_dc", "report"}
+    assert set(found["report"]) == REPORT and found["unit_L"] == "H/m" and found["frequency"] == 5e3
+    L, R, L0 = (np.array(found[name]) for name in ("L", "R", "L0"))
+    largest = 5.997367846259031e-06
+    np.testing.assert_allclose(np.diagonal(L - L0), [-5.232550057347849e-07, -largest], rtol=0, atol=1e-3 * largest)
+    np.testing.assert_allclose(np.diagonal(R), [0.03841497492722053, 0.49201650575606987], rtol=0, atol=1e-2 * 0.492)
+    self_inductance, mutual = 0.00047480313357162, -4.7405988439865e-05
+    np.testing.assert_allclose(L0, [[self_inductance, mutual], [mutual, self_inductance]], rtol=1e-6)
+    np.testing.assert_allclose(found["relative"], np.diagonal(L) / np.diagonal(L0), rtol=1e-15)
+
+
+def test_inductance_over_a_range(capsys: Capture) -> None:
+    """Lists along the frequency; one frequency keeps its record, without terminals where L is per metre."""
+    found = answer(capsys, "inductance", "biorob2018", "--dv", "2 mm", "--frequency", "1 kHz:10 MHz:3")
+    assert set(found) >= {"pose", "unit_L", "frequency", "L", "R", "Q", "L0", "report"} and "terminals" not in found
+    np.testing.assert_allclose(found["frequency"], [1e3, 1e5, 1e7], rtol=1e-12)
+    assert np.shape(found["L"]) == np.shape(found["R"]) == (3, 2, 2) and np.shape(found["Q"]) == (3, 2)
+    assert set(found["report"]) == REPORT and np.shape(found["L0"]) == (2, 2)
+    alone = answer(capsys, "inductance", "biorob2018", "--dv", "2 mm", "--frequency", "10 MHz")
+    np.testing.assert_array_equal(alone["L"], found["L"][2])
+    assert "terminals" not in alone and any("terminals" in text for text in alone["report"]["left_out"])
+
+
+def test_terminals_in_henry_and_ohm(capsys: Capture) -> None:
+    """The lead adds to L and R; the record has what each coil shows."""
+    words = ("inductance", "biorob2018", "--dv", "5 mm", "--model", "sheets", "--tolerance", "1e-2", "--frequency")
+    found = answer(capsys, *words, "10 kHz", "--set", 'readout.idle_coil="open"', "--set", "readout.lead_resistance=2")
+    seen = found["terminals"]
+    assert set(seen) == {"L", "R", "R_ac", "Q", "delta_L_ac", "apparent", "tank_frequency"}
+    np.testing.assert_allclose(seen["L"], np.diagonal(found["L"]), rtol=1e-14)
+    np.testing.assert_allclose(seen["R"], np.diagonal(found["R"]) + seen["R_ac"] + 2.0, rtol=1e-14)
+
+
+def test_pose_against_independent_numbers(capsys: Capture) -> None:
+    """Neo-Hookean 30 kPa, K = 30 MPa, 20/15/2 mm, 267 N/m and 4050 N/m at the target's bottom face.
+
+    Source: NGSolve 6.2 (four discretisations) and FElupe 11.3; bars as given there. A length of 1 m makes newtons N/m.
+    """
+    overrides = (
+        'elastomer.material={law="neo-hookean", shear_modulus="30 kPa", bulk_modulus="30 MPa"}', "elastomer.width=0.02",
+        "elastomer.length=1.0", "elastomer.thickness=0.002", "target.width=0.015", "target.load_height=0.0",
+    )  # fmt: skip
+    tokens = [word for override in overrides for word in ("--set", override)]
+    found = answer(capsys, "pose", "biorob2018", "--fx", "267 N", "--fz", "4050 N", *tokens)
+    assert set(found) >= {"pose", "wrench", "report"} and set(found["report"]) == REPORT | {"min_J"}
+    assert found["wrench"] == {"F_x": 267.0, "F_z": 4050.0, "M": 0.0, "F_y": 0.0, "M_x": 0.0, "M_z": 0.0}
+    bars = {"d_h": (0.985277906103095e-3, 4.5e-6), "d_v": (2e-3 - 0.2032309354297509e-3, 4.0e-6)}
+    for name, (expected, bar) in (bars | {"alpha": (0.0020452455720867636, 5.0e-4)}).items():
+        assert abs(found["pose"][name] - expected) <= bar + found["error"][name]
+    assert found["report"]["estimated_error"] < 2e-2
+
+
+def test_explain_and_fit_name_what_cannot_be(capsys: Capture, tmp_path: Path) -> None:
+    """A load that is refused, a scene and a file in the wrong unit: one line each; the answer comes all the same."""
+    found = answer(capsys, "explain", "biorob2018", "--fz", "400 N")
+    assert "may end before such a load" in found["notes"][0] and "asked_error" in found
+    words = ("--set", 'elastomer.material={law="neo-hookean", shear_modulus="30 GPa", bulk_modulus="30 TPa"}')
+    assert run(["explain", "biorob2018", "--fz", "1 N", *words]) == 0
+    out, err = capsys.readouterr()
+    assert "implausible" in out and err.count("\n") == 1 and "implausible: a shear modulus" in err
+    path, strain = tmp_path / "tensile.csv", np.linspace(0.0, 1.0, 21)
+    stress = 2e10 * (1.0 + strain - (1.0 + strain) ** -2)
+    rows = "".join(f"{e},{s}\n" for e, s in zip(strain, stress, strict=True))
+    path.write_text(f"Engineering Strain,Engineering Stress (Pa)\n{rows}")
+    assert "implausible" in answer(capsys, "fit", str(path), "--law", "neo-hookean")["notes"][-1]
+
+
+def test_what_symmetry_forbids_is_zero(capsys: Capture) -> None:
+    """A load straight down on a scene that is its own mirror image: neither shift nor tilt, without error."""
+    found = answer(capsys, "pose", "biorob2018", "--fz", "2 N")
+    for part in (found["pose"], found["error"]):
+        assert part["d_h"] == part["alpha"] == 0.0 < part["d_v"]
+
+
+def test_simulate_joins_both(capsys: Capture) -> None:
+    """Pose and impedance of one load, and their signals."""
+    found = answer(capsys, "simulate", "biorob2018", "--fx", "-0.5 N", "--fz", "2 N")
+    assert set(found) >= {"pose", "wrench", "L", "R", "L0", "relative", "signals", "report"}
+    assert set(found["report"]) == {"mechanics", "magnetics"}
+    whats = {half: " ".join(report["left_out"]) for half, report in found["report"].items()}
+    assert "idle coil" in whats["magnetics"] and "mesh of the air" in whats["magnetics"] and whats["mechanics"] == ""
+    L = np.array(found["L"])
+    assert found["signals"]["L_v"] == pytest.approx(L[0, 0] + L[1, 1]) and found["pose"]["d_h"] < 0.0
+
+
+@pytest.mark.parametrize("tokens", [
+    ("catalog",), ("explain", "biorob2018", "--fz", "1 N"), ("simulate", "biorob2018", "--fz", "1 N"),
+    ("inductance", "biorob2018", "--dv", "2 mm"),
+    ("inductance", "biorob2018", "--dv", "2 mm", "--frequency", "1 Hz:9 Hz:3"),
+    ("pose", "biorob2018", "--fx", "-0.2 N"),
+])  # fmt: skip
+def test_answers_for_a_reader(capsys: Capture, tokens: tuple[str, ...]) -> None:
+    """Tables on stdout, silence on stderr."""
+    assert run(tokens) == 0
+    out, err = capsys.readouterr()
+    assert len(out) > 100 and err == ""
+
+
+def test_doctor_knows_what_is_installed(capsys: Capture) -> None:
+    """The tests run, so the core is there."""
+    assert run(["doctor"]) == 0
+    assert "numpy" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("tokens", "expected"), [
+    (("pose", "nowhere.toml"), "nowhere.toml"),
+    (("pose", "biorob2018", "--fx", "2 mm"), "--fx: must be a force"),
+    (("pose", "biorob2018", "--model", "blok"), "must be one of auto, planar, linear"),
+    (("pose", "biorob2018", "--tolerance", "two"), "tolerance"),
+    (("pose", "biorob2018", "--set", "target.wdth=1"), "wdth"),
+    (("inductance", "biorob2018"), "--dv"),
+    (("inductance", "biorob2018", "--dv", "2 N"), "--dv: must be a length"),
+    (("inductance", "biorob2018", "--dv", "2 mm", "--frequency", "-1 Hz"), "frequency"),
+    (("inductance", "biorob2018", "--dv", "2 mm", "--frequency", "0 Hz:1 MHz:5"), "--frequency: must be a positive"),
+    (("inductance", "biorob2018", "--dv", "2 mm", "--frequency", "1 Hz:1 MHz"), "must be first:last:count"),
+    (("inductance", "biorob2018-w15", "--dv", "2 mm", "--alpha", "20 deg"), "must stay above the coil plane"),
+    (("inductance", "biorob2018-w22", "--dv", "2 mm", "--alpha", "20 deg"), "must stay above the coil plane"),
+    (("calibrate", "biorob2018", "--fx", "0 N:1 N", "-o", "unused"), "--fx: must be first:last:count"),
+    (("calibrate", "biorob2018", "--fz", "0 N:1 N:1", "-o", "unused"), "--fz: must be first:last:count"),
+    (("fit", "nowhere.csv"), "nowhere.csv"),
+    (("view", "biorob2018", "--dv", "2 mm", "--fz", "1 N"), "--dv: must not be given together with a load"),
+    (("view", "biorob2018", "--dv", "2 mm", "--kind", "layer"), "--kind layer: must have a load"),
+    (("view", "biorob2018", "--fy", "1 N", "--kind", "field"), "F_y must be zero for the model planar-fem"),
+    (("view", "biorob2018", "--dv", "2 mm", "--alphaz", "1 deg"), "ask for sheets, --kind spatial"),
+    (("view", "biorob2018", "--alphaz", "1 deg"), "--dv: must be given for a pose"),
+    (("view", "biorob2018", "-o", "picture.bmp"), "--output: must end in .png"),
+    (("view", "biorob2018", "-o", "nowhere/picture.png"), "--output: must be in a folder"),
+    (("view", "biorob2018", "--driven", "C9"), "--driven: must be one of C1, C2"),
+    (("view", "biorob2018", "--kind", "photograph"), "photograph"),
+    (("unknown",), "unknown"),
+])  # fmt: skip
+def test_bad_input_is_one_line(capsys: Capture, tokens: tuple[str, ...], expected: str) -> None:
+    """Which input, what it must be, what came; exit 2."""
+    assert expected in refused(capsys, *tokens)
+    assert not Path("unused").exists()
+
+
+def test_folder_that_cannot_be_written(capsys: Capture, tmp_path: Path) -> None:
+    """Said before anything is solved."""
+    (tmp_path / "file").write_text("")
+    assert "must be a folder" in refused(capsys, "calibrate", "biorob2018", "-o", str(tmp_path / "file" / "below"))
+
+
+def test_a_load_too_large(capsys: Capture) -> None:
+    """Exit 3; the last state that converged is what is printed, and it is said not to be the answer."""
+    assert run(["pose", "biorob2018", "--fz", "5000 N", "--json"]) == 3
+    out, err = capsys.readouterr()
+    found = json.loads(out)
+    assert err.startswith("not converged") and found["report"]["status"] != "converged"
+    assert 0.0 <= found["wrench"]["F_z"] < 5000.0 and 0.0 < found["pose"]["d_v"] <= 2e-3
+    assert set(found["error"]) == set(found["pose"]) and found["message"] in err
+    assert run(["simulate", "biorob2018", "--fz", "5000 N", *PLANAR, "--json"]) == 3
+    report = json.loads(capsys.readouterr().out)["report"]
+    assert report["mechanics"]["status"] != "converged" and report["magnetics"] is None
+
+
+def test_all_six_components_reach_a_calibration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ranges become lists, single quantities numbers; what is zero is not passed on; the default is in the plane."""
+    asked = []
+
+    def refuses(_: object, **words: object) -> None:
+        asked.append({name: values for name, values in words.items() if name in WRENCH})
+        raise SceneError("seen")
+
+    monkeypatch.setattr("sits_mech.chain.calibrate.calibrate", refuses)
+    words = ["--fx", "0 N", "--fz", "1 N", "--fy", "0 N:1 N:2", "--mx", "1 N*mm", "--moment=-1 N*mm:1 N*mm:3"]
+    assert run(["calibrate", "biorob2018", *words, "-o", str(tmp_path)]) == 2
+    assert asked[0] == {"F_z": 1.0, "F_y": [0.0, 1.0], "M_x": 1e-3, "M": [-1e-3, 0.0, 1e-3]}
+    assert run(["calibrate", "biorob2018", "-o", str(tmp_path)]) == 2
+    assert {name: len(values) for name, values in asked[1].items()} == {"F_x": 9, "F_z": 9}
+
+
+def test_a_pose_beside_the_plane_is_answered_in_space(capsys: Capture) -> None:
+    """All six keys; a plane model refuses by name, and a pose without height is none."""
+    place = ("inductance", "biorob2018", "--dv", "2 mm", "--dy", "0.5 mm", "--alphax", "1 deg", "--tolerance", "0.01")
+    found = answer(capsys, *place)
+    assert found["pose"] == pytest.approx(dict.fromkeys(POSE, 0.0) | {"d_v": 2e-3, "d_y": 5e-4, "alpha_x": np.pi / 180})
+    assert found["unit_L"] == "H" and found["report"]["model"] == "sheets"
+    assert "must be auto or sheets for alpha_x, d_y; got planar" in refused(capsys, *place, "--model", "planar")
+    assert "--dv: must be given" in refused(capsys, "inductance", "biorob2018", "--dy", "1 mm")
+
+
+def test_what_a_load_in_space_reached_is_printed(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Exit 3: all six components of the last state, for a reader and for a program."""
+    report = SolveReport("block", 10, 3, 1e-3, 0.1, 0.2, "load path ended", min_J=0.4)
+    pose, load = Pose(1e-4, 2e-3, 1e-3, 2e-4, 1e-3, 2e-3), Wrench(0.1, F_y=0.2, M_z=1e-3)
+    last = Equilibrium(load, pose, Pose(0.0, 0.0), np.zeros(0), report)
+
+    def fails(*_: object, **__: object) -> None:
+        raise SolveFailed("block: ended", report, last)
+
+    monkeypatch.setattr(BlockPad, "equilibrium", fails)
+    words = ["pose", "biorob2018", "--fx", "1 N", "--fy", "2 N", "--mz", "10 N*mm"]
+    assert run(words) == 3
+    out, err = capsys.readouterr()
+    assert all(name in out for name in (*POSE, "F_y = 0.2 N", "M_z = 0.001 N m")) and err.count("\n") == 1
+    assert run([*words, "--json"]) == 3
+    found = json.loads(capsys.readouterr().out)
+    assert list(found["pose"]) == list(found["error"]) == list(POSE) and found["pose"]["d_y"] == 2e-4
+    assert list(found["wrench"]) == list(WRENCH) and found["report"]["status"] == "load path ended"
+
+
+def test_an_inductance_out_of_reach(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Exit 3 with the report, for one frequency and for a range."""
+    from sits_mech.magnetics.bars import PlanarBars
+
+    def fails(*_: object) -> None:
+        raise SolveFailed("planar: not reached", SolveReport("planar", 10, 1, 1.0, 0.5, 0.1, status="not reached"))
+
+    monkeypatch.setattr(PlanarBars, "impedance", fails)
+    for hertz in ("5 MHz", "1 kHz:1 MHz:3"):
+        assert run(["inductance", "biorob2018", "--dv", "2 mm", "--frequency", hertz, "--json"]) == 3
+        out, err = capsys.readouterr()
+        assert json.loads(out)["report"]["status"] == "not reached" and err.startswith("not converged")
+
+
+def test_calibrate_leaves_everything(capsys: Capture, tmp_path: Path) -> None:
+    """Table, CSV, scene, pictures; a table on stdout whose every figure has an error; no torn or stray file."""
+    folder = tmp_path / "out"
+    loads = ("--fx", "-0.5 N:0.5 N:3", "--fz", "0 N:2 N:2")
+    assert run(["calibrate", "biorob2018", *loads, *PLANAR, "-o", str(folder)]) == 0
+    out, _ = capsys.readouterr()
+    assert out.count("+-") >= 6 * 5 + 8 and "nan" not in out
+    names = {"L_h.png", "L_v.png", "cases", "crosstalk.png", "layer.png", "result.csv", "result.nc", "scene.toml"}
+    assert set(os.listdir(folder)) == names
+    data = read_table(folder / "result.nc")
+    assert dict(data.sizes) == {"F_x": 3, "F_z": 2, "coil": 2, "coil_2": 2} and np.all(data["status"] == "converged")
+    lines = (folder / "result.csv").read_text().splitlines()
+    assert len(lines) == 7 and lines[0].startswith("F_x,F_z,status")
+    assert load_sensor(folder / "scene.toml") == load_sensor("biorob2018")
+
+
+@pytest.mark.parametrize(
+    "tokens",
+    [
+        ("--fz", "1 N"),
+        pytest.param(("--dv", "2 mm", "--frequency", "5 kHz", "--driven", "C1"), marks=pytest.mark.slow),
+    ],
+)
+def test_view_draws(capsys: Capture, tmp_path: Path, tokens: tuple[str, ...]) -> None:
+    """The layer for a load, the field for a pose."""
+    assert run(["view", "biorob2018", *tokens, "-o", str(tmp_path / "picture.png")]) == 0
+    assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
+    assert capsys.readouterr().err == f"written to {tmp_path / 'picture.png'}\n"
+
+
+def test_interrupted_calibration_keeps_what_is_done(tmp_path: Path) -> None:
+    """Ctrl-C: exit 130, one line, finished loads on disk, none torn; the same command then goes on from them."""
+    command = (sys.executable, "-m", "sits_mech", "calibrate")
+    words = [*command, "biorob2018", *PLANAR, "-o"]
+    folder = tmp_path / "out"
+    started = subprocess.Popen([*words, str(folder)], env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    cases = folder / "cases"
+    for _ in range(2000):
+        if cases.exists() and len(list(cases.glob("*.json"))) >= 3:
+            break
+        time.sleep(0.01)
+    started.send_signal(2)
+    _, err = started.communicate(timeout=60)
+    kept = list(cases.glob("*.json"))
+    assert started.returncode == 130 and b"interrupted" in err and b"Traceback" not in err
+    assert len(kept) >= 3 and all("status" in json.loads(path.read_text()) for path in kept)
+    assert not (folder / "result.nc").exists()
+
+
+@pytest.mark.parametrize("words", ["import sits_mech", "import sys; from sits_mech.cli.main import run; run(['-h'])"])
+def test_what_costs_nothing(words: str) -> None:
+    """Neither import nor help loads the heavy half (measured in the benchmarks: both under 0.3 s)."""
+    heavy = "{'scipy', 'xarray', 'pandas', 'skfem', 'pydantic', 'matplotlib', 'pint'}"
+    code = f"{words}\nimport sys\nassert not {heavy} & set(sys.modules), {heavy} & set(sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_the_package_is_the_command() -> None:
+    """By `python -m`, with its exit codes."""
+    words = [sys.executable, "-m", "sits_mech", "explain", "nothing"]
+    done = subprocess.run(words, env=ENVIRONMENT, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2 and done.stderr.startswith("error: nothing") and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "command", ["catalog", "doctor", "explain", "pose", "inductance", "simulate", "calibrate", "fit", "view"]
+)
+def test_every_help_has_its_example(capsys: Capture, command: str) -> None:
+    """One example each."""
+    assert run([command, "--help"]) == 0
+    assert capsys.readouterr().out.count(f"Example: sits-mech {command}") == 1
+
+
+def test_a_load_that_comes_and_goes(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """A viscous silicone opens a loop, narrower once it has settled; the table is kept; another silicone has none."""
+    law = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7'
+    words = ["cycle", "biorob2018", "--fz", "1 N", "--mechanics", "linear", "--tolerance", "0.05", "--json", "--set"]
+    assert run([*words, f'{law}, prony=[{{weight=0.2, time="0.5 s"}}]}}', "-o", str(tmp_path / "c.nc")]) == 0
+    found = json.loads(capsys.readouterr().out)
+    loops = found["loop_L_v_percent"]
+    assert found["notes"] == [] and len(loops) == 2 and loops[0] > loops[1] > 1.0 and (tmp_path / "c.nc").exists()
+    assert run([*words, law + "}"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["loop_L_v_percent"] == pytest.approx([0.0, 0.0], abs=1e-9) and "neither prony" in found["notes"][0]

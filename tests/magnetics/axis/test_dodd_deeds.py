@@ -1,0 +1,115 @@
+"""Layers over a coil: tabulated integrals, finite elements, images, limits."""
+
+import numpy as np
+import pytest
+from scipy.constants import mu_0
+
+from sits_mech.magnetics.axis.dodd_deeds import Layer, coil_change, pair_change, reflection
+from sits_mech.magnetics.coils.loops import Sections, coil_sections, mutual_loops, ring_mutual
+from sits_mech.scene.sensor import Coil
+
+MM = 1e-3
+COPPER = 5.8e7
+LOOP = Sections(*(np.array([value]) for value in (3 * MM, 0.0, 0.0, 0.0)))
+COIL = coil_sections(
+    Coil(
+        name="C", centre=(0.0, 0.0), layers=2, turns=12, inner_diameter=2.2 * MM, track_width=0.1 * MM,
+        track_gap=0.1 * MM, track_thickness=35e-6, layer_pitch=85e-6,
+    )
+)
+
+
+@pytest.mark.parametrize(
+    ("thickness", "frequency", "delta_L_nH", "R_uohm"),
+    [  # two independent quadratures of the Dodd-Deeds integral, 8 digits
+        (np.inf, 5e3, -1.3451096, 19.709996),
+        (np.inf, 1e5, -2.2008181, 156.01438),
+        (np.inf, 5e6, -2.4479418, 1262.8877),
+        (0.2 * MM, 5e3, -0.50617263, 26.281674),
+        (0.2 * MM, 1e5, -2.271799, 187.45493),
+        (0.2 * MM, 5e6, -2.4479419, 1262.8923),
+    ],
+)
+def test_loop_over_half_space_and_plate(thickness, frequency, delta_L_nH, R_uohm):
+    change = coil_change(LOOP, 1 * MM, frequency, [Layer(COPPER, thickness)])
+    assert change.delta_L * 1e9 == pytest.approx(delta_L_nH, rel=1e-7)
+    assert change.R * 1e6 == pytest.approx(R_uohm, rel=1e-7)
+    assert change.error < 1e-7
+
+
+@pytest.mark.parametrize(
+    ("frequency", "delta_L", "R"),
+    [(5e3, -5.8325180325808516e-08, 0.0025675831423334306), (5e6, -2.201923393250477e-07, 0.0939925486348742)],
+)
+def test_two_layer_coil_over_plate(frequency, delta_L, R):
+    # Dodd-Deeds by another code, agreeing with NGSolve to 1e-5
+    change = coil_change(COIL, 2 * MM, frequency, [Layer(COPPER, 0.2 * MM)])
+    assert change.delta_L == pytest.approx(delta_L, rel=1e-8, abs=0)
+    assert change.R == pytest.approx(R, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("frequency", "delta_L", "R"),
+    [(5e3, -1.1488152e-07, 0.001015553), (5e6, -1.6194157e-07, 0.050466572)],
+)
+def test_planar_pair_over_half_space(frequency, delta_L, R):
+    # two independent quadratures, 8 digits; conductivity 5.96e7 S/m
+    change = pair_change(4.5 * MM, 2 * MM, frequency, [Layer(5.96e7)])
+    assert change.delta_L == pytest.approx(delta_L, rel=1e-7, abs=0)
+    assert change.R == pytest.approx(R, rel=1e-7)
+
+
+def test_perfect_conductor_is_the_image():
+    change = coil_change(COIL, 0.5 * MM, 1e3, [Layer(np.inf)])
+    image = Sections(COIL.radius, 2 * 0.5 * MM - COIL.z, COIL.width, COIL.height)
+    assert change.delta_L == pytest.approx(-ring_mutual(COIL, image).sum(), rel=1e-7, abs=0)
+    assert change.R == 0.0
+    loop = coil_change(LOOP, 1 * MM, 1e3, [Layer(np.inf)])
+    assert loop.delta_L == pytest.approx(-mutual_loops(3 * MM, 3 * MM, 2 * MM), rel=1e-8, abs=0)
+    pair = pair_change(4.5 * MM, 2 * MM, 1e3, [Layer(np.inf)])
+    assert pair.delta_L == pytest.approx(-mu_0 / (2 * np.pi) * np.log(1 + (4.5 / 4) ** 2), rel=1e-8)
+
+
+def test_soft_magnetic_insulator_attracts_the_image_of_the_other_sign():
+    mu = 1e4
+    change = coil_change(LOOP, 1 * MM, 1e3, [Layer(0.0, relative_permeability=mu)])
+    assert change.delta_L == pytest.approx((mu - 1) / (mu + 1) * mutual_loops(3 * MM, 3 * MM, 2 * MM), rel=1e-8, abs=0)
+    assert change.R == pytest.approx(0.0, abs=1e-15)
+
+
+def test_splitting_a_layer_and_empty_layers_change_nothing():
+    whole = [Layer(COPPER, 0.2 * MM, 3.0)]
+    split = [Layer(0.0, 0.1 * MM), Layer(COPPER, 0.05 * MM, 3.0), Layer(COPPER, 0.15 * MM, 3.0), Layer(0.0, 1 * MM)]
+    k = np.geomspace(1.0, 1e5, 50)
+    omega = 2 * np.pi * 1e5
+    expected = reflection(k, omega, whole) * np.exp(-2 * k * 0.1 * MM)
+    np.testing.assert_allclose(reflection(k, omega, split), expected, rtol=1e-9)
+
+
+def test_reflection_keeps_its_digits_at_low_frequency():
+    # thick against 1/k, resistive: Gamma -> -j omega mu0 sigma / (4 k^2)
+    k, omega, sigma = np.array([1e4]), 2 * np.pi, 1e3
+    first_order = -1j * omega * mu_0 * sigma / (4 * k**2)
+    np.testing.assert_allclose(reflection(k, omega, [Layer(sigma)]), first_order, rtol=1e-9)
+
+
+def test_resistive_limit_grows_with_the_square_of_frequency_and_skin_limit_with_its_root():
+    low = [float(coil_change(COIL, 1 * MM, f, [Layer(1e3, 0.1 * MM)]).R) for f in (10.0, 100.0)]
+    assert low[1] / low[0] == pytest.approx(100.0, rel=1e-6)
+    high = [float(coil_change(COIL, 1 * MM, f, [Layer(1e9)]).R) for f in (1e9, 4e9)]
+    assert high[1] / high[0] == pytest.approx(2.0, rel=1e-3)
+
+
+def test_gaps_are_vectorised_and_far_ones_vanish():
+    gaps = np.array([[1.0, 2.0], [4.0, 50.0]]) * MM
+    change = coil_change(COIL, gaps, 5e6, [Layer(COPPER, 0.2 * MM)])
+    assert change.delta_L.shape == gaps.shape
+    one = coil_change(COIL, 50 * MM, 5e6, [Layer(COPPER, 0.2 * MM)])
+    assert change.delta_L[1, 1] == pytest.approx(float(one.delta_L), rel=1e-6, abs=0)
+    assert np.all(change.delta_L < 0) and np.all(change.R > 0)
+
+
+@pytest.mark.parametrize("gap", [0.0, -1e-3, float("nan")])
+def test_gap_must_be_positive(gap):
+    with pytest.raises(ValueError, match="gap: must be positive"):
+        coil_change(COIL, gap, 5e6, [Layer(COPPER)])

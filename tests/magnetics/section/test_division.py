@@ -1,0 +1,37 @@
+"""Nested divisions of a section: joined cells are cells, and the extrapolation beats the square of the cells."""
+
+import numpy as np
+import pytest
+
+from sits_mech.magnetics.section.division import Lengths, Resolution, divisions
+from sits_mech.magnetics.section.kernels import mean_log
+from sits_mech.magnetics.section.plate import prepare_plate
+
+SIZE, LENGTHS = (8.0, 0.5), Lengths(1.0, 1.0, 0.1)
+RESOLUTION = Resolution(skin=0.5, growth=1.4, along=0.3, near=0.5, terms=10.0)
+
+
+def test_coarser_divisions_join_cells_two_by_two():
+    levels = divisions(SIZE, RESOLUTION, LENGTHS)
+    assert [levels[0].cells.x.size / level.cells.x.size for level in levels] == [1, 4, 16]
+    for level in levels:
+        assert np.sum(level.cells.width * level.cells.height) == pytest.approx(SIZE[0] * SIZE[1] / 4, rel=1e-12)
+        np.testing.assert_allclose(level.share.sum(axis=1), 1.0, rtol=1e-12)
+
+
+def test_joined_inductances_are_those_of_the_joined_bars():
+    fine, middle, _ = divisions(SIZE, RESOLUTION, LENGTHS)
+    joined = middle.joined(middle.joined(_logs(fine.cells)).T)
+    np.testing.assert_allclose(joined, _logs(middle.cells), rtol=0, atol=1e-7)  # the kernel's own error from afar
+
+
+def _logs(cells):
+    dx, dz = cells.x - cells.x[:, None], cells.z - cells.z[:, None]
+    return mean_log(dx, dz, (cells.width[:, None], cells.height[:, None]), (cells.width, cells.height))
+
+
+def test_error_of_one_division_goes_with_the_square_of_its_cells():
+    """The condensed admittance of three nested divisions: differences in the ratio of 4, at 5 kHz in copper."""
+    plate = prepare_plate((8e-3, 0.2e-3), 5.8e7, RESOLUTION, Lengths(2e-3, 2e-3, 0.9e-3))
+    fine, middle, coarse = (plate.modes[k][0].admittance(2 * np.pi * 5e3) for k in range(3))
+    assert np.abs(coarse - middle).max() / np.abs(middle - fine).max() == pytest.approx(4.0, rel=0.25)

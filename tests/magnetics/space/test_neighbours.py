@@ -1,0 +1,136 @@
+"""Several plates in three dimensions: against Dodd and Deeds' layers, against one plate, turned and exchanged."""
+
+import numpy as np
+import pytest
+
+from sits_mech.geometry.boxes import Solid, separation
+from sits_mech.geometry.collision import Collision
+from sits_mech.geometry.solids import placed_plates
+from sits_mech.magnetics.axis.dodd_deeds import Layer, coil_change
+from sits_mech.magnetics.coils.loops import coil_sections
+from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
+from sits_mech.magnetics.space.rungs import LADDER, prepared
+from sits_mech.quantities import Pose
+from sits_mech.scene.materials import metals
+from sits_mech.scene.sensor import Conductor, load_sensor
+from sits_mech.turns import rotation_matrix
+
+MM = 1e-3
+COPPER = metals()["copper"].conductivity
+REST = Pose(0.0, 2 * MM, 0.0)
+LOOP = (
+    'coils=[{name="C1", centre=["0 mm","0 mm"], layers=1, turns=1, inner_diameter="3.9 mm", track_width="0.1 mm", '
+    'track_thickness="35 um"}]'
+)
+SIDES = np.array([[0.0, 0.0, 0.0], [0.0, np.pi, 0.0], [0.0, 0.0, np.pi / 2]])  # turned over; by a quarter
+
+
+def plate(x, z, width, length=None, thickness=0.2, *, y=0.0, name="other", material="copper"):
+    return Conductor(
+        name=name, material=material, shape="rectangle", centre=(x * MM, y * MM, z * MM), width=width * MM,
+        length=(length or width) * MM, thickness=thickness * MM,
+    )
+
+
+def scene(*parts, overrides=(), **changes):
+    return load_sensor("biorob2018", overrides).model_copy(update={"conductors": parts, **changes})
+
+
+def changes(sensor, pose=REST, frequency=5e6, tolerance=1e-2):
+    z = sheets(sensor, tolerance).impedance(pose, frequency)
+    return z.L - z.L0, z.R, z
+
+
+BESIDE = plate(9.0, 2.6, 6.0, 4.0)
+
+
+def test_fixed_plate_without_target_is_a_target_in_its_place():
+    one, R, _ = changes(scene())
+    two, R2, z = changes(scene(plate(0.0, 2.1, 8.0), target=None), Pose(np.zeros(3), 2 * MM))
+    np.testing.assert_allclose(two, np.broadcast_to(one, (3, 2, 2)), rtol=1e-9)
+    np.testing.assert_allclose(R2[1], R, rtol=1e-9)
+    assert z.report.notes[0].startswith("conductors.other: ")
+
+
+def test_far_neighbour_changes_nothing():
+    one, R, alone = changes(scene())
+    two, R2, beside = changes(scene(plate(300.0, 0.0, 5.0)))
+    np.testing.assert_allclose(two, one, rtol=1e-6)
+    np.testing.assert_allclose(R2, R, rtol=1e-6)
+    np.testing.assert_allclose(beside.L0, alone.L0, rtol=0)
+
+
+@pytest.mark.slow
+def test_layers_of_infinite_plates():
+    """Two plates above one another, the nearer one translucent: Dodd and Deeds, less what 20 mm lack of infinity."""
+    overrides = (LOOP, 'target={material="copper", shape="rectangle", width=0.02, length=0.02, thickness=1e-4}')
+    sensor = scene(plate(0.0, 4.15, 20.0, thickness=0.1), overrides=overrides)
+    layers = [Layer(COPPER, 0.1 * MM), Layer(0.0, 2.0 * MM), Layer(COPPER, 0.1 * MM)]
+    exact = coil_change(coil_sections(sensor.coils[0]), 2 * MM, 2e4, layers)
+    delta_L, R, _ = changes(sensor, frequency=2e4)
+    assert delta_L[0, 0] == pytest.approx(float(exact.delta_L), rel=0.01)
+    assert R[0, 0] == pytest.approx(float(exact.R), rel=0.02)
+
+
+def test_ground_plane_below_the_coil():
+    sensor = scene(plate(0.0, -2.085, 20.0, thickness=0.1), overrides=(LOOP,), target=None)
+    coil = sensor.coils[0]
+    above = coil_sections(coil).mirrored()  # turned over, it fills 0 < z < height
+    exact = coil_change(above, 2 * MM + coil.height, 2e4, [Layer(COPPER, 0.1 * MM)])
+    delta_L, R, _ = changes(sensor, frequency=2e4)
+    assert delta_L[0, 0] == pytest.approx(float(exact.delta_L), rel=0.01)
+    assert R[0, 0] == pytest.approx(float(exact.R), rel=0.02)
+
+
+@pytest.mark.slow
+def test_plates_exchange_their_roles():
+    """The target beside a fixed plate is the fixed plate beside the target."""
+    overrides = ['target={material="copper", shape="rectangle", width=0.006, length=0.004, thickness="0.2 mm"}']
+    one, R, _ = changes(scene(BESIDE))
+    two, R2, _ = changes(scene(plate(0.0, 2.1, 8.0), overrides=overrides), Pose(9 * MM, 2.5 * MM))
+    np.testing.assert_allclose(two, one, rtol=0, atol=1e-9 * np.abs(one).max())
+    np.testing.assert_allclose(R2, R, rtol=0, atol=1e-9 * R.max())
+
+
+def test_target_turned_onto_itself():
+    model = sheets(scene(BESIDE), 1e-2)
+    bottom = 2.1 * MM - 0.1 * MM * rotation_matrix(SIDES)[:, 2, 2]
+    z = model.impedance(Pose(0.0, bottom, SIDES[:, 1], 0.0, SIDES[:, 0], SIDES[:, 2]), 5e6)
+    np.testing.assert_allclose(z.L[1:], z.L[:1].repeat(2, 0), rtol=1e-6)
+    np.testing.assert_allclose(z.R[1:], z.R[:1].repeat(2, 0), rtol=0, atol=1e-6 * z.R.max())
+
+
+@pytest.mark.slow
+def test_reciprocal_before_it_is_made_so_and_passive():
+    sensor = scene(BESIDE, plate(-8.0, 3.5, 4.0, name="third"))
+    tilt = np.array([[np.cos(0.1), 0.0, np.sin(0.1)], [0.0, 1.0, 0.0], [-np.sin(0.1), 0.0, np.cos(0.1)]])
+    plates = placed_plates(sensor, None, tilt[None], np.array([[0.5 * MM, 0.0, 2.5 * MM]]))
+    scale = (-10, 7, 9 * MM, 1.5 * MM)
+    ready = [SpacePlate(prepared(p.plate, None, LADDER[0][1], scale)[1:], p.turns, p.places) for p in plates]
+    (Z,) = coupled_reactions(sensor.coils, "rings", ready[0], ready[1:], 5e6)
+    np.testing.assert_allclose(Z, Z.swapaxes(1, 2), rtol=0, atol=1e-12 * np.abs(Z).max())
+    assert np.linalg.eigvalsh(Z[0].real).min() > 0.0
+    (swapped,) = coupled_reactions(sensor.coils, "rings", None, ready, 5e6)
+    np.testing.assert_allclose(swapped, Z, rtol=0, atol=1e-5 * np.abs(Z).max())  # what few columns of P promise
+
+
+def test_what_does_not_fit_is_refused_by_name():
+    with pytest.raises(ValueError, match="conductors.other, C1"):
+        sheets(scene(plate(-4.0, -0.1, 2.0)))
+    with pytest.raises(ValueError, match="conductors.third, conductors.other"):
+        sheets(scene(BESIDE, plate(9.0, 2.6, 1.0, name="third")))
+    with pytest.raises(ValueError, match=r"conductors.other.relative_permeability.*planar-fem"):
+        sheets(scene(plate(0.0, -1.0, 8.0, material="ferrite")))
+    with pytest.raises(Collision, match=r"target must stay clear of conductors.other"):
+        sheets(scene(BESIDE), 1e-2).impedance(Pose(2.5 * MM, 2.5 * MM), 5e6)
+
+
+def test_slab_between_boxes():
+    c, s = np.cos(0.3), np.sin(0.3)
+    box = Solid("a", np.array([1.0, 2.0, 3.0]), np.eye(3)[None], np.zeros((1, 3)))
+    turn = np.array([[[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]])
+    turned = Solid("b", np.ones(3), turn, np.array([[3.0, 0.0, 0.0]]))
+    assert separation(box, turned) == pytest.approx(3.0 - 1.0 - (c + s))
+    near = Solid("c", np.ones(3), np.repeat(np.eye(3)[None], 2, 0), np.array([[1.5, 0.0, 0.0], [0.0, 0.0, 4.5]]))
+    np.testing.assert_allclose(separation(box, near), [-0.5, 0.5])

@@ -1,0 +1,44 @@
+"""Where a map can be turned around: parts that symmetry makes alike, directions that nothing is seen in."""
+
+import numpy as np
+import pytest
+
+from sits_mech.maps.domain import domain_of
+from sits_mech.maps.surrogate import SmoothMap, fit_map
+
+
+def grid_of(size: int) -> np.ndarray:
+    """Points of a regular grid over [-1, 1] x [0, 2]."""
+    return np.stack(np.meshgrid(np.linspace(-1, 1, size), np.linspace(0, 2, size), indexing="ij"), -1).reshape(-1, 2)
+
+
+def shaken(values: np.ndarray, seed: int) -> SmoothMap:
+    """The map of values on `grid_of(9)` whose last digits are off."""
+    rng = np.random.default_rng(seed)
+    return fit_map(("x", "z"), grid_of(9), values * (1.0 + 4e-16 * rng.standard_normal(values.shape)))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_of_two_halves_that_look_alike_the_larger_forces_are_valid(seed: int) -> None:
+    """An even map folds at x = 0; which half has the inverse is not left to rounding."""
+    x, z = grid_of(9).T
+    domain, seeds = domain_of(shaken(np.stack([x**2 + 0.1 * z, z], -1), seed), np.ones(2), grid_of(9))
+    asked = np.array([[0.7, 0.1], [-0.7, 0.1]])
+    assert domain.valid(asked).tolist() == [True, False] and np.all(seeds[0][:, 0] > 0.0)
+    assert domain.share == pytest.approx(0.5, abs=0.02) and len(domain.regions) >= 1
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_varies_by_rounding_is_no_direction(seed: int) -> None:
+    """Two coils that show the same, to 1e-8 of their range: one direction for two forces."""
+    x, z = grid_of(9).T
+    scatter = 1e-8 * np.random.default_rng(seed).standard_normal(81)
+    domain, _ = domain_of(shaken(np.stack([x + z, x + z + scatter], -1), seed), np.ones(2), grid_of(9))
+    assert domain.share == 0.0
+
+
+def test_a_map_that_is_one_to_one_is_valid_everywhere() -> None:
+    """A gentle bend."""
+    x, z = grid_of(9).T
+    domain, seeds = domain_of(shaken(np.stack([x + 0.1 * z**2, z - 0.1 * x * z], -1), 0), np.ones(2), grid_of(9))
+    assert domain.regions == () and domain.share == 1.0 and len(seeds) == 1

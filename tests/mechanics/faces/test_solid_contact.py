@@ -1,0 +1,192 @@
+"""Contact of the 3D pad's free faces: derivatives, the layer in plane strain, work, what the answer hangs on."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sits_mech.mechanics.block import block_pad, solved_body
+from sits_mech.mechanics.element.kernel import element_forces, summed
+from sits_mech.mechanics.element.target import moved
+from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.pad.solid import bonded_block, pair_of
+from sits_mech.mechanics.rest.body import rest
+from sits_mech.mechanics.rest.control import under
+from sits_mech.mechanics.rest.path import follow
+from sits_mech.mechanics.rest.retry import settled
+from sits_mech.quantities import Wrench
+from sits_mech.scene.sensor import Elastomer, Target, load_sensor
+
+MM = 1e-3
+HELD = np.ones(3, dtype=bool)
+NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
+
+
+def scene(pad, target, t=2.0):
+    """A pad of one size or two [mm], a diameter or width and length, under a target; the force acts at its bottom."""
+    base = load_sensor("biorob2018", ["target.load_height=0", NEO_HOOKEAN])
+    outline = [dict(zip(("width", "length") if len(size) == 2 else ("diameter",), (each * MM for each in size),
+                        strict=True)) for size in (pad, target)]
+    shape = {"shape": "disc" if len(target) == 1 else "rectangle", "material": "copper", "load_height": 0.0}
+    plate = Target.model_validate({**outline[1], **shape, "thickness": 0.2 * MM})
+    layer = Elastomer.model_validate({**outline[0], "material": base.elastomer.material, "thickness": t * MM})
+    return base.model_copy(update={"target": plate, "elastomer": layer})
+
+
+@pytest.mark.parametrize(
+    ("pad", "target", "plane", "q", "lift"),
+    [
+        ((8, 8), (8, 8), "ground", (0.05, -0.2, 0.1), -0.3),
+        ((8, 8), (8, 8), "plane", (0.05, -0.2, 0.1), 0.1),
+        ((8, 6), (5, 3), "wall", (0.02, -0.01, 0.001), 0.008),
+        ((8,), (8,), "plane", (0.05, -0.2, 0.1), 0.1),
+        ((8,), (5,), "wall", (0.02, -0.01, 0.001), 0.008),
+    ],
+)
+def test_contact_has_an_exact_tangent(pad, target, plane, q, lift):
+    body = bonded_block(scene(pad, target), 2, 1.5, 0.0, 0.05).body
+    contact = next(part for part in body.parts if part.plane == plane)
+    rng, n, q, h = np.random.default_rng(0), body.mesh.nodes.size, np.array(q), 1e-6
+    u, v = 0.01 * rng.normal(size=n), rng.normal(size=n + 6)
+    v[n + 3 :] = 0.0  # the half pad's components of q
+    u[2::3] += lift
+    if plane == "wall":  # drawn in
+        u.reshape(-1, 3)[:, :2] -= 0.03 * body.mesh.nodes[:, :2]
+    found, up, down = contact(u, q), *(contact(u + s * h * v[:n], q + s * h * v[n : n + 3]) for s in (1, -1))
+    assert found.energy > 0.0
+    assert (up.energy - down.energy) / (2 * h) == pytest.approx(found.forces @ v, rel=1e-6)
+    product = summed(found.rows, found.values * v[found.columns], n + 6)
+    np.testing.assert_allclose(product, (up.forces - down.forces) / (2 * h), atol=1e-5 * np.abs(product).max())
+
+
+@pytest.mark.parametrize(
+    ("pad", "target", "plane", "lift"),
+    [((8, 8), (8, 8), "ground", -0.3), ((8, 8), (8, 8), "plane", 0.1), ((8, 6), (5, 3), "wall", 0.008)],
+)
+def test_contact_has_an_exact_tangent_at_any_turn(pad, target, plane, lift):
+    """Forces along du, dc and dw, and how they change in the fixed frame."""
+    body = bonded_block(scene(pad, target), 2, 1.5, 0.0, 0.05).body
+    contact = next(part for part in body.parts if part.plane == plane)
+    rng, n, h = np.random.default_rng(0), body.mesh.nodes.size, 1e-6
+    u, v = 0.01 * rng.normal(size=n), rng.normal(size=n + 6)
+    u[2::3] += lift
+    if plane == "wall":  # drawn in
+        u.reshape(-1, 3)[:, :2] -= 0.03 * body.mesh.nodes[:, :2]
+    q = np.array([0.02, -0.01, 0.002, -0.01, 0.003, -0.2])
+    found, up, down = (contact(u + step * v[:n], moved(q, step * v[n:])) for step in (0.0, h, -h))
+    assert found.energy > 0.0
+    assert (up.energy - down.energy) / (2 * h) == pytest.approx(found.forces @ v, rel=1e-6)
+    product = summed(found.rows, found.values * v[found.columns], n + 6)
+    np.testing.assert_allclose(product, (up.forces - down.forces) / (2 * h), atol=1e-5 * np.abs(product).max())
+
+
+def pressed(body, *places):
+    """The state at the last of some places of the target, all held, on the way from rest."""
+    state, before = rest(body), np.zeros(3)
+    for place in map(np.array, places):
+        found = follow(body, state, (before, place), held=HELD)
+        assert found.reached == 1.0 and found.state.min_J > 0.0
+        state, before = found.state, place
+    return state
+
+
+def stored(body, state):
+    elements = element_forces(body.mesh, body.law, body.K, state.u).energy
+    return elements + sum(part(state.u, state.q).energy for part in body.parts)
+
+
+@pytest.mark.parametrize("shear", [0.0, pytest.param(0.3, marks=pytest.mark.slow)])
+def test_a_slab_that_cannot_move_sideways_is_the_layer_in_plane_strain(shear):
+    """Forces of a flush pad with its faces on both planes, y held; the layer's own error is below 1 %."""
+    solid = bonded_block(scene((15, 15), (15, 15), 3.0), 3, 1.5, 0.0, 1e-4)
+    flat = replace(solid.body, free=solid.body.free[solid.body.free % 3 != 1], shared=None, hidden=None)
+    place = (shear, -0.2, 0.0)
+    state = pressed(flat, place)
+    load = state.load / 2.5  # per depth, of the half that is meshed
+    assert all(part(state.u, state.q).energy > 0.0 for part in flat.parts)
+    long = load_sensor(
+        "biorob2018", ["elastomer.length=1.0", "target.load_height=0", NEO_HOOKEAN, 'elastomer.width="15 mm"',
+                       'elastomer.thickness="3 mm"', 'target.width="15 mm"'])
+    layer = bonded_body(long, Fineness(8, 1.5, fan=True, depth=1e-5))
+    expected = pressed(layer, place).load
+    np.testing.assert_allclose(load[[0, 1]], expected[[0, 1]], rtol=0.03, atol=1e-6)
+    free = replace(flat, parts=())
+    away = abs(pressed(free, place).load[1] / 2.5 - expected[1])
+    assert away > 2.0 * abs(load[1] - expected[1])  # without contact it is another pad
+
+
+PRESSED = [((15, 15), (15, 15), 3.0, (0.2, -0.2, 0.0)), ((15,), (15,), 3.0, (0.2, -0.2, 0.0))]
+
+
+@pytest.mark.parametrize(("pad", "target", "t", "place"), PRESSED)
+def test_moment_identity_holds_with_contact(pad, target, t, place):
+    """Exact for a pad that is its own image under a half turn: |M| = (F_x (t - sink) + F_z d_h)/2."""
+    body = bonded_block(scene(pad, target, t), 2, 1.5, 0.0, 1e-4).body
+    state = pressed(body, place)
+    assert all(part(state.u, state.q).energy > 1e-10 for part in body.parts)
+    F_x, F_z, M = state.load
+    assert abs(M) == pytest.approx((F_x * (1.0 + place[1]) + F_z * place[0]) / 2, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("pad", "target", "place"),
+    [((15, 15), (15, 15), (0.2, -0.3, 0.02)), ((12, 12), (8, 8), (0.6, -0.2, 0.1)), ((20,), (8,), (0.5, -0.2, 0.0))],
+)
+def test_forces_are_the_slope_of_the_energy_with_contact(pad, target, place):
+    t, h = (3.0 if pad == target else 2.0), 1e-4
+    body = bonded_block(scene(pad, target, t), 2, 2.0, 0.0, 1e-2).body
+    middle = pressed(body, place)
+    assert any(part(middle.u, middle.q).energy > 1e-8 for part in body.parts)
+    way = np.array([0.5, -1.0, 0.3])
+    up, down = (
+        stored(body, follow(body, middle, (np.array(place), np.array(place) + s * h * way), held=HELD).state)
+        for s in (1, -1)
+    )
+    forces = middle.load * [1.0, -1.0, 1.0]  # on d_h, d_z, alpha; the force acts at the bonded face
+    assert (up - down) / (2 * h) == pytest.approx(forces @ way, rel=1e-5)
+
+
+def test_faces_of_a_flush_pad_lie_on_both_planes_whatever_the_contact_depth():
+    sensor, wrench = scene((15, 15), (15, 15), 3.0), Wrench(F_z=55.0)
+    pad = block_pad(sensor)
+    found = pad.equilibrium(wrench)
+    assert sum("frictionless contact" in note for note in found.report.notes) == 2
+    body = solved_body(pad, found)
+    u, q = np.split(found.state[1:], [body.mesh.nodes.size])
+    z = (body.mesh.nodes + u.reshape(-1, 3))[body.faces.nodes, 2]
+    assert z.min() > -0.02 and z.max() < 1.0 + q[1] + 0.02  # nodes; what is held is the points between them
+    points = body.parts[0].surface.places(u)
+    assert points[..., 2].min() > -3e-3 and points[..., 2].max() < 1.0 + q[1] + 3e-3  # 30 shear moduli press
+    assert 0.28 < -q[1] < 0.32
+    poses = []
+    for depth in (5e-5, 2e-4):
+        pair = pair_of(*(bonded_block(sensor, cells, 2.0, 0.0, d) for cells, d in ((2, depth), (1, 2 * depth))))
+        other = settled(replace(pad.half, makers=(lambda pair=pair: pair,), twins=(None,)), None, under(wrench))
+        assert other.part == 1.0
+        poses.append(other.found.pose.d_v)
+    assert max(abs(pose - found.pose.d_v) for pose in poses) < found.error.d_v / 2
+    never = block_pad(sensor.model_copy(update={"elastomer": sensor.elastomer.model_copy(update={"contact": "never"})}))
+    free = never.equilibrium(Wrench(F_z=28.0))
+    assert any("its contact is not in this answer" in note for note in free.report.notes)
+    assert free.pose.d_v < pad.equilibrium(Wrench(F_z=28.0)).pose.d_v  # contact stiffens
+
+
+@pytest.mark.slow
+def test_contact_goes_on_from_load_to_load():
+    pad = block_pad(load_sensor("biorob2018", []))
+    near = pad.equilibrium(Wrench(0.75, 3.0))
+    assert any("lies on the target's sides: frictionless contact" in note for note in near.report.notes)
+    on, own = pad.equilibrium(Wrench(0.75, 3.1), start=near), pad.equilibrium(Wrench(0.75, 3.1))
+    assert on.state[0] >= 3 and abs(on.pose.d_h - own.pose.d_h) < on.error.d_h
+    back = pad.equilibrium(Wrench(0.1, 1.0), start=on)
+    assert not any("face" in note for note in back.report.notes)
+    assert back.pose.d_h == pytest.approx(pad.equilibrium(Wrench(0.1, 1.0)).pose.d_h, abs=back.error.d_h)
+
+
+@pytest.mark.parametrize(("pad", "area"), [((15, 15), 10.0), ((15,), 2.5 * np.pi)])
+def test_points_of_the_faces_hold_their_area(pad, area):
+    """Sides of half a pad 3 mm thick, in thicknesses; on strongly graded meshes too."""
+    for cells, grading in ((1, 1.5), (4, 3.0)):
+        surface = bonded_block(scene(pad, pad, 3.0), cells, grading, 0.0, 1e-4).body.parts[0].surface
+        assert surface.weight.sum() == pytest.approx(area, rel=2e-4)
+        assert surface.rest[..., 2].min() > 0.0 and surface.rest[..., 2].max() < 1.0

@@ -1,0 +1,325 @@
+"""Pads on meshes of the user's own: a mesh of the model's own shape, the examples, refusals in one line."""
+
+import hashlib
+import shutil
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+from skfem import MeshHex, MeshHex2
+from skfem.io.meshio import to_meshio
+
+from sits_mech.chain.plan import choose_mechanics
+from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.pad.solid import bonded_block
+from sits_mech.mechanics.pad.user import GROUPS, meshed_pad
+from sits_mech.mechanics.rest import retry
+from sits_mech.mechanics.rest.body import rest
+from sits_mech.mechanics.rest.newton import compliance
+from sits_mech.meshing.bricks import box_bricks
+from sits_mech.meshing.store import read_solid
+from sits_mech.quantities import Wrench
+from sits_mech.scene.sensor import SceneError, load_sensor, scene_text, sensor_from
+
+MM = 1e-3
+MESHES = Path(__file__).parents[3] / "meshes"
+NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
+KZ, KX = 120.67, 4.482  # NGSolve 6.2: 20 x 20 x 2 mm under 15 x 15 mm [N/mm]
+
+
+def scene(mesh, *more, size=15):
+    """A pad of 20 x 20 x 2 mm under a square target."""
+    sides = [f'target.{side}="{size} mm"' for side in ("width", "length")]
+    return load_sensor("biorob2018", ["target.load_height=0", *sides, NEO_HOOKEAN, f'elastomer.mesh="{mesh}"', *more])
+
+
+def stiffness(found):
+    """kz and kx [N/mm]."""
+    k = np.linalg.inv(compliance(found.body, rest(found.body), np.zeros(3))) * 3e4 * 2e-3 / found.share * MM
+    return np.array([k[1, 1], k[0, 0]])
+
+
+def box_file(path, *, half=True, groups=("ground", "target", "free", "symmetry"), size=15.0, change=None):
+    """Write a pad of the model's own shape in hexahedra of eight nodes; `change` moves the points [mm]."""
+    edge = size / 2
+    x = np.array([0, 0.6, 0.93, 1.0]) * edge
+    x = np.append(x, [edge + 0.5, 10.0])
+    both = np.concatenate([-x[:0:-1], x])
+    mesh = MeshHex.init_tensor(both, x if half else both, np.array([0, 1.6, 2.0]))
+    corner = mesh.p[:, mesh.facets]
+    low, high = corner.min(axis=1), corner.max(axis=1)
+    outer = mesh.f2t[1] == -1
+    top = (low[2] > 2 - 1e-9) & (np.abs(corner[:2]).max(axis=(0, 1)) < edge + 1e-9)
+    kinds = np.select([high[2] < 1e-9, top, (high[1] < 1e-9) & half], [1, 2, 4], 3)[outer]
+    points = mesh.p.copy()
+    if change is not None:
+        points = change(points)
+    order = [0, 1, 4, 2, 3, 5, 7, 6]  # to the order of VTK
+    cells = [("quad", mesh.facets[[0, 1, 3, 2]][:, outer].T), ("hexahedron", mesh.t[order].T)]
+    marks = [kinds, np.full(mesh.t.shape[1], 9)]
+    found = meshio.Mesh(points.T * MM, cells, cell_data={"gmsh:physical": marks, "gmsh:geometrical": marks})
+    for tag, name in enumerate(("ground", "target", "free", "symmetry"), start=1):
+        if name in groups:
+            found.field_data[name] = np.array([tag, 2])
+    meshio.write(path, found, file_format="gmsh22", binary=False)
+    return path
+
+
+@pytest.fixture(scope="module")
+def box(tmp_path_factory):
+    return box_file(tmp_path_factory.mktemp("meshes") / "box.msh")
+
+
+def test_hexahedra_of_the_models_own_shape(box):
+    """Against independent codes; the same numbers come from the same lines in the model's own mesh."""
+    stiffer, softer = (stiffness(found) for found in meshed_pad(scene(box), 0.0))
+    assert np.all(softer < stiffer)
+    np.testing.assert_allclose(stiffer, [KZ, KX], rtol=0.02)
+    own = bonded_block(scene(box), 2, 2.0, 0.0)
+    np.testing.assert_allclose(stiffer, stiffness(own), rtol=0.02)
+
+
+def test_half_a_pad_is_the_whole_pad(tmp_path, box):
+    whole = box_file(tmp_path / "whole.msh", half=False, groups=("ground", "target", "free"))
+    np.testing.assert_allclose(
+        stiffness(meshed_pad(scene(whole), 0.0)[0]), stiffness(meshed_pad(scene(box), 0.0)[0]), rtol=1e-7
+    )
+
+
+@pytest.mark.slow
+def test_a_whole_mesh_bears_all_six_components(tmp_path, box):
+    """Along x as half of it does; along y as along x."""
+    whole = scene(box_file(tmp_path / "whole.msh", half=False, groups=GROUPS))
+    pad = block_pad(whole, 1e-2)
+    along, across = (pad.equilibrium(Wrench(F_x, 4.0, F_y=F_y)) for F_x, F_y in ((0.6, 0.0), (0.0, 0.6)))
+    half = block_pad(scene(box)).equilibrium(Wrench(0.6, 4.0))
+    np.testing.assert_allclose(along.pose.centre[[0, 2]], [half.pose.d_h, half.pose.d_v], rtol=1e-6)
+    np.testing.assert_allclose(across.pose.centre[[1, 0, 2]], along.pose.centre, atol=1e-9)
+
+
+def test_pose_and_its_error(box):
+    """13 N sink 0.09766 mm to 0.6 %: NGSolve and FElupe. Two layers of hexahedra are within 2 %, and own to more."""
+    found = block_pad(scene(box)).equilibrium(Wrench(F_z=13.0))
+    sink = (2.0 * MM - found.pose.d_v) / MM
+    assert abs(sink - 0.09766) < 0.02 * sink < found.error.d_v / MM < 0.2 * sink
+    assert found.report.min_J > 0.0
+
+
+def flush(*more):
+    """A pad of 8 x 8 mm under a target as large."""
+    sides = [f'{part}.{side}="8 mm"' for part in ("target", "elastomer") for side in ("width", "length")]
+    return load_sensor("biorob2018", ["target.load_height=0", *sides, NEO_HOOKEAN, *more])
+
+
+def flush_file(path, tetrahedra, bonded=4.0):
+    """Write half a pad of 8 x 8 x 2 mm under a target as large; in bricks, or each cut into tetrahedra [mm]."""
+    x = 4.0 * np.array([0.0, 0.62, 1.0] if tetrahedra else [0.0, 5 / 9, 8 / 9, 1.0])
+    bricks = MeshHex.init_tensor(np.concatenate([-x[:0:-1], x]), x, np.array([0.0, 0.6, 1.4, 2.0]))
+    mesh = bricks.to_meshtet() if tetrahedra else bricks
+    outer = mesh.boundary_facets()
+    corner = mesh.p[:, mesh.facets[:, outer]]
+    low, high = corner.min(axis=1), corner.max(axis=1)
+    top = (low[2] > 2.0 - 1e-9) & (np.abs(corner[:2]).max(axis=(0, 1)) < bonded + 1e-9)
+    kinds = np.select([high[2] < 1e-9, top, high[1] < 1e-9], [1, 2, 4], 3)
+    cells = mesh.t.T.copy() if tetrahedra else mesh.t[[0, 1, 4, 2, 3, 5, 7, 6]].T
+    if tetrahedra:
+        sides = mesh.p.T[cells[:, 1:]] - mesh.p.T[cells[:, :1]]
+        turned = np.linalg.det(sides) < 0.0
+        cells[turned, :2] = cells[turned, 1::-1]
+    names = ("triangle", "tetra") if tetrahedra else ("quad", "hexahedron")
+    both = list(zip(names, (mesh.facets[:, outer].T, cells), strict=True))
+    marks = [kinds, np.full(len(cells), 9)]
+    found = meshio.Mesh(mesh.p.T * MM, both, cell_data={"gmsh:physical": marks, "gmsh:geometrical": marks})
+    found.field_data = {name: np.array([tag, 2]) for tag, name in enumerate((*GROUPS, "symmetry"), start=1)}
+    meshio.write(path, found, file_format="gmsh22", binary=False)
+    return path
+
+
+@pytest.mark.parametrize("tetrahedra", [pytest.param(False, marks=pytest.mark.slow), True])
+def test_contact_is_that_of_the_models_own_mesh(tmp_path, tetrahedra):
+    """A flush pad whose faces fold at 8 N: its pose within both errors."""
+    mesh = f'elastomer.mesh="{flush_file(tmp_path / "flush.msh", tetrahedra)}"'
+    own, found = (block_pad(flush(*keys)).equilibrium(Wrench(F_z=8.0)) for keys in ((), (mesh,)))
+    assert found.pose.d_v == pytest.approx(own.pose.d_v, abs=own.error.d_v + found.error.d_v)
+    assert any("lies on the target's plane" in note for note in found.report.notes)
+
+
+def test_a_top_that_is_not_bonded_lies_on_the_target(tmp_path):
+    """Of 8 x 8 mm under the target the middle is bonded; the rest is held by its plane, and is stiffer for it."""
+    mesh = f'elastomer.mesh="{flush_file(tmp_path / "part.msh", False, 32 / 9)}"'
+    pads = (block_pad(flush(mesh, f'elastomer.contact="{way}"')) for way in ("auto", "never"))
+    held, free = (pad.equilibrium(Wrench(F_z=1.0)) for pad in pads)
+    assert held.pose.d_v > free.pose.d_v
+    assert any("lies on the target's plane" in note for note in held.report.notes)
+    assert not any("sides" in note for note in held.report.notes)
+
+
+@pytest.mark.slow
+def test_contact_that_cannot_be_followed_is_worth_the_whole_displacement(tmp_path, monkeypatch):
+    mesh = f'elastomer.mesh="{flush_file(tmp_path / "part.msh", True)}"'
+    pad, tried = block_pad(flush(mesh)), retry._tried
+
+    def without(line, number, *more):
+        """Contact that never gets there."""
+        found = tried(line, min(number, line.free - 1), *more)
+        return found if number < line.free else found._replace(part=0.0)
+
+    monkeypatch.setattr(retry, "_tried", without)
+    found = pad.equilibrium(Wrench(F_z=8.0))
+    assert found.report.estimated_error == 1.0 and found.error.d_v == pytest.approx(2.0 * MM - found.pose.d_v)
+    assert any("could not be followed" in note for note in found.report.notes)
+
+
+EXAMPLES = {
+    "dome": ({"diameter": 16 * MM, "thickness": 3 * MM}, {"shape": "disc", "diameter": 8 * MM}),
+    "slotted": ({"width": 20 * MM, "length": 20 * MM, "thickness": 2 * MM}, {"width": 12 * MM, "length": 12 * MM}),
+    "pillars": ({"width": 15 * MM, "length": 15 * MM, "thickness": 3 * MM}, {"width": 12 * MM, "length": 12 * MM}),
+}
+
+MARKS = {"dome": pytest.mark.slow, "slotted": pytest.mark.slow}
+
+
+def example(name):
+    """The scene of an example mesh."""
+    pad, plate = EXAMPLES[name]
+    base = load_sensor("biorob2018").model_dump(exclude_none=True)
+    material = {"law": "neo-hookean", "shear_modulus": 3e4, "bulk_modulus": 3e7}
+    base["elastomer"] = {**pad, "material": material, "mesh": str(MESHES / f"{name}.msh")}
+    base["target"] = {"shape": "rectangle", "material": "copper", "thickness": 0.2 * MM, **plate}
+    return sensor_from(base)
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=MARKS.get(name, ())) for name in EXAMPLES])
+def test_example_is_softer_than_the_box_around_it(name):
+    """A pad cut out of a larger one is softer, by the energy; and the index knows its file."""
+    sensor = example(name)
+    stiffer, softer = (stiffness(found) for found in meshed_pad(sensor, 0.0))
+    plain = sensor.model_copy(update={"elastomer": sensor.elastomer.model_copy(update={"mesh": None})})
+    assert np.all(stiffer < 1.1 * stiffness(bonded_block(plain, 2, 2.0, 0.0))) and np.all(softer < stiffer)
+    assert hashlib.sha256((MESHES / f"{name}.msh").read_bytes()).hexdigest() in (MESHES / "README.md").read_text()
+
+
+@pytest.mark.slow
+def test_graded_tetrahedra_of_the_models_own_shape():
+    """Quarter of a thickness at the edge: the mean of both answers within 1.5 % of NGSolve's, between them."""
+    stiffer, softer = (stiffness(found) for found in meshed_pad(scene(MESHES / "box.msh"), 0.0))
+    assert np.all(softer < [KZ, 1.01 * KX]) and np.all(stiffer > [KZ, KX])
+    np.testing.assert_allclose(2.0 / (1.0 / stiffer + 1.0 / softer), [KZ, KX], rtol=0.015)
+    assert hashlib.sha256((MESHES / "box.msh").read_bytes()).hexdigest() in (MESHES / "README.md").read_text()
+
+
+@pytest.mark.slow
+def test_pressed_tetrahedra_sink_as_far_as_hexahedra():
+    """13 N sink 0.09766 mm to 0.6 %: NGSolve and FElupe. Two layers of hexahedra are within 2 %, and own to more."""
+    found = block_pad(scene(MESHES / "box.msh")).equilibrium(Wrench(F_z=13.0))
+    sink = (2.0 * MM - found.pose.d_v) / MM
+    assert sink == pytest.approx(0.09766, rel=0.02) and abs(sink - 0.09766) < found.error.d_v / MM
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_loaded_example(name):
+    pad = block_pad(example(name))
+    found = pad.equilibrium(Wrench(0.2, 1.0))
+    back = pad.equilibrium(Wrench(-0.2, 1.0), start=found)
+    assert found.report.estimated_error < 0.1 and found.report.min_J > 0.0
+    assert back.pose.d_h == pytest.approx(-found.pose.d_h, abs=2 * found.error.d_h)  # the mesh is not its mirror image
+
+
+def test_recipe_makes_the_same_pads(tmp_path):
+    pytest.importorskip("pygmsh")
+    gmsh = pytest.importorskip("gmsh", exc_type=(ImportError, OSError))
+    if gmsh.__version__ != "4.15.2":
+        pytest.skip("another gmsh makes other meshes")
+    namespace = {"__name__": "pads", "__file__": str(MESHES / "pads.py")}
+    exec(compile((MESHES / "pads.py").read_text(), "pads.py", "exec"), namespace)
+    namespace["main"](tmp_path)
+    for name in (*EXAMPLES, "box"):
+        assert (tmp_path / f"{name}.msh").read_bytes() == (MESHES / f"{name}.msh").read_bytes()
+
+
+def test_a_mesh_is_found_beside_its_scene(tmp_path, box):
+    shutil.copy(box, tmp_path / "own.msh")
+    text = scene_text(scene(box)).replace(str(box), "own.msh")
+    (tmp_path / "scene.toml").write_text(text)
+    sensor = load_sensor(tmp_path / "scene.toml")
+    assert sensor.elastomer.mesh == str(tmp_path / "own.msh")
+    assert choose_mechanics(sensor, "auto", ("planar", "block")).name == "block"
+    with pytest.raises(SceneError, match="must be block"):
+        choose_mechanics(sensor, "planar", ("planar", "block"))
+
+
+def inside_out(points):
+    """Push an inner node through its neighbours."""
+    moved = points.copy()
+    moved[0, np.argmin(np.abs(points - [[0], [4.5], [1.6]]).sum(axis=0))] += 6.0
+    return moved
+
+
+REFUSED = {
+    "must name groups": {"groups": ("ground", "free")},
+    "inside out": {"change": inside_out},
+    "must lie at z = 0.002 m": {"change": lambda points: points * [[1], [1], [0.5]]},
+    "must lie under the target": {"size": 17.0},
+    "must lie within the elastomer": {"change": lambda points: points * [[1.0], [1.5], [1.0]]},
+    "symmetry must lie": {"change": lambda points: points * [[1.0], [0.9], [1.0]] + [[0.0], [0.5], [0.0]]},
+}
+
+
+@pytest.mark.parametrize("said", REFUSED)
+def test_refusals(tmp_path, said):
+    path = box_file(tmp_path / "bad.msh", **REFUSED[said])
+    with pytest.raises(ValueError, match=said) as caught:
+        block_pad(scene(path))
+    assert str(path) in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_no_mesh_and_no_solid(tmp_path):
+    (tmp_path / "text.msh").write_text("no mesh")
+    for path, said in ((tmp_path / "none.msh", "meshio reads"), (tmp_path / "text.msh", "meshio reads"),
+                       (MESHES / "cross.msh", "must hold cells")):  # fmt: skip
+        with pytest.raises(ValueError, match=said):
+            block_pad(scene(path))
+
+
+def test_lines_are_where_they_were_put():
+    assert box_bricks(np.array([0.0, 2.0]), np.array([0.0, 1.0]), np.array([0.0, 1.0])).p.max() == 2.0
+
+
+EDGES = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
+
+
+def test_quadratic_tetrahedra_with_straight_edges_are_the_linear_ones(tmp_path):
+    given = meshio.read(MESHES / "dome.msh")
+    corners = given.cells_dict["tetra"]
+    ends = np.sort(corners[:, EDGES].reshape(-1, 2), axis=1)
+    edges, number = np.unique(ends, axis=0, return_inverse=True)
+    points = np.vstack([given.points, given.points[edges].mean(axis=1)])
+    cells = np.hstack([corners, len(given.points) + number.reshape(-1, 6)])
+    marks = given.cell_data_dict["gmsh:physical"]
+    marks = [marks["triangle"], marks["tetra"]]
+    blocks = [("triangle", given.cells_dict["triangle"]), ("tetra10", cells)]
+    curved = meshio.Mesh(points, blocks, cell_data={"gmsh:physical": marks, "gmsh:geometrical": marks})
+    curved.field_data = given.field_data
+    meshio.write(tmp_path / "dome10.msh", curved, file_format="gmsh22", binary=False)
+    plain = example("dome")
+    pad = plain.elastomer.model_copy(update={"mesh": str(tmp_path / "dome10.msh")})
+    found = stiffness(meshed_pad(plain.model_copy(update={"elastomer": pad}), 0.0)[0])
+    np.testing.assert_allclose(found, stiffness(meshed_pad(plain, 0.0)[0]), rtol=1e-9)
+
+
+def test_bricks_of_27_nodes_are_those_of_eight_where_they_are_straight(tmp_path, box):
+    given = meshio.read(box)
+    solid = to_meshio(MeshHex2.from_mesh(read_solid(box, GROUPS)), encode_cell_data=False)
+    cells = solid.cells_dict["hexahedron27"]
+    place = cKDTree(solid.points).query(given.points)[1]
+    marks = given.cell_data_dict["gmsh:physical"]
+    marks = [marks["quad"], marks["hexahedron"]]
+    blocks = [("quad", place[given.cells_dict["quad"]]), ("hexahedron27", cells)]
+    finer = meshio.Mesh(solid.points, blocks, cell_data={"gmsh:physical": marks, "gmsh:geometrical": marks})
+    finer.field_data = given.field_data
+    meshio.write(tmp_path / "box27.msh", finer, file_format="gmsh22", binary=False)
+    plain = stiffness(meshed_pad(scene(box), 0.0)[0])
+    np.testing.assert_allclose(stiffness(meshed_pad(scene(tmp_path / "box27.msh"), 0.0)[0]), plain, rtol=1e-9)

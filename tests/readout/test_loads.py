@@ -1,0 +1,49 @@
+"""Which loads a table holds: those that vary, those that do not, and what is refused for them."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from sits_mech.quantities import Wrench
+from sits_mech.readout.loads import at_middle, beyond_two, fixed, points, two_forces, varied, wrench_of
+from sits_mech.units import SceneError
+
+
+def made(**loads: object) -> xr.Dataset:
+    """A table over the loads that are lists, the others as scalars; L_v tells each load by its number."""
+    dims = [name for name, values in loads.items() if isinstance(values, list)]
+    shape = [len(loads[name]) for name in dims]
+    number = np.arange(np.prod(shape), dtype=float).reshape(shape)
+    status = np.full(shape, "converged", dtype=object)
+    data = xr.Dataset({"L_v": (dims, number), "status": (dims, status)}, coords=loads)
+    return data.assign(L0=(("coil", "coil_2"), np.eye(2)))
+
+
+def test_what_varies_and_what_does_not() -> None:
+    """In the order of a wrench; each point knows its whole load."""
+    data = made(F_x=[-1.0, 1.0], F_z=2.0, F_y=[0.0, 0.5, 1.0], M_z=1e-3)
+    assert varied(data) == ("F_x", "F_y") and fixed(data) == {"F_z": 2.0, "M_z": 1e-3}
+    assert wrench_of(list(points(data))[4]) == Wrench(1.0, 2.0, F_y=0.5, M_z=1e-3)
+
+
+def test_the_middle_of_the_others() -> None:
+    """A slice over what is kept, and where it is, in words."""
+    data, words = at_middle(made(F_x=[-1.0, 0.0, 1.0], F_z=[0.0, 2.0], M=[-1.0, 0.5, 1.0]), ["F_x", "F_z"])
+    assert data["L_v"].dims == ("F_x", "F_z") and words == "M = 0.5 N m"
+    np.testing.assert_array_equal(data["L_v"], [[1.0, 4.0], [7.0, 10.0], [13.0, 16.0]])
+
+
+@pytest.mark.parametrize("shear", [{}, {"F_x": 0.5}, {"F_x": [0.5]}])
+def test_a_force_that_does_not_vary_is_a_dimension_of_one(shear: dict[str, object]) -> None:
+    """What has no load, such as L0, gets none."""
+    data = two_forces(made(**shear, F_z=[0.0, 1.0]))
+    assert data["L_v"].sizes == {"F_x": 1, "F_z": 2} and data["L0"].dims == ("coil", "coil_2")
+    assert float(data["F_x"][0]) == (0.5 if shear else 0.0)
+
+
+def test_other_components_are_refused_by_name() -> None:
+    """One line with what the table has; a component that is zero throughout is none."""
+    assert beyond_two(made(F_x=[0.0, 1.0], F_z=[0.0, 1.0], M=0.0)) == ()
+    for loads, came in (({"F_y": [0.0, 1.0]}, "F_x, F_z, F_y"), ({"M": 0.1}, "F_x, F_z, M = 0.1 N m")):
+        with pytest.raises(SceneError, match=f"needs a table over F_x and F_z alone; this one has {came}$"):
+            two_forces(made(F_x=[0.0, 1.0], F_z=[0.0, 1.0], **loads))

@@ -1,0 +1,95 @@
+"""Pictures: what they show stands where the numbers say; axes have units; files appear whole."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from sits_mech.mechanics.block import BlockPad
+from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
+from sits_mech.report.pictures.curves import crosstalk_map, normal_curves, save_figure, shear_curves
+from sits_mech.report.pictures.section import layer_view, load_view, target_corners
+from sits_mech.scene.sensor import SceneError, load_sensor
+
+
+@pytest.fixture
+def data() -> xr.Dataset:
+    """L_v even and L_h odd in F_x."""
+    found = xr.Dataset(coords={"F_x": [-1.0, 0.0, 1.0], "F_z": [0.0, 1.0, 2.0], "coil": ["C1", "C2"]})
+    x, z = found.F_x + 0.0 * found.F_z, 0.0 * found.F_x + found.F_z
+    errors = {f"error_{name}_percent": 0.01 + 0.0 * x for name in ("L_v", "L_h")}
+    return found.assign({"L_v_percent": 190.0 - z - x**2, "L_h_percent": (3.0 + z) * x, **errors})
+
+
+def test_normal_curves_show_the_numbers(data: xr.Dataset) -> None:
+    """Mirrored curves are one, with both signs in the legend."""
+    (axes,) = normal_curves(data).axes
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["0", "±1"]
+    np.testing.assert_allclose(axes.containers[1].lines[0].get_ydata(), [189.0, 188.0, 187.0])
+    assert "[N]" in axes.get_xlabel() and "[%]" in axes.get_ylabel()
+
+
+def test_shear_curves_show_the_numbers(data: xr.Dataset) -> None:
+    """One curve per normal force."""
+    (axes,) = shear_curves(data).axes
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["0", "1", "2"]
+    np.testing.assert_allclose(axes.containers[2].lines[0].get_ydata(), [-5.0, 0.0, 5.0])
+
+
+def test_crosstalk_map_shows_both_ways(data: xr.Dataset) -> None:
+    """2 of 6 for F_z into L_h, -1 of 2 for F_x into L_v; symmetric colour scales with units."""
+    figure = crosstalk_map(data)
+    maps = [axes.collections[0] for axes in figure.axes[:2]]
+    assert [float(np.max(np.abs(picture.get_array()))) for picture in maps] == pytest.approx([100.0 / 3.0, 50.0])
+    assert all(picture.get_clim()[0] == -picture.get_clim()[1] for picture in maps)
+
+
+def test_other_forces_are_at_the_middle(data: xr.Dataset) -> None:
+    """A slice, with a title that says where; without the usual forces those that there are."""
+    wide = data.expand_dims({"F_y": [-1.0, 0.5, 1.0]}, axis=2).assign_coords(M=2e-3)
+    wide = wide.assign(L_v_percent=wide["L_v_percent"] + wide["F_y"])
+    (axes,) = normal_curves(wide).axes
+    np.testing.assert_allclose(axes.containers[1].lines[0].get_ydata(), [189.5, 188.5, 187.5])
+    assert axes.get_title() == "M = 0.002 N m, F_y = 0.5 N"
+    figure = crosstalk_map(wide)
+    assert "F_y = 0.5 N" in figure.get_suptitle()
+    (axes,) = shear_curves(wide.isel(F_x=0).drop_vars("F_x")).axes
+    assert "F_y" in axes.get_xlabel() and "F_z" in axes.get_legend().get_title().get_text()
+    (axes,) = normal_curves(wide.isel(F_x=0, F_z=1)).axes
+    assert "F_y" in axes.get_xlabel() and axes.get_legend() is None and "F_x = -1 N, F_z = 1 N" in axes.get_title()
+    for draw in (crosstalk_map, normal_curves):
+        with pytest.raises(SceneError, match="needs? a table over"):
+            draw(wide.isel(F_x=0, F_z=0, F_y=0))
+
+
+def test_the_target_turns_clockwise() -> None:
+    """alpha > 0: the left edge rises, the right one sinks; the bottom's centre stays."""
+    corners = target_corners(load_sensor("biorob2018"), Pose(1e-3, 2e-3, 0.1))
+    np.testing.assert_allclose(corners[:2].mean(axis=0), [1e-3, 2e-3], atol=1e-18)
+    assert corners[0, 1] > 2e-3 > corners[1, 1] and corners[3, 1] > corners[0, 1]
+    np.testing.assert_allclose(np.linalg.norm(corners[1] - corners[0]), 8e-3)
+
+
+def test_a_layer_without_its_state_is_not_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pad solved whole that keeps no state has no section to show: one line that names the other picture."""
+    report = SolveReport("by hand", 1, 1, 0.0, 0.0, 0.0)
+    found = Equilibrium(Wrench(0.1, F_y=0.2), Pose(0.0, 2e-3), Pose(0.0, 0.0), np.zeros(0), report)
+    monkeypatch.setattr(BlockPad, "equilibrium", lambda *_, **__: found)
+    with pytest.raises(SceneError, match="needs a load in the plane y = 0 .*; got F_y too: ask for --kind spatial"):
+        load_view(load_sensor("biorob2018"), found.wrench)
+
+
+def test_layer_view_and_files(tmp_path: Path) -> None:
+    """Layer, two coils and target are drawn; the file is whole or not there."""
+    sensor = load_sensor("biorob2018")
+    report = SolveReport("by hand", 1, 1, 0.0, 0.0, 0.0)
+    found = Equilibrium(Wrench(0.5, 2.0), Pose(1e-4, 1.9e-3, 0.01), Pose(0.0, 0.0), np.zeros(1), report)
+    points = np.array([[-1e-2, 0.0], [1e-2, 0.0], [1e-2, 1.9e-3], [-1e-2, 1.9e-3]])
+    figure = layer_view(sensor, found, (points, np.array([[0, 1, 2, 3]]), np.array([0.99])))
+    assert len(figure.axes[0].collections) == 4 and figure.axes[0].get_aspect() == 1.0
+    save_figure(figure, tmp_path / "layer.png")
+    assert os.listdir(tmp_path) == ["layer.png"] and (tmp_path / "layer.png").read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(SceneError, match="must be writable"):
+        save_figure(figure, tmp_path / "nowhere" / "layer.png")

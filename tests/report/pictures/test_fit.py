@@ -1,0 +1,52 @@
+"""The picture and the rows of a fit: every curve and every constant is there."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sits_mech.report.pictures.fit import fit_figure, fit_rows, save_fit
+from sits_mech.silicone.fitting import fit_law
+from sits_mech.silicone.homogeneous import engineering_stress
+from sits_mech.silicone.tensile import TensileTest
+
+STRAIN = np.linspace(0.0, 1.6, 81)
+GENT = {"shear_modulus": 30e3, "j_m": 6.0}
+
+
+def pulls() -> TensileTest:
+    """Return a uniaxial and a planar test of one silicone."""
+    stress = {mode: engineering_stress("gent", GENT, STRAIN, mode) for mode in ("uniaxial", "planar")}
+    return TensileTest(STRAIN, stress["uniaxial"], "made.csv", others=(
+        TensileTest(STRAIN, stress["planar"], "made.csv", "planar"),))  # fmt: skip
+
+
+def test_picture_shows_data_law_and_rest(tmp_path: Path) -> None:
+    """Two tests: points, full and dashed curve of each in kPa over %, the rest beside it; and a file."""
+    test = pulls()
+    fit = fit_law(test, "gent")
+    figure = fit_figure(test, fit)
+    curve, rest = figure.axes
+    assert [axes.get_xlabel() for axes in (curve, rest)] == ["engineering strain [%]"] * 2
+    assert "[kPa]" in curve.get_ylabel() and "[kPa]" in rest.get_ylabel()
+    points, inside, beyond = curve.lines[:3]
+    assert points.get_marker() == "o" and beyond.get_linestyle() == "--"
+    at_half = np.interp(50.0, inside.get_xdata(), inside.get_ydata())
+    assert at_half == pytest.approx(engineering_stress("gent", GENT, np.array([0.5]))[0] / 1e3, rel=1e-4)
+    assert np.abs(rest.lines[0].get_ydata()).max() < 1e-3
+    save_fit(test, fit, tmp_path / "fit.png")
+    assert (tmp_path / "fit.png").stat().st_size > 5000
+
+
+def test_rows_carry_unit_and_half_width() -> None:
+    """Pascals for moduli, none for exponents; a term each for Ogden; a note where there is one."""
+    test = pulls()
+    noisy = TensileTest(STRAIN, test.stress + np.random.default_rng(0).normal(0.0, 100.0, 81), "made.csv")
+    rows = dict(fit_rows(fit_law(noisy, "gent")))
+    assert rows["shear_modulus"].endswith(" Pa") and "\u00b1" in rows["shear_modulus"]
+    assert "Pa" not in rows["j_m"] and "\u00b1" in rows["j_m"]
+    assert rows["stable"] == "yes"
+    rows = dict(fit_rows(fit_law(noisy, "ogden")))
+    assert rows["mu"].count(",") == rows["alpha"].count(",")
+    falling = TensileTest(STRAIN, 2e4 * np.sqrt(STRAIN), "made.csv")
+    assert "note" in dict(fit_rows(fit_law(falling, "gent")))

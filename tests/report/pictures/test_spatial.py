@@ -1,0 +1,67 @@
+"""Views in space: what is drawn is coloured as said; a first render that fails ends in one line with the packages."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from sits_mech.magnetics.space.stream import plate_stream
+from sits_mech.quantities import Pose, Wrench
+from sits_mech.report.pictures import spatial
+from sits_mech.report.pictures.request import Request, kind_of_picture, resting_pose
+from sits_mech.report.pictures.section import driven_coil, written_frequency
+from sits_mech.scene.sensor import SceneError, load_sensor
+
+
+@pytest.fixture
+def untried() -> object:
+    """No render was tried yet."""
+    spatial.renders.cache_clear()
+    yield
+    spatial.renders.cache_clear()
+
+
+def test_spatial_view(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Red winding, copper plate and grey winding are in the pixels; the scale has a unit."""
+    try:
+        spatial.renders()
+    except SceneError as error:
+        pytest.skip(str(error))
+    monkeypatch.setattr(spatial, "_SIZE", (600, 400))
+    monkeypatch.setattr(spatial, "plate_stream", partial(plate_stream, cells=12))
+    figure = spatial.spatial_view(load_sensor("biorob2018"), Pose(1e-3, 2e-3, 0.1), 5e3, driven="C1")
+    picture = np.asarray(figure.axes[0].images[0].get_array()).astype(int)
+    red, green, blue = picture[..., 0], picture[..., 1], picture[..., 2]
+    assert np.sum((red > 2 * green) & (red > 2 * blue) & (red > 90)) > 500
+    assert np.sum((red > green + 25) & (green > blue + 25)) > 5000
+    assert np.sum((blue > red + 15) & (blue < 160) & (np.abs(green - red) < 40)) > 500
+    assert "[A/m]" in figure.axes[1].get_xlabel() and "5 kHz" in figure.axes[0].get_title()
+
+
+def test_without_pyvista(untried: object, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(spatial, "find_spec", lambda name: None)
+    with pytest.raises(SceneError, match=r"pip install 'sits-mech\[view\]'"):
+        spatial.renders()
+
+
+@pytest.mark.parametrize("probe", ["import os\nos.kill(os.getpid(), 11)", "raise OSError('libGL.so.1')"])
+def test_without_opengl(untried: object, monkeypatch: pytest.MonkeyPatch, probe: str) -> None:
+    """Whether the try ends by a signal or by an error."""
+    monkeypatch.setattr(spatial, "_PROBE", probe)
+    with pytest.raises(SceneError, match="apt-get install libglu1-mesa .* ended: ") as caught:
+        spatial.renders()
+    assert "\n" not in str(caught.value)
+
+
+def test_which_picture() -> None:
+    assert kind_of_picture(None, Wrench(), Pose(0.0, 2e-3)) == "field"
+    assert kind_of_picture(None, Wrench(0.0, 1.0), None) == "layer" == kind_of_picture(None, Wrench(), None)
+    assert kind_of_picture("spatial", Wrench(0.0, 1.0), None) == "spatial"
+    sensor = load_sensor("biorob2018")
+    assert resting_pose(sensor, Request(Wrench(), None, 5e6)).d_v == pytest.approx(2e-3, abs=1e-9)
+    assert driven_coil(sensor, None) == "C2" and driven_coil(sensor, "C1") == "C1"
+
+
+@pytest.mark.parametrize(("hertz", "text"), [(5e6, "5 MHz"), (5e3, "5 kHz"), (50.0, "50 Hz")])
+def test_written_frequency(hertz: float, text: str) -> None:
+    assert written_frequency(hertz) == text

@@ -1,0 +1,97 @@
+"""A grid becomes a table: values in place, failures as rows, resumed runs, other executors."""
+
+import math
+import os
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sits_mech.cases import read_table, save_table, sweep
+from sits_mech.quantities import SolveFailed, SolveReport
+from sits_mech.units import SceneError
+
+GRID = {"a": [1.0, 2.0, 3.0], "b": [10.0, 20.0]}
+
+
+def product(a: float, b: float) -> dict[str, object]:
+    """A number, a text and a vector."""
+    return {"c": a * b, "name": f"{a:g}", "both": (("part",), np.array([a, b]))}
+
+
+def root(a: float, b: float) -> dict[str, object]:
+    """Fails in three ways."""
+    if a == 2.0:
+        raise SolveFailed("gave up", SolveReport("root", 1, 1, 1.0, 1.0, 0.0, status="stalled"))
+    if (a, b) == (3.0, 20.0):
+        raise OSError("disk full")
+    return {"c": math.sqrt(a - 1.5)}
+
+
+def test_values_stand_at_their_place() -> None:
+    """Dimensions by the grid's order, inner dimensions behind them."""
+    found = sweep(product, GRID)
+    assert found["c"].dims == ("a", "b") and found["both"].dims == ("a", "b", "part")
+    assert float(found["c"].sel(a=3.0, b=20.0)) == 60.0
+    np.testing.assert_array_equal(found["both"].sel(a=2.0, b=10.0), [2.0, 10.0])
+    assert str(found["name"].sel(a=2.0, b=10.0).item()) == "2"
+    assert np.all(found["status"] == "converged") and np.all(found["seconds"] >= 0.0)
+
+
+def test_a_failure_is_a_row() -> None:
+    """Status and reason say why; the others are untouched."""
+    found = sweep(root, GRID)
+    assert found["status"].sel(b=20.0).to_numpy().tolist() == ["valueerror", "stalled", "oserror"]
+    assert found["reason"].sel(a=2.0, b=10.0).item() == "gave up"
+    assert np.isnan(found["c"].sel(a=2.0)).all() and float(found["c"].sel(a=3.0, b=10.0)) == math.sqrt(1.5)
+
+
+@pytest.mark.parametrize("pool", [ThreadPoolExecutor, ProcessPoolExecutor])
+def test_any_executor_gives_the_same(pool: type) -> None:
+    """Whatever order the points are finished in."""
+    with pool(2) as executor:
+        found = sweep(product, GRID, executor=executor)
+    np.testing.assert_array_equal(found["c"], sweep(product, GRID)["c"])
+
+
+def test_a_stopped_run_goes_on(tmp_path: Path) -> None:
+    """Ctrl-C leaves finished points; the next run computes the others only, and gives the same table."""
+    calls = []
+
+    def stopped(a: float, b: float) -> dict[str, object]:
+        calls.append((a, b))
+        if len(calls) == 4:
+            raise KeyboardInterrupt
+        return product(a, b)
+
+    with pytest.raises(KeyboardInterrupt):
+        sweep(stopped, GRID, folder=tmp_path, key="k")
+    assert len(list(tmp_path.iterdir())) == 3
+    found = sweep(stopped, GRID, folder=tmp_path, key="k")
+    assert len(calls) == 4 + 3
+    np.testing.assert_array_equal(found["both"], sweep(product, GRID)["both"])
+    sweep(stopped, GRID, folder=tmp_path, key="another")
+    assert len(calls) == 4 + 3 + 6
+
+
+def test_passing_failures_are_tried_again(tmp_path: Path) -> None:
+    """A full disk may be emptied; a load that is too large stays so. A torn file is no result."""
+    sweep(root, GRID, folder=tmp_path)
+    assert len(list(tmp_path.iterdir())) == 5
+    next(iter(tmp_path.iterdir())).write_text('{"status": "conv')
+    done = []
+    sweep(root, GRID, folder=tmp_path, progress=lambda n, of: done.append((n, of)))
+    assert done == [(n, 6) for n in range(1, 7)] and len(list(tmp_path.iterdir())) == 5
+
+
+def test_tables_survive_the_disk(tmp_path: Path) -> None:
+    """Numbers, texts and missing values; nothing but the file is left behind."""
+    path = tmp_path / "result.nc"
+    found = sweep(root, GRID)
+    save_table(found, path)
+    assert read_table(path).identical(found) and os.listdir(tmp_path) == ["result.nc"]
+    with pytest.raises(SceneError, match="must be writable"):
+        save_table(found, tmp_path / "nowhere" / "result.nc")
+    with pytest.raises(SceneError, match="must be a table"):
+        read_table(tmp_path / "absent.nc")
