@@ -37,11 +37,11 @@ from scipy.spatial import cKDTree
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import Indices
 from sits_mech.mechanics.pad.lines import flush, outlines
-from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, pad_parts, pad_scales, pair_of
+from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, pad_parts, pad_scales, pair_of
 from sits_mech.mechanics.pad.user import meshed_pad
-from sits_mech.mechanics.rest.body import Bonded
+from sits_mech.mechanics.rest.body import Bonded, packed
 from sits_mech.mechanics.rest.control import Control, under
-from sits_mech.mechanics.rest.pairs import Pair, Solved, law_notes, load_words
+from sits_mech.mechanics.rest.pairs import Pair, Solved, law_notes, load_words, starts
 from sits_mech.mechanics.rest.path import reason_words
 from sits_mech.mechanics.rest.retry import Line, settled
 from sits_mech.quantities import Array, Equilibrium, SolveFailed, Wrench
@@ -105,8 +105,7 @@ class BlockPad:
         Its `wrench` holds the forces, given or found. Errors as of `equilibrium`.
         """
         began = time.perf_counter()
-        line = self.whole if control.beside else self.half
-        solved = settled(line, start, control)
+        line, solved = self._settled(control, start)
         found = solved.found
         report = replace(found.report, model="block", seconds=time.perf_counter() - began)
         report = replace(report, notes=(*report.notes, *edge_notes(self.sensor)))
@@ -115,6 +114,23 @@ class BlockPad:
             notes = (f"the estimated error is above the tolerance {self.tolerance:g}",) if missed else ()
             return replace(found, report=replace(report, notes=(*report.notes, *notes)))
         raise _ended(line, control, solved._replace(found=replace(found, report=report)))
+
+
+    def _settled(self, control: Control, start: Equilibrium | None) -> tuple[Line, Solved]:
+        """The last equilibrium towards what is given, and the line of meshes it is on.
+
+        A load that leaves the plane goes on from that of its components that do not: half the pad gets there first.
+        """
+        if not control.beside:
+            return self.half, settled(self.half, start, control)
+        free = self.whole.free
+        if start is None or start.state.size - 1 != self.whole[int(start.state[0])].size:
+            plane = settled(self.half, start, control.in_plane)
+            if plane.part < 1.0:
+                return self.half, plane
+            start = _of_both_halves(self, plane.found)
+        first = int(start.state[0]) if start.state[0] < free else 0
+        return self.whole, settled(self.whole, start, control, first)
 
 
 @one_thread
@@ -220,6 +236,18 @@ def _solids(
         for count, soft in zip(cells, (1.0, 2.0), strict=True)
     )
     return fine, coarse
+
+
+def _of_both_halves(pad: BlockPad, found: Equilibrium) -> Equilibrium:
+    """An equilibrium of half a pad as one of the whole."""
+    number = int(found.state[0])
+    half, whole = pad.half[number], pad.whole[number]
+    if half.size == whole.size:  # on a whole mesh of the user's
+        return found
+    states = starts(half, pad.half.scales, replace(found, state=found.state[1:]))
+    bodies = ((half.fine, whole.fine), (half.coarse, whole.coarse))
+    both = [packed(mirrored(*pair, state)) for pair, state in zip(bodies, states, strict=True)]
+    return replace(found, state=np.concatenate([[number], *both]))
 
 
 def _pair(maker: Callable[[float], tuple[Solid, Solid]], depth: float) -> Pair:

@@ -19,7 +19,7 @@ from skfem import Basis, MeshHex, MeshHex2
 from skfem.assembly import Dofs
 
 from sits_mech.mechanics.element.assembly import Pattern, entries, pattern
-from sits_mech.mechanics.element.kernel import Law
+from sits_mech.mechanics.element.kernel import Law, element_forces
 from sits_mech.mechanics.element.mesh import BRICK, Indices, MixedMesh, solid_mesh
 from sits_mech.mechanics.faces.contact import Plane, contacts
 from sits_mech.mechanics.faces.face_contact import Faces
@@ -27,7 +27,7 @@ from sits_mech.mechanics.faces.self_contact import skin
 from sits_mech.mechanics.faces.surface import Surface, facets_of
 from sits_mech.mechanics.pad.lines import box_lines, flush, lines_through, outlines, ring_lines
 from sits_mech.mechanics.pad.section import layer_parts
-from sits_mech.mechanics.rest.body import Bonded, border
+from sits_mech.mechanics.rest.body import Bonded, State, border
 from sits_mech.mechanics.rest.pairs import Pair, Scales
 from sits_mech.meshing.bricks import Outline, box_bricks, ring_bricks, within
 from sits_mech.quantities import Array
@@ -220,6 +220,16 @@ def solid(sensor: Sensor, own: NumberedMesh, guard: float, depth: float) -> Soli
         hidden=partial(_pattern, own, depth > 0.0, True) if own.half else None,
     )  # fmt: skip
     return Solid(body, 0.5 if own.half else 1.0, own.fineness)
+
+
+def mirrored(half: Bonded, whole: Bonded, state: State) -> State:
+    """Return the state of a whole pad that is that of half of it and its mirror image; meshes as of `bonded_block`."""
+    u, flip = np.zeros(whole.mesh.nodes.shape), np.array([1.0, -1.0, 1.0])
+    own = state.u.reshape(-1, 3)[half.mesh.cells]
+    u[whole.mesh.cells] = np.concatenate([own, own * flip])
+    q, load = (np.concatenate([part, np.zeros(3)]) for part in (state.q, 2.0 * state.load))
+    p = element_forces(whole.mesh, whole.law, whole.K, u.ravel()).pressure
+    return State(u.ravel(), q, p, load, min_J=state.min_J)
 
 
 def pair_of(fine: Solid, coarse: Solid) -> Pair:

@@ -8,7 +8,7 @@ found.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -64,6 +64,13 @@ class Control:
     def beside(self) -> bool:
         """Whether anything but zero is given that leaves the plane y = 0."""
         return any(getattr(self, name) for pair in _PAIRS[3:] for name in pair)
+
+    @property
+    def in_plane(self) -> Control:
+        """What is given in the plane y = 0; places that are given of what leaves it are kept where they are."""
+        forces = dict.fromkeys(WRENCH[3:])
+        places = {place: None if getattr(self, place) is None else 0.0 for place in _PLACES[3:]}
+        return replace(self, **forces, **places)
 
     @property
     def given(self) -> dict[str, float]:

@@ -82,7 +82,7 @@ class Line:
         return len(self.twins) if len(self.twins) < len(self) else len(self)
 
 
-def settled(line: Line, start: Equilibrium | None, control: Control) -> Solved:
+def settled(line: Line, start: Equilibrium | None, control: Control, first: int = 0) -> Solved:
     """Return the last equilibrium towards what is given, with contact where it counts.
 
     Parameters
@@ -91,13 +91,15 @@ def settled(line: Line, start: Equilibrium | None, control: Control) -> Solved:
     start : Equilibrium or None
         Of a neighbour, its state beginning with the number of its pair.
     control : Control
+    first : int
+        Number of the first pair that is tried.
     """
     count = len(line)
     if start is not None and start.state.size and line.free <= start.state[0] < count:  # a neighbour in contact
         there = _tried(line, int(start.state[0]), start, control, 0)
         if there.part == 1.0:
             return there
-    free = _first_good(line, range(line.free), start, control)
+    free = _first_good(line, range(first, line.free), start, control)
     if line.free == count or not (_touches(line, free.found) or free.part < 1.0):
         return free
     if free.part == 1.0:
