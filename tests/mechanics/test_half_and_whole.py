@@ -157,9 +157,9 @@ def test_a_path_that_failed_carries_all_six_components():
     """Sheared aside too far and twisted: the wrench and the pose there."""
     pad = block_pad(load_sensor("biorob2018", NARROW), 1e-2)
     with pytest.raises(SolveFailed, match="could be followed to") as caught:
-        pad.equilibrium(Wrench(0.01, 0.1, 1e-5, 50.0, 1e-4, 1e-4))
+        pad.equilibrium(Wrench(0.01, 0.1, 1e-5, 10.0, 1e-4, 1e-4))
     last = caught.value.last
-    assert 0.0 < last.wrench.F_y < 50.0 and last.wrench.F_z == pytest.approx(0.1)
+    assert 0.0 < last.wrench.F_y < 10.0 and 0.0 < last.wrench.F_z < 0.1 + 1e-9
     assert np.all(last.pose.components != 0.0) and np.all(last.error.components > 0.0)
 
 

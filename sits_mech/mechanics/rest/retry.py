@@ -123,7 +123,7 @@ def _first_good(line: Line, numbers: range, start: Equilibrium | None, control: 
         if best is not None and best.part == 1.0 and line[number].fine.guarded:
             continue
         own = _tried(line, number, start, control, numbers[-1] - number)
-        if best is None or (own.part, -_error(own)) > (best.part, -_error(best)):
+        if best is None or own.part > best.part or (own.part == best.part == 1.0 and _error(own) < _error(best)):
             best = own
         folds = number < line.free < len(line) and _touches(line, own.found)
         if best.part == 1.0 and (_error(best) <= line.good or folds):
