@@ -7,8 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-
-from sits_mech.report.outputs import write_rows
+from common.outputs import write_rows
 
 STUDIES = sorted((Path(__file__).parents[1] / "studies").glob("*.py"))
 
