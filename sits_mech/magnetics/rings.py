@@ -7,7 +7,7 @@ until two successive extrapolations in the cell size (of two divisions: the extr
 the tolerance, or their steps fall so fast that what is left does, at the poses and the frequency asked for.
 
 Range: non-magnetic disc, coaxial and parallel to the one coil; any frequency and thickness. The coil's tracks carry
-uniform current. An infinite plate or layers: `axis.dodd_deeds`. Neglected: displacement current.
+uniform current. Neglected: displacement current.
 """
 
 from __future__ import annotations

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from common.strip import strip_reaction
 
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.bars import bars_of_coils, free_space_inductance, planar_bars
-from sits_mech.magnetics.section.closed_form import strip_reaction
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import load_sensor
 

@@ -16,7 +16,7 @@ Loops with parallel axes a distance D apart: the line integral of A_phi = M(a, r
 
 by the trapezium rule, which converges geometrically because the integrand is periodic and analytic.
 
-Units: H, m. Neglected: the spiral's pitch, displacement current, uneven current in the section (`losses`).
+Units: H, m. Neglected: the spiral's pitch, displacement current, uneven current in the section (`track_modes`).
 Source: Maxwell, Treatise, art. 701; Carlson, Numer. Algorithms 10 (1995) 13.
 """
 
