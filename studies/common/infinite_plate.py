@@ -19,8 +19,8 @@ from numpy.typing import ArrayLike
 from scipy.constants import mu_0
 from scipy.integrate import cubature
 
+from sits_mech.geometry.windings import Sections
 from sits_mech.magnetics.axis.dodd_deeds import Layer, reflection, spectrum
-from sits_mech.magnetics.coils.loops import Sections
 from sits_mech.quantities import Array
 
 _DIGITS = 40.0  # the integrand is cut where exp(-2 k gap) falls to exp(-40)

@@ -29,7 +29,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ive
 
-from sits_mech.magnetics.coils.loops import Sections, coil_sections, ring_inductance
+from sits_mech.geometry.windings import Sections, coil_sections
+from sits_mech.magnetics.coils.loops import ring_inductance
 from sits_mech.magnetics.coils.track_modes import divided, filaments_along
 from sits_mech.magnetics.skin import skin_depth
 from sits_mech.quantities import Complex

@@ -29,7 +29,7 @@ import numpy as np
 from scipy.constants import mu_0
 from scipy.special import j1
 
-from sits_mech.magnetics.coils.loops import Sections
+from sits_mech.geometry.windings import Sections
 from sits_mech.quantities import Array, Complex
 
 

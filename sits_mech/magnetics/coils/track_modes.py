@@ -27,8 +27,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sits_mech.geometry.windings import turn_radii
-from sits_mech.magnetics.coils.loops import Sections, coil_sections, ring_inductance
+from sits_mech.geometry.windings import Sections, coil_sections, turn_radii
+from sits_mech.magnetics.coils.loops import ring_inductance
 from sits_mech.magnetics.modes import Modes, eddy_modes
 from sits_mech.magnetics.skin import skin_depth
 from sits_mech.quantities import Array

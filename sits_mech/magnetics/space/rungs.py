@@ -15,8 +15,8 @@ import numpy as np
 
 from sits_mech.geometry.outline import Outline, outline_plan, target_outline
 from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan, graded_axis, rectangle_plan
+from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.axis.dodd_deeds import spectrum
-from sits_mech.magnetics.coils.loops import coil_sections
 from sits_mech.magnetics.skin import skin_depth
 from sits_mech.magnetics.space.modes import Box, Sheeted, prepare_sheets
 from sits_mech.magnetics.space.near import wave_numbers
