@@ -27,7 +27,7 @@ Neglected: displacement current; relative permeability is 1.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,7 +128,7 @@ def prepare_disc(problem: DiscProblem, level: int) -> Disc:
     even, odd = _fluxes(problem, rows)
     root = np.sqrt(2.0)  # both halves
     pair = eddy_modes(own + image, R, root * even), eddy_modes(own - image, R, root * odd)
-    first, second = (replace(modes, shapes=np.zeros((0, R.size))) for modes in pair)
+    first, second = (Modes(modes.tau, modes.coupling) for modes in pair)
     return Disc((first, second), 2 * R.size, problem.gaps)
 
 

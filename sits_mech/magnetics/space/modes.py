@@ -30,6 +30,7 @@ from scipy.constants import mu_0
 from scipy.linalg import cholesky, eigh, solve_triangular
 
 from sits_mech.geometry.sheet_plan import Plan, plan_seams
+from sits_mech.magnetics.modes import Modes
 from sits_mech.magnetics.space.loops import Loops, class_loops
 from sits_mech.magnetics.space.prisms import Prisms, box_means, gauss_points, prism_means
 from sits_mech.quantities import Array, Complex
@@ -58,27 +59,6 @@ class Box:
 
 
 @dataclass(frozen=True)
-class Class:
-    """One symmetry class of a prepared plate.
-
-    Attributes
-    ----------
-    tau : ndarray, shape (m,)
-        Time constants [s].
-    coupling : ndarray, shape (r, m)
-        What a unit of each of the class's combinations of fields induces in each mode.
-    """
-
-    tau: Array
-    coupling: Array
-
-    def admittance(self, omega: float) -> Complex:
-        """Return Y with ``Delta Z_cd = a_c^T Y a_d``, shape (r, r), symmetric; omega [rad/s]."""
-        weight = omega**2 / (1.0 + 1j * omega * self.tau)
-        return np.asarray((self.coupling * weight) @ self.coupling.T)
-
-
-@dataclass(frozen=True)
 class Sheeted:
     """A plate prepared for any pose.
 
@@ -88,14 +68,15 @@ class Sheeted:
         Of its fields.
     transform : ndarray, shape (3 q, sum of r)
         All classes' combinations, from the potential at the box's points: A_x first, then A_y, A_z.
-    classes : tuple of Class
+    classes : tuple of Modes
+        One a symmetry class, seen through its combinations.
     unknowns, sheets : int
         Its size as a discrete problem.
     """
 
     box: Box
     transform: Array
-    classes: tuple[Class, ...]
+    classes: tuple[Modes, ...]
     unknowns: int
     sheets: int
 
@@ -117,13 +98,13 @@ def prepare_sheets(
         How far from the rim current may pass between sheets [m].
     """
     bases: dict[tuple[int, int], Array] = {}
-    found: list[tuple[dict[tuple[int, int], Class], int, int]] = []
+    found: list[tuple[dict[tuple[int, int], Modes], int, int]] = []
     for plan, levels in divisions:
         found.append((*_modes(plan, levels, conductivity, (box, depth), bases), 2 * (levels.size - 1)))
     if not bases:
         raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")
     transform = _nodal(np.hstack(list(bases.values())), box)
-    none = {key: Class(np.zeros(0), np.zeros((basis.shape[1], 0))) for key, basis in bases.items()}
+    none = {key: Modes(np.zeros(0), np.zeros((basis.shape[1], 0))) for key, basis in bases.items()}
     return tuple(
         Sheeted(box, transform, tuple(classes.get(key, none[key]) for key in bases), unknowns, sheets)
         for classes, unknowns, sheets in found
@@ -132,7 +113,7 @@ def prepare_sheets(
 
 def _modes(
     plan: Plan, levels: Array, conductivity: float, reach: tuple[Box, float], bases: dict[tuple[int, int], Array]
-) -> tuple[dict[tuple[int, int], Class], int]:
+) -> tuple[dict[tuple[int, int], Modes], int]:
     """Classes of one division by order and mirror, and unknowns; the first division fills `bases`."""
     box, depth = reach
     prisms = stacked(plan, levels)
@@ -153,7 +134,7 @@ def _modes(
                 bases[order, mirror] = basis / scale[:, None]
             else:
                 basis = bases[order, mirror] * scale[:, None]
-            classes[order, mirror] = Class(tau, np.asarray(basis.T @ seen))
+            classes[order, mirror] = Modes(tau, np.asarray(basis.T @ seen))
             unknowns += loops.unknowns * int(weight)
     return classes, unknowns
 
