@@ -34,7 +34,7 @@ import numpy as np
 from scipy.constants import mu_0
 
 from sits_mech.geometry.collision import clearance
-from sits_mech.geometry.plates import Plate, check_apart, distance, return_radius, section_plates
+from sits_mech.geometry.plates import Plate, distance, return_radius, section_plates
 from sits_mech.geometry.windings import Bars, coil_bars
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest
 from sits_mech.magnetics.coils.alone import section_resistances
@@ -214,7 +214,6 @@ def _among_others(
     changes, most = [], 0
     for d_h, d_v, alpha in zip(pose.d_h, pose.d_v, pose.alpha, strict=True):  # type: ignore[arg-type]
         plates = section_plates(sensor, Pose(float(d_h), float(d_v), float(alpha)))
-        check_apart(plates)
         answering, gap = _answering(sensor, plates, resolution, frequency)
         source = filaments(bars_of_coils(sensor), gap, math.exp(-resolution.terms), None)
         changes.append([coupled_reaction(answering, source, 2 * np.pi * frequency, finest) for finest in (0, 1)])
@@ -234,8 +233,6 @@ def _answering(
         from_coils = min(distance(plate.corners, box) for box in boxes)
         others = [distance(plate.corners, other.corners) for other in plates if other is not plate]
         gap = min([from_coils, *others])
-        if from_coils <= 0.0:
-            raise ValueError(f"{plate.name}: must be clear of every coil's tracks in the section, got a coil within it")
         size, lengths = (plate.width, plate.thickness), _lengths(gap, 0.0, plate.conductivity, frequency)
         prepared = section_modes(size, plate.conductivity, resolution, lengths, None)
         found.append(SectionPlate(plate, prepared))
