@@ -128,6 +128,11 @@ def answer(
     return Impedance(frequency, *values, kind.unit_L, report)
 
 
+def sizes(Z: Complex) -> Array:
+    """Return the magnitudes of the real and the imaginary parts, along a new first axis."""
+    return np.abs(np.stack([Z.real, Z.imag]))
+
+
 def largest(matrices: Array) -> Array:
     """Return the largest entry of each matrix in size, for all its entries."""
     return np.broadcast_to(np.abs(matrices).max(axis=(-2, -1), keepdims=True), matrices.shape)

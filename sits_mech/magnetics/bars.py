@@ -36,7 +36,7 @@ from scipy.constants import mu_0
 from sits_mech.geometry.collision import clearance
 from sits_mech.geometry.plates import Plate, distance, return_radius, section_plates
 from sits_mech.geometry.windings import Bars, coil_bars
-from sits_mech.magnetics.answer import Kind, Reaction, answer, largest
+from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, sizes
 from sits_mech.magnetics.coils.alone import section_resistances
 from sits_mech.magnetics.section.coupling import circle_samples, filaments, samples
 from sits_mech.magnetics.section.division import Lengths, Resolution
@@ -189,15 +189,10 @@ def _change(sensor: Sensor, tolerance: float, pose: Pose, frequency: float) -> t
     resolution = next((rung for error, rung in LADDER if tolerance >= error), LADDER[-1][1])
     react = _among_others if sensor.conductors else _alone
     change, check, bars = react(sensor, resolution, pose, frequency)
-    scale = np.max(np.abs(_split(change)), axis=(-2, -1))
-    errors = np.max(np.max(np.abs(_split(change - check)), axis=(-2, -1)) / scale, axis=-1)
+    scale = np.max(sizes(change), axis=(-2, -1))
+    errors = np.max(np.max(sizes(change - check), axis=(-2, -1)) / scale, axis=-1)
     errors = _SAFETY * errors + math.exp(-resolution.terms)
     return change, (float(errors[1]), float(errors[0])), bars
-
-
-def _split(Z: Complex) -> Array:
-    """Real and imaginary parts along a new first axis."""
-    return np.stack([Z.real, Z.imag])
 
 
 def _alone(sensor: Sensor, resolution: Resolution, pose: Pose, frequency: float) -> tuple[Complex, Complex, int]:

@@ -81,18 +81,13 @@ def _set(table: Table, steps: list[str], value: Any, key: str) -> None:
     """Put `value` at the end of `steps`; a table that is missing on the way is made."""
     here: Any = table
     for step in steps[:-1]:
-        here = _entry(here, step, key) if isinstance(here, list) else here.setdefault(step, {})
+        here = here[_position(here, step, key)] if isinstance(here, list) else here.setdefault(step, {})
         if not isinstance(here, dict | list):
             raise SceneError(f"--set {key}: {step} must be a table; got {shown(here)}")
     if isinstance(here, list):
         here[_position(here, steps[-1], key)] = value
     else:
         here[steps[-1]] = value
-
-
-def _entry(entries: list[Any], step: str, key: str) -> Any:
-    """Return the entry of a list that `step` names."""
-    return entries[_position(entries, step, key)]
 
 
 def _position(entries: list[Any], step: str, key: str) -> int:

@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from sits_mech.geometry.sheet_plan import Integers
 from sits_mech.quantities import Array
+from sits_mech.scene.outlines import signed_area
 
 FAR = 6.0  # boxes: centres this many largest sides apart are far
 _NEAR_PRISMS, _FAR_PRISMS = 1.2, 2.5  # where prisms stop being near, and start being far, in largest diameters
@@ -166,7 +167,7 @@ def _picked(prisms: Prisms, index: Integers) -> Prisms:
 
 def _near(first: Prisms, second: Prisms) -> Array:
     """Mean over Gauss points of the smaller prism of the larger's potential, pair by pair."""
-    size = [polygon_area(prisms.corners) * (prisms.high - prisms.low) for prisms in (first, second)]
+    size = [signed_area(prisms.corners) * (prisms.high - prisms.low) for prisms in (first, second)]
     swap = size[0] > size[1]
     outer, inner = _chosen(swap, second, first), _chosen(swap, first, second)
     points, weights = gauss_points(outer, 3)
@@ -241,12 +242,6 @@ def _edge_log(length: Array, sum_of_distances: Array) -> Array:
     """Integral of 1/r along an edge, bounded on the edge itself (where its factor vanishes)."""
     ratio = length / np.maximum(sum_of_distances, 1e-300)
     return np.asarray(2.0 * np.arctanh(np.minimum(ratio, 1.0 - 1e-15)))
-
-
-def polygon_area(corners: Array) -> Array:
-    """Areas of counter-clockwise polygons, corners (..., k, 2) [m^2]."""
-    after = np.roll(corners, -1, axis=-2)
-    return np.asarray((corners[..., 0] * after[..., 1] - corners[..., 1] * after[..., 0]).sum(-1) / 2)
 
 
 def gauss_points(prisms: Prisms, n: int) -> tuple[Array, Array]:
