@@ -74,7 +74,7 @@ def check_asked(kind: Kind, sensor: Sensor, pose: Pose, frequency: float) -> Non
     Raises
     ------
     Collision
-        If a pose brings the target to the coil plane.
+        If a pose brings the target to the coil plane or a fixed plate.
     ValueError
         If the frequency is not positive, or beyond the coils' (`check_frequency`); if the pose leaves the plane y = 0
         and the model cannot.

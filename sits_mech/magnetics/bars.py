@@ -82,10 +82,8 @@ class PlanarBars:
 
         Raises
         ------
-        Collision
-            If a pose brings the target to the coil plane.
-        ValueError
-            If the frequency is not positive, or beyond the coils' (`check_frequency`).
+        Collision, ValueError
+            As `check_asked`.
         """
         def alone() -> tuple[Array, Array]:
             return free_space_inductance(self.sensor), section_resistances(self.sensor.coils)

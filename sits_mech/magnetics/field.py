@@ -142,10 +142,8 @@ class PlanarFem:
 
         Raises
         ------
-        Collision
-            If a pose brings the target to the coil plane.
-        ValueError
-            If the frequency is not positive, or the mesh generator is missing.
+        Collision, ValueError
+            As `check_asked`; also if the mesh generator is missing.
         SolveFailed
             If the tolerance is not reached.
         """

@@ -54,11 +54,8 @@ class Axisymmetric:
 
         Raises
         ------
-        Collision
-            If a pose brings the disc to the coil plane.
-        ValueError
-            If a pose leaves the coil's axis, or the frequency is not positive or beyond the coil's
-            (`check_frequency`).
+        Collision, ValueError
+            As `check_asked`; also if a pose leaves the coil's axis.
         SolveFailed
             If the tolerance asks for more rings than fit.
         """

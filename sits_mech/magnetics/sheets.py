@@ -123,10 +123,8 @@ class Sheets:
 
         Raises
         ------
-        Collision
-            If a pose brings the target to the coil plane.
-        ValueError
-            If the frequency is not positive, or beyond the coils' (`check_frequency`).
+        Collision, ValueError
+            As `check_asked`.
         """
         def alone() -> tuple[Array, Array]:
             return free_inductances(self.sensor.coils, self.windings), track_resistances(self.sensor.coils)

@@ -78,16 +78,12 @@ def coupled_reactions(
 
     Parameters
     ----------
-    coils : tuple of Coil
-        n coils.
-    windings : str
-        "rings" or "spiral".
+    coils, windings, frequency
+        As in `coupling.reactions`.
     target : SpacePlate or None
         What moves.
     others : sequence of SpacePlate
         Fixed plates, at least one, with as many divisions.
-    frequency : float
-        [Hz]
 
     Returns
     -------

@@ -102,10 +102,7 @@ def carried(target: Target, outline: Outline | None, octave: int, rung: Rung) ->
 
 
 def field_box(target: Target, outline: Outline | None, clearance: float, rung: Rung) -> Box:
-    """Return the bounding box with the polynomials that a field singular `clearance` [m] below it needs.
-
-    As `section.plate.series_order`.
-    """
+    """Return the bounding box with the polynomials that a field singular `clearance` [m] below it needs."""
     rim = target_outline(target, outline).rim
     half = np.array([*np.abs(rim).max(0) * (1.0 + 1e-3), target.thickness / 2])
     rates = [math.asinh((clearance + half[2]) / side) for side in half]
