@@ -36,6 +36,7 @@ from sits_mech.quantities import Array, Complex
 
 _LARGE = 800  # unknowns of a class from which on its modes are found in single precision
 _KEEP = 5e-5  # weaker combinations of fields are left out: their energy, to the strongest, is the square
+_ROUNDING = 1e-12  # a field that a class sees less of, to the strongest, is of another symmetry
 
 
 @dataclass(frozen=True)
@@ -238,7 +239,11 @@ def _solve_class(problem: _Problem, means: Array, fields: Array, conductivity: f
     """Time constants of one class and what its modes see of each coefficient, shape (3 * coefficients, m)."""
     L, R, B = _matrices(problem, means, fields, conductivity)
     unit = 1.0 / np.sqrt(np.real(np.diag(R)))
-    tau, seen = _felt_modes(L * unit[:, None] * unit, R * unit[:, None] * unit, B * unit)
+    size = np.linalg.norm(B * unit, axis=1)
+    rows = np.flatnonzero(size > _ROUNDING * size.max())  # most fields are of another symmetry than the class
+    tau, some = _felt_modes(L * unit[:, None] * unit, R * unit[:, None] * unit, B[rows] * unit)
+    seen = np.zeros((len(B), some.shape[1]), dtype=some.dtype)
+    seen[rows] = some
     if np.iscomplexobj(seen):
         seen = np.hstack([seen.real, seen.imag]) * np.sqrt(problem.weight)
         tau = np.tile(tau, 2)
