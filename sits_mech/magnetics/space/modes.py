@@ -29,7 +29,7 @@ import numpy as np
 from scipy.constants import mu_0
 from scipy.linalg import cholesky, eigh, solve_triangular
 
-from sits_mech.geometry.sheet_plan import Plan, plan_seams
+from sits_mech.geometry.sheet_plan import Integers, Plan, plan_seams
 from sits_mech.magnetics.space.loops import Loops, class_loops
 from sits_mech.magnetics.space.prisms import Prisms, box_means, gauss_points, prism_means
 from sits_mech.quantities import Array, Complex
@@ -80,6 +80,14 @@ class Class:
 
 
 @dataclass(frozen=True)
+class _Basis:
+    """Combinations of fields: which of the three components' coefficients they hold, and these, shape (rows, r)."""
+
+    rows: Integers
+    fields: Array
+
+
+@dataclass(frozen=True)
 class Sheeted:
     """A plate prepared for any pose.
 
@@ -117,14 +125,14 @@ def prepare_sheets(
     depth : float
         How far from the rim current may pass between sheets [m].
     """
-    bases: dict[tuple[int, int], Array] = {}
+    bases: dict[tuple[int, int], _Basis] = {}
     found: list[tuple[dict[tuple[int, int], Class], int, int]] = []
     for plan, levels in divisions:
         found.append((*_modes(plan, levels, conductivity, (box, depth), bases), 2 * (levels.size - 1)))
     if not bases:
         raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")
-    transform = _nodal(np.hstack(list(bases.values())), box)
-    none = {key: Class(np.zeros(0), np.zeros((basis.shape[1], 0))) for key, basis in bases.items()}
+    transform = np.hstack([_nodal(basis, box) for basis in bases.values()])
+    none = {key: Class(np.zeros(0), np.zeros((basis.fields.shape[1], 0))) for key, basis in bases.items()}
     return tuple(
         Sheeted(box, transform, tuple(classes.get(key, none[key]) for key in bases), unknowns, sheets)
         for classes, unknowns, sheets in found
@@ -132,7 +140,7 @@ def prepare_sheets(
 
 
 def _modes(
-    plan: Plan, levels: Array, conductivity: float, reach: tuple[Box, float], bases: dict[tuple[int, int], Array]
+    plan: Plan, levels: Array, conductivity: float, reach: tuple[Box, float], bases: dict[tuple[int, int], _Basis]
 ) -> tuple[dict[tuple[int, int], Class], int]:
     """Classes of one division by order and mirror, and unknowns; the first division fills `bases`."""
     box, depth = reach
@@ -147,14 +155,13 @@ def _modes(
             loops = class_loops(plan, seams, np.diff(levels), (character, mirror), depth=depth)
             if loops.unknowns == 0 or not (first or (order, mirror) in bases):
                 continue
-            tau, seen = _solve_class(_Problem(plan, loops, character, mirror, weight), means, fields, conductivity)
-            seen *= scale[:, None]
+            problem = _Problem(plan, loops, character, mirror, weight)
+            rows = None if first else bases[order, mirror].rows
+            tau, rows, seen = _solve_class(problem, (means, fields), conductivity, rows)
+            size = scale[rows, None]
             if first:
-                basis = _strongest(seen)
-                bases[order, mirror] = basis / scale[:, None]
-            else:
-                basis = bases[order, mirror] * scale[:, None]
-            classes[order, mirror] = Class(tau, np.asarray(basis.T @ seen))
+                bases[order, mirror] = _Basis(rows, _strongest(seen * size) / size)
+            classes[order, mirror] = Class(tau, np.asarray((bases[order, mirror].fields * size).T @ (seen * size)))
             unknowns += loops.unknowns * int(weight)
     return classes, unknowns
 
@@ -235,19 +242,20 @@ def _decay_scale(box: Box) -> Array:
     return np.tile(np.exp(total).ravel(), 3)
 
 
-def _solve_class(problem: _Problem, means: Array, fields: Array, conductivity: float) -> tuple[Array, Array]:
-    """Time constants of one class and what its modes see of each coefficient, shape (3 * coefficients, m)."""
-    L, R, B = _matrices(problem, means, fields, conductivity)
+def _solve_class(
+    problem: _Problem, images: tuple[Array, Array], conductivity: float, rows: Integers | None
+) -> tuple[Array, Integers, Array]:
+    """Time constants of one class, and what its modes see of some coefficients: of those given, or of all it sees."""
+    L, R, B = _matrices(problem, *images, conductivity)
     unit = 1.0 / np.sqrt(np.real(np.diag(R)))
-    size = np.linalg.norm(B * unit, axis=1)
-    rows = np.flatnonzero(size > _ROUNDING * size.max())  # most fields are of another symmetry than the class
-    tau, some = _felt_modes(L * unit[:, None] * unit, R * unit[:, None] * unit, B[rows] * unit)
-    seen = np.zeros((len(B), some.shape[1]), dtype=some.dtype)
-    seen[rows] = some
+    if rows is None:  # most coefficients are of another symmetry than the class
+        size = np.linalg.norm(B * unit, axis=1)
+        rows = np.flatnonzero(size > _ROUNDING * size.max())
+    tau, seen = _felt_modes(L * unit[:, None] * unit, R * unit[:, None] * unit, B[rows] * unit)
     if np.iscomplexobj(seen):
         seen = np.hstack([seen.real, seen.imag]) * np.sqrt(problem.weight)
         tau = np.tile(tau, 2)
-    return np.maximum(tau, 0.0), np.asarray(seen.real)
+    return np.maximum(tau, 0.0), rows, np.asarray(seen.real)
 
 
 def _felt_modes(L: Complex, R: Complex, B: Complex) -> tuple[Array, Complex]:
@@ -281,14 +289,16 @@ def _strongest(seen: Array) -> Array:
     return basis
 
 
-def _nodal(basis: Array, box: Box) -> Array:
+def _nodal(basis: _Basis, box: Box) -> Array:
     """Combinations of coefficients as combinations of values at the box's Chebyshev points (z fastest)."""
-    basis = basis.reshape(3, *box.order, -1)
+    whole = np.zeros((3 * int(np.prod(box.order)), basis.fields.shape[1]))
+    whole[basis.rows] = basis.fields
+    whole = whole.reshape(3, *box.order, -1)
     for k, n in enumerate(box.order):
         T = np.cos(np.outer(np.arange(n), np.pi * (np.arange(n) + 0.5) / n)) * 2 / n
         T[0] /= 2
-        basis = np.moveaxis(np.tensordot(T, basis, axes=(0, k + 1)), 0, k + 1)
-    return np.ascontiguousarray(basis.reshape(-1, basis.shape[-1]))
+        whole = np.moveaxis(np.tensordot(T, whole, axes=(0, k + 1)), 0, k + 1)
+    return whole.reshape(-1, whole.shape[-1])
 
 
 def _matrices(problem: _Problem, means: Array, fields: Array, conductivity: float) -> tuple[Complex, Complex, Complex]:
