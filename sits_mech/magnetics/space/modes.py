@@ -36,7 +36,7 @@ from sits_mech.quantities import Array, Complex
 
 _LARGE = 800  # unknowns of a class from which on its modes are found in single precision
 _KEEP = 5e-5  # weaker combinations of fields are left out: their energy, to the strongest, is the square
-_ROUNDING = 1e-12  # a field that a class sees less of, to the strongest, is of another symmetry
+_ROUNDING = 1e-12  # a field whose means are smaller, to the largest, is of another symmetry than the class
 
 
 @dataclass(frozen=True)
@@ -246,12 +246,10 @@ def _solve_class(
     problem: _Problem, images: tuple[Array, Array], conductivity: float, rows: Integers | None
 ) -> tuple[Array, Integers, Array]:
     """Time constants of one class, and what its modes see of some coefficients: of those given, or of all it sees."""
-    L, R, B = _matrices(problem, *images, conductivity)
+    L, R = _matrices(problem, images[0], conductivity)
+    rows, B = _fluxes(problem, images[1], rows)
     unit = 1.0 / np.sqrt(np.real(np.diag(R)))
-    if rows is None:  # most coefficients are of another symmetry than the class
-        size = np.linalg.norm(B * unit, axis=1)
-        rows = np.flatnonzero(size > _ROUNDING * size.max())
-    tau, seen = _felt_modes(L * unit[:, None] * unit, R * unit[:, None] * unit, B[rows] * unit)
+    tau, seen = _felt_modes(L * unit[:, None] * unit, R * unit[:, None] * unit, B * unit)
     if np.iscomplexobj(seen):
         seen = np.hstack([seen.real, seen.imag]) * np.sqrt(problem.weight)
         tau = np.tile(tau, 2)
@@ -301,24 +299,44 @@ def _nodal(basis: _Basis, box: Box) -> Array:
     return whole.reshape(-1, whole.shape[-1])
 
 
-def _matrices(problem: _Problem, means: Array, fields: Array, conductivity: float) -> tuple[Complex, Complex, Complex]:
-    """L, R and the fields' fluxes B (3 * coefficients, unknowns) of one class; real if its character is."""
+def _matrices(problem: _Problem, means: Array, conductivity: float) -> tuple[Complex, Complex]:
+    """L and R of one class; real if its character is."""
     loops = problem.loops
-    real = not np.iscomplex(problem.character).any()
-    factors: Any = problem.factors().real if real else problem.factors()
-    moments: list[Any] = [m.real if real else m for m in loops.moments]
-    L: Any = np.zeros((loops.unknowns, loops.unknowns), dtype=factors.dtype)
-    B: Any = np.zeros((3, fields.shape[-1], loops.unknowns), dtype=factors.dtype)
-    pairs = [(a, b) for a, b in np.ndindex(3, 3) if factors[:, :, a, b].any()]
-    weights = np.stack([factors[:, :, a, b].ravel() for a, b in pairs])
-    for (a, b), G, P in zip(pairs, _mixed(weights, means), _mixed(weights, fields), strict=True):
+    pairs, weights, moments = _parts(problem)
+    L: Any = np.zeros((loops.unknowns, loops.unknowns), dtype=weights.dtype)
+    for (a, b), G in zip(pairs, _mixed(weights, means), strict=True):
         L += moments[a].conj().T @ (moments[b].T @ G.T).T
-        B[a] += (moments[b].T @ P).T
     images = weights.shape[1]
     weighted = [m.conj().T.multiply(1.0 / loops.volume) @ m for m in moments]
-    uneven = loops.uneven.real if real else loops.uneven
+    uneven = loops.uneven if np.iscomplexobj(weights) else loops.uneven.real
     R = (sum(weighted) + uneven.conj().T @ uneven).toarray() * (images / conductivity)
-    return (L + L.conj().T) * (images * mu_0 / (8 * np.pi)), R, B.reshape(-1, loops.unknowns)
+    return (L + L.conj().T) * (images * mu_0 / (8 * np.pi)), R
+
+
+def _fluxes(problem: _Problem, fields: Array, rows: Integers | None) -> tuple[Integers, Complex]:
+    """Which of the three components' coefficients one class sees, and their fluxes B (rows, unknowns)."""
+    pairs, weights, moments = _parts(problem)
+    mixed = _mixed(weights, fields)
+    sees = np.zeros((3, fields.shape[-1]), dtype=bool)
+    if rows is None:  # most are of another symmetry than the class
+        least = _ROUNDING * max(np.abs(P).max() for P in mixed)
+        for (a, _), P in zip(pairs, mixed, strict=True):
+            sees[a] |= np.abs(P).max(axis=0) > least
+    else:
+        sees.flat[rows] = True
+    B: Any = [np.zeros((np.count_nonzero(some), problem.loops.unknowns), dtype=weights.dtype) for some in sees]
+    for (a, b), P in zip(pairs, mixed, strict=True):
+        B[a] += (moments[b].T @ P[:, sees[a]]).T
+    return np.flatnonzero(sees), np.vstack(B)
+
+
+def _parts(problem: _Problem) -> tuple[list[tuple[int, int]], Any, list[Any]]:
+    """Which components act on which, the images' weights of each pair, and the moments; real if the character is."""
+    real = not np.iscomplex(problem.character).any()
+    factors: Any = problem.factors().real if real else problem.factors()
+    pairs = [(a, b) for a, b in np.ndindex(3, 3) if factors[:, :, a, b].any()]
+    weights = np.stack([factors[:, :, a, b].ravel() for a, b in pairs])
+    return pairs, weights, [m.real if real else m for m in problem.loops.moments]
 
 
 def _mixed(weights: Any, images: Array) -> Any:
