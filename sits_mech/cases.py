@@ -16,11 +16,13 @@ import tempfile
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, as_completed
+from contextlib import closing
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
+from xarray.backends import H5NetCDFStore
 
 from sits_mech.quantities import SolveFailed, as_jsonable
 from sits_mech.scene.files import write_text
@@ -244,7 +246,8 @@ def save_table(dataset: xr.Dataset, path: Path) -> None:
     except OSError as error:
         raise SceneError(f"{path}: must be writable; got: {error.strerror or error}") from None
     try:
-        dataset.to_netcdf(name, engine="h5netcdf")
+        with closing(H5NetCDFStore.open(name, mode="w", lock=False)) as store:
+            dataset.dump_to_store(store)  # `to_netcdf` would import dask's schedulers for this
         os.chmod(name, 0o644)
         os.replace(name, path)
     except OSError as error:

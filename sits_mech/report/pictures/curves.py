@@ -186,10 +186,17 @@ def crosstalk_map(data: xr.Dataset) -> Figure:
 
 def save_figure(figure: Figure, path: Path) -> None:
     """Write a figure by an atomic rename, 300 dots per inch; raise SceneError when it cannot be written."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
     try:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
         with os.fdopen(handle, "wb") as stream:
-            figure.savefig(stream, format=path.suffix[1:], dpi=300)
+            if path.suffix == ".png":  # `savefig` would draw twice
+                figure.set_dpi(300)
+                canvas: Any = FigureCanvasAgg(figure)
+                canvas.print_png(stream)
+            else:
+                figure.savefig(stream, format=path.suffix[1:], dpi=300)
         os.chmod(name, 0o644)
         os.replace(name, path)
     except OSError as error:
