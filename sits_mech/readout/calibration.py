@@ -105,7 +105,7 @@ class Calibration:
 
     @property
     def error(self) -> float:
-        """Largest error of foretelling a load that is left out, over the coil's full scale."""
+        """Largest error of predicting a load that is left out, over the coil's full scale."""
         return float(np.max(self.map.error / self.full_scale))
 
     def forward(self, *forces: ArrayLike) -> Array:
