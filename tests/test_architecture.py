@@ -87,7 +87,6 @@ UNMIRRORED = {
     "meshing/store.py": "tests/mechanics/pad/test_user.py: meshes read and refused",
     "readout/front_end.py": "tests/readout/test_converter.py: settings of the converter",
     "report/codes.py": "tests/report/page/test_html.py: the page's codes",
-    "report/outputs.py": "tests/test_studies.py: rows of the studies",
     "report/page/parts.py": "tests/report/page/test_html.py: the page's sections",
     "report/pictures/measured.py": "tests/analysis/test_comparison.py: compare draws and prints it",
     "report/pictures/request.py": "tests/report/pictures/test_spatial.py: requests drawn and refused",
