@@ -154,6 +154,7 @@ def test_a_path_that_failed_carries_all_six_components(fallen):
     np.testing.assert_allclose(again.pose.components, last.pose.components, rtol=1e-6, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_a_whole_mesh_of_the_users_must_not_fall_sideways_either(tmp_path):
     """Loads in the plane keep it there; a push out of it is answered all the same."""
     lines = np.linspace(-15, 15, 7), np.linspace(-3, 3, 5), np.linspace(0, 10, 6)

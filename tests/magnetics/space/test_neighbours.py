@@ -73,6 +73,7 @@ def test_layers_of_infinite_plates():
     assert R[0, 0] == pytest.approx(float(exact.R), rel=0.02)
 
 
+@pytest.mark.slow
 def test_ground_plane_below_the_coil():
     sensor = scene(plate(0.0, -2.085, 20.0, thickness=0.1), overrides=(LOOP,), target=None)
     coil = sensor.coils[0]
