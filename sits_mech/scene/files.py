@@ -10,7 +10,8 @@ import json
 import os
 import tempfile
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -155,29 +156,35 @@ def write_text(path: Path, text: str) -> None:
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Write `content` to `path` by an atomic rename, so that no half-written file can be met.
+    """Write `content` to `path`, as `replaced` does."""
+    with replaced(path) as other:
+        other.write_bytes(content)
+
+
+@contextmanager
+def replaced(path: Path) -> Iterator[Path]:
+    """Yield a file beside `path` that takes its place by an atomic rename, so that no half-written one can be met.
 
     Parameters
     ----------
     path : Path
         The file; its folder must exist.
-    content : bytes
-        What it shall hold.
 
     Raises
     ------
     SceneError
         When it cannot be written.
     """
+    other: Path | None = None
     try:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        os.close(handle)
+        other = Path(name)
+        yield other
+        other.chmod(0o644)
+        other.replace(path)
     except OSError as error:
         raise SceneError(f"{path}: must be writable; got: {error.strerror or error}") from None
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(content)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except OSError as error:
-        Path(name).unlink(missing_ok=True)
-        raise SceneError(f"{path}: must be writable; got: {error.strerror or error}") from None
+    finally:
+        if other is not None:
+            other.unlink(missing_ok=True)
