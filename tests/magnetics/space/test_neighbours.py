@@ -45,6 +45,7 @@ def changes(sensor, pose=REST, frequency=5e6, tolerance=1e-2):
 BESIDE = plate(9.0, 2.6, 6.0, 4.0)
 
 
+@pytest.mark.slow
 def test_fixed_plate_without_target_is_a_target_in_its_place():
     one, R, _ = changes(scene())
     two, R2, z = changes(scene(plate(0.0, 2.1, 8.0), target=None), Pose(np.zeros(3), 2 * MM))
