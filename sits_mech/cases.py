@@ -11,19 +11,19 @@ import hashlib
 import itertools
 import json
 import math
-import os
-import tempfile
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, as_completed
+from contextlib import closing
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
+from xarray.backends import H5NetCDFStore
 
 from sits_mech.quantities import SolveFailed, as_jsonable
-from sits_mech.scene.files import write_text
+from sits_mech.scene.files import replaced, write_text
 from sits_mech.units import SceneError
 
 Row = dict[str, Any]
@@ -238,19 +238,8 @@ def save_table(dataset: xr.Dataset, path: Path) -> None:
     SceneError
         When it cannot be written.
     """
-    try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        os.close(handle)
-    except OSError as error:
-        raise SceneError(f"{path}: must be writable; got: {error.strerror or error}") from None
-    try:
-        dataset.to_netcdf(name, engine="h5netcdf")
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except OSError as error:
-        raise SceneError(f"{path}: must be writable; got: {error.strerror or error}") from None
-    finally:
-        Path(name).unlink(missing_ok=True)
+    with replaced(path) as other, closing(H5NetCDFStore.open(str(other), mode="w", lock=False)) as store:
+        dataset.dump_to_store(store)  # `to_netcdf` would import dask's schedulers for this
 
 
 def read_table(path: Path) -> xr.Dataset:

@@ -1,8 +1,8 @@
 """What number does a written quantity stand for? Units live at the edge of the package; inside, all is SI and radians.
 
 A quantity is a plain number, taken as SI, or a string of a number and a unit such as ``"2 mm"``, ``"5 MHz"``,
-``"30 kPa"`` or ``"10 deg"``. Powers of ten of the SI unit itself are read at once; every other unit is converted by
-pint, which takes a third of a second to come.
+``"30 kPa"`` or ``"10 deg"``. The SI unit itself, its powers of ten and a few more are read at once; every other unit is
+converted by pint, which takes a third of a second to come.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ _KINDS = {
     "s": 'a time, such as "1 ms"',
     "": "a plain number",
 }
+_NEAR_BY = {("deg", "rad"): math.pi / 180.0, ("N*mm", "N*m"): 1e-3, ("MS/m", "S/m"): 1e6}
 _MOST = 10_000  # values of a range
 _PREFIXES = {"": 1.0, "G": 1e9, "M": 1e6, "k": 1e3, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "n": 1e-9, "p": 1e-12}
 
@@ -64,9 +65,9 @@ def shown(value: object) -> str:
 
 def _converted(number: float, unit: str, into: str) -> float:
     """Return `number` in SI, or NaN where `unit` does not exist or is of another dimension."""
-    factor = _PREFIXES.get(unit.removesuffix(into)) if into and unit.endswith(into) else None
-    factor = math.pi / 180.0 if (unit, into) == ("deg", "rad") else factor
-    if factor is not None and into.isalpha():
+    factor = _PREFIXES.get(unit.removesuffix(into)) if into.isalpha() and unit.endswith(into) else None
+    factor = _NEAR_BY.get((unit, into), 1.0 if unit == into else factor)
+    if factor is not None:
         return float(f"{number * factor:.15g}")
     from pint import PintError
 

@@ -19,11 +19,12 @@ import sys
 import time
 from pathlib import Path
 
+from common.outputs import study_arguments, write_rows
+
 from sits_mech.batch.executors import workers
 from sits_mech.batch.run import run_study
 from sits_mech.batch.study import read_study
 from sits_mech.cases import read_table
-from sits_mech.report.outputs import study_arguments, write_rows
 
 MAGNETIC = """
 scene = "biorob2018"

@@ -31,6 +31,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from common.accuracy import forget
 from threadpoolctl import threadpool_limits
 
 from sits_mech.mechanics.layer import planar_layer
@@ -39,7 +40,6 @@ from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.newton import SETTLED, newton
 from sits_mech.meshing.structured import graded_lines, matched_cells
 from sits_mech.quantities import Array, Wrench
-from sits_mech.report.accuracy import forget
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 MU, K, F_X, F_Z = 3e-2, 30.0, 0.267, 4.05  # MPa, N/mm; lengths in mm

@@ -8,10 +8,10 @@ one pose on one core, the mesh included. Run ``python studies/benchmark_planar_f
 from __future__ import annotations
 
 import numpy as np
+from common.outputs import study_arguments, write_rows
 
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.quantities import Pose
-from sits_mech.report.outputs import study_arguments, write_rows
 from sits_mech.report.pictures.curves import save_figure
 from sits_mech.report.pictures.fields import current_view, potential_view
 from sits_mech.scene.sensor import Sensor, changed, load_sensor

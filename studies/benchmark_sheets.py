@@ -14,13 +14,13 @@ import time
 from pathlib import Path
 
 import numpy as np
+from common.outputs import study_arguments, write_rows
 from threadpoolctl import threadpool_limits
 
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.rungs import prepared
 from sits_mech.quantities import Pose
-from sits_mech.report.outputs import study_arguments, write_rows
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 # frequency [Hz], gap [m], Delta L1 [H], R1 [ohm] (not known where nan)

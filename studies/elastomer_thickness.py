@@ -18,11 +18,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from common.design import best_designs, design_row, serves
+from common.outputs import study_arguments, write_rows
 
-from sits_mech.analysis.design import best_designs, design_row, serves
 from sits_mech.batch.executors import workers
 from sits_mech.cases import DONE, sweep
-from sits_mech.report.outputs import study_arguments, write_rows
 from sits_mech.report.pictures.curves import new_figure, save_figure
 from sits_mech.scene.sensor import load_sensor
 

@@ -21,6 +21,8 @@ from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
+from common.accuracy import Rung, draw_ladders, forget, machine, rung_rows
+from common.outputs import study_arguments, write_rows
 from threadpoolctl import threadpool_limits
 
 from sits_mech.chain.calibrate import calibrate
@@ -28,8 +30,6 @@ from sits_mech.chain.models import MAGNETICS
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.layer import linear_layer, planar_layer
 from sits_mech.quantities import MechanicalModel, Pose, Wrench
-from sits_mech.report.accuracy import Rung, draw_ladders, forget, machine, rung_rows
-from sits_mech.report.outputs import study_arguments, write_rows
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 MM = 1e-3

@@ -20,13 +20,13 @@ from itertools import chain as joined
 from pathlib import Path
 
 import numpy as np
+from common.outputs import write_rows
 from extreme.layers import layers
 from extreme.plates import chain, plates
 from extreme.rows import DONE, Row
 from extreme.solids import solids
 from threadpoolctl import threadpool_limits
 
-from sits_mech.report.outputs import write_rows
 from sits_mech.report.pictures.curves import new_figure, save_figure
 
 

@@ -13,11 +13,11 @@ import time
 from typing import Any
 
 import numpy as np
+from common.design import table_row
+from common.outputs import study_arguments, write_rows
 
-from sits_mech.analysis.design import table_row
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.interpolate import INTERPOLATED
-from sits_mech.report.outputs import study_arguments, write_rows
 from sits_mech.report.pictures.curves import crosstalk_map, normal_curves, save_figure, shear_curves
 from sits_mech.scene.sensor import load_sensor
 

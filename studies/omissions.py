@@ -22,6 +22,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from common.accuracy import forget
+from common.outputs import study_arguments, write_rows
 from threadpoolctl import threadpool_limits
 
 from sits_mech.analysis.spectrum import at_terminals
@@ -34,8 +36,6 @@ from sits_mech.chain.pose_errors import read_poses
 from sits_mech.chain.simulate import simulate
 from sits_mech.mechanics.loads import settle
 from sits_mech.quantities import Pose, Wrench
-from sits_mech.report.accuracy import forget
-from sits_mech.report.outputs import study_arguments, write_rows
 from sits_mech.report.pictures.curves import new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor
 

@@ -22,11 +22,11 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
+from common.outputs import study_arguments, write_rows
 from scipy.optimize import minimize_scalar
 
 from sits_mech.chain.models import magnetic_model
 from sits_mech.quantities import Array, Pose
-from sits_mech.report.outputs import study_arguments, write_rows
 from sits_mech.report.pictures.curves import new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor
 

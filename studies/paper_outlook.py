@@ -11,10 +11,10 @@ Run ``python studies/paper_outlook.py [--coarse] --output DIR``.
 from __future__ import annotations
 
 import numpy as np
+from common.outputs import study_arguments, write_rows
 
 from sits_mech.chain.models import magnetic_model
 from sits_mech.quantities import Pose
-from sits_mech.report.outputs import study_arguments, write_rows
 from sits_mech.report.pictures.curves import new_figure, save_figure
 from sits_mech.scene.sensor import load_sensor
 

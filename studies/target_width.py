@@ -13,10 +13,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from common.design import design_row, serves
+from common.outputs import study_arguments, write_rows
 from scipy.optimize import minimize_scalar
 
-from sits_mech.analysis.design import design_row, serves
-from sits_mech.report.outputs import study_arguments, write_rows
 from sits_mech.report.pictures.curves import new_figure, save_figure
 from sits_mech.scene.sensor import load_sensor
 

@@ -16,12 +16,12 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
+from common.accuracy import Rung, draw_ladders, forget
+from common.outputs import study_arguments, write_rows
 from threadpoolctl import threadpool_limits
 
 from sits_mech.chain.models import MAGNETICS
 from sits_mech.quantities import Pose
-from sits_mech.report.accuracy import Rung, draw_ladders, forget
-from sits_mech.report.outputs import study_arguments, write_rows
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 GAP, FREQUENCY, POSES = 2e-3, 5e6, 1000

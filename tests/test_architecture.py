@@ -29,6 +29,85 @@ RANKS = {
 }
 TALK = {"print", "breakpoint", "input"}
 
+# files without tests of their own at the mirrored place, and where they are tested instead
+UNMIRRORED = {
+    "__main__.py": "tests/cli/test_main.py: the package is the command",
+    "batch/executors.py": "tests/batch/test_run.py: studies run by them",
+    "batch/requests.py": "tests/batch/test_run.py: every request",
+    "batch/study.py": "tests/batch/test_run.py: studies read and refused",
+    "chain/models.py": "tests/chain/test_plan.py: the models that it makes are the plan's",
+    "chain/omissions.py": "tests/chain/test_plan.py: what is left out, and its size",
+    "chain/pose_errors.py": "tests/chain/test_simulate.py: what a pose's error is worth in the signals",
+    **dict.fromkeys(
+        (f"cli/{name}.py" for name in ("console", "grids", "inform", "options", "products", "read", "solve")),
+        "tests/cli/test_main.py: through the command line",
+    ),
+    **dict.fromkeys(
+        ("export/formats.py", "export/source.py"), "tests/export/test_tables.py: every format goes through them"
+    ),
+    **dict.fromkeys(
+        ("geometry/outline.py", "geometry/sheet_plan.py"), "tests/magnetics/test_sheets_outline.py: the sheets on them"
+    ),
+    **dict.fromkeys(
+        ("geometry/boxes.py", "geometry/plates.py", "geometry/solids.py"),
+        "tests/magnetics/space/test_neighbours.py: conductors made of them",
+    ),
+    "magnetics/air/solve.py": "tests/magnetics/test_field_parts.py: the field that it solves",
+    "magnetics/axis/disc.py": "tests/magnetics/test_rings.py: its impedance",
+    "magnetics/coils/alone.py": "tests/magnetics/coils/test_terminals.py: coils without target",
+    "magnetics/coils/ring_field.py": "tests/magnetics/test_sheets_outline.py: the potential of its rings",
+    "magnetics/section/coupling.py": "tests/magnetics/section/test_neighbours.py: fluxes in the bars",
+    "magnetics/section/plate.py": "tests/magnetics/section/test_division.py: the plate of a division",
+    "magnetics/space/coupling.py": "tests/magnetics/test_sheets.py: fluxes in the sheets",
+    "magnetics/space/loops.py": "tests/magnetics/test_sheets_outline.py: its loops",
+    "magnetics/space/prisms.py": "tests/magnetics/test_sheets_outline.py: the sheets made of them",
+    "magnetics/space/rungs.py": "tests/magnetics/space/test_modes.py: every rung of it",
+    **dict.fromkeys(
+        (f"mechanics/element/{name}.py" for name in ("fan", "guard")), "tests/mechanics/faces/test_contact.py: by use"
+    ),
+    "mechanics/element/mesh.py": "tests/mechanics/element/test_kernel.py: the elements on it",
+    "mechanics/element/target.py": "tests/mechanics/element/test_assembly.py: the rigid target's derivatives",
+    **dict.fromkeys(
+        (f"mechanics/faces/{name}.py" for name in ("face_contact", "surface")),
+        "tests/mechanics/faces/test_contact.py: the contact of these faces",
+    ),
+    "mechanics/loads.py": "tests/chain/test_simulate.py: grids of loads",
+    **dict.fromkeys(
+        (f"mechanics/pad/{name}.py" for name in ("edges", "ladder", "section")),
+        "tests/mechanics/test_layer.py: the layers on these meshes converge",
+    ),
+    **dict.fromkeys(
+        (f"mechanics/pad/{name}.py" for name in ("lines", "solid")),
+        "tests/mechanics/test_block.py: the pads on these meshes converge",
+    ),
+    **dict.fromkeys(
+        (f"mechanics/rest/{name}.py" for name in ("body", "newton", "pairs", "path")),
+        "tests/mechanics/test_layer.py: every rest is found by them",
+    ),
+    "mechanics/rest/retry.py": "tests/mechanics/test_block_whole.py: loads that need another mesh, or contact",
+    "meshing/store.py": "tests/mechanics/pad/test_user.py: meshes read and refused",
+    "readout/front_end.py": "tests/readout/test_converter.py: settings of the converter",
+    "report/codes.py": "tests/report/page/test_html.py: the page's codes",
+    "report/page/parts.py": "tests/report/page/test_html.py: the page's sections",
+    "report/pictures/measured.py": "tests/analysis/test_comparison.py: compare draws and prints it",
+    "report/pictures/request.py": "tests/report/pictures/test_spatial.py: requests drawn and refused",
+    "report/pictures/section.py": "tests/report/pictures/test_curves.py: sections drawn",
+    "report/tables/cases.py": "tests/batch/test_run.py: sweep prints it",
+    "report/tables/loops.py": "tests/cli/test_main.py: cycle prints it",
+    "report/tables/plan.py": "tests/cli/test_main.py: explain prints it",
+    "report/tables/quality.py": "tests/analysis/test_tolerances.py: quality prints it",
+    "report/tables/readings.py": "tests/analysis/test_bench.py: invert and converter print it",
+    **dict.fromkeys(
+        (f"scene/{name}.py" for name in ("files", "materials", "parts")), "tests/scene/test_sensor.py: whole scenes"
+    ),
+    **dict.fromkeys(
+        (f"silicone/laws/{name}.py" for name in ("gent", "law", "mooney_rivlin", "neo_hookean", "ogden", "yeoh")),
+        "tests/silicone/laws/test_laws.py: every law by the same tests",
+    ),
+    "silicone/least_squares.py": "tests/silicone/test_fitting.py: the fits that it makes",
+    "version.py": "tests/report/test_folder.py: a calibration of another version is refused",
+}
+
 
 def room(module: str) -> str:
     """Return the room of a dotted module name: the part after ``sits_mech``."""
@@ -121,6 +200,16 @@ def test_files_stay_readable(path: Path) -> None:
     text = path.read_text()
     assert len(text.splitlines()) <= 350
     assert not text.strip() or ast.get_docstring(ast.parse(text))
+
+
+def test_files_have_their_tests() -> None:
+    """Each at the mirrored place, or in the one list, which holds no others; what the list names is there."""
+    files = {path.relative_to(PACKAGE).as_posix(): path for path in FILES if path.name != "__init__.py"}
+    mirrors = {name: ROOT / "tests" / Path(name).with_name(f"test_{path.name}") for name, path in files.items()}
+    missing = {name for name, mirror in mirrors.items() if not mirror.exists()}
+    assert sorted(missing - set(UNMIRRORED)) == [], "no tests, and no reason"
+    assert sorted(set(UNMIRRORED) - missing) == [], "listed, but mirrored or gone"
+    assert [reason for reason in UNMIRRORED.values() if not (ROOT / reason.partition(":")[0]).is_file()] == []
 
 
 def _python(code: str) -> subprocess.CompletedProcess[str]:

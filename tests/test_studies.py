@@ -8,8 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from sits_mech.report.outputs import write_rows
-
 STUDIES = sorted((Path(__file__).parents[1] / "studies").glob("*.py"))
 
 
@@ -27,10 +25,3 @@ def test_help_costs_nothing() -> None:
     words = [sys.executable, str(STUDIES[0]), "--help"]
     done = subprocess.run(words, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0 and "--coarse" in done.stdout
-
-
-def test_rows_as_csv_and_markdown(tmp_path: Path) -> None:
-    """Headings from the first row; digits kept in the one, cut in the other."""
-    text = write_rows([{"a": 1.0 / 3.0, "b": "x|y"}, {"a": 2.0, "b": "z"}], tmp_path / "t.csv")
-    assert (tmp_path / "t.csv").read_text() == "a,b\n0.3333333333333333,x|y\n2.0,z\n"
-    assert text == (tmp_path / "t.md").read_text() == "| a | b |\n|---|---|\n| 0.3333 | x/y |\n| 2 | z |\n"

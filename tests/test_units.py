@@ -7,6 +7,7 @@ import sys
 import pint
 import pytest
 
+from sits_mech import units
 from sits_mech.units import SceneError, checked_tolerance, quantity, quantity_or_range, quantity_range
 
 REGISTRY = pint.UnitRegistry()
@@ -73,3 +74,10 @@ def test_one_quantity_is_one_number() -> None:
     """Where a single value is another thing than a list of one."""
     assert quantity_or_range("500 mN", "N", "--fz") == 0.5
     assert quantity_or_range("0 N:1 N:2", "N", "--fz") == [0.0, 1.0]
+
+
+@pytest.mark.parametrize(("unit", "into"), [*units._NEAR_BY, ("N*m", "N*m"), ("S/m", "S/m"), ("kPa", "Pa")])
+def test_units_read_at_once_are_those_of_pint(unit: str, into: str) -> None:
+    for number in (1.0, 0.3, 57.3):
+        expected = float(f"{pint.UnitRegistry().convert(number, unit, into):.15g}")
+        assert units._converted(number, unit, into) == expected

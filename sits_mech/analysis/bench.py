@@ -11,7 +11,6 @@ leads are added in series. `operating_points` solves f = 1 / (2 pi sqrt(L(f) C))
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from typing import Any
@@ -233,16 +232,16 @@ def operating_points(sensor: Sensor, model: MagneticModel, pose: Pose) -> tuple[
     part = converter("LDC1614" if sensor.readout.converter == "none" else sensor.readout.converter)
     direct = track_resistances(sensor.coils)
 
-    def inductances(f: float) -> Array:
-        """Return L of each coil with leads and idle coils; what even current leaves out does not move f."""
+    def inductance(k: int, f: float) -> float:
+        """Return L of coil k with leads and idle coils; what even current leaves out does not move f."""
         found, omega = absolute(sensor, model.impedance(pose, f))[0], 2.0 * np.pi * f
         seen = terminal_impedance(found.R + 1j * omega * found.L, direct, sensor.readout, omega)
-        return np.asarray(seen.imag / omega)
+        return float(seen.imag[k] / omega)
 
     points = []
     for k, coil in enumerate(sensor.coils):
         C = sensor.readout.parallel_capacitance
-        f = resonance(partial(_one, inductances, k), C, part.frequency)
+        f = resonance(partial(inductance, k), C, part.frequency)
         f = float(f"{f:.9g}")  # equal coils have equal tracks, which are solved once
         seen, reasons = at_terminals(sensor, absolute(sensor, model.impedance(pose, f))[0])
         if seen is None:
@@ -251,8 +250,3 @@ def operating_points(sensor: Sensor, model: MagneticModel, pose: Pose) -> tuple[
         R_p = float(parallel_resistance(L, R, C))
         points.append(OperatingPoint(coil.name, f, L, R, 2.0 * np.pi * f * L / R, R_p))
     return tuple(points)
-
-
-def _one(inductances: Callable[[float], Array], k: int, f: float) -> float:
-    """Return the inductance of coil k at a frequency."""
-    return float(inductances(f)[k])

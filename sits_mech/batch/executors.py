@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 
 from sits_mech.units import SceneError, shown
 
-_PATIENCE = 10  # seconds a cluster may take to answer
+_ANSWER_TIMEOUT = 10  # seconds a cluster may take to answer
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")  # what a BLAS asks for when it is loaded
 
 
@@ -76,7 +76,7 @@ def _cluster(address: str) -> Iterator[Executor]:
     except ImportError:
         raise SceneError("a dask cluster needs distributed: pip install 'sits-mech[cluster]'") from None
     try:
-        client = Client(address, timeout=_PATIENCE)
+        client = Client(address, timeout=_ANSWER_TIMEOUT)
     except (OSError, ValueError, TypeError) as error:
         line = " ".join(str(error).split()) or type(error).__name__
         raise SceneError(f"dask: {shown(address)} must be the address of a running scheduler; got: {line}") from None

@@ -28,7 +28,6 @@ from sits_mech.quantities import (
     Impedance,
     MechanicalModel,
     Pose,
-    SolveReport,
     Wrench,
 )  # fmt: skip
 from sits_mech.scene.materials import unknown
@@ -168,12 +167,8 @@ def _rest(found: Equilibrium) -> Row:
     """Return a target at rest as a row."""
     row: Row = {name: getattr(found.pose, name) for name in POSE}
     row |= {f"error_{name}": getattr(found.error, name) for name in POSE}
-    return row | _how(found.report)
-
-
-def _how(report: SolveReport) -> Row:
-    """Return how a layer was solved as a row."""
-    row: Row = {"min_J": np.nan if report.min_J is None else report.min_J, "error_mechanics": report.estimated_error}
+    report = found.report
+    row |= {"min_J": np.nan if report.min_J is None else report.min_J, "error_mechanics": report.estimated_error}
     return row | {"mechanics": report.model, "notes_mechanics": "; ".join(report.notes)}
 
 

@@ -1,6 +1,6 @@
 """What does the sensor show over a grid of loads? The chain of simulate.py on every load, as one labelled table.
 
-A second thread prepares the plate for a pad in space while that is solved, at poses that one compliance foretells.
+A second thread prepares the plate for a pad in space while that is solved, at poses that one compliance predicts.
 What is kept of it does not depend on who asked first, so neither does the result.
 """
 
@@ -135,7 +135,7 @@ def _prepared_ahead(
     def prepare() -> None:
         """Ask for the outermost loads."""
         try:
-            model.impedance(_foretold(sensor, loads), sensor.frequency)
+            model.impedance(_predicted(sensor, loads), sensor.frequency)
         except Exception:  # whatever it is, the reading meets it again and names it
             return
 
@@ -144,7 +144,7 @@ def _prepared_ahead(
     return thread
 
 
-def _foretold(sensor: Sensor, loads: Sequence[Wrench]) -> Pose:
+def _predicted(sensor: Sensor, loads: Sequence[Wrench]) -> Pose:
     """Return about where the target comes to rest under the outermost loads: by one compliance at small strain."""
     target, elastomer = pad_parts(sensor)
     plane = np.array([load.components[:3] for load in loads])

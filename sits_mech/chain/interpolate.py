@@ -1,4 +1,4 @@
-"""Where does the target rest over a grid of loads, when only as many are solved as foretell the others?
+"""Where does the target rest over a grid of loads, when only as many are solved as predict the others?
 
 The part of the grid that is solved, and what stands between its loads, is told by `maps.grid`: the map of the poses
 must be within the tolerance of the largest displacement, the target's edges included. The error of the map is added to

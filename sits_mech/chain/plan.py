@@ -282,7 +282,7 @@ class Plan:
         missing = omissions(sensor, loads, None if mechanics is None else mechanics.name, magnetics.name)
         missing += magnetics.left_out
         if mechanics is not None and len(first) < len(loads):
-            reason = f"a smooth map through {len(first)} of {len(loads)} foretells them within the tolerance"
+            reason = f"a smooth map through {len(first)} of {len(loads)} predicts them within the tolerance"
             missing += (Omission("loads between solved ones", reason, tolerance),)
         rungs = tuple(f"{name} at {asked:.1g}" for _, name, asked, _ in parts)
         sizes = [item.size for item in missing if item.of_change and item.size > 0.0]

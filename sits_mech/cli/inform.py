@@ -72,7 +72,8 @@ def fit(
 
     Example: sits-mech fit tensile.csv --law yeoh --max-strain 1.0 -o fit.png
     """
-    from sits_mech.report.pictures.fit import fit_rows, save_fit
+    from sits_mech.report.pictures.curves import save_figure
+    from sits_mech.report.pictures.fit import fit_figure, fit_rows
     from sits_mech.report.tables.solves import key_table
     from sits_mech.silicone.fitting import fit_law
     from sits_mech.silicone.material import Silicone, implausible
@@ -83,7 +84,7 @@ def fit(
     slips = implausible(Silicone("", found.law, found.constants, math.inf))  # a fit tells no bulk modulus
     found = replace(found, notes=(*found.notes, *slips))
     if output is not None:
-        save_fit(test, found, output)
+        save_figure(fit_figure(test, found), output)
         warn(f"written to {output}")
     answer(asdict(found), [key_table(str(tensile), fit_rows(found))], as_json)
     return 0

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
 from sits_mech.cli.console import not_converged, warn
-from sits_mech.cli.options import Load, Output, Overrides, Place, Quantity, Scene, app, sensor_of
-
-Folder = Annotated[Path, Parameter(help="Of a calibration: what was given to sits-mech calibrate -o.")]
+from sits_mech.cli.options import Folder, Load, Output, Overrides, Place, Quantity, Scene, app, sensor_of
 
 
 @app.command

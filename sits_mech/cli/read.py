@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from sits_mech.cli.console import answer, warn
-from sits_mech.cli.options import Json, Quantity, app
+from sits_mech.cli.options import Folder, Json, Quantity, app
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from sits_mech.readout.calibration import Calibration
     from sits_mech.scene.sensor import Sensor
 
-Folder = Annotated[Path, Parameter(help="Of a calibration: what was given to sits-mech calibrate -o.")]
 
 @app.command
 def invert(
@@ -160,7 +159,8 @@ def compare(
     from sits_mech.analysis import comparison
     from sits_mech.readout.measured import read_measured
     from sits_mech.report.folder import read_two_forces
-    from sits_mech.report.pictures.measured import comparison_record, comparison_rows, save_comparison
+    from sits_mech.report.pictures.curves import save_figure
+    from sits_mech.report.pictures.measured import comparison_figure, comparison_record, comparison_rows
     from sits_mech.report.tables.solves import key_table
     from sits_mech.units import quantity
 
@@ -170,7 +170,7 @@ def compare(
     bench = read_measured(measured, comparison.varied(data), names, tank)
     found = comparison.compare(sensor, data, bench, [name.strip() for name in free.split(",")])
     if output is not None:
-        save_comparison(found, names, output)
+        save_figure(comparison_figure(found, names), output)
         warn(f"written to {output}")
     answer(comparison_record(found, names), [key_table(str(measured), comparison_rows(found))], as_json)
     return 0

@@ -103,25 +103,6 @@ def return_radius(sensor: Sensor) -> float | None:
     return target.planar_boundary_radius if target is not None and target.net_current == "free" else None
 
 
-def check_apart(plates: tuple[Plate, ...]) -> None:
-    """Refuse plates that touch or overlap: some face of one must have the other wholly outside."""
-    for k, plate in enumerate(plates):
-        for other in plates[k + 1 :]:
-            if _gap(plate, other) <= 0.0 and _gap(other, plate) <= 0.0:
-                raise ValueError(
-                    f"{plate.name}, {other.name}: must not touch or overlap in the section, got sections that do; "
-                    "move the pose or the conductor"
-                )
-
-
-def _gap(plate: Plate, other: Plate) -> float:
-    """Largest distance of `other` from a face's line of `plate`; positive if a face separates them."""
-    local = (other.corners - plate.bottom) * np.exp(1j * plate.alpha)
-    above, below = local.imag.min() - plate.thickness, -local.imag.max()
-    right, left = local.real.min() - plate.width / 2, -local.real.max() - plate.width / 2
-    return float(max(above, below, right, left))
-
-
 def distance(first: Complex, second: Complex) -> float:
     """Return the distance of two convex polygons given by their corners; 0 where they touch or overlap [m]."""
     nearest = np.inf

@@ -47,24 +47,25 @@ class Bars:
 
 
 @dataclass(frozen=True)
-class Rings:
-    """Tracks of one coil as concentric rings about its axis, all of one section, in series.
+class Sections:
+    """Coaxial rings of rectangular section.
 
     Attributes
     ----------
-    centre : tuple of float
-        Where the axis meets z = 0: x and y [m].
     radius, z : ndarray, shape (n,)
-        Of the centre lines [m].
-    width, thickness : float
-        Section along r and z [m].
+        Centres of the sections [m].
+    width, height : ndarray, shape (n,)
+        Sizes along r and z [m].
     """
 
-    centre: tuple[float, float]
     radius: Array
     z: Array
-    width: float
-    thickness: float
+    width: Array
+    height: Array
+
+    def mirrored(self) -> Sections:
+        """Return the image in the plane z = 0."""
+        return Sections(self.radius, -self.z, self.width, self.height)
 
 
 def turn_radii(coil: Coil) -> Array:
@@ -78,15 +79,15 @@ def layer_heights(coil: Coil) -> Array:
     return -coil.track_thickness / 2 - coil.layer_pitch * np.arange(coil.layers, dtype=np.float64)
 
 
-def coil_rings(coil: Coil) -> Rings:
-    """Return the coil as ``layers * turns`` concentric rings."""
-    z, radius = np.meshgrid(layer_heights(coil), turn_radii(coil), indexing="ij")
-    return Rings(coil.centre, radius.ravel(), z.ravel(), coil.track_width, coil.track_thickness)
+def coil_sections(coil: Coil) -> Sections:
+    """Return the coil as ``layers * turns`` concentric rings about its axis."""
+    z, radius = (each.ravel() for each in np.meshgrid(layer_heights(coil), turn_radii(coil), indexing="ij"))
+    return Sections(radius, z, np.full(z.size, coil.track_width), np.full(z.size, coil.track_thickness))
 
 
 def coil_bars(coil: Coil) -> Bars:
     """Return the coil's section y = 0 as ``2 * layers * turns`` bars."""
-    rings = coil_rings(coil)
+    rings = coil_sections(coil)
     n = rings.radius.size
     x = coil.centre[0] + np.concatenate([rings.radius, -rings.radius])
     sign = np.concatenate([np.ones(n), -np.ones(n)])

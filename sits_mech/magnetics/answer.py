@@ -74,7 +74,7 @@ def check_asked(kind: Kind, sensor: Sensor, pose: Pose, frequency: float) -> Non
     Raises
     ------
     Collision
-        If a pose brings the target to the coil plane.
+        If a pose brings the target to the coil plane or a fixed plate.
     ValueError
         If the frequency is not positive, or beyond the coils' (`check_frequency`); if the pose leaves the plane y = 0
         and the model cannot.
@@ -126,6 +126,11 @@ def answer(
     )  # fmt: skip
     values = (L0 + change.imag / omega, change.real.copy(), L0, R_dc, error.imag / omega, error.real.copy())
     return Impedance(frequency, *values, kind.unit_L, report)
+
+
+def sizes(Z: Complex) -> Array:
+    """Return the magnitudes of the real and the imaginary parts, along a new first axis."""
+    return np.abs(np.stack([Z.real, Z.imag]))
 
 
 def largest(matrices: Array) -> Array:

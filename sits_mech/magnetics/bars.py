@@ -34,9 +34,9 @@ import numpy as np
 from scipy.constants import mu_0
 
 from sits_mech.geometry.collision import clearance
-from sits_mech.geometry.plates import Plate, check_apart, distance, return_radius, section_plates
+from sits_mech.geometry.plates import Plate, distance, return_radius, section_plates
 from sits_mech.geometry.windings import Bars, coil_bars
-from sits_mech.magnetics.answer import Kind, Reaction, answer, largest
+from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, sizes
 from sits_mech.magnetics.coils.alone import section_resistances
 from sits_mech.magnetics.section.coupling import circle_samples, filaments, samples
 from sits_mech.magnetics.section.division import Lengths, Resolution
@@ -82,10 +82,8 @@ class PlanarBars:
 
         Raises
         ------
-        Collision
-            If a pose brings the target to the coil plane.
-        ValueError
-            If the frequency is not positive, or beyond the coils' (`check_frequency`).
+        Collision, ValueError
+            As `check_asked`.
         """
         def alone() -> tuple[Array, Array]:
             return free_space_inductance(self.sensor), section_resistances(self.sensor.coils)
@@ -189,15 +187,10 @@ def _change(sensor: Sensor, tolerance: float, pose: Pose, frequency: float) -> t
     resolution = next((rung for error, rung in LADDER if tolerance >= error), LADDER[-1][1])
     react = _among_others if sensor.conductors else _alone
     change, check, bars = react(sensor, resolution, pose, frequency)
-    scale = np.max(np.abs(_split(change)), axis=(-2, -1))
-    errors = np.max(np.max(np.abs(_split(change - check)), axis=(-2, -1)) / scale, axis=-1)
+    scale = np.max(sizes(change), axis=(-2, -1))
+    errors = np.max(np.max(sizes(change - check), axis=(-2, -1)) / scale, axis=-1)
     errors = _SAFETY * errors + math.exp(-resolution.terms)
     return change, (float(errors[1]), float(errors[0])), bars
-
-
-def _split(Z: Complex) -> Array:
-    """Real and imaginary parts along a new first axis."""
-    return np.stack([Z.real, Z.imag])
 
 
 def _alone(sensor: Sensor, resolution: Resolution, pose: Pose, frequency: float) -> tuple[Complex, Complex, int]:
@@ -214,7 +207,6 @@ def _among_others(
     changes, most = [], 0
     for d_h, d_v, alpha in zip(pose.d_h, pose.d_v, pose.alpha, strict=True):  # type: ignore[arg-type]
         plates = section_plates(sensor, Pose(float(d_h), float(d_v), float(alpha)))
-        check_apart(plates)
         answering, gap = _answering(sensor, plates, resolution, frequency)
         source = filaments(bars_of_coils(sensor), gap, math.exp(-resolution.terms), None)
         changes.append([coupled_reaction(answering, source, 2 * np.pi * frequency, finest) for finest in (0, 1)])
@@ -234,8 +226,6 @@ def _answering(
         from_coils = min(distance(plate.corners, box) for box in boxes)
         others = [distance(plate.corners, other.corners) for other in plates if other is not plate]
         gap = min([from_coils, *others])
-        if from_coils <= 0.0:
-            raise ValueError(f"{plate.name}: must be clear of every coil's tracks in the section, got a coil within it")
         size, lengths = (plate.width, plate.thickness), _lengths(gap, 0.0, plate.conductivity, frequency)
         prepared = section_modes(size, plate.conductivity, resolution, lengths, None)
         found.append(SectionPlate(plate, prepared))

@@ -24,7 +24,7 @@ expansion in the eigenvectors of two symmetric matrices, one of them positive: a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.linalg import eigh
@@ -43,12 +43,12 @@ class Modes:
     coupling : ndarray, shape (n, m)
         ``B v_k``: what a unit of each field function induces in each mode [sqrt(W) / (V s) per unit].
     shapes : ndarray, shape (elements, m)
-        v_k: the elements' currents in each mode.
+        v_k: the elements' currents in each mode; empty where nobody asks for them.
     """
 
     tau: Array
     coupling: Array
-    shapes: Array
+    shapes: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     def admittance(self, omega: float) -> Complex:
         """Return Y(omega) of the module docstring, shape (n, n), symmetric; omega [rad/s]."""

@@ -51,9 +51,9 @@ from scipy.special import elliprd
 
 from sits_mech.geometry.collision import clearance
 from sits_mech.geometry.plates import cut_width
-from sits_mech.geometry.windings import coil_bars, coil_rings
+from sits_mech.geometry.windings import coil_bars, coil_sections
 from sits_mech.magnetics.bars import free_space_inductance
-from sits_mech.magnetics.coils.loops import coil_sections, mutual_loops, ring_inductance
+from sits_mech.magnetics.coils.loops import mutual_loops, ring_inductance
 from sits_mech.magnetics.coils.ring_field import ring_potential
 from sits_mech.quantities import POSE, Array, Pose
 from sits_mech.scene.sensor import Coil, Conductor, Sensor, Target
@@ -194,7 +194,7 @@ def _body(plate: Target | Conductor) -> _Body:
 
 def _image_share(coil: Coil, gap: Array) -> Array:
     """What a perfect half-space at a height above the coils takes of a coil's inductance, over that; shape (p,)."""
-    rings = coil_rings(coil)
+    rings = coil_sections(coil)
     away = 2.0 * gap[:, None, None] - rings.z[:, None] - rings.z
     image = mutual_loops(rings.radius[:, None], rings.radius, away).sum(axis=(1, 2))
     return np.asarray(np.minimum(image / _self_inductance(coil), 1.0))

@@ -7,7 +7,7 @@ until two successive extrapolations in the cell size (of two divisions: the extr
 the tolerance, or their steps fall so fast that what is left does, at the poses and the frequency asked for.
 
 Range: non-magnetic disc, coaxial and parallel to the one coil; any frequency and thickness. The coil's tracks carry
-uniform current. An infinite plate or layers: `axis.dodd_deeds`. Neglected: displacement current.
+uniform current. Neglected: displacement current.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from sits_mech.magnetics.answer import Kind, Reaction, answer
+from sits_mech.magnetics.answer import Kind, Reaction, answer, sizes
 from sits_mech.magnetics.axis.disc import Disc, DiscProblem, count_rings, prepare_disc
 from sits_mech.magnetics.coils.alone import free_inductances, track_resistances
 from sits_mech.magnetics.skin import skin_depth
@@ -54,11 +54,8 @@ class Axisymmetric:
 
         Raises
         ------
-        Collision
-            If a pose brings the disc to the coil plane.
-        ValueError
-            If a pose leaves the coil's axis, or the frequency is not positive or beyond the coil's
-            (`check_frequency`).
+        Collision, ValueError
+            As `check_asked`; also if a pose leaves the coil's axis.
         SolveFailed
             If the tolerance asks for more rings than fit.
         """
@@ -90,11 +87,11 @@ class Axisymmetric:
             limit.append((4 * values[-1] - values[-2]) / 3 if level else values[-1])
             if level == 0:
                 continue
-            error = _error(limit) if level > 1 else _parts(limit[-1] - values[-1])
-            if np.all(error <= asked[:, None] * _parts(limit[-1])):
+            error = _error(limit) if level > 1 else sizes(limit[-1] - values[-1])
+            if np.all(error <= asked[:, None] * sizes(limit[-1])):
                 return limit[-1], error[0] + 1j * error[1], disc.rings, level + 1
         rings = 2 * count_rings(problem, len(values) - 1) if values else 0
-        reached = float((_parts(limit[-1] - limit[-2]) / _parts(limit[-1])).max()) if len(limit) > 1 else 1.0
+        reached = float((sizes(limit[-1] - limit[-2]) / sizes(limit[-1])).max()) if len(limit) > 1 else 1.0
         report = SolveReport("axisymmetric", rings, len(values), 0.0, reached, 0.0, "too many rings")
         raise SolveFailed(
             f"axisymmetric: tolerance {self.tolerance:g} asks for more than the {2 * _MOST} rings that fit; reached "
@@ -187,14 +184,9 @@ def _prepared(problem: DiscProblem, level: int) -> Disc:
 
 def _error(limit: list[Complex]) -> Array:
     """Error of the last of three or more limits: their last step, or what a geometric series leaves after it."""
-    step = _parts(limit[-1] - limit[-2])
+    step = sizes(limit[-1] - limit[-2])
     if len(limit) < 4:
         return step
-    before = _parts(limit[-2] - limit[-3])
+    before = sizes(limit[-2] - limit[-3])
     ratio = np.clip(step / np.where(before > 0.0, before, 1.0), 0.3, 0.5)  # 1/16 for smooth, more at rims
     return np.asarray(step * ratio / (1.0 - ratio))
-
-
-def _parts(value: Complex) -> Array:
-    """Magnitudes of real and imaginary part, shape (2, p)."""
-    return np.abs(np.stack([value.real, value.imag]))

@@ -19,7 +19,7 @@ its answer carried down along the infinite plate; the estimated error holds what
 Other metal (`space.neighbours`): plates parallel to the coils join with their own modes. A pose then costs some tenths
 of a second, or a second where such a plate is wide for its distance.
 
-Range: non-magnetic plates. Neglected: eddies in the coils' own tracks (`coils.losses`), displacement current.
+Range: non-magnetic plates. Neglected: eddies in the coils' own tracks (`coils.track_modes`), displacement current.
 Source: eddy currents as unknowns of an integral equation, divergence-free by their shape functions: R. Albanese and
 G. Rubinacci, Adv. Imaging Electron Phys. 102 (1998) 1.
 """
@@ -123,10 +123,8 @@ class Sheets:
 
         Raises
         ------
-        Collision
-            If a pose brings the target to the coil plane.
-        ValueError
-            If the frequency is not positive, or beyond the coils' (`check_frequency`).
+        Collision, ValueError
+            As `check_asked`.
         """
         def alone() -> tuple[Array, Array]:
             return free_inductances(self.sensor.coils, self.windings), track_resistances(self.sensor.coils)

@@ -1,7 +1,7 @@
-"""Which points of a grid need solving? As many as a smooth map through them takes to foretell the others.
+"""Which points of a grid need solving? As many as a smooth map through them takes to predict the others.
 
 A function from d variables to n outputs is solved at 5, 9, 17, ... of its values of each variable, ends included, until
-the polynomial through those points (`surrogate`, least squares) foretells them well enough, each line of them left out
+the polynomial through those points (`surrogate`, least squares) predicts them well enough, each line of them left out
 in turn. The points between come of cubic splines through the solved ones, a tensor product without free ends, so that
 no step stands between both kinds.
 
@@ -28,7 +28,7 @@ _FEWEST = 7  # values of a variable from which on some may be left out
 
 @dataclass(frozen=True)
 class SolvedPart:
-    """A grid solved at some of its points, which foretell the others.
+    """A grid solved at some of its points, which predict the others.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class SolvedPart:
 def solve_part(
     solve: Callable[[Axes], Array], axes: Axes, *, tolerance: float, weights: ArrayLike = 1.0
 ) -> SolvedPart | None:
-    """Return the coarsest part of a grid that foretells the rest, or None where all of it is to be solved.
+    """Return the coarsest part of a grid that predicts the rest, or None where all of it is to be solved.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def solve_part(
         ranges = np.ptp(values.reshape(-1, values.shape[-1]), axis=0)
         wanted = tolerance * float(np.max(ranges * weight))
         sizes = np.maximum(ranges, wanted / np.maximum(weight, 1e-300))  # what varies less has no say in the degrees
-        error = _foretelling_error(part, values, sizes, _long(axes))
+        error = _prediction_error(part, values, sizes, _long(axes))
         if np.max(error * weight) <= wanted:
             return SolvedPart(part, values, error)
     return None
@@ -107,7 +107,7 @@ def interpolated(part: Axes, values: Array, axes: Axes, *, degree: int = 3) -> A
     return found
 
 
-def _foretelling_error(part: Axes, values: Array, scale: Array, mapped: Sequence[str]) -> Array:
+def _prediction_error(part: Axes, values: Array, scale: Array, mapped: Sequence[str]) -> Array:
     """Return how far maps over some variables, one for each point of the others, miss what is left out, shape (n,)."""
     own = [k for k, name in enumerate(part) if name in mapped]
     front = np.moveaxis(values, own, range(len(own)))

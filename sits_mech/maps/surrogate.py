@@ -3,7 +3,7 @@
     y_c(p) = sum_k a_kc prod_i T_{k_i}(x_i),    x_i = (2 p_i - high_i - low_i) / (high_i - low_i),    a by least squares
 
 The set of indices k is the tensor product 0..P_i, or, for many variables, the simplex sum_i k_i / P_i <= 1. The degrees
-P_i are raised one after the other for as long as the map foretells its own points better, all of one value of a
+P_i are raised one after the other for as long as the map predicts its own points better, all of one value of a
 variable (a line of a grid, a single scattered point) left out in turn, except the outermost:
 
     e_G = (1 - H_GG)^-1 r_G,    r the residual, H the hat matrix, G the points left out  (exact, without fitting anew).
@@ -51,7 +51,7 @@ class SmoothMap:
     coefficients : ndarray, shape (k, n)
         In the units of the outputs.
     error, rms : ndarray, shape (n,)
-        Largest and root mean square error of foretelling a point that is left out.
+        Largest and root mean square error of predicting a point that is left out.
     """
 
     names: tuple[str, ...]
@@ -136,13 +136,13 @@ def fit_map(
     groups, counts = _lines(x), [int(_numbered(column).max()) + 1 for column in x.T]
     highest = [min(_HIGHEST, n - 3 if n > 5 else max(1, n - 2)) for n in counts]
     degrees = _chosen(x, y / sizes, groups, highest, simplex)
-    off = _foretold(_design(x, _terms(degrees, simplex)), y, groups)
+    off = _predicted(_design(x, _terms(degrees, simplex)), y, groups)
     if off is None:
         raise ValueError(f"points: must be more, or in general position, for a map of {len(names)}; got {len(p)}")
     error = np.max(np.abs(off), axis=0, initial=0.0)
     if np.prod(counts) == len(p):
         degrees = [n - 1 if n <= 5 and degree >= n - 2 else degree for degree, n in zip(degrees, counts, strict=True)]
-        error = np.maximum(error, _doubt(x, y, degrees, counts, simplex))
+        error = np.maximum(error, _uncertainty(x, y, degrees, counts, simplex))
     rms = np.sqrt(np.mean(off**2, axis=0)) if min(counts) > 2 else np.full_like(sizes, np.inf)
     error = np.where(np.isfinite(rms), error, np.inf)
     powers = _terms(degrees, simplex)
@@ -181,7 +181,7 @@ def _numbered(column: Array) -> NDArray[np.int_]:
 
 
 def _chosen(x: Array, y: Array, groups: Sequence[NDArray[np.int_]], highest: Sequence[int], simplex: bool) -> list[int]:
-    """Return the fewest degrees that foretell well; one may rise by two at once, for maps that are even or odd."""
+    """Return the fewest degrees that predict well; one may rise by two at once, for maps that are even or odd."""
     at = (1,) * x.shape[1]
     tried = {at: _score(x, y, groups, _terms(at, simplex))}
     while True:
@@ -200,7 +200,7 @@ def _simplest(scores: Mapping[tuple[int, ...], float], margin: float, simplex: b
     return min((trial for trial in scores if scores[trial] <= margin * least), key=lambda t: len(_terms(t, simplex)))
 
 
-def _doubt(x: Array, y: Array, degrees: Sequence[int], counts: Sequence[int], simplex: bool) -> Array:
+def _uncertainty(x: Array, y: Array, degrees: Sequence[int], counts: Sequence[int], simplex: bool) -> Array:
     """Return the largest difference over the box to maps of other degrees, for each output."""
     axes = [np.linspace(-1.0, 1.0, 33 if len(degrees) < 3 else 5)] * len(degrees)
     fine = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(degrees))
@@ -216,12 +216,12 @@ def _doubt(x: Array, y: Array, degrees: Sequence[int], counts: Sequence[int], si
 
 
 def _score(x: Array, y: Array, groups: Sequence[NDArray[np.int_]], powers: NDArray[np.int_]) -> float:
-    """Return the root mean square error of foretelling, at least what counts as exact; infinite with too many terms."""
-    off = _foretold(_design(x, powers), y, groups)
+    """Return the root mean square error of predicting, at least what counts as exact; infinite with too many terms."""
+    off = _predicted(_design(x, powers), y, groups)
     return np.inf if off is None or not len(off) else max(float(np.sqrt(np.mean(off**2))), _EXACT)
 
 
-def _foretold(design: Array, y: Array, groups: Sequence[NDArray[np.int_]]) -> Array | None:
+def _predicted(design: Array, y: Array, groups: Sequence[NDArray[np.int_]]) -> Array | None:
     """Return how far every point of every group is off when its group is left out; None where a term hangs on one."""
     if design.shape[1] > design.shape[0]:
         return None

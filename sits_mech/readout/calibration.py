@@ -105,7 +105,7 @@ class Calibration:
 
     @property
     def error(self) -> float:
-        """Largest error of foretelling a load that is left out, over the coil's full scale."""
+        """Largest error of predicting a load that is left out, over the coil's full scale."""
         return float(np.max(self.map.error / self.full_scale))
 
     def forward(self, *forces: ArrayLike) -> Array:
@@ -132,19 +132,19 @@ class Calibration:
         -------
         ndarray, shape (..., d)
         """
-        x = self.map.scaled(forces)
-        slopes = self.map.value_and_slopes(x.reshape(-1, len(self.low)))[1]
-        spread = np.abs(_pseudo_inverse(slopes * self.weights[:, None])) * self.weights
-        half = 0.5 * (self.high - self.low)
-        return np.asarray((spread @ np.asarray(L_error, dtype=float) * half).reshape(x.shape))
+        spread = np.abs(self._answers(forces)) @ np.asarray(L_error, dtype=float)
+        return np.asarray(spread.reshape(np.shape(forces)))
 
     def force_noise(self, forces: ArrayLike, L_noise: ArrayLike) -> Array:
         """Return the standard deviation of each force for independent noise of the inductances; as `force_error`."""
-        x = self.map.scaled(forces)
-        slopes = self.map.value_and_slopes(x.reshape(-1, len(self.low)))[1]
-        spread = _pseudo_inverse(slopes * self.weights[:, None]) * self.weights
-        half = 0.5 * (self.high - self.low)
-        return np.asarray((np.sqrt(spread**2 @ np.asarray(L_noise, dtype=float) ** 2) * half).reshape(x.shape))
+        spread = np.sqrt(self._answers(forces) ** 2 @ np.asarray(L_noise, dtype=float) ** 2)
+        return np.asarray(spread.reshape(np.shape(forces)))
+
+    def _answers(self, forces: ArrayLike) -> Array:
+        """Return the derivatives of the inverse by the inductances (m, d, n) at forces of m points [N / unit]."""
+        x = self.map.scaled(forces).reshape(-1, len(self.low))
+        inverse = _pseudo_inverse(self.map.value_and_slopes(x)[1] * self.weights[:, None]) * self.weights
+        return np.asarray(inverse * (0.5 * (self.high - self.low))[:, None])
 
     def inverse(self, L: ArrayLike) -> Inverse:
         """Return the forces that show inductances.
@@ -167,7 +167,7 @@ class Calibration:
         L = np.asarray(L, dtype=float)
         if L.ndim == 0 or L.shape[-1] != len(self.coils):
             raise ValueError(f"L: must be of {len(self.coils)} coils ({', '.join(self.coils)}); got shape {L.shape}")
-        _check_enough(self.coils, self.forces)
+        check_enough(self.coils, self.forces)
         flat = L.reshape(-1, len(self.coils))
         x, residual, status = _solved(self, flat)
         error = self.force_error(self.map.unscaled(x), self.map.error)
@@ -268,7 +268,7 @@ def calibration_of(
     )
 
 
-def _check_enough(coils: Sequence[str], forces: Sequence[str]) -> None:
+def check_enough(coils: Sequence[str], forces: Sequence[str]) -> None:
     """Refuse to resolve more forces than there are coils."""
     if len(coils) < len(forces):
         raise ValueError(f"coils: {len(coils)} cannot resolve {len(forces)} forces ({', '.join(forces)})")

@@ -78,7 +78,7 @@ def crosstalk(data: xr.Dataset) -> xr.Dataset:
     attributes: dict[str, float] = {}
     for signal, other in (("L_h", "F_z"), ("L_v", "F_x")):
         values = data[f"{signal}_percent"]
-        base = values.isel({other: _nearest_zero(data[other])})
+        base = values.isel({other: int(np.argmin(np.abs(data[other].to_numpy())))})
         full_scale = float(base.max() - base.min())
         response = (values - base) / full_scale * 100.0 if full_scale > 0.0 else xr.full_like(values, np.nan)
         name = f"{signal}_from_{other}"
@@ -86,11 +86,6 @@ def crosstalk(data: xr.Dataset) -> xr.Dataset:
         attributes[f"largest_{name}"] = float(np.abs(response).max())
         attributes[f"full_scale_{signal}"] = full_scale
     return xr.Dataset(maps, attrs=attributes)
-
-
-def _nearest_zero(coordinate: xr.DataArray) -> int:
-    """Return the index of the value nearest to zero."""
-    return int(np.argmin(np.abs(coordinate.to_numpy())))
 
 
 def rotation_error(data: xr.Dataset) -> xr.Dataset:

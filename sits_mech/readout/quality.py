@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sits_mech.quantities import Array
-from sits_mech.readout.calibration import OK, Calibration
+from sits_mech.readout.calibration import OK, Calibration, check_enough
 from sits_mech.readout.signals import combine, shear_weights
 
 _FINE = 33  # loads along each force
@@ -100,9 +100,7 @@ def quality(
         When there are fewer coils than forces, or the noise is not one positive number for each coil.
     """
     noise = np.asarray(noise, dtype=float)
-    if len(cal.coils) < len(cal.forces):
-        names = ", ".join(cal.forces)
-        raise ValueError(f"coils: {len(cal.coils)} cannot resolve {len(cal.forces)} forces ({names})")
+    check_enough(cal.coils, cal.forces)
     if noise.shape != (len(cal.coils),) or not np.all(noise > 0.0):
         raise ValueError(f"noise: must be {len(cal.coils)} positive numbers [{cal.unit}]; got {noise}")
     loads = _loads(cal)

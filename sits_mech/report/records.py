@@ -27,16 +27,11 @@ def report_record(report: SolveReport, left_out: tuple[str, ...] = ()) -> Record
     return found
 
 
-def pose_record(pose: Pose) -> Record:
-    """Return a pose [m, rad]."""
-    return asdict(pose)
-
-
 def equilibrium_record(found: Equilibrium, left_out: tuple[str, ...] = ()) -> Record:
     """Return where the target rests under a load: pose, its error, wrench, report."""
     return {
-        "pose": pose_record(found.pose),
-        "error": pose_record(found.error),
+        "pose": asdict(found.pose),
+        "error": asdict(found.error),
         "wrench": asdict(found.wrench),
         "report": report_record(found.report, left_out),
     }
@@ -49,7 +44,7 @@ def impedance_record(
     own, free = np.diagonal(found.L), np.diagonal(found.L0)
     matrices = {name: getattr(found, name) for name in ("L", "R", "L0", "error_L", "error_R", "R_dc")}
     return {
-        "pose": pose_record(pose),
+        "pose": asdict(pose),
         "frequency": found.frequency,
         "unit_L": found.unit_L,
         **matrices,
@@ -62,7 +57,7 @@ def impedance_record(
 def spectrum_record(pose: Pose, data: xr.Dataset, left_out: tuple[str, ...] = ()) -> Record:
     """Return what the coils show at one pose over a range of frequencies: lists along the frequency."""
     names = ("frequency", "L", "R", "Q", "error_L", "error_R", "R_track", "L0", "R_dc")
-    found: Record = {"pose": pose_record(pose), "unit_L": data.attrs["unit_L"]}
+    found: Record = {"pose": asdict(pose), "unit_L": data.attrs["unit_L"]}
     found |= {name: data[name].to_numpy() for name in names}
     if "shift" in data:
         inner = {"L": "terminal_L", "R": "terminal_R", "R_ac": "R_track", "Q": "terminal_Q"}
@@ -107,9 +102,7 @@ def failure_record(error: SolveFailed, whole: bool = False) -> Record:
     halves = {"mechanics": begun, "magnetics": None}
     return {
         "message": str(error),
-        "pose": None if last is None else pose_record(last.pose),
-        "error": None if last is None else pose_record(last.error),
-        "wrench": None if last is None else asdict(last.wrench),
+        **{name: None if last is None else asdict(getattr(last, name)) for name in ("pose", "error", "wrench")},
         "report": halves | {error.half: report} if whole else report,
     }
 

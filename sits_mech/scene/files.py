@@ -10,7 +10,8 @@ import json
 import os
 import tempfile
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -81,18 +82,13 @@ def _set(table: Table, steps: list[str], value: Any, key: str) -> None:
     """Put `value` at the end of `steps`; a table that is missing on the way is made."""
     here: Any = table
     for step in steps[:-1]:
-        here = _entry(here, step, key) if isinstance(here, list) else here.setdefault(step, {})
+        here = here[_position(here, step, key)] if isinstance(here, list) else here.setdefault(step, {})
         if not isinstance(here, dict | list):
             raise SceneError(f"--set {key}: {step} must be a table; got {shown(here)}")
     if isinstance(here, list):
         here[_position(here, steps[-1], key)] = value
     else:
         here[steps[-1]] = value
-
-
-def _entry(entries: list[Any], step: str, key: str) -> Any:
-    """Return the entry of a list that `step` names."""
-    return entries[_position(entries, step, key)]
 
 
 def _position(entries: list[Any], step: str, key: str) -> int:
@@ -155,29 +151,35 @@ def write_text(path: Path, text: str) -> None:
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Write `content` to `path` by an atomic rename, so that no half-written file can be met.
+    """Write `content` to `path`, as `replaced` does."""
+    with replaced(path) as other:
+        other.write_bytes(content)
+
+
+@contextmanager
+def replaced(path: Path) -> Iterator[Path]:
+    """Yield a file beside `path` that takes its place by an atomic rename, so that no half-written one can be met.
 
     Parameters
     ----------
     path : Path
         The file; its folder must exist.
-    content : bytes
-        What it shall hold.
 
     Raises
     ------
     SceneError
         When it cannot be written.
     """
+    other: Path | None = None
     try:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        os.close(handle)
+        other = Path(name)
+        yield other
+        other.chmod(0o644)
+        other.replace(path)
     except OSError as error:
         raise SceneError(f"{path}: must be writable; got: {error.strerror or error}") from None
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(content)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except OSError as error:
-        Path(name).unlink(missing_ok=True)
-        raise SceneError(f"{path}: must be writable; got: {error.strerror or error}") from None
+    finally:
+        if other is not None:
+            other.unlink(missing_ok=True)

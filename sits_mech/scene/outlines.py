@@ -21,10 +21,10 @@ Loop = tuple[tuple[float, float], ...]
 _KINDS = ("triangle", "quad")
 
 
-def signed_area(loop: Array) -> float:
-    """Return the area of a polygon (k, 2), positive when it goes counter-clockwise [m^2]."""
-    after = np.roll(loop, -1, axis=0)
-    return float((loop[:, 0] * after[:, 1] - loop[:, 1] * after[:, 0]).sum() / 2)
+def signed_area(loops: Array) -> Array:
+    """Return the areas of polygons (..., k, 2), positive where they go counter-clockwise [m^2]."""
+    after = np.roll(loops, -1, axis=-2)
+    return np.asarray((loops[..., 0] * after[..., 1] - loops[..., 1] * after[..., 0]).sum(-1) / 2)
 
 
 def edges(loops: Sequence[Array]) -> tuple[Array, Array]:
@@ -122,7 +122,7 @@ def read_loops(path: str | Path, group: str | None = None) -> tuple[Loop, ...]:
         raise SceneError(f"{path}: must hold triangles or quadrilaterals; got {kinds}")
     cells = [block if group is None else block[_of_group(mesh, k, group, path)] for k, block in blocks]
     points = np.asarray(mesh.points, dtype=float)[:, :2]
-    loops = sorted((points[loop] for loop in _border(cells, path)), key=lambda loop: -abs(signed_area(loop)))
+    loops = sorted((points[loop] for loop in _border(cells, path)), key=lambda loop: -abs(float(signed_area(loop))))
     return tuple(tuple((float(x), float(y)) for x, y in _straightened(loop)) for loop in loops)
 
 

@@ -275,7 +275,7 @@ def test_no_cluster_at_an_address(
 ) -> None:
     """One line that names the address."""
     pytest.importorskip("distributed")
-    monkeypatch.setattr("sits_mech.batch.executors._PATIENCE", 1)
+    monkeypatch.setattr("sits_mech.batch.executors._ANSWER_TIMEOUT", 1)
     path = written(tmp_path, HEAD + '[vary]\ndv = ["2 mm"]\n' + COARSE)
     assert run(["sweep", str(path), "-o", str(tmp_path / "out"), "--dask", "tcp://127.0.0.1:1"]) == 2
     assert "tcp://127.0.0.1:1" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""Grids: solved at every second value where a smooth map foretells the rest, whole where it does not."""
+"""Grids: solved at every second value where a smooth map predicts the rest, whole where it does not."""
 
 from dataclasses import dataclass, field, replace
 
@@ -77,7 +77,7 @@ def test_scatter_of_the_errors_plays_no_part_in_the_map() -> None:
 
 
 def test_a_kink_is_solved_through() -> None:
-    """Where the map does not foretell its own loads, every load is solved."""
+    """Where the map does not predict its own loads, every load is solved."""
     layer = Spring(kink=2.0)
     rows = poses_on_grid(load_sensor("biorob2018"), layer, GRID, symmetric=True, tolerance=1e-2)
     assert len(rows) == 81 and len(layer.solved) == 45 and not any(row["notes"] for row in rows.values())

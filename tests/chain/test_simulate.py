@@ -258,8 +258,8 @@ def test_a_plate_prepared_ahead_changes_nothing(sensor: Sensor, monkeypatch: pyt
 
 
 def test_what_is_prepared_ahead_fails_in_silence(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A foretold pose below the coils is no answer, and no error: the load itself is read where it comes to rest."""
+    """A predicted pose below the coils is no answer, and no error: the load itself is read where it comes to rest."""
     monkeypatch.setattr("os.cpu_count", lambda: 2)
-    monkeypatch.setattr(grid, "_foretold", lambda sensor, loads: Pose(0.0, -1e-3))
+    monkeypatch.setattr(grid, "_predicted", lambda sensor, loads: Pose(0.0, -1e-3))
     data = calibrate(sensor, F_x=[0.5], F_z=[2.0], tolerance=5e-2)
     assert data["status"].item() == "converged"

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from common.strip import strip_reaction
 
 from sits_mech.magnetics.bars import bars_of_coils, free_space_inductance, planar_bars
 from sits_mech.magnetics.field import planar_fem
-from sits_mech.magnetics.section.closed_form import strip_reaction
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import Sensor, load_sensor
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.geometry.windings import check_frequency, coil_bars, coil_rings, spiral_path, track_length, wave_notes
+from sits_mech.geometry.windings import check_frequency, coil_bars, coil_sections, spiral_path, track_length, wave_notes
 from sits_mech.scene.sensor import load_sensor
 
 
@@ -25,7 +25,7 @@ def test_spiral_has_the_rings_length(coil):
     path = spiral_path(coil, points_per_turn=400)
     length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
     assert length == pytest.approx(track_length(coil) + coil.layer_pitch, rel=1e-3)
-    assert track_length(coil) == pytest.approx(2 * np.pi * coil_rings(coil).radius.sum())
+    assert track_length(coil) == pytest.approx(2 * np.pi * coil_sections(coil).radius.sum())
 
 
 def test_spiral_turns_counter_clockwise_in_every_layer(coil):

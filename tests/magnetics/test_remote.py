@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.geometry.windings import coil_rings
+from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.magnetics.remote import _body, _field, _kappa, _solved, remote_bounds
@@ -124,7 +124,7 @@ def test_bodies_by_hand() -> None:
 def test_field_on_the_axis():
     """Loops' own field there, a^2/(2 (a^2 + z^2)^1.5); beside it the flux through a closed box is none."""
     coil = COILS.coils[0]
-    rings, z = coil_rings(coil), 9 * MM
+    rings, z = coil_sections(coil), 9 * MM
     exact = sum(a * a / (2.0 * (a * a + (z - h) ** 2) ** 1.5) for a, h in zip(rings.radius, rings.z, strict=True))
     H = _field(coil, np.array([[*coil.centre, z]]), 1e-3 * MM)
     np.testing.assert_allclose(H, [[0.0, 0.0, exact]], rtol=1e-6, atol=1e-6 * exact)

@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from common.infinite_plate import coil_change
 from scipy.constants import mu_0
 
 from sits_mech.geometry.collision import Collision
-from sits_mech.magnetics.axis.dodd_deeds import Layer, coil_change
-from sits_mech.magnetics.coils.loops import Sections, coil_sections, ring_mutual
+from sits_mech.geometry.windings import Sections, coil_sections
+from sits_mech.magnetics.axis.dodd_deeds import Layer
+from sits_mech.magnetics.coils.loops import ring_mutual
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import Coil, Conductor, Sensor, Target

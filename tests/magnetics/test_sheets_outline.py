@@ -14,8 +14,9 @@ from sits_mech.magnetics.coils.ring_field import path_potential, ring_potential,
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.loops import class_loops
 from sits_mech.magnetics.space.modes import stacked
-from sits_mech.magnetics.space.prisms import Prisms, box_means, gauss_points, polygon_area, prism_means, prism_potential
+from sits_mech.magnetics.space.prisms import Prisms, box_means, gauss_points, prism_means, prism_potential
 from sits_mech.quantities import Pose
+from sits_mech.scene.outlines import signed_area
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 MESHES = Path(__file__).parents[2] / "meshes"
@@ -63,8 +64,8 @@ def test_prisms_as_boxes() -> None:
 @pytest.mark.parametrize("outline", [SQUARE, Outline((circle(4e-3, 40), circle(1.5e-3, 24)))])
 def test_division_fills_the_outline(outline: Outline) -> None:
     plan = outline_plan(outline, Grading(0.1e-3, 2.0, 1e-3))
-    area = polygon_area(plan.nodes[plan.cells])
-    loops = [polygon_area(np.array(loop)) for loop in outline.loops]
+    area = signed_area(plan.nodes[plan.cells])
+    loops = [signed_area(np.array(loop)) for loop in outline.loops]
     assert area.min() > 0.0
     assert area.sum() == pytest.approx(loops[0] - sum(loops[1:]), rel=1e-9)
     edges = plan.nodes.shape[0] + plan.cells.shape[0] + len(loops) - 2  # Euler: V - E + F = 2 - loops
@@ -94,7 +95,7 @@ def test_outline_of_a_mesh_file(name: str, corners: int, area: float | None) -> 
     assert len(outline.loops) == 1
     assert len(outline.rim) == corners
     if area is not None:
-        assert abs(polygon_area(outline.rim)) == pytest.approx(area, rel=1e-9)
+        assert abs(signed_area(outline.rim)) == pytest.approx(area, rel=1e-9)
 
 
 def test_square_outline_as_rectangle() -> None:

@@ -1,4 +1,4 @@
-"""Grids of any dimension: solved at some of their points where those foretell the others, whole where they do not."""
+"""Grids of any dimension: solved at some of their points where those predict the others, whole where they do not."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""The smooth map: exact for polynomials, converging for the rest, its foretold error held by points it has not seen."""
+"""The smooth map: exact for polynomials, converging for the rest, its predicted error held by unseen points."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def test_polynomials_come_back_exactly() -> None:
     assert found.at(p.reshape(5, 10, 2)).shape == (5, 10, 2) and found.slopes(p[0]).shape == (2, 2)
 
 
-def test_error_falls_geometrically_and_is_foretold() -> None:
+def test_error_falls_geometrically_and_is_predicted() -> None:
     """Chebyshev maps of analytic functions: more points, exponentially less error, within `error`."""
     new = np.random.default_rng(2).uniform([0.0, -1.0], [2.0, 3.0], (500, 2))
     last = np.inf
@@ -45,7 +45,7 @@ def test_error_falls_geometrically_and_is_foretold() -> None:
 
 
 def test_noise_is_not_followed() -> None:
-    """White noise of 1e-3 on a plane: the foretold error is its size, the map has few terms."""
+    """White noise of 1e-3 on a plane: the predicted error is its size, the map has few terms."""
     points = grid(9, 9)
     rng = np.random.default_rng(3)
     found = fit_map(("x", "y"), points, points @ [[1.0], [2.0]] + 1e-3 * rng.standard_normal((81, 1)))

@@ -29,7 +29,9 @@ KZ, KX, KA = 120.67, 4.482, 1069.5
 SINK, D_H, ALPHA = 0.09766, 0.40669, -0.0026803
 
 
-@pytest.mark.parametrize(("cells", "grading", "allowed"), [(2, 2.5, 0.01), (3, 3.0, 0.003)])
+@pytest.mark.parametrize(
+    ("cells", "grading", "allowed"), [(2, 2.5, 0.01), pytest.param(3, 3.0, 0.003, marks=pytest.mark.slow)]
+)
 def test_small_strain_stiffness(cells, grading, allowed):
     body = bonded_block(box(), cells, grading, 0.0).body
     k = 2.0 * np.linalg.inv(compliance(body, rest(body), np.zeros(3))) * MU * 2e-3  # both halves [N/m]

@@ -163,6 +163,7 @@ def test_a_path_that_failed_carries_all_six_components():
     assert np.all(last.pose.components != 0.0) and np.all(last.error.components > 0.0)
 
 
+@pytest.mark.slow
 def test_a_whole_mesh_of_the_users_must_not_fall_sideways_either(tmp_path):
     """Loads in the plane keep it there; a push out of it is answered all the same."""
     lines = np.linspace(-15, 15, 7), np.linspace(-3, 3, 5), np.linspace(0, 10, 6)

@@ -194,6 +194,7 @@ def test_zero_load_is_rest():
     assert found.pose.d_v == pytest.approx(2.1 * MM, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_too_much_load_is_refused_with_what_was_reached():
     sensor = load_sensor("biorob2018")
     with pytest.raises(SolveFailed, match="could be followed to") as caught:

@@ -74,7 +74,7 @@ def test_outside_is_said() -> None:
 
 
 def folded(F_x: np.ndarray, F_z: np.ndarray) -> np.ndarray:
-    """The sum has its least value at F_z = 3: below and above it look alike."""
+    """The sum has its least value at F_z = 3: loads below and above it show the same reading."""
     common, odd = 2e-6 + 1e-8 * (F_z - 3.0) ** 2, 2e-8 * F_x
     return np.stack([common + odd, common - odd], -1)
 
@@ -98,7 +98,7 @@ def wound(F_x: np.ndarray, F_z: np.ndarray) -> np.ndarray:
 
 
 def test_an_edge_that_crosses_itself_is_seen() -> None:
-    """One sign is not enough: distant loads that look alike are refused, others answered."""
+    """One sign is not enough: distant loads that show the same reading are refused, others answered."""
     cal = calibration(table(wound, F_z=np.linspace(0.0, 4.0, 17)))
     assert any("crosses itself" in region for region in cal.domain.regions)
     found = cal.inverse(wound(np.array([0.1, 0.1, 0.1]), np.array([0.1, 2.0, 3.8])))

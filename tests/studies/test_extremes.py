@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import extremes
 import numpy as np
 import pytest
+from extreme import checks, driven, layers, plates, solids
+from extreme.rows import DONE, Row, measured
 
 from sits_mech.chain.models import MAGNETICS
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.quantities import Pose, Wrench
-
-sys.path.append(str(Path(__file__).parents[2] / "studies"))  # the studies are scripts beside the package
-
-import extremes  # noqa: E402
-from extreme import checks, driven, layers, plates, solids  # noqa: E402
-from extreme.rows import DONE, Row, measured  # noqa: E402
 
 
 def test_a_row_holds_only_if_converged_and_consistent_or_refused_by_name() -> None:

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem import MeshTri
 
-from sits_mech.geometry.plates import Plate, check_apart
+from sits_mech.geometry.plates import Plate
 from sits_mech.meshing.unstructured import fill_between
 from sits_mech.quantities import Array, Complex
 
@@ -110,9 +110,8 @@ def divide_plane(
     Raises
     ------
     ValueError
-        If plates touch or overlap, or reach beyond the grounded circle.
+        If plates reach beyond the grounded circle.
     """
-    check_apart(plates)
     centre, radius, around = _outer_circle(plates, max(f.around for f in fineness), ground)
     grids = []
     for k, plate in enumerate(plates):

@@ -130,7 +130,7 @@ def solve_field(
         R_b [m].
     """
     basis = Basis(division.mesh, _ELEMENTS[order](), intorder=2 * order)
-    parts = [_restricted(basis, division, k) for k in range(len(plates) + 1)]
+    parts = [basis.with_elements(np.flatnonzero(division.part == k)) for k in range(len(plates) + 1)]
     stiffness = [_stiffness.assemble(part).tocsr() for part in parts]
     masses = [_mass.assemble(part).tocsr() for part in parts[1:]]
     weights = [_integral.assemble(part) for part in parts[1:]]
@@ -151,11 +151,6 @@ def solve_field(
     induced = D @ u - sum(np.outer(s * m, row) for s, m, row in zip(k2, weights, e, strict=True))
     flux: Complex = np.asarray(-(g.T @ induced) / mu_0)
     return FieldSolution(basis, u, g, e, flux, residual)
-
-
-def _restricted(basis: Basis, division: Division, part: int) -> Basis:
-    """The basis on the elements of one part."""
-    return basis.with_elements(np.flatnonzero(division.part == part))
 
 
 def _dofs(part: Basis) -> NDArray[np.int64]:

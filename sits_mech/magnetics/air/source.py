@@ -142,14 +142,8 @@ def free_inductance(coils: tuple[Track, ...], radius: float | None = None) -> Ar
     Flat or curved: the closed-form potential of each bar averaged over 6 x 6 Gauss points of each bar, its own
     included; 4e-8 of the exact double mean on the published coils.
     """
-    L = np.column_stack([_linkages(coils, column, radius) for column in range(len(coils))])
+    L = np.array([[_linkage(coil, (driven,), radius) for driven in coils] for coil in coils])
     return np.asarray((L + L.T) / 2)
-
-
-def _linkages(coils: tuple[Track, ...], column: int, radius: float | None) -> Array:
-    """Flux linkage of every coil with one ampere in coil `column`."""
-    driven = (coils[column],)
-    return np.array([_linkage(coil, driven, radius) for coil in coils])
 
 
 def _linkage(coil: Track, driven: tuple[Track, ...], radius: float | None) -> float:

@@ -27,15 +27,16 @@ Neglected: displacement current; relative permeability is 1.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.constants import mu_0
 from scipy.special import j1
 
+from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.axis.dodd_deeds import spectrum
-from sits_mech.magnetics.coils.loops import Sections, coil_sections, paired_mutual
+from sits_mech.magnetics.coils.loops import paired_mutual
 from sits_mech.magnetics.modes import Modes, eddy_modes
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil
@@ -127,7 +128,7 @@ def prepare_disc(problem: DiscProblem, level: int) -> Disc:
     even, odd = _fluxes(problem, rows)
     root = np.sqrt(2.0)  # both halves
     pair = eddy_modes(own + image, R, root * even), eddy_modes(own - image, R, root * odd)
-    first, second = (replace(modes, shapes=np.zeros((0, R.size))) for modes in pair)
+    first, second = (Modes(modes.tau, modes.coupling) for modes in pair)
     return Disc((first, second), 2 * R.size, problem.gaps)
 
 

@@ -16,55 +16,25 @@ Loops with parallel axes a distance D apart: the line integral of A_phi = M(a, r
 
 by the trapezium rule, which converges geometrically because the integrand is periodic and analytic.
 
-Units: H, m. Neglected: the spiral's pitch, displacement current, uneven current in the section (`losses`).
+Units: H, m. Neglected: the spiral's pitch, displacement current, uneven current in the section (`track_modes`).
 Source: Maxwell, Treatise, art. 701; Carlson, Numer. Algorithms 10 (1995) 13.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.constants import mu_0
 from scipy.special import elliprd
 
-from sits_mech.geometry.windings import coil_rings
+from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 
 _ANGLES = 8192  # most points around a loop: coils whose edges touch need the most
-
-
-@dataclass(frozen=True)
-class Sections:
-    """Coaxial rings of rectangular section.
-
-    Attributes
-    ----------
-    radius, z : ndarray, shape (n,)
-        Centres of the sections [m].
-    width, height : ndarray, shape (n,)
-        Sizes along r and z [m].
-    """
-
-    radius: Array
-    z: Array
-    width: Array
-    height: Array
-
-    def mirrored(self) -> Sections:
-        """Return the image in the plane z = 0."""
-        return Sections(self.radius, -self.z, self.width, self.height)
-
-
-def coil_sections(coil: Coil) -> Sections:
-    """Return a coil's turns as rings, one a turn and layer."""
-    rings = coil_rings(coil)
-    ones = np.ones(rings.radius.size)
-    return Sections(rings.radius, rings.z, rings.width * ones, rings.thickness * ones)
 
 
 def mutual_loops(a: ArrayLike, b: ArrayLike, d: ArrayLike) -> Array:

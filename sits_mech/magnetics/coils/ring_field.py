@@ -28,7 +28,7 @@ from scipy.constants import mu_0
 from scipy.ndimage import map_coordinates, spline_filter
 from scipy.special import elliprd
 
-from sits_mech.geometry.windings import coil_rings, spiral_path
+from sits_mech.geometry.windings import coil_sections, spiral_path
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 
@@ -60,12 +60,12 @@ def ring_potential(coil: Coil, points: Array, *, across: int = 1) -> Array:
 
 def _profile(coil: Coil, rho: Array, z: Array, across: int) -> Array:
     """P of the module docstring, all rings in series."""
-    rings = coil_rings(coil)
+    rings = coil_sections(coil)
     nodes, weights = np.polynomial.legendre.leggauss(across)
     total = np.zeros(np.broadcast(rho, z).shape)
-    for radius, height in zip(rings.radius, rings.z, strict=True):
+    for radius, height, width in zip(rings.radius, rings.z, rings.width, strict=True):
         for node, weight in zip(nodes, weights, strict=True):
-            a = radius + rings.width / 2 * node
+            a = radius + width / 2 * node
             far, near = np.hypot(a + rho, z - height), np.hypot(a - rho, z - height)
             both = far + near
             total += weight / 2 * a * a / both**3 * elliprd(0.0, 4.0 * far * near / both**2, 1.0)

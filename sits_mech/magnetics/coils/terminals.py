@@ -18,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sits_mech.quantities import Complex, Impedance
+from sits_mech.quantities import Complex
 from sits_mech.scene.sensor import Readout
 
 
@@ -71,17 +71,3 @@ def tank_frequency(Z: ArrayLike, capacitance: float, omega: float) -> NDArray[np
     L = Z.imag / omega
     square = 1.0 / (L * capacitance) - (Z.real / L) ** 2
     return np.asarray(np.sqrt(np.where(square > 0.0, square, np.nan)) / (2.0 * np.pi))
-
-
-def seen_by_readout(impedance: Impedance, readout: Readout) -> Complex:
-    """Return what each coil of a 3D impedance shows at the end of its leads, with its direct-current resistance [ohm].
-
-    Raises
-    ------
-    ValueError
-        If the impedance is per metre of depth: leads in henry and ohm do not add to it.
-    """
-    if impedance.unit_L != "H":
-        raise ValueError(f"impedance: must be in H for leads and idle coils; it is in {impedance.unit_L}")
-    omega = 2.0 * np.pi * impedance.frequency
-    return terminal_impedance(impedance.R + 1j * omega * impedance.L, impedance.R_dc, readout, omega)

@@ -1,8 +1,9 @@
 """How a plate's section is divided into bars, with two coarser divisions that say and mend the finest one's error.
 
-One quadrant has tensor cells, fine at the faces and the ends, in numbers that four divides. Joining them two by two in
-both directions gives the middle division, once more the coarse one. With uniform current in each bar a result's error
-goes with the square of the cells, so that from two divisions
+A rectangle is symmetric about both middle planes: its quadrant x, z > 0 and four parities describe it whole. The
+quadrant has tensor cells, fine at the faces and the ends, in numbers that four divides. Joining them two by two in both
+directions gives the middle division, once more the coarse one. With uniform current in each bar a result's error goes
+with the square of the cells, so that from two divisions
 
     Y = Y_fine + (Y_fine - Y_middle) / 3
 
@@ -20,7 +21,6 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.sparse import csr_array
 
-from sits_mech.geometry.section import Cells, graded, quadrant_cells
 from sits_mech.quantities import Array
 
 _LEVELS = 3
@@ -71,6 +71,24 @@ class Lengths:
 
 
 @dataclass(frozen=True)
+class Cells:
+    """Rectangular cells.
+
+    Attributes
+    ----------
+    x, z : ndarray, shape (n,)
+        Centres [m].
+    width, height : ndarray, shape (n,)
+        Sizes along x and z [m].
+    """
+
+    x: Array
+    z: Array
+    width: Array
+    height: Array
+
+
+@dataclass(frozen=True)
 class Division:
     """One quadrant's cells.
 
@@ -106,11 +124,11 @@ def divisions(size: tuple[float, float], resolution: Resolution, lengths: Length
     first = min(resolution.skin * lengths.skin_depth, near)
     x = _nodes(width / 2, first, min(near, resolution.along * width / 4), resolution.growth)
     z = _nodes(thickness / 2, first, resolution.along * thickness, resolution.growth)
-    finest = quadrant_cells(x, z)
+    finest = _quadrant_cells(x, z)
     found = []
     for level in range(_LEVELS):
         step = 2**level
-        cells = quadrant_cells(x[::step], z[::step])
+        cells = _quadrant_cells(x[::step], z[::step])
         i, k = (n.ravel() // step for n in np.meshgrid(np.arange(x.size - 1), np.arange(z.size - 1), indexing="ij"))
         rows = i * ((z.size - 1) // step) + k
         area = finest.width * finest.height / (cells.width * cells.height)[rows]
@@ -119,9 +137,27 @@ def divisions(size: tuple[float, float], resolution: Resolution, lengths: Length
     return tuple(found)
 
 
+def _graded(length: float, first: float, largest: float, growth: float) -> Array:
+    """Nodes of [0, length]: cells grow from `first`, at the end, by at most `growth` up to `largest`."""
+    sizes = [min(first, length)]
+    while sum(sizes) < length:
+        sizes.append(min(growth * sizes[-1], largest))
+    steps = np.array(sizes)
+    nodes = length - np.concatenate([[0.0], np.cumsum(steps * (length / steps.sum()))])
+    nodes[-1] = 0.0
+    return np.asarray(nodes[::-1])
+
+
+def _quadrant_cells(nodes_x: Array, nodes_z: Array) -> Cells:
+    """Tensor cells between the nodes of two half axes."""
+    x, z = np.meshgrid((nodes_x[1:] + nodes_x[:-1]) / 2, (nodes_z[1:] + nodes_z[:-1]) / 2, indexing="ij")
+    width, height = np.meshgrid(np.diff(nodes_x), np.diff(nodes_z), indexing="ij")
+    return Cells(x.ravel(), z.ravel(), width.ravel(), height.ravel())
+
+
 def _nodes(length: float, first: float, largest: float, growth: float) -> Array:
     """Graded nodes of [0, length], their intervals in a number that four divides."""
-    nodes = graded(length, min(first, largest), largest, growth)
+    nodes = _graded(length, min(first, largest), largest, growth)
     count, parts = nodes.size - 1, 2 ** (_LEVELS - 1)
     if count == 1:
         return np.linspace(0.0, length, parts + 1)

@@ -23,9 +23,8 @@ import numpy as np
 from scipy.constants import mu_0
 from scipy.linalg import block_diag
 
-from sits_mech.geometry.section import Cells
 from sits_mech.magnetics.modes import Modes, eddy_modes
-from sits_mech.magnetics.section.division import Division, Lengths, Resolution, divisions
+from sits_mech.magnetics.section.division import Cells, Division, Lengths, Resolution, divisions
 from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.magnetics.section.sampling import CLASSES, all_nodes, fit, mirrored, probe_charges, sample_nodes, signs
 from sits_mech.quantities import Array, Complex, SolveFailed, SolveReport

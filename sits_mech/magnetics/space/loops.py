@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import minimum_spanning_tree
 
 from sits_mech.geometry.sheet_plan import Plan, Seams, standing_nodes
-from sits_mech.magnetics.space.prisms import polygon_area
 from sits_mech.quantities import Array, Complex
+from sits_mech.scene.outlines import signed_area
 
 
 @dataclass(frozen=True)
@@ -73,14 +73,14 @@ def class_loops(
     """
     character, mirror = symmetry
     corners = plan.nodes[plan.cells]
-    area, centre = polygon_area(corners), _centroids(corners)
+    area, centre = signed_area(corners), _centroids(corners)
     lever = (corners + np.roll(corners, -1, axis=1)) / 2 - centre[:, None, :]
     sheets, rises, drops = _interfaces(heights.size, mirror)
     psi = _stream_flux(plan, seams, character)
     across = _tree_flux(plan, seams, character, _near_rim(plan, centre, depth))
     eye = sp.eye_array(heights.size)
     flat = [sp.hstack([sp.kron(op @ psi, eye), sp.kron(op @ across, sheets)]) for op in _levers(lever)]
-    net = _edge_sum(area.size) @ across
+    net = sp.kron(sp.eye_array(area.size), np.ones((1, 4))) @ across  # out of each cell
     blank = sp.csr_array((area.size * heights.size, psi.shape[1] * heights.size), dtype=complex)
     up = sp.hstack([blank, -sp.kron(net, sp.diags_array(heights) @ rises)])
     thin = sp.diags_array(1.0 / np.sqrt(12.0 * heights))
@@ -179,11 +179,6 @@ def _levers(lever: Array) -> tuple[sp.csr_array, sp.csr_array]:
     rows, columns = np.repeat(np.arange(cells), 4), np.arange(4 * cells)
     x, y = (sp.csr_array((lever[..., k].ravel(), (rows, columns)), shape=(cells, 4 * cells)) for k in (0, 1))
     return x, y
-
-
-def _edge_sum(cells: int) -> sp.csr_array:
-    """Sums over each cell's edges."""
-    return sp.csr_array(sp.kron(sp.eye_array(cells), np.ones((1, 4))))
 
 
 def _pair_sums(corners: Array, area: Array) -> sp.csr_array:

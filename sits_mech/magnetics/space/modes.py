@@ -29,13 +29,15 @@ import numpy as np
 from scipy.constants import mu_0
 from scipy.linalg import cholesky, eigh, solve_triangular
 
-from sits_mech.geometry.sheet_plan import Plan, plan_seams
+from sits_mech.geometry.sheet_plan import Integers, Plan, plan_seams
+from sits_mech.magnetics.modes import Modes
 from sits_mech.magnetics.space.loops import Loops, class_loops
 from sits_mech.magnetics.space.prisms import Prisms, box_means, gauss_points, prism_means
 from sits_mech.quantities import Array, Complex
 
 _LARGE = 800  # unknowns of a class from which on its modes are found in single precision
 _KEEP = 5e-5  # weaker combinations of fields are left out: their energy, to the strongest, is the square
+_ROUNDING = 1e-12  # a field whose means are smaller, to the largest, is of another symmetry than the class
 
 
 @dataclass(frozen=True)
@@ -58,24 +60,11 @@ class Box:
 
 
 @dataclass(frozen=True)
-class Class:
-    """One symmetry class of a prepared plate.
+class _Basis:
+    """Combinations of fields: which of the three components' coefficients they hold, and these, shape (rows, r)."""
 
-    Attributes
-    ----------
-    tau : ndarray, shape (m,)
-        Time constants [s].
-    coupling : ndarray, shape (r, m)
-        What a unit of each of the class's combinations of fields induces in each mode.
-    """
-
-    tau: Array
-    coupling: Array
-
-    def admittance(self, omega: float) -> Complex:
-        """Return Y with ``Delta Z_cd = a_c^T Y a_d``, shape (r, r), symmetric; omega [rad/s]."""
-        weight = omega**2 / (1.0 + 1j * omega * self.tau)
-        return np.asarray((self.coupling * weight) @ self.coupling.T)
+    rows: Integers
+    fields: Array
 
 
 @dataclass(frozen=True)
@@ -88,14 +77,15 @@ class Sheeted:
         Of its fields.
     transform : ndarray, shape (3 q, sum of r)
         All classes' combinations, from the potential at the box's points: A_x first, then A_y, A_z.
-    classes : tuple of Class
+    classes : tuple of Modes
+        One a symmetry class, seen through its combinations.
     unknowns, sheets : int
         Its size as a discrete problem.
     """
 
     box: Box
     transform: Array
-    classes: tuple[Class, ...]
+    classes: tuple[Modes, ...]
     unknowns: int
     sheets: int
 
@@ -116,14 +106,14 @@ def prepare_sheets(
     depth : float
         How far from the rim current may pass between sheets [m].
     """
-    bases: dict[tuple[int, int], Array] = {}
-    found: list[tuple[dict[tuple[int, int], Class], int, int]] = []
+    bases: dict[tuple[int, int], _Basis] = {}
+    found: list[tuple[dict[tuple[int, int], Modes], int, int]] = []
     for plan, levels in divisions:
         found.append((*_modes(plan, levels, conductivity, (box, depth), bases), 2 * (levels.size - 1)))
     if not bases:
         raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")
-    transform = _nodal(np.hstack(list(bases.values())), box)
-    none = {key: Class(np.zeros(0), np.zeros((basis.shape[1], 0))) for key, basis in bases.items()}
+    transform = np.hstack([_nodal(basis, box) for basis in bases.values()])
+    none = {key: Modes(np.zeros(0), np.zeros((basis.fields.shape[1], 0))) for key, basis in bases.items()}
     return tuple(
         Sheeted(box, transform, tuple(classes.get(key, none[key]) for key in bases), unknowns, sheets)
         for classes, unknowns, sheets in found
@@ -131,8 +121,8 @@ def prepare_sheets(
 
 
 def _modes(
-    plan: Plan, levels: Array, conductivity: float, reach: tuple[Box, float], bases: dict[tuple[int, int], Array]
-) -> tuple[dict[tuple[int, int], Class], int]:
+    plan: Plan, levels: Array, conductivity: float, reach: tuple[Box, float], bases: dict[tuple[int, int], _Basis]
+) -> tuple[dict[tuple[int, int], Modes], int]:
     """Classes of one division by order and mirror, and unknowns; the first division fills `bases`."""
     box, depth = reach
     prisms = stacked(plan, levels)
@@ -146,14 +136,13 @@ def _modes(
             loops = class_loops(plan, seams, np.diff(levels), (character, mirror), depth=depth)
             if loops.unknowns == 0 or not (first or (order, mirror) in bases):
                 continue
-            tau, seen = _solve_class(_Problem(plan, loops, character, mirror, weight), means, fields, conductivity)
-            seen *= scale[:, None]
+            problem = _Problem(plan, loops, character, mirror, weight)
+            rows = None if first else bases[order, mirror].rows
+            tau, rows, seen = _solve_class(problem, (means, fields), conductivity, rows)
+            size = scale[rows, None]
             if first:
-                basis = _strongest(seen)
-                bases[order, mirror] = basis / scale[:, None]
-            else:
-                basis = bases[order, mirror] * scale[:, None]
-            classes[order, mirror] = Class(tau, np.asarray(basis.T @ seen))
+                bases[order, mirror] = _Basis(rows, _strongest(seen * size) / size)
+            classes[order, mirror] = Modes(tau, np.asarray((bases[order, mirror].fields * size).T @ (seen * size)))
             unknowns += loops.unknowns * int(weight)
     return classes, unknowns
 
@@ -234,15 +223,18 @@ def _decay_scale(box: Box) -> Array:
     return np.tile(np.exp(total).ravel(), 3)
 
 
-def _solve_class(problem: _Problem, means: Array, fields: Array, conductivity: float) -> tuple[Array, Array]:
-    """Time constants of one class and what its modes see of each coefficient, shape (3 * coefficients, m)."""
-    L, R, B = _matrices(problem, means, fields, conductivity)
+def _solve_class(
+    problem: _Problem, images: tuple[Array, Array], conductivity: float, rows: Integers | None
+) -> tuple[Array, Integers, Array]:
+    """Time constants of one class, and what its modes see of some coefficients: of those given, or of all it sees."""
+    L, R = _matrices(problem, images[0], conductivity)
+    rows, B = _fluxes(problem, images[1], rows)
     unit = 1.0 / np.sqrt(np.real(np.diag(R)))
     tau, seen = _felt_modes(L * unit[:, None] * unit, R * unit[:, None] * unit, B * unit)
     if np.iscomplexobj(seen):
         seen = np.hstack([seen.real, seen.imag]) * np.sqrt(problem.weight)
         tau = np.tile(tau, 2)
-    return np.maximum(tau, 0.0), np.asarray(seen.real)
+    return np.maximum(tau, 0.0), rows, np.asarray(seen.real)
 
 
 def _felt_modes(L: Complex, R: Complex, B: Complex) -> tuple[Array, Complex]:
@@ -276,34 +268,56 @@ def _strongest(seen: Array) -> Array:
     return basis
 
 
-def _nodal(basis: Array, box: Box) -> Array:
+def _nodal(basis: _Basis, box: Box) -> Array:
     """Combinations of coefficients as combinations of values at the box's Chebyshev points (z fastest)."""
-    basis = basis.reshape(3, *box.order, -1)
+    whole = np.zeros((3 * int(np.prod(box.order)), basis.fields.shape[1]))
+    whole[basis.rows] = basis.fields
+    whole = whole.reshape(3, *box.order, -1)
     for k, n in enumerate(box.order):
         T = np.cos(np.outer(np.arange(n), np.pi * (np.arange(n) + 0.5) / n)) * 2 / n
         T[0] /= 2
-        basis = np.moveaxis(np.tensordot(T, basis, axes=(0, k + 1)), 0, k + 1)
-    return np.ascontiguousarray(basis.reshape(-1, basis.shape[-1]))
+        whole = np.moveaxis(np.tensordot(T, whole, axes=(0, k + 1)), 0, k + 1)
+    return whole.reshape(-1, whole.shape[-1])
 
 
-def _matrices(problem: _Problem, means: Array, fields: Array, conductivity: float) -> tuple[Complex, Complex, Complex]:
-    """L, R and the fields' fluxes B (3 * coefficients, unknowns) of one class; real if its character is."""
+def _matrices(problem: _Problem, means: Array, conductivity: float) -> tuple[Complex, Complex]:
+    """L and R of one class; real if its character is."""
     loops = problem.loops
-    real = not np.iscomplex(problem.character).any()
-    factors: Any = problem.factors().real if real else problem.factors()
-    moments: list[Any] = [m.real if real else m for m in loops.moments]
-    L: Any = np.zeros((loops.unknowns, loops.unknowns), dtype=factors.dtype)
-    B: Any = np.zeros((3, fields.shape[-1], loops.unknowns), dtype=factors.dtype)
-    pairs = [(a, b) for a, b in np.ndindex(3, 3) if factors[:, :, a, b].any()]
-    weights = np.stack([factors[:, :, a, b].ravel() for a, b in pairs])
-    for (a, b), G, P in zip(pairs, _mixed(weights, means), _mixed(weights, fields), strict=True):
+    pairs, weights, moments = _parts(problem)
+    L: Any = np.zeros((loops.unknowns, loops.unknowns), dtype=weights.dtype)
+    for (a, b), G in zip(pairs, _mixed(weights, means), strict=True):
         L += moments[a].conj().T @ (moments[b].T @ G.T).T
-        B[a] += (moments[b].T @ P).T
     images = weights.shape[1]
     weighted = [m.conj().T.multiply(1.0 / loops.volume) @ m for m in moments]
-    uneven = loops.uneven.real if real else loops.uneven
+    uneven = loops.uneven if np.iscomplexobj(weights) else loops.uneven.real
     R = (sum(weighted) + uneven.conj().T @ uneven).toarray() * (images / conductivity)
-    return (L + L.conj().T) * (images * mu_0 / (8 * np.pi)), R, B.reshape(-1, loops.unknowns)
+    return (L + L.conj().T) * (images * mu_0 / (8 * np.pi)), R
+
+
+def _fluxes(problem: _Problem, fields: Array, rows: Integers | None) -> tuple[Integers, Complex]:
+    """Which of the three components' coefficients one class sees, and their fluxes B (rows, unknowns)."""
+    pairs, weights, moments = _parts(problem)
+    mixed = _mixed(weights, fields)
+    sees = np.zeros((3, fields.shape[-1]), dtype=bool)
+    if rows is None:  # most are of another symmetry than the class
+        least = _ROUNDING * max(np.abs(P).max() for P in mixed)
+        for (a, _), P in zip(pairs, mixed, strict=True):
+            sees[a] |= np.abs(P).max(axis=0) > least
+    else:
+        sees.flat[rows] = True
+    B: Any = [np.zeros((np.count_nonzero(some), problem.loops.unknowns), dtype=weights.dtype) for some in sees]
+    for (a, b), P in zip(pairs, mixed, strict=True):
+        B[a] += (moments[b].T @ P[:, sees[a]]).T
+    return np.flatnonzero(sees), np.vstack(B)
+
+
+def _parts(problem: _Problem) -> tuple[list[tuple[int, int]], Any, list[Any]]:
+    """Which components act on which, the images' weights of each pair, and the moments; real if the character is."""
+    real = not np.iscomplex(problem.character).any()
+    factors: Any = problem.factors().real if real else problem.factors()
+    pairs = [(a, b) for a, b in np.ndindex(3, 3) if factors[:, :, a, b].any()]
+    weights = np.stack([factors[:, :, a, b].ravel() for a, b in pairs])
+    return pairs, weights, [m.real if real else m for m in problem.loops.moments]
 
 
 def _mixed(weights: Any, images: Array) -> Any:

@@ -30,8 +30,8 @@ from scipy.interpolate import CubicSpline
 from scipy.special import j0
 
 from sits_mech.geometry.outline import Outline, target_outline
+from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.axis.dodd_deeds import Layer, reflection, spectrum
-from sits_mech.magnetics.coils.loops import coil_sections
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.outlines import inside_loops
 from sits_mech.scene.sensor import Coil, Target

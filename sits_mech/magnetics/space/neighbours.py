@@ -78,16 +78,12 @@ def coupled_reactions(
 
     Parameters
     ----------
-    coils : tuple of Coil
-        n coils.
-    windings : str
-        "rings" or "spiral".
+    coils, windings, frequency
+        As in `coupling.reactions`.
     target : SpacePlate or None
         What moves.
     others : sequence of SpacePlate
         Fixed plates, at least one, with as many divisions.
-    frequency : float
-        [Hz]
 
     Returns
     -------
@@ -140,12 +136,7 @@ def _joined(admittances: Sequence[Complex], P: Array, omega: float) -> Complex:
 
 def _mutual(first: tuple[Array, Array], second: tuple[Array, Array], D: Array, E: Array) -> Array:
     """P of two plates at given rotations and points, with their D; shape (r, r')."""
-    if D.shape[2] < E.shape[2]:
-        return _mutual(second, first, E, D).T
-    q, _, r = E.shape
-    currents = np.einsum("ab,qbr->qar", first[0].T @ second[0], E, optimize=True).reshape(q, 3 * r)
-    field = (mu_0 / (4 * np.pi) / cdist(first[1], second[1])) @ currents
-    return np.asarray(D.reshape(-1, D.shape[2]).T @ field.reshape(-1, r))
+    return _mutual(second, first, E, D).T if D.shape[2] < E.shape[2] else _linked(first, second, D, E)
 
 
 def _factors(
@@ -161,22 +152,20 @@ def _factors(
         some = np.random.default_rng(0).normal(size=(int(ends[-1]), count + _PROBES))
         linked = np.zeros((D.shape[2], count + _PROBES))
         for (other, E), start, end in zip(fixed, ends[:-1], ends[1:], strict=True):
-            linked += _applied(place, other, (D, E), some[start:end])
+            linked += _linked(place, other, D, np.tensordot(E, some[start:end], 1))
         Q, probes = np.linalg.qr(linked[:, :count])[0], linked[:, count:]
         if np.linalg.norm(probes - Q @ (Q.T @ probes)) <= _LOST * np.linalg.norm(probes):
-            return Q, np.vstack([_applied(other, place, (E, D), Q) for other, E in fixed]).T
+            return Q, np.vstack([_linked(other, place, E, np.tensordot(D, Q, 1)) for other, E in fixed]).T
         count = 2 * count
     return np.eye(D.shape[2]), np.hstack([_mutual(place, other, D, E) for other, E in fixed])
 
 
-def _applied(first: tuple[Array, Array], second: tuple[Array, Array], both: tuple[Array, Array], W: Array) -> Array:
-    """P of two plates (rotations and points, D of each) times some columns W."""
-    D, E = both
-    q = E.shape[0]
-    currents = (E.reshape(3 * q, -1) @ W).reshape(q, 3, -1)
-    turned = np.einsum("ab,qbr->qar", first[0].T @ second[0], currents, optimize=True).reshape(q, -1)
+def _linked(first: tuple[Array, Array], second: tuple[Array, Array], D: Array, moments: Array) -> Array:
+    """What a plate with D sees of another's moments (q, 3, k) at its points, by both rotations and points; (r, k)."""
+    q, _, k = moments.shape
+    turned = np.einsum("ab,qbr->qar", first[0].T @ second[0], moments, optimize=True).reshape(q, 3 * k)
     field = (mu_0 / (4 * np.pi) / cdist(first[1], second[1])) @ turned
-    return np.asarray(D.reshape(-1, D.shape[2]).T @ field.reshape(3 * D.shape[0], -1))
+    return np.asarray(D.reshape(-1, D.shape[2]).T @ field.reshape(-1, k))
 
 
 def _between_both(Q: Array, Y: Complex) -> Complex:

@@ -20,6 +20,7 @@ at the change to far pairs.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,6 +29,7 @@ from numpy.typing import NDArray
 
 from sits_mech.geometry.sheet_plan import Integers
 from sits_mech.quantities import Array
+from sits_mech.scene.outlines import signed_area
 
 FAR = 6.0  # boxes: centres this many largest sides apart are far
 _NEAR_PRISMS, _FAR_PRISMS = 1.2, 2.5  # where prisms stop being near, and start being far, in largest diameters
@@ -67,46 +69,61 @@ def box_means(x: Array, y: Array, z: Array) -> Array:
     axes = (x, y, z)
     scale = max(axis[-1] for axis in axes)
     tables = [_distances(axis / scale) for axis in axes]
-    F = _hoer_love(*np.ix_(*(table[0] for table in tables)))
-    for k, (_, index) in enumerate(tables):
-        F = np.moveaxis(np.moveaxis(F, 2 * k, 0)[index], (0, 1), (2 * k, 2 * k + 1))
-        F = -np.diff(np.diff(F, axis=2 * k), axis=2 * k + 1)
-    sides, distances, moments = [], [], []
-    for k, axis in enumerate(axes):
-        centre, full_centre = (axis[1:] + axis[:-1]) / 2, _mirrored((axis[1:] + axis[:-1]) / 2, -1.0)
-        side, full_side = np.diff(axis), _mirrored(np.diff(axis), 1.0)
-        first, second = _at(2 * k), _at(2 * k + 1)
-        F = F / ((side / scale).reshape(first) * (full_side / scale).reshape(second))
-        sides.append(np.maximum(side.reshape(first), full_side.reshape(second)))
-        distances.append(centre.reshape(first) - full_centre.reshape(second))
-        moments.append((side.reshape(first) ** 2 + full_side.reshape(second) ** 2) / 12)
-    largest = np.maximum(np.maximum(sides[0], sides[1]), sides[2])
-    square = distances[0] ** 2 + distances[1] ** 2 + distances[2] ** 2
+    F = _differences(_hoer_love(*np.ix_(*(table[0] for table in tables))), 0, tables[0][1])
+    pairs = [_Pairs.of(axis) for axis in axes]
+    n = [axis.size - 1 for axis in axes]
+    result = np.empty((2, 2, 2, *n, *n))
+    for i, slab in enumerate(F):  # the whole in quadruple storage would rule the memory
+        whole = _differences(_differences(slab, 1, tables[1][1]), 3, tables[2][1]).astype(float)
+        G = _mean_inverse(whole / scale, [pair.row(i) if k == 0 else pair for k, pair in enumerate(pairs)], scale)
+        for octant in np.ndindex(2, 2, 2):
+            X, Y, Z = (slice(m, None) if p == 0 else slice(m - 1, None, -1) for m, p in zip(n, octant, strict=True))
+            result[octant][i] = G[X, :, Y, :, Z].transpose(1, 3, 0, 2, 4)
+    total = int(np.prod(n))
+    return result.reshape(2, 2, 2, total, total)
+
+
+@dataclass(frozen=True)
+class _Pairs:
+    """Cells of a half axis by all cells: sides of the first, of the second, distances of the centres [m]."""
+
+    first: Array
+    second: Array
+    distance: Array
+
+    @classmethod
+    def of(cls, axis: Array) -> _Pairs:
+        """Those of the nodes of a half axis."""
+        side, centre = np.diff(axis), (axis[1:] + axis[:-1]) / 2
+        every = np.concatenate([side[::-1], side])
+        first, second = np.broadcast_arrays(side[:, None], every)
+        return cls(first, second, centre[:, None] - np.concatenate([-centre[::-1], centre]))
+
+    def row(self, i: int) -> _Pairs:
+        """Those of one first cell."""
+        return _Pairs(self.first[i], self.second[i], self.distance[i])
+
+
+def _differences(F: Any, axis: int, index: Any) -> Any:
+    """Minus the second difference of F at the distances along an axis: first cell and second one in its place."""
+    whole = np.moveaxis(np.moveaxis(F, axis, 0)[index], (0, 1), (axis, axis + 1))
+    return -np.diff(np.diff(whole, axis=axis), axis=axis + 1)
+
+
+def _mean_inverse(F: Array, pairs: Sequence[_Pairs], scale: float) -> Array:
+    """G of differences of F, by its multipole where the boxes are far; axes x second, y first, second, z likewise."""
+    shapes = ((-1, 1, 1, 1, 1), (1, *pairs[1].first.shape, 1, 1), (1, 1, 1, *pairs[2].first.shape))
+    largest, square, volume = np.zeros(1), np.zeros(1), np.ones(1)
+    parts = []
+    for pair, shape in zip(pairs, shapes, strict=True):
+        largest = np.maximum(largest, np.maximum(pair.first, pair.second).reshape(shape))
+        square = square + (pair.distance**2).reshape(shape)
+        volume = volume * (pair.first * pair.second / scale**2).reshape(shape)
+        parts.append(((pair.first**2 + pair.second**2) / 12, pair.distance**2, shape))
     far = square > (FAR * largest) ** 2
     square = np.where(far, square, 1.0)
-    bend = sum(m * (3.0 * d * d / square - 1.0) for m, d in zip(moments, distances, strict=True)) / (2 * square)
-    G = np.where(far, (1.0 + bend) / np.sqrt(square), F.astype(float) / scale)
-    return _by_mirror(G, (x.size - 1, y.size - 1, z.size - 1))
-
-
-def _by_mirror(G: Array, n: tuple[int, int, int]) -> Array:
-    """Sort the second boxes by octant, each counted outwards."""
-    total = n[0] * n[1] * n[2]
-    result = np.empty((2, 2, 2, total, total))
-    for i, j, k in np.ndindex(2, 2, 2):
-        x, y, z = (slice(m, None) if p == 0 else slice(m - 1, None, -1) for m, p in zip(n, (i, j, k), strict=True))
-        result[i, j, k] = G[:, x, :, y, :, z].transpose(0, 2, 4, 1, 3, 5).reshape(total, total)
-    return result
-
-
-def _at(axis: int) -> tuple[int, ...]:
-    """Shape that puts a vector on one of six axes."""
-    return tuple(-1 if k == axis else 1 for k in range(6))
-
-
-def _mirrored(values: Array, sign: float) -> Array:
-    """Values of the half axis, preceded by their mirror image."""
-    return np.concatenate([sign * values[::-1], values])
+    bend = sum(m.reshape(shape) * (3.0 * d.reshape(shape) / square - 1.0) for m, d, shape in parts) / (2.0 * square)
+    return np.where(far, (1.0 + bend) / np.sqrt(square), F / volume)
 
 
 def _distances(nodes: Array) -> tuple[Any, Any]:
@@ -166,7 +183,7 @@ def _picked(prisms: Prisms, index: Integers) -> Prisms:
 
 def _near(first: Prisms, second: Prisms) -> Array:
     """Mean over Gauss points of the smaller prism of the larger's potential, pair by pair."""
-    size = [polygon_area(prisms.corners) * (prisms.high - prisms.low) for prisms in (first, second)]
+    size = [signed_area(prisms.corners) * (prisms.high - prisms.low) for prisms in (first, second)]
     swap = size[0] > size[1]
     outer, inner = _chosen(swap, second, first), _chosen(swap, first, second)
     points, weights = gauss_points(outer, 3)
@@ -241,12 +258,6 @@ def _edge_log(length: Array, sum_of_distances: Array) -> Array:
     """Integral of 1/r along an edge, bounded on the edge itself (where its factor vanishes)."""
     ratio = length / np.maximum(sum_of_distances, 1e-300)
     return np.asarray(2.0 * np.arctanh(np.minimum(ratio, 1.0 - 1e-15)))
-
-
-def polygon_area(corners: Array) -> Array:
-    """Areas of counter-clockwise polygons, corners (..., k, 2) [m^2]."""
-    after = np.roll(corners, -1, axis=-2)
-    return np.asarray((corners[..., 0] * after[..., 1] - corners[..., 1] * after[..., 0]).sum(-1) / 2)
 
 
 def gauss_points(prisms: Prisms, n: int) -> tuple[Array, Array]:

@@ -15,8 +15,8 @@ import numpy as np
 
 from sits_mech.geometry.outline import Outline, outline_plan, target_outline
 from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan, graded_axis, rectangle_plan
+from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.axis.dodd_deeds import spectrum
-from sits_mech.magnetics.coils.loops import coil_sections
 from sits_mech.magnetics.skin import skin_depth
 from sits_mech.magnetics.space.modes import Box, Sheeted, prepare_sheets
 from sits_mech.magnetics.space.near import wave_numbers
@@ -102,10 +102,7 @@ def carried(target: Target, outline: Outline | None, octave: int, rung: Rung) ->
 
 
 def field_box(target: Target, outline: Outline | None, clearance: float, rung: Rung) -> Box:
-    """Return the bounding box with the polynomials that a field singular `clearance` [m] below it needs.
-
-    As `section.plate.series_order`.
-    """
+    """Return the bounding box with the polynomials that a field singular `clearance` [m] below it needs."""
     rim = target_outline(target, outline).rim
     half = np.array([*np.abs(rim).max(0) * (1.0 + 1e-3), target.thickness / 2])
     rates = [math.asinh((clearance + half[2]) / side) for side in half]

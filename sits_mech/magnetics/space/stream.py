@@ -23,6 +23,7 @@ from scipy.constants import mu_0
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.outline import outline_plan, target_outline
 from sits_mech.geometry.sheet_plan import Grading, Integers, Plan, plan_seams
+from sits_mech.geometry.windings import check_frequency
 from sits_mech.magnetics.coils.ring_field import coil_potential
 from sits_mech.magnetics.space.loops import class_loops
 from sits_mech.magnetics.space.prisms import Prisms, prism_means
@@ -73,13 +74,13 @@ def plate_stream(sensor: Sensor, pose: Pose, frequency: float, currents: Array, 
     Collision
         If the pose brings the target to the coil plane.
     ValueError
-        If the frequency is not positive, the scene has no target, or its outline cannot be divided.
+        If the frequency is not positive, or beyond the coils' (`check_frequency`); if the scene has no target, or its
+        outline cannot be divided.
     """
     target = sensor.target
     if target is None:
         raise ValueError("target: must be given for eddy currents to run in; it is missing")
-    if not 0.0 < frequency < np.inf:
-        raise ValueError(f"frequency: must be a positive number of hertz; got {frequency}")
+    check_frequency(sensor.coils, frequency)
     check_clearance(sensor, pose)
     plan = _plan(target, cells)
     loops = class_loops(plan, plan_seams(plan), np.array([target.thickness]), (plan.characters[0], 1))
@@ -87,8 +88,9 @@ def plate_stream(sensor: Sensor, pose: Pose, frequency: float, currents: Array, 
     prisms = Prisms(plan.nodes[plan.cells], low, -low)
     G = prism_means(prisms, prisms, symmetric=True)
     x, y, uneven = (operator.toarray().real for operator in (*loops.moments[:2], loops.uneven))
+    sigma = target.metal.conductivity
     L = mu_0 / (4 * np.pi) * (x.T @ G @ x + y.T @ G @ y)
-    R = (x.T @ (x / loops.volume[:, None]) + y.T @ (y / loops.volume[:, None]) + uneven.T @ uneven) / _sigma(target)
+    R = (x.T @ (x / loops.volume[:, None]) + y.T @ (y / loops.volume[:, None]) + uneven.T @ uneven) / sigma
     A = _potential(sensor, pose, plan, currents)
     g = x.T @ A[:, 0] + y.T @ A[:, 1]
     omega = 2.0 * np.pi * frequency
@@ -106,11 +108,6 @@ def _plan(target: Target, cells: int) -> Plan:
     outline = target_outline(target)
     size = float(np.ptp(outline.rim, axis=0).min())
     return outline_plan(outline, Grading(size / (4 * cells), 2.0, size / cells))
-
-
-def _sigma(target: Target) -> float:
-    """Conductivity [S/m]."""
-    return target.metal.conductivity
 
 
 def _potential(sensor: Sensor, pose: Pose, plan: Plan, currents: Array) -> Array:

@@ -81,7 +81,7 @@ def work_of_load(load: Array, height: float, q: Array) -> Array:
     q : ndarray, shape (3,) or (6,)
     """
     F, M = _forces(load)
-    return np.asarray(np.concatenate([F, M + np.cross(height * placed(q)[1][:, 2], F)])[ORDER])
+    return np.asarray(np.concatenate([F, M + cross_matrix(height * placed(q)[1][:, 2]) @ F])[ORDER])
 
 
 def turning(forces: Array, X: Array, load: Array, height: float, q: Array) -> Array:

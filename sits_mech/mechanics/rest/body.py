@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -74,7 +75,7 @@ class Bonded:
     shared: Callable[[], Pattern] | None = None
     hidden: Callable[[], Pattern] | None = None
 
-    @property
+    @cached_property
     def pattern(self) -> Pattern:
         """Where the entries of the stiffnesses go."""
         if self.shared is not None:

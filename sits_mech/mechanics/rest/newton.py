@@ -245,9 +245,12 @@ def _way(
     (gap, held), k = aim, body.components
     dx = factor.solve(-found.free)
     left = -(found.target + factor.side.T @ dx)
-    by_load = -np.stack([work_of_load(unit, body.height, here.q)[:k] for unit in np.eye(k)], axis=1)
+    matrix = factor.stiffness
+    if held.any():
+        by_load = -np.stack([work_of_load(unit, body.height, here.q)[:k] for unit in np.eye(k)], axis=1)
+        matrix = np.where(held, by_load, matrix)
     try:
-        step = np.linalg.solve(np.where(held, by_load, factor.stiffness), left - factor.stiffness @ gap)
+        step = np.linalg.solve(matrix, left - factor.stiffness @ gap)
     except np.linalg.LinAlgError:
         return None
     if not (np.all(np.isfinite(dx)) and np.all(np.isfinite(step))):

@@ -173,7 +173,7 @@ def inverse_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
         return f"<p>{len(cal.coils)} coils cannot resolve {' and '.join(cal.forces)}.</p>"
     rows = [
         ("forces resolved", " and ".join(cal.forces)),
-        ("error of the map", f"{cal.error:.1e} of a coil's full scale, foretelling loads that are left out"),
+        ("error of the map", f"{cal.error:.1e} of a coil's full scale, predicting loads that are left out"),
         ("loads with one answer", f"{100.0 * cal.domain.share:.4g} % of the calibrated range"),
         *(("no answer", region) for region in cal.domain.regions),
     ]

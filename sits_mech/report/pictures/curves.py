@@ -5,8 +5,6 @@ Sizes are those of one column of a two-column paper (88 mm). matplotlib is impor
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,6 +16,7 @@ import xarray as xr
 from sits_mech.quantities import Array, shown_unit
 from sits_mech.readout.crosstalk import crosstalk
 from sits_mech.readout.loads import at_middle, varied
+from sits_mech.scene.files import replaced
 from sits_mech.scene.sensor import SceneError
 
 if TYPE_CHECKING:
@@ -186,11 +185,13 @@ def crosstalk_map(data: xr.Dataset) -> Figure:
 
 def save_figure(figure: Figure, path: Path) -> None:
     """Write a figure by an atomic rename, 300 dots per inch; raise SceneError when it cannot be written."""
-    try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        with os.fdopen(handle, "wb") as stream:
-            figure.savefig(stream, format=path.suffix[1:], dpi=300)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except OSError as error:
-        raise SceneError(f"{path}: must be writable; got: {error.strerror or error}") from None
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    with replaced(path) as other:
+        if path.suffix != ".png":
+            figure.savefig(other, format=path.suffix[1:], dpi=300)
+            return
+        figure.set_dpi(300)
+        canvas: Any = FigureCanvasAgg(figure)
+        with other.open("wb") as stream:
+            canvas.print_png(stream)  # `savefig` would draw twice

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sits_mech.quantities import Array
-from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.report.pictures.curves import new_figure
 from sits_mech.silicone.fitting import Fit
 from sits_mech.silicone.homogeneous import engineering_stress
 from sits_mech.silicone.laws import LAWS
@@ -106,16 +106,3 @@ def _dots(axes: Axes, strain: Array, stress: Array, colour: str) -> None:
     axes.plot(
         100.0 * strain, 1e-3 * stress, "o", color=colour, markersize=2.0, markerfacecolor="none", markeredgewidth=0.5
     )  # fmt: skip
-
-
-def save_fit(test: TensileTest, fit: Fit, path: Path) -> None:
-    """Write the picture of a fit; raise SceneError when matplotlib is missing or the file cannot be written.
-
-    Parameters
-    ----------
-    test, fit
-        As for `fit_figure`.
-    path : Path
-        Of the picture; its ending names the format.
-    """
-    save_figure(fit_figure(test, fit), path)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sits_mech.analysis.comparison import Comparison
-from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.report.pictures.curves import new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -75,8 +74,3 @@ def comparison_figure(found: Comparison, coils: Sequence[str]) -> Figure:
         rest.set_ylabel("measured less fitted [nH]")
         figure.legend(loc="outside lower center", ncols=4)
     return figure
-
-
-def save_comparison(found: Comparison, coils: Sequence[str], path: Path) -> None:
-    """Write the picture of a comparison; raise SceneError when it cannot be written."""
-    save_figure(comparison_figure(found, coils), path)

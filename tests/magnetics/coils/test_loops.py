@@ -5,10 +5,9 @@ import pytest
 from scipy.constants import mu_0
 from scipy.special import ellipe, ellipk
 
+from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.loops import (
-    Sections,
     coil_inductances,
-    coil_sections,
     mutual_loops,
     mutual_side_by_side,
     ring_inductance,

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from sits_mech.magnetics.coils.alone import track_resistance
-from sits_mech.magnetics.coils.terminals import seen_by_readout, tank_frequency, terminal_impedance, with_capacitance
-from sits_mech.quantities import Impedance, SolveReport
+from sits_mech.magnetics.coils.terminals import tank_frequency, terminal_impedance, with_capacitance
 from sits_mech.scene.sensor import Coil, Readout
 
 OMEGA = 2 * np.pi * 5e6
@@ -69,15 +68,6 @@ def test_tank_frequency_is_where_the_reactance_vanishes():
     assert np.isnan(tank_frequency(200.0 + 1j * OMEGA * L1, C, OMEGA))
 
 
-def test_planar_impedance_and_shapes_that_do_not_fit_are_refused():
-    report = SolveReport("planar", 1, 1, 0.0, 0.0, 0.0)
-    zero = np.zeros((2, 2))
-    planar = Impedance(5e6, L, zero, L, np.zeros(2), zero, zero, "H/m", report)
-    with pytest.raises(ValueError, match="must be in H"):
-        seen_by_readout(planar, Readout())
-    spatial = Impedance(5e6, L, zero, L, np.full(2, R_DC), zero, zero, "H", report)
-    np.testing.assert_allclose(
-        seen_by_readout(spatial, Readout()), terminal_impedance(1j * OMEGA * L, [R_DC, R_DC], Readout(), OMEGA)
-    )
+def test_shapes_that_do_not_fit_are_refused():
     with pytest.raises(ValueError, match="must be"):
         terminal_impedance(np.eye(3), [1.0, 1.0], Readout(), OMEGA)

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from common.track_losses import coil_losses
 
 from sits_mech.magnetics.coils.alone import track_resistance
-from sits_mech.magnetics.coils.losses import coil_losses
 from sits_mech.magnetics.coils.track_modes import track_spectrum
 from sits_mech.scene.sensor import Coil
 

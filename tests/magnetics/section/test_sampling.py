@@ -40,8 +40,8 @@ def test_samples_know_a_source_outside(size, gap):
         sums = [sum(s * v for s, v in zip(signs(parities), each, strict=True)) * weight for each in (slopes, values)]
         basis, fields = fit(*sums, parities, copies)
         seen += fields @ basis @ _slopes(nodes, source)[0]
-    felt = _values(places, source)[0]
-    assert np.abs(seen - felt).max() < 3 * np.exp(-TERMS / 2) * np.ptp(felt, axis=0).max()
+    acting = _values(places, source)[0]
+    assert np.abs(seen - acting).max() < 3 * np.exp(-TERMS / 2) * np.ptp(acting, axis=0).max()
 
 
 def _slopes(nodes, charges):

@@ -12,6 +12,7 @@ from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import load_sensor
 
 
+@pytest.mark.slow
 def test_single_precision_changes_less_than_promised(monkeypatch: pytest.MonkeyPatch) -> None:
     """At both ends of the decade that is prepared; promised below 1e-3."""
     poses = Pose(np.array([0.0, 1e-3]), np.array([2e-3, 2.5e-3]), np.array([0.0, 0.1]))

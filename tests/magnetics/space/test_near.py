@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from common.infinite_plate import coil_change
 
 from sits_mech.geometry.solids import lowest_points
-from sits_mech.magnetics.axis.dodd_deeds import Layer, coil_change
-from sits_mech.magnetics.coils.loops import coil_sections
+from sits_mech.geometry.windings import coil_sections
+from sits_mech.magnetics.axis.dodd_deeds import Layer
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.near import FACTORS, averaged, carried_down, infinite_plate, under_plate

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from common.infinite_plate import coil_change
 
 from sits_mech.geometry.boxes import Solid, separation
 from sits_mech.geometry.collision import Collision
 from sits_mech.geometry.solids import placed_plates
-from sits_mech.magnetics.axis.dodd_deeds import Layer, coil_change
-from sits_mech.magnetics.coils.loops import coil_sections
+from sits_mech.geometry.windings import coil_sections
+from sits_mech.magnetics.axis.dodd_deeds import Layer
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.space.rungs import LADDER, prepared
@@ -45,6 +46,7 @@ def changes(sensor, pose=REST, frequency=5e6, tolerance=1e-2):
 BESIDE = plate(9.0, 2.6, 6.0, 4.0)
 
 
+@pytest.mark.slow
 def test_fixed_plate_without_target_is_a_target_in_its_place():
     one, R, _ = changes(scene())
     two, R2, z = changes(scene(plate(0.0, 2.1, 8.0), target=None), Pose(np.zeros(3), 2 * MM))
@@ -73,6 +75,7 @@ def test_layers_of_infinite_plates():
     assert R[0, 0] == pytest.approx(float(exact.R), rel=0.02)
 
 
+@pytest.mark.slow
 def test_ground_plane_below_the_coil():
     sensor = scene(plate(0.0, -2.085, 20.0, thickness=0.1), overrides=(LOOP,), target=None)
     coil = sensor.coils[0]

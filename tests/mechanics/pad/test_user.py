@@ -137,7 +137,8 @@ def flush_file(path, tetrahedra, bonded=4.0):
     return path
 
 
-@pytest.mark.parametrize("tetrahedra", [pytest.param(False, marks=pytest.mark.slow), True])
+@pytest.mark.slow
+@pytest.mark.parametrize("tetrahedra", [False, True])
 def test_contact_is_that_of_the_models_own_mesh(tmp_path, tetrahedra):
     """A flush pad whose faces fold at 8 N: its pose within both errors."""
     mesh = f'elastomer.mesh="{flush_file(tmp_path / "flush.msh", tetrahedra)}"'

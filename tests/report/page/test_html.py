@@ -231,7 +231,7 @@ def test_one_shear_force_leaves_one_slider(browser: Browser, calibrated: Path, t
 
 
 def test_forces_back(calibrated: Path) -> None:
-    """Error of the map, share with an answer, noise in newtons; a sentence where forces cannot be told apart."""
+    """Error of the map, share with an answer, noise in newtons; a sentence where forces are not resolved."""
     sensor, data = read_calibration(calibrated)
     text = inverse_part(sensor, data, readings(sensor, data))
     for word in ("F_x and F_z", "100 % of the calibrated range", "resolution", "mN", "read linearly"):

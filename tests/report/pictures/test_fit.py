@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sits_mech.report.pictures.fit import fit_figure, fit_rows, save_fit
+from sits_mech.report.pictures.curves import save_figure
+from sits_mech.report.pictures.fit import fit_figure, fit_rows
 from sits_mech.silicone.fitting import fit_law
 from sits_mech.silicone.homogeneous import engineering_stress
 from sits_mech.silicone.tensile import TensileTest
@@ -34,7 +35,7 @@ def test_picture_shows_data_law_and_rest(tmp_path: Path) -> None:
     at_half = np.interp(50.0, inside.get_xdata(), inside.get_ydata())
     assert at_half == pytest.approx(engineering_stress("gent", GENT, np.array([0.5]))[0] / 1e3, rel=1e-4)
     assert np.abs(rest.lines[0].get_ydata()).max() < 1e-3
-    save_fit(test, fit, tmp_path / "fit.png")
+    save_figure(fit_figure(test, fit), tmp_path / "fit.png")
     assert (tmp_path / "fit.png").stat().st_size > 5000
 
 

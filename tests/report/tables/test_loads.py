@@ -2,7 +2,6 @@
 
 import csv
 import io
-import json
 import math
 from pathlib import Path
 
@@ -11,11 +10,8 @@ import pytest
 import xarray as xr
 from rich.console import Console
 
-from sits_mech.quantities import POSE, WRENCH, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.report.folder import read_calibration
-from sits_mech.report.records import failure_record, json_text
 from sits_mech.report.tables.loads import csv_text, failures, figures, load_table, remarks, summary_table
-from sits_mech.report.tables.solves import with_error
 
 COILS = ["C1", "C2"]
 
@@ -44,16 +40,6 @@ def text_of(table: object) -> str:
     console = Console(file=io.StringIO(), width=200, markup=False)
     console.print(table)
     return console.file.getvalue()
-
-
-@pytest.mark.parametrize(("value", "error", "expected"), [
-    (12.3456, 0.21, "12.35 +- 0.21"), (12.3456, 3.4, "12.3 +- 3.4"), (1234.5, 56.0, "1234 +- 56"),
-    (0.0, 0.0, "0 +- 0"), (2000.0, 0.0, "2000 +- 0"), (math.nan, 0.1, "-"), (1.5, math.inf, "1.5 +- ?"),
-    (-0.00123, 0.000045, "-0.001230 +- 0.000045"),
-])  # fmt: skip
-def test_digits_follow_the_error(value: float, error: float, expected: str) -> None:
-    """Two digits of the error; neither invented nor lost."""
-    assert with_error(value, error) == expected
 
 
 def test_the_load_table_has_an_error_on_every_number() -> None:
@@ -133,18 +119,3 @@ def test_a_table_of_moments_has_their_unit() -> None:
     single = data.isel(M=0).drop_vars("M")
     assert figures(single)[0][0] == "dL_v/dF_z mid-grid" and math.isnan(figures(single)[0][1])
     assert csv_text(single).count("\n") == 2 and load_table(single).row_count == 1
-
-
-def test_records_are_json() -> None:
-    """What is not a number is null; a failure shows the last state, or none."""
-    report = SolveReport("planar", 10, 3, 1.0, math.inf, 0.1, status="stalled", min_J=math.nan)
-    found = json.loads(json_text(failure_record(SolveFailed("no", report))))
-    assert found["pose"] is None and found["report"]["estimated_error"] is None
-    assert found["message"] == "no" and found["error"] is None
-    last = Equilibrium(Wrench(0.0, 1.0), Pose(0.0, 1e-3), Pose(0.0, 0.0), np.zeros(3), report)
-    found = json.loads(json_text(failure_record(SolveFailed("no", report, last))))
-    assert found["wrench"] == dict.fromkeys(WRENCH, 0.0) | {"F_z": 1.0} and found["pose"]["d_v"] == 1e-3
-    assert found["error"] == dict.fromkeys(POSE, 0.0) and found["report"]["status"] == "stalled"
-    for half, other in (("mechanics", "magnetics"), ("magnetics", "mechanics")):
-        halves = failure_record(SolveFailed("no", report, half=half), whole=True)["report"]
-        assert halves[other] is None and halves[half]["status"] == "stalled"

@@ -1,16 +1,18 @@
-"""Resistance of the coils' tracks: direct current, and alternating current with skin and proximity effect.
+"""Resistance of the coils' tracks at one frequency, solved directly, and closed forms beside it.
 
-Every turn is a ring, divided into filaments f of section w_f h_f that share the turn's voltage v_t:
+What `coils.track_modes` finds for many frequencies from its modes. Every turn is a ring, divided into filaments f of
+section w_f h_f that share the turn's voltage v_t:
 
     (R_f + j omega L_fg) i_g = v_t(f),    R_f = 2 pi r_f / (sigma w_f h_f),    L_fg by `loops`,
 
 and with P the map of filaments to turns, ``Y = P^T (R + j omega L)^-1 P`` links turn voltages to turn currents, so
 that ``Z = Y^-1`` is turn by turn and a coil in series shows ``Z_coil = sum_tu Z_tu = R_ac + j omega L``.
 
-Filaments are graded to the surfaces; twice as many along both sides and ``(4 fine - coarse) / 3`` give the answer, its
-step from `fine` the error.
+Twice as many filaments along both sides and ``(4 fine - coarse) / 3`` give the answer, its step from `fine` the error.
 
-Closed forms beside it: `skin`.
+Closed forms, with ``gamma = (1 + j) / delta``, per metre: a round wire of radius a has the internal impedance
+``gamma / (2 pi a sigma) I0(gamma a) / I1(gamma a)``; a foil of thickness h with the field on one face only has
+``R / R_dc = Re[gamma h coth(gamma h)]``.
 
 Range: tracks of copper, non-magnetic; a turn closes on itself (no pitch, no vias). Neglected: displacement current, so
 that nothing is said near a coil's own resonance; eddy currents that the target drives in the tracks.
@@ -19,13 +21,17 @@ Source: Dowell, Proc. IEE 113 (1966) 1387 (foil); any text on the internal imped
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ive
 
-from sits_mech.magnetics.coils.loops import Sections, coil_sections, ring_inductance
+from sits_mech.geometry.windings import Sections, coil_sections
+from sits_mech.magnetics.coils.loops import ring_inductance
+from sits_mech.magnetics.coils.track_modes import divided, filaments_along
 from sits_mech.magnetics.skin import skin_depth
 from sits_mech.quantities import Complex
 from sits_mech.scene.materials import metals
@@ -67,7 +73,7 @@ def coil_losses(coil: Coil, frequency: float) -> CoilLosses:
         raise ValueError(f"frequency: must be a positive number of hertz; got {frequency}")
     delta = skin_depth(frequency, _copper())
     rings = coil_sections(coil)
-    cells = (_cells(coil.track_width, delta), _cells(coil.track_thickness, delta))
+    cells = (filaments_along(coil.track_width, delta), filaments_along(coil.track_thickness, delta))
     if 4 * cells[0] * cells[1] * rings.radius.size > _MOST:
         raise ValueError(
             f"frequency: {frequency:g} Hz with {rings.radius.size} turns asks for more than {_MOST} filaments; "
@@ -122,24 +128,20 @@ def filament_impedance(filaments: Sections, turn: NDArray[np.int_], frequency: f
     return np.asarray(np.linalg.inv(P.T @ np.linalg.solve(system, P)))
 
 
-def divided(rings: Sections, cells: tuple[int, int]) -> Sections:
-    """Return each ring as cells[0] x cells[1] filaments, finest at its surfaces, ring after ring."""
-    across, up = (-np.cos(np.pi * np.arange(n + 1) / n) / 2 for n in cells)
-    x, z = np.meshgrid((across[1:] + across[:-1]) / 2, (up[1:] + up[:-1]) / 2, indexing="ij")
-    w, h = np.meshgrid(np.diff(across), np.diff(up), indexing="ij")
-    width, height = rings.width[:, None], rings.height[:, None]
-    columns = (
-        rings.radius[:, None] + width * x.ravel(), rings.z[:, None] + height * z.ravel(), width * w.ravel(),
-        height * h.ravel(),
-    )
-    return Sections(*(column.ravel() for column in columns))
+def round_wire_impedance(radius: float, frequency: float, conductivity: float) -> complex:
+    """Return the internal impedance of a straight round wire [ohm/m]; Bessel functions, no overflow."""
+    gamma = (1 + 1j) / skin_depth(frequency, conductivity)
+    bessel = ive(np.array([0.0, 1.0]), np.full(2, gamma * radius))
+    ratio = complex(bessel[0] / bessel[1])
+    return gamma / (2 * math.pi * radius * conductivity) * ratio
+
+
+def foil_resistance_ratio(thickness: float, frequency: float, conductivity: float) -> float:
+    """Return R / R_dc of a wide foil whose field is on one face only."""
+    y = (1 + 1j) / skin_depth(frequency, conductivity) * thickness
+    return (y / cmath.tanh(y)).real
 
 
 def _copper() -> float:
     """Conductivity of the tracks [S/m]."""
     return metals()["copper"].conductivity
-
-
-def _cells(side: float, delta: float) -> int:
-    """Cells along a side, so that the outermost of the coarse division is about 0.7 skin depths."""
-    return max(2, math.ceil(math.sqrt(2.5 * side / (0.7 * delta))))

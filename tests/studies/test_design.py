@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import xarray as xr
+from common.design import best_designs, serves, table_row
 
-from sits_mech.analysis.design import best_designs, serves, table_row
 from sits_mech.scene.sensor import load_sensor
 
 

@@ -3,8 +3,7 @@
 from pathlib import Path
 
 import pytest
-
-from sits_mech.report.accuracy import Rung, draw_ladders, machine, pareto_front, rung_rows
+from common.accuracy import Rung, draw_ladders, machine, pareto_front, rung_rows
 
 
 def test_the_front_is_what_nothing_beats() -> None:

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from common.strip import pair_over_half_space, strip_reaction
 
-from sits_mech.magnetics.section.closed_form import pair_over_half_space, strip_reaction
 from sits_mech.quantities import Pose
 
 

@@ -2,12 +2,18 @@
 
 import numpy as np
 import pytest
+from common.track_losses import (
+    coil_losses,
+    filament_impedance,
+    foil_resistance_ratio,
+    round_wire_impedance,
+    turn_impedance,
+)  # fmt: skip
 from scipy.constants import mu_0
 
+from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.alone import track_resistance
-from sits_mech.magnetics.coils.loops import Sections, coil_sections, ring_inductance
-from sits_mech.magnetics.coils.losses import coil_losses, filament_impedance, turn_impedance
-from sits_mech.magnetics.skin import foil_resistance_ratio, round_wire_impedance
+from sits_mech.magnetics.coils.loops import ring_inductance
 from sits_mech.scene.sensor import Coil
 
 MM = 1e-3

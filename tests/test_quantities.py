@@ -1,0 +1,42 @@
+"""What passes between the rooms: names and order of components, what leaves the plane, what JSON can hold."""
+
+import json
+
+import numpy as np
+import pytest
+
+from sits_mech.quantities import POSE, UNITS, WRENCH, Pose, Wrench, as_jsonable, refuse_beside, shown_unit
+
+
+def test_components_come_back_in_their_order() -> None:
+    """A pose of its components is itself, one or many; three components are those of the plane."""
+    one = Pose(1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+    assert Pose.of(one.components) == one and Pose.of(one.components[:3]) == Pose(1.0, 2.0, 3.0)
+    many = Pose(np.array([1.0, 7.0]), 2.0)
+    assert many.components.shape == (2, 6) and np.array_equal(Pose.of(many.components).components, many.components)
+    assert one.centre.tolist() == [1.0, 4.0, 2.0] and one.rotation.tolist() == [5.0, 3.0, 6.0]
+    assert Wrench(*range(6)).components.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]
+
+
+def test_work_has_one_unit() -> None:
+    """Component by component a wrench works on a pose: newtons on metres, newton metres on radians."""
+    assert {(UNITS[force], UNITS[motion]) for force, motion in zip(WRENCH, POSE, strict=True)} == {
+        ("N", "m"), ("N*m", "rad"),
+    }  # fmt: skip
+    assert shown_unit("M_z") == "N m"
+
+
+def test_what_leaves_the_plane_is_named() -> None:
+    """Zeros are in the plane; a plane model refuses the others, of one pose or of any of many."""
+    assert Wrench(1.0, 2.0, 3.0).beside == () and Wrench(F_y=1e-9, M_z=-1.0).beside == ("F_y", "M_z")
+    many = Pose(0.0, 1e-3, d_y=np.array([0.0, 1e-6]))
+    refuse_beside("planar", Pose(1e-3, 1e-3, 0.1), "sheets")
+    with pytest.raises(ValueError, match="pose: d_y must be zero for the model planar, which is plane: ask for sheets"):
+        refuse_beside("planar", many, "sheets")
+
+
+def test_arrays_become_json() -> None:
+    """Arrays, tuples and numpy's numbers, at any depth."""
+    given = {"a": np.eye(2), "b": (np.float64(0.5), [np.int64(3), "c"]), "d": None}
+    expected = {"a": [[1.0, 0.0], [0.0, 1.0]], "b": [0.5, [3, "c"]], "d": None}
+    assert json.loads(json.dumps(as_jsonable(given))) == expected
