@@ -160,7 +160,7 @@ def write_header(source: Source, path: Path) -> tuple[str, ...]:
     size = found.table.shape[1]
     notes = [
         f"table of {size} x {size} nodes, within {found.error:.2g} codes of the map",
-        f"the map foretells loads that are left out to {_in_words(found.cal, float(found.cal.map.error.max()))}",
+        f"the map predicts loads that are left out to {_in_words(found.cal, float(found.cal.map.error.max()))}",
         f"the loads' own estimated errors are up to {_in_words(found.cal, _own_error(source))}",
     ]
     if lost > 0.0:

@@ -35,7 +35,7 @@ from sits_mech.scene.sensor import Elastomer, Sensor, Target
 from sits_mech.silicone.energy import isochoric_energy, isochoric_stress
 
 _GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
-_FOLDING = 1.5  # order that the error is told with in contact and of flush pads: faces fold onto a plane cell by cell
+_CONTACT_ORDER = 1.5  # of the error in contact and of flush pads: faces fold onto a plane cell by cell
 _AROUND = (2, 3)  # cells from a corner of the core to the next middle of a side: up to 2 through the thickness, more
 _SHARE = 0.25  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
 
@@ -238,12 +238,12 @@ def pair_of(fine: Solid, coarse: Solid) -> Pair:
     The error goes with the square of the cells' size, with contact and of flush pads with its power of 1.5. On meshes
     of one fineness the coarse one is the softer companion of a mesh of the user's.
     """
-    finer, folds = fine.fineness / coarse.fineness, bool(fine.body.parts)
+    finer, contact = fine.fineness / coarse.fineness, bool(fine.body.parts)
     if finer > 1.0:
-        order = _FOLDING if folds or fine.body.faces.under.size > 0 else 2.0
+        order = _CONTACT_ORDER if contact or fine.body.faces.under.size > 0 else 2.0
         added, owned = 1.0 / (finer**2 - 1.0), 1.0 / (finer**order - 1.0)
     else:
-        added, owned = -fine.softened, 1.0 if folds else 0.5
+        added, owned = -fine.softened, 1.0 if contact else 0.5
     return Pair(fine.body, coarse.body, added, owned, _SHARE)
 
 

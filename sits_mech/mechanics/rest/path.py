@@ -8,7 +8,8 @@ grows again where it is easy. A state at rest counts only where
   must withstand what its symmetry hides, too: falling sideways, out of the plane, and turning about z.
 
 What is given may be any mix of forces and places of the target: with a place given, the path goes past the largest
-load that the layer carries.
+load that the layer carries. Source: P. Wriggers, Nonlinear Finite Element Methods (2008), chapter 5; stability by the
+condensed stiffness: J. M. T. Thompson, G. W. Hunt, A General Theory of Elastic Stability (1973), chapter 2.
 """
 
 from __future__ import annotations

@@ -125,8 +125,8 @@ def _first_good(line: Line, numbers: range, start: Equilibrium | None, control: 
         own = _tried(line, number, start, control, numbers[-1] - number)
         if best is None or own.part > best.part or (own.part == best.part == 1.0 and _error(own) < _error(best)):
             best = own
-        folds = number < line.free < len(line) and _touches(line, own.found)
-        if best.part == 1.0 and (_error(best) <= line.good or folds):
+        touches = number < line.free < len(line) and _touches(line, own.found)
+        if best.part == 1.0 and (_error(best) <= line.good or touches):
             break
     if best is None:
         raise ValueError("meshes: there must be at least one pair")
