@@ -15,7 +15,7 @@ from argparse import ArgumentParser
 from pathlib import Path
 from typing import Any
 
-from sits_mech.report.outputs import study_arguments, write_rows
+from common.outputs import study_arguments, write_rows
 
 SCENE = "biorob2018-w15"
 COARSE = ("--fx", "0 N:0.5 N:2", "--fz", "0 N:1 N:2")

@@ -4,6 +4,7 @@ import ast
 import re
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,15 @@ def test_a_study_says_how_it_is_run(path: Path) -> None:
     doc = ast.get_docstring(ast.parse(text)) or ""
     assert re.search(rf"python studies/{path.name} \[--coarse\].*--output DIR", doc)
     assert len(text.splitlines()) <= 350
+
+
+@pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)
+def test_a_study_finds_what_it_imports(path: Path) -> None:
+    """Names of the package and of the studies' own folders, wherever in the file they are imported."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and str(node.module).split(".")[0] in ("sits_mech", "common", "extreme"):
+            module = import_module(str(node.module))
+            assert all(hasattr(module, alias.name) for alias in node.names), ast.unparse(node)
 
 
 def test_help_costs_nothing() -> None:
