@@ -248,6 +248,7 @@ def test_a_worker_keeps_to_one_thread(tmp_path: Path) -> None:
     assert set(done.stdout.split()) == {"1"}
 
 
+@pytest.mark.slow
 def test_a_cluster_that_loses_a_worker(tmp_path: Path) -> None:
     """Two worker processes, one killed in the middle: nothing is lost, and the result is that of one process."""
     distributed = pytest.importorskip("distributed")

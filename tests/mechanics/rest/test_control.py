@@ -39,6 +39,7 @@ def test_places_found_under_forces_give_the_forces_back(given):
     assert held.pose.alpha == pytest.approx(free.pose.alpha, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_tall_block_is_followed_past_its_largest_load():
     """Pressed with its tilt free a block as high as wide gives way sideways; with d_h given it is followed on."""
     layer = planar_layer(pad(6, 6, 6), 2e-2)
