@@ -149,6 +149,7 @@ def test_contact_is_alike_in_all_directions():
     np.testing.assert_allclose(across.pose.rotation[[1, 0, 2]] * [-1.0, -1.0, 1.0], along.pose.rotation, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_contact_that_cannot_be_followed_is_worth_the_whole_displacement(monkeypatch):
     tried = retry._tried
 
