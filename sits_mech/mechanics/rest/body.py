@@ -87,11 +87,6 @@ class Bonded:
         return pattern(rows, columns, self.free, border(self.mesh, self.bonded))
 
     @property
-    def reach(self) -> float:
-        """How far the target's bonded nodes are from its centre along x or y, at most [thicknesses]."""
-        return float(np.abs(self.X).max())
-
-    @property
     def size(self) -> int:
         """Length of a packed state."""
         return int(self.mesh.nodes.size + self.components + np.prod(self.mesh.chi.shape[:2]))

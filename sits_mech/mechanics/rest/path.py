@@ -54,11 +54,6 @@ class Outcome:
     reached: float
     reason: str = ""
 
-    @property
-    def buckled(self) -> bool:
-        """Whether the path ended where the target is not stable."""
-        return self.reason == "buckled"
-
 
 def reason_words(reason: str, smallest: float) -> str:
     """Return what is known of a path that ended, in words, from its smallest increment as a fraction of the path."""
