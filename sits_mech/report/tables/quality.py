@@ -195,8 +195,8 @@ def _crosstalk_table(record: Record) -> Table:
     for name in forces:
         own, unsure = record["own_signal"].get(name), record["error_crosstalk_before"][name]
         first = [_share(part, unsure[other]) for other, part in record["crosstalk_before"][name].items()]
-        found.add_row(name, f"its signal {own}" if own else "its best sum of coils", *first)
-        for key, way in (("crosstalk", "linear sums of coils"), ("crosstalk_after", "the inverse")):
+        found.add_row(name, f"its signal {own}" if own else "its best sum", *first)
+        for key, way in (("crosstalk", "linear sums of all"), ("crosstalk_after", "the inverse")):
             cells = [_share(part, record[f"error_{key}"][name]) for part in record[key][name].values()]
             found.add_row("", way, *cells, end_section=key == "crosstalk_after")
     return found
