@@ -186,7 +186,7 @@ def _region(found: SmoothMap, x: Array, reason: str) -> str:
 def _folds_over(found: SmoothMap, x: Array, part: NDArray[np.bool_], directions: Array, ranges: Array) -> bool:
     """Tell whether loads of a part's edge, or with more coils than forces of all of it, show what far ones show."""
     edge = part & ~binary_erosion(part)
-    if not _alike(found, x[edge], directions, len(x)):
+    if edge.sum() < 2 or not _alike(found, x[edge], directions, len(x)):
         return False
     return len(ranges) == x.ndim - 1 or _alike(found, x[part], directions, len(x), ranges)
 
