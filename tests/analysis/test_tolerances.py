@@ -53,8 +53,9 @@ def three_axes(sensor: Sensor) -> xr.Dataset:
     coils = [coil.name for coil in sensor.coils]
     dims, request = (*axes, "coil", "coil_2"), {"mechanics": "block", "magnetics": "sheets", "tolerance": 0.01}
     data = xr.Dataset({"L": (dims, found.L), "L0": (dims[3:], found.L0)}, axes | {"coil": coils, "coil_2": coils})
+    data = data.assign({name: 0.0 * data["L"] for name in ("R", "error_L", "error_R")})
     data["status"] = (dims[:3], np.full(F_x.shape, "converged"))
-    return data.assign_coords(M_z=1e-3).assign_attrs(unit_L="H", request=json.dumps(request))
+    return data.assign_coords(M_z=1e-3).assign_attrs(unit_L="H", frequency=5e6, request=json.dumps(request))
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +93,7 @@ def test_an_offset_of_the_coils_is_shear(sensor: Sensor, data: xr.Dataset) -> No
 
 def test_three_forces_of_a_stiffer_layer(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each is read as what it is, less by the modulus; an offset along x is tared away, it feigns no F_y."""
-    sensor = load_sensor("triaxial-3")
+    sensor = load_sensor("triaxial-3", ['readout.converter="none"'])
     monkeypatch.setattr(tolerances, "mechanical_model", lambda *_: (Spring(), None))
     monkeypatch.setattr(tolerances, "loaded_model", lambda scene, *_: (Near(scene.coils), None))
     data = three_axes(sensor)
@@ -140,7 +141,7 @@ def test_quality_command(
     assert found[0]["crosstalk"]["F_z"]["F_x"] > 0.0 and found[0]["hysteresis"] == {"F_x": None, "F_z": None}
     assert run(["quality", str(tmp_path), "--modulus", "2 %", "--samples", "8"]) == 0
     said = capsys.readouterr()
-    assert "modulus 100 %" in said.out and "default noise" in said.err
+    assert "modulus 100 %" in said.out and "by default the converter's" in said.err
     assert "below its error" in said.out and "errors of loads" in said.out
     assert run(["quality", str(tmp_path), "--gap", "2 N"]) == 2
     assert run(["quality", str(tmp_path), "--period", "0 s"]) == 2
