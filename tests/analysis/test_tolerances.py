@@ -160,6 +160,7 @@ def test_quality_of_forces_that_two_coils_cannot_resolve(
     assert run(["quality", str(three_forces), "--noise", "10 fH"]) == 0
     said = capsys.readouterr().out
     assert "F_y: moves the coils by less than their noise" in said and "infinite: more forces than coils" in said
+    assert run(["converter", str(three_forces)]) == 0 and "RCOUNT0" in capsys.readouterr().out
     assert run(["quality", str(three_forces), "--modulus", "5 %"]) == 2
     assert "the coils do not resolve all of F_x, F_z, F_y" in capsys.readouterr().err
     assert run(["quality", str(three_forces), "--period", "1 s"]) == 2
