@@ -21,6 +21,7 @@ import xarray as xr
 
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.cases import DONE
+from sits_mech.chain.pose_errors import signal_weights
 from sits_mech.magnetics.coils.alone import track_resistances
 from sits_mech.magnetics.coils.loops import coil_inductances
 from sits_mech.magnetics.coils.terminals import terminal_impedance
@@ -190,6 +191,31 @@ def codes_of(sensor: Sensor, front: FrontEnd, L: Array) -> Array:
     good, f = np.isfinite(L), np.full(L.shape, np.nan)
     f[good] = tank_frequency(L[good], sensor.readout.parallel_capacitance)
     return code_of(f, front.part, front.reference, front.input_divider)
+
+
+def coil_table(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
+    """Return what a table holds of each coil, for `quality`.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        What was calibrated.
+    data : Dataset
+        As from `calibrate`.
+
+    Returns
+    -------
+    Dataset
+        ``L`` and ``error_L`` over (*varied(data), coil) less what has one value [H], NaN where a load has no result;
+        ``weights`` (signal, coil) of the signals.
+    """
+    loads = varied(data)
+    found, good = absolute(sensor, table_impedance(data))[0], (data["status"].transpose(*loads) == DONE).to_numpy()
+    each = {name: np.diagonal(getattr(found, name), axis1=-2, axis2=-1) for name in ("L", "error_L")}
+    own = {name: ((*loads, "coil"), np.where(good[..., None], values, np.nan)) for name, values in each.items()}
+    own["weights"] = (("signal", "coil"), signal_weights(sensor))
+    coords = {**{name: data[name] for name in loads}, "coil": [coil.name for coil in sensor.coils]}
+    return xr.Dataset(own, coords).isel({name: 0 for name in loads if data.sizes[name] == 1}, drop=True)
 
 
 def model_errors(sensor: Sensor, data: xr.Dataset) -> Array:

@@ -111,26 +111,25 @@ def quality(
     """
     import numpy as np
 
-    from sits_mech.analysis.bench import sensor_calibration, sensor_front_end
-    from sits_mech.analysis.tolerances import force_spread
+    from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
+    from sits_mech.analysis.tolerances import force_spread, usual_loads
     from sits_mech.analysis.wrenches import resolved_components
     from sits_mech.cli.console import progress_bar
     from sits_mech.readout import quality as figures
-    from sits_mech.report.folder import read_two_forces
+    from sits_mech.report.folder import read_calibration
     from sits_mech.report.tables.quality import components_record, quality_record, quality_tables
     from sits_mech.units import quantity as written
 
-    sensor, data = read_two_forces(folder)
+    sensor, data = read_calibration(folder)
     cal, off = sensor_calibration(sensor, data), deviations.given()
     one = None if noise is None else written(noise, "H", "--noise")
     sizes = sensor_front_end(sensor, data)[0].noise if one is None else np.full(len(cal.coils), one)
-    places, loop = [coil.centre[0] for coil in sensor.coils], None if period is None else _loop(sensor, data, period)
-    found = figures.quality(cal, sizes, positions=places, branches=loop)
+    loop = None if period is None else _loop(sensor, data, period)
+    found = figures.quality(cal, sizes, table=coil_table(sensor, data), branches=loop)
     scatter = None
     if off:
-        loads = cal.low + (cal.high - cal.low) * np.array([[0.5, 0.5], [0.75, 0.5], [0.75, 1.0]])
         with progress_bar("sensors") as progress:
-            scatter = force_spread(sensor, data, off, loads.tolist(), samples=samples, progress=progress)
+            scatter = force_spread(sensor, data, off, usual_loads(cal).tolist(), samples=samples, progress=progress)
     record = quality_record(found, data, scatter) | {"noise": sizes.tolist()}
     if components:
         record["components"] = components_record(resolved_components(sensor, data, sizes))
@@ -182,9 +181,13 @@ def _loop(sensor: Sensor, data: xr.Dataset, period: str) -> tuple[Array, Array]:
     from sits_mech.analysis.bench import branches
     from sits_mech.analysis.cycle import load_cycle, triangle
     from sits_mech.quantities import Wrench
-    from sits_mech.units import quantity
+    from sits_mech.readout.loads import fixed, load_words, varied
+    from sits_mech.units import SceneError, quantity
 
     request = json.loads(data.attrs["request"])
     models = {name: request[name] for name in ("mechanics", "magnetics", "tolerance")}
-    peak = Wrench(*(float(data[name].max()) for name in ("F_x", "F_z")))
+    held = load_words(fixed(data))
+    if held:
+        raise SceneError(f"--period: needs a table whose loads start from none; this one holds {held}")
+    peak = Wrench(**{name: float(data[name].max()) for name in varied(data)})
     return branches(sensor, load_cycle(sensor, peak, triangle(quantity(period, "s", "--period")), **models))

@@ -141,14 +141,15 @@ class Calibration:
         ----------
         forces : array_like, shape (..., d)
             Where [N, N m].
-        L_error : array_like, shape (n,)
-            Of the inductances [unit].
+        L_error : array_like, shape (n,) or (..., n)
+            Of the inductances, of all loads or of each [unit].
 
         Returns
         -------
         ndarray, shape (..., d)
         """
-        spread = np.abs(self._answers(forces)) @ np.asarray(L_error, dtype=float)
+        wrong = np.asarray(L_error, dtype=float)
+        spread = np.abs(self._answers(forces)) @ wrong.reshape(-1, wrong.shape[-1], 1)
         return np.asarray(spread.reshape(np.shape(forces)))
 
     def force_noise(self, forces: ArrayLike, L_noise: ArrayLike) -> Array:
