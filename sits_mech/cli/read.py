@@ -138,7 +138,7 @@ def quality(
     if silicone is not None and (silicone.prony or silicone.mullins) and period is None:
         warn("hysteresis: the silicone has prony or mullins; --period shows what they make of the forces")
     if one is None:
-        warn("resolution: by the converter's default noise at its longest conversion; --noise takes what a board shows")
+        warn("noise: by default the converter's at its longest conversion; --noise takes what a board shows")
     return 0
 
 
