@@ -32,6 +32,7 @@ TALK = {"print", "breakpoint", "input"}
 # files without tests of their own at the mirrored place, and where they are tested instead
 UNMIRRORED = {
     "__main__.py": "tests/cli/test_main.py: the package is the command",
+    "analysis/codes.py": "tests/report/page/test_html.py: the page's codes",
     "batch/executors.py": "tests/batch/test_run.py: studies run by them",
     "batch/requests.py": "tests/batch/test_run.py: every request",
     "batch/study.py": "tests/batch/test_run.py: studies read and refused",
@@ -87,7 +88,6 @@ UNMIRRORED = {
     "mechanics/rest/retry.py": "tests/mechanics/test_block_whole.py: loads that need another mesh, or contact",
     "meshing/store.py": "tests/mechanics/pad/test_user.py: meshes read and refused",
     "readout/front_end.py": "tests/readout/test_converter.py: settings of the converter",
-    "report/codes.py": "tests/report/page/test_html.py: the page's codes",
     "report/page/parts.py": "tests/report/page/test_html.py: the page's sections",
     "report/pictures/measured.py": "tests/analysis/test_comparison.py: compare draws and prints it",
     "report/pictures/request.py": "tests/report/pictures/test_spatial.py: requests drawn and refused",

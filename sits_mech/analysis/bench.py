@@ -27,7 +27,7 @@ from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveRep
 from sits_mech.readout.calibration import Calibration, calibration
 from sits_mech.readout.converter import converter, parallel_resistance, resonance
 from sits_mech.readout.front_end import FrontEnd, front_end
-from sits_mech.readout.loads import two_forces
+from sits_mech.readout.loads import varied
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
 
 _IDLE = "idle coils: left out, a model per metre overstates their coupling"
@@ -87,8 +87,8 @@ def absolute(sensor: Sensor, found: Impedance) -> tuple[Impedance, tuple[str, ..
 
 
 def table_impedance(data: xr.Dataset) -> Impedance:
-    """Return the impedance that a table over F_x and F_z holds, with these as leading axes; what failed is NaN."""
-    data, order = two_forces(data), ("F_x", "F_z", "coil", "coil_2")
+    """Return the impedance that a table holds, with what it varies as leading axes; what failed is NaN."""
+    order = (*varied(data), "coil", "coil_2")
     L, R, error_L, error_R = (data[name].transpose(*order).to_numpy() for name in ("L", "R", "error_L", "error_R"))
     L0 = data["L0"].to_numpy()
     report = SolveReport("table", 0, 0, 0.0, 0.0, 0.0)
@@ -108,7 +108,7 @@ def terminals(sensor: Sensor, data: xr.Dataset) -> tuple[xr.Dataset, tuple[str, 
 
     Returns
     -------
-    Dataset, dims (F_x, F_z, coil)
+    Dataset, dims (*varied(data), coil)
         ``L`` [H] and ``R`` [ohm].
     tuple of str
         Left out.
@@ -118,17 +118,17 @@ def terminals(sensor: Sensor, data: xr.Dataset) -> tuple[xr.Dataset, tuple[str, 
     SceneError
         When the tracks' losses cannot be computed.
     """
-    data = two_forces(data)
+    loads = varied(data)
     found, missing = absolute(sensor, table_impedance(data))
-    good = (data["status"].transpose("F_x", "F_z") == DONE).to_numpy()
+    good = (data["status"].transpose(*loads) == DONE).to_numpy()
     seen, reasons = at_terminals(sensor, replace(found, L=found.L[good], R=found.R[good]))
     if seen is None:
         raise SceneError(f"{sensor.name}: {'; '.join(reasons)}")
     shape = (*good.shape, len(sensor.coils))
     L, R = np.full(shape, np.nan), np.full(shape, np.nan)
     L[good], R[good] = seen.L, seen.R
-    dims = ("F_x", "F_z", "coil")
-    coords = {"F_x": data["F_x"], "F_z": data["F_z"], "coil": [coil.name for coil in sensor.coils]}
+    dims = (*loads, "coil")
+    coords = {**{name: data[name] for name in loads}, "coil": [coil.name for coil in sensor.coils]}
     return xr.Dataset({"L": (dims, L), "R": (dims, R)}, coords=coords), missing
 
 
@@ -145,9 +145,8 @@ def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
     Raises
     ------
     ValueError
-        When the table holds too few loads, or loads with other components than F_x and F_z.
+        When the table holds too few loads.
     """
-    data = two_forces(data)
     return calibration(data, None if data.attrs["unit_L"] == "H" else free_inductances(sensor).tolist())
 
 

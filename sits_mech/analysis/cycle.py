@@ -26,11 +26,10 @@ from sits_mech.chain.pose_errors import Reading, read_poses, stacked
 from sits_mech.chain.simulate import with_symmetry
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.quantities import POSE, Array, Pose, Wrench
+from sits_mech.readout.signals import told
 from sits_mech.scene.sensor import SceneError, Sensor, scene_hash, scene_text
 from sits_mech.silicone.history import ElasticCurve, elastic_curve, relaxed_share, softened_share
 from sits_mech.version import __version__
-
-_SHOWN = ("L_v", "L_h", "L_v_percent", "L_h_percent")
 
 
 @dataclass(frozen=True)
@@ -102,9 +101,9 @@ def load_cycle(
     Returns
     -------
     Dataset, dim time
-        ``share``, ``elastic_share``; pose, ``L`` (coil, coil_2), L_v, L_h and their percent of L0, each with
-        ``error_``. Attributes: scene, request, ``notes``, ``unit_L``, and of each of L_v and L_h ``loop_L_v_percent``,
-        the width of its loops in percent of its range, a list with one number for each cycle, with ``error_``; NaN
+        ``share``, ``elastic_share``; pose, ``L`` (coil, coil_2) and the signals, each with ``error_``. Attributes:
+        scene, request, ``notes``, ``unit_L``, and of each signal that is `told` ``loop_L_v_percent`` and the like, the
+        width of its loops in percent of its range, a list with one number for each cycle, with ``error_``; NaN
         where the range is within the signal's error.
 
     Raises
@@ -135,7 +134,8 @@ def load_cycle(
     scene = {"scene": scene_text(sensor), "scene_hash": scene_hash(sensor), "version": __version__, "name": sensor.name}
     return data.assign_attrs(
         **scene, notes="; ".join((*_notes(sensor), *by_field.notes)), request=json.dumps(request),
-        frequency=sensor.frequency, unit_L=reading.impedance.unit_L, **_loops(data, "L_v"), **_loops(data, "L_h"),
+        frequency=sensor.frequency, unit_L=reading.impedance.unit_L,
+        **{key: item for name in told(data) for key, item in _loops(data, name).items()},
     )  # fmt: skip
 
 
@@ -178,7 +178,8 @@ def _carried(curve: ElasticCurve, reading: Reading, elastic: Array) -> dict[str,
     pose, error, found, shown = _poses(curve, "pose"), _poses(curve, "error"), reading.impedance, reading.signals
     values = {name: (getattr(pose, name), getattr(error, name)) for name in POSE}
     values |= {"L": (found.L, found.error_L)}
-    values |= {name: (getattr(shown, name), getattr(shown, f"error_{name}")) for name in _SHOWN}
+    known = shown.known
+    values |= {name: (item, known[f"error_{name}"]) for name, item in known.items() if f"error_{name}" in known}
     columns = {}
     for name, (value, own) in values.items():
         dims = ("time", "coil", "coil_2")[: np.ndim(value)]
@@ -194,7 +195,7 @@ def _loops(data: xr.Dataset, name: str) -> dict[str, list[float]]:
     share, signal, error = (data[key].to_numpy() for key in ("share", name, f"error_{name}"))
     found = [_loop(share[part], signal[part], error[part]) for part in _cycles(share)]
     widths, errors = zip(*found, strict=True) if found else ((), ())
-    return {f"loop_{name}_percent": list(widths), f"error_loop_{name}_percent": list(errors)}
+    return {f"loop_{name}": list(widths), f"error_loop_{name}": list(errors)}
 
 
 def _cycles(share: Array) -> list[slice]:

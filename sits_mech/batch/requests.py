@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -142,7 +142,7 @@ def _simulate(variant: Variant, asked: Row) -> Row:
     """Answer: what does the sensor show under a load?"""
     models = {name: item for name, item in asked.items() if name not in _LOAD}
     found = simulate(variant.sensor, _wrench(asked), **models)
-    return _rest(found.equilibrium) | _shown(found.impedance) | asdict(found.signals)
+    return _rest(found.equilibrium) | _shown(found.impedance) | found.signals.known
 
 
 def _calibrate(variant: Variant, asked: Row) -> Row:
@@ -184,9 +184,7 @@ def _shown(found: Impedance) -> Row:
 _CHAIN = {"mechanics": tuple(MECHANICS), "magnetics": tuple(MAGNETICS)}
 REQUESTS: Mapping[str, Request] = {
     "pose": Request(_pose, _LOAD, {"model": _CHAIN["mechanics"]}),
-    "inductance": Request(
-        _inductance, _PLACE, {"model": _CHAIN["magnetics"]}, needed=("dv",), layer=False, chunk=25
-    ),
+    "inductance": Request(_inductance, _PLACE, {"model": _CHAIN["magnetics"]}, needed=("dv",), layer=False, chunk=25),
     "simulate": Request(_simulate, _LOAD, _CHAIN),
     "calibrate": Request(_calibrate, _LOAD, _CHAIN, needed=("fx", "fz"), ranges=tuple(_LOAD)),
 }

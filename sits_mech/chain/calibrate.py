@@ -29,6 +29,7 @@ from sits_mech.mechanics.finite_length import small_strain_stiffness
 from sits_mech.mechanics.loads import kept_key
 from sits_mech.mechanics.pad.solid import pad_parts
 from sits_mech.quantities import POSE, WRENCH, Impedance, MagneticModel, Pose, Wrench
+from sits_mech.readout.signals import Signals
 from sits_mech.scene.sensor import SceneError, Sensor, scene_hash, scene_text
 from sits_mech.version import __version__
 
@@ -166,15 +167,21 @@ def _read_rows(sensor: Sensor, model: MagneticModel, rows: Sequence[Row]) -> tup
     numbers = iter(range(len(good)))
     done = []
     for row in checked:
-        shown: dict[str, Any] = {"L_h_untilted_percent": np.nan, **dict.fromkeys(vars(reading.signals), np.nan)}
+        shown: dict[str, Any] = dict.fromkeys((*reading.signals.known, *_untilted(reading.untilted)), np.nan)
         shown |= {name: (coils, np.full(found.L0.shape, np.nan)) for name in ("L", "R", "error_L", "error_R")}
         if row["status"] == DONE:
             i = next(numbers)
             shown = {name: (coils, getattr(found, name)[i]) for name in ("L", "R", "error_L", "error_R")}
-            shown |= vars(signals_at(reading.signals, i)) | {"L_h_untilted_percent": float(reading.untilted[i])}
+            shown |= signals_at(reading.signals, i).known | _untilted(signals_at(reading.untilted, i))
             shown |= {"error_magnetics": found.report.estimated_error, "seconds": row["seconds"] + share}
         done.append(row | shown)
     return found, done
+
+
+def _untilted(found: Signals) -> dict[str, Any]:
+    """Return the shear signals that a place would show without rotation, under the names of a table."""
+    named = {"dL_x": "dL_x_untilted", "dL_y": "dL_y_untilted", "L_h_percent": "L_h_untilted_percent"}
+    return {name: found.known[key] for key, name in named.items() if key in found.known}
 
 
 def _guarded(sensor: Sensor, row: Row) -> Row:

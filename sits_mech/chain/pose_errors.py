@@ -7,7 +7,7 @@ The error of a result is the magnetic model's own plus what the error of the pos
 with steps s_k = e_k, or less near a collision; places that no pose of a batch has an error in are not evaluated (a
 symmetric load is neither sheared nor turned).
 
-For L_v and L_h the pose's part is taken of the signal itself: what moves both coils alike leaves their difference.
+For a signal the pose's part is taken of the signal itself: what moves all coils alike leaves their differences.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy as np
 
 from sits_mech.geometry.collision import room as room_around
 from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose
-from sits_mech.readout.signals import Signals, combine, shear_weights, signals
+from sits_mech.readout.signals import Signals, combine, rows_of, signals, weights_of
 from sits_mech.scene.sensor import Sensor
 
 _ROUNDING = 1e-12  # a pose, or an error of it, that is none [m, rad]
@@ -28,11 +28,11 @@ _SMALLEST = 1e-9  # step of a difference quotient [m, rad]: far below any pose, 
 
 @dataclass(frozen=True)
 class Reading:
-    """Impedance and signals of many poses with all errors; ``untilted`` is L_h at the same place unrotated [%]."""
+    """Impedance and signals of many poses with all errors; ``untilted`` are the signals there unrotated."""
 
     impedance: Impedance
     signals: Signals
-    untilted: Array
+    untilted: Signals
 
 
 def stacked(poses: Sequence[Pose]) -> Pose:
@@ -42,7 +42,7 @@ def stacked(poses: Sequence[Pose]) -> Pose:
 
 def signals_at(found: Signals, index: int) -> Signals:
     """Return one of many signals."""
-    return Signals(**{name: float(np.asarray(value)[index]) for name, value in vars(found).items()})
+    return Signals(**{name: float(np.asarray(value)[index]) for name, value in found.known.items()})
 
 
 def read_poses(sensor: Sensor, model: MagneticModel, pose: Pose, error: Pose) -> Reading:
@@ -66,8 +66,8 @@ def read_poses(sensor: Sensor, model: MagneticModel, pose: Pose, error: Pose) ->
     shifted, gain = _shifted(sensor, pose, error, tilted)
     found = model.impedance(shifted, sensor.frequency)
     level = np.diagonal(found.L[-1 if tilted else 0], axis1=-2, axis2=-1)
-    untilted = signals(level, np.diagonal(found.L0), _weights(sensor)).L_h_percent
-    return Reading(*with_pose_errors(sensor, found, gain), np.asarray(untilted))
+    untilted = signals(level, np.diagonal(found.L0), _weights(sensor))
+    return Reading(*with_pose_errors(sensor, found, gain), untilted)
 
 
 def with_pose_errors(sensor: Sensor, found: Impedance, gain: Array) -> tuple[Impedance, Signals]:
@@ -85,16 +85,17 @@ def with_pose_errors(sensor: Sensor, found: Impedance, gain: Array) -> tuple[Imp
     """
     weights = _weights(sensor)
     own, L0 = np.diagonal(found.L, axis1=-2, axis2=-1), np.diagonal(found.L0)
-    by_pose = [_spread(values, gain) for values in (found.L, found.R, *combine(own, weights))]
+    by_pose = [_spread(values, gain) for values in (found.L, found.R, combine(own, weights))]
     error_L, error_R = found.error_L[0] + by_pose[0], found.error_R[0] + by_pose[1]
-    model_error = np.trace(found.error_L[0], axis1=-2, axis2=-1)
-    shown = signals(own[0], L0, weights, (model_error + by_pose[2], model_error + by_pose[3]))
+    by_model = np.diagonal(found.error_L[0], axis1=-2, axis2=-1) @ np.abs(rows_of(weights)).T
+    shown = signals(own[0], L0, weights, by_model + by_pose[2])
     return replace(found, L=found.L[0], R=found.R[0], error_L=error_L, error_R=error_R), shown
 
 
 def _weights(sensor: Sensor) -> Array:
-    """Weights of L_h."""
-    return shear_weights([coil.centre[0] for coil in sensor.coils])
+    """Weights of the signals."""
+    radius = 0.5 * max(coil.outer_diameter for coil in sensor.coils)
+    return weights_of([coil.centre for coil in sensor.coils], radius)
 
 
 def _shifted(sensor: Sensor, pose: Pose, error: Pose, tilted: bool) -> tuple[Pose, Array]:

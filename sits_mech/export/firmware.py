@@ -21,10 +21,10 @@ from string import Template
 import numpy as np
 from numpy.typing import NDArray
 
+from sits_mech.analysis.codes import readings
 from sits_mech.export.source import Source
 from sits_mech.quantities import Array
 from sits_mech.readout.calibration import OK, OUTSIDE, Calibration, calibration_of
-from sits_mech.report.codes import readings
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError
 from sits_mech.version import __version__

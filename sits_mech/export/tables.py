@@ -12,6 +12,7 @@ from sits_mech.cases import save_table
 from sits_mech.export.source import Source
 from sits_mech.quantities import UNITS, shown_unit
 from sits_mech.readout.loads import fixed, varied
+from sits_mech.readout.signals import SIGNALS
 from sits_mech.report.tables.loads import csv_text, figures
 from sits_mech.scene.files import write_bytes, write_text
 from sits_mech.scene.sensor import SceneError, scene_text
@@ -23,9 +24,9 @@ _UNITS |= {"seconds": "s"} | dict.fromkeys(("min_J", "iterations", "error_mechan
 def unit_of(name: str, unit_L: str) -> str:
     """Return the unit of a variable or of a column such as ``error_L[C1][C2]``; "" where it is text."""
     plain = name.partition("[")[0]
-    if plain.endswith("percent"):
-        return "% of L0"
     bare = plain.removeprefix("error_")
+    if plain.endswith("percent") or bare.removesuffix("_untilted") in SIGNALS:
+        return "% of L0"
     if bare.startswith("L"):
         return unit_L
     return unit_L.replace("H", "ohm", 1) if bare == "R" else _UNITS.get(plain, _UNITS.get(bare, ""))

@@ -53,11 +53,11 @@ class Domain:
     def whitened(self, L: Array) -> Array:
         """Return inductances (m, n) along the leading directions, of size one over the box, shape (m, d)."""
         middle, directions = self.whitening
-        return np.asarray((L - middle) @ directions)
+        return _product(L - middle, directions)
 
     def holds(self, x: Array, margin: float) -> NDArray[np.bool_]:
         """Tell which scaled forces (m, d) lie inside the hull of the table's loads, or outside by at most `margin`."""
-        return np.asarray(np.max(x @ self.hull[:, :-1].T + self.hull[:, -1], axis=-1) <= margin + 1e-9)
+        return np.asarray(np.max(_product(x, self.hull[:, :-1].T) + self.hull[:, -1], axis=-1) <= margin + 1e-9)
 
     def valid(self, x: Array) -> NDArray[np.bool_]:
         """Tell which scaled forces (m, d) lie in the part that has an inverse."""
@@ -106,6 +106,14 @@ def domain_of(found: SmoothMap, weights: Array, points: Array) -> tuple[Domain, 
         regions += (_region(found, x.reshape(-1, d), why),)
         seeds += [x[::8, ::8][i::3, j::3].reshape(-1, d) for i in range(3) for j in range(3)]
     return Domain(regions, share, sign, condition, labels, hull, (middle, directions)), tuple(seeds)
+
+
+def _product(x: Array, matrix: Array) -> Array:
+    """Return x (m, k) times a matrix (k, p), summed in one order whatever m is."""
+    found = np.zeros((len(x), matrix.shape[1]))
+    for column, row in zip(x.T, matrix, strict=True):
+        found += column[:, None] * row
+    return found
 
 
 def _hull(x: Array) -> Array:

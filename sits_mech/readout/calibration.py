@@ -1,8 +1,7 @@
 """Which forces belong to the inductances? A smooth map of a table, and its inverse where there is exactly one.
 
     forward    L(F), a `SmoothMap` of each coil's inductance over the forces
-    inverse    minimise sum_c (w_c (L_c(F) - L_c))^2 by Gauss-Newton from the nearest load of a fine grid; as many
-               coils as forces: Newton's method, the residual goes to rounding
+    inverse    minimise sum_c (w_c (L_c(F) - L_c))^2, w one over the coil's noise (`inversion`)
     domain     where det(P dL/dF) keeps its sign, P the projection onto the directions in which L varies most (as many
                as forces; P = 1 for as many coils), inside the hull of the loads that the table holds
 
@@ -15,23 +14,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import cKDTree
 
 from sits_mech.maps.domain import Domain, domain_of
 from sits_mech.maps.surrogate import SmoothMap, fit_map
 from sits_mech.quantities import Array
+from sits_mech.readout.inversion import AMBIGUOUS as AMBIGUOUS
+from sits_mech.readout.inversion import NO_SOLUTION as NO_SOLUTION
+from sits_mech.readout.inversion import OK as OK
+from sits_mech.readout.inversion import OUTSIDE as OUTSIDE
+from sits_mech.readout.inversion import Search
 from sits_mech.readout.loads import varied
-
-OK, OUTSIDE, AMBIGUOUS, NO_SOLUTION = "ok", "outside", "ambiguous", "no solution"
-_MARGIN = 0.02  # beyond the table, of half its range: noise at rest reads a little below zero
-_STEPS = 25
-_SMALL = 1e-11  # error of an answer, of half the range
-_APART = 1e-3  # two answers, of half the range
-_INCONSISTENT = 0.02  # residual of more coils than forces, of the largest range of a coil
 
 
 @dataclass(frozen=True)
@@ -142,9 +139,13 @@ class Calibration:
 
     def _answers(self, forces: ArrayLike) -> Array:
         """Return the derivatives of the inverse by the inductances (m, d, n) at forces of m points [N / unit]."""
-        x = self.map.scaled(forces).reshape(-1, len(self.low))
-        inverse = _pseudo_inverse(self.map.value_and_slopes(x)[1] * self.weights[:, None]) * self.weights
-        return np.asarray(inverse * (0.5 * (self.high - self.low))[:, None])
+        answers = self._search.answers(self.map.scaled(forces).reshape(-1, len(self.low)))
+        return np.asarray(answers * (0.5 * (self.high - self.low))[:, None])
+
+    @cached_property
+    def _search(self) -> Search:
+        """What finds the forces of readings."""
+        return Search(self.map, self.domain, self.weights, self.full_scale, self.seeds)
 
     def inverse(self, L: ArrayLike) -> Inverse:
         """Return the forces that show inductances.
@@ -169,8 +170,8 @@ class Calibration:
             raise ValueError(f"L: must be of {len(self.coils)} coils ({', '.join(self.coils)}); got shape {L.shape}")
         check_enough(self.coils, self.forces)
         flat = L.reshape(-1, len(self.coils))
-        x, residual, status = _solved(self, flat)
-        error = self.force_error(self.map.unscaled(x), self.map.error)
+        x, residual, status, error = self._search.solved(flat)
+        error = error * (0.5 * (self.high - self.low))
         wrong = (status != OK)[:, None]
         forces, error = np.where(wrong, np.nan, self.map.unscaled(x)), np.where(wrong, np.nan, error)
         shape = L.shape[:-1]
@@ -272,57 +273,3 @@ def check_enough(coils: Sequence[str], forces: Sequence[str]) -> None:
     """Refuse to resolve more forces than there are coils."""
     if len(coils) < len(forces):
         raise ValueError(f"coils: {len(coils)} cannot resolve {len(forces)} forces ({', '.join(forces)})")
-
-
-def _solved(cal: Calibration, L: Array) -> tuple[Array, Array, NDArray[np.str_]]:
-    """Return scaled forces, relative residual and status of readings (m, n)."""
-    x, settled = _newton(cal, L, _nearest(cal, cal.seeds[0], L))
-    value = cal.map.value_and_slopes(x)[0]
-    residual = np.max(np.abs(value - L) / cal.full_scale, axis=-1)
-    status = np.full(len(L), OK, dtype="<U12")
-    status[~settled | (residual > _INCONSISTENT) | ~np.isfinite(residual)] = NO_SOLUTION
-    status[np.isfinite(residual) & ~cal.domain.holds(x, _MARGIN)] = OUTSIDE
-    status[(status == OK) & ~cal.domain.valid(x)] = AMBIGUOUS
-    for part in cal.seeds[1:]:
-        open_ = np.flatnonzero(np.isin(status, (OK, OUTSIDE, NO_SOLUTION)) & np.isfinite(L).all(axis=-1))
-        other, found = _newton(cal, L[open_], _nearest(cal, part, L[open_]))
-        off = np.max(np.abs(cal.map.value_and_slopes(other)[0] - L[open_]) / cal.full_scale, axis=-1)
-        away = (np.max(np.abs(other - x[open_]), axis=-1) > _APART) | (status[open_] != OK)
-        status[open_[found & away & (off < _INCONSISTENT) & cal.domain.holds(other, 0.0)]] = AMBIGUOUS
-    return x, residual, status
-
-
-def _nearest(cal: Calibration, seeds: Array, L: Array) -> Array:
-    """Return the starting point whose inductances are nearest to a reading, both seen along what the map varies in."""
-    table = cal.domain.whitened(cal.map.value_and_slopes(seeds)[0])
-    asked = np.nan_to_num(cal.domain.whitened(L), nan=0.0, posinf=1e6, neginf=-1e6)
-    return np.asarray(seeds[cKDTree(table).query(np.clip(asked, -1e6, 1e6))[1]])
-
-
-def _newton(cal: Calibration, L: Array, x: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Return where Gauss-Newton ends, in scaled forces, and whether it settled."""
-    x, settled = x.copy(), np.zeros(len(x), dtype=bool)
-    small = _SMALL if len(cal.coils) > len(cal.forces) else np.sqrt(_SMALL)  # Newton's next step is this one's square
-    active = np.flatnonzero(np.isfinite(L).all(axis=-1))
-    for _ in range(_STEPS):
-        if active.size == 0:
-            break
-        value, slopes = cal.map.value_and_slopes(x[active])
-        inverse = _pseudo_inverse(slopes * cal.weights[:, None])
-        step = np.clip(np.einsum("mdn,mn->md", inverse, (L[active] - value) * cal.weights), -0.3, 0.3)
-        x[active] = np.clip(x[active] + step, -1.2, 1.2)
-        done = np.max(np.abs(step), axis=-1) < small
-        settled[active[done]] = True
-        active = active[~done]
-    return x, settled
-
-
-def _pseudo_inverse(A: Array) -> Array:
-    """Return the least-squares inverses (m, d, n) of many small matrices (m, n, d); of a singular pair, zero."""
-    if A.shape[-2:] != (2, 2):
-        return np.asarray(np.linalg.pinv(A, rcond=1e-10))
-    det = A[:, 0, 0] * A[:, 1, 1] - A[:, 0, 1] * A[:, 1, 0]
-    found = np.empty_like(A)
-    found[:, 0, 0], found[:, 1, 1] = A[:, 1, 1], A[:, 0, 0]
-    found[:, 0, 1], found[:, 1, 0] = -A[:, 0, 1], -A[:, 1, 0]
-    return np.asarray(found / np.where(np.abs(det) > 1e-300, det, np.inf)[:, None, None])

@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike
 
 from sits_mech.quantities import Array
 from sits_mech.readout.calibration import OK, Calibration, check_enough
-from sits_mech.readout.signals import combine, shear_weights
+from sits_mech.readout.signals import combine, weights_of
 
 _FINE = 33  # loads along each force
 
@@ -134,8 +134,10 @@ def _signal(cal: Calibration, L: Array, force: str, positions: Sequence[float]) 
     """Return the signal that answers a force: the sum for a normal one, left less right for the others."""
     if len(cal.coils) == 1:
         return L[..., 0]
-    L_v, L_h = combine(L, shear_weights(positions))
-    return L_v if force == "F_z" else L_h
+    places = np.column_stack([positions, np.zeros(len(positions))])
+    each = combine(L, weights_of(places, 1e-9))
+    normal, shear = (3, 4) if len(positions) == 2 else (0, 1)
+    return np.asarray(each[..., normal if force == "F_z" else shear])
 
 
 def _linearity(cal: Calibration, positions: Sequence[float]) -> Array:

@@ -1,70 +1,123 @@
-"""What does the sensor show? Two signals of its coils' inductances, absolute and relative to free space.
+"""What does the sensor show? Signals that follow from where its coils are, in percent of the mean inductance L0.
 
-    L_v = sum_i L_i                (two coils: L1 + L2), answers a normal force
-    L_h = sum_i w_i L_i            (two coils: L1 - L2), answers a shear force
+    dL_v = 100 sum_i (L_i - L0_i) / sum_i L0_i              answers a normal force
+    dL_x = 100 sum_i w_i (L_i - L0_i) / mean_i L0_i         answers a shear force along x; dL_y alike
+    w_i = -(x_i - mean x) / max(max_j |x_j - mean x|, r)    r half the largest coil's outer radius
 
-Both are quoted as a percentage of L0, the mean of the coils' inductances without target: at rest a pair shows a little
-less than 200 % and 0 %. Numbers only: measured inductances go the same way as computed ones.
+L0 are the inductances without target. Two coils whose centres differ along an axis by less than r overlap in it: there
+the weights go to zero with the distance, so that each signal is continuous in the places of the coils.
+
+One or two coils show the published pair besides, L_v = L1 + L2 and L_h = L1 - L2, in percent of the mean L0: dL_x is
+L_h but for the offset of free space. Numbers only: measured inductances go the same way as computed ones.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from sits_mech.quantities import Array
+
+SIGNALS = ("dL_v", "dL_x", "dL_y")
+"""Names of the signals that every sensor has."""
+PAIR = ("L_v", "L_h")
+"""Names of the published signals of one or two coils; with ``_percent`` those over L0."""
+Value = float | Array
 
 
 @dataclass(frozen=True)
 class Signals:
-    """The two signals and their estimated absolute errors, numbers or arrays of one shape.
+    """The signals and their estimated absolute errors, numbers or arrays of one shape.
 
     Attributes
     ----------
-    L_v, L_h : float or ndarray
-        In the unit of the inductances.
-    L_v_percent, L_h_percent : float or ndarray
+    dL_v, dL_x, dL_y : float or ndarray
+        Change of the mean inductance and its first moments [% of the mean L0].
+    L_v, L_h : float, ndarray or None
+        Sum and difference of a pair, in the unit of the inductances; None for three and more coils.
+    L_v_percent, L_h_percent : float, ndarray or None
         Relative to L0 [%].
-    error_L_v, error_L_h, error_L_v_percent, error_L_h_percent : float or ndarray
+    error_dL_v, error_dL_x, ... : float, ndarray or None
         Estimated absolute error of each.
     """
 
-    L_v: float | Array
-    L_h: float | Array
-    L_v_percent: float | Array
-    L_h_percent: float | Array
-    error_L_v: float | Array = 0.0
-    error_L_h: float | Array = 0.0
-    error_L_v_percent: float | Array = 0.0
-    error_L_h_percent: float | Array = 0.0
+    dL_v: Value
+    dL_x: Value
+    dL_y: Value
+    error_dL_v: Value = 0.0
+    error_dL_x: Value = 0.0
+    error_dL_y: Value = 0.0
+    L_v: Value | None = None
+    L_h: Value | None = None
+    L_v_percent: Value | None = None
+    L_h_percent: Value | None = None
+    error_L_v: Value | None = None
+    error_L_h: Value | None = None
+    error_L_v_percent: Value | None = None
+    error_L_h_percent: Value | None = None
+
+    @property
+    def known(self) -> dict[str, Value]:
+        """Those that the coils have, with their errors, by name."""
+        return {name: value for name, value in vars(self).items() if value is not None}
 
 
-def shear_weights(positions: Sequence[float]) -> Array:
-    """Return the weights w of L_h for coils at `positions` along x [m]: +1 and -1 for a pair, else left minus right."""
-    return np.array([1.0, -1.0]) if len(positions) == 2 else -np.sign(np.asarray(positions, dtype=float))
+def told(names: Container[Any]) -> tuple[str, ...]:
+    """Return which signals a table shows a reader, relative to L0: the published pair's where it has them."""
+    pair = tuple(f"{name}_percent" for name in PAIR)
+    return pair if pair[0] in names else SIGNALS
 
 
-def combine(L: Array, weights: Array) -> tuple[Array, Array]:
-    """Return L_v and L_h.
+def weights_of(centres: ArrayLike, radius: float) -> Array:
+    """Return the weights of dL_v, dL_x and dL_y, in units of the mean L0.
+
+    Parameters
+    ----------
+    centres : array_like, shape (n, 2)
+        x and y of each coil's axis [m].
+    radius : float
+        Outer radius of the largest coil [m].
+
+    Returns
+    -------
+    ndarray, shape (3, n)
+    """
+    places = np.asarray(centres, dtype=float)
+    away = (places - places.mean(axis=0)).T
+    reach = np.maximum(np.abs(away).max(axis=1, keepdims=True), 0.5 * radius)
+    return np.vstack([np.full(len(places), 1.0 / len(places)), -away / reach])
+
+
+def rows_of(weights: Array) -> Array:
+    """Return the weights of all signals: those of `weights_of`, and of one or two coils those of L_v and L_h."""
+    count = weights.shape[1]
+    pair = {1: [[1.0], [0.0]], 2: [[1.0, 1.0], [1.0, -1.0]]}.get(count)
+    return weights if pair is None else np.vstack([weights, pair])
+
+
+def combine(L: Array, weights: Array) -> Array:
+    """Return the combinations of inductances that the signals are made of.
 
     Parameters
     ----------
     L : ndarray, shape (..., n)
         Inductance of each coil.
-    weights : ndarray, shape (n,)
-        Of L_h, as from `shear_weights`.
+    weights : ndarray, shape (3, n)
+        As from `weights_of`.
 
     Returns
     -------
-    tuple of ndarray, shape (...)
-        In the unit of L.
+    ndarray, shape (..., r)
+        In the unit of L; r is 3, and 5 for one or two coils.
     """
-    return np.sum(L, axis=-1), np.asarray(L @ weights)
+    return np.asarray(L @ rows_of(weights).T)
 
 
-def signals(L: Array, L0: Array, weights: Array, errors: tuple[Array | float, Array | float] = (0.0, 0.0)) -> Signals:
+def signals(L: Array, L0: Array, weights: Array, errors: ArrayLike = 0.0) -> Signals:
     """Return the signals with their errors.
 
     Parameters
@@ -73,10 +126,10 @@ def signals(L: Array, L0: Array, weights: Array, errors: tuple[Array | float, Ar
         Inductance of each coil.
     L0 : ndarray, shape (n,)
         The same without target.
-    weights : ndarray, shape (n,)
-        Of L_h.
-    errors : tuple of float or ndarray, shape (...)
-        Estimated absolute errors of L_v and L_h.
+    weights : ndarray, shape (3, n)
+        As from `weights_of`.
+    errors : array_like, shape (..., r)
+        Estimated absolute errors of what `combine` returns.
 
     Returns
     -------
@@ -88,12 +141,17 @@ def signals(L: Array, L0: Array, weights: Array, errors: tuple[Array | float, Ar
     ValueError
         When the numbers of coils differ or L0 is not positive.
     """
-    if L.shape[-1] != len(L0) or len(weights) != len(L0):
-        counts = f"{L.shape[-1]}, {len(L0)} and {len(weights)}"
+    if L.shape[-1] != len(L0) or weights.shape[-1] != len(L0):
+        counts = f"{L.shape[-1]}, {len(L0)} and {weights.shape[-1]}"
         raise ValueError(f"L, L0 and weights must be of one number of coils; got {counts}")
     if not np.all(L0 > 0.0):
         raise ValueError(f"L0 must be positive; got {L0}")
-    percent = 100.0 / float(np.mean(L0))
-    L_v, L_h = combine(L, weights)
-    error_v, error_h = errors
-    return Signals(L_v, L_h, percent * L_v, percent * L_h, error_v, error_h, percent * error_v, percent * error_h)
+    percent, free = 100.0 / float(np.mean(L0)), len(SIGNALS)
+    absolute, offset = combine(L, weights), combine(L0, weights)
+    wrong = np.broadcast_to(np.asarray(errors, dtype=float), absolute.shape)
+    found = {name: percent * (absolute[..., k] - offset[k]) for k, name in enumerate(SIGNALS)}
+    found |= {f"error_{name}": percent * wrong[..., k] for k, name in enumerate(SIGNALS)}
+    for k, name in enumerate(PAIR[: absolute.shape[-1] - free], free):
+        found |= {name: absolute[..., k], f"{name}_percent": percent * absolute[..., k]}
+        found |= {f"error_{name}": wrong[..., k], f"error_{name}_percent": percent * wrong[..., k]}
+    return Signals(**found)

@@ -26,7 +26,7 @@ from sits_mech.version import __version__
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_NEEDED = ("status", "d_h", "d_v", "alpha", "L", "R", "L0", "L_v_percent", "L_h_percent")
+_NEEDED = ("status", "d_h", "d_v", "alpha", "L", "R", "L0")
 
 
 def prepare_folder(folder: Path) -> Path:

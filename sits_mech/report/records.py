@@ -84,7 +84,7 @@ def simulation_record(found: Simulation, left_out: Sequence[Omission] = ()) -> R
     layer = equilibrium_record(found.equilibrium, texts_of(left_out, "mechanics"))
     coils = impedance_record(found.equilibrium.pose, found.impedance, texts_of(left_out, "magnetics"))
     reports = {"mechanics": layer["report"], "magnetics": coils["report"]}
-    return layer | coils | {"signals": asdict(found.signals), "report": reports}
+    return layer | coils | {"signals": found.signals.known, "report": reports}
 
 
 def texts_of(left_out: Sequence[Omission], half: str) -> tuple[str, ...]:

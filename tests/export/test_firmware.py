@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from sits_mech.analysis.codes import readings
 from sits_mech.export.firmware import code_calibration, code_table, header, write_header
 from sits_mech.export.formats import export
 from sits_mech.export.source import Source
 from sits_mech.readout.calibration import AMBIGUOUS, OK, OUTSIDE, Calibration, calibration_of
-from sits_mech.report.codes import readings
 from sits_mech.report.folder import read_calibration
 from sits_mech.scene.sensor import changed
 

@@ -6,6 +6,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -104,10 +105,25 @@ def test_biorob2018_is_the_published_sensor() -> None:
 
 
 def test_every_catalogued_sensor_loads() -> None:
-    """With the widths of the published study: 8, 15 and 22 mm."""
-    assert set(catalogue()) == {"biorob2018", "biorob2018-w15", "biorob2018-w22"}
-    widths = [load_sensor(name).target for name in catalogue()]
-    assert [target.width for target in widths if target] == [8e-3, 15e-3, 22e-3]
+    """With the widths of the published study: 8, 15 and 22 mm; the others say that they are designs."""
+    published = ["biorob2018", "biorob2018-w15", "biorob2018-w22"]
+    assert list(catalogue()) == [*published, "triaxial-3", "triaxial-4"]
+    targets = [load_sensor(name).target for name in published]
+    assert [target.width for target in targets if target] == [8e-3, 15e-3, 22e-3]
+    assert all("design" in name for key, name in catalogue().items() if key not in published)
+
+
+@pytest.mark.parametrize(("name", "count"), [("triaxial-3", 3), ("triaxial-4", 4)])
+def test_three_axis_designs_are_even_around_the_centre(name: str, count: int) -> None:
+    """A turn by a full angle over the number of coils maps every coil on the next; neighbours are 8 mm apart."""
+    sensor = load_sensor(name)
+    x, y = np.transpose([coil.centre for coil in sensor.coils])
+    at = x + 1j * y
+    np.testing.assert_allclose(at * np.exp(2j * np.pi / count), np.roll(at, -1), atol=1e-7)
+    np.testing.assert_allclose(np.abs(at - np.roll(at, 1)), 8e-3, atol=1e-7)
+    assert {coil.model_copy(update={"name": "", "centre": (0.0, 0.0)}) for coil in sensor.coils} == {
+        BIOROB.coils[0].model_copy(update={"name": "", "centre": (0.0, 0.0)})
+    }
 
 
 # ---- round trip, overrides

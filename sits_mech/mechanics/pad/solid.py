@@ -168,7 +168,8 @@ def both_halves(half: MeshHex) -> MeshHex2:
     own = points[:, 1] > 1e-9
     image = np.where(own, len(points) - 1 + np.cumsum(own), np.arange(len(points)))
     flip = np.array([1.0, -1.0, 1.0])
-    both = MeshHex(np.vstack([points, points[own] * flip]).T, np.vstack([corners, image[corners]]).T)
+    each = (np.vstack([points, points[own] * flip]), np.vstack([corners, image[corners]]))
+    both = MeshHex(*(np.ascontiguousarray(part.T) for part in each))  # or it says that it has to turn them
     whole = MeshHex2.from_mesh(both)
     nodes = whole.doflocs.copy()
     nodes[:, Dofs(whole, BRICK).element_dofs.T] = np.moveaxis(np.concatenate([place, place * flip]), -1, 0)

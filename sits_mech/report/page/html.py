@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from sits_mech.analysis.codes import Readings, readings
 from sits_mech.geometry.windings import coil_bars
 from sits_mech.quantities import Array
 from sits_mech.readout.loads import beyond_two, two_forces
-from sits_mech.report.codes import Readings, readings
 from sits_mech.report.page.parts import (
     computed_part,
     figures_part,

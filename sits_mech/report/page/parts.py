@@ -16,12 +16,12 @@ from pydantic import BaseModel
 from rich.table import Table
 
 from sits_mech.analysis.bench import sensor_calibration
+from sits_mech.analysis.codes import Readings
 from sits_mech.cases import DONE
 from sits_mech.quantities import shown_unit
 from sits_mech.readout.crosstalk import crosstalk
 from sits_mech.readout.loads import fixed, load_words, varied
 from sits_mech.readout.quality import quality
-from sits_mech.report.codes import Readings
 from sits_mech.report.tables.loads import failures, load_table, missing_figures, remarks, summary_table
 from sits_mech.report.tables.quality import quality_record, quality_tables
 from sits_mech.report.tables.readings import front_end_table

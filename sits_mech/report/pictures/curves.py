@@ -16,6 +16,7 @@ import xarray as xr
 from sits_mech.quantities import Array, shown_unit
 from sits_mech.readout.crosstalk import crosstalk
 from sits_mech.readout.loads import at_middle, varied
+from sits_mech.readout.signals import told
 from sits_mech.scene.files import replaced
 from sits_mech.scene.sensor import SceneError
 
@@ -71,7 +72,7 @@ def add_polygons(axes: Axes, corners: Array, **style: Any) -> PolyCollection:
 
 
 def normal_curves(data: xr.Dataset) -> Figure:
-    """Return L_v against F_z, one curve per F_x; bars are estimated errors.
+    """Return L_v, or dL_v, against F_z, one curve per F_x; bars are estimated errors.
 
     Where the table does not vary one of them, another component of the load stands for it; those that are left are at
     the middle of their range, as the title says.
@@ -86,12 +87,12 @@ def normal_curves(data: xr.Dataset) -> Figure:
     SceneError
         When the table varies no component of the load, or matplotlib is missing.
     """
-    return _family(data, "L_v", "F_z", "F_x")
+    return _family(data, told(data)[0], "F_z", "F_x")
 
 
 def shear_curves(data: xr.Dataset) -> Figure:
-    """Return L_h against F_x, one curve per F_z; as `normal_curves`."""
-    return _family(data, "L_h", "F_x", "F_z")
+    """Return L_h, or dL_x, against F_x, one curve per F_z; as `normal_curves`."""
+    return _family(data, told(data)[1], "F_x", "F_z")
 
 
 def _family(data: xr.Dataset, signal: str, first: str, second: str) -> Figure:
@@ -121,14 +122,14 @@ def _family(data: xr.Dataset, signal: str, first: str, second: str) -> Figure:
 def _curves(data: xr.Dataset, signal: str, along: str, family: str | None) -> list[tuple[str, Array, Array]]:
     """Return label, values and errors of each curve; two that are one by mirror symmetry go as one, with both signs."""
     if family is None:
-        values, errors = (data[f"{kind}{signal}_percent"].to_numpy() for kind in ("", "error_"))
+        values, errors = (data[f"{kind}{signal}"].to_numpy() for kind in ("", "error_"))
         return [("", values, errors)]
     found: list[tuple[str, Array, Array]] = []
     others = data[family].to_numpy()
     table = {other: data.sel({family: other}) for other in others}
     for other in others:
-        values, errors = (table[other][f"{kind}{signal}_percent"].to_numpy() for kind in ("", "error_"))
-        twin = table[-other][f"{signal}_percent"].to_numpy() if other != 0.0 and -other in table else None
+        values, errors = (table[other][f"{kind}{signal}"].to_numpy() for kind in ("", "error_"))
+        twin = table[-other][signal].to_numpy() if other != 0.0 and -other in table else None
         same = twin is not None and np.allclose(values, twin, rtol=1e-9, atol=0.0, equal_nan=True)
         if not (same and other < 0.0):
             found.append((f"\u00b1{other:.3g}" if same else f"{other:.3g}", values, errors))
@@ -137,8 +138,9 @@ def _curves(data: xr.Dataset, signal: str, along: str, family: str | None) -> li
 
 def _label(signal: str, coils: int) -> str:
     """Return what a signal is, as an axis label."""
-    pair = "(L_1 + L_2)" if signal == "L_v" else "(L_1 - L_2)"
-    return f"${pair if coils == 2 else signal}\\,/\\,L_0$ [%]"
+    pair = {"L_v_percent": "(L_1 + L_2)", "L_h_percent": "(L_1 - L_2)"} if coils == 2 else {}
+    text = pair.get(signal, signal.removesuffix("_percent").replace("dL", r"\Delta L"))
+    return rf"${text}\,/\,L_0$ [%]"
 
 
 def _shades(count: int) -> Any:
@@ -161,8 +163,8 @@ def crosstalk_map(data: xr.Dataset) -> Figure:
     SceneError
         When the table does not vary both forces, or matplotlib is missing.
     """
-    if not {"F_x", "F_z"} <= set(varied(data)):
-        raise SceneError("crosstalk: needs a table over F_x and F_z")
+    if not {"F_x", "F_z"} <= set(varied(data)) or "L_h_percent" not in data:
+        raise SceneError("crosstalk: needs a table over F_x and F_z, of two coils")
     data, held = at_middle(data, ["F_x", "F_z"])
     stray = crosstalk(data)
     maps = (("L_h_from_F_z", "$F_z$ into $L_h$"), ("L_v_from_F_x", "$F_x$ into $L_v$"))

@@ -8,18 +8,18 @@ from rich.table import Table
 
 from sits_mech.cases import DONE
 from sits_mech.readout.loads import points
+from sits_mech.readout.signals import SIGNALS, told
 from sits_mech.report.tables.loads import point_name
 
 _POSE = ("d_h", "d_y", "d_v", "alpha_x", "alpha", "alpha_z")
 _SHOWN = {
     "pose": (*_POSE, "error_mechanics"),
     "inductance": ("relative", "L", "R", "error_magnetics"),
-    "simulate": (*_POSE, "L_v_percent", "L_h_percent"),
-    "calibrate": ("L_v_percent", "L_h_percent", "failed_loads"),
+    "simulate": _POSE,
+    "calibrate": ("failed_loads",),
 }
-_UNITS = {"L_v_percent": "% of L0", "L_h_percent": "% of L0", "relative": "of L0"} | {
-    name: "m" if name.startswith("d") else "rad" for name in _POSE
-}
+_UNITS = {"relative": "of L0"} | {name: "m" if name.startswith("d") else "rad" for name in _POSE}
+_UNITS |= dict.fromkeys((*SIGNALS, "L_v_percent", "L_h_percent"), "% of L0")
 _MOST = 40  # lines: the file holds all
 
 
@@ -36,7 +36,8 @@ def case_table(data: xr.Dataset) -> Table:
     Table
         At most forty lines.
     """
-    names = [name for name in _SHOWN[data.attrs["request"]] if name in data]
+    shown = _SHOWN[data.attrs["request"]]
+    names = [name for name in (*shown, *told(data)) if name in data]
     where = [str(name) for name in data["status"].coords]
     found = Table(title=f"{data.attrs['request']}: {data['status'].size} cases", show_edge=False)
     for heading in (*(_heading(data, name) for name in (*where, *names)), "s", "status"):

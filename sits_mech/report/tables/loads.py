@@ -12,11 +12,11 @@ from sits_mech.cases import DONE
 from sits_mech.quantities import POSE, UNITS, shown_unit
 from sits_mech.readout.crosstalk import crosstalk, rotation_error, slope, slope_error
 from sits_mech.readout.loads import beyond_two, fixed, load_words, middle, over_loads, points, two_forces, varied
+from sits_mech.readout.signals import PAIR, told
 from sits_mech.report.tables.solves import with_error
 
 Figure = tuple[str, float, float, str]
 _SCALES = {"m": (1e6, "um"), "rad": (1e3, "mrad")}
-_SIGNALS = ("L_v", "L_h")
 
 
 def load_table(data: xr.Dataset) -> Table:
@@ -49,7 +49,7 @@ def _columns(data: xr.Dataset) -> list[tuple[str, float, str]]:
     """Return name, scale and heading of what a table of loads shows: the pose, as far as it moves, and the signals."""
     shown = [(name, *_SCALES[UNITS[name]]) for name in POSE if name in POSE[:3] or name in data]
     pose = [(name, scale, f"{name} [{unit}]") for name, scale, unit in shown]
-    return pose + [(f"{signal}_percent", 1.0, f"{signal} [% L0]") for signal in _SIGNALS]
+    return pose + [(name, 1.0, f"{name.removesuffix('_percent')} [% L0]") for name in told(data)]
 
 
 def _number(row: xr.Dataset, name: str) -> float:
@@ -83,8 +83,9 @@ def summary_table(data: xr.Dataset) -> Table:
 
 
 def missing_figures(data: xr.Dataset) -> tuple[str, ...]:
-    """Return the figures of merit that a table has not, for its loads have other components than F_x and F_z."""
-    return ("full scales", "crosstalk", "rotation error") if beyond_two(data) else ()
+    """Return the figures of merit that a table has not: other components than F_x and F_z, or other than two coils."""
+    pair = f"{PAIR[0]}_percent" in data and not beyond_two(data)
+    return () if pair else ("full scales", "crosstalk", "rotation error")
 
 
 def figures(data: xr.Dataset) -> list[Figure]:
@@ -97,7 +98,7 @@ def figures(data: xr.Dataset) -> list[Figure]:
     data : Dataset
         As from `calibrate`.
     """
-    if beyond_two(data):
+    if missing_figures(data):
         return _sensitivities(data, varied(data))
     data = two_forces(data)
     return _sensitivities(data, ("F_z", "F_x")) + _crosstalk_figures(data) + _rotation_figures(data)
@@ -106,12 +107,12 @@ def figures(data: xr.Dataset) -> list[Figure]:
 def _sensitivities(data: xr.Dataset, components: tuple[str, ...]) -> list[Figure]:
     """Return the slope of each signal by each component in the middle of the grid."""
     at, found = middle(data), []
-    for signal in _SIGNALS:
+    for signal in told(data):
         for name in components:
-            rate = float(slope(data[f"{signal}_percent"], name).isel(at))
-            unsure = float(slope_error(data[f"error_{signal}_percent"], name).isel(at))
+            rate = float(slope(data[signal], name).isel(at))
+            unsure = float(slope_error(data[f"error_{signal}"], name).isel(at))
             unit = shown_unit(name) if UNITS[name] == "N" else f"({shown_unit(name)})"
-            found.append((f"d{signal}/d{name} mid-grid", rate, unsure, f"% of L0 / {unit}"))
+            found.append((f"d{signal.removesuffix('_percent')}/d{name} mid-grid", rate, unsure, f"% of L0 / {unit}"))
     return found
 
 

@@ -12,7 +12,7 @@ from rich.table import Table
 from sits_mech.analysis.spectrum import Terminals
 from sits_mech.quantities import POSE, WRENCH, Equilibrium, Impedance, SolveReport
 from sits_mech.readout.loads import load_words
-from sits_mech.readout.signals import Signals
+from sits_mech.readout.signals import PAIR, SIGNALS, Signals
 
 
 def with_error(value: float, error: float) -> str:
@@ -116,14 +116,13 @@ def _spectrum_cells(row: xr.Dataset) -> list[str]:
 
 
 def signal_table(found: Signals, unit_L: str) -> Table:
-    """Return the two signals with errors."""
-    unit = unit_L.replace("H", "uH", 1)
-    lines = []
-    for name in ("L_v", "L_h"):
-        value, error = float(getattr(found, name)), float(getattr(found, f"error_{name}"))
-        percent, wrong = float(getattr(found, f"{name}_percent")), float(getattr(found, f"error_{name}_percent"))
-        absolute = with_error(1e6 * value, 1e6 * error)
-        lines.append((name, f"{absolute} {unit}, that is {with_error(percent, wrong)} % of L0"))
+    """Return the signals with errors."""
+    unit, known = unit_L.replace("H", "uH", 1), {name: float(value) for name, value in found.known.items()}
+    lines = [(name, f"{with_error(known[name], known[f'error_{name}'])} % of L0") for name in SIGNALS]
+    for name in (name for name in PAIR if name in known):
+        absolute = with_error(1e6 * known[name], 1e6 * known[f"error_{name}"])
+        percent = with_error(known[f"{name}_percent"], known[f"error_{name}_percent"])
+        lines.append((name, f"{absolute} {unit}, that is {percent} % of L0"))
     return key_table("signals", lines)
 
 

@@ -15,8 +15,8 @@ import pytest
 import xarray as xr
 
 from sits_mech.analysis.bench import absolute, table_impedance
+from sits_mech.analysis.codes import readings
 from sits_mech.cli.main import run
-from sits_mech.report.codes import readings
 from sits_mech.report.folder import read_calibration
 from sits_mech.report.page.html import page
 from sits_mech.report.page.parts import inverse_part, words_part

@@ -16,23 +16,23 @@ from sits_mech.cases import DONE
 from sits_mech.quantities import Array
 from sits_mech.readout.converter import code_of, tank_frequency
 from sits_mech.readout.front_end import FrontEnd
-from sits_mech.readout.loads import two_forces
+from sits_mech.readout.loads import varied
 from sits_mech.scene.sensor import Sensor
 
 
 @dataclass(frozen=True)
 class Readings:
-    """What is read at each load; NaN where a load has no result.
+    """What is read at each load of a table, in the order of `varied`; NaN where a load has no result.
 
     Attributes
     ----------
-    L, error_L : ndarray, shape (F_x, F_z, n)
+    L, error_L : ndarray, shape (*sizes, n)
         Inductance of each coil and its estimated error [H].
     L0 : ndarray, shape (n,)
         Without target [H].
     front : FrontEnd or None
         Settings of the converter; None where the sensor has none, or none that fit it.
-    codes : ndarray or None, shape (F_x, F_z, n)
+    codes : ndarray or None, shape (*sizes, n)
         What the converter gives, not rounded.
     left_out : tuple of str
         One line for each thing that the codes do not have, or why there are none.
@@ -54,9 +54,8 @@ def readings(sensor: Sensor, data: xr.Dataset) -> Readings:
     sensor : Sensor
         With its readout.
     data : Dataset
-        As from `calibrate`, over F_x and F_z alone.
+        As from `calibrate`.
     """
-    data = two_forces(data)
     found, _ = absolute(sensor, table_impedance(data.where(data["status"] == DONE).assign(L0=data["L0"])))
     L, error = (np.diagonal(values, axis1=-2, axis2=-1) for values in (found.L, found.error_L))
     L0 = np.diagonal(found.L0)
@@ -66,7 +65,7 @@ def readings(sensor: Sensor, data: xr.Dataset) -> Readings:
         front, missing = sensor_front_end(sensor, data)
     except ValueError as reason:
         return Readings(L, error, L0, None, None, (str(reason),))
-    seen = terminals(sensor, data)[0]["L"].transpose("F_x", "F_z", "coil").to_numpy()
+    seen = terminals(sensor, data)[0]["L"].transpose(*varied(data), "coil").to_numpy()
     good, f = np.isfinite(seen), np.full(seen.shape, np.nan)
     f[good] = tank_frequency(seen[good], sensor.readout.parallel_capacitance)
     codes = code_of(f, front.part, front.reference, front.input_divider)

@@ -1,0 +1,173 @@
+"""Which forces show a reading? Gauss-Newton from the nearest load of a fine grid, many readings at once.
+
+    x <- x + (W J)^+ W (L - L(x)),    J = dL/dx, W the weights, (W J)^+ = R^-1 Q^T from W J = Q R by Gram-Schmidt
+
+The first step starts at the grid's load whose inductances are nearest, with the slopes that are known there. As many
+coils as forces: Newton's method, the residual goes to rounding. Readings lie along the last axis and every number is
+made of its own reading alone, sums in one order: an answer does not depend on what else is asked.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from sits_mech.maps.domain import Domain
+from sits_mech.maps.surrogate import SmoothMap
+from sits_mech.quantities import Array
+
+OK, OUTSIDE, AMBIGUOUS, NO_SOLUTION = "ok", "outside", "ambiguous", "no solution"
+INCONSISTENT = 0.02
+"""Residual of more coils than forces, of the largest range of a coil, beyond which a reading has no solution."""
+_MARGIN = 0.02  # beyond the table, of half its range: noise at rest reads a little below zero
+_STEPS = 25
+_LONGEST = 0.3  # of a step, of half the range
+_SMALL = 1e-11  # error of an answer, of half the range
+_APART = 1e-3  # two answers, of half the range
+_SINGULAR = 1e-10  # of the longest column: what is left of a shorter one has no direction
+_BLOCK = 4096  # readings at a time
+
+Statuses = NDArray[np.str_]
+
+
+@dataclass(frozen=True)
+class Search:
+    """The inverse of a map in scaled forces.
+
+    Attributes
+    ----------
+    map, domain, weights, full_scale
+        As of `Calibration`.
+    seeds : tuple of ndarray
+        Starting points, an array for each part of the domain, the valid first.
+    """
+
+    map: SmoothMap
+    domain: Domain
+    weights: Array
+    full_scale: Array
+    seeds: tuple[Array, ...]
+
+    def solved(self, L: Array) -> tuple[Array, Array, Statuses, Array]:
+        """Return scaled forces (m, d), relative residual (m) and status (m) of readings (m, n), and errors by the map.
+
+        The errors are of scaled forces, shape (m, d).
+        """
+        each = [self._block(np.ascontiguousarray(L[k : k + _BLOCK].T)) for k in range(0, max(len(L), 1), _BLOCK)]
+        x, residual, status, error = (np.concatenate(parts) for parts in zip(*each, strict=True))
+        return x, residual, status, error
+
+    def answers(self, x: Array) -> Array:
+        """Return the derivatives of the inverse by the inductances (m, d, n), of scaled forces [1/unit]."""
+        return np.moveaxis(self._inverse(np.moveaxis(self.map.value_and_slopes(x)[1], 0, 2)), 2, 0)
+
+    def _inverse(self, slopes: Array) -> Array:
+        """Return the least-squares inverses (d, n, m) of slopes (n, d, m) [1/unit]."""
+        return pseudo_inverse(slopes * self.weights[:, None, None]) * self.weights[:, None]
+
+    def _block(self, L: Array) -> tuple[Array, Array, Statuses, Array]:
+        """Return what `solved` does of readings (n, m)."""
+        x, settled, residual, answers = self._newton(L, 0)
+        status = np.full(L.shape[1], OK, dtype="<U12")
+        status[~settled | (residual > INCONSISTENT) | ~np.isfinite(residual)] = NO_SOLUTION
+        status[np.isfinite(residual) & ~self.domain.holds(x.T, _MARGIN)] = OUTSIDE
+        status[(status == OK) & ~self.domain.valid(x.T)] = AMBIGUOUS
+        for part in range(1, len(self.seeds)):
+            open_ = np.flatnonzero(np.isin(status, (OK, OUTSIDE, NO_SOLUTION)) & np.isfinite(L).all(axis=0))
+            other, found, off, _ = self._newton(L[:, open_], part)
+            away = (np.max(np.abs(other - x[:, open_]), axis=0) > _APART) | (status[open_] != OK)
+            status[open_[found & away & (off < INCONSISTENT) & self.domain.holds(other.T, 0.0)]] = AMBIGUOUS
+        return x.T, residual, status, _times(np.abs(answers), self.map.error).T
+
+    def _newton(self, L: Array, part: int) -> tuple[Array, NDArray[np.bool_], Array, Array]:
+        """Return where Gauss-Newton ends (d, m), whether it settled, the residual and the `answers` (d, n, m) there.
+
+        Residual and derivatives are those before the last step, which is small, the residual less what it takes away.
+        """
+        (n, m), d = L.shape, len(self.map.low)
+        x, settled = self._started(L, part), np.zeros(m, dtype=bool)
+        residual, answers = np.full(m, np.nan), np.full((d, n, m), np.nan)
+        small = _SMALL if n > d else np.sqrt(_SMALL)  # Newton's next step is this one's square
+        active = np.flatnonzero(np.isfinite(L).all(axis=0))
+        for _ in range(_STEPS):
+            if active.size == 0:
+                break
+            here = x[:, active]
+            value, slopes = self._seen(here)
+            inverse, off = self._inverse(slopes), L[:, active] - value
+            step = _step(inverse, off)
+            x[:, active] = np.clip(here + step, -1.2, 1.2)
+            off -= _times(slopes, x[:, active] - here)
+            residual[active] = np.max(np.abs(off) / self.full_scale[:, None], axis=0)
+            answers[..., active] = inverse
+            done = np.max(np.abs(step), axis=0) < small
+            settled[active[done]] = True
+            active = active[~done]
+        return x, settled, residual, answers
+
+    def _seen(self, x: Array) -> tuple[Array, Array]:
+        """Return inductances (n, m) and their slopes (n, d, m) at scaled forces (d, m)."""
+        value, slopes = self.map.value_and_slopes(x.T)
+        return value.T, np.moveaxis(slopes, 0, 2)
+
+    @cached_property
+    def _starts(self) -> list[tuple[Any, Array, Array, Array]]:
+        """Of each part: images of its seeds to look among, the seeds, their inductances and inverse slopes."""
+        found = []
+        for seeds in self.seeds:
+            value, slopes = self._seen(seeds.T)
+            found.append((cKDTree(self.domain.whitened(value.T)), seeds.T, value, self._inverse(slopes)))
+        return found
+
+    def _started(self, L: Array, part: int) -> Array:
+        """Return the first step from the seed whose inductances are nearest, along what the map varies in (d, m)."""
+        tree, seeds, value, inverse = self._starts[part]
+        asked = np.nan_to_num(self.domain.whitened(L.T), nan=0.0, posinf=1e6, neginf=-1e6)
+        near = tree.query(np.clip(asked, -1e6, 1e6))[1]
+        step = _step(inverse[..., near], np.nan_to_num(L - value[:, near]))
+        return np.asarray(np.clip(seeds[:, near] + step, -1.2, 1.2))
+
+
+def _step(inverse: Array, off: Array) -> Array:
+    """Return inverses (d, n, m) times differences (n, m), shape (d, m), no longer than a step may be."""
+    return np.asarray(np.clip(_times(inverse, off), -_LONGEST, _LONGEST))
+
+
+def _times(A: Array, x: Array) -> Array:
+    """Return small matrices (p, q, m) times columns (q, m), shape (p, m), summed in one order."""
+    found = A[:, 0] * x[0]
+    for k in range(1, len(x)):
+        found += A[:, k] * x[k]
+    return np.asarray(found)
+
+
+def pseudo_inverse(A: Array) -> Array:
+    """Return the least-squares inverses (d, n, m) of many small matrices (n, d, m); zero along singular directions."""
+    columns = A.shape[1]
+    Q, R = np.array(np.moveaxis(A, 1, 0)), np.zeros((columns, columns, A.shape[2]))
+    least = _SINGULAR * np.sqrt(np.max([_dot(column, column) for column in Q], axis=0))
+    for i in range(columns):
+        size = np.sqrt(_dot(Q[i], Q[i]))
+        R[i, i] = np.where(size > least, size, np.inf)
+        Q[i] /= R[i, i]
+        for j in range(i + 1, columns):
+            R[i, j] = _dot(Q[i], Q[j])
+            Q[j] -= R[i, j] * Q[i]
+    for i in reversed(range(columns)):  # R X = Q^T from the last row on, in the place of Q
+        for j in range(i + 1, columns):
+            Q[i] -= R[i, j] * Q[j]
+        Q[i] /= R[i, i]
+    return Q
+
+
+def _dot(a: Array, b: Array) -> Array:
+    """Return the sums of products of columns (n, m) in one order, shape (m)."""
+    found = a[0] * b[0]
+    for left, right in zip(a[1:], b[1:], strict=True):
+        found += left * right
+    return np.asarray(found)

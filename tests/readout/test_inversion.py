@@ -1,0 +1,82 @@
+"""Many small inverses at once, and answers that are a reading's own."""
+
+import time
+
+import numpy as np
+import pytest
+
+from sits_mech.readout.calibration import Calibration, calibration_of
+from sits_mech.readout.inversion import pseudo_inverse
+
+FORCES = ("F_x", "F_y", "F_z")
+CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+
+
+def coils(F: np.ndarray, corners: np.ndarray = CORNERS) -> np.ndarray:
+    """Coils around a centre [H]: pressing lowers all, shear parts them, each a little by the others."""
+    x, y, z = F.T
+    common = 2.0e-6 * np.exp(-0.02 * z) * (1.0 + 0.004 * (x**2 + y**2))
+    odd = [(a * np.sin(0.8 * x) + b * np.sin(0.8 * y)) * (1.0 + 0.1 * z) + 0.02 * a * b * x * y for a, b in corners]
+    return common[:, None] + 3e-8 * np.stack(odd, -1)
+
+
+def grid(size: int) -> np.ndarray:
+    """Loads of three forces."""
+    axes = [np.linspace(-0.5, 0.5, size)] * 2 + [np.linspace(0.0, 2.0, size)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+
+
+def three_forces(corners: np.ndarray = CORNERS, function=coils, noise=None) -> Calibration:
+    """A calibration by hand."""
+    names = [f"C{k + 1}" for k in range(len(corners))]
+    free, L = ("H", np.full(len(corners), 2e-6)), function(grid(5), corners)
+    return calibration_of(grid(5), L, forces=FORCES, coils=names, free=free, noise=noise)
+
+
+def loads(count: int) -> np.ndarray:
+    """Random loads."""
+    return np.random.default_rng(3).uniform([-0.5, -0.5, 0.0], [0.5, 0.5, 2.0], (count, 3))
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (2, 2), (3, 2), (4, 3), (9, 6)])
+def test_pseudo_inverses(shape: tuple[int, int]) -> None:
+    """As by singular values; a column that depends on others leaves the least squares of those."""
+    A = np.random.default_rng(1).standard_normal((7, *shape)) * 10.0 ** np.arange(-3, 4)[:, None, None]
+    found = np.moveaxis(pseudo_inverse(np.moveaxis(A, 0, 2)), 2, 0)
+    np.testing.assert_allclose(found @ A, np.broadcast_to(np.eye(shape[1]), (7, shape[1], shape[1])), atol=1e-11)
+    np.testing.assert_allclose(found, np.linalg.pinv(A), rtol=1e-9, atol=1e-11 * np.abs(found).max())
+    twice = np.repeat(A[..., :1], 2, axis=-1)
+    once = np.moveaxis(pseudo_inverse(np.moveaxis(twice, 0, 2)), 2, 0)
+    np.testing.assert_allclose(once[:, 0], np.linalg.pinv(A[..., :1])[:, 0], rtol=1e-9)
+    assert np.all(once[:, 1] == 0.0)
+
+
+@pytest.mark.parametrize("count", [3, 4])
+def test_three_forces_come_back(count: int) -> None:
+    """From three and from four coils: to rounding of the map, of the function within the stated error; 20 us each."""
+    corners = CORNERS if count == 4 else np.array([[0.0, 1.0], [-0.87, -0.5], [0.87, -0.5]])
+    cal, F = three_forces(corners), loads(20_000)
+    assert cal.domain.regions == () and cal.domain.share == 1.0
+    began = time.process_time()
+    found = cal.inverse(cal.forward(*F.T))
+    assert (time.process_time() - began) / len(F) < 20e-6
+    assert np.all(found.status == "ok") and np.max(found.residual) < 1e-9
+    np.testing.assert_allclose(found.forces, F, atol=1e-10)
+    true = cal.inverse(coils(F, corners))
+    assert np.all(true.status == "ok") and np.all(np.abs(true.forces - F) <= true.error + 1e-9)
+    assert np.max(true.error / (cal.high - cal.low)) < 0.05
+
+
+def test_an_answer_is_its_readings_own() -> None:
+    """Alone, in another order, among others that are outside or broken: the same digits."""
+    cal, F = three_forces(), loads(4200)
+    L = coils(F)
+    L[5], L[7, 1], L[9] = 1e-6, np.nan, coils(np.array([[0.2, 0.1, 2.3]]))
+    whole = cal.inverse(L)
+    forward = cal.forward(*F.T)
+    assert whole.status[[5, 7, 9]].tolist() == ["outside", "no solution", "outside"]
+    for rows in ([0], [5], [7], [9], [4100], list(range(20, 3, -1))):
+        part = cal.inverse(L[rows])
+        for name in ("forces", "status", "error", "residual"):
+            np.testing.assert_array_equal(getattr(part, name), getattr(whole, name)[rows])
+        np.testing.assert_array_equal(cal.forward(*F[rows].T), forward[rows])
