@@ -11,6 +11,7 @@ leads are added in series. `operating_points` solves f = 1 / (2 pi sqrt(L(f) C))
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from typing import Any
@@ -25,7 +26,7 @@ from sits_mech.magnetics.coils.loops import coil_inductances
 from sits_mech.magnetics.coils.terminals import terminal_impedance
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport
 from sits_mech.readout.calibration import Calibration, calibration
-from sits_mech.readout.converter import converter, parallel_resistance, resonance
+from sits_mech.readout.converter import code_of, converter, parallel_resistance, resonance, tank_frequency
 from sits_mech.readout.front_end import FrontEnd, front_end
 from sits_mech.readout.loads import varied
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
@@ -135,6 +136,8 @@ def terminals(sensor: Sensor, data: xr.Dataset) -> tuple[xr.Dataset, tuple[str, 
 def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
     """Return the calibration of a sensor in henry, each coil driven alone, without leads.
 
+    Its `codes` are those of the scene's converter (`code_calibration`), made when they are first asked for.
+
     Parameters
     ----------
     sensor : Sensor
@@ -147,7 +150,45 @@ def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
     ValueError
         When the table holds too few loads.
     """
-    return calibration(data, None if data.attrs["unit_L"] == "H" else free_inductances(sensor).tolist())
+    free = None if data.attrs["unit_L"] == "H" else free_inductances(sensor).tolist()
+    noise = None
+    if len(sensor.coils) > sum(data.sizes[name] > 1 for name in varied(data)) and sensor.readout.converter != "none":
+        with suppress(ValueError):  # a converter that cannot follow: all coils count alike
+            noise = sensor_front_end(sensor, data)[0].noise.tolist()
+    return replace(calibration(data, free, noise), in_codes=partial(code_calibration, sensor, data))
+
+
+def code_calibration(sensor: Sensor, data: xr.Dataset, *, clock: float | None = None) -> Calibration:
+    """Return the calibration of a sensor in codes of its converter, not rounded, with idle coils and leads.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        Its ``readout`` is used.
+    data : Dataset
+        As from `calibrate`.
+    clock : float, optional
+        External clock [Hz]; the part's greatest by default.
+
+    Raises
+    ------
+    SceneError
+        When the scene has no converter.
+    ValueError
+        When the converter has no settings for this sensor, or the table holds too few loads.
+    """
+    front, _ = sensor_front_end(sensor, data, clock=clock)
+    L = terminals(sensor, data)[0]["L"]
+    codes = xr.DataArray(codes_of(sensor, front, L.to_numpy()), dims=L.dims, coords=L.coords)
+    noise = 0.5 * front.code[:, 1] * front.noise / np.nanmax(L.to_numpy().reshape(-1, len(front.noise)), axis=0)
+    return calibration(data[["status"]].assign(L=codes).assign_attrs(unit_L="code"), noise=noise.tolist())
+
+
+def codes_of(sensor: Sensor, front: FrontEnd, L: Array) -> Array:
+    """Return the codes, not rounded, of inductances at the terminals [H]; NaN where there is none."""
+    good, f = np.isfinite(L), np.full(L.shape, np.nan)
+    f[good] = tank_frequency(L[good], sensor.readout.parallel_capacitance)
+    return code_of(f, front.part, front.reference, front.input_divider)
 
 
 def model_errors(sensor: Sensor, data: xr.Dataset) -> Array:

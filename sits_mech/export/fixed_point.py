@@ -24,7 +24,7 @@ from sits_mech.scene.sensor import SceneError
 FACET_BITS, WEIGHT_BITS, IMAGE_BITS, SEED_STEPS = 28, 20, 12, 64
 _MOST = 62  # bits of a number of the header
 _BITS, _FRACTION = 28, 12  # the most of forces and of codes
-_SETTLED = 2.0**-26  # last step of a force, of half its range, or what rounding is worth
+_SETTLED = 4  # change of codes by the last step, in the last bits, or twice what rounding is worth
 _STRIDE = {1: 8, 2: 8, 3: 5}  # of the fine grid, for starting points
 _FEW = 16  # starting points of a part that no strided node lies in
 
@@ -56,7 +56,7 @@ class FixedPoint:
     facet, nodes, valid : ndarray of int, shapes (f, d + 1), (d,), (bytes,)
         Half-spaces around the loads; a grid, and the bits of its nodes that have an answer.
     settled, merit : int
-        Last step of a force; bits that the weighted residual loses before it is squared.
+        Change of codes by the last step, of ``2^fraction``; bits that the weighted residual loses before it is squared.
     error : float
         Of the integers against the map, at most [codes].
     """
@@ -103,8 +103,7 @@ def fixed_point(cal: Calibration) -> FixedPoint:
     weight = np.maximum(np.rint(cal.weights / cal.weights.max() * 2**WEIGHT_BITS), 1).astype(np.int64)
     far = np.ceil((most + INCONSISTENT * cal.full_scale) * one).astype(np.int64)
     length = np.log2(float(np.max((far + most * one) * weight)))
-    exact = np.maximum(EXACT * cal.full_scale, 1.0)  # or one code
-    tolerance = INCONSISTENT * cal.full_scale if len(base) > power.shape[1] else exact
+    tolerance = (INCONSISTENT if len(base) > power.shape[1] else EXACT) * cal.full_scale
     direction, span, down = _directions(cal, base)
     seed, image, first = _starts(cal)
     flat = (cal.domain.labels == 1).ravel()
@@ -115,7 +114,7 @@ def fixed_point(cal: Calibration) -> FixedPoint:
         _whole(np.unique(cal.domain.hull, axis=0) * 2**FACET_BITS),
         np.ones_like(power[0]) if flat.all() else np.array(cal.domain.labels.shape),
         np.array([1]) if flat.all() else np.packbits(flat, bitorder="little").astype(np.int64),
-        int(np.ceil(max(_SETTLED, _worth(cal, error)) * 2**bits)),
+        max(_SETTLED, int(2.0 * error * one)),
         max(1, int(np.ceil(length - 0.5 * (_MOST - np.log2(len(base)))))), error,
     )  # fmt: skip
 
@@ -154,12 +153,6 @@ def _error(cal: Calibration, power: Integers, above: Array, rounded: Array, bits
     """Return how far the integers are off the map [codes]: rounded coefficients, polynomials of rounded recurrences."""
     lost = np.abs(above - rounded).sum(axis=0) + 2.0**-bits * (power**2).sum(axis=1) @ np.abs(above)
     return float(lost.max())
-
-
-def _worth(cal: Calibration, error: float) -> float:
-    """Return what an error of all codes is worth in scaled forces, at most over the loads with an answer."""
-    off = cal.force_error(cal.map.unscaled(cal.seeds[0]), np.full(len(cal.coils), error))
-    return float(np.max(off / (0.5 * (cal.high - cal.low))))
 
 
 def _directions(cal: Calibration, base: Array) -> tuple[Integers, Integers, Integers]:

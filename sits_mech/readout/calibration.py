@@ -12,7 +12,7 @@ Where either fails, every reading is tried against the other parts of the box; o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -78,6 +78,8 @@ class Calibration:
         Where the inverse holds.
     seeds : tuple of ndarray
         Starting points of Newton's method, in scaled forces, an array for each part of the domain, the valid first.
+    in_codes : callable, optional
+        What makes the calibration of the same loads in codes of a converter.
     """
 
     forces: tuple[str, ...]
@@ -89,6 +91,7 @@ class Calibration:
     full_scale: Array
     domain: Domain
     seeds: tuple[Array, ...] = field(repr=False)
+    in_codes: Callable[[], Calibration] | None = field(default=None, repr=False)
 
     @property
     def low(self) -> Array:
@@ -106,14 +109,49 @@ class Calibration:
         return float(np.max(self.map.error / self.full_scale))
 
     def forward(self, *forces: ArrayLike) -> Array:
-        """Return the inductances, shape (..., n) [unit], at forces given in the order of `forces`, of one shape."""
-        if len(forces) != len(self.forces):
-            raise ValueError(f"forces: must be {', '.join(self.forces)}; got {len(forces)} values")
-        return self.map.at(np.stack(np.broadcast_arrays(*(np.asarray(force, dtype=float) for force in forces)), -1))
+        """Return the inductances, shape (..., n) [unit], at forces.
+
+        Parameters
+        ----------
+        *forces : array_like
+            As many as `forces`, in their order and of one shape, or one array of shape (..., d) [N, N m].
+        """
+        return self.map.at(self._points(forces))
 
     def slopes(self, *forces: ArrayLike) -> Array:
-        """Return the derivatives of the inductances by the forces, shape (..., n, d) [unit / N]."""
-        return self.map.slopes(np.stack(np.broadcast_arrays(*(np.asarray(force, float) for force in forces)), -1))
+        """Return the derivatives of the inductances by the forces, shape (..., n, d) [unit / N], as `forward`."""
+        return self.map.slopes(self._points(forces))
+
+    def codes(self, *forces: ArrayLike) -> Array:
+        """Return what the converter shows at forces, idle coils and leads included, as `forward`.
+
+        Returns
+        -------
+        ndarray, shape (..., n)
+            Codes, not rounded: a part gives the integer below or above.
+
+        Raises
+        ------
+        ValueError
+            When there is no converter, or the calibration is of inductances alone.
+        """
+        return self.code_calibration.map.at(self._points(forces))
+
+    @cached_property
+    def code_calibration(self) -> Calibration:
+        """The same loads in codes of the converter; made once."""
+        if self.in_codes is None:
+            raise ValueError("codes: must come from a sensor and its table; this calibration has inductances alone")
+        return self.in_codes()
+
+    def _points(self, forces: Sequence[ArrayLike]) -> Array:
+        """Return forces as one array (..., d)."""
+        each, d = [np.asarray(force, dtype=float) for force in forces], len(self.forces)
+        if len(each) == 1 < d and each[0].shape[-1:] == (d,):
+            return each[0]
+        if len(each) != d:
+            raise ValueError(f"forces: must be {', '.join(self.forces)}; got {len(each)} values")
+        return np.stack(np.broadcast_arrays(*each), -1)
 
     def force_error(self, forces: ArrayLike, L_error: ArrayLike) -> Array:
         """Return how far each force is off, at most, when each inductance is off by its error, of either sign.

@@ -93,10 +93,16 @@ class Search:
         status[(shown & ~inside) | ((status != OK) & far & np.isfinite(residual))] = OUTSIDE
         status[(status == OK) & ~self.domain.valid(x.T)] = AMBIGUOUS
         for part in range(1, len(self.seeds)):
-            open_ = np.flatnonzero(np.isin(status, (OK, OUTSIDE, NO_SOLUTION)) & np.isfinite(L).all(axis=0))
-            other, found, off, _ = self._newton(L[:, open_], part)
-            away = (np.max(np.abs(other - x[:, open_]), axis=0) > APART) | (status[open_] != OK)
-            status[open_[found & away & (off <= self.tolerance) & self.domain.holds(other.T, 0.0)]] = AMBIGUOUS
+            open_ = np.flatnonzero((status != AMBIGUOUS) & np.isfinite(L).all(axis=0))
+            other, settled, left, there = self._newton(L[:, open_], part)
+            shown = settled & (left <= self.tolerance) & self.domain.holds(other.T, 0.0)
+            known = (status[open_] == OK) & self.domain.holds(x[:, open_].T, 0.0)
+            second = known & (np.max(np.abs(other - x[:, open_]), axis=0) > APART)
+            status[open_[shown & second]] = AMBIGUOUS
+            first = np.flatnonzero(shown & ~known)
+            x[:, open_[first]], residual[open_[first]] = other[:, first], left[first]
+            answers[..., open_[first]] = there[..., first]
+            status[open_[first]] = np.where(self.domain.valid(other[:, first].T), OK, AMBIGUOUS)
         return x.T, residual, status, _times(np.abs(answers), self.map.error).T
 
     def _newton(self, L: Array, part: int) -> tuple[Array, NDArray[np.bool_], Array, Array]:

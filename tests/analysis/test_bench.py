@@ -11,6 +11,7 @@ from sits_mech.analysis import bench
 from sits_mech.cases import save_table
 from sits_mech.cli.main import run
 from sits_mech.quantities import Impedance, Pose, SolveReport
+from sits_mech.readout.calibration import calibration
 from sits_mech.scene.sensor import Sensor, changed, load_sensor, save_sensor, scene_hash, scene_text
 from sits_mech.version import __version__
 
@@ -106,6 +107,25 @@ def test_settings_follow_the_scene(sensor: Sensor) -> None:
     assert other.part.name == "LDC1612"
     with pytest.raises(ValueError, match='readout.converter must be a part, such as "LDC1614"; got "none"'):
         bench.sensor_front_end(changed(sensor, ['readout.converter="none"']), data)
+
+
+def test_codes_of_forces(sensor: Sensor) -> None:
+    """By hand: lead in series, the tank's frequency, 28 bits over 40 MHz; forces apart or in one array."""
+    led = changed(sensor, ['readout.lead_inductance="50 nH"'])
+    known = bench.sensor_calibration(led, table(led))
+    F = np.random.default_rng(2).uniform([-1.0, 0.0], [1.0, 4.0], (20, 2))
+    L = bench.free_inductances(led) * relative(*F.T) + 50e-9
+    f = 1.0 / (2.0 * np.pi * np.sqrt(L * 330e-12))
+    np.testing.assert_allclose(known.codes(F), 2.0**28 * f / 40e6, rtol=1e-7)
+    np.testing.assert_array_equal(known.codes(*F.T), known.codes(F))
+    np.testing.assert_array_equal(known.forward(F[0]), known.forward(*F[0]))
+    in_codes = bench.code_calibration(led, table(led), clock=32e6)
+    np.testing.assert_allclose(in_codes.forward(F), 1.25 * known.codes(F), rtol=1e-9)
+    assert in_codes.unit == "code" and np.all(in_codes.inverse(np.rint(in_codes.forward(F))).status == "ok")
+    with pytest.raises(ValueError, match=r'readout.converter must be a part, such as "LDC1614"; got "none"'):
+        bench.sensor_calibration(changed(sensor, ['readout.converter="none"']), table(sensor)).codes(F)
+    with pytest.raises(ValueError, match="codes: must come from a sensor and its table; this calibration has ind"):
+        calibration(table(sensor)).codes(F)
 
 
 class Falling:
