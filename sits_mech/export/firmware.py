@@ -1,8 +1,8 @@
-"""What goes into the microcontroller? Codes over the forces as integers, and their inverse in fixed point, as C header.
+"""What goes into the microcontroller? The calibration in codes and its inverse, in integers alone, as C header.
 
-The calibration in codes (`readout.calibration`, in codes instead of henry) is laid down in integers (`fixed_point`); the
-header (``firmware.h.in``) has the arithmetic of its inverse, for any number of forces and as many coils or more: the same
-polynomials, the same least squares, the same statuses.
+The map, the domain and the starting points are laid down in `fixed_point`; the header (``firmware.h.in``) has the
+arithmetic of the inverse for any number of forces, and as many coils or more: the same polynomials, the same least
+squares, the same statuses.
 
 Neglected: noise; the error of a built sensor against the computed one.
 """
@@ -14,43 +14,20 @@ from pathlib import Path
 from string import Template
 
 import numpy as np
-import xarray as xr
 
-from sits_mech.analysis.codes import readings
+from sits_mech.analysis.bench import code_calibration
+from sits_mech.analysis.codes import Readings, readings
 from sits_mech.export.fixed_point import FACET_BITS, FixedPoint, Integers, fixed_point
 from sits_mech.export.source import Source
 from sits_mech.quantities import Array
-from sits_mech.readout.calibration import Calibration, calibration, check_enough
-from sits_mech.readout.inversion import APART, LONGEST, MARGIN, REACH
-from sits_mech.readout.loads import varied
+from sits_mech.readout.calibration import Calibration, check_enough
+from sits_mech.readout.inversion import APART, HOPELESS, LONGEST, MARGIN, REACH
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError
 from sits_mech.version import __version__
 
-_EVALUATIONS = 100  # of the map from a starting point, steps that are halved among them
+_EVALUATIONS, _MORE = 30, 100  # of the map from a starting point; of more coils than forces, as in Python
 _FORCE, _MOMENT = (1e6, "uN"), (1e9, "nN m")  # the header's units
-
-
-def code_calibration(source: Source) -> Calibration:
-    """Return the calibration of a source in codes of its converter.
-
-    Raises
-    ------
-    SceneError
-        When the sensor has no converter.
-    ValueError
-        When there are fewer coils than forces, or too few loads.
-    """
-    read = readings(source.sensor, source.data)
-    if read.codes is None:
-        raise SceneError(f"--to c: must have codes of a converter; {'; '.join(read.left_out)}")
-    names = varied(source.data)
-    coords = {name: source.data[name] for name in names}
-    coils = [coil.name for coil in source.sensor.coils]
-    table = xr.Dataset({"L": ((*names, "coil"), read.codes)}, coords | {"coil": coils}, {"unit_L": "code"})
-    found = calibration(table)
-    check_enough(found.coils, found.forces)
-    return found
 
 
 def write_header(source: Source, path: Path) -> tuple[str, ...]:
@@ -59,29 +36,32 @@ def write_header(source: Source, path: Path) -> tuple[str, ...]:
     Raises
     ------
     ValueError
-        As `code_calibration`; also when the map has no inverse anywhere, or the file cannot be written.
+        When the sensor has no converter, fewer coils than forces, or a table of too few loads; when the map has no
+        inverse anywhere, or the file cannot be written.
     """
-    cal = code_calibration(source)
+    if source.sensor.readout.converter == "none":
+        raise SceneError('--to c: must have codes of a converter; the scene has readout.converter = "none"')
+    cal = code_calibration(source.sensor, source.data)
+    check_enough(cal.coils, cal.forces)
     domain = cal.domain
     if not np.any(domain.labels == 1):
         regions = "; ".join(domain.regions) or "everywhere"
         raise SceneError(f"--to c: must have a region where codes belong to one force; there is none: {regions}")
-    found = fixed_point(cal)
+    found, own = fixed_point(cal), _own_error(readings(source.sensor, source.data))
     write_text(path, header(source, found))
     notes = [
-        f"{len(found.power)} polynomials for each of {len(cal.coils)} coils, {_bytes(found)} bytes of tables, "
+        f"{len(found.power)} terms for each of {len(cal.coils)} coils, {_bytes(found)} bytes of tables, "
         f"within {found.error:.2g} codes of the map",
         f"the map predicts loads that are left out to {_in_words(cal, float(cal.map.error.max()))}",
-        f"the loads' own estimated errors are up to {_in_words(cal, _own_error(source))}",
+        f"the loads' own estimated errors are up to {_in_words(cal, own)}",
     ]
     if domain.share < 1.0 or domain.regions:
         notes.append(f"{1.0 - domain.share:.1%} of the loads have no answer: {'; '.join(domain.regions)}")
     return tuple(notes)
 
 
-def _own_error(source: Source) -> float:
+def _own_error(read: Readings) -> float:
     """Return the largest estimated error of a load of the table, by its inductance, in codes."""
-    read = readings(source.sensor, source.data)
     return 0.0 if read.codes is None else float(np.nanmax(0.5 * read.codes * read.error_L / read.L))
 
 
@@ -102,7 +82,8 @@ def _bytes(found: FixedPoint) -> int:
     wide = (found.base, found.weight, found.tolerance, found.far, found.direction, found.span, found.facet, found.nodes)
     middle, short = (found.coefficient, found.down, found.first), (found.power, found.ends, found.seed, found.valid)
     sizes = (8 * sum(item.size for item in wide), 4 * sum(item.size for item in middle), 2 * found.image.size)
-    return sum(sizes) + sum(item.size for item in short) + 16 * found.power.shape[1] + 4 * len(found.base)
+    small = sum(item.size for item in short)
+    return int(sum(sizes) + small + 16 * found.power.shape[1] + 4 * len(found.base))
 
 
 def _products(found: FixedPoint) -> int:
@@ -115,25 +96,25 @@ def _products(found: FixedPoint) -> int:
 
 def header(source: Source, found: FixedPoint) -> str:
     """Return the header of a calibration."""
-    cal, front = found.cal, readings(source.sensor, source.data).front
+    cal, read = found.cal, readings(source.sensor, source.data)
+    registers = () if read.front is None else read.front.registers
     units = [_unit(name) for name in cal.forces]
     many = np.array([unit[0] for unit in units])
     low, high = (np.rint(many * values).astype(np.int64) for values in (cal.low, cal.high))
     if max(np.abs(low).max(), np.abs(high).max()) > 2**31 / (1.0 + MARGIN):
         raise SceneError(f"--to c: must have forces below 2147 N and moments below 2.1 N m; got {_ranges(cal)}")
-    registers = () if front is None else front.registers
     worth = many * cal.force_error(0.5 * (cal.low + cal.high), np.ones(len(cal.coils)))
     one, d, n = 2.0**found.bits, len(cal.forces), len(cal.coils)
     layout = (resources.files("sits_mech.export") / "firmware.h.in").read_text(encoding="utf-8")
     return Template(layout).substitute(
         name=_comment(source.sensor.name), about=_comment(source.about), version=__version__,
-        part="converter" if front is None else front.part.name, ranges=_ranges(cal),
+        part=source.sensor.readout.converter, ranges=_ranges(cal),
         coils=_comment(", ".join(cal.coils)),
         forces=", ".join(f"{name} [{unit[1]}]" for name, unit in zip(cal.forces, units, strict=True)),
         worth=", ".join(f"{w:.3g} {u[1]} of {f}" for f, w, u in zip(cal.forces, worth, units, strict=True)),
-        fixed_error=f"{found.error:.2g}", map_error=f"{cal.map.error.max():.3g}", own_error=f"{_own_error(source):.3g}",
+        fixed_error=f"{found.error:.2g}", map_error=f"{cal.map.error.max():.3g}", own_error=f"{_own_error(read):.3g}",
         bytes=_bytes(found), stack=_stack(found), products=_products(found),
-        evaluations=_EVALUATIONS * (len(found.first) - 1), tries=_EVALUATIONS,
+        tries=_MORE if n > d else _EVALUATIONS, hopeless=HOPELESS,
         d=d, n=n, terms=len(found.power), degree=max(int(found.power.max()), 1), bits=found.bits,
         fraction=found.fraction, reach=_long(REACH * one), longest=_long(LONGEST * one), settled=found.settled,
         margin=_long((MARGIN + 1e-9) * 2.0**FACET_BITS), apart=_long(APART * one), merit=found.merit,
@@ -153,7 +134,7 @@ def header(source: Source, found: FixedPoint) -> str:
 def _stack(found: FixedPoint) -> int:
     """Return what all functions together may need."""
     d, n, degree = found.power.shape[1], len(found.base), max(int(found.power.max()), 1)
-    numbers = 2 * d * (degree + 1) + n * (1 + d) + (d + 1) ** 2 + 2 * d * n + d * d + 5 * n + 10 * d
+    numbers: int = 2 * d * (degree + 1) + n * (1 + d) + (d + 1) ** 2 + 2 * d * n + d * d + 5 * n + 10 * d
     return 8 * numbers + 640
 
 

@@ -30,6 +30,9 @@ REACH = 1.2
 """Of half the range: no force beyond it is tried."""
 EXACT = 1e-6
 """The same of as many coils as forces, which is zero but for rounding and the last step."""
+HOPELESS = 10
+"""Times the residual of an answer; a reading that is further off, and gets no nearer by half, is given up."""
+_EDGE = 1e-6  # of half the range: forces as near the reach are at it
 _ROUNDING = 1e-9  # of a sum of squares: by less a step does not lead away
 _STEPS, _MORE = 25, 100  # of Newton's method, and of least squares, which settle slowly where loads look alike
 LONGEST = 0.3
@@ -119,32 +122,45 @@ class Search:
         for _ in range(_MORE if n > d else _STEPS):
             if active.size == 0:
                 break
-            x = _within(origin[:, active] + step[:, active])
+            x = origin[:, active] + step[:, active]
             value, slopes = self._seen(x)
             off = L[:, active] - value
             size = self._size(off)
             nearer = size <= least[active] * (1.0 + _ROUNDING)
             inverse = self._inverse(slopes if n == d else self._free(slopes, off, x))
-            step[:, active] = np.where(nearer, _step(inverse, off), 0.5 * step[:, active])
+            step[:, active] = np.where(nearer, _step(x, inverse, off), 0.5 * step[:, active])
             origin[:, active] = np.where(nearer, x, origin[:, active])
             least[active] = np.where(nearer, size, least[active])
-            off -= _times(slopes, _within(origin[:, active] + step[:, active]) - x)
+            hopeless = self._hopeless(off, off - _times(slopes, _times(inverse, off)))
+            off -= _times(slopes, origin[:, active] + step[:, active] - x)
             residual[active] = np.max(np.abs(off) / self.full_scale[:, None], axis=0)
             done = np.max(np.abs(step[:, active]), axis=0) < small
             settled[active[done]], answers[..., active[done]] = True, inverse[..., done]
-            active = active[~done]
-        return _within(origin + step), settled, residual, answers
+            active = active[~(done | hopeless)]
+        return origin + step, settled, residual, answers
 
     def _size(self, off: Array) -> Array:
         """Return the weighted sum of squares of differences (n, m)."""
         return _dot(off * self.weights[:, None], off * self.weights[:, None])
 
+    def _hopeless(self, off: Array, left: Array) -> NDArray[np.bool_]:
+        """Tell what is far from any load's and stays so: differences (n, m), and those after a whole step."""
+        if len(off) == len(self.map.low):
+            return np.zeros(off.shape[1], dtype=bool)
+        far = np.max(np.abs(off) / self.full_scale[:, None], axis=0) > HOPELESS * INCONSISTENT
+        return np.asarray(far & (self._size(left) > 0.5 * self._size(off)))
+
     def _free(self, slopes: Array, off: Array, x: Array) -> Array:
         """Return slopes without those of forces at the reach that would lead beyond it: the least squares within."""
-        if not np.any(np.abs(x) >= REACH):
-            return slopes
-        down = _times(np.moveaxis(slopes, 0, 1), off * self.weights[:, None] ** 2)
-        return np.asarray(np.where((np.abs(x) >= REACH) & (down * x > 0.0), 0.0, slopes))
+        edge = np.abs(x) > REACH - _EDGE
+        at = np.flatnonzero(np.any(edge, axis=0))
+        x, off, here, edge, slopes = x[:, at], off[:, at], slopes[..., at], edge[:, at], slopes.copy()
+        down = _times(np.moveaxis(here, 0, 1), off * self.weights[:, None] ** 2)
+        for _ in range(len(x) if at.size else 0):  # first those that lead down beyond, then those that step there
+            here = np.where(edge & (down * x > 0.0), 0.0, here)
+            down = _times(self._inverse(here), off)
+        slopes[..., at] = here
+        return slopes
 
     def _seen(self, x: Array) -> tuple[Array, Array]:
         """Return inductances (n, m) and their slopes (n, d, m) at scaled forces (d, m)."""
@@ -166,18 +182,19 @@ class Search:
         asked = np.nan_to_num(self.domain.whitened(L.T), nan=0.0, posinf=1e6, neginf=-1e6)
         near = tree.query(np.clip(asked, -1e6, 1e6))[1]
         off = np.nan_to_num(L - value[:, near])
-        return seeds[:, near], _step(inverse[..., near], off), self._size(off)
+        return seeds[:, near], _step(seeds[:, near], inverse[..., near], off), self._size(off)
 
 
-def _step(inverse: Array, off: Array) -> Array:
-    """Return inverses (d, n, m) times differences (n, m), shape (d, m), shortened to what a step may be."""
-    found = _times(inverse, off)
-    return np.asarray(found / np.maximum(np.max(np.abs(found), axis=0) / LONGEST, 1.0))
-
-
-def _within(x: Array) -> Array:
-    """Return scaled forces within the reach."""
-    return np.asarray(np.clip(x, -REACH, REACH))
+def _step(x: Array, inverse: Array, off: Array) -> Array:
+    """Return inverses (d, n, m) times differences (n, m) as steps from x (d, m), shortened to end within the reach."""
+    step = _times(inverse, off)
+    step = step / np.maximum(np.max(np.abs(step), axis=0) / LONGEST, 1.0)
+    if np.all(np.abs(x + step) <= REACH):
+        return np.asarray(step)
+    room = REACH - np.sign(step) * x
+    step = np.where(room > _EDGE, step, 0.0)
+    share = np.min(room / np.maximum(np.abs(step), 1e-300), axis=0)
+    return np.asarray(step * np.minimum(share, 1.0))
 
 
 def _times(A: Array, x: Array) -> Array:
