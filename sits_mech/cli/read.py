@@ -63,11 +63,11 @@ def converter(
     Example: sits-mech converter calibration --clock "40 MHz" --rcount 4096
     """
     from sits_mech.analysis.bench import sensor_front_end
-    from sits_mech.report.folder import read_two_forces
+    from sits_mech.report.folder import read_calibration
     from sits_mech.report.tables.readings import front_end_record, front_end_table
     from sits_mech.units import quantity
 
-    sensor, data = read_two_forces(folder)
+    sensor, data = read_calibration(folder)
     hertz = None if clock is None else quantity(clock, "Hz", "--clock")
     found, missing = sensor_front_end(sensor, data, clock=hertz, rcount=rcount)
     names = [coil.name for coil in sensor.coils]
