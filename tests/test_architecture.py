@@ -43,6 +43,8 @@ UNMIRRORED = {
         (f"cli/{name}.py" for name in ("console", "grids", "inform", "options", "products", "read", "solve")),
         "tests/cli/test_main.py: through the command line",
     ),
+    "cli/written.py": "tests/analysis/test_bench.py: readings of invert, given and refused",
+    "export/fixed_point.py": "tests/export/test_firmware.py: the header made of its integers",
     **dict.fromkeys(
         ("export/formats.py", "export/source.py"), "tests/export/test_tables.py: every format goes through them"
     ),
