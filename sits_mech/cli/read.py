@@ -63,11 +63,11 @@ def converter(
     Example: sits-mech converter calibration --clock "40 MHz" --rcount 4096
     """
     from sits_mech.analysis.bench import sensor_front_end
-    from sits_mech.report.folder import read_two_forces
+    from sits_mech.report.folder import read_calibration
     from sits_mech.report.tables.readings import front_end_record, front_end_table
     from sits_mech.units import quantity
 
-    sensor, data = read_two_forces(folder)
+    sensor, data = read_calibration(folder)
     hertz = None if clock is None else quantity(clock, "Hz", "--clock")
     found, missing = sensor_front_end(sensor, data, clock=hertz, rcount=rcount)
     names = [coil.name for coil in sensor.coils]
@@ -138,7 +138,7 @@ def quality(
     if silicone is not None and (silicone.prony or silicone.mullins) and period is None:
         warn("hysteresis: the silicone has prony or mullins; --period shows what they make of the forces")
     if one is None:
-        warn("resolution: by the converter's default noise at its longest conversion; --noise takes what a board shows")
+        warn("noise: by default the converter's at its longest conversion; --noise takes what a board shows")
     return 0
 
 

@@ -181,7 +181,7 @@ def inverse_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
         return _pairs(rows)
     found = quality(cal, read.front.noise, table=coil_table(sensor, data))
     tables = quality_tables(quality_record(found, data))
-    title = "<h3>Quality; resolution is one standard deviation of the converter's noise at its longest conversion</h3>"
+    title = "<h3>Quality; the noise is the converter's at its longest conversion</h3>"
     return _pairs(rows) + title + "".join(html_table(table) for table in tables)
 
 
