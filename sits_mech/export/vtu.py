@@ -1,12 +1,12 @@
 """How is the deformed layer looked at in ParaView? A folder: one .vtu for each load, a .pvd that puts them in order.
 
 Every converged load of the calibration is a time step, each row of loads with rising normal force. A file holds the
-elastomer with its volume ratio J, the target, and the coils; ``part`` tells them apart (0, 1, 2), ``displacement`` is
-that of elastomer and target from rest. A pad in space (the calibration's model `block`) is shown whole, with each layer
-of a coil as a ring from its innermost to its outermost track; a layer in plane strain as the section y = 0. The layer
-is solved anew, each load from the one before, by the calibration's model; one by the linear model, which has no mesh
-to show, by the planar one. The target is at its pose, which the 3D pad extrapolates from two meshes: it stands off the
-layer by that model's error.
+elastomer with the smallest volume ratio J of each cell, the target, and the coils; ``part`` tells them apart (0, 1, 2),
+``displacement`` is that of elastomer and target from rest. A pad in space (the calibration's model `block`) is shown
+whole, with each layer of a coil as a ring from its innermost to its outermost track; a layer in plane strain as the
+section y = 0. The layer is solved anew, each load from the one before, by the calibration's model; one by the linear
+model, which has no mesh to show, by the planar one. The target is at its pose, which the 3D pad extrapolates from two
+meshes: it stands off the layer by that model's error.
 """
 
 from __future__ import annotations
@@ -28,9 +28,10 @@ from sits_mech.geometry.windings import coil_bars, layer_heights
 from sits_mech.magnetics.space.stream import placed
 from sits_mech.mechanics.block import BlockPad, block_pad, deformed_pad
 from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh, planar_layer
+from sits_mech.mechanics.pad.section import layer_parts
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, Wrench
 from sits_mech.readout.loads import load_words, points, varied, wrench_of
-from sits_mech.report.pictures.section import target_corners
+from sits_mech.report.pictures.cuts import target_cut
 from sits_mech.scene.files import write_bytes, write_text
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
 
@@ -172,9 +173,10 @@ def _section(model: PlanarLayer, found: Equilibrium, still: Equilibrium) -> list
     kept, quads = np.unique(quads, return_inverse=True)
     at_rest = deformed_mesh(model, still)[0][kept]
     layer = Piece(_LAYER, _flat(places[kept]), _flat(places[kept] - at_rest), [("quad", quads.reshape(-1, 4))], J)
-    plate, there = target_corners(model.sensor, found.pose), target_corners(model.sensor, _rest(model.sensor))
+    target, _ = layer_parts(model.sensor)
+    plate, there = (target_cut(target, pose) for pose in (found.pose, _rest(model.sensor)))
     tracks = _tracks(model.sensor)
-    return [layer, _boxes(_TARGET, plate[None], plate - there), _boxes(_COIL, tracks, np.zeros((4 * len(tracks), 2)))]
+    return [layer, _boxes(_TARGET, plate, plate - there), _boxes(_COIL, tracks, np.zeros_like(tracks))]
 
 
 def _rest(sensor: Sensor) -> Pose:
@@ -185,9 +187,11 @@ def _rest(sensor: Sensor) -> Pose:
 
 
 def _boxes(part: float, corners: Array, moved: Array) -> Piece:
-    """Return separate quadrilaterals of a section, corners of shape (m, 4, 2)."""
+    """Return separate quadrilaterals of a section, corners and how far they moved of shape (m, 4, 2)."""
     quads = np.arange(4 * len(corners)).reshape(-1, 4)
-    return Piece(part, _flat(corners.reshape(-1, 2)), _flat(moved), [("quad", quads)], np.ones(len(corners)))
+    return Piece(
+        part, _flat(corners.reshape(-1, 2)), _flat(moved.reshape(-1, 2)), [("quad", quads)], np.ones(len(corners))
+    )
 
 
 def _tracks(sensor: Sensor) -> Array:

@@ -87,7 +87,7 @@ class Domain:
         return np.asarray(self.labels[tuple(near.T)] == 1)
 
 
-def domain_of(found: SmoothMap, weights: Array, points: Array) -> tuple[Domain, tuple[Array, ...]]:
+def domain_of(found: SmoothMap, weights: Array, hull: Array) -> tuple[Domain, tuple[Array, ...]]:
     """Return the domain of a map's inverse, and starting points for each of its parts, the valid one first.
 
     Parameters
@@ -96,14 +96,13 @@ def domain_of(found: SmoothMap, weights: Array, points: Array) -> tuple[Domain, 
         Forces to inductances.
     weights : ndarray, shape (n,)
         Of the inductances.
-    points : ndarray, shape (m, d)
-        Loads that the map goes through.
+    hull : ndarray, shape (f, d + 1)
+        Of the scaled loads that the map goes through (`hull_of`).
     """
-    d = points.shape[1]
+    d = hull.shape[1] - 1
     axes = [np.linspace(-1.0, 1.0, _POINTS.get(d, 5))] * d
     x = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
     values, slopes = found.value_and_slopes(x.reshape(-1, d))
-    hull = _hull(found.scaled(points))
     inside = (np.max(x @ hull[:, :-1].T + hull[:, -1], axis=-1) <= 1e-9).reshape(-1)
     middle, directions = _whitening(values[inside], slopes[inside], weights)
     image = _product(values[inside] - middle, directions)
@@ -141,7 +140,7 @@ def _product(x: Array, matrix: Array) -> Array:
     return found
 
 
-def _hull(x: Array) -> Array:
+def hull_of(x: Array) -> Array:
     """Return the half-spaces A x + b <= 0 of the loads' convex hull, shape (f, d + 1); the box where they are flat."""
     d = x.shape[1]
     if d > 1:
@@ -201,7 +200,7 @@ def _region(found: SmoothMap, x: Array, reason: str) -> str:
 def _folds_over(found: SmoothMap, x: Array, part: NDArray[np.bool_], directions: Array, ranges: Array) -> bool:
     """Tell whether loads of a part's edge, or with more coils than forces of all of it, show what far ones show."""
     edge = part & ~binary_erosion(part)
-    if not _alike(found, x[edge], directions, len(x)):
+    if edge.sum() < 2 or not _alike(found, x[edge], directions, len(x)):
         return False
     return len(ranges) == x.ndim - 1 or _alike(found, x[part], directions, len(x), ranges)
 

@@ -1,6 +1,7 @@
 """Many small inverses at once, and answers that are a reading's own."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -144,3 +145,31 @@ def test_noise_weighs_the_coils() -> None:
     weighed = three_forces(noise=[1e-12, 1e-12, 1e-12, 1e-11]).inverse(off)
     exact = three_forces().inverse(coils(F)).forces
     assert np.median(np.abs(weighed.forces - exact)) < 0.05 * np.median(np.abs(alike.forces - exact))
+
+
+def test_both_errors_of_a_force() -> None:
+    """By noise of one coil and by the table's error, of a plane of slopes by hand."""
+    slopes = np.array([[1e-8, 0.0, 2e-8], [0.0, 1e-8, 2e-8], [-1e-8, -1e-8, 2e-8]])
+    names = ["C1", "C2", "C3"]
+    free = ("H", [2e-6] * 3)
+    cal = calibration_of(grid(4), 2e-6 + grid(4) @ slopes.T, forces=FORCES, coils=names, free=free, noise=[1e-12] * 3)
+    found = replace(cal, model_error=np.array([0.0, 0.0, 6e-10])).inverse(2e-6 + slopes @ [0.1, 0.2, 0.5])
+    inverse = np.linalg.inv(slopes)
+    np.testing.assert_allclose(found.error_by_noise, 1e-12 * np.linalg.norm(inverse, axis=1), rtol=1e-6)
+    np.testing.assert_allclose(found.error_by_model, 6e-10 * np.abs(inverse[:, 2]), rtol=1e-6)
+    assert np.all(np.isnan(cal.inverse(2e-6 + slopes @ [0.1, 0.2, 0.5]).error_by_model))
+
+
+def test_a_force_that_no_coil_resolves() -> None:
+    """Coils in a row do not see what parts others across it, to rounding or to the table's errors; it is named."""
+    row, noise = np.array([[-1.0, 0.0], [0.2, 0.0], [1.0, 0.0], [-0.3, 0.0]]), np.array([1.0, -2.0, 0.5, 1.0])
+    for across in (0.0, 1e-13):
+
+        def blind(F: np.ndarray, corners: np.ndarray, size: float = across) -> np.ndarray:
+            return coils(F * [1, 0, 1], corners) + size * F[:, 1:2] * noise
+
+        cal = replace(three_forces(row, blind), model_error=np.full(4, 1e-10))
+        assert cal.unresolved == ("F_y",) and cal.condition > 1e3
+        with pytest.raises(ValueError, match=r"C4 do not resolve F_y of F_x, F_y, F_z: condition number [\d.e+]+, err"):
+            cal.inverse(coils(loads(2), row))
+    assert three_forces().unresolved == () and three_forces().condition < 10.0
