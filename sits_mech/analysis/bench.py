@@ -151,12 +151,11 @@ def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
     ValueError
         When the table holds too few loads.
     """
-    free = None if data.attrs["unit_L"] == "H" else free_inductances(sensor).tolist()
-    noise = None
-    if len(sensor.coils) > sum(data.sizes[name] > 1 for name in varied(data)) and sensor.readout.converter != "none":
-        with suppress(ValueError):  # a converter that cannot follow: all coils count alike
-            noise = sensor_front_end(sensor, data)[0].noise.tolist()
-    return replace(calibration(data, free, noise), in_codes=partial(code_calibration, sensor, data))
+    free, noise = None if data.attrs["unit_L"] == "H" else free_inductances(sensor).tolist(), None
+    with suppress(ValueError):  # no converter, or none that can follow: all coils count alike
+        noise = sensor_front_end(sensor, data)[0].noise.tolist()
+    found, error = calibration(data, free, noise), model_errors(sensor, data)
+    return replace(found, model_error=error, in_codes=partial(code_calibration, sensor, data))
 
 
 def code_calibration(sensor: Sensor, data: xr.Dataset, *, clock: float | None = None) -> Calibration:
@@ -181,8 +180,10 @@ def code_calibration(sensor: Sensor, data: xr.Dataset, *, clock: float | None = 
     front, _ = sensor_front_end(sensor, data, clock=clock)
     L = terminals(sensor, data)[0]["L"]
     codes = xr.DataArray(codes_of(sensor, front, L.to_numpy()), dims=L.dims, coords=L.coords)
-    noise = 0.5 * front.code[:, 1] * front.noise / np.nanmax(L.to_numpy().reshape(-1, len(front.noise)), axis=0)
-    return calibration(data[["status"]].assign(L=codes).assign_attrs(unit_L="code"), noise=noise.tolist())
+    rate = 0.5 * np.nanmax((codes / L).to_numpy().reshape(-1, len(front.noise)), axis=0)  # code over L^(-1/2)
+    table = data[["status"]].assign(L=codes).assign_attrs(unit_L="code")
+    found = calibration(table, noise=(rate * front.noise).tolist())
+    return replace(found, model_error=rate * model_errors(sensor, data))
 
 
 def codes_of(sensor: Sensor, front: FrontEnd, L: Array) -> Array:

@@ -18,7 +18,7 @@ from functools import cached_property
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from sits_mech.maps.domain import Domain, domain_of
 from sits_mech.maps.surrogate import SmoothMap, fit_map
@@ -27,31 +27,8 @@ from sits_mech.readout.inversion import AMBIGUOUS as AMBIGUOUS
 from sits_mech.readout.inversion import NO_SOLUTION as NO_SOLUTION
 from sits_mech.readout.inversion import OK as OK
 from sits_mech.readout.inversion import OUTSIDE as OUTSIDE
-from sits_mech.readout.inversion import Search
+from sits_mech.readout.inversion import Inverse, Search
 from sits_mech.readout.loads import varied
-
-
-@dataclass(frozen=True)
-class Inverse:
-    """Forces from inductances.
-
-    Attributes
-    ----------
-    forces : ndarray, shape (..., d)
-        In the order of `Calibration.forces` [N, N m]; NaN where the status is not "ok".
-    status : ndarray of str, shape (...)
-        "ok", "outside" (of the table), "ambiguous" (more than one force shows this), "no solution".
-    error : ndarray, shape (..., d)
-        What the error of the map makes of each force [N, N m].
-    residual : ndarray, shape (...)
-        Largest remaining difference of a coil, relative to `Calibration.full_scale`; noise or a wrong reading where
-        there are more coils than forces.
-    """
-
-    forces: Array
-    status: NDArray[np.str_]
-    error: Array
-    residual: Array
 
 
 @dataclass(frozen=True)
@@ -78,6 +55,8 @@ class Calibration:
         Where the inverse holds.
     seeds : tuple of ndarray
         Starting points of Newton's method, in scaled forces, an array for each part of the domain, the valid first.
+    noise, model_error : ndarray, shape (n,), optional
+        Of each inductance: standard deviation of a reading, and estimated error of the table itself [unit].
     in_codes : callable, optional
         What makes the calibration of the same loads in codes of a converter.
     """
@@ -91,6 +70,8 @@ class Calibration:
     full_scale: Array
     domain: Domain
     seeds: tuple[Array, ...] = field(repr=False)
+    noise: Array | None = None
+    model_error: Array | None = None
     in_codes: Callable[[], Calibration] | None = field(default=None, repr=False)
 
     @property
@@ -179,7 +160,7 @@ class Calibration:
     def _answers(self, forces: ArrayLike) -> Array:
         """Return the derivatives of the inverse by the inductances (m, d, n) at forces of m points [N / unit]."""
         answers = self._search.answers(self.map.scaled(forces).reshape(-1, len(self.low)))
-        return np.asarray(answers * (0.5 * (self.high - self.low))[:, None])
+        return np.asarray(answers * self._half[:, None])
 
     @cached_property
     def _search(self) -> Search:
@@ -204,19 +185,40 @@ class Calibration:
         ValueError
             When the number of coils is not the table's, or is less than the number of forces.
         """
-        L = np.asarray(L, dtype=float)
-        if L.ndim == 0 or L.shape[-1] != len(self.coils):
-            raise ValueError(f"L: must be of {len(self.coils)} coils ({', '.join(self.coils)}); got shape {L.shape}")
-        check_enough(self.coils, self.forces)
-        flat = L.reshape(-1, len(self.coils))
-        x, residual, status, error = self._search.solved(flat)
-        error = error * (0.5 * (self.high - self.low))
-        wrong = (status != OK)[:, None]
-        forces, error = np.where(wrong, np.nan, self.map.unscaled(x)), np.where(wrong, np.nan, error)
-        shape = L.shape[:-1]
-        return Inverse(
-            forces.reshape(*shape, -1), status.reshape(shape), error.reshape(*shape, -1), residual.reshape(shape)
-        )
+        L, n, d = np.asarray(L, dtype=float), len(self.coils), len(self.forces)
+        if L.ndim == 0 or L.shape[-1] != n:
+            raise ValueError(f"L: must be of {n} coils ({', '.join(self.coils)}); got shape {L.shape}")
+        check_resolved(self)
+        unknown = np.full(n, np.nan)
+        spreads = [self.map.error, *(unknown if size is None else size for size in (self.model_error, self.noise))]
+        x, residual, status, errors = self._search.solved(L.reshape(-1, n), np.array(spreads))
+        wrong, shape = (status != OK)[:, None], L.shape[:-1]
+        forces = np.where(wrong, np.nan, self.map.unscaled(x)).reshape(*shape, d)
+        by_map, by_model, by_noise = (np.where(wrong, np.nan, part * self._half).reshape(*shape, d) for part in errors)
+        return Inverse(forces, status.reshape(shape), by_map, by_model, by_noise, residual.reshape(shape))
+
+    @property
+    def _half(self) -> Array:
+        """Half the range of each force [N, N m]."""
+        return 0.5 * (self.high - self.low)
+
+    @cached_property
+    def condition(self) -> float:
+        """Condition number of the inductances by the forces, in coils' weights and ranges of the forces, mid-table."""
+        slopes = self.slopes(0.5 * (self.low + self.high)) * self.weights[:, None] * self._half
+        return float(np.linalg.cond(slopes))
+
+    @cached_property
+    def unresolved(self) -> tuple[str, ...]:
+        """Forces that the coils do not resolve: whose errors by map and table are twice their range at most loads."""
+        if len(self.coils) < len(self.forces):
+            return self.forces
+        x, off = np.concatenate(self.seeds), np.array(self.map.error)
+        off = np.where(np.isfinite(off), off, 0.0) + (0.0 if self.model_error is None else self.model_error)
+        answers = self._search.answers(x)
+        spread = np.median(np.abs(answers) @ off, axis=0)  # in halves of the range
+        blind = np.all(answers == 0.0, axis=2).mean(axis=0) > 0.5  # nothing is left of its slopes
+        return tuple(name for name, size, none in zip(self.forces, spread, blind, strict=True) if size > 4.0 or none)
 
 
 def calibration(
@@ -303,8 +305,9 @@ def calibration_of(
     weights = np.full(len(coils), 1.0 / full_scale.max()) if noise is None else 1.0 / np.asarray(noise, dtype=float)
     domain, seeds = domain_of(found, weights, np.asarray(points, dtype=float))
     unit, L0 = free
+    size = None if noise is None else np.asarray(noise, dtype=float)
     return Calibration(
-        tuple(forces), tuple(coils), unit, np.asarray(L0, dtype=float), found, weights, full_scale, domain, seeds
+        tuple(forces), tuple(coils), unit, np.asarray(L0, dtype=float), found, weights, full_scale, domain, seeds, size
     )
 
 
@@ -312,3 +315,14 @@ def check_enough(coils: Sequence[str], forces: Sequence[str]) -> None:
     """Refuse to resolve more forces than there are coils."""
     if len(coils) < len(forces):
         raise ValueError(f"coils: {len(coils)} cannot resolve {len(forces)} forces ({', '.join(forces)})")
+
+
+def check_resolved(cal: Calibration) -> None:
+    """Refuse a calibration whose coils are fewer than its forces, or do not resolve one of them."""
+    check_enough(cal.coils, cal.forces)
+    if cal.unresolved:
+        names = ", ".join(cal.unresolved)
+        raise ValueError(
+            f"coils: {', '.join(cal.coils)} do not resolve {names} of {', '.join(cal.forces)}: condition number "
+            f"{cal.condition:.2g}, errors of twice the range; leave it out, or add coils that it changes"
+        )

@@ -36,6 +36,35 @@ Statuses = NDArray[np.str_]
 
 
 @dataclass(frozen=True)
+class Inverse:
+    """Forces from inductances.
+
+    Attributes
+    ----------
+    forces : ndarray, shape (..., d)
+        In the order of `Calibration.forces` [N, N m]; NaN where the status is not "ok".
+    status : ndarray of str, shape (...)
+        "ok", "outside" (of the table), "ambiguous" (more than one force shows this), "no solution".
+    error : ndarray, shape (..., d)
+        What the error of the map makes of each force [N, N m].
+    error_by_model : ndarray, shape (..., d)
+        What the errors of the table's own inductances make of it, at most; NaN where they are not known.
+    error_by_noise : ndarray, shape (..., d)
+        Standard deviation by the coils' noise; NaN where it is not known.
+    residual : ndarray, shape (...)
+        Largest remaining difference of a coil, relative to `Calibration.full_scale`; noise or a wrong reading where
+        there are more coils than forces.
+    """
+
+    forces: Array
+    status: NDArray[np.str_]
+    error: Array
+    error_by_model: Array
+    error_by_noise: Array
+    residual: Array
+
+
+@dataclass(frozen=True)
 class Search:
     """The inverse of a map in scaled forces.
 
@@ -53,14 +82,15 @@ class Search:
     full_scale: Array
     seeds: tuple[Array, ...]
 
-    def solved(self, L: Array) -> tuple[Array, Array, Statuses, Array]:
-        """Return scaled forces (m, d), relative residual (m) and status (m) of readings (m, n), and errors by the map.
+    def solved(self, L: Array, spreads: Array) -> tuple[Array, Array, Statuses, Array]:
+        """Return scaled forces (m, d), relative residual (m), status (m) and errors (3, m, d) of readings (m, n).
 
-        The errors are of scaled forces, shape (m, d).
+        The errors are of scaled forces, by `spreads` (3, n) of the inductances: two at most, and a standard deviation.
         """
-        each = [self._block(np.ascontiguousarray(L[k : k + _BLOCK].T)) for k in range(0, max(len(L), 1), _BLOCK)]
-        x, residual, status, error = (np.concatenate(parts) for parts in zip(*each, strict=True))
-        return x, residual, status, error
+        blocks = range(0, max(len(L), 1), _BLOCK)
+        each = [self._block(np.ascontiguousarray(L[k : k + _BLOCK].T), spreads) for k in blocks]
+        x, residual, status, errors = (np.concatenate(parts, axis=-1) for parts in zip(*each, strict=True))
+        return x.T, residual, status, np.moveaxis(errors, 1, 2)
 
     def answers(self, x: Array) -> Array:
         """Return the derivatives of the inverse by the inductances (m, d, n), of scaled forces [1/unit]."""
@@ -70,8 +100,8 @@ class Search:
         """Return the least-squares inverses (d, n, m) of slopes (n, d, m) [1/unit]."""
         return pseudo_inverse(slopes * self.weights[:, None, None]) * self.weights[:, None]
 
-    def _block(self, L: Array) -> tuple[Array, Array, Statuses, Array]:
-        """Return what `solved` does of readings (n, m)."""
+    def _block(self, L: Array, spreads: Array) -> tuple[Array, Array, Statuses, Array]:
+        """Return what `solved` does of readings (n, m), these along the last axes."""
         x, settled, residual, answers = self._newton(L, 0)
         status = np.full(L.shape[1], OK, dtype="<U12")
         status[~settled | (residual > INCONSISTENT) | ~np.isfinite(residual)] = NO_SOLUTION
@@ -82,7 +112,8 @@ class Search:
             other, found, off, _ = self._newton(L[:, open_], part)
             away = (np.max(np.abs(other - x[:, open_]), axis=0) > _APART) | (status[open_] != OK)
             status[open_[found & away & (off < INCONSISTENT) & self.domain.holds(other.T, 0.0)]] = AMBIGUOUS
-        return x.T, residual, status, _times(np.abs(answers), self.map.error).T
+        most = [_times(np.abs(answers), size) for size in spreads[:2]]
+        return x, residual, status, np.array([*most, np.sqrt(_times(answers**2, spreads[2] ** 2))])
 
     def _newton(self, L: Array, part: int) -> tuple[Array, NDArray[np.bool_], Array, Array]:
         """Return where Gauss-Newton ends (d, m), whether it settled, the residual and the `answers` (d, n, m) there.
