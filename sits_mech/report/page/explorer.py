@@ -31,6 +31,7 @@ from sits_mech.scene.sensor import Conductor, Elastomer, Sensor
 _MM = 1e3
 _MOST = 300_000  # numbers in a page
 _DIGITS = {True: 11, False: 6}
+_FEW = 6  # coils that are shown before signals and pose
 _STILL = 1e-9  # a component of the pose that moves less does not move [m, rad]
 _KINDS = {
     "F_x": "shear", "F_y": "shear along y", "F_z": "normal", "M": "moment about y", "M_x": "moment about x",
@@ -55,7 +56,7 @@ _MARKUP = """<p class="hint">Move the load: what the coils show, and where the t
 <option value="10">&times; 10</option><option value="30">&times; 30</option></select></label>
 <label id="cut-box">section <select id="cut"><option value="load">along the shear</option>
 <option value="y">y = 0</option><option value="x">x = 0</option></select></label>
-<button id="snap" type="button">nearest load of the table</button><button id="rest" type="button">no load</button>
+<button id="snap" type="button">nearest load</button><button id="rest" type="button">no load</button>
 </div>
 <div class="views">
 <figure class="stage"><svg id="plan" role="img" aria-label="Coils and target seen from above under the load"></svg>
@@ -108,13 +109,16 @@ def _numbers(items: list[Record]) -> int:
 
 
 def items_of(sensor: Sensor, data: xr.Dataset, read: Readings) -> list[Record]:
-    """Return what the explorer shows: label, variable, its error, scale, digits and unit of each."""
-    found: list[Record] = []
+    """Return what the explorer shows: label, variable, its error, scale, digits and unit of each.
+
+    Many coils come last.
+    """
+    coils, found = list[Record](), list[Record]()
     for i, coil in enumerate(sensor.coils):
         entry = {"label": f"L of {coil.name}", "name": f"L{i}", "error": f"error_L{i}", "scale": 1e6, "digits": 5}
-        found.append(entry | {"unit": "µH"})
+        coils.append(entry | {"unit": "µH"})
         if read.codes is not None:
-            found.append({"label": f"code of {coil.name}", "name": f"code{i}", "scale": 1, "digits": 0, "unit": ""})
+            coils.append({"label": f"code of {coil.name}", "name": f"code{i}", "scale": 1, "digits": 0, "unit": ""})
     for name in dict.fromkeys((*told(data), *signals_of(data).values())):
         entry = {"label": _SIGNAL[name], "name": name, "error": f"error_{name}", "scale": 1, "digits": 3, "unit": "%"}
         found.append(entry)
@@ -123,7 +127,7 @@ def items_of(sensor: Sensor, data: xr.Dataset, read: Readings) -> list[Record]:
             scale, digits, unit = (1e6, 1, "µm") if UNITS[name] == "m" else (1e3, 3, "mrad")
             entry = {"label": label, "name": name, "error": f"error_{name}", "scale": scale, "digits": digits}
             found.append(entry | {"unit": unit})
-    return found
+    return coils + found if len(sensor.coils) <= _FEW else found + coils
 
 
 def _moves(data: xr.Dataset, name: str) -> bool:

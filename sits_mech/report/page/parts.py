@@ -87,11 +87,12 @@ def _span(data: xr.Dataset, force: str) -> str:
 
 def words_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
     """Return warnings and what else a reader should know, in sentences."""
-    lines = [f"No result under {line}" for line in failures(data)]
+    missing = failures(data)
+    lines = [f"No result under {line}" for line in missing]
     lines += [_sentence(line) for line in remarks(data)]
     lines += [] if read.front is None else [_sentence(line) for line in read.front.warnings]
     lines += _mixing(data) + _models(sensor, data)
-    good = [] if failures(data) else [f'<li class="good">All {data["status"].size} loads converged.</li>']
+    good = [] if missing else [f'<li class="good">All {data["status"].size} loads converged.</li>']
     return "\n".join(good + [f"<li>{html.escape(line)}</li>" for line in lines])
 
 
@@ -184,8 +185,14 @@ def inverse_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
         return _pairs(rows)
     found = quality(cal, read.front.noise, table=coil_table(sensor, data))
     tables = quality_tables(quality_record(found, data))
-    title = "<h3>Quality; noise is the converter's, one standard deviation at its longest conversion</h3>"
-    return _pairs(rows) + title + "".join(f"<h3>{table.title}</h3>{html_table(table)}" for table in tables)
+    hint = '<p class="hint after">Noise is that of the converter at its longest conversion.</p>'
+    return _pairs(rows) + hint + "".join(_titled(table) for table in tables)
+
+
+def _titled(table: Table) -> str:
+    """Return a table with its title and what it says below."""
+    below = f'<p class="hint after">{html.escape(str(table.caption))}</p>' if table.caption else ""
+    return f"<h3>{html.escape(str(table.title).capitalize())}</h3>{html_table(table)}{below}"
 
 
 def loads_part(data: xr.Dataset) -> str:
@@ -265,16 +272,31 @@ def _least(data: xr.Dataset) -> str:
 
 
 def html_table(table: Table, *, numbers: bool = False) -> str:
-    """Return a table of the terminal as HTML; `numbers` aligns all cells to the right."""
+    """Return a table of the terminal as HTML, one line for a name with all that stands behind it.
+
+    With `numbers` all cells are aligned to the right.
+    """
     kind = ' class="n"' if numbers else ""
     head = "".join(f"<th{kind}>{html.escape(str(column.header))}</th>" for column in table.columns)
     lines = [f"<table><thead><tr>{head}</tr></thead><tbody>" if table.show_header else "<table><tbody>"]
     open_box, close_box = ("", "") if numbers else ('<div class="wide">', "</div>")
-    for cells in zip(*(column.cells for column in table.columns), strict=True):
-        texts = [html.escape(str(cell)).replace("+-", "±").replace("\n", "<br>") for cell in cells]
+    rows = [list(map(str, cells)) for cells in zip(*(column.cells for column in table.columns), strict=True)]
+    for texts in rows if table.show_header else _joined(rows):
+        texts = [html.escape(text).replace("+-", "±").replace("\n", "<br>") for text in texts]
         bad = ' class="bad"' if numbers and texts[-1] != DONE else ""
         lines.append(f"<tr{bad}>" + "".join(f"<td{kind}>{text}</td>" for text in texts) + "</tr>")
     return "".join([open_box, *lines, "</tbody></table>", close_box])
+
+
+def _joined(rows: Sequence[Sequence[str]]) -> list[list[str]]:
+    """Return rows of names and texts, those without a name joined to the one before."""
+    found: list[list[str]] = []
+    for name, text in rows:
+        if name or not found:
+            found.append([name, text])
+        else:
+            found[-1][1] += f"\n{text}"
+    return found
 
 
 def _pairs(rows: Sequence[tuple[str, str]]) -> str:
