@@ -16,8 +16,10 @@ from pathlib import Path
 
 import numpy as np
 
+from sits_mech.chain.interpolate import loads_of
 from sits_mech.mechanics.layer import PlanarLayer, linear_layer, planar_layer
 from sits_mech.mechanics.loads import settle
+from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor, load_sensor
 
@@ -85,7 +87,7 @@ def grid_seconds(layer: PlanarLayer, points: int) -> tuple[float, float]:
     """Return the seconds of a square grid of loads on the catalogued sensor, in all and of the slowest."""
     forces = {"F_x": np.linspace(-1.0, 1.0, points).tolist(), "F_z": np.linspace(0.0, 4.0, points).tolist()}
     began = time.perf_counter()
-    rows = settle(layer, forces, symmetric=False)
+    rows = settle(layer, loads_of(forces), symmetry=Symmetry())
     return time.perf_counter() - began, max(float(row["seconds"]) for row in rows.values())
 
 

@@ -29,12 +29,13 @@ from threadpoolctl import threadpool_limits
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.cases import Row
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.interpolate import poses_on_grid
+from sits_mech.chain.interpolate import loads_of, poses_on_grid
 from sits_mech.chain.models import MAGNETICS, MECHANICS, magnetic_model, mechanical_model, plan
 from sits_mech.chain.omissions import idle_coupling, skin_depths, strain_bound
 from sits_mech.chain.pose_errors import read_poses
 from sits_mech.chain.simulate import simulate
 from sits_mech.mechanics.loads import settle
+from sits_mech.mechanics.symmetry import Symmetry, symmetry_of
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.report.pictures.curves import new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor
@@ -111,25 +112,24 @@ def finite_strain() -> Saving:
     return Saving("finite strain", few, many, float(missed), strain_bound(sensor, [load]), known)
 
 
-def half_of_the_loads(count: int) -> Saving:
+def images_of_loads(count: int) -> Saving:
     """Return what mirror images save on a grid."""
     sensor = load_sensor("biorob2018")
-    grid = {"F_x": np.linspace(-0.5, 0.5, 3).tolist(), "F_z": np.linspace(0.0, 2.0, count).tolist()}
+    loads = loads_of({"F_x": np.linspace(-0.5, 0.5, 3).tolist(), "F_z": np.linspace(0.0, 2.0, count).tolist()})
     (half, few), (whole, many) = (
-        timed(lambda symmetric=symmetric: settle(mechanical_model(sensor)[0], grid, symmetric=symmetric))
-        for symmetric in (True, False)
+        timed(lambda symmetry=symmetry: settle(mechanical_model(sensor)[0], loads, symmetry=symmetry))
+        for symmetry in (symmetry_of(sensor), Symmetry())
     )
-    return Saving("half of the loads", few, many, apart(sensor, whole, half), 0.0, ROUNDING)
+    return Saving("images of loads", few, many, apart(sensor, whole, half), 0.0, ROUNDING)
 
 
 def loads_between(count: int) -> Saving:
     """Return what a smooth map saves on a grid of count x count loads."""
     sensor = load_sensor("biorob2018-w15")
     grid = {"F_x": np.linspace(-1.0, 1.0, count).tolist(), "F_z": np.linspace(0.0, 4.0, count).tolist()}
-    some, few = timed(
-        lambda: poses_on_grid(sensor, mechanical_model(sensor)[0], grid, symmetric=True, tolerance=1e-2)
-    )
-    all_, many = timed(lambda: settle(mechanical_model(sensor)[0], grid, symmetric=True))
+    own = symmetry_of(sensor)
+    some, few = timed(lambda: poses_on_grid(sensor, mechanical_model(sensor)[0], grid, symmetry=own, tolerance=1e-2))
+    all_, many = timed(lambda: settle(mechanical_model(sensor)[0], loads_of(grid), symmetry=own))
     return Saving("loads between solved ones", few, many, apart(sensor, all_, some), 1e-2, ROUNDING)
 
 
@@ -243,7 +243,7 @@ def main() -> None:
     coarse, folder = study_arguments(__doc__ or "")
     with threadpool_limits(limits=1):
         savings = [
-            finite_strain(), half_of_the_loads(2 if coarse else 3), *([] if coarse else [loads_between(9)]),
+            finite_strain(), images_of_loads(2 if coarse else 3), *([] if coarse else [loads_between(9)]),
             places_beside(5 if coarse else 81), inside(),
             other_model("mesh of the air", "biorob2018", ("planar", "planar-fem"), 0.0), idle_coil(),
             other_model("ends along y", "biorob2018", ("planar", "sheets"), math.nan),

@@ -21,13 +21,13 @@ import xarray as xr
 from sits_mech.cases import DONE, Progress, Row, table
 from sits_mech.chain.interpolate import loads_of, poses_on_grid
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.omissions import mirrored
 from sits_mech.chain.plan import leaving
 from sits_mech.chain.pose_errors import read_poses, signals_at, stacked
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.mechanics.finite_length import small_strain_stiffness
 from sits_mech.mechanics.loads import kept_key
 from sits_mech.mechanics.pad.solid import pad_parts
+from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import POSE, WRENCH, Impedance, MagneticModel, Pose, Wrench
 from sits_mech.readout.signals import Signals
 from sits_mech.scene.sensor import SceneError, Sensor, scene_hash, scene_text
@@ -40,8 +40,8 @@ Loads = float | Sequence[float]
 def calibrate(
     sensor: Sensor,
     *,
-    F_x: Loads,
-    F_z: Loads,
+    F_x: Loads = 0.0,
+    F_z: Loads = 0.0,
     M: Loads = 0.0,
     F_y: Loads = 0.0,
     M_x: Loads = 0.0,
@@ -93,7 +93,7 @@ def calibrate(
     ahead = _prepared_ahead(sensor, field, loads, (by_layer.name, by_field.name))
     keep = (folder, kept_key(sensor, by_layer.name, tolerance))
     rows = poses_on_grid(
-        sensor, layer, axes, symmetric=mirrored(sensor), tolerance=tolerance, keep=keep, progress=progress
+        sensor, layer, axes, symmetry=symmetry_of(sensor), tolerance=tolerance, keep=keep, progress=progress
     )
     ahead.join()
     reading, done = _read_rows(sensor, field, _shown(rows, loads))

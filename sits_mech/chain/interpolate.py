@@ -1,25 +1,28 @@
 """Where does the target rest over a grid of loads, when only as many are solved as predict the others?
 
-The part of the grid that is solved, and what stands between its loads, is told by `maps.grid`: the map of the poses
-must be within the tolerance of the largest displacement, the target's edges included. The error of the map is added to
-the solver's, which goes straight from load to load. A grid is solved whole where a load fails, or where nothing is
-known of its error.
+Which loads are solved, and what stands between them, is told by `maps.grid`: the map of the poses must be within the
+tolerance of the range of each of their components, the target's edges included. The error of the map is added to the
+solver's, which goes straight from load to load. A grid is solved whole where it is small, where a load fails, or where
+nothing is known of its error.
 """
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from sits_mech.cases import DONE, Progress, Row
-from sits_mech.maps.grid import Axes, SolvedPart, coarser, interpolated, solve_part
+from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
 from sits_mech.mechanics.loads import settle, upright
+from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, Wrench
 from sits_mech.scene.sensor import Sensor
 
+_UNSEEN = 0.1  # of the largest error, what a component has at least: symmetry may hide it from all loads solved
 INTERPOLATED = "pose between solved loads, by a smooth map through them"
 
 
@@ -28,7 +31,7 @@ def poses_on_grid(
     layer: MechanicalModel,
     grid: Axes,
     *,
-    symmetric: bool,
+    symmetry: Symmetry,
     tolerance: float,
     keep: tuple[Path | None, str] = (None, ""),
     progress: Progress | None = None,
@@ -39,10 +42,12 @@ def poses_on_grid(
     ----------
     sensor : Sensor
         For the size of its target.
-    layer, grid, symmetric, keep, progress
+    layer, symmetry, keep, progress
         As for `settle`.
+    grid : mapping of str to sequence of float
+        Values of components of a load, by the names of `WRENCH` [N, N m]; others are zero.
     tolerance : float
-        Of the map, relative to the largest displacement of the target.
+        Of the map, relative to the range of each component of the pose.
 
     Returns
     -------
@@ -50,23 +55,28 @@ def poses_on_grid(
         Rows by load; those between solved loads have the note `INTERPOLATED`, no state and no seconds.
     """
     rows: dict[Wrench, Row] = {}
+    asked: list[Wrench] = []
 
-    def poses(part: Axes) -> Array:
-        """Return the poses on a part of the grid; NaN where there is none, or nothing is known of its error."""
-        rows.update(settle(layer, part, symmetric=symmetric, keep=keep, known=rows, progress=progress))
-        found = [rows[load] for load in loads_of(part)]
+    def poses(points: Sequence[tuple[float, ...]]) -> Array:
+        """Return the poses at points of the grid; NaN where there is none, or nothing is known of its error."""
+        loads = [Wrench(**dict(zip(grid, point, strict=True))) for point in points]
+        asked.extend(loads)
+        rows.update(settle(layer, asked, symmetry=symmetry, keep=keep, known=rows, progress=progress))
+        found = [rows[load] for load in loads]
         good = [row["status"] == DONE and np.isfinite(row["error_mechanics"]) for row in found]
-        values = [[row[name] if own else np.nan for name in POSE] for row, own in zip(found, good, strict=True)]
-        return np.array(values).reshape(*_sizes(part), -1)
+        return np.array([[row[name] if own else np.nan for name in POSE] for row, own in zip(found, good, strict=True)])
 
-    part = solve_part(poses, grid, tolerance=tolerance, weights=_levers(sensor))
+    levers = _levers(sensor)
+    part = solve_part(poses, grid, tolerance=tolerance, weights=levers)
+    loads = loads_of(grid)
     if part is None:
-        return settle(layer, grid, symmetric=symmetric, keep=keep, known=rows, progress=progress)
-    more = _between(part, rows, grid)
-    rows |= {load: upright(row, load) if symmetric else row for load, row in more.items()}
-    if progress is not None:
-        progress(len(rows), len(rows))
-    return rows
+        rows.update(settle(layer, loads, symmetry=symmetry, keep=keep, known=rows, progress=progress))
+    else:
+        error = np.maximum(part.error, _UNSEEN * np.max(part.error * levers) / levers)
+        rows.update(_between(replace(part, error=error), rows, symmetry))
+        if progress is not None:
+            progress(len(loads), len(loads))
+    return {load: rows[load] for load in loads}
 
 
 def loads_of(grid: Axes) -> list[Wrench]:
@@ -74,18 +84,12 @@ def loads_of(grid: Axes) -> list[Wrench]:
     return [Wrench(**dict(zip(grid, load, strict=True))) for load in itertools.product(*grid.values())]
 
 
-def solved_first(loads: Sequence[Wrench]) -> list[Wrench]:
-    """Return which of some loads are solved first: of a grid its coarsest part, which most often is enough."""
+def solved_likely(loads: Sequence[Wrench]) -> list[Wrench]:
+    """Return about which of some loads are solved: of a grid the part that is enough as a rule."""
     axes = {name: sorted({float(getattr(load, name)) for load in loads}) for name in WRENCH}
-    if np.prod(_sizes(axes)) != len(set(loads)):
+    if np.prod([len(values) for values in axes.values()]) != len(set(loads)):
         return list(loads)
-    part = next(coarser(axes), axes)
-    return [load for load in loads if all(getattr(load, name) in part[name] for name in WRENCH)]
-
-
-def _sizes(axes: Axes) -> tuple[int, ...]:
-    """Return how many values each variable has."""
-    return tuple(len(values) for values in axes.values())
+    return [Wrench(**dict(zip(axes, point, strict=True))) for point in likely_part(axes)]
 
 
 def _levers(sensor: Sensor) -> Array:
@@ -94,23 +98,29 @@ def _levers(sensor: Sensor) -> Array:
     return np.array([1.0, 1.0, 0.5 * width, 1.0, 0.5 * length, 0.5 * max(width, length)])
 
 
-def _between(part: SolvedPart, rows: Mapping[Wrench, Row], grid: Axes) -> dict[Wrench, Row]:
+def _between(part: SolvedPart, rows: Mapping[Wrench, Row], symmetry: Symmetry) -> dict[Wrench, Row]:
     """Return the rows of a grid's loads between the solved ones."""
+    loads = loads_of(part.axes)
 
-    def on_grid(names: Sequence[str], degree: int) -> list[list[float]]:
+    def on_grid(names: Sequence[str], **degree: int) -> Array:
         """Return numbers of every solved load on all of the grid; one that is missing counts as one."""
-        own = np.array([[rows[load][name] for name in names] for load in loads_of(part.axes)])
-        known = np.nan_to_num(own, nan=1.0).reshape(*_sizes(part.axes), -1)
-        found: list[list[float]] = interpolated(part.axes, known, grid, degree=degree).reshape(-1, len(names)).tolist()
-        return found
+        own = [[rows[load][name] if load in rows else np.nan for name in names] for load in loads]
+        known = np.nan_to_num(np.array(own), nan=1.0).reshape(*part.values.shape[:-1], -1)
+        return interpolated(part, known, **degree).reshape(len(loads), -1)
 
-    worst = max(row["error_mechanics"] for row in rows.values())
+    solved = [row for row in rows.values() if row["status"] == DONE]
+    worst = max(row["error_mechanics"] for row in solved)
     errors = [f"error_{name}" for name in POSE]
+    own = np.array([[row[name] for name in errors] for row in solved])
+    places = on_grid((*POSE, "min_J"))
+    sizes = np.clip(on_grid(errors, degree=1), own.min(axis=0), own.max(axis=0)) + part.error
+    plane = np.arange(len(POSE)) < 3
+    sizes = np.where(plane | np.array([load.beside != () for load in loads])[:, None], sizes, 0.0)
     more: dict[Wrench, Row] = {}
-    for load, place, size in zip(loads_of(grid), on_grid((*POSE, "min_J"), 3), on_grid(errors, 1), strict=True):
-        if load in rows:
-            continue
-        row: Row = {"status": DONE, "reason": "", "lasting": True} | dict(zip((*POSE, "min_J"), place, strict=True))
-        row |= dict(zip(errors, (np.array(size) + part.error).tolist(), strict=True))
-        more[load] = row | {"error_mechanics": worst, "iterations": 0, "notes": INTERPOLATED, "seconds": 0.0}
+    for load, place, size in zip(loads, places.tolist(), sizes.tolist(), strict=True):
+        if load not in rows:
+            row: Row = {"status": DONE, "reason": "", "lasting": True}
+            row |= dict(zip((*POSE, "min_J", *errors), (*place, *size), strict=True))
+            row |= {"error_mechanics": worst, "iterations": 0, "notes": INTERPOLATED, "seconds": 0.0}
+            more[load] = upright(row, load, symmetry)
     return more

@@ -31,7 +31,7 @@ import numpy as np
 from sits_mech.magnetics.coils.loops import coil_inductances
 from sits_mech.magnetics.skin import skin_depth
 from sits_mech.mechanics.closed_form import LONG, small_strain_bound
-from sits_mech.mechanics.loads import without_images
+from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import Sensor
 
@@ -145,10 +145,11 @@ def omissions(
     if loads and silicone is not None and (silicone.prony or silicone.mullins):
         reason = "slow load on virgin material; ask for cycle"
         found.append(Omission("rate and history of the silicone", reason, math.nan, half="mechanics"))
-    if loads and mirrored(sensor) and not any(load.F_x or load.M or load.beside for load in loads):
+    if loads and symmetry_of(sensor).mirrored and not any(load.F_x or load.M or load.beside for load in loads):
         found.append(Omission("poses beside and turned", "scene and load are symmetric"))
-    elif half_suffices(sensor, loads):
-        found.append(Omission("half of the loads", "each is the mirror image of another", half="mechanics"))
+    elif (own := len(symmetry_of(sensor).without_images(loads))) < len(set(loads)):
+        reason = f"pad and target are their own image: {own} of {len(set(loads))} loads stand for all"
+        found.append(Omission("images of loads", reason, half="mechanics"))
     return tuple(found) if magnetics is None else tuple(found) + _magnetic(sensor, magnetics)
 
 
@@ -189,17 +190,6 @@ def _magnetic(sensor: Sensor, model: str) -> tuple[Omission, ...]:
     return tuple(found)
 
 
-def mirrored(sensor: Sensor) -> bool:
-    """Tell whether layer and target are their own mirror image in x, and in y."""
-    target, elastomer = sensor.target, sensor.elastomer
-    return target is not None and target.shape != "outline" and (elastomer is None or elastomer.mesh is None)
-
-
 def keeps_axis(load: Wrench) -> bool:
     """Tell whether a load neither shifts nor tilts a target in a scene with two planes of symmetry."""
     return load.F_x == load.M == load.F_y == load.M_x == 0.0
-
-
-def half_suffices(sensor: Sensor, loads: Sequence[Wrench]) -> bool:
-    """Tell whether loads have mirror images among them, in a scene that is its own."""
-    return mirrored(sensor) and len(without_images(loads)) < len(loads)

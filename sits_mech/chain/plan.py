@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sits_mech.chain.interpolate import solved_first
-from sits_mech.chain.omissions import Omission, half_suffices, keeps_axis, mirrored, omissions, strain_bound
+from sits_mech.chain.interpolate import solved_likely
+from sits_mech.chain.omissions import Omission, keeps_axis, omissions, strain_bound
 from sits_mech.magnetics.rings import on_axis
 from sits_mech.mechanics.closed_form import LONG, finite_strain_model
-from sits_mech.mechanics.loads import without_images
+from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import Sensor, Target
@@ -205,7 +205,7 @@ def _is_coaxial(sensor: Sensor, given: Sequence[Wrench] | Sequence[Pose], loaded
         return False
     if loaded:
         upright = all(isinstance(load, Wrench) and keeps_axis(load) for load in given)
-        return bool(given) and upright and mirrored(sensor) and coil.centre == (0.0, 0.0)
+        return bool(given) and upright and symmetry_of(sensor).mirrored and coil.centre == (0.0, 0.0)
     return all(isinstance(pose, Pose) and on_axis(coil, pose) for pose in given)
 
 
@@ -275,14 +275,13 @@ class Plan:
         asked = magnetic_tolerance(magnetics.name, tolerance) if loads else tolerance
         parts = [("magnetics", magnetics.name, asked, max(len(loads), 1))]
         if mechanics is not None:
-            first = solved_first(loads)
-            half = half_suffices(sensor, first)
-            count = len(without_images(first)) if half else len(first)
+            first = solved_likely(loads)
+            count = len(symmetry_of(sensor).without_images(first))
             parts.insert(0, ("mechanics", mechanics.name, tolerance, count))
         missing = omissions(sensor, loads, None if mechanics is None else mechanics.name, magnetics.name)
         missing += magnetics.left_out
         if mechanics is not None and len(first) < len(loads):
-            reason = f"a smooth map through {len(first)} of {len(loads)} predicts them within the tolerance"
+            reason = f"a smooth map through some {len(first)} of {len(loads)} predicts them within the tolerance"
             missing += (Omission("loads between solved ones", reason, tolerance),)
         rungs = tuple(f"{name} at {asked:.1g}" for _, name, asked, _ in parts)
         sizes = [item.size for item in missing if item.of_change and item.size > 0.0]

@@ -9,11 +9,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.omissions import keeps_axis, mirrored
 from sits_mech.chain.pose_errors import read_poses, signals_at, stacked
 from sits_mech.geometry.collision import check_clearance
+from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import (
+    WRENCH,
+    Array,
     Equilibrium,
     Impedance,
     MagneticModel,
@@ -81,7 +85,10 @@ def simulate(
 
 
 def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench) -> Equilibrium:
-    """Return where a target rests; shift and tilt that symmetry forbids are zero without error.
+    """Return where a target rests; what symmetry forbids of its pose is zero without error.
+
+    Of the images of a load that leaves the plane one is solved, as for `calibrate`: half the pad where it is in the
+    plane. The state of such a one is not the load's own, and is left out.
 
     Parameters
     ----------
@@ -97,16 +104,29 @@ def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench) -> Equilibri
     SolveFailed
         When the layer has no equilibrium that could be reached.
     """
-    return with_symmetry(sensor, layer.equilibrium(wrench))
+    solved, back = symmetry_of(sensor).standard(wrench) if wrench.beside else (wrench, np.eye(len(WRENCH)))
+    if solved == wrench:
+        return with_symmetry(sensor, layer.equilibrium(wrench))
+    try:
+        found = with_symmetry(sensor, layer.equilibrium(solved))
+    except SolveFailed as error:
+        last = None if error.last is None else _turned(error.last, Wrench(*(back @ error.last.wrench.components)), back)
+        raise SolveFailed(f"{error} (an image of the load was solved)", error.report, last, error.half) from error
+    return _turned(found, wrench, back)
 
 
 def with_symmetry(sensor: Sensor, found: Equilibrium) -> Equilibrium:
-    """Return an equilibrium without shift and tilt, and errors of them, where scene and load are symmetric."""
-    if not mirrored(sensor) or not keeps_axis(found.wrench):
+    """Return an equilibrium without what the symmetry of scene and load forbids of its pose, and errors of that."""
+    kept = symmetry_of(sensor).projection(found.wrench)
+    if np.array_equal(kept, np.eye(len(kept))):
         return found
-    turns = found.wrench.M_z != 0.0
-    pose, error = (Pose(0.0, part.d_v, alpha_z=turns * part.alpha_z) for part in (found.pose, found.error))
-    return replace(found, pose=pose, error=error)
+    return replace(_turned(found, found.wrench, kept), state=found.state)
+
+
+def _turned(found: Equilibrium, wrench: Wrench, matrix: Array) -> Equilibrium:
+    """Return the image of an equilibrium, without state; errors have no sign."""
+    pose, error = matrix @ found.pose.components, np.abs(matrix) @ found.error.components
+    return replace(found, wrench=wrench, pose=Pose.of(pose + 0.0), error=Pose.of(error + 0.0), state=np.zeros(0))
 
 
 def _simulated(sensor: Sensor, layer: MechanicalModel, field: MagneticModel, wrench: Wrench) -> Simulation:

@@ -11,6 +11,7 @@ shows.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +47,14 @@ class Domain:
         Of the determinant where the inverse holds.
     condition : ndarray
         Condition number of dy/dF over the grid, in whitened inductances and scaled forces.
+    labels : ndarray of int
+        Over the grid: 1 where the inverse holds, 0 outside the hull or without sensitivity, above 1 in other parts.
+    hull : ndarray, shape (f, d + 1)
+        Half-spaces A x + b <= 0 of the loads.
+    whitening : tuple of ndarray
+        Middle of the inductances (n,) and their leading directions (n, d).
+    span : ndarray, shape (2, d)
+        Least and greatest whitened inductances of the loads inside the hull.
     """
 
     regions: tuple[str, ...]
@@ -55,6 +64,7 @@ class Domain:
     labels: NDArray[np.int_] = field(repr=False)
     hull: Array = field(repr=False)
     whitening: tuple[Array, Array] = field(repr=False)
+    span: Array = field(repr=False)
 
     def whitened(self, L: Array) -> Array:
         """Return inductances (m, n) along the leading directions, of size one over the box, shape (m, d)."""
@@ -65,6 +75,11 @@ class Domain:
         """Tell which scaled forces (m, d) lie inside the hull of the table's loads, or outside by at most `margin`."""
         return np.asarray(np.max(_product(x, self.hull[:, :-1].T) + self.hull[:, -1], axis=-1) <= margin + 1e-9)
 
+    def beyond(self, L: Array) -> NDArray[np.bool_]:
+        """Tell which inductances (m, n) lead further along one of the leading directions than any load's."""
+        y = self.whitened(L)
+        return np.asarray(np.any((y < self.span[0]) | (y > self.span[1]), axis=-1))
+
     def valid(self, x: Array) -> NDArray[np.bool_]:
         """Tell which scaled forces (m, d) lie in the part that has an inverse."""
         top = np.array(self.labels.shape) - 1
@@ -72,7 +87,7 @@ class Domain:
         return np.asarray(self.labels[tuple(near.T)] == 1)
 
 
-def domain_of(found: SmoothMap, weights: Array, points: Array) -> tuple[Domain, tuple[Array, ...]]:
+def domain_of(found: SmoothMap, weights: Array, hull: Array) -> tuple[Domain, tuple[Array, ...]]:
     """Return the domain of a map's inverse, and starting points for each of its parts, the valid one first.
 
     Parameters
@@ -81,19 +96,20 @@ def domain_of(found: SmoothMap, weights: Array, points: Array) -> tuple[Domain, 
         Forces to inductances.
     weights : ndarray, shape (n,)
         Of the inductances.
-    points : ndarray, shape (m, d)
-        Loads that the map goes through.
+    hull : ndarray, shape (f, d + 1)
+        Of the scaled loads that the map goes through (`hull_of`).
     """
-    d = points.shape[1]
+    d = hull.shape[1] - 1
     axes = [np.linspace(-1.0, 1.0, _POINTS.get(d, 5))] * d
     x = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
     values, slopes = found.value_and_slopes(x.reshape(-1, d))
-    hull = _hull(found.scaled(points))
     inside = (np.max(x @ hull[:, :-1].T + hull[:, -1], axis=-1) <= 1e-9).reshape(-1)
     middle, directions = _whitening(values[inside], slopes[inside], weights)
+    image = _product(values[inside] - middle, directions)
+    span = np.stack([image.min(axis=0), image.max(axis=0)])
     if directions.shape[1] < d:  # fewer coils than forces: nothing to turn around
         ones = np.full(inside.shape, np.inf).reshape(x.shape[:-1])
-        blank = Domain((), 0.0, 0.0, ones, np.zeros(ones.shape, int), hull, (middle, directions))
+        blank = Domain((), 0.0, 0.0, ones, np.zeros(ones.shape, int), hull, (middle, directions), span)
         return blank, (x.reshape(-1, d),)
     whole = np.einsum("mni,nk->mki", slopes, directions)
     det = np.linalg.det(whole).reshape(x.shape[:-1])
@@ -111,11 +127,9 @@ def domain_of(found: SmoothMap, weights: Array, points: Array) -> tuple[Domain, 
         why = "the map's edge crosses itself: two loads may give the same reading"
         regions += (_region(found, x.reshape(-1, d), why),)
         step, ways = _COARSE.get(d, (2, 2))
-        coarse = x[(slice(None, None, step),) * d]
-        seeds += [
-            coarse[tuple(slice(k, None, ways) for k in first)].reshape(-1, d) for first in np.ndindex((ways,) * d)
-        ]
-    return Domain(regions, share, sign, condition, labels, hull, (middle, directions)), tuple(seeds)
+        blocks = np.array_split(np.arange(0, len(axes[0]), step), ways)  # each of loads that are one to one
+        seeds += [x[np.ix_(*block)].reshape(-1, d) for block in product(blocks, repeat=d)]
+    return Domain(regions, share, sign, condition, labels, hull, (middle, directions), span), tuple(seeds)
 
 
 def _product(x: Array, matrix: Array) -> Array:
@@ -126,7 +140,7 @@ def _product(x: Array, matrix: Array) -> Array:
     return found
 
 
-def _hull(x: Array) -> Array:
+def hull_of(x: Array) -> Array:
     """Return the half-spaces A x + b <= 0 of the loads' convex hull, shape (f, d + 1); the box where they are flat."""
     d = x.shape[1]
     if d > 1:

@@ -1,29 +1,39 @@
 """Which points of a grid need solving? As many as a smooth map through them takes to predict the others.
 
-A function from d variables to n outputs is solved at 5, 9, 17, ... of its values of each variable, ends included, until
-the polynomial through those points (`surrogate`, least squares) predicts them well enough, each line of them left out
-in turn. The points between come of cubic splines through the solved ones, a tensor product without free ends, so that
-no step stands between both kinds.
+Each variable has nested levels of its values: the least of them, the ends, the middle of the gap, of the gaps then, and
+so on. A block nu = (nu_1 .. nu_d) of a grid has the first nu_k levels of each variable; with U_nu the tensor product of
+polynomials through its points (of more than six splines of degree five without free ends), the map is
 
-A variable of fewer than seven values keeps them all, and has a polynomial for each. With fewer than two variables of
-more values nothing is left out, nor is it where a point fails. Numbers only.
+    f = sum over the solved blocks nu of D_nu,     D_nu = sum_{e in {0, 1}^d} (-1)^|e| U_{nu - e}      (Smolyak 1963)
+
+which goes through every solved point. Which blocks is told by their sizes S_nu = max |D_nu| over their points, that is
+by how far the map before missed them (Gerstner & Griebel 2003). A block that is not solved, but whose neighbours below
+are, is expected to have a quarter of the largest of theirs, for each output; the error of the map is the root of the
+sum of the squares of all those, and the largest is solved next until the error is small enough. Numbers only.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import make_interp_spline
 
-from sits_mech.maps.surrogate import fit_map
 from sits_mech.quantities import Array
 
 Axes = Mapping[str, Sequence[float]]
 """The values of each variable, ascending."""
-_FEWEST = 7  # values of a variable from which on some may be left out
+Block = tuple[int, ...]
+Levels = tuple[tuple[NDArray[np.int_], ...], ...]
+_DEGREE = 5  # of the splines
+_WHOLE = 32  # points up to which a grid is solved whole
+_FIRST = 2  # sum of the levels of the blocks that are solved at first
+_DECAY = 0.25  # of the size of a block's neighbours below, what it is expected to have
+_TIE = 1.001  # of sizes: those that symmetry makes alike differ by less, by rounding
+_LEAST = 0.1  # of the largest range of an output, what every output is taken to have
 
 
 @dataclass(frozen=True)
@@ -33,97 +43,206 @@ class SolvedPart:
     Attributes
     ----------
     axes : mapping
-        The values that were solved.
+        The whole grid.
+    blocks : tuple of tuple of int
+        The solved blocks; with each of them those below it.
     values : ndarray, shape (*sizes, n)
-        The outputs there.
+        The outputs; NaN where they are not solved.
     error : ndarray, shape (n,)
-        Of the smooth map between them.
+        Of the map between the solved points.
     """
 
     axes: Axes
+    blocks: tuple[Block, ...]
     values: Array
     error: Array
 
 
 def solve_part(
-    solve: Callable[[Axes], Array], axes: Axes, *, tolerance: float, weights: ArrayLike = 1.0
+    solve: Callable[[list[tuple[float, ...]]], ArrayLike], axes: Axes, *, tolerance: float, weights: ArrayLike = 1.0
 ) -> SolvedPart | None:
-    """Return the coarsest part of a grid that predicts the rest, or None where all of it is to be solved.
+    """Return a grid solved at as few points as predict the rest, or None where all of it is to be solved.
+
+    That is so for a grid of few points, and where a point fails.
 
     Parameters
     ----------
     solve : callable
-        Part of the grid to the outputs on it, shape (*sizes, n); NaN where it fails. Each part holds those before it.
+        Points of the grid to the outputs there, shape (m, n); NaN where it fails.
     axes : mapping of str to sequence
         The grid.
     tolerance : float
-        Of the map, relative to the largest range of an output.
+        Of the map, relative to the range of each output, one that varies little counting a tenth of the largest.
     weights : array_like, shape (n,)
         What makes outputs comparable, such as the lever of an angle.
     """
-    for part in coarser(axes):
-        values = solve(part)
-        if not np.all(np.isfinite(values)):
-            return None
-        weight = np.broadcast_to(np.asarray(weights, dtype=float), values.shape[-1:])
-        ranges = np.ptp(values.reshape(-1, values.shape[-1]), axis=0)
-        wanted = tolerance * float(np.max(ranges * weight))
-        sizes = np.maximum(ranges, wanted / np.maximum(weight, 1e-300))  # what varies less has no say in the degrees
-        error = _prediction_error(part, values, sizes, _long(axes))
-        if np.max(error * weight) <= wanted:
-            return SolvedPart(part, values, error)
+    levels = _levels_of(axes)
+    if _count(axes) <= _WHOLE:
+        return None
+    sizes: dict[Block, Array] = {}
+    new = _blocks(levels, _FIRST)
+    found = _solved(solve, axes, levels, None, new)
+    while found is not None:
+        sizes |= {block: _size(found, axes, levels, block) for block in new}
+        known = found[~np.isnan(found[..., 0])]
+        weight = np.broadcast_to(np.asarray(weights, dtype=float), known.shape[-1:])
+        ranges = np.ptp(known, axis=0)
+        wanted = tolerance * np.maximum(ranges, _LEAST * np.max(ranges * weight) / np.maximum(weight, 1e-300))
+        expected = {block: _expected(sizes, block) for block in _next_blocks(sizes, levels)}
+        error = np.sqrt(np.sum(np.square([np.zeros_like(wanted), *expected.values()]), axis=0))
+        if np.all(error <= wanted):
+            return SolvedPart(axes, tuple(sizes), found, error)
+        shares = {block: float(np.max(size / wanted)) for block, size in expected.items()}
+        new = [next(block for block, share in shares.items() if share >= max(shares.values()) / _TIE)]
+        found = _solved(solve, axes, levels, found, new)
     return None
 
 
-def coarser(axes: Axes) -> Iterator[dict[str, list[float]]]:
-    """Yield the coarser grids, each with nearly twice the values of the one before along every long variable."""
-    if len(_long(axes)) < 2:
-        return
-    count = 5
-    while count < max(len(values) for values in axes.values()):
-        yield {name: _some(values, count) for name, values in axes.items()}
-        count = 2 * count - 1
+def likely_part(axes: Axes) -> list[tuple[float, ...]]:
+    """Return points of a grid that are as a rule enough, and not many too many: of one level more than the first."""
+    levels = _levels_of(axes)
+    if _count(axes) <= _WHOLE:
+        return list(itertools.product(*axes.values()))
+    chosen = np.zeros(tuple(len(values) for values in axes.values()), dtype=bool)
+    for block in _blocks(levels, _FIRST + 1):
+        chosen[np.ix_(*_places(levels, block))] = True
+    return _points(axes, chosen)
 
 
-def interpolated(part: Axes, values: Array, axes: Axes, *, degree: int = 3) -> Array:
-    """Return splines through the points of a part of a grid, on all of it.
+def interpolated(part: SolvedPart, values: ArrayLike, *, degree: int = _DEGREE) -> Array:
+    """Return the map through values at the solved points of a grid, on all of it.
 
     Parameters
     ----------
-    part : mapping
-        The values that are known of each variable.
-    values : ndarray, shape (*sizes, ...)
-        There.
-    axes : mapping
-        The whole grid, with the same variables.
+    part : SolvedPart
+        What is solved.
+    values : array_like, shape (*sizes, m)
+        Those at other points play no part.
     degree : int
-        Less along a variable with fewer values than it takes.
+        Of the splines; 1 goes straight from point to point.
     """
-    found = np.asarray(values, dtype=float)
-    for k, name in enumerate(part):
-        if len(part[name]) < len(axes[name]):
-            spline = make_interp_spline(part[name], found, k=min(degree, len(part[name]) - 1), axis=k)
-            found = spline(axes[name])
+    levels, solved = _levels_of(part.axes), set(part.blocks)
+    whole = [np.arange(len(own)) for own in part.axes.values()]
+    found = np.zeros(np.shape(values))
+    for block in part.blocks:
+        above = (tuple(map(sum, zip(block, step, strict=True))) for step in _steps(len(block)))
+        share = sum((-1) ** sum(step) for step, other in zip(_steps(len(block)), above, strict=True) if other in solved)
+        if share:
+            found += share * _tensor(np.asarray(values), part.axes, _places(levels, block), whole, degree)
     return found
 
 
-def _prediction_error(part: Axes, values: Array, scale: Array, mapped: Sequence[str]) -> Array:
-    """Return how far maps over some variables, one for each point of the others, miss what is left out, shape (n,)."""
-    own = [k for k, name in enumerate(part) if name in mapped]
-    front = np.moveaxis(values, own, range(len(own)))
-    each = front.reshape(int(np.prod(front.shape[: len(own)])), -1)
-    points = np.stack(np.meshgrid(*(part[name] for name in mapped), indexing="ij"), -1).reshape(-1, len(mapped))
-    found = fit_map(mapped, points, each, scale=np.tile(scale, each.shape[1] // len(scale)))
-    return np.asarray(found.error.reshape(-1, len(scale)).max(axis=0))
+def _solved(
+    solve: Callable[[list[tuple[float, ...]]], ArrayLike], axes: Axes, levels: Levels, found: Array | None,
+    blocks: Sequence[Block],
+) -> Array | None:  # fmt: skip
+    """Return the outputs on the grid, shape (*sizes, n), with those of more blocks; None where a point fails."""
+    missing = np.zeros(tuple(len(values) for values in axes.values()), dtype=bool)
+    for block in blocks:
+        missing[np.ix_(*_places(levels, block))] = True
+    if found is not None:
+        missing &= np.isnan(found[..., 0])
+    new = np.asarray(solve(_points(axes, missing)), dtype=float)
+    if not np.all(np.isfinite(new)):
+        return None
+    filled = np.full((*missing.shape, new.shape[-1]), np.nan) if found is None else found.copy()
+    filled[missing] = new
+    return filled
 
 
-def _long(axes: Axes) -> list[str]:
-    """Return the variables with many values."""
-    return [name for name, values in axes.items() if len(values) >= _FEWEST]
+def _points(axes: Axes, chosen: NDArray[np.bool_]) -> list[tuple[float, ...]]:
+    """Return the chosen points of a grid, the last variable running fastest."""
+    values = list(axes.values())
+    return [tuple(own[i] for own, i in zip(values, index, strict=True)) for index in np.argwhere(chosen).tolist()]
 
 
-def _some(values: Sequence[float], count: int) -> list[float]:
-    """Return about evenly chosen values, ends included; of a list that mirrors itself, one that does; of six all."""
-    last = len(values) - 1
-    half = np.round(np.linspace(0.0, last / 2.0, (min(count, last + 1) + 1) // 2)).astype(int)
-    return [values[i] for i in sorted({*half.tolist(), *(last - half).tolist()})]
+def _size(found: Array, axes: Axes, levels: Levels, block: Block) -> Array:
+    """Return S_nu of each output, shape (n,)."""
+    own = _places(levels, block)
+    total = np.zeros((*(len(places) for places in own), found.shape[-1]))
+    for step in _steps(len(block)):
+        below = tuple(level - down for level, down in zip(block, step, strict=True))
+        if min(below) >= 0:
+            total += (-1) ** sum(step) * _tensor(found, axes, _places(levels, below), own, _DEGREE)
+    return np.asarray(np.abs(total).reshape(-1, total.shape[-1]).max(axis=0))
+
+
+def _tensor(
+    values: Array, axes: Axes, known: Sequence[NDArray[np.int_]], asked: Sequence[NDArray[np.int_]], degree: int
+) -> Array:
+    """Return U: splines through the values at known places of each variable, at others."""
+    found = values[np.ix_(*known)]
+    for k, own in enumerate(axes.values()):
+        if len(known[k]) == 1:
+            found = np.repeat(found, len(asked[k]), axis=k)
+        elif len(known[k]) < len(asked[k]) or not np.all(np.isin(asked[k], known[k])):
+            at = np.asarray(own, dtype=float)
+            spline = make_interp_spline(at[known[k]], found, k=min(degree, len(known[k]) - 1), axis=k)
+            found = spline(at[asked[k]])
+        elif len(asked[k]) < len(known[k]):
+            found = np.take(found, np.searchsorted(known[k], asked[k]), axis=k)
+    return np.asarray(found)
+
+
+def _expected(sizes: Mapping[Block, Array], block: Block) -> Array:
+    """Return what a block that is not solved is expected to have of each output, shape (n,)."""
+    return np.asarray(_DECAY * np.max([sizes[below] for below in _below(block)], axis=0))
+
+
+def _below(block: Block) -> Iterator[Block]:
+    """Yield the neighbours of a block with one level less of one variable."""
+    return (block[:k] + (level - 1,) + block[k + 1 :] for k, level in enumerate(block) if level > 0)
+
+
+def _next_blocks(solved: Mapping[Block, Array], levels: Levels) -> list[Block]:
+    """Return the blocks that are not solved, all of whose neighbours below are, in one order."""
+    above = {block[:k] + (level + 1,) + block[k + 1 :] for block in solved for k, level in enumerate(block)}
+    inside = (block for block in above - set(solved) if all(n < len(own) for n, own in zip(block, levels, strict=True)))
+    return sorted(block for block in inside if all(below in solved for below in _below(block)))
+
+
+def _blocks(levels: Levels, most: int) -> list[Block]:
+    """Return the blocks whose levels add up to no more than some number."""
+    each = (range(min(most + 1, len(own))) for own in levels)
+    return [block for block in itertools.product(*each) if sum(block) <= most]
+
+
+def _steps(count: int) -> list[Block]:
+    """Return all of {0, 1}^count."""
+    return list(itertools.product((0, 1), repeat=count))
+
+
+def _places(levels: Levels, block: Block) -> list[NDArray[np.int_]]:
+    """Return which values of each variable a block has, ascending."""
+    return [np.sort(np.concatenate(own[: level + 1])) for own, level in zip(levels, block, strict=True)]
+
+
+def _count(axes: Axes) -> int:
+    """Return how many points a grid has."""
+    return int(np.prod([len(values) for values in axes.values()]))
+
+
+def _levels_of(axes: Axes) -> Levels:
+    """Return the levels of every variable."""
+    return tuple(tuple(np.array(level) for level in _levels(values)) for values in axes.values())
+
+
+def _levels(values: Sequence[float]) -> Iterator[list[int]]:
+    """Yield places of values: the least, the ends, the middles of gaps; of a list that mirrors itself such that do."""
+    last, sizes = len(values) - 1, np.abs(np.asarray(values, dtype=float))
+    new = np.flatnonzero(sizes <= sizes.min() + 1e-9 * np.ptp(values)).tolist()
+    known = set[int]()
+    while new:
+        yield new
+        known.update(new)
+        gaps = itertools.pairwise(sorted(known))
+        ends = sorted({0, last} - known)
+        new = ends or sorted({i for a, b in gaps if b - a > 1 for i in _middle(a + b, last)})
+
+
+def _middle(both: int, last: int) -> set[int]:
+    """Return the place half way between two, of two such the one nearer to the middle of all, or both."""
+    lower = both // 2
+    if both % 2 == 0:
+        return {lower}
+    return {lower, lower + 1} if both == last else {lower + (both < last)}

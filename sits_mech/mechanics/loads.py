@@ -1,74 +1,70 @@
-"""Where does the target rest under a grid of loads? Each load starts from the nearest one that is settled.
+"""Where does the target rest under many loads? Each starts from the nearest one that is settled.
 
-A grid has values of any components of a wrench. The walk goes outward from the smallest load: in the plane and without
-shear first, so that a symmetric layer stays symmetric, then with more and more of it. A layer that is its own mirror
-image in the planes x = 0 and y = 0 answers the mirrored load with the mirrored pose,
-
-    x -> -x:    F_x, M, M_z and d_h, alpha, alpha_z change sign,
-    y -> -y:    F_y, M_x, M_z and d_y, alpha_x, alpha_z change sign        (forces and shifts are vectors, moments and
-                                                                            rotations axial ones),
-
-which is taken, not solved again; of a load that is its own image the components of the pose that would change sign are
-zero.
+The walk goes outward from the smallest load: in the plane and without shear first, so that a symmetric layer stays
+symmetric, then with more and more of it. Of all images of a load (symmetry.py) one is solved; the others are taken from
+it, and of a load that is its own image the components of the pose that it cannot cause are zero.
 """
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from sits_mech.cases import DONE, Progress, Row, attempt, case_path, finish, read_case
+from sits_mech.mechanics.rest.pairs import load_words
+from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor, scene_hash
 from sits_mech.version import __version__
 
-_IN_X, _IN_Y = np.array([-1, 1, -1, 1, 1, -1]), np.array([1, 1, 1, -1, -1, -1])
-_MIRRORS = (_IN_X, _IN_Y, _IN_X * _IN_Y)  # signs of the components of a wrench or a pose
 _ORDER = ("M_z", "M_x", "F_y", "M", "F_x", "F_z")  # of a load's components in the walk, the last running fastest
+_ERRORS = tuple(f"error_{name}" for name in POSE)
 
 
 def settle(
     layer: MechanicalModel,
-    grid: Mapping[str, Sequence[float]],
+    loads: Iterable[Wrench],
     *,
-    symmetric: bool,
+    symmetry: Symmetry,
     keep: tuple[Path | None, str] = (None, ""),
     known: Mapping[Wrench, Row] | None = None,
     progress: Progress | None = None,
 ) -> dict[Wrench, Row]:
-    """Return a row for every load of a grid.
+    """Return a row for every load, and for those that were solved in place of their images.
 
     Parameters
     ----------
     layer : MechanicalModel
         Wrench in, pose out.
-    grid : mapping
-        Values of components of the wrench, by the names of `WRENCH` [N, N m]; others are zero.
-    symmetric : bool
-        Whether the layer with its target is its own mirror image, in x and in y.
+    loads : iterable of Wrench
+        The loads [N, N m].
+    symmetry : Symmetry
+        Of the layer with its target.
     keep : tuple of Path or None, and str
         Folder of finished loads, and what stands for everything besides the load that a row depends on.
     known : mapping, optional
-        Rows of loads that are settled already.
+        Rows as returned before.
     progress : callable, optional
         Called with the number of loads done and of all.
 
     Returns
     -------
     dict
-        Rows by load, as from `attempt`: pose with errors, min_J, notes, state.
+        Rows by load, as from `attempt`: pose with errors, min_J, notes, and the state of those that were solved.
     """
     rows: dict[Wrench, Row] = dict(known or {})
-    loads = outward(grid)
-    for load in [load for load in loads if load not in rows]:
-        twin = _twin(rows, load) if symmetric else None
-        row = _row(layer, rows, load, keep) if twin is None else twin
-        rows[load] = upright(row, load) if symmetric else row
+    asked = outward(loads)
+    for done, load in enumerate(asked, 1):
+        if load not in rows:
+            solved, back = symmetry.standard(load)
+            if solved not in rows:
+                rows[solved] = upright(_row(layer, rows, solved, keep), solved, symmetry)
+            if load != solved:
+                rows[load] = _image(rows[solved], solved, back)
         if progress is not None:
-            progress(len(rows), len(loads))
+            progress(done, len(asked))
     return rows
 
 
@@ -83,48 +79,34 @@ def kept_rest(keep: tuple[Path | None, str], wrench: Wrench) -> Equilibrium | No
     return None if row is None or row["status"] != DONE or "state" not in row else _equilibrium(wrench, row)
 
 
-def upright(row: Row, load: Wrench) -> Row:
-    """Return the row of a load on a layer that is its own mirror image: zero what changes sign where the load does not.
-
-    Its errors as well.
-    """
-    odd = [signs < 0 for signs in _MIRRORS[:2] if _mirrored(load, signs) == load]
-    if row["status"] != DONE or not odd:
-        return row
-    names = [name for name, turns in zip(POSE, np.any(odd, axis=0), strict=True) if turns]
-    return row | dict.fromkeys((*names, *(f"error_{name}" for name in names)), 0.0)
+def upright(row: Row, load: Wrench, symmetry: Symmetry) -> Row:
+    """Return the row of a load without what symmetry says it cannot cause, and without errors of that."""
+    return _moved(row, symmetry.projection(load))
 
 
-def outward(grid: Mapping[str, Sequence[float]]) -> list[Wrench]:
-    """Return the loads of a grid from the smallest outwards: in the plane first, by shear, then by normal force."""
-    loads = [Wrench(**dict(zip(grid, load, strict=True))) for load in itertools.product(*grid.values())]
-    each = [[float(getattr(load, name)) for name in _ORDER] for load in loads]
+def outward(loads: Iterable[Wrench]) -> list[Wrench]:
+    """Return loads from the smallest outwards: in the plane first, by shear, then by normal force."""
+    found = list(loads)
+    each = [[float(getattr(load, name)) for name in _ORDER] for load in found]
     sizes = [[part for value in values for part in (abs(value), -value)] for values in each]
-    return [loads[k] for k in sorted(range(len(loads)), key=sizes.__getitem__)]
+    return [found[k] for k in sorted(range(len(found)), key=sizes.__getitem__)]
 
 
-def without_images(loads: Iterable[Wrench]) -> list[Wrench]:
-    """Return loads without those that are mirror images of others before them."""
-    found: dict[Wrench, None] = {}
-    for load in loads:
-        if not any(_mirrored(load, signs) in found for signs in _MIRRORS):
-            found[load] = None
-    return list(found)
+def _moved(row: Row, matrix: Array) -> Row:
+    """Return a row with the image of its pose; errors have no sign."""
+    if row["status"] != DONE or np.array_equal(matrix, np.eye(len(POSE))):
+        return row
+    moved: Row = {}
+    for names, signed in ((POSE, matrix), (_ERRORS, np.abs(matrix))):
+        shares = np.where(signed == 0.0, 0.0, signed * [row[name] for name in names])  # an unknown error stays its own
+        moved |= dict(zip(names, (float(part) + 0.0 for part in shares.sum(axis=1)), strict=True))
+    return row | moved
 
 
-def _mirrored(load: Wrench, signs: Array) -> Wrench:
-    """Return the mirror image of a load."""
-    return Wrench(*(float(value) for value in load.components * signs))
-
-
-def _twin(rows: Mapping[Wrench, Row], load: Wrench) -> Row | None:
-    """Return the row of a load whose mirror image is settled; it costs nothing and starts no other."""
-    for signs in _MIRRORS:
-        row = rows.get(_mirrored(load, signs))
-        if row is not None:
-            turned = {name: float(sign) * row[name] for name, sign in zip(POSE, signs, strict=True) if name in row}
-            return {name: item for name, item in row.items() if name != "state"} | turned | {"seconds": 0.0}
-    return None
+def _image(row: Row, solved: Wrench, back: Array) -> Row:
+    """Return the row of a load whose image was solved; it costs nothing and starts no other."""
+    found = {name: item for name, item in _moved(row, back).items() if name != "state"} | {"seconds": 0.0}
+    return found if row["status"] == DONE else found | {"reason": f"{load_words(vars(solved))}: {row['reason']}"}
 
 
 def _path(load: Wrench, keep: tuple[Path | None, str]) -> Path | None:

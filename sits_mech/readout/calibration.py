@@ -13,14 +13,14 @@ Where either fails, every reading is tried against the other parts of the box; o
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from sits_mech.maps.domain import Domain, domain_of
+from sits_mech.maps.domain import Domain, domain_of, hull_of
 from sits_mech.maps.surrogate import SmoothMap, fit_map
 from sits_mech.quantities import Array
 from sits_mech.readout.inversion import AMBIGUOUS as AMBIGUOUS
@@ -159,11 +159,11 @@ class Calibration:
 
     def _answers(self, forces: ArrayLike) -> Array:
         """Return the derivatives of the inverse by the inductances (m, d, n) at forces of m points [N / unit]."""
-        answers = self._search.answers(self.map.scaled(forces).reshape(-1, len(self.low)))
+        answers = self.search.answers(self.map.scaled(forces).reshape(-1, len(self.low)))
         return np.asarray(answers * self._half[:, None])
 
     @cached_property
-    def _search(self) -> Search:
+    def search(self) -> Search:
         """What finds the forces of readings."""
         return Search(self.map, self.domain, self.weights, self.full_scale, self.seeds)
 
@@ -191,7 +191,7 @@ class Calibration:
         check_resolved(self)
         unknown = np.full(n, np.nan)
         spreads = [self.map.error, *(unknown if size is None else size for size in (self.model_error, self.noise))]
-        x, residual, status, errors = self._search.solved(L.reshape(-1, n), np.array(spreads))
+        x, residual, status, errors = self.search.solved(L.reshape(-1, n), np.array(spreads))
         wrong, shape = (status != OK)[:, None], L.shape[:-1]
         forces = np.where(wrong, np.nan, self.map.unscaled(x)).reshape(*shape, d)
         by_map, by_model, by_noise = (np.where(wrong, np.nan, part * self._half).reshape(*shape, d) for part in errors)
@@ -215,7 +215,7 @@ class Calibration:
             return self.forces
         x, off = np.concatenate(self.seeds), np.array(self.map.error)
         off = np.where(np.isfinite(off), off, 0.0) + (0.0 if self.model_error is None else self.model_error)
-        answers = self._search.answers(x)
+        answers = self.search.answers(x)
         spread = np.median(np.abs(answers) @ off, axis=0)  # in halves of the range
         blind = np.all(answers == 0.0, axis=2).mean(axis=0) > 0.5  # nothing is left of its slopes
         return tuple(name for name, size, none in zip(self.forces, spread, blind, strict=True) if size > 4.0 or none)
@@ -303,12 +303,24 @@ def calibration_of(
     if not np.all(full_scale > 0.0):
         raise ValueError(f"L: must change with the load; coil {coils[int(np.argmin(full_scale))]} does not")
     weights = np.full(len(coils), 1.0 / full_scale.max()) if noise is None else 1.0 / np.asarray(noise, dtype=float)
-    domain, seeds = domain_of(found, weights, np.asarray(points, dtype=float))
+    domain, seeds = domain_of(found, weights, hull_of(found.scaled(points)))
     unit, L0 = free
     size = None if noise is None else np.asarray(noise, dtype=float)
     return Calibration(
         tuple(forces), tuple(coils), unit, np.asarray(L0, dtype=float), found, weights, full_scale, domain, seeds, size
     )
+
+
+def without_coil(cal: Calibration, coil: int) -> Calibration:
+    """Return the calibration of all coils but one, by number."""
+    others = np.arange(len(cal.coils)) != coil
+    parts = {name: getattr(cal.map, name)[others] for name in ("error", "rms")}
+    found = replace(cal.map, coefficients=cal.map.coefficients[:, others], **parts)
+    domain, seeds = domain_of(found, cal.weights[others], cal.domain.hull)
+    return Calibration(
+        cal.forces, tuple(np.array(cal.coils)[others].tolist()), cal.unit, cal.L0[others], found, cal.weights[others],
+        cal.full_scale[others], domain, seeds,
+    )  # fmt: skip
 
 
 def check_enough(coils: Sequence[str], forces: Sequence[str]) -> None:

@@ -24,11 +24,22 @@ from sits_mech.quantities import Array
 OK, OUTSIDE, AMBIGUOUS, NO_SOLUTION = "ok", "outside", "ambiguous", "no solution"
 INCONSISTENT = 0.02
 """Residual of more coils than forces, of the largest range of a coil, beyond which a reading has no solution."""
-_MARGIN = 0.02  # beyond the table, of half its range: noise at rest reads a little below zero
-_STEPS = 25
-_LONGEST = 0.3  # of a step, of half the range
+MARGIN = 0.02
+"""Beyond the table, of half its range: noise at rest reads a little below zero."""
+REACH = 1.2
+"""Of half the range: no force beyond it is tried."""
+EXACT = 1e-6
+"""The same of as many coils as forces, which is zero but for rounding and the last step."""
+HOPELESS = 10
+"""Times the residual of an answer; a reading that is further off, and gets no nearer by half, is given up."""
+_EDGE = 1e-6  # of half the range: forces as near the reach are at it
+_ROUNDING = 1e-9  # of a sum of squares: by less a step does not lead away
+_STEPS, _MORE = 25, 100  # of Newton's method, and of least squares, which settle slowly where loads look alike
+LONGEST = 0.3
+"""Of a step, of half the range."""
 _SMALL = 1e-11  # error of an answer, of half the range
-_APART = 1e-3  # two answers, of half the range
+APART = 1e-3
+"""Two answers, of half the range."""
 _SINGULAR = 1e-10  # of the longest column: what is left of a shorter one has no direction
 _BLOCK = 4096  # readings at a time
 
@@ -82,6 +93,11 @@ class Search:
     full_scale: Array
     seeds: tuple[Array, ...]
 
+    @property
+    def tolerance(self) -> float:
+        """Residual of an answer, of the largest range of a coil: nothing but rounding for as many coils as forces."""
+        return INCONSISTENT if len(self.weights) > len(self.map.low) else EXACT
+
     def solved(self, L: Array, spreads: Array) -> tuple[Array, Array, Statuses, Array]:
         """Return scaled forces (m, d), relative residual (m), status (m) and errors (3, m, d) of readings (m, n).
 
@@ -104,42 +120,78 @@ class Search:
         """Return what `solved` does of readings (n, m), these along the last axes."""
         x, settled, residual, answers = self._newton(L, 0)
         status = np.full(L.shape[1], OK, dtype="<U12")
-        status[~settled | (residual > INCONSISTENT) | ~np.isfinite(residual)] = NO_SOLUTION
-        status[np.isfinite(residual) & ~self.domain.holds(x.T, _MARGIN)] = OUTSIDE
+        shown, inside = settled & (residual <= self.tolerance), self.domain.holds(x.T, MARGIN)
+        status[~(shown & inside)] = NO_SOLUTION
+        far = (len(L) == len(x)) | self.domain.beyond(L.T)  # nothing else can be wrong, or more than any load shows
+        status[(shown & ~inside) | ((status != OK) & far & np.isfinite(residual))] = OUTSIDE
         status[(status == OK) & ~self.domain.valid(x.T)] = AMBIGUOUS
         for part in range(1, len(self.seeds)):
-            open_ = np.flatnonzero(np.isin(status, (OK, OUTSIDE, NO_SOLUTION)) & np.isfinite(L).all(axis=0))
-            other, found, off, _ = self._newton(L[:, open_], part)
-            away = (np.max(np.abs(other - x[:, open_]), axis=0) > _APART) | (status[open_] != OK)
-            status[open_[found & away & (off < INCONSISTENT) & self.domain.holds(other.T, 0.0)]] = AMBIGUOUS
+            open_ = np.flatnonzero((status != AMBIGUOUS) & np.isfinite(L).all(axis=0))
+            other, settled, left, there = self._newton(L[:, open_], part)
+            shown = settled & (left <= self.tolerance) & self.domain.holds(other.T, 0.0)
+            known = (status[open_] == OK) & self.domain.holds(x[:, open_].T, 0.0)
+            second = known & (np.max(np.abs(other - x[:, open_]), axis=0) > APART)
+            status[open_[shown & second]] = AMBIGUOUS
+            first = np.flatnonzero(shown & ~known)
+            x[:, open_[first]], residual[open_[first]] = other[:, first], left[first]
+            answers[..., open_[first]] = there[..., first]
+            status[open_[first]] = np.where(self.domain.valid(other[:, first].T), OK, AMBIGUOUS)
         most = [_times(np.abs(answers), size) for size in spreads[:2]]
         return x, residual, status, np.array([*most, np.sqrt(_times(answers**2, spreads[2] ** 2))])
 
     def _newton(self, L: Array, part: int) -> tuple[Array, NDArray[np.bool_], Array, Array]:
         """Return where Gauss-Newton ends (d, m), whether it settled, the residual and the `answers` (d, n, m) there.
 
-        Residual and derivatives are those before the last step, which is small, the residual less what it takes away.
+        A step that leads away is halved. Residual and derivatives are those before the last step, which is small, the
+        residual less what it takes away.
         """
         (n, m), d = L.shape, len(self.map.low)
-        x, settled = self._started(L, part), np.zeros(m, dtype=bool)
+        (origin, step, least), settled = self._started(L, part), np.zeros(m, dtype=bool)
         residual, answers = np.full(m, np.nan), np.full((d, n, m), np.nan)
         small = _SMALL if n > d else np.sqrt(_SMALL)  # Newton's next step is this one's square
         active = np.flatnonzero(np.isfinite(L).all(axis=0))
-        for _ in range(_STEPS):
+        for _ in range(_MORE if n > d else _STEPS):
             if active.size == 0:
                 break
-            here = x[:, active]
-            value, slopes = self._seen(here)
-            inverse, off = self._inverse(slopes), L[:, active] - value
-            step = _step(inverse, off)
-            x[:, active] = np.clip(here + step, -1.2, 1.2)
-            off -= _times(slopes, x[:, active] - here)
+            x = origin[:, active] + step[:, active]
+            value, slopes = self._seen(x)
+            off = L[:, active] - value
+            size = self._size(off)
+            nearer = size <= least[active] * (1.0 + _ROUNDING)
+            inverse = self._inverse(slopes if n == d else self._free(slopes, off, x))
+            step[:, active] = np.where(nearer, _step(x, inverse, off), 0.5 * step[:, active])
+            origin[:, active] = np.where(nearer, x, origin[:, active])
+            least[active] = np.where(nearer, size, least[active])
+            hopeless = self._hopeless(off, off - _times(slopes, _times(inverse, off)))
+            off -= _times(slopes, origin[:, active] + step[:, active] - x)
             residual[active] = np.max(np.abs(off) / self.full_scale[:, None], axis=0)
-            answers[..., active] = inverse
-            done = np.max(np.abs(step), axis=0) < small
-            settled[active[done]] = True
-            active = active[~done]
-        return x, settled, residual, answers
+            done = np.max(np.abs(step[:, active]), axis=0) < small
+            settled[active[done]], answers[..., active[done]] = True, inverse[..., done]
+            active = active[~(done | hopeless)]
+        return origin + step, settled, residual, answers
+
+    def _size(self, off: Array) -> Array:
+        """Return the weighted sum of squares of differences (n, m)."""
+        return _dot(off * self.weights[:, None], off * self.weights[:, None])
+
+    def _hopeless(self, off: Array, left: Array) -> NDArray[np.bool_]:
+        """Tell what is far from any load's and stays so: differences (n, m), and those after a whole step."""
+        if len(off) == len(self.map.low):
+            return np.zeros(off.shape[1], dtype=bool)
+        far = np.max(np.abs(off) / self.full_scale[:, None], axis=0) > HOPELESS * INCONSISTENT
+        return np.asarray(far & (self._size(left) > 0.5 * self._size(off)))
+
+    def _free(self, slopes: Array, off: Array, x: Array) -> Array:
+        """Return slopes without those of forces at the reach that would lead beyond it: the least squares within."""
+        edge = np.abs(x) > REACH - _EDGE
+        at = np.flatnonzero(np.any(edge, axis=0))
+        x, off, here, edge, slopes = x[:, at], off[:, at], slopes[..., at], edge[:, at], slopes.copy()
+        down = _times(np.moveaxis(here, 0, 1), off * self.weights[:, None] ** 2)
+        for _ in range(len(x) if at.size else 0):  # first those that lead down beyond, then those that step there
+            here = np.where(edge & (down * x > 0.0), 0.0, here)
+            down = _times(self._inverse(here), off)
+        slopes[..., at] = here
+        return slopes
 
     def _seen(self, x: Array) -> tuple[Array, Array]:
         """Return inductances (n, m) and their slopes (n, d, m) at scaled forces (d, m)."""
@@ -155,18 +207,25 @@ class Search:
             found.append((cKDTree(self.domain.whitened(value.T)), seeds.T, value, self._inverse(slopes)))
         return found
 
-    def _started(self, L: Array, part: int) -> Array:
-        """Return the first step from the seed whose inductances are nearest, along what the map varies in (d, m)."""
+    def _started(self, L: Array, part: int) -> tuple[Array, Array, Array]:
+        """Return the seed whose inductances are nearest, along what the map varies in, its first step and its size."""
         tree, seeds, value, inverse = self._starts[part]
         asked = np.nan_to_num(self.domain.whitened(L.T), nan=0.0, posinf=1e6, neginf=-1e6)
         near = tree.query(np.clip(asked, -1e6, 1e6))[1]
-        step = _step(inverse[..., near], np.nan_to_num(L - value[:, near]))
-        return np.asarray(np.clip(seeds[:, near] + step, -1.2, 1.2))
+        off = np.nan_to_num(L - value[:, near])
+        return seeds[:, near], _step(seeds[:, near], inverse[..., near], off), self._size(off)
 
 
-def _step(inverse: Array, off: Array) -> Array:
-    """Return inverses (d, n, m) times differences (n, m), shape (d, m), no longer than a step may be."""
-    return np.asarray(np.clip(_times(inverse, off), -_LONGEST, _LONGEST))
+def _step(x: Array, inverse: Array, off: Array) -> Array:
+    """Return inverses (d, n, m) times differences (n, m) as steps from x (d, m), shortened to end within the reach."""
+    step = _times(inverse, off)
+    step = step / np.maximum(np.max(np.abs(step), axis=0) / LONGEST, 1.0)
+    if np.all(np.abs(x + step) <= REACH):
+        return np.asarray(step)
+    room = REACH - np.sign(step) * x
+    step = np.where(room > _EDGE, step, 0.0)
+    share = np.min(room / np.maximum(np.abs(step), 1e-300), axis=0)
+    return np.asarray(step * np.minimum(share, 1.0))
 
 
 def _times(A: Array, x: Array) -> Array:

@@ -1,21 +1,28 @@
-"""Grids: solved at every second value where a smooth map predicts the rest, whole where it does not."""
+"""Grids: solved at the loads that a smooth map and the symmetry of the pad need, whole where that does not do."""
 
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from sits_mech.chain.interpolate import INTERPOLATED, poses_on_grid
+from sits_mech.cases import Row
+from sits_mech.chain.interpolate import INTERPOLATED, loads_of, poses_on_grid
 from sits_mech.mechanics.layer import linear_layer
-from sits_mech.quantities import Equilibrium, Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.mechanics.symmetry import Symmetry
+from sits_mech.quantities import POSE, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.scene.sensor import load_sensor
 
 GRID = {"F_x": np.linspace(-1.0, 1.0, 9).tolist(), "F_z": np.linspace(0.0, 4.0, 9).tolist()}
+SHEAR = np.linspace(-0.5, 0.5, 5).tolist()
+SPACE = {"F_x": SHEAR, "F_z": np.linspace(0.0, 2.0, 5).tolist(), "F_y": SHEAR}
+TWIST = SPACE | {"M_z": np.linspace(-1e-3, 1e-3, 5).tolist()}
+NONE, MIRRORS, SQUARE, DISC = (Symmetry(kind) for kind in ("none", "rectangle", "square", "disc"))
 
 
 @dataclass
 class Spring:
-    """A layer by formula that counts its solves; past `limit` it fails, and `wave` [m] scatters."""
+    """A round pad by formula that counts its solves; past `limit` it fails, and `wave` [m] scatters."""
 
     kink: float = 0.0
     wave: float = 0.0
@@ -23,11 +30,13 @@ class Spring:
     solved: list[Wrench] = field(default_factory=list)
 
     def pose(self, wrench: Wrench) -> Pose:
-        """Smooth in both forces, but for a kink at 0.3 of the shear."""
-        x, z = wrench.F_x, wrench.F_z
-        bend = self.kink * np.sign(x) * max(abs(x) - 0.3, 0.0)
-        scatter = self.wave * np.sign(x) * np.cos(2.0 * np.pi * x)
-        return Pose(1e-3 * (x * (1 + 0.1 * z) + bend) + scatter, 2e-3 - 5e-5 * z / (1 + 0.1 * z), 1e-2 * x * z)
+        """Smooth in every component, but for a kink at 0.3 of the shear; the same for all directions of the shear."""
+        x, y, z, turn = wrench.F_x, wrench.F_y, wrench.F_z, 20.0 * wrench.M_z
+        size = float(np.hypot(x, y))
+        bend = self.kink * max(size - 0.3, 0.0) / max(size, 1e-9)
+        soft = 1e-3 * (1.0 + 0.1 * z + 0.2 * size**2 + bend) + self.wave * np.cos(2.0 * np.pi * size) / max(size, 1e-9)
+        d_v = 2e-3 - 5e-5 * z / (1.0 + 0.1 * z) - 2e-5 * size**2
+        return Pose(soft * x - 2e-4 * turn * y, d_v, 1e-2 * x * z, soft * y + 2e-4 * turn * x, -1e-2 * y * z, turn)
 
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the formula's pose."""
@@ -35,25 +44,47 @@ class Spring:
         report = SolveReport("spring", 1, 1, 0.0, 1e-3, 0.0, min_J=0.9)
         if wrench.F_z > self.limit:
             raise SolveFailed("too much", replace(report, status="stalled"))
-        return Equilibrium(wrench, self.pose(wrench), Pose(1e-7, 1e-7, 1e-6), np.zeros(1), report)
+        return Equilibrium(wrench, self.pose(wrench), Pose(1e-7, 1e-7, 1e-6, 1e-7, 1e-6, 1e-6), np.zeros(1), report)
 
 
-@pytest.mark.parametrize(("symmetric", "solves"), [(True, 15), (False, 25)])
-def test_a_smooth_layer_is_solved_at_every_second_load(symmetric: bool, solves: int) -> None:
+def between(rows: dict[Wrench, Row]) -> list[Wrench]:
+    """The loads that were not solved."""
+    return [load for load, row in rows.items() if row["notes"] == INTERPOLATED]
+
+
+@pytest.mark.parametrize(
+    ("grid", "symmetry", "most"),
+    [
+        (GRID, NONE, 21), (GRID, MIRRORS, 14), (SPACE, NONE, 60), (SPACE, MIRRORS, 22), (SPACE, SQUARE, 14),
+        (SPACE, DISC, 12), (TWIST, MIRRORS, 60), (TWIST, DISC, 30),
+    ],
+)  # fmt: skip
+def test_a_smooth_pad_is_solved_at_some_loads(grid: dict[str, list[float]], symmetry: Symmetry, most: int) -> None:
     """All poses stand within their stated errors; those between say that they are, with the map's error added."""
-    layer, sensor = Spring(), load_sensor("biorob2018")
-    rows = poses_on_grid(sensor, layer, GRID, symmetric=symmetric, tolerance=1e-2)
-    assert len(rows) == 81 and len(layer.solved) == solves
+    layer = Spring()
+    rows = poses_on_grid(load_sensor("triaxial-3"), layer, grid, symmetry=symmetry, tolerance=1e-2)
+    assert list(rows) == loads_of(grid) and len(layer.solved) <= most and len(set(layer.solved)) == len(layer.solved)
+    assert len(between(rows)) > 0.6 * len(rows)
+    shear = 2.0 * max(row["d_h"] for row in rows.values())
     for load, row in rows.items():
         true = layer.pose(load)
-        for name in ("d_h", "d_v", "alpha"):
+        for name in POSE:
             assert abs(row[name] - getattr(true, name)) <= row[f"error_{name}"] + 1e-15
+        assert row["error_d_h"] < 1e-2 * shear + 1.1e-7 and row["error_d_v"] < 1e-3 * shear + 1.1e-7
         assert row["status"] == "converged" and row["min_J"] == pytest.approx(0.9)
-    assert sum(row["notes"] == INTERPOLATED for row in rows.values()) == 56
+
+
+def test_a_round_pad_takes_shear_in_any_direction_as_a_load_in_the_plane() -> None:
+    """No load leaves it; a square pad swaps F_x and F_y, and what is solved is what a table over them shares."""
+    for symmetry, beside in ((DISC, 0), (SQUARE, 1)):
+        layer = Spring()
+        poses_on_grid(load_sensor("triaxial-3"), layer, SPACE, symmetry=symmetry, tolerance=1e-2)
+        leaving = {(load.F_x, load.F_y) for load in layer.solved if load.beside}
+        assert len(leaving) <= beside and all(x >= y > 0.0 for x, y in leaving)
 
 
 def test_scatter_of_the_errors_plays_no_part_in_the_map() -> None:
-    """Errors go up and down from load to load: those between have the mean of theirs and what the poses' map adds."""
+    """Errors go up and down from load to load: those between lie between them, and have what the poses' map adds."""
 
     class Scattered(Spring):
         def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
@@ -62,55 +93,94 @@ def test_scatter_of_the_errors_plays_no_part_in_the_map() -> None:
             return replace(found, error=Pose(own, own, own))
 
     rows, plain = (
-        poses_on_grid(load_sensor("biorob2018"), layer, GRID, symmetric=False, tolerance=1e-2)
+        poses_on_grid(load_sensor("biorob2018"), layer, GRID, symmetry=NONE, tolerance=1e-2)
         for layer in (Scattered(), Spring())
     )
-    between = [load for load, row in plain.items() if row["notes"] == INTERPOLATED]
-    assert len(between) == 56
-    for load in between:
+    assert between(rows) == between(plain) and len(between(rows)) > 50
+    for load in between(plain):
         assert rows[load]["d_h"] == plain[load]["d_h"]
-        assert rows[load]["error_d_h"] - plain[load]["error_d_h"] <= 2e-7 + 1e-18
-    mean = 0.5 * (rows[Wrench(0.5, 0.0)]["error_d_v"] + rows[Wrench(0.5, 1.0)]["error_d_v"])
-    map_error = plain[Wrench(0.5, 0.5)]["error_d_v"] - 1e-7
-    assert map_error > 1e-8
-    assert rows[Wrench(0.5, 0.5)]["error_d_v"] == pytest.approx(mean + map_error, rel=1e-9)
+        assert 1e-7 <= rows[load]["error_d_h"] - (plain[load]["error_d_h"] - 1e-7) <= 3e-7 + 1e-18
+        assert plain[load]["error_d_v"] > 1.1e-7
 
 
 def test_a_kink_is_solved_through() -> None:
-    """Where the map does not predict its own loads, every load is solved."""
+    """Where the map does not predict its own loads, more are solved: all values of the shear."""
     layer = Spring(kink=2.0)
-    rows = poses_on_grid(load_sensor("biorob2018"), layer, GRID, symmetric=True, tolerance=1e-2)
-    assert len(rows) == 81 and len(layer.solved) == 45 and not any(row["notes"] for row in rows.values())
+    rows = poses_on_grid(load_sensor("biorob2018"), layer, GRID, symmetry=MIRRORS, tolerance=1e-2)
+    assert {abs(load.F_x) for load in layer.solved} == {abs(value) for value in GRID["F_x"]}
+    for load, row in rows.items():
+        assert abs(row["d_h"] - layer.pose(load).d_h) <= row["error_d_h"] + 1e-15
 
 
 def test_nothing_is_put_beside_a_failed_load() -> None:
-    """The grid is solved whole, and every load beyond the limit says so itself."""
+    """The grid is solved whole, and every load beyond the limit says so itself, or whose image it is."""
     layer = Spring(limit=3.2)
-    rows = poses_on_grid(load_sensor("biorob2018"), layer, GRID, symmetric=True, tolerance=1e-2)
-    assert sum(row["status"] != "converged" for row in rows.values()) == 9 * 2
-    assert not any(row.get("notes") for row in rows.values())
+    rows = poses_on_grid(load_sensor("biorob2018"), layer, GRID, symmetry=MIRRORS, tolerance=1e-2)
+    failed = {load: row for load, row in rows.items() if row["status"] != "converged"}
+    assert len(failed) == 9 * 2 and not any(row.get("notes") for row in rows.values())
+    assert failed[Wrench(0.5, 4.0)]["reason"] == "too much"
+    assert failed[Wrench(-0.5, 4.0)]["reason"] == "F_x = 0.5 N, F_z = 4 N, M = 0 N m: too much"
+    assert len(layer.solved) == 45
 
 
 def test_small_grids_are_solved_whole() -> None:
-    """Six values are too few to leave any out."""
-    layer, grid = Spring(), {"F_x": GRID["F_x"][:6], "F_z": GRID["F_z"]}
-    assert len(poses_on_grid(load_sensor("biorob2018"), layer, grid, symmetric=False, tolerance=1e-2)) == 54
-    assert len(layer.solved) == 54
+    """Thirty loads are too few to leave any out."""
+    layer, grid = Spring(), {"F_x": GRID["F_x"][:6], "F_z": GRID["F_z"][:5]}
+    assert len(poses_on_grid(load_sensor("biorob2018"), layer, grid, symmetry=NONE, tolerance=1e-2)) == 30
+    assert len(layer.solved) == 30
 
 
 def test_the_linear_layer_needs_the_fewest() -> None:
     """A real layer whose answer the map holds to rounding."""
     sensor = load_sensor("biorob2018", ['elastomer.length="200 mm"'])
-    rows = poses_on_grid(sensor, linear_layer(sensor, 3e-2), GRID, symmetric=True, tolerance=1e-2)
-    assert sum(row["notes"].endswith(INTERPOLATED) for row in rows.values()) == 56
+    rows = poses_on_grid(sensor, linear_layer(sensor, 3e-2), GRID, symmetry=MIRRORS, tolerance=1e-2)
+    assert sum(row["notes"].endswith(INTERPOLATED) for row in rows.values()) > 66
 
 
-def test_the_table_has_no_steps_between_solved_loads_and_others() -> None:
-    """Solved loads with scatter: those between follow them, not a map that passes by; without shear all is straight."""
+def test_the_map_goes_through_the_solved_loads() -> None:
+    """Solved loads with scatter: those between follow them, without a step; without shear all is straight."""
     layer, sensor = Spring(wave=2e-6), load_sensor("biorob2018")
-    rows = poses_on_grid(sensor, layer, GRID, symmetric=True, tolerance=1e-2)
-    assert sum(row["notes"] == INTERPOLATED for row in rows.values()) == 56
-    for x, z, before, after in ((0.5, 0.5, 0.0, 1.0), (-1.0, 2.5, 2.0, 3.0)):
-        mean = 0.5 * (rows[Wrench(x, before)]["d_h"] + rows[Wrench(x, after)]["d_h"])
-        assert abs(rows[Wrench(x, z)]["d_h"] - mean) < 4e-7  # a map that misses the scatter is off by its 2 um
+    rows = poses_on_grid(sensor, layer, GRID, symmetry=MIRRORS, tolerance=1e-2)
+    near = [load for load in between(rows) if load.F_x > 0.0 and Wrench(load.F_x, load.F_z - 0.5) in layer.solved]
+    assert near
+    for load in near:
+        one = rows[Wrench(load.F_x, load.F_z - 0.5)]["d_h"]
+        slope = 1e-3 * load.F_x * 0.1 * 0.5
+        assert abs(rows[load]["d_h"] - one - slope) < 4e-7  # a map that misses the scatter is off by its 2 um
     assert all(rows[Wrench(0.0, z)]["d_h"] == rows[Wrench(0.0, z)]["error_alpha"] == 0.0 for z in GRID["F_z"])
+
+
+def test_what_the_solved_loads_cannot_show_has_an_error_between_them() -> None:
+    """On diagonals and axes a square pad does not turn about z; between them it may: no error of nothing there."""
+    rows = poses_on_grid(load_sensor("triaxial-4"), Spring(), SPACE, symmetry=SQUARE, tolerance=1e-2)
+    assert rows[Wrench(0.5, 2.0, F_y=0.25)]["error_alpha_z"] > 0.0
+    assert rows[Wrench(0.5, 1.5, F_y=0.5)]["error_alpha_z"] == rows[Wrench(0.0, 1.5, F_y=0.5)]["error_d_h"] == 0.0
+
+
+def test_a_stopped_run_goes_on(tmp_path: Path) -> None:
+    """A run that is stopped keeps its loads; the next solves the others, and gives what one run gives; a third none."""
+
+    class Stopped(Spring):
+        def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
+            if len(self.solved) == 5:
+                raise KeyboardInterrupt
+            return super().equilibrium(wrench, start=start)
+
+    first, second, third = Stopped(), Spring(), Spring()
+    sensor, keep = load_sensor("triaxial-3"), (tmp_path, "key")
+    with pytest.raises(KeyboardInterrupt):
+        poses_on_grid(sensor, first, SPACE, symmetry=DISC, tolerance=1e-2, keep=keep)
+    seen: list[tuple[int, int]] = []
+    rows, again, plain = (
+        poses_on_grid(sensor, layer, SPACE, symmetry=DISC, tolerance=1e-2, keep=place, progress=tell)
+        for layer, place, tell in (
+            (second, keep, lambda done, of: seen.append((done, of))),
+            (third, keep, None),
+            (Spring(), (None, ""), None),
+        )
+    )
+    assert not set(first.solved) & set(second.solved) and third.solved == []
+    drop = {"seconds", "state"}
+    kept = [[{k: v for k, v in row.items() if k not in drop} for row in each.values()] for each in (rows, again, plain)]
+    assert kept[0] == kept[1] == kept[2]
+    assert seen[-1] == (125, 125) and all(done <= of <= 125 for done, of in seen)

@@ -238,7 +238,7 @@ def test_what_a_load_in_space_reached_is_printed(capsys: Capture, monkeypatch: p
         raise SolveFailed("block: ended", report, last)
 
     monkeypatch.setattr(BlockPad, "equilibrium", fails)
-    words = ["pose", "biorob2018", "--fx", "1 N", "--fy", "2 N", "--mz", "10 N*mm"]
+    words = ["pose", "biorob2018", "--fx", "2 N", "--fy", "1 N", "--mz", "10 N*mm"]
     assert run(words) == 3
     out, err = capsys.readouterr()
     assert all(name in out for name in (*POSE, "F_y = 0.2 N", "M_z = 0.001 N m")) and err.count("\n") == 1

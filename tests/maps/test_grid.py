@@ -1,127 +1,170 @@
 """Grids of any dimension: solved at some of their points where those predict the others, whole where they do not."""
 
 import itertools
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 from scipy.interpolate import RectBivariateSpline
 
-from sits_mech.maps.grid import coarser, interpolated, solve_part
+from sits_mech.maps.grid import SolvedPart, interpolated, likely_part, solve_part
 
 NINE = np.linspace(-1.0, 1.0, 9).tolist()
+Axes = dict[str, list[float]]
+Function = Callable[[np.ndarray], np.ndarray]
 
 
-def points_of(axes: dict[str, list[float]]) -> np.ndarray:
+def points_of(axes: Axes) -> np.ndarray:
     """All points of a grid, shape (*sizes, d)."""
     return np.stack(np.meshgrid(*axes.values(), indexing="ij"), -1)
 
 
+def box(*sizes: int) -> Axes:
+    """A grid from -1 to 1 in each variable; of one value 0.3."""
+    return {f"x{k}": np.linspace(-1.0, 1.0, size).tolist() if size > 1 else [0.3] for k, size in enumerate(sizes)}
+
+
 def gentle(points: np.ndarray) -> np.ndarray:
     """Two outputs of any number of variables, analytic, no polynomials."""
-    slopes = np.array([0.5, -0.3, 0.2, 0.4])[: points.shape[-1]]
+    slopes = np.array([0.5, -0.3, 0.2, 0.4, 0.1, -0.4])[: points.shape[-1]]
     return np.stack([np.exp(points @ slopes), np.sin(points @ slopes[::-1])], -1)
 
 
+def solved(function: Function, axes: Axes, tolerance: float = 1e-2, **more: object) -> SolvedPart | None:
+    """Solve a part of a grid; every point is asked for at most once, and the part holds what the function gave."""
+    asked: list[tuple[float, ...]] = []
+
+    def solve(points: list[tuple[float, ...]]) -> np.ndarray:
+        asked.extend(points)
+        return function(np.array(points))
+
+    found = solve_part(solve, axes, tolerance=tolerance, **more)  # type: ignore[arg-type]
+    assert len(set(asked)) == len(asked)
+    if found is not None:
+        known = ~np.isnan(found.values[..., 0])
+        assert np.count_nonzero(known) == len(asked)
+        np.testing.assert_array_equal(found.values[known], function(points_of(axes)[known]))
+    return found
+
+
+def count(part: SolvedPart | None) -> int:
+    """How many points are solved."""
+    assert part is not None
+    return int(np.count_nonzero(~np.isnan(part.values[..., 0])))
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
 @pytest.mark.parametrize(
-    ("sizes", "solved"), [((9, 9), 25), ((9, 9, 9), 125), ((9, 9, 6), 150), ((1, 9, 9), 25), ((3, 9, 2, 9), 150)]
+    ("sizes", "most"),
+    [((40,), 0.4), ((9, 9), 0.4), ((5, 5, 5), 0.7), ((9, 9, 9), 0.12), ((3, 9, 2, 9), 0.4), ((5, 5, 5, 5, 1), 0.5)],
 )
-def test_a_smooth_function_is_solved_at_every_second_value(sizes: tuple[int, ...], solved: int) -> None:
-    """In two to four variables, of which short ones keep their values: all is within the stated error of the truth."""
-    axes = {f"x{k}": np.linspace(-1.0, 1.0, size).tolist() if size > 1 else [0.3] for k, size in enumerate(sizes)}
-    asked: list[int] = []
-
-    def solve(part: dict[str, list[float]]) -> np.ndarray:
-        asked.append(points_of(part)[..., 0].size)
-        return gentle(points_of(part))
-
-    found = solve_part(solve, axes, tolerance=1e-2)
-    assert found is not None and asked == [solved]
-    off = np.abs(interpolated(found.axes, found.values, axes) - gentle(points_of(axes)))
-    assert np.all(off.reshape(-1, 2).max(axis=0) <= found.error) and np.max(found.error) < 2e-2
-    known = points_of(found.axes).reshape(-1, len(sizes)).tolist()
-    whole = points_of(axes).reshape(-1, len(sizes)).tolist()
-    again = interpolated(found.axes, found.values, axes).reshape(-1, 2)[[whole.index(point) for point in known]]
-    np.testing.assert_allclose(again, found.values.reshape(-1, 2), atol=1e-14)
+def test_a_smooth_function_is_solved_at_a_part_of_its_points(
+    sizes: tuple[int, ...], most: float, tolerance: float
+) -> None:
+    """In one to four variables: all is within the stated error of the truth, and that within the tolerance."""
+    axes = box(*sizes)
+    found = solved(gentle, axes, tolerance)
+    assert found is not None and count(found) < most * np.prod(sizes)
+    truth = gentle(points_of(axes))
+    off = np.abs(interpolated(found, found.values) - truth)
+    assert np.all(off.reshape(-1, 2).max(axis=0) <= found.error)
+    assert np.all(found.error <= tolerance * np.ptp(truth.reshape(-1, 2), axis=0))
+    known = ~np.isnan(found.values[..., 0])
+    np.testing.assert_allclose(interpolated(found, found.values)[known], found.values[known], atol=1e-14)
 
 
-def test_finer_parts_where_it_bends() -> None:
-    """A front needs nine values of seventeen, a kink all of them; each part holds the one before."""
-    axes = {"x": np.linspace(-1.0, 1.0, 17).tolist(), "y": np.linspace(-1.0, 1.0, 17).tolist()}
-    parts = list(coarser(axes))
-    assert [len(part["x"]) for part in parts] == [5, 9] and set(parts[0]["x"]) < set(parts[1]["x"]) < set(axes["x"])
-    front = solve_part(lambda part: np.tanh(2.5 * points_of(part)[..., :1]), axes, tolerance=5e-2)
-    assert front is not None and len(front.axes["x"]) == 9
-    assert solve_part(lambda part: np.abs(points_of(part)[..., :1] - 0.21), axes, tolerance=1e-2) is None
+def test_many_variables_need_few_points() -> None:
+    """Of six variables of five values: some hundreds of 15625 points, not a power of six."""
+    axes = box(5, 5, 5, 5, 5, 5)
+    found = solved(lambda points: gentle(points)[..., :1], axes)
+    assert found is not None and count(found) < 900
+    off = np.abs(interpolated(found, found.values) - gentle(points_of(axes))[..., :1])
+    assert off.max() <= found.error[0]
+
+
+@pytest.mark.parametrize(
+    "bent",
+    [
+        lambda points: np.tanh(2.5 * points[..., :1]),
+        lambda points: np.tanh(2.0 * (points[..., :1] + points[..., 1:2])),
+        lambda points: np.maximum(np.abs(points[..., :1]) - 0.4, 0.0) + 0.1 * points[..., 1:2],
+    ],
+    ids=["front", "oblique front", "kinks"],
+)
+def test_more_points_where_it_bends(bent: Function) -> None:
+    """As many along each variable as it takes: a front, an oblique one, a kink at no point of the grid."""
+    axes = box(17, 17)
+    smooth, found = solved(gentle, axes), solved(bent, axes)
+    assert found is not None and count(found) > count(smooth)
+    assert np.abs(interpolated(found, found.values) - bent(points_of(axes))).max() <= found.error[0] + 1e-12
+
+
+def test_levels_are_nested_and_mirror_themselves() -> None:
+    """Whatever the length of a mirrored list, with every solved point its mirror image is; ends included."""
+    for size, other in itertools.product((5, 6, 7, 8, 11, 12, 20), (9, 40)):
+        axes = {"x": np.linspace(-1.0, 1.0, size).tolist(), "y": np.linspace(0.0, 1.0, other).tolist()}
+        found = solved(lambda points: np.tanh(3.0 * points[..., :1] + points[..., 1:]), axes, 3e-2)
+        assert found is not None
+        known = ~np.isnan(found.values[..., 0])
+        np.testing.assert_array_equal(known, known[::-1])
+        assert known[0, 0] and known[-1, -1]
+        likely = likely_part(axes)
+        assert sorted((round(-x, 9), y) for x, y in likely) == sorted((round(x, 9), y) for x, y in likely)
+        assert len(likely) < known.size
 
 
 def test_nothing_is_put_beside_a_failed_point() -> None:
     """NaN at one solved point: the grid is to be solved whole."""
 
-    def cornered(part: dict[str, list[float]]) -> np.ndarray:
-        values = gentle(points_of(part))
-        values[-1, -1] = np.nan
-        return values
+    def cornered(points: np.ndarray) -> np.ndarray:
+        return np.where(np.all(points == 1.0, axis=-1, keepdims=True), np.nan, gentle(points))
 
-    assert solve_part(cornered, {"x": NINE, "y": NINE}, tolerance=1e-2) is None
+    assert solve_part(lambda points: cornered(np.array(points)), box(9, 9), tolerance=1e-2) is None
 
 
-@pytest.mark.parametrize("sizes", [(6, 9), (9, 1), (9,), (6, 6, 9)])
+@pytest.mark.parametrize("sizes", [(5, 5), (9, 1), (9,), (3, 3, 3), (2, 2, 2, 2, 2)])
 def test_small_grids_are_solved_whole(sizes: tuple[int, ...]) -> None:
-    """With fewer than two variables of seven values there is little to save."""
-    axes = {f"x{k}": NINE[:size] for k, size in enumerate(sizes)}
-    assert list(coarser(axes)) == [] and solve_part(lambda part: gentle(points_of(part)), axes, tolerance=1e-2) is None
+    """There is little to save."""
+    axes = box(*sizes)
+    assert solved(gentle, axes) is None and len(likely_part(axes)) == np.prod(sizes)
 
 
 def test_what_varies_little_has_no_say() -> None:
-    """An output that scatters by 1e-6 of the other's range neither raises the degrees nor stops the map."""
-    scatter = np.random.default_rng(1)
-    axes = {"x": NINE, "y": NINE, "z": NINE[::4]}
+    """An output that scatters by 1e-6 of the other's range asks for no more points; what it misses is said of it."""
+    axes = box(9, 9, 3)
 
-    def solve(part: dict[str, list[float]]) -> np.ndarray:
-        points = points_of(part)
+    def scattered(points: np.ndarray) -> np.ndarray:
         own = gentle(points)[..., :1]
-        return np.concatenate([own, 1e-6 * scatter.standard_normal(own.shape)], -1)
+        return np.concatenate([own, 1e-6 * np.sin(1e3 * points.sum(axis=-1, keepdims=True))], -1)
 
-    found = solve_part(solve, axes, tolerance=1e-2)
-    plain = solve_part(lambda part: gentle(points_of(part))[..., :1], axes, tolerance=1e-2)
-    assert found is not None and plain is not None
-    assert found.error[0] == pytest.approx(plain.error[0], rel=1e-6) and found.error[1] < 2e-5
+    found, plain = solved(scattered, axes), solved(lambda points: gentle(points)[..., :1], axes)
+    assert found is not None and plain is not None and found.blocks == plain.blocks
+    assert found.error[0] == pytest.approx(plain.error[0], rel=1e-12) and 1e-7 < found.error[1] < 1e-5
 
 
 def test_an_output_counts_by_its_weight() -> None:
     """A kink in an angle matters by its lever."""
 
-    def solve(part: dict[str, list[float]]) -> np.ndarray:
-        points = points_of(part)
+    def both(points: np.ndarray) -> np.ndarray:
         return np.stack([points[..., 0], np.abs(points[..., 0] - 0.2)], -1)
 
-    axes = {"x": NINE, "y": NINE}
-    assert solve_part(solve, axes, tolerance=1e-2) is None
-    assert solve_part(solve, axes, tolerance=1e-2, weights=[1.0, 1e-2]) is not None
+    plain, light = solved(both, box(17, 17)), solved(both, box(17, 17), weights=[1.0, 1e-2])
+    assert count(light) < count(plain)
 
 
-def test_splines_are_those_of_two_variables() -> None:
-    """As FITPACK's interpolating surface, to rounding; of few values lines and parabolas."""
-    some = {"x": NINE[::2], "y": [0.0, 0.5, 1.5, 3.0, 4.0]}
-    axes = {"x": NINE, "y": np.linspace(0.0, 4.0, 17).tolist()}
-    values = gentle(points_of(some))
-    found = interpolated(some, values, axes)
+def test_a_full_product_has_the_splines_of_two_variables() -> None:
+    """As FITPACK's interpolating surface of degree five, to rounding; or lines throughout; of few values parabolas."""
+    axes = {"x": np.linspace(-1.0, 1.0, 17).tolist(), "y": np.linspace(0.0, 4.0, 17).tolist()}
+    values = gentle(points_of(axes))
+    blocks = tuple(itertools.product(range(4), range(5)))  # every second value of each
+    part = SolvedPart(axes, blocks, values, np.zeros(2))
+    found = interpolated(part, values)
     for k in (0, 1):
-        surface = RectBivariateSpline(some["x"], some["y"], values[..., k])(axes["x"], axes["y"])
-        np.testing.assert_allclose(found[..., k], surface, rtol=0.0, atol=1e-13)
-    straight = interpolated(some, values, axes, degree=1)
-    np.testing.assert_allclose(straight[1, 0], 0.5 * (values[0, 0] + values[1, 0]), rtol=1e-14)
-    few = {"x": [0.0, 2.0], "y": [0.0, 1.0, 2.0]}
-    more = {"x": [0.0, 1.0, 2.0], "y": [0.0, 0.5, 1.0, 2.0]}
-    bent = np.array([[x + y**2 for y in few["y"]] for x in few["x"]])
-    expected = [[x + y**2 for y in more["y"]] for x in more["x"]]
-    np.testing.assert_allclose(interpolated(few, bent, more), expected, atol=1e-14)
-
-
-def test_parts_of_a_mirrored_list_are_mirrored() -> None:
-    """Whatever its length, ends included."""
-    for count, other in itertools.product((7, 8, 11, 12, 20), (9, 40)):
-        axes = {"x": np.linspace(-1.0, 1.0, count).tolist(), "y": np.linspace(0.0, 1.0, other).tolist()}
-        for part in coarser(axes):
-            np.testing.assert_allclose(part["x"], -np.array(part["x"])[::-1], atol=1e-15)
-            assert part["x"][0] == -1.0 and part["y"][-1] == 1.0
+        surface = RectBivariateSpline(axes["x"][::2], axes["y"][::2], values[::2, ::2, k], kx=5, ky=5)
+        np.testing.assert_allclose(found[..., k], surface(axes["x"], axes["y"]), rtol=0.0, atol=1e-13)
+    straight = interpolated(part, values, degree=1)
+    np.testing.assert_allclose(straight[1, 0], 0.5 * (values[0, 0] + values[2, 0]), rtol=1e-14)
+    few = {"x": [0.0, 1.0, 2.0], "y": [0.0, 0.5, 1.0, 1.5, 2.0]}
+    bent = points_of(few)[..., :1] + points_of(few)[..., 1:] ** 2
+    lines = SolvedPart(few, tuple(itertools.product(range(2), range(3))), bent, np.zeros(1))
+    np.testing.assert_allclose(interpolated(lines, bent), bent, atol=1e-14)

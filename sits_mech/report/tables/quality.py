@@ -13,11 +13,13 @@ from rich.table import Table
 from sits_mech.analysis.tolerances import ForceSpread
 from sits_mech.quantities import UNITS, Array, as_jsonable, shown_unit
 from sits_mech.readout.crosstalk import crosstalk, largest_rotation, short_name, signals_of
+from sits_mech.readout.loads import load_words
 from sits_mech.readout.observability import Observability
 from sits_mech.readout.quality import Quality
 from sits_mech.report.tables.solves import figure_text, key_table, short
 
 Record = dict[str, Any]
+_ROUNDING = 1e-9  # of a force's full scale: scatter that symmetry forbids
 
 
 def quality_record(found: Quality, data: xr.Dataset, scatter: ForceSpread | None = None) -> Record:
@@ -156,7 +158,7 @@ def _scatter_record(scatter: ForceSpread) -> list[Record]:
 
 def quality_tables(record: Record) -> list[Table]:
     """Return the tables of a record, for a reader."""
-    scatter = [_scatter_table(record["tolerances"])] if "tolerances" in record else []
+    scatter = [_scatter_table(record)] if "tolerances" in record else []
     tables = [_force_table(record), _crosstalk_table(record), _coil_table(record)]
     return [*tables, key_table("sensor", _sensor_rows(record)), *scatter]
 
@@ -195,8 +197,8 @@ def _crosstalk_table(record: Record) -> Table:
     for name in forces:
         own, unsure = record["own_signal"].get(name), record["error_crosstalk_before"][name]
         first = [_share(part, unsure[other]) for other, part in record["crosstalk_before"][name].items()]
-        found.add_row(name, f"its signal {own}" if own else "its best sum of coils", *first)
-        for key, way in (("crosstalk", "linear sums of coils"), ("crosstalk_after", "the inverse")):
+        found.add_row(name, f"its signal {own}" if own else "its best sum", *first)
+        for key, way in (("crosstalk", "linear sums of all"), ("crosstalk_after", "the inverse")):
             cells = [_share(part, record[f"error_{key}"][name]) for part in record[key][name].values()]
             found.add_row("", way, *cells, end_section=key == "crosstalk_after")
     return found
@@ -248,16 +250,18 @@ def _sensor_rows(record: Record) -> list[tuple[str, str]]:
     return rows
 
 
-def _scatter_table(rows: list[Record]) -> Table:
-    """Return the scatter by tolerances, one line for each load and force."""
-    table = Table(title="misread by tolerances", show_edge=False)
-    for heading in ("load", "force", "standard deviation", "95 % between", "shares (first-order)"):
+def _scatter_table(record: Record) -> Table:
+    """Return the scatter by tolerances, a line for each force of each load; none where it is rounding."""
+    table = Table(title="misread by tolerances, load by load", show_edge=False)
+    for heading in ("force", "standard deviation", "95 % between", "shares (first-order)"):
         table.add_column(heading)
-    for row in rows:
-        load = ", ".join(f"{name} = {force:.3g} N" for name, force in row["load"].items())
-        for force in row["load"]:
-            at = row[force]
-            shares = ", ".join(f"{name} {100.0 * part:.0f} %" for name, part in at["first"].items() if part is not None)
-            ends = f"{at['low']:.3g} and {at['high']:.3g} N"
-            table.add_row(load, force, f"{at['deviation']:.3g} N", ends, shares)
+    for row in record["tolerances"]:
+        for number, (force, value) in enumerate(row["load"].items(), 1):
+            at, (low, high), unit = row[force], record["full_scale"][force], shown_unit(force)
+            cells = ["none", "", ""]
+            if at["deviation"] > _ROUNDING * (high - low):
+                shares = [f"{name} {100.0 * part:.0f} %" for name, part in at["first"].items() if part is not None]
+                ends = f"{at['low']:.3g} and {at['high']:.3g} {unit}"
+                cells = [f"{at['deviation']:.3g} {unit}", ends, ", ".join(shares)]
+            table.add_row(load_words({force: value}), *cells, end_section=number == len(row["load"]))
     return table

@@ -27,7 +27,7 @@ def test_forces_back(calibrated: Path) -> None:
     """Error of the map, share with an answer, noise in newtons; a sentence where forces are not resolved."""
     sensor, data = read_calibration(calibrated)
     text = inverse_part(sensor, data, readings(sensor, data))
-    for word in ("F_x, F_z", "100 % of the calibrated range", "noise", "mN", "linear sums of coils"):
+    for word in ("F_x, F_z", "100 % of the calibrated range", "sigma of noise", "mN", "linear sums of all"):
         assert word in text
     few = data.isel(F_x=[0, 1], F_z=[0])
     assert "must" in inverse_part(sensor, few, readings(sensor, few))

@@ -1,0 +1,114 @@
+"""Which loads does a pad answer alike? The mirror images and turns of pad and target, and what they make of a load.
+
+A turn or a mirror image Q of the plane z = 0 takes forces and shifts as vectors, moments and rotations as axial ones,
+
+    (F_x, F_y), (d_h, d_y)  ->  Q (...),         (M_x, M), (alpha_x, alpha)  ->  det Q  Q (...),
+    F_z, d_v  as they are,                       M_z, alpha_z  ->  det Q (...),
+
+one matrix for loads and poses. A pad that is its own image answers the image of a load with the image of the pose: of
+all images of a load one, the `standard` one, is solved. It lies in the plane y = 0 where any of them does, for half the
+pad carries that. A rectangle has two mirrors, a square four and quarter turns, of a disc on a disc all turns are there:
+shear in one direction without other moments than its own is a load in the plane, turned.
+
+Coils play no part. A mesh of a square pad is its own image, that of a disc for quarter turns alone: between them lies
+what its cells miss, which the stated error holds.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from sits_mech.quantities import Array, Wrench
+from sits_mech.scene.sensor import Sensor
+
+_POLAR, _AXIAL = np.array([0, 3]), np.array([4, 2])  # places of x and y in a wrench and a pose
+_LEFT = 1e-12  # of a turned load: what is less is rounding
+
+
+@dataclass(frozen=True)
+class Symmetry:
+    """What a pad with its target is: not symmetric at all, or as a rectangle, a square or a disc is."""
+
+    kind: Literal["none", "rectangle", "square", "disc"] = "none"
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether it is its own mirror image in x, and in y."""
+        return self.kind != "none"
+
+    @cached_property
+    def images(self) -> tuple[Array, ...]:
+        """Matrices of its mirrors and of its turns by quarters, the identity first, shape (6, 6) each."""
+        if self.kind == "none":
+            return (np.eye(6),)
+        mirrors = [np.diag(signs) for signs in itertools.product((1.0, -1.0), repeat=2)]
+        swaps = [] if self.kind == "rectangle" else [Q[::-1] for Q in mirrors]
+        return tuple(_matrix(Q) for Q in (*mirrors, *swaps))
+
+    def standard(self, load: Wrench) -> tuple[Wrench, Array]:
+        """Return the image of a load that is solved for it, and the matrix that takes that one, and its pose, back."""
+        found, back = self._foremost(load)
+        turned = self._turned(found) if self.kind == "disc" else None
+        if turned is None:
+            return found, back
+        nearer, turn = turned
+        found, more = self._foremost(nearer)
+        return found, back @ turn @ more
+
+    def without_images(self, loads: Iterable[Wrench]) -> list[Wrench]:
+        """Return loads, as they are solved, without those that are images of others."""
+        return list(dict.fromkeys(self.standard(load)[0] for load in loads))
+
+    def projection(self, load: Wrench) -> Array:
+        """Return the matrix that leaves of a pose what a load may cause that is some of its own images."""
+        own = [image for image in self.images if np.array_equal(image @ load.components, load.components)]
+        return np.asarray(np.mean(own, axis=0))
+
+    def _foremost(self, load: Wrench) -> tuple[Wrench, Array]:
+        """Return the image by `images` that comes first: in the plane, then by F_x, M, F_y, M_x, M_z, the largest."""
+        found = [(Wrench(*(float(part) + 0.0 for part in image @ load.components)), image) for image in self.images]
+        first = max(found, key=lambda pair: (not pair[0].beside, *pair[0].components[[0, 2, 3, 4, 5]]))
+        return first[0], first[1].T
+
+    def _turned(self, load: Wrench) -> tuple[Wrench, Array] | None:
+        """Return a load turned until its shear, or without one its tilting moment, is along the axis, and the way back.
+
+        None where it is. Loads of one size in different directions become the same load: to twelve digits.
+        """
+        shear, tilt = load.components[_POLAR], load.components[_AXIAL]
+        along, across = shear if np.any(shear != 0.0) else (tilt[1], -tilt[0])
+        if across == 0.0:
+            return None
+        size = np.hypot(along, across)
+        back = _matrix(np.array([[along, -across], [across, along]]) / size)
+        found = back.T @ load.components
+        for places in (_POLAR, _AXIAL):
+            small = np.abs(found[places]) < _LEFT * np.hypot(*found[places])
+            found[places] = np.where(small, 0.0, found[places])
+        return Wrench(*(float(f"{part:.12g}") + 0.0 for part in found)), back
+
+
+def symmetry_of(sensor: Sensor) -> Symmetry:
+    """Return the symmetry of pad and target of a scene; a mesh of the user's, or an outline, has none that is known."""
+    target, elastomer = sensor.target, sensor.elastomer
+    if target is None or target.shape == "outline" or (elastomer is not None and elastomer.mesh is not None):
+        return Symmetry()
+    parts = [(target.extent, target.shape == "disc")]
+    parts += [] if elastomer is None else [(elastomer.extent, elastomer.diameter is not None)]
+    if all(is_round for _, is_round in parts):
+        return Symmetry("disc")
+    return Symmetry("square" if all(size[0] == size[1] for size, _ in parts) else "rectangle")
+
+
+def _matrix(Q: Array) -> Array:
+    """Return what a turn or a mirror image of the plane z = 0, shape (2, 2), makes of a wrench or a pose."""
+    handed = round(float(np.linalg.det(Q)))
+    found = np.diag([0.0, 1.0, 0.0, 0.0, 0.0, float(handed)])
+    found[np.ix_(_POLAR, _POLAR)], found[np.ix_(_AXIAL, _AXIAL)] = Q, handed * Q
+    return found
