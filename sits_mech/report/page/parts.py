@@ -204,7 +204,8 @@ def loads_part(data: xr.Dataset) -> str:
         data, held = at_middle(data, names)
     words = f"Loads with {held} of {count}; result.csv has all." if held else "Every computed load."
     hint = f'<p class="hint">{html.escape(words)} Estimated errors stand behind the numbers.</p>'
-    return f'{hint}<div class="scroll" tabindex="0">{html_table(load_table(data), numbers=True)}</div>'
+    box = '<div class="scroll" role="region" aria-label="Loads" tabindex="0">'
+    return f"{hint}{box}{html_table(load_table(data), numbers=True)}</div>"
 
 
 def scene_part(sensor: Sensor) -> str:

@@ -223,6 +223,17 @@ def test_one_shear_force_leaves_one_slider(browser: Any, calibrated: Path, tmp_p
     assert browser.complaints() == []
 
 
+def test_a_single_load(browser: Any, triaxial: Case, tmp_path: Path) -> None:
+    """Sliders that stand still, no curve and no map; forces and moments that are the same throughout are drawn."""
+    sensor, data = triaxial
+    one = data.isel(F_x=[4], F_z=[3], F_y=2)
+    (tmp_path / "one.html").write_text(page(sensor, one, tmp_path))
+    browser.open(tmp_path / "one.html")
+    assert browser.every("input", "n.disabled") == [True, True] and browser.every(".charts svg, #map", "n.id") == []
+    assert browser.shown("d_y") == pytest.approx(1e6 * float(one["d_y"].item()), abs=0.0501)
+    assert browser.every("#cut-box", "n.hidden") == [False] and browser.complaints() == []
+
+
 def test_a_large_table_has_six_digits(triaxial: Case, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Beyond the most numbers of a page: no errors, six digits, and a word that says so; below it eleven."""
     small = page(*triaxial, tmp_path)
