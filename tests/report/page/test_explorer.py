@@ -48,7 +48,7 @@ def fitted(nodes: np.ndarray, values: np.ndarray, x: float) -> float:
     return float(np.polynomial.Polynomial.fit(nodes[:4], values[:4], min(3, len(nodes) - 1))(x))
 
 
-@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize("width", [1280, 1000, 390])
 @pytest.mark.parametrize("name", ["pair", "three"])
 def test_nothing_cut_off(browser: Any, request: pytest.FixtureRequest, name: str, width: int) -> None:
     """The page is as wide as the window, every chart has a name, every control a label; no complaint."""
@@ -58,6 +58,7 @@ def test_nothing_cut_off(browser: Any, request: pytest.FixtureRequest, name: str
     assert size[0] <= size[1] <= width
     right = "n.closest('svg') && n.tagName !== 'svg' ? 0 : n.getBoundingClientRect().right".replace("'", '"')
     assert max(browser.every(".explorer *, .charts *, .tile", right)) <= width
+    assert all(browser.every(".read b, .tile b, output", "n.scrollWidth <= n.clientWidth"))
     names = browser.every("svg", 'n.getAttribute("role") === "img" && n.getAttribute("aria-label")')
     names += browser.every("img", "n.alt")
     assert len(names) >= 5 and all(name and len(name) > 10 for name in names)
