@@ -15,7 +15,7 @@ import xarray as xr
 from sits_mech.cases import DONE, read_table, save_table
 from sits_mech.mechanics.loads import kept_key, kept_rest
 from sits_mech.quantities import SolveFailed
-from sits_mech.readout.loads import points, two_forces, varied, wrench_of
+from sits_mech.readout.loads import points, varied, wrench_of
 from sits_mech.report.pictures.curves import calibration_pictures, save_figure
 from sits_mech.report.pictures.section import load_view
 from sits_mech.report.tables.loads import csv_text
@@ -74,12 +74,6 @@ def read_calibration(folder: Path) -> tuple[Sensor, xr.Dataset]:
     if not np.any(data["status"] == DONE):
         raise SceneError(f"{folder}: must hold at least one load that converged; got none")
     return sensor, data
-
-
-def read_two_forces(folder: Path) -> tuple[Sensor, xr.Dataset]:
-    """Return sensor and table of a calibration over F_x and F_z alone, others refused; as `read_calibration`."""
-    sensor, data = read_calibration(folder)
-    return sensor, two_forces(data)
 
 
 def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[str]:
