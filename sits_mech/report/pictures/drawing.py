@@ -8,6 +8,7 @@ it was read, so that a metre written for a millimetre shows. All numbers here ar
 from __future__ import annotations
 
 from itertools import pairwise
+from textwrap import fill
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -75,7 +76,7 @@ def scene_drawing(sensor: Sensor) -> Figure:
         for axes in (plan, section):
             axes.set_aspect("equal")
             axes.set_axis_off()
-        figure.suptitle(f"{sensor.name}: sizes in mm, nothing solved", fontsize=9)
+        figure.suptitle(fill(f"{sensor.name}: sizes in mm, nothing solved", 80), fontsize=9)
         figure.supxlabel("\n".join(lines), fontsize=6.5, ha="left", x=0.03)
     return figure
 
