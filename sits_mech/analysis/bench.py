@@ -11,6 +11,7 @@ leads are added in series. `operating_points` solves f = 1 / (2 pi sqrt(L(f) C))
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from typing import Any
@@ -20,12 +21,13 @@ import xarray as xr
 
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.cases import DONE
+from sits_mech.chain.pose_errors import signal_weights
 from sits_mech.magnetics.coils.alone import track_resistances
 from sits_mech.magnetics.coils.loops import coil_inductances
 from sits_mech.magnetics.coils.terminals import terminal_impedance
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport
 from sits_mech.readout.calibration import Calibration, calibration
-from sits_mech.readout.converter import converter, parallel_resistance, resonance
+from sits_mech.readout.converter import code_of, converter, parallel_resistance, resonance, tank_frequency
 from sits_mech.readout.front_end import FrontEnd, front_end
 from sits_mech.readout.loads import varied
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
@@ -135,6 +137,8 @@ def terminals(sensor: Sensor, data: xr.Dataset) -> tuple[xr.Dataset, tuple[str, 
 def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
     """Return the calibration of a sensor in henry, each coil driven alone, without leads.
 
+    Its `codes` are those of the scene's converter (`code_calibration`), made when they are first asked for.
+
     Parameters
     ----------
     sensor : Sensor
@@ -147,7 +151,71 @@ def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
     ValueError
         When the table holds too few loads.
     """
-    return calibration(data, None if data.attrs["unit_L"] == "H" else free_inductances(sensor).tolist())
+    free, noise = None if data.attrs["unit_L"] == "H" else free_inductances(sensor).tolist(), None
+    with suppress(ValueError):  # no converter, or none that can follow: all coils count alike
+        noise = sensor_front_end(sensor, data)[0].noise.tolist()
+    found, error = calibration(data, free, noise), model_errors(sensor, data)
+    return replace(found, model_error=error, in_codes=partial(code_calibration, sensor, data))
+
+
+def code_calibration(sensor: Sensor, data: xr.Dataset, *, clock: float | None = None) -> Calibration:
+    """Return the calibration of a sensor in codes of its converter, not rounded, with idle coils and leads.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        Its ``readout`` is used.
+    data : Dataset
+        As from `calibrate`.
+    clock : float, optional
+        External clock [Hz]; the part's greatest by default.
+
+    Raises
+    ------
+    SceneError
+        When the scene has no converter.
+    ValueError
+        When the converter has no settings for this sensor, or the table holds too few loads.
+    """
+    front, _ = sensor_front_end(sensor, data, clock=clock)
+    L = terminals(sensor, data)[0]["L"]
+    codes = xr.DataArray(codes_of(sensor, front, L.to_numpy()), dims=L.dims, coords=L.coords)
+    rate = 0.5 * np.nanmax((codes / L).to_numpy().reshape(-1, len(front.noise)), axis=0)  # code over L^(-1/2)
+    table = data[["status"]].assign(L=codes).assign_attrs(unit_L="code")
+    found = calibration(table, noise=(rate * front.noise).tolist())
+    return replace(found, model_error=rate * model_errors(sensor, data))
+
+
+def codes_of(sensor: Sensor, front: FrontEnd, L: Array) -> Array:
+    """Return the codes, not rounded, of inductances at the terminals [H]; NaN where there is none."""
+    good, f = np.isfinite(L), np.full(L.shape, np.nan)
+    f[good] = tank_frequency(L[good], sensor.readout.parallel_capacitance)
+    return code_of(f, front.part, front.reference, front.input_divider)
+
+
+def coil_table(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
+    """Return what a table holds of each coil, for `quality`.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        What was calibrated.
+    data : Dataset
+        As from `calibrate`.
+
+    Returns
+    -------
+    Dataset
+        ``L`` and ``error_L`` over (*varied(data), coil) less what has one value [H], NaN where a load has no result;
+        ``weights`` (signal, coil) of the signals.
+    """
+    loads = varied(data)
+    found, good = absolute(sensor, table_impedance(data))[0], (data["status"].transpose(*loads) == DONE).to_numpy()
+    each = {name: np.diagonal(getattr(found, name), axis1=-2, axis2=-1) for name in ("L", "error_L")}
+    own = {name: ((*loads, "coil"), np.where(good[..., None], values, np.nan)) for name, values in each.items()}
+    own["weights"] = (("signal", "coil"), signal_weights(sensor))
+    coords = {**{name: data[name] for name in loads}, "coil": [coil.name for coil in sensor.coils]}
+    return xr.Dataset(own, coords).isel({name: 0 for name in loads if data.sizes[name] == 1}, drop=True)
 
 
 def model_errors(sensor: Sensor, data: xr.Dataset) -> Array:

@@ -11,10 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import absolute, sensor_front_end, table_impedance, terminals
+from sits_mech.analysis.bench import absolute, codes_of, sensor_front_end, table_impedance, terminals
 from sits_mech.cases import DONE
 from sits_mech.quantities import Array
-from sits_mech.readout.converter import code_of, tank_frequency
 from sits_mech.readout.front_end import FrontEnd
 from sits_mech.readout.loads import varied
 from sits_mech.scene.sensor import Sensor
@@ -66,7 +65,4 @@ def readings(sensor: Sensor, data: xr.Dataset) -> Readings:
     except ValueError as reason:
         return Readings(L, error, L0, None, None, (str(reason),))
     seen = terminals(sensor, data)[0]["L"].transpose(*varied(data), "coil").to_numpy()
-    good, f = np.isfinite(seen), np.full(seen.shape, np.nan)
-    f[good] = tank_frequency(seen[good], sensor.readout.parallel_capacitance)
-    codes = code_of(f, front.part, front.reference, front.input_divider)
-    return Readings(L, error, L0, front, codes, missing)
+    return Readings(L, error, L0, front, codes_of(sensor, front, seen), missing)

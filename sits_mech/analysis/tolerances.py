@@ -23,7 +23,9 @@ from sits_mech.analysis.bench import sensor_calibration
 from sits_mech.cases import Progress
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.maps.spread import Spread, design, spread
-from sits_mech.quantities import Array, Pose, SolveFailed, Wrench
+from sits_mech.quantities import POSE, Array, Pose, SolveFailed, Wrench
+from sits_mech.readout.calibration import Calibration
+from sits_mech.readout.loads import fixed, varied
 from sits_mech.scene.sensor import SceneError, Sensor
 
 TOLERANCES = ("thickness", "modulus", "gap", "offset")
@@ -78,11 +80,11 @@ def force_spread(
     sensor : Sensor
         What was calibrated.
     data : Dataset
-        As from `calibrate`, over F_x and F_z.
+        As from `calibrate`.
     deviations : mapping
         Standard deviation of each of `TOLERANCES` that counts.
     loads : sequence
-        Loads (F_x, F_z) [N].
+        Loads, each of all components that the table has more than one value of, in its order [N, N m].
     samples : int
         Sensors to solve; a power of two.
     progress : callable, optional
@@ -91,7 +93,7 @@ def force_spread(
     Raises
     ------
     SceneError
-        When a tolerance is unknown, or the table does not vary both forces.
+        When a tolerance is unknown, or no load has readings of its own.
     ValueError
         When a deviation is not positive, or too few sensors could be solved.
     """
@@ -99,15 +101,18 @@ def force_spread(
     if wrong or not deviations:
         raise SceneError(f"tolerance: must be some of {', '.join(TOLERANCES)}; got {', '.join(wrong) or 'none'}")
     cal = sensor_calibration(sensor, data)
-    if cal.forces != ("F_x", "F_z"):
-        raise SceneError(f"table: must vary F_x and F_z; it varies {', '.join(cal.forces)}")
-    asked = np.vstack([np.zeros((1, 2)), np.asarray(loads, dtype=float)])  # the first one is what is tared
+    if cal.domain.share == 0.0:
+        every = ", ".join(cal.forces)
+        raise SceneError(f"tolerance: needs a table with an inverse; the coils do not resolve all of {every}")
+    asked = np.vstack([np.zeros((1, len(cal.forces))), np.asarray(loads, dtype=float)])  # the first one is tared
+    held = fixed(data.isel({name: 0 for name in varied(data) if name not in cal.forces}))
+    wrenches = [Wrench(**held | dict(zip(cal.forces, load, strict=True))) for load in asked.tolist()]
     points = design([deviations[name] for name in deviations], samples)
     request = json.loads(data.attrs["request"])
     poses, kept = [], dict[tuple[float, float], Array]()
     for number, point in enumerate(points):
         at = {name: 0.0 for name in TOLERANCES} | dict(zip(deviations, point.tolist(), strict=True))
-        poses.append(_poses(sensor, at, asked, (request["mechanics"], request["tolerance"]), kept))
+        poses.append(_poses(sensor, at, wrenches, (request["mechanics"], request["tolerance"]), kept))
         if progress is not None:
             progress(number + 1, len(points))
     L = _relative(sensor, np.array(poses), (request["magnetics"], request["tolerance"])) * cal.L0
@@ -119,40 +124,49 @@ def force_spread(
     return ForceSpread(asked[1:], cal.forces, found, int(np.sum(np.isfinite(errors).all(axis=(1, 2)))))
 
 
+def usual_loads(cal: Calibration) -> Array:
+    """Return loads (k, d) inside a table: its middle, all but F_z nearer to their ends, and F_z at its end besides."""
+    normal = np.array([name == "F_z" for name in cal.forces])
+    shares = np.unique([np.where(normal, down, side) for side, down in ((0.5, 0.5), (0.75, 0.5), (0.75, 1.0))], axis=0)
+    return np.asarray(cal.low + (cal.high - cal.low) * shares)
+
+
 def _poses(
-    sensor: Sensor, at: Mapping[str, float], loads: Array, model: tuple[str, float],
+    sensor: Sensor, at: Mapping[str, float], loads: Sequence[Wrench], model: tuple[str, float],
     kept: dict[tuple[float, float], Array],
 ) -> Array:  # fmt: skip
-    """Return the poses (k, 3) of a sensor that is off, its coils at their places; NaN where a load fails."""
+    """Return the poses (k, 6) of a sensor that is off, its coils at their places; NaN where a load fails."""
     key = (at["thickness"], at["modulus"])
     if key not in kept:
         kept[key] = _settled(sensor, *key, loads, model)
-    return kept[key] + [-at["offset"], at["gap"], 0.0]
+    return kept[key] + Pose(-at["offset"], at["gap"]).components
 
 
-def _settled(sensor: Sensor, thicker: float, stiffer: float, loads: Array, model: tuple[str, float]) -> Array:
-    """Return the poses (k, 3) of a layer of another thickness and modulus."""
+def _settled(
+    sensor: Sensor, thicker: float, stiffer: float, loads: Sequence[Wrench], model: tuple[str, float]
+) -> Array:
+    """Return the poses (k, 6) of a layer of another thickness and modulus."""
     if sensor.elastomer is None:
         raise SceneError(f"{sensor.name}: elastomer: must be given; it is missing")
     if stiffer <= -0.9 or sensor.elastomer.thickness + thicker <= 0.0:
         raise SceneError("tolerance: must leave three deviations of modulus and thickness positive; got more")
     layer = sensor.elastomer.model_copy(update={"thickness": sensor.elastomer.thickness + thicker})
     solver, _ = mechanical_model(sensor.model_copy(update={"elastomer": layer}), *model)
-    found, start = np.full((len(loads), 3), np.nan), None
+    found, start = np.full((len(loads), len(POSE)), np.nan), None
     for k, load in enumerate(loads):
         try:
-            start = solver.equilibrium(Wrench(*(float(force) / (1.0 + stiffer) for force in load)), start=start)
+            start = solver.equilibrium(Wrench(*(load.components / (1.0 + stiffer)).tolist()), start=start)
         except SolveFailed:
             continue
-        found[k] = start.pose.d_h, start.pose.d_v, start.pose.alpha
+        found[k] = start.pose.components
     return found
 
 
 def _relative(sensor: Sensor, poses: Array, model: tuple[str, float]) -> Array:
-    """Return L over L0 at poses (m, k, 3), shape (m, k, n)."""
-    flat = poses.reshape(-1, 3)
+    """Return L over L0 at poses (m, k, 6), shape (m, k, n)."""
+    flat = poses.reshape(-1, len(POSE))
     good = np.isfinite(flat).all(axis=1)
-    shown = loaded_model(sensor, model[0], model[1])[0].impedance(Pose(*flat[good].T), sensor.frequency)
+    shown = loaded_model(sensor, model[0], model[1])[0].impedance(Pose.of(flat[good]), sensor.frequency)
     L = np.full((len(flat), len(sensor.coils)), np.nan)
     L[good] = np.diagonal(shown.L, axis1=-2, axis2=-1) / np.diagonal(shown.L0)
     return L.reshape(*poses.shape[:-1], -1)

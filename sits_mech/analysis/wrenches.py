@@ -61,15 +61,16 @@ def resolved_components(sensor: Sensor, data: xr.Dataset, noise: ArrayLike) -> O
     sensor : Sensor
         What was calibrated.
     data : Dataset
-        As from `calibrate`: its tolerance, and its greatest loads as full scale. Where it has none, F_y has that of
-        F_x, and a moment that of a force a quarter of the target's side off its centre: F_z, for M_z F_x.
+        As from `calibrate`: its tolerance, and its greatest loads as full scale. Where it has none, a shear force has
+        that of the other one, or of F_z, and F_z that of shear; a moment has that of a force a quarter of the target's
+        side off its centre: F_z, for M_z shear.
     noise : array_like, shape (n,)
         Standard deviation of each inductance [H].
 
     Raises
     ------
     SceneError
-        When the models in space cannot hold the scene, or the table has no F_x or F_z.
+        When the models in space cannot hold the scene, or the table has no force.
     """
     if sensor.target is None:
         raise SceneError(f"{sensor.name}: target: must be given to bear a load; it is missing")
@@ -82,9 +83,10 @@ def resolved_components(sensor: Sensor, data: xr.Dataset, noise: ArrayLike) -> O
 def _full_scale(data: xr.Dataset, extent: tuple[float, float]) -> list[float]:
     """Return the full scale of each component [N, N m]."""
     largest = {name: float(np.abs(data[name]).max()) for name in WRENCH if name in data.dims}
-    F_x, F_z = (largest.get(name, 0.0) for name in ("F_x", "F_z"))
-    if not (F_x > 0.0 and F_z > 0.0):
-        raise SceneError(f"table: must reach beyond zero in F_x and F_z; got {F_x:g} and {F_z:g} N")
-    width, length = (_LEVER * side for side in extent)
-    usual = Wrench(F_x, F_z, width * F_z, F_x, length * F_z, max(width, length) * F_x)
+    side = max(largest.get(name, 0.0) for name in ("F_x", "F_y"))
+    side, down = side or largest.get("F_z", 0.0), largest.get("F_z", 0.0) or side
+    if not side > 0.0:
+        raise SceneError("table: must reach beyond zero in a force; got none")
+    width, length = (_LEVER * part for part in extent)
+    usual = Wrench(side, down, width * down, side, length * down, max(width, length) * side)
     return [largest.get(name, 0.0) or getattr(usual, name) for name in WRENCH]

@@ -66,7 +66,7 @@ def read_poses(sensor: Sensor, model: MagneticModel, pose: Pose, error: Pose) ->
     shifted, gain = _shifted(sensor, pose, error, tilted)
     found = model.impedance(shifted, sensor.frequency)
     level = np.diagonal(found.L[-1 if tilted else 0], axis1=-2, axis2=-1)
-    untilted = signals(level, np.diagonal(found.L0), _weights(sensor))
+    untilted = signals(level, np.diagonal(found.L0), signal_weights(sensor))
     return Reading(*with_pose_errors(sensor, found, gain), untilted)
 
 
@@ -83,7 +83,7 @@ def with_pose_errors(sensor: Sensor, found: Impedance, gain: Array) -> tuple[Imp
     gain : ndarray, shape (k, p)
         Errors of the components over the shifts.
     """
-    weights = _weights(sensor)
+    weights = signal_weights(sensor)
     own, L0 = np.diagonal(found.L, axis1=-2, axis2=-1), np.diagonal(found.L0)
     by_pose = [_spread(values, gain) for values in (found.L, found.R, combine(own, weights))]
     error_L, error_R = found.error_L[0] + by_pose[0], found.error_R[0] + by_pose[1]
@@ -92,8 +92,8 @@ def with_pose_errors(sensor: Sensor, found: Impedance, gain: Array) -> tuple[Imp
     return replace(found, L=found.L[0], R=found.R[0], error_L=error_L, error_R=error_R), shown
 
 
-def _weights(sensor: Sensor) -> Array:
-    """Weights of the signals."""
+def signal_weights(sensor: Sensor) -> Array:
+    """Return the weights of the signals of a sensor, as `weights_of`."""
     radius = 0.5 * max(coil.outer_diameter for coil in sensor.coils)
     return weights_of([coil.centre for coil in sensor.coils], radius)
 

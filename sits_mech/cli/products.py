@@ -13,12 +13,12 @@ from sits_mech.cli.options import Folder, Load, Output, Overrides, Place, Quanti
 @app.command
 def view(
     scene: Scene, *, load: Load = Load(), place: Place = Place(),
-    kind: Literal["field", "layer", "spatial"] | None = None,
+    kind: Literal["scene", "layer", "field", "spatial"] | None = None,
     driven: Annotated[str | None, Parameter(help="Name of the coil that carries current; the last one.")] = None,
     frequency: Quantity | None = None, output: Output = None,
     overrides: Overrides = (),
 ) -> int:  # fmt: skip
-    """Draw the deformed layer, the field around a pose, or coils, target and eddy currents in space.
+    """Draw a scene with its sizes (--kind scene), its layer under a load, the field at a pose, or both in space.
 
     Example: sits-mech view biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 kHz" --kind field -o field.png
     """

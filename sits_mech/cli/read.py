@@ -15,39 +15,38 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from sits_mech.quantities import Array
-    from sits_mech.readout.calibration import Calibration
     from sits_mech.scene.sensor import Sensor
 
 
 @app.command
 def invert(
-    folder: Folder, *, l1: Quantity, l2: Quantity | None = None, l3: Quantity | None = None, l4: Quantity | None = None,
+    folder: Folder, *,
+    reading: Annotated[tuple[str, ...], Parameter(negative="", help='Of a coil by its name: "C1=91.2 %".')] = (),
+    code: Annotated[tuple[str, ...], Parameter(negative="", help="The converter's: C1=38900874.")] = (),
+    clock: Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's greatest.")] = None,
     as_json: Json = False,
+    **inductances: Annotated[Quantity, Parameter(help="--l1, --l2, ...: of each coil by its number.")],
 ) -> int:  # fmt: skip
-    """Which forces show these inductances? Given in H, in "%" of free space, or plain in the table's unit.
+    """Which forces show these readings? One for each coil: in H, in "%" of free space, or plain in the table's unit.
 
     Example: sits-mech invert calibration --l1 "92.1 %" --l2 "91.8 %"
     """
-    import numpy as np
-
-    from sits_mech.analysis.bench import model_errors, sensor_calibration
-    from sits_mech.report.folder import read_two_forces
+    from sits_mech.cli.written import given_codes, given_inductances, given_texts
+    from sits_mech.report.folder import read_calibration
     from sits_mech.report.tables.readings import inversion_record, inversion_table, refusal
     from sits_mech.units import SceneError
 
-    sensor, data = read_two_forces(folder)
-    cal = sensor_calibration(sensor, data)
-    given = [text for text in (l1, l2, l3, l4) if text is not None]
-    if len(given) != len(cal.coils):
-        options = " ".join(f"--l{k + 1}" for k in range(len(cal.coils)))
-        raise SceneError(f"{options}: must be given, one for each coil ({', '.join(cal.coils)}); got {len(given)}")
-    free = np.diagonal(data["L0"].to_numpy())
-    per_metre = str(data.attrs["unit_L"]) == "H/m"
-    L = np.array([_inductance(cal, k, text, free[k] if per_metre else None) for k, text in enumerate(given)])
-    record = inversion_record(cal, L, model_errors(sensor, data))
-    why = refusal(cal, record["status"], L.tolist())
+    sensor, data = read_calibration(folder)
+    texts = given_texts([coil.name for coil in sensor.coils], inductances, reading, code)
+    if clock is not None and not code:
+        raise SceneError(f"--clock: must come with --code, it makes codes of frequencies; got {clock} alone")
+    asked = given_codes(sensor, data, texts, clock) if code else given_inductances(sensor, data, texts)
+    record = inversion_record(asked.cal, asked.values)
+    given = [(option, float(value)) for (option, _), value in zip(texts, asked.values, strict=True)]
+    why = refusal(asked.cal, record["status"], given)
     if why:
-        raise SceneError(why)
+        cause = asked.cause(sensor, data) if record["status"] == "no solution" else ""
+        raise SceneError(f"{why}; {cause}" if cause else why)
     answer(record, [inversion_table(record)], as_json)
     return 0
 
@@ -64,11 +63,11 @@ def converter(
     Example: sits-mech converter calibration --clock "40 MHz" --rcount 4096
     """
     from sits_mech.analysis.bench import sensor_front_end
-    from sits_mech.report.folder import read_two_forces
+    from sits_mech.report.folder import read_calibration
     from sits_mech.report.tables.readings import front_end_record, front_end_table
     from sits_mech.units import quantity
 
-    sensor, data = read_two_forces(folder)
+    sensor, data = read_calibration(folder)
     hertz = None if clock is None else quantity(clock, "Hz", "--clock")
     found, missing = sensor_front_end(sensor, data, clock=hertz, rcount=rcount)
     names = [coil.name for coil in sensor.coils]
@@ -112,26 +111,25 @@ def quality(
     """
     import numpy as np
 
-    from sits_mech.analysis.bench import sensor_calibration, sensor_front_end
-    from sits_mech.analysis.tolerances import force_spread
+    from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
+    from sits_mech.analysis.tolerances import force_spread, usual_loads
     from sits_mech.analysis.wrenches import resolved_components
     from sits_mech.cli.console import progress_bar
     from sits_mech.readout import quality as figures
-    from sits_mech.report.folder import read_two_forces
+    from sits_mech.report.folder import read_calibration
     from sits_mech.report.tables.quality import components_record, quality_record, quality_tables
     from sits_mech.units import quantity as written
 
-    sensor, data = read_two_forces(folder)
+    sensor, data = read_calibration(folder)
     cal, off = sensor_calibration(sensor, data), deviations.given()
     one = None if noise is None else written(noise, "H", "--noise")
     sizes = sensor_front_end(sensor, data)[0].noise if one is None else np.full(len(cal.coils), one)
-    places, loop = [coil.centre[0] for coil in sensor.coils], None if period is None else _loop(sensor, data, period)
-    found = figures.quality(cal, sizes, positions=places, branches=loop)
+    loop = None if period is None else _loop(sensor, data, period)
+    found = figures.quality(cal, sizes, table=coil_table(sensor, data), branches=loop)
     scatter = None
     if off:
-        loads = cal.low + (cal.high - cal.low) * np.array([[0.5, 0.5], [0.75, 0.5], [0.75, 1.0]])
         with progress_bar("sensors") as progress:
-            scatter = force_spread(sensor, data, off, loads.tolist(), samples=samples, progress=progress)
+            scatter = force_spread(sensor, data, off, usual_loads(cal).tolist(), samples=samples, progress=progress)
     record = quality_record(found, data, scatter) | {"noise": sizes.tolist()}
     if components:
         record["components"] = components_record(resolved_components(sensor, data, sizes))
@@ -140,7 +138,7 @@ def quality(
     if silicone is not None and (silicone.prony or silicone.mullins) and period is None:
         warn("hysteresis: the silicone has prony or mullins; --period shows what they make of the forces")
     if one is None:
-        warn("resolution: by the converter's default noise at its longest conversion; --noise takes what a board shows")
+        warn("noise: by default the converter's at its longest conversion; --noise takes what a board shows")
     return 0
 
 
@@ -183,26 +181,13 @@ def _loop(sensor: Sensor, data: xr.Dataset, period: str) -> tuple[Array, Array]:
     from sits_mech.analysis.bench import branches
     from sits_mech.analysis.cycle import load_cycle, triangle
     from sits_mech.quantities import Wrench
-    from sits_mech.units import quantity
+    from sits_mech.readout.loads import fixed, load_words, varied
+    from sits_mech.units import SceneError, quantity
 
     request = json.loads(data.attrs["request"])
     models = {name: request[name] for name in ("mechanics", "magnetics", "tolerance")}
-    peak = Wrench(*(float(data[name].max()) for name in ("F_x", "F_z")))
+    held = load_words(fixed(data))
+    if held:
+        raise SceneError(f"--period: needs a table whose loads start from none; this one holds {held}")
+    peak = Wrench(**{name: float(data[name].max()) for name in varied(data)})
     return branches(sensor, load_cycle(sensor, peak, triangle(quantity(period, "s", "--period")), **models))
-
-
-def _inductance(cal: Calibration, k: int, text: str, per_metre: float | None) -> float:
-    """Return a written inductance of coil k [H]; `per_metre` is its free-space value where the table is in H/m."""
-    from sits_mech.units import SceneError, quantity, shown
-
-    name, free = f"--l{k + 1}", float(cal.L0[k])
-    if "%" in text:
-        return quantity(text, "", name) * free
-    plain = text.strip()[-1:].isdigit() or text.strip().endswith(".")
-    if per_metre is not None and (plain or "/" in text):
-        return quantity(text, "H/m", name) / per_metre * free
-    found = quantity(text, "H", name)
-    if not 0.2 * free < found < 5.0 * free:
-        per = "; the table's own values are in H/m" if per_metre is not None else ""
-        raise SceneError(f"{name}: must be near the inductance in free space, {free:.4g} H{per}; got {shown(text)}")
-    return found

@@ -1,10 +1,10 @@
 """How is the deformed layer looked at in ParaView? One .vtu for each load, and a .pvd that puts them in order.
 
 Every converged load of the calibration is a time step, shear by shear, each with rising normal force. A file holds the
-section y = 0: the layer's cells with their volume ratio J, the target, and the coils' tracks; ``part`` tells them apart
-(0, 1, 2), ``displacement`` is that of layer and target from rest. The layer is solved anew, each load from the one
-before, by the calibration's model; one by the linear model, which has no mesh to show, by the planar one. The target is
-at its pose, which the 3D pad extrapolates from two meshes: it stands off the layer by that model's error.
+section y = 0: the layer's cells with their smallest volume ratio J, the target, and the coils' tracks; ``part`` tells
+them apart (0, 1, 2), ``displacement`` is that of layer and target from rest. The layer is solved anew, each load from
+the one before, by the calibration's model; one by the linear model, which has no mesh to show, by the planar one. The
+target is at its pose, which the 3D pad extrapolates from two meshes: it stands off the layer by that model's error.
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ from sits_mech.export.source import Source
 from sits_mech.geometry.windings import coil_bars
 from sits_mech.mechanics.block import BlockPad, block_pad, deformed_section
 from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh, planar_layer
+from sits_mech.mechanics.pad.section import layer_parts
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, Wrench
-from sits_mech.report.pictures.section import target_corners
+from sits_mech.report.pictures.cuts import target_cut
 from sits_mech.scene.files import write_bytes, write_text
 from sits_mech.scene.sensor import SceneError, Sensor
 
@@ -76,8 +77,9 @@ def vtu_file(model: PlanarLayer | BlockPad, found: Equilibrium) -> bytes:
     still = replace(found, state=np.concatenate([found.state[:1], np.zeros(found.state.size - 1)]))
     kept, quads = np.unique(quads, return_inverse=True)  # a section of a solid leaves most of its nodes out
     points, at_rest = points[kept], _section(model, still)[0][kept]
-    plate, there = target_corners(sensor, found.pose), target_corners(sensor, _rest(sensor))
-    pieces = [(points, quads.reshape(-1, 4), points - at_rest), _boxes(plate[None], plate - there)]
+    target, _ = layer_parts(sensor)
+    plate, there = (target_cut(target, pose) for pose in (found.pose, _rest(sensor)))
+    pieces = [(points, quads.reshape(-1, 4), points - at_rest), _boxes(plate, (plate - there).reshape(-1, 2))]
     tracks = _tracks(sensor)
     pieces.append(_boxes(tracks, np.zeros((4 * len(tracks), 2))))
     first = np.cumsum([0, *(len(piece[0]) for piece in pieces)])

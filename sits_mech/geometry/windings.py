@@ -68,6 +68,21 @@ class Sections:
         return Sections(self.radius, -self.z, self.width, self.height)
 
 
+def kinds_of(coils: Sequence[Coil]) -> tuple[list[Coil], list[int]]:
+    """Return the distinct windings among coils, about z and without a name, and which of them each coil has.
+
+    In an order that does not depend on that of the coils.
+    """
+    windings = [coil.model_copy(update={"name": "", "centre": (0.0, 0.0)}) for coil in coils]
+    kinds = sorted(set(windings), key=repr)
+    return kinds, [kinds.index(winding) for winding in windings]
+
+
+def rounded(distance: float) -> float:
+    """Return a distance to twelve digits: those that are equal as meant differ by rounding."""
+    return float(f"{distance:.11e}")
+
+
 def turn_radii(coil: Coil) -> Array:
     """Radii of the turns' centre lines, innermost first [m]; shape (turns,)."""
     pitch = coil.track_width + coil.track_gap

@@ -1,29 +1,36 @@
 """Where can a map from forces to inductances be turned around? The sign of its determinant, the hull of its loads.
 
-For as many directions as forces: y = S^-1 V^T w L, V and S the leading singular vectors and values of the weighted
-inductances over the box, D(F) = det(dy/dF). D keeps its sign on a part of the box; where it changes sign the map folds
-back and two forces show the same inductances; of parts of one size, as symmetry makes them, the inverse holds on that
-of the larger forces. A map with D of one sign on a box is one to one if, besides, the image of the box's edge does not
-cross itself, which is looked at for two forces.
+For as many directions as forces: y = S^-1 V^T w L, V and S the singular vectors and values of the weighted inductances
+over the box (of more coils than forces, within the directions that the forces move them in), D(F) = det(dy/dF). D keeps
+its sign on a part of the box; where it changes sign the map folds back and two forces show the same inductances; of
+parts of one size, as symmetry makes them, the inverse holds on that of the larger forces. A map with D of one sign on a
+box is one to one if, besides, the image of the box's edge does not cross itself: no load of it shows what a far one
+shows.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import label
-from scipy.spatial import ConvexHull, QhullError
+from scipy.ndimage import binary_erosion, label
+from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from sits_mech.maps.surrogate import SmoothMap
 from sits_mech.quantities import Array
 
-_POINTS = {1: 257, 2: 65, 3: 21}  # of the grid along each force
+_POINTS = {1: 257, 2: 65, 3: 21, 4: 9, 5: 7}  # of the grid along each force; 5 for more
+_COARSE = {2: (8, 3), 3: (4, 2)}  # steps of the grid between other starting points, and their parts along each force
 _FLAT = 1e-3  # of the determinant's median size: below it the map is called flat
 _ALIKE = 0.9  # of the largest part's points: parts that mirror each other differ by fewer, by rounding
 _SEEN = 1e-6  # of the leading direction's size: what varies less may be rounding of the inductances
-_TOUCH = 1e-9  # area of a triangle, of sides of size one: below it a point lies on the line
+_NEAR = 64  # images that are looked at around each one
+_FAR = 0.3  # between two loads, of half the range: farther than cells that touch
+_CELL = 1.5  # steps of the grid: as far as slopes are followed
+_OTHER = 0.05  # of a coil's range: coils beyond the forces that differ by more make two loads differ
+_FOLLOWED, _SETTLED = 6, 1e-3  # steps of Newton's method, and how small the last one must be
 
 
 @dataclass(frozen=True)
@@ -40,6 +47,14 @@ class Domain:
         Of the determinant where the inverse holds.
     condition : ndarray
         Condition number of dy/dF over the grid, in whitened inductances and scaled forces.
+    labels : ndarray of int
+        Over the grid: 1 where the inverse holds, 0 outside the hull or without sensitivity, above 1 in other parts.
+    hull : ndarray, shape (f, d + 1)
+        Half-spaces A x + b <= 0 of the loads.
+    whitening : tuple of ndarray
+        Middle of the inductances (n,) and their leading directions (n, d).
+    span : ndarray, shape (2, d)
+        Least and greatest whitened inductances of the loads inside the hull.
     """
 
     regions: tuple[str, ...]
@@ -49,15 +64,21 @@ class Domain:
     labels: NDArray[np.int_] = field(repr=False)
     hull: Array = field(repr=False)
     whitening: tuple[Array, Array] = field(repr=False)
+    span: Array = field(repr=False)
 
     def whitened(self, L: Array) -> Array:
         """Return inductances (m, n) along the leading directions, of size one over the box, shape (m, d)."""
         middle, directions = self.whitening
-        return np.asarray((L - middle) @ directions)
+        return _product(L - middle, directions)
 
     def holds(self, x: Array, margin: float) -> NDArray[np.bool_]:
         """Tell which scaled forces (m, d) lie inside the hull of the table's loads, or outside by at most `margin`."""
-        return np.asarray(np.max(x @ self.hull[:, :-1].T + self.hull[:, -1], axis=-1) <= margin + 1e-9)
+        return np.asarray(np.max(_product(x, self.hull[:, :-1].T) + self.hull[:, -1], axis=-1) <= margin + 1e-9)
+
+    def beyond(self, L: Array) -> NDArray[np.bool_]:
+        """Tell which inductances (m, n) lead further along one of the leading directions than any load's."""
+        y = self.whitened(L)
+        return np.asarray(np.any((y < self.span[0]) | (y > self.span[1]), axis=-1))
 
     def valid(self, x: Array) -> NDArray[np.bool_]:
         """Tell which scaled forces (m, d) lie in the part that has an inverse."""
@@ -66,7 +87,7 @@ class Domain:
         return np.asarray(self.labels[tuple(near.T)] == 1)
 
 
-def domain_of(found: SmoothMap, weights: Array, points: Array) -> tuple[Domain, tuple[Array, ...]]:
+def domain_of(found: SmoothMap, weights: Array, hull: Array) -> tuple[Domain, tuple[Array, ...]]:
     """Return the domain of a map's inverse, and starting points for each of its parts, the valid one first.
 
     Parameters
@@ -75,19 +96,20 @@ def domain_of(found: SmoothMap, weights: Array, points: Array) -> tuple[Domain, 
         Forces to inductances.
     weights : ndarray, shape (n,)
         Of the inductances.
-    points : ndarray, shape (m, d)
-        Loads that the map goes through.
+    hull : ndarray, shape (f, d + 1)
+        Of the scaled loads that the map goes through (`hull_of`).
     """
-    d = points.shape[1]
-    axes = [np.linspace(-1.0, 1.0, _POINTS.get(d, 9))] * d
+    d = hull.shape[1] - 1
+    axes = [np.linspace(-1.0, 1.0, _POINTS.get(d, 5))] * d
     x = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
     values, slopes = found.value_and_slopes(x.reshape(-1, d))
-    hull = _hull(found.scaled(points))
     inside = (np.max(x @ hull[:, :-1].T + hull[:, -1], axis=-1) <= 1e-9).reshape(-1)
-    middle, directions = _whitening(values[inside], weights, d)
+    middle, directions = _whitening(values[inside], slopes[inside], weights)
+    image = _product(values[inside] - middle, directions)
+    span = np.stack([image.min(axis=0), image.max(axis=0)])
     if directions.shape[1] < d:  # fewer coils than forces: nothing to turn around
         ones = np.full(inside.shape, np.inf).reshape(x.shape[:-1])
-        blank = Domain((), 0.0, 0.0, ones, np.zeros(ones.shape, int), hull, (middle, directions))
+        blank = Domain((), 0.0, 0.0, ones, np.zeros(ones.shape, int), hull, (middle, directions), span)
         return blank, (x.reshape(-1, d),)
     whole = np.einsum("mni,nk->mki", slopes, directions)
     det = np.linalg.det(whole).reshape(x.shape[:-1])
@@ -101,14 +123,24 @@ def domain_of(found: SmoothMap, weights: Array, points: Array) -> tuple[Domain, 
     if np.any(flat):
         regions += (_region(found, x[flat], "no sensitivity in one direction"),)
     seeds = parts
-    if d == 2 and _crosses(values.reshape(*det.shape, -1) @ directions):
+    if d > 1 and _folds_over(found, x, labels == 1, directions, np.ptp(values[inside], axis=0)):
         why = "the map's edge crosses itself: two loads may give the same reading"
         regions += (_region(found, x.reshape(-1, d), why),)
-        seeds += [x[::8, ::8][i::3, j::3].reshape(-1, d) for i in range(3) for j in range(3)]
-    return Domain(regions, share, sign, condition, labels, hull, (middle, directions)), tuple(seeds)
+        step, ways = _COARSE.get(d, (2, 2))
+        blocks = np.array_split(np.arange(0, len(axes[0]), step), ways)  # each of loads that are one to one
+        seeds += [x[np.ix_(*block)].reshape(-1, d) for block in product(blocks, repeat=d)]
+    return Domain(regions, share, sign, condition, labels, hull, (middle, directions), span), tuple(seeds)
 
 
-def _hull(x: Array) -> Array:
+def _product(x: Array, matrix: Array) -> Array:
+    """Return x (m, k) times a matrix (k, p), summed in one order whatever m is."""
+    found = np.zeros((len(x), matrix.shape[1]))
+    for column, row in zip(x.T, matrix, strict=True):
+        found += column[:, None] * row
+    return found
+
+
+def hull_of(x: Array) -> Array:
     """Return the half-spaces A x + b <= 0 of the loads' convex hull, shape (f, d + 1); the box where they are flat."""
     d = x.shape[1]
     if d > 1:
@@ -119,10 +151,19 @@ def _hull(x: Array) -> Array:
     return np.vstack([np.c_[np.eye(d), -np.ones(d)], np.c_[-np.eye(d), -np.ones(d)]])
 
 
-def _whitening(values: Array, weights: Array, d: int) -> tuple[Array, Array]:
-    """Return the middle of inductances (m, n) and the directions (n, at most d) that give them size one."""
-    middle = values.mean(axis=0)
-    _, sizes, rows = np.linalg.svd((values - middle) * weights, full_matrices=False)
+def _whitening(values: Array, slopes: Array, weights: Array) -> tuple[Array, Array]:
+    """Return the middle of inductances (m, n) and the directions (n, at most d) that give them size one.
+
+    Of more coils than forces, within the directions that slopes (m, n, d) point in, each force's as long as another's.
+    """
+    middle, d, basis = values.mean(axis=0), slopes.shape[-1], np.eye(len(weights))
+    if len(weights) > d:
+        weighed = slopes * weights[:, None]
+        lengths = np.sqrt(np.sum(weighed**2, axis=(0, 1)))
+        weighed = weighed / np.maximum(lengths, _SEEN * lengths.max())
+        basis = np.linalg.eigh(np.einsum("mid,mjd->ij", weighed, weighed))[1][:, -d:]
+    _, sizes, rows = np.linalg.svd(((values - middle) * weights) @ basis, full_matrices=False)
+    rows = rows @ basis.T
     keep = min(d, int(np.sum(sizes > _SEEN * sizes[0])))
     first = np.argmax(np.abs(rows) > 0.5 * np.abs(rows).max(axis=1, keepdims=True), axis=1)
     rows = rows * np.sign(np.take_along_axis(rows, first[:, None], axis=1))  # a direction's sign is free
@@ -156,16 +197,36 @@ def _region(found: SmoothMap, x: Array, reason: str) -> str:
     return f"{', '.join(ranges)}: {reason}"
 
 
-def _crosses(image: Array) -> bool:
-    """Tell whether the image (p, q, 2) of a box's edge crosses itself."""
-    edge = np.concatenate([image[:-1, 0], image[-1, :-1], image[:0:-1, -1], image[0, :0:-1]])
-    a, b = edge, np.roll(edge, -1, axis=0)
+def _folds_over(found: SmoothMap, x: Array, part: NDArray[np.bool_], directions: Array, ranges: Array) -> bool:
+    """Tell whether loads of a part's edge, or with more coils than forces of all of it, show what far ones show."""
+    edge = part & ~binary_erosion(part)
+    if edge.sum() < 2 or not _alike(found, x[edge], directions, len(x)):
+        return False
+    return len(ranges) == x.ndim - 1 or _alike(found, x[part], directions, len(x), ranges)
 
-    def side(p: Array, q: Array, r: Array) -> Array:
-        """Return the sign of the triangle p, q, r."""
-        u, v = q - p, r - p
-        area = u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
-        return np.asarray(np.sign(np.where(np.abs(area) > _TOUCH, area, 0.0)))
 
-    p, q, r, s = a[:, None], b[:, None], a[None], b[None]
-    return bool(np.any((side(p, q, r) * side(p, q, s) < 0) & (side(r, s, p) * side(r, s, q) < 0)))
+def _alike(found: SmoothMap, x: Array, directions: Array, count: int, ranges: Array | None = None) -> bool:
+    """Tell whether two far loads (m, d) show the same along the directions, or within `ranges` in all coils.
+
+    Near images whose loads are far are followed by the slopes there; where that ends within a cell, by Newton's method.
+    """
+    L, slopes = found.value_and_slopes(x)
+    seen, inverse = L @ directions, np.linalg.inv(np.einsum("mni,nk->mki", slopes, directions))
+    pairs = []
+    for near in np.array(cKDTree(seen).query(seen, k=min(_NEAR, len(x)))[1]).T[1:]:
+        step = np.einsum("mdk,mk->md", inverse[near], seen - seen[near])
+        close = np.max(np.abs(step), axis=1) <= _CELL * 2.0 / (count - 1)
+        rows = np.flatnonzero(close & (np.max(np.abs(x[near] - x), axis=1) > _FAR))
+        pairs.append(np.stack([rows, near[rows]]))
+    asked, near = np.concatenate(pairs, axis=1)
+    at = x[near]
+    for _ in range(_FOLLOWED):
+        value, slopes = found.value_and_slopes(at)
+        off = seen[asked] - value @ directions
+        step = np.einsum("mik,mk->mi", np.linalg.pinv(np.einsum("mni,nk->mki", slopes, directions)), off)
+        at = at + np.clip(step, -_FAR, _FAR)
+    same = (np.max(np.abs(step), axis=1) < _SETTLED) & (np.max(np.abs(at), axis=1) <= 1.0)
+    same &= np.max(np.abs(at - x[asked]), axis=1) > _FAR
+    if ranges is not None:
+        same &= np.max(np.abs(L[asked] - value) / ranges, axis=1) < _OTHER
+    return bool(np.any(same))

@@ -21,7 +21,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
+from functools import cached_property
+from itertools import pairwise, product
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,6 +35,7 @@ _EXACT = 1e-9  # of an output's range, or of its size: what is smaller may be ro
 _SAME = 1e-9  # of half the box: values of a variable that are closer are one
 _TIE = 1.001  # of errors: maps that symmetry makes alike differ by less, by rounding
 _AS_GOOD = 1.1  # of the least error: within it the fewest terms win
+_CACHED = 2**17  # numbers that are summed at a time: they stay in the processor's cache
 _LEAST_FREEDOM = 1e-6  # of points left out: below it the others do not decide the map there
 
 
@@ -78,7 +81,7 @@ class SmoothMap:
     def at(self, points: ArrayLike) -> Array:
         """Return the outputs at points, shape (..., d) to (..., n); outside the box an extrapolation."""
         x = self.scaled(points)
-        return np.asarray(_design(x.reshape(-1, len(self.low)), self.powers) @ self.coefficients).reshape(
+        return np.ascontiguousarray(self._evaluated(x.reshape(-1, len(self.low)), False)[0].T).reshape(
             *x.shape[:-1], -1
         )
 
@@ -90,12 +93,41 @@ class SmoothMap:
 
     def value_and_slopes(self, x: Array) -> tuple[Array, Array]:
         """Return outputs (m, n) and derivatives by the coordinates x (m, n, d), at coordinates x of shape (m, d)."""
-        tables = [_chebyshev(x[:, i], degree) for i, degree in enumerate(self.degrees)]
-        factors, rates = [values for values, _ in tables], [slopes for _, slopes in tables]
-        dense = np.zeros((*(degree + 1 for degree in self.degrees), self.coefficients.shape[1]))
-        dense[tuple(self.powers.T)] = self.coefficients
-        each = [_contracted(dense, [*factors[:i], rate, *factors[i + 1 :]]) for i, rate in enumerate(rates)]
-        return _contracted(dense, factors), np.stack(each, axis=-1)
+        found = self._evaluated(x, True)
+        return found[0].T, np.moveaxis(found[1:], (0, 2), (2, 0))
+
+    def _evaluated(self, x: Array, slopes: bool) -> Array:
+        """Return outputs and, if asked, derivatives at coordinates (m, d), shape (1 or 1 + d, n, m).
+
+        Every number is made of its own point alone, in the same order: the digits do not depend on the other points.
+        """
+        joins, (m, d), n = self._joins, x.shape, self.coefficients.shape[1]
+        found = np.empty((1 + slopes * d, n, m))
+        block = max(_CACHED // (joins[0][0] * n * (1 + slopes)), 16)
+        for first in range(0, m, block):
+            here = np.ascontiguousarray(x[first : first + block].T)
+            values, rates = self.coefficients[..., None], list[Array]()
+            for (count, parts), degree, each in zip(joins, self.degrees, here, strict=True):
+                table, rate = _chebyshev(each, degree)
+                rates = [_joined(old, table, count, parts) for old in rates]
+                rates += [_joined(values, rate[1:], count, parts[1:])] if slopes else []
+                values = _joined(values, table, count, parts)
+            found[:, :, first : first + block] = np.concatenate([values, *rates])
+        return found
+
+    @cached_property
+    def _joins(self) -> list[tuple[int, list[tuple[slice, Any]]]]:
+        """For each variable: how many products of the later ones there are, and which terms of each degree go where."""
+        found, powers = [], self.powers
+        for _ in range(len(self.low)):
+            rest, place = np.unique(powers[:, 1:], axis=0, return_inverse=True)
+            ends = np.searchsorted(powers[:, 0], np.arange(powers[:, 0].max() + 2))
+            rows = [slice(int(first), int(last)) for first, last in pairwise(ends)]
+            whole = [row.stop - row.start == len(rest) for row in rows]
+            parts = [(row, slice(None) if all_ else place[row]) for row, all_ in zip(rows, whole, strict=True)]
+            found.append((len(rest), parts))
+            powers = rest
+        return found
 
 
 def fit_map(
@@ -248,23 +280,23 @@ def _terms(degrees: Sequence[int], simplex: bool) -> NDArray[np.int_]:
 def _design(x: Array, powers: NDArray[np.int_]) -> Array:
     """Return every term at every point, shape (m, k)."""
     tables = [_chebyshev(x[:, i], int(powers[:, i].max()))[0] for i in range(x.shape[1])]
-    return np.asarray(np.prod([values[:, powers[:, i]] for i, values in enumerate(tables)], axis=0))
+    return np.asarray(np.prod([values[powers[:, i]].T for i, values in enumerate(tables)], axis=0))
 
 
-def _contracted(dense: Array, factors: Sequence[Array]) -> Array:
-    """Return the sum over all terms at every point: coefficients (P_1, ..., P_d, n) and factors (m, P_i) to (m, n)."""
-    found = np.tensordot(factors[0], dense, axes=1)
-    for factor in factors[1:]:
-        found = np.einsum("mj,mj...->m...", factor, found)
-    return np.asarray(found)
+def _joined(terms: Array, table: Array, count: int, parts: Sequence[tuple[slice, Any]]) -> Array:
+    """Return the sum over one variable's degrees: terms (k, n, 1 or m), its factors (P + 1, m), to (count, n, m)."""
+    found = np.zeros((count, terms.shape[1], table.shape[1]))
+    for k, ((rows, places), factor) in enumerate(zip(parts, table, strict=True)):
+        found[places] += terms[rows] * factor if k else terms[rows]  # the first factor is one
+    return found
 
 
 def _chebyshev(x: Array, degree: int) -> tuple[Array, Array]:
-    """Return T_0..T_degree and their derivatives at x, shape (m, degree + 1) each."""
-    values, slopes = np.ones((len(x), degree + 1)), np.zeros((len(x), degree + 1))
+    """Return T_0..T_degree and their derivatives at x, shape (degree + 1, m) each."""
+    values, slopes = np.ones((degree + 1, len(x))), np.zeros((degree + 1, len(x)))
     if degree > 0:
-        values[:, 1], slopes[:, 1] = x, 1.0
+        values[1], slopes[1] = x, 1.0
     for k in range(2, degree + 1):
-        values[:, k] = 2.0 * x * values[:, k - 1] - values[:, k - 2]
-        slopes[:, k] = 2.0 * values[:, k - 1] + 2.0 * x * slopes[:, k - 1] - slopes[:, k - 2]
+        values[k] = 2.0 * x * values[k - 1] - values[k - 2]
+        slopes[k] = 2.0 * values[k - 1] + 2.0 * x * slopes[k - 1] - slopes[k - 2]
     return values, slopes

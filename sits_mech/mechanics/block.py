@@ -32,10 +32,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
+from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import cKDTree
 
 from sits_mech.mechanics.element.kernel import deformation
-from sits_mech.mechanics.element.mesh import Indices
+from sits_mech.mechanics.element.mesh import Indices, MixedMesh
 from sits_mech.mechanics.pad.lines import flush, outlines
 from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, pad_parts, pad_scales, pair_of
 from sits_mech.mechanics.pad.user import meshed_pad
@@ -59,6 +60,7 @@ _MOST = 1.5e6  # iterations times unknowns that a load path is given: a minute o
 _SMALLEST = (1e-2, 0.6)  # increment of the load path where no other mesh waits, and where one does
 _DEPTH = 1e-4  # thicknesses over which the pressure of contact builds up
 _SOFTLY = (100.0, 10.0)  # times that, on the way from rest without contact
+_GRID = (64, 12)  # pieces of a section for pictures, across and up
 
 
 @dataclass(frozen=True)
@@ -114,7 +116,6 @@ class BlockPad:
             notes = (f"the estimated error is above the tolerance {self.tolerance:g}",) if missed else ()
             return replace(found, report=replace(report, notes=(*report.notes, *notes)))
         raise _ended(line, control, solved._replace(found=replace(found, report=report)))
-
 
     def _settled(self, control: Control, start: Equilibrium | None) -> tuple[Line, Solved]:
         """The last equilibrium towards what is given, and the line of meshes it is on.
@@ -191,17 +192,26 @@ def solved_body(model: BlockPad, equilibrium: Equilibrium) -> Bonded:
     return (pair if pair.size == size else model.whole[number]).fine
 
 
-def deformed_section(model: BlockPad, equilibrium: Equilibrium) -> tuple[Array, Indices, Array]:
-    """Return the deformed pad in the plane y = 0 for pictures.
+def deformed_section(model: BlockPad, equilibrium: Equilibrium, angle: float = 0.0) -> tuple[Array, Indices, Array]:
+    """Return the deformed pad for pictures, in the upright plane through the z axis that lies at an angle to x.
+
+    Parameters
+    ----------
+    model : BlockPad
+    equilibrium : Equilibrium
+        Of the model; one that leaves the plane y = 0 for an angle other than zero.
+    angle : float
+        [rad].
 
     Returns
     -------
     points : ndarray, shape (n, 2)
-        x, z in the sensor's coordinates [m].
+        The place along the plane, and z, in the sensor's coordinates [m].
     quads : ndarray, shape (m, 4)
-        Corners of the quarters of the cells' faces in that plane, in order; of a triangle the last one twice.
+        Corners, in order: of the quarters of the cells' faces in the plane y = 0, of a triangle the last one twice; in
+        other planes of what was an even grid.
     J : ndarray, shape (m,)
-        Mean volume ratio of each one's cell.
+        Smallest volume ratio at any point of each one's cell.
     """
     _, elastomer = pad_parts(model.sensor)
     body = solved_body(model, equilibrium)
@@ -209,11 +219,33 @@ def deformed_section(model: BlockPad, equilibrium: Equilibrium) -> tuple[Array, 
     if middle is None:
         raise ValueError("mesh: must know its faces in the plane y = 0")
     u = equilibrium.state[1 : 1 + mesh.nodes.size].reshape(-1, 3)
-    points = (mesh.nodes + u)[:, [0, 2]] * elastomer.thickness + (0.0, elastomer.standoff)
-    mean = deformation(mesh, u.ravel())[1].mean(axis=1)
-    bent = middle[:, 3] != middle[:, 4]
-    quads = np.concatenate([_quarters(mesh.nodes, middle[bent, 1:]), middle[~bent, 1:]])
-    return points, quads, mean[np.concatenate([np.repeat(middle[bent, 0], 4), middle[~bent, 0]])]
+    least = deformation(mesh, u.ravel())[1].min(axis=1)
+    if angle == 0.0:
+        points, bent = (mesh.nodes + u)[:, [0, 2]], middle[:, 3] != middle[:, 4]
+        quads = np.concatenate([_quarters(mesh.nodes, middle[bent, 1:]), middle[~bent, 1:]])
+        least = least[np.concatenate([np.repeat(middle[bent, 0], 4), middle[~bent, 0]])]
+    else:
+        points, quads, cells = _slanted(mesh, u, np.array([np.cos(angle), np.sin(angle), 0.0]))
+        least = least[cells]
+    return points * elastomer.thickness + (0.0, elastomer.standoff), quads, least
+
+
+def _slanted(mesh: MixedMesh, u: Array, way: Array) -> tuple[Array, Indices, Indices]:
+    """Deformed points along a direction and up, quadrilaterals of an even grid there, and the cell that each is in."""
+    across, up = _GRID
+    moved = LinearNDInterpolator(mesh.nodes, u)
+    rays = np.linspace(0.0, np.linalg.norm(mesh.nodes[:, :2], axis=1).max(), 20 * across)
+    reach = rays[np.isfinite(moved(rays[:, None] * way + (0.0, 0.0, 1e-6))[:, 0])].max()
+    s, z = np.meshgrid(np.linspace(-reach, reach, across + 1), np.linspace(0.0, 1.0, up + 1), indexing="ij")
+    grid = s.ravel()[:, None] * way + z.ravel()[:, None] * (0.0, 0.0, 1.0)
+    places = grid + moved(grid)
+    first = ((up + 1) * np.arange(across)[:, None] + np.arange(up)).ravel()
+    quads = first[:, None] + np.array([0, up + 1, up + 2, 1])
+    quads = quads[np.isfinite(places[quads]).all(axis=(1, 2))]
+    corners = mesh.nodes[mesh.cells]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    away = np.abs(grid[quads].mean(axis=1)[:, None] - (low + high) / 2) / (high - low)
+    return np.column_stack([places @ way, places[:, 2]]), quads, np.argmin(away.max(axis=2), axis=1)
 
 
 def _quarters(nodes: Array, faces: Indices) -> Indices:

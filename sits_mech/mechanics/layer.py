@@ -182,7 +182,7 @@ def deformed_mesh(model: PlanarLayer, equilibrium: Equilibrium) -> tuple[Array, 
     quads : ndarray, shape (m, 4)
         Corners of the cells, counter-clockwise; of a triangle one of them twice.
     J : ndarray, shape (m,)
-        Mean volume ratio of each cell.
+        Smallest volume ratio at any point of each cell.
     """
     _, elastomer = layer_parts(model.sensor)
     fine = model.line[int(equilibrium.state[0])].fine
@@ -191,7 +191,8 @@ def deformed_mesh(model: PlanarLayer, equilibrium: Equilibrium) -> tuple[Array, 
     corners = mesh.nodes[mesh.cells[:, :4]]
     turn = np.argsort(np.arctan2(*(corners - corners.mean(axis=1, keepdims=True)).T[::-1]).T, axis=1)
     quads = np.take_along_axis(mesh.cells[:, :4], turn, axis=1)
-    return points, quads, deformation(mesh, u)[1].mean(axis=1)
+    every = [deformation(mesh, u, at)[1] for at in (mesh.inside, mesh.nodal) if at is not None]
+    return points, quads, np.concatenate(every, axis=1).min(axis=1)
 
 
 def stored(model: PlanarLayer, equilibrium: Equilibrium) -> float:

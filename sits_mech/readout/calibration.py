@@ -1,8 +1,7 @@
 """Which forces belong to the inductances? A smooth map of a table, and its inverse where there is exactly one.
 
     forward    L(F), a `SmoothMap` of each coil's inductance over the forces
-    inverse    minimise sum_c (w_c (L_c(F) - L_c))^2 by Gauss-Newton from the nearest load of a fine grid; as many
-               coils as forces: Newton's method, the residual goes to rounding
+    inverse    minimise sum_c (w_c (L_c(F) - L_c))^2, w one over the coil's noise (`inversion`)
     domain     where det(P dL/dF) keeps its sign, P the projection onto the directions in which L varies most (as many
                as forces; P = 1 for as many coils), inside the hull of the loads that the table holds
 
@@ -13,48 +12,23 @@ Where either fails, every reading is tried against the other parts of the box; o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import cKDTree
+from numpy.typing import ArrayLike
 
-from sits_mech.maps.domain import Domain, domain_of
+from sits_mech.maps.domain import Domain, domain_of, hull_of
 from sits_mech.maps.surrogate import SmoothMap, fit_map
 from sits_mech.quantities import Array
+from sits_mech.readout.inversion import AMBIGUOUS as AMBIGUOUS
+from sits_mech.readout.inversion import NO_SOLUTION as NO_SOLUTION
+from sits_mech.readout.inversion import OK as OK
+from sits_mech.readout.inversion import OUTSIDE as OUTSIDE
+from sits_mech.readout.inversion import Inverse, Search
 from sits_mech.readout.loads import varied
-
-OK, OUTSIDE, AMBIGUOUS, NO_SOLUTION = "ok", "outside", "ambiguous", "no solution"
-_MARGIN = 0.02  # beyond the table, of half its range: noise at rest reads a little below zero
-_STEPS = 25
-_SMALL = 1e-11  # error of an answer, of half the range
-_APART = 1e-3  # two answers, of half the range
-_INCONSISTENT = 0.02  # residual of more coils than forces, of the largest range of a coil
-
-
-@dataclass(frozen=True)
-class Inverse:
-    """Forces from inductances.
-
-    Attributes
-    ----------
-    forces : ndarray, shape (..., d)
-        In the order of `Calibration.forces` [N, N m]; NaN where the status is not "ok".
-    status : ndarray of str, shape (...)
-        "ok", "outside" (of the table), "ambiguous" (more than one force shows this), "no solution".
-    error : ndarray, shape (..., d)
-        What the error of the map makes of each force [N, N m].
-    residual : ndarray, shape (...)
-        Largest remaining difference of a coil, relative to `Calibration.full_scale`; noise or a wrong reading where
-        there are more coils than forces.
-    """
-
-    forces: Array
-    status: NDArray[np.str_]
-    error: Array
-    residual: Array
 
 
 @dataclass(frozen=True)
@@ -81,6 +55,10 @@ class Calibration:
         Where the inverse holds.
     seeds : tuple of ndarray
         Starting points of Newton's method, in scaled forces, an array for each part of the domain, the valid first.
+    noise, model_error : ndarray, shape (n,), optional
+        Of each inductance: standard deviation of a reading, and estimated error of the table itself [unit].
+    in_codes : callable, optional
+        What makes the calibration of the same loads in codes of a converter.
     """
 
     forces: tuple[str, ...]
@@ -92,6 +70,9 @@ class Calibration:
     full_scale: Array
     domain: Domain
     seeds: tuple[Array, ...] = field(repr=False)
+    noise: Array | None = None
+    model_error: Array | None = None
+    in_codes: Callable[[], Calibration] | None = field(default=None, repr=False)
 
     @property
     def low(self) -> Array:
@@ -109,14 +90,49 @@ class Calibration:
         return float(np.max(self.map.error / self.full_scale))
 
     def forward(self, *forces: ArrayLike) -> Array:
-        """Return the inductances, shape (..., n) [unit], at forces given in the order of `forces`, of one shape."""
-        if len(forces) != len(self.forces):
-            raise ValueError(f"forces: must be {', '.join(self.forces)}; got {len(forces)} values")
-        return self.map.at(np.stack(np.broadcast_arrays(*(np.asarray(force, dtype=float) for force in forces)), -1))
+        """Return the inductances, shape (..., n) [unit], at forces.
+
+        Parameters
+        ----------
+        *forces : array_like
+            As many as `forces`, in their order and of one shape, or one array of shape (..., d) [N, N m].
+        """
+        return self.map.at(self._points(forces))
 
     def slopes(self, *forces: ArrayLike) -> Array:
-        """Return the derivatives of the inductances by the forces, shape (..., n, d) [unit / N]."""
-        return self.map.slopes(np.stack(np.broadcast_arrays(*(np.asarray(force, float) for force in forces)), -1))
+        """Return the derivatives of the inductances by the forces, shape (..., n, d) [unit / N], as `forward`."""
+        return self.map.slopes(self._points(forces))
+
+    def codes(self, *forces: ArrayLike) -> Array:
+        """Return what the converter shows at forces, idle coils and leads included, as `forward`.
+
+        Returns
+        -------
+        ndarray, shape (..., n)
+            Codes, not rounded: a part gives the integer below or above.
+
+        Raises
+        ------
+        ValueError
+            When there is no converter, or the calibration is of inductances alone.
+        """
+        return self.code_calibration.map.at(self._points(forces))
+
+    @cached_property
+    def code_calibration(self) -> Calibration:
+        """The same loads in codes of the converter; made once."""
+        if self.in_codes is None:
+            raise ValueError("codes: must come from a sensor and its table; this calibration has inductances alone")
+        return self.in_codes()
+
+    def _points(self, forces: Sequence[ArrayLike]) -> Array:
+        """Return forces as one array (..., d)."""
+        each, d = [np.asarray(force, dtype=float) for force in forces], len(self.forces)
+        if len(each) == 1 < d and each[0].shape[-1:] == (d,):
+            return each[0]
+        if len(each) != d:
+            raise ValueError(f"forces: must be {', '.join(self.forces)}; got {len(each)} values")
+        return np.stack(np.broadcast_arrays(*each), -1)
 
     def force_error(self, forces: ArrayLike, L_error: ArrayLike) -> Array:
         """Return how far each force is off, at most, when each inductance is off by its error, of either sign.
@@ -125,14 +141,15 @@ class Calibration:
         ----------
         forces : array_like, shape (..., d)
             Where [N, N m].
-        L_error : array_like, shape (n,)
-            Of the inductances [unit].
+        L_error : array_like, shape (n,) or (..., n)
+            Of the inductances, of all loads or of each [unit].
 
         Returns
         -------
         ndarray, shape (..., d)
         """
-        spread = np.abs(self._answers(forces)) @ np.asarray(L_error, dtype=float)
+        wrong = np.asarray(L_error, dtype=float)
+        spread = np.abs(self._answers(forces)) @ wrong.reshape(-1, wrong.shape[-1], 1)
         return np.asarray(spread.reshape(np.shape(forces)))
 
     def force_noise(self, forces: ArrayLike, L_noise: ArrayLike) -> Array:
@@ -142,9 +159,13 @@ class Calibration:
 
     def _answers(self, forces: ArrayLike) -> Array:
         """Return the derivatives of the inverse by the inductances (m, d, n) at forces of m points [N / unit]."""
-        x = self.map.scaled(forces).reshape(-1, len(self.low))
-        inverse = _pseudo_inverse(self.map.value_and_slopes(x)[1] * self.weights[:, None]) * self.weights
-        return np.asarray(inverse * (0.5 * (self.high - self.low))[:, None])
+        answers = self.search.answers(self.map.scaled(forces).reshape(-1, len(self.low)))
+        return np.asarray(answers * self._half[:, None])
+
+    @cached_property
+    def search(self) -> Search:
+        """What finds the forces of readings."""
+        return Search(self.map, self.domain, self.weights, self.full_scale, self.seeds)
 
     def inverse(self, L: ArrayLike) -> Inverse:
         """Return the forces that show inductances.
@@ -164,19 +185,40 @@ class Calibration:
         ValueError
             When the number of coils is not the table's, or is less than the number of forces.
         """
-        L = np.asarray(L, dtype=float)
-        if L.ndim == 0 or L.shape[-1] != len(self.coils):
-            raise ValueError(f"L: must be of {len(self.coils)} coils ({', '.join(self.coils)}); got shape {L.shape}")
-        check_enough(self.coils, self.forces)
-        flat = L.reshape(-1, len(self.coils))
-        x, residual, status = _solved(self, flat)
-        error = self.force_error(self.map.unscaled(x), self.map.error)
-        wrong = (status != OK)[:, None]
-        forces, error = np.where(wrong, np.nan, self.map.unscaled(x)), np.where(wrong, np.nan, error)
-        shape = L.shape[:-1]
-        return Inverse(
-            forces.reshape(*shape, -1), status.reshape(shape), error.reshape(*shape, -1), residual.reshape(shape)
-        )
+        L, n, d = np.asarray(L, dtype=float), len(self.coils), len(self.forces)
+        if L.ndim == 0 or L.shape[-1] != n:
+            raise ValueError(f"L: must be of {n} coils ({', '.join(self.coils)}); got shape {L.shape}")
+        check_resolved(self)
+        unknown = np.full(n, np.nan)
+        spreads = [self.map.error, *(unknown if size is None else size for size in (self.model_error, self.noise))]
+        x, residual, status, errors = self.search.solved(L.reshape(-1, n), np.array(spreads))
+        wrong, shape = (status != OK)[:, None], L.shape[:-1]
+        forces = np.where(wrong, np.nan, self.map.unscaled(x)).reshape(*shape, d)
+        by_map, by_model, by_noise = (np.where(wrong, np.nan, part * self._half).reshape(*shape, d) for part in errors)
+        return Inverse(forces, status.reshape(shape), by_map, by_model, by_noise, residual.reshape(shape))
+
+    @property
+    def _half(self) -> Array:
+        """Half the range of each force [N, N m]."""
+        return 0.5 * (self.high - self.low)
+
+    @cached_property
+    def condition(self) -> float:
+        """Condition number of the inductances by the forces, in coils' weights and ranges of the forces, mid-table."""
+        slopes = self.slopes(0.5 * (self.low + self.high)) * self.weights[:, None] * self._half
+        return float(np.linalg.cond(slopes))
+
+    @cached_property
+    def unresolved(self) -> tuple[str, ...]:
+        """Forces that the coils do not resolve: whose errors by map and table are twice their range at most loads."""
+        if len(self.coils) < len(self.forces):
+            return self.forces
+        x, off = np.concatenate(self.seeds), np.array(self.map.error)
+        off = np.where(np.isfinite(off), off, 0.0) + (0.0 if self.model_error is None else self.model_error)
+        answers = self.search.answers(x)
+        spread = np.median(np.abs(answers) @ off, axis=0)  # in halves of the range
+        blind = np.all(answers == 0.0, axis=2).mean(axis=0) > 0.5  # nothing is left of its slopes
+        return tuple(name for name, size, none in zip(self.forces, spread, blind, strict=True) if size > 4.0 or none)
 
 
 def calibration(
@@ -261,11 +303,24 @@ def calibration_of(
     if not np.all(full_scale > 0.0):
         raise ValueError(f"L: must change with the load; coil {coils[int(np.argmin(full_scale))]} does not")
     weights = np.full(len(coils), 1.0 / full_scale.max()) if noise is None else 1.0 / np.asarray(noise, dtype=float)
-    domain, seeds = domain_of(found, weights, np.asarray(points, dtype=float))
+    domain, seeds = domain_of(found, weights, hull_of(found.scaled(points)))
     unit, L0 = free
+    size = None if noise is None else np.asarray(noise, dtype=float)
     return Calibration(
-        tuple(forces), tuple(coils), unit, np.asarray(L0, dtype=float), found, weights, full_scale, domain, seeds
+        tuple(forces), tuple(coils), unit, np.asarray(L0, dtype=float), found, weights, full_scale, domain, seeds, size
     )
+
+
+def without_coil(cal: Calibration, coil: int) -> Calibration:
+    """Return the calibration of all coils but one, by number."""
+    others = np.arange(len(cal.coils)) != coil
+    parts = {name: getattr(cal.map, name)[others] for name in ("error", "rms")}
+    found = replace(cal.map, coefficients=cal.map.coefficients[:, others], **parts)
+    domain, seeds = domain_of(found, cal.weights[others], cal.domain.hull)
+    return Calibration(
+        cal.forces, tuple(np.array(cal.coils)[others].tolist()), cal.unit, cal.L0[others], found, cal.weights[others],
+        cal.full_scale[others], domain, seeds,
+    )  # fmt: skip
 
 
 def check_enough(coils: Sequence[str], forces: Sequence[str]) -> None:
@@ -274,55 +329,12 @@ def check_enough(coils: Sequence[str], forces: Sequence[str]) -> None:
         raise ValueError(f"coils: {len(coils)} cannot resolve {len(forces)} forces ({', '.join(forces)})")
 
 
-def _solved(cal: Calibration, L: Array) -> tuple[Array, Array, NDArray[np.str_]]:
-    """Return scaled forces, relative residual and status of readings (m, n)."""
-    x, settled = _newton(cal, L, _nearest(cal, cal.seeds[0], L))
-    value = cal.map.value_and_slopes(x)[0]
-    residual = np.max(np.abs(value - L) / cal.full_scale, axis=-1)
-    status = np.full(len(L), OK, dtype="<U12")
-    status[~settled | (residual > _INCONSISTENT) | ~np.isfinite(residual)] = NO_SOLUTION
-    status[np.isfinite(residual) & ~cal.domain.holds(x, _MARGIN)] = OUTSIDE
-    status[(status == OK) & ~cal.domain.valid(x)] = AMBIGUOUS
-    for part in cal.seeds[1:]:
-        open_ = np.flatnonzero(np.isin(status, (OK, OUTSIDE, NO_SOLUTION)) & np.isfinite(L).all(axis=-1))
-        other, found = _newton(cal, L[open_], _nearest(cal, part, L[open_]))
-        off = np.max(np.abs(cal.map.value_and_slopes(other)[0] - L[open_]) / cal.full_scale, axis=-1)
-        away = (np.max(np.abs(other - x[open_]), axis=-1) > _APART) | (status[open_] != OK)
-        status[open_[found & away & (off < _INCONSISTENT) & cal.domain.holds(other, 0.0)]] = AMBIGUOUS
-    return x, residual, status
-
-
-def _nearest(cal: Calibration, seeds: Array, L: Array) -> Array:
-    """Return the starting point whose inductances are nearest to a reading, both seen along what the map varies in."""
-    table = cal.domain.whitened(cal.map.value_and_slopes(seeds)[0])
-    asked = np.nan_to_num(cal.domain.whitened(L), nan=0.0, posinf=1e6, neginf=-1e6)
-    return np.asarray(seeds[cKDTree(table).query(np.clip(asked, -1e6, 1e6))[1]])
-
-
-def _newton(cal: Calibration, L: Array, x: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Return where Gauss-Newton ends, in scaled forces, and whether it settled."""
-    x, settled = x.copy(), np.zeros(len(x), dtype=bool)
-    small = _SMALL if len(cal.coils) > len(cal.forces) else np.sqrt(_SMALL)  # Newton's next step is this one's square
-    active = np.flatnonzero(np.isfinite(L).all(axis=-1))
-    for _ in range(_STEPS):
-        if active.size == 0:
-            break
-        value, slopes = cal.map.value_and_slopes(x[active])
-        inverse = _pseudo_inverse(slopes * cal.weights[:, None])
-        step = np.clip(np.einsum("mdn,mn->md", inverse, (L[active] - value) * cal.weights), -0.3, 0.3)
-        x[active] = np.clip(x[active] + step, -1.2, 1.2)
-        done = np.max(np.abs(step), axis=-1) < small
-        settled[active[done]] = True
-        active = active[~done]
-    return x, settled
-
-
-def _pseudo_inverse(A: Array) -> Array:
-    """Return the least-squares inverses (m, d, n) of many small matrices (m, n, d); of a singular pair, zero."""
-    if A.shape[-2:] != (2, 2):
-        return np.asarray(np.linalg.pinv(A, rcond=1e-10))
-    det = A[:, 0, 0] * A[:, 1, 1] - A[:, 0, 1] * A[:, 1, 0]
-    found = np.empty_like(A)
-    found[:, 0, 0], found[:, 1, 1] = A[:, 1, 1], A[:, 0, 0]
-    found[:, 0, 1], found[:, 1, 0] = -A[:, 0, 1], -A[:, 1, 0]
-    return np.asarray(found / np.where(np.abs(det) > 1e-300, det, np.inf)[:, None, None])
+def check_resolved(cal: Calibration) -> None:
+    """Refuse a calibration whose coils are fewer than its forces, or do not resolve one of them."""
+    check_enough(cal.coils, cal.forces)
+    if cal.unresolved:
+        names = ", ".join(cal.unresolved)
+        raise ValueError(
+            f"coils: {', '.join(cal.coils)} do not resolve {names} of {', '.join(cal.forces)}: condition number "
+            f"{cal.condition:.2g}, errors of twice the range; leave it out, or add coils that it changes"
+        )

@@ -1,63 +1,81 @@
-"""How good is the sensor? Range, linearity, sensitivity, crosstalk, resolution in newtons, condition, hysteresis.
+"""How good is the sensor? Range, linearity, sensitivity, crosstalk, resolution, condition, hysteresis.
 
-Of a calibration L(F) with the slopes dL/dF, over the loads where it has an inverse:
+Of a calibration L(F) with the slopes dL/dF, over the loads where it has an inverse; F are any components of a load:
 
-    full scale       least and greatest force of the table
-    linearity        largest distance of a signal along its own force, the others nearest zero, from the best straight
-                     line, over the signal's range there
-    crosstalk        force that a plane-fitted readout, F = A (L - L(0)), would be wrong by: share of the full scale of
-                     each force that the other one feigns at its own full scale
-    resolution       standard deviation of each force for the given noise of the inductances, by the slopes
-    condition        of the slopes, forces over their full scale and inductances over the larger range: how much worse
-                     the poorer direction is seen than the better one
-    hysteresis       largest difference of a force between loading and unloading branches at one load, where both are
-                     given
+    full scale       least and greatest value of each component in the table
+    linearity        largest distance of a component's own signal along it, the others nearest zero, from the best
+                     straight line, over the signal's range there; of one without a signal of its own by geometry, the
+                     sum of the inductances that a linear readout takes for it
+    crosstalk        what a readout is wrong by: share of the full scale of each component that another one feigns, at
+                     most, at its own; of a plane-fitted readout, F = A (L - mean L), and of the inverse at the loads
+                     that were solved (of each component's own signal: see `crosstalk`)
+    resolution       standard deviation of each component for the given noise of the inductances, by the slopes
+    error by model   the most that the estimated errors of the loads' inductances allow, and those of the map
+    condition        of the slopes, components over full scale and inductances over the larger range: how much worse the
+                     poorest direction is seen than the best one
+    hysteresis       largest difference of a component between loading and unloading branches at one load, where both
+                     are given
 
+Where not all components are resolved there is no inverse: those that are not are named, figures of others stand.
 Numbers only: measured tables go the same way.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 from numpy.typing import ArrayLike
 
 from sits_mech.quantities import Array
-from sits_mech.readout.calibration import OK, Calibration, check_enough
-from sits_mech.readout.signals import combine, weights_of
+from sits_mech.readout.calibration import OK, Calibration
+from sits_mech.readout.crosstalk import FORCES, nearest_none, response, slope_error
+from sits_mech.readout.observability import Observability, observability
 
-_FINE = 33  # loads along each force
+_FINE = {1: 33, 2: 33, 3: 17, 4: 9}  # loads along each component, by their number
+_READS = 1e-3  # of the largest possible weight: below it the coils share a coordinate, and no signal is along it
 
 
 @dataclass(frozen=True)
 class Quality:
-    """Figures of a sensor; d forces, n coils.
+    """Figures of a sensor; d components of a load ("forces"), n coils.
 
     Attributes
     ----------
     forces, coils : tuple of str
     full_scale : ndarray, shape (d, 2)
-        Least and greatest force [N].
+        Least and greatest [N, N m].
     signal_range : ndarray, shape (n,)
         Range of each inductance, over its free-space value [-].
+    error_range : ndarray, shape (n,)
+        What the errors of the table's inductances allow of it, as of all errors NaN without a table [-].
     linearity : ndarray, shape (d,)
         Of the signal that belongs to each force, over its range [-].
     sensitivity : ndarray, shape (n, d)
-        Slopes at the least loads, over the free-space value [1/N].
-    crosstalk : ndarray, shape (d, d)
-        Row: the force that is read; column: the force that is applied at full scale; over the row's full scale [-].
-    resolution : ndarray, shape (d, 3)
-        Least, median and greatest standard deviation of each force over the table [N].
+        Slopes at the least loads, over the free-space value [1/N, 1/(N m)].
+    error_sensitivity : ndarray, shape (n, d)
+        What the errors of the table's inductances allow of them, by differences of its loads [1/N, 1/(N m)].
+    crosstalk, crosstalk_after : ndarray, shape (d, d)
+        Of a linear readout and of the inverse; row: the force that is read; column: the force that is applied at full
+        scale; over the row's full scale [-]. The latter NaN without a table.
+    crosstalk_error : ndarray, shape (d,)
+        What the errors of the table's inductances allow of the former [-].
+    resolution, by_model : ndarray, shape (d, 3)
+        Least, median and greatest over the loads: standard deviation of each force by the noise, infinite where it is
+        not resolved, and what the errors of the table's inductances allow, NaN without a table [N, N m].
+    by_map : ndarray, shape (d,)
+        The greatest that the map's error allows; NaN where there is no inverse [N, N m].
     condition : tuple of float
-        Least and greatest [-].
+        Least and greatest; infinite where there are more forces than coils [-].
+    seen : Observability
+        Which of the forces the coils resolve, in the middle of the table.
     valid_share : float
         Of the loads that have an inverse [-].
     no_inverse : tuple of str
         The others, named.
     map_error : float
-        Over full scale [-].
+        Over full scale of a coil [-].
     hysteresis : ndarray, shape (d,)
         Over the full scale of each force; NaN where no branches are given [-].
     """
@@ -66,11 +84,18 @@ class Quality:
     coils: tuple[str, ...]
     full_scale: Array
     signal_range: Array
+    error_range: Array
     linearity: Array
     sensitivity: Array
+    error_sensitivity: Array
     crosstalk: Array
+    crosstalk_error: Array
+    crosstalk_after: Array
     resolution: Array
+    by_model: Array
+    by_map: Array
     condition: tuple[float, float]
+    seen: Observability
     valid_share: float
     no_inverse: tuple[str, ...]
     map_error: float
@@ -78,7 +103,7 @@ class Quality:
 
 
 def quality(
-    cal: Calibration, noise: ArrayLike, *, positions: Sequence[float] = (-1.0, 1.0),
+    cal: Calibration, noise: ArrayLike, *, table: xr.Dataset | None = None,
     branches: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> Quality:  # fmt: skip
     """Return the figures of a sensor.
@@ -86,43 +111,57 @@ def quality(
     Parameters
     ----------
     cal : Calibration
-        With at least as many coils as forces.
     noise : array_like, shape (n,)
         Standard deviation of each inductance [unit].
-    positions : sequence of float
-        x of each coil, for the shear signal [m].
+    table : Dataset, optional
+        ``L`` and ``error_L`` over (*forces, coil), NaN where a load has none [unit]; ``weights`` (signal, coil) of the
+        signals of F_z, F_x and F_y, as from `weights_of`.
     branches : tuple of array_like, optional
         Inductances (m, n) at the same loads, loading and unloading [unit].
 
     Raises
     ------
     ValueError
-        When there are fewer coils than forces, or the noise is not one positive number for each coil.
+        When the noise is not one positive number for each coil.
     """
     noise = np.asarray(noise, dtype=float)
-    check_enough(cal.coils, cal.forces)
     if noise.shape != (len(cal.coils),) or not np.all(noise > 0.0):
         raise ValueError(f"noise: must be {len(cal.coils)} positive numbers [{cal.unit}]; got {noise}")
-    loads = _loads(cal)
-    spread = cal.force_noise(loads, noise)
-    valid = cal.domain.valid(cal.map.scaled(loads)) & cal.domain.holds(cal.map.scaled(loads), 0.0)
-    spread = spread[valid] if valid.any() else np.full((1, len(cal.forces)), np.nan)
-    span = cal.high - cal.low
-    whole = np.linalg.svd(cal.map.slopes(loads[valid]) * span / cal.full_scale.max(), compute_uv=False)
-    condition = whole[:, 0] / np.maximum(whole[:, -1], 1e-300)
+    loads, span = _loads(cal), cal.high - cal.low
+    flat = loads.to_numpy().reshape(-1, len(span))
+    inside = cal.domain.holds(cal.map.scaled(flat), 0.0)
+    valid = flat[inside & cal.domain.valid(cal.map.scaled(flat))]
+    seen = observability(cal.forces, cal.map.slopes(0.5 * (cal.low + cal.high)), noise, span)
+    fine = np.tile(seen.resolution[:, None], 3)
+    by_map = np.full(len(span), np.nan)
+    if len(valid):
+        fine = _spread(cal.force_noise(valid, noise))
+        by_map = np.max(cal.force_error(valid, cal.map.error), axis=0)
+    sums = _linear_sums(cal, flat)
+    sums[[name not in seen.resolved for name in cal.forces]] = np.nan  # what no coil answers has no readout
+    read = loads.copy(data=((cal.map.at(flat) - cal.map.at(flat).mean(axis=0)) @ sums.T).reshape(loads.shape))
+    after, by_model = _at_the_loads(cal, table)
     return Quality(
-        cal.forces, cal.coils, np.stack([cal.low, cal.high], -1), cal.full_scale / cal.L0, _linearity(cal, positions),
-        cal.map.slopes(_least(cal)) / cal.L0[:, None], _crosstalk(cal),
-        np.stack([spread.min(axis=0), np.median(spread, axis=0), spread.max(axis=0)], -1),
-        (float(condition.min()), float(condition.max())), cal.domain.share, cal.domain.regions, cal.error,
+        cal.forces, cal.coils, np.stack([cal.low, cal.high], -1), cal.full_scale / cal.L0,
+        _linear_error(table, np.eye(len(cal.L0))) / cal.L0, _linearity(cal, _own_sums(cal, table, sums)),
+        cal.map.slopes(_least(cal)) / cal.L0[:, None], _slope_errors(cal, table),
+        _misread(read - loads, span), _linear_error(table, sums) / span, after, fine, by_model, by_map,
+        _condition(cal, valid if len(valid) else flat[inside]), seen, cal.domain.share, cal.domain.regions, cal.error,
         _hysteresis(cal, branches),
     )  # fmt: skip
 
 
-def _loads(cal: Calibration) -> Array:
-    """Return a fine grid of loads (m, d)."""
-    axes = [np.linspace(a, b, _FINE) for a, b in zip(cal.low, cal.high, strict=True)]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(axes))
+def _loads(cal: Calibration) -> xr.DataArray:
+    """Return a fine grid of loads over the forces and their names."""
+    count = _FINE.get(len(cal.forces), 5)
+    axes = [np.linspace(a, b, count) for a, b in zip(cal.low, cal.high, strict=True)]
+    return _named_loads(cal, axes)
+
+
+def _named_loads(cal: Calibration, axes: list[Array]) -> xr.DataArray:
+    """Return the loads of a grid over the forces and their names."""
+    coords = dict(zip(cal.forces, axes, strict=True)) | {"force": list(cal.forces)}
+    return xr.DataArray(np.stack(np.meshgrid(*axes, indexing="ij"), -1), coords, [*cal.forces, "force"])
 
 
 def _least(cal: Calibration) -> Array:
@@ -130,46 +169,93 @@ def _least(cal: Calibration) -> Array:
     return np.asarray(np.clip(0.0, cal.low, cal.high))
 
 
-def _signal(cal: Calibration, L: Array, force: str, positions: Sequence[float]) -> Array:
-    """Return the signal that answers a force: the sum for a normal one, left less right for the others."""
-    if len(cal.coils) == 1:
-        return L[..., 0]
-    places = np.column_stack([positions, np.zeros(len(positions))])
-    each = combine(L, weights_of(places, 1e-9))
-    normal, shear = (3, 4) if len(positions) == 2 else (0, 1)
-    return np.asarray(each[..., normal if force == "F_z" else shear])
+def _spread(values: Array) -> Array:
+    """Return least, median and greatest over loads (m, d), shape (d, 3)."""
+    return np.stack([values.min(axis=0), np.median(values, axis=0), values.max(axis=0)], -1)
 
 
-def _linearity(cal: Calibration, positions: Sequence[float]) -> Array:
+def _condition(cal: Calibration, loads: Array) -> tuple[float, float]:
+    """Return the least and the greatest condition of the slopes over loads."""
+    if len(cal.forces) > len(cal.coils):
+        return np.inf, np.inf
+    span = cal.high - cal.low
+    whole = np.linalg.svd(cal.map.slopes(loads) * span / cal.full_scale.max(), compute_uv=False)
+    condition = whole[:, 0] / np.maximum(whole[:, -1], 1e-300)
+    return float(condition.min()), float(condition.max())
+
+
+def _linear_sums(cal: Calibration, loads: Array) -> Array:
+    """Return the sums of the inductances (d, n) that read each force best over loads, less its mean [N / unit]."""
+    L = cal.map.at(loads)
+    design = np.hstack([L - L.mean(axis=0), np.ones((len(L), 1))]) / np.r_[cal.full_scale, 1.0]
+    found = np.linalg.lstsq(design, loads, rcond=None)[0]
+    return np.asarray(found[:-1].T / cal.full_scale)
+
+
+def _linear_error(table: xr.Dataset | None, sums: Array) -> Array:
+    """Return how far differences of sums (k, n) of inductances can be off by the errors of a table, shape (k,)."""
+    if table is None:
+        return np.full(len(sums), np.nan)
+    wrong = table["error_L"].transpose(..., "coil").to_numpy().reshape(-1, sums.shape[1])
+    return np.asarray(2.0 * np.max(wrong[np.isfinite(wrong).all(axis=-1)] @ np.abs(sums).T, axis=0))
+
+
+def _slope_errors(cal: Calibration, table: xr.Dataset | None) -> Array:
+    """Return how far the slopes at the least loads can be off by the errors of a table, shape (n, d)."""
+    if table is None:
+        return np.full((len(cal.coils), len(cal.forces)), np.nan)
+    at = {name: nearest_none(table, name) for name in cal.forces}
+    each = [slope_error(table["error_L"], name).isel(at).to_numpy() for name in cal.forces]
+    return np.asarray(np.stack(each, -1) / cal.L0[:, None])
+
+
+def _own_sums(cal: Calibration, table: xr.Dataset | None, sums: Array) -> Array:
+    """Return the weights of each force's own signal, those of a linear readout where geometry gives it none."""
+    given = {} if table is None else dict(zip(FORCES, table["weights"].to_numpy(), strict=True))
+    own = [given.get(name, np.zeros(len(cal.coils))) for name in cal.forces]
+    return np.array([row if np.abs(row).max() > _READS else other for row, other in zip(own, sums, strict=True)])
+
+
+def _linearity(cal: Calibration, own: Array) -> Array:
     """Return the largest distance of each force's signal from its best line, over the signal's range."""
     found = []
-    for k, name in enumerate(cal.forces):
-        line = np.tile(_least(cal), (_FINE, 1))
-        line[:, k] = np.linspace(cal.low[k], cal.high[k], _FINE)
-        y = _signal(cal, cal.map.at(line), name, positions)
+    for k in range(len(cal.forces)):
+        line = np.tile(_least(cal), (_FINE[1], 1))
+        line[:, k] = np.linspace(cal.low[k], cal.high[k], len(line))
+        y = cal.map.at(line) @ own[k]
+        if not np.isfinite(y).all():
+            found.append(np.nan)
+            continue
         straight = np.polynomial.Polynomial.fit(line[:, k], y, 1)(line[:, k])
         found.append(np.max(np.abs(y - straight)) / max(float(np.ptp(y)), 1e-300))
     return np.array(found)
 
 
-def _crosstalk(cal: Calibration) -> Array:
-    """Return what a linear readout, fitted over the whole table, reads of each force at the other's full scale."""
-    loads = _loads(cal)
-    L = cal.map.at(loads)
-    design = np.hstack([L - L.mean(axis=0), np.ones((len(L), 1))]) / np.r_[cal.full_scale, 1.0]
-    read = design @ np.linalg.lstsq(design, loads, rcond=None)[0]
-    span = cal.high - cal.low
-    found = np.zeros((len(span), len(span)))
-    wrong = (read - loads).reshape(*(_FINE,) * len(span), len(span))
-    for j in range(len(span)):
-        moved = wrong - np.take(wrong, [int(np.argmin(np.abs(np.linspace(cal.low[j], cal.high[j], _FINE))))], axis=j)
-        found[:, j] = np.max(np.abs(moved).reshape(-1, len(span)), axis=0) / span
-    return found
+def _misread(wrong: xr.DataArray, span: Array) -> Array:
+    """Return how much of each force's error (row) every force (column) makes at full scale, over full scale."""
+    names = [str(name) for name in wrong["force"].to_numpy()]
+    each = [abs(response(wrong, name)).max([dim for dim in wrong.dims if dim != "force"]) for name in names]
+    return np.stack([one.to_numpy() for one in each], -1) / span[:, None]
+
+
+def _at_the_loads(cal: Calibration, table: xr.Dataset | None) -> tuple[Array, Array]:
+    """Return crosstalk of the inverse, and what the errors of the inductances are worth, at the loads of a table."""
+    d = len(cal.forces)
+    if table is None or cal.domain.share == 0.0:
+        return np.full((d, d), np.nan), np.full((d, 3), np.nan)
+    loads = _named_loads(cal, [table[name].to_numpy() for name in cal.forces])
+    L, error = (table[name].transpose(*cal.forces, "coil").to_numpy() for name in ("L", "error_L"))
+    found = cal.inverse(L)
+    good = found.status == OK
+    if not good.any():
+        return np.full((d, d), np.nan), np.full((d, 3), np.nan)
+    worth = cal.force_error(loads.to_numpy()[good], error[good])
+    return _misread(loads.copy(data=found.forces) - loads, cal.high - cal.low), _spread(worth)
 
 
 def _hysteresis(cal: Calibration, branches: tuple[ArrayLike, ArrayLike] | None) -> Array:
     """Return the largest difference of the forces that two branches show, over full scale."""
-    if branches is None:
+    if branches is None or cal.domain.share == 0.0:
         return np.full(len(cal.forces), np.nan)
     up, down = (cal.inverse(branch) for branch in branches)
     both = (up.status == OK) & (down.status == OK)

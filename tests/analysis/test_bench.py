@@ -11,6 +11,7 @@ from sits_mech.analysis import bench
 from sits_mech.cases import save_table
 from sits_mech.cli.main import run
 from sits_mech.quantities import Impedance, Pose, SolveReport
+from sits_mech.readout.calibration import calibration
 from sits_mech.scene.sensor import Sensor, changed, load_sensor, save_sensor, scene_hash, scene_text
 from sits_mech.version import __version__
 
@@ -108,6 +109,25 @@ def test_settings_follow_the_scene(sensor: Sensor) -> None:
         bench.sensor_front_end(changed(sensor, ['readout.converter="none"']), data)
 
 
+def test_codes_of_forces(sensor: Sensor) -> None:
+    """By hand: lead in series, the tank's frequency, 28 bits over 40 MHz; forces apart or in one array."""
+    led = changed(sensor, ['readout.lead_inductance="50 nH"'])
+    known = bench.sensor_calibration(led, table(led))
+    F = np.random.default_rng(2).uniform([-1.0, 0.0], [1.0, 4.0], (20, 2))
+    L = bench.free_inductances(led) * relative(*F.T) + 50e-9
+    f = 1.0 / (2.0 * np.pi * np.sqrt(L * 330e-12))
+    np.testing.assert_allclose(known.codes(F), 2.0**28 * f / 40e6, rtol=1e-7)
+    np.testing.assert_array_equal(known.codes(*F.T), known.codes(F))
+    np.testing.assert_array_equal(known.forward(F[0]), known.forward(*F[0]))
+    in_codes = bench.code_calibration(led, table(led), clock=32e6)
+    np.testing.assert_allclose(in_codes.forward(F), 1.25 * known.codes(F), rtol=1e-9)
+    assert in_codes.unit == "code" and np.all(in_codes.inverse(np.rint(in_codes.forward(F))).status == "ok")
+    with pytest.raises(ValueError, match=r'readout.converter must be a part, such as "LDC1614"; got "none"'):
+        bench.sensor_calibration(changed(sensor, ['readout.converter="none"']), table(sensor)).codes(F)
+    with pytest.raises(ValueError, match="codes: must come from a sensor and its table; this calibration has ind"):
+        calibration(table(sensor)).codes(F)
+
+
 class Falling:
     """L = 2 uH (1 + 0.4 MHz / f) on both coils, R = 1 ohm."""
 
@@ -172,6 +192,60 @@ def test_invert_refuses_in_one_line(folder: Path, capsys: pytest.CaptureFixture[
         assert message in said.err and said.err.count("\n") == 1 and said.out == ""
     assert run(["invert", str(folder / "none"), "--l1", "1 uH"]) == 2
     assert "must be the folder of a finished calibration" in capsys.readouterr().err
+
+
+def test_invert_by_name_and_by_code(sensor: Sensor, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Coils by name in any order, codes of any clock: the same forces; both errors and the noise are said."""
+    ratio = relative(np.array(0.4), np.array(1.5))
+    codes = bench.sensor_calibration(sensor, table(sensor)).codes(0.4, 1.5)
+    for words in (
+        ["--reading", f"C2={100.0 * ratio[1]:.12g} %", "--l1", f"{100.0 * ratio[0]:.12g} %"],
+        ["--code", f"C1={codes[0]:.0f}", "--code", f"C2={codes[1]:.0f}"],
+        ["--code", f"C1=0x{round(1.25 * codes[0]):x}", "--code", f"C2={1.25 * codes[1]}", "--clock", "32 MHz"],
+    ):
+        assert run(["invert", str(folder), *words, "--json"]) == 0
+        record = json.loads(capsys.readouterr().out)
+        assert record["forces"]["F_x"] == pytest.approx(0.4, abs=1e-3)
+        assert record["forces"]["F_z"] == pytest.approx(1.5, abs=1e-3)
+        assert 0.0 < record["error_by_noise"]["F_z"] < 1e-3 < record["error_by_model"]["F_z"] < 0.1
+        assert ("codes" in record) == (record["unit_L"] == "code") == ("--code" in words)
+        assert run(["invert", str(folder), *words]) == 0
+        assert "by the table's own errors" in (said := capsys.readouterr().out) and "noise" in said
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--reading", "C1=90 %"], "--reading: must be given, one for each coil (C1, C2); got 1, without C2"),
+        (["--l1", "90 %", "--l3", "90 %"], "--l3: must be of one of 2 coils (C1, C2); got number 3"),
+        (["--reading", "C9=90 %"], "--reading C9: must be of one of the coils C1, C2; got 'C9'"),
+        (["--reading", "90 %"], '--reading: must be COIL=VALUE, such as "C1=..."; got \'90 %\''),
+        (["--l1", "90 %", "--reading", "C1=90 %"], "--reading C1: must be the only reading of coil C1; --l1 gives it"),
+        (["--l1", "90 %", "--code", "C2=4"], "--code: must be given for every coil, without --l1 or --reading; got"),
+        (["--code", "C1=x", "--code", "C2=4"], "--code C1: must be a code of the converter, a whole number; got 'x'"),
+        (["--code", "C1=9", "--code", "C2=4"], "--code C1: must be near the calibration's codes, 4"),
+        (["--lx", "90 %"], "--lx: must be --l1, --l2, ..., --reading, --code, --clock or --json; got another option"),
+        (["--l1", "85 %", "--l2", "85 %", "--clock", "1 MHz"], "--clock: must come with --code"),
+        ([], "--l1 --l2: must be given, one for each coil (C1, C2); got none"),
+    ],
+)  # fmt: skip
+def test_readings_that_are_none(folder: Path, capsys: pytest.CaptureFixture[str], words: list, message: str) -> None:
+    """Coils that are not there, missing, twice; kinds mixed; codes that are none: one line each."""
+    assert run(["invert", str(folder), *words]) == 2
+    said = capsys.readouterr()
+    assert message in said.err and said.err.count("\n") == 1 and said.out == ""
+
+
+def test_codes_without_converter(sensor: Sensor, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One line."""
+    bare = changed(sensor, ['readout.converter="none"'])
+    save_table(table(bare), tmp_path / "result.nc")
+    save_sensor(bare, tmp_path / "scene.toml")
+    assert run(["invert", str(tmp_path), "--code", "C1=9", "--code", "C2=4"]) == 2
+    said = capsys.readouterr().err
+    assert 'readout.converter must be a part, such as "LDC1614"; got "none"' in said and said.count("\n") == 1
+    assert run(["invert", str(tmp_path), "--l1", "85 %", "--l2", "84 %"]) == 0
+    assert "noise" not in capsys.readouterr().out
 
 
 def test_converter_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,17 +1,61 @@
 """Forces misread by tolerances: what follows from the definition, and what symmetry forbids."""
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.analysis.tolerances import force_spread
+from sits_mech.analysis import tolerances
+from sits_mech.analysis.bench import sensor_calibration
+from sits_mech.analysis.tolerances import force_spread, usual_loads
 from sits_mech.cases import save_table
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.cli.main import run
-from sits_mech.scene.sensor import Sensor, load_sensor, save_sensor
+from sits_mech.quantities import Equilibrium, Impedance, Pose, SolveReport, Wrench
+from sits_mech.readout.calibration import calibration_of
+from sits_mech.scene.sensor import Coil, Sensor, load_sensor, save_sensor
+
+REPORT = SolveReport("by hand", 1, 1, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Spring:
+    """1e-4 m/N along x and y, 2e-5 m/N down."""
+
+    def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
+        """Return the closed form."""
+        pose = Pose(1e-4 * wrench.F_x, 2e-3 - 2e-5 * wrench.F_z, 0.0, 1e-4 * wrench.F_y)
+        return Equilibrium(wrench, pose, Pose(0.0, 0.0), np.zeros(3), REPORT)
+
+
+@dataclass(frozen=True)
+class Near:
+    """A coil at (x, y) sees 1 + 50 d_v - 1e4 (x d_h + y d_y) of 2 H."""
+
+    coils: tuple[Coil, ...]
+
+    def impedance(self, pose: Pose, frequency: float) -> Impedance:
+        """Return the closed form."""
+        x, y = np.array([coil.centre for coil in self.coils]).T
+        d_h, d_v, _, d_y, *_ = np.moveaxis(pose.components, -1, 0)[..., None]
+        L, one = (1.0 + 50.0 * d_v - 1e4 * (x * d_h + y * d_y))[..., None] * np.eye(len(x)), np.eye(len(x))
+        return Impedance(frequency, L, 0 * L, 2.0 * one, np.zeros(len(x)), 0 * L, 0 * L, "H", REPORT)
+
+
+def three_axes(sensor: Sensor) -> xr.Dataset:
+    """Return the table of `Spring` and `Near` over F_x, F_z and F_y, M_z beside them of one value."""
+    axes = {"F_x": np.linspace(-0.5, 0.5, 3), "F_z": np.linspace(0.0, 2.0, 3), "F_y": np.linspace(-0.5, 0.5, 3)}
+    F_x, F_z, F_y = np.meshgrid(*axes.values(), indexing="ij")
+    found = Near(sensor.coils).impedance(Pose(1e-4 * F_x, 2e-3 - 2e-5 * F_z, 0.0, 1e-4 * F_y), 5e6)
+    coils = [coil.name for coil in sensor.coils]
+    dims, request = (*axes, "coil", "coil_2"), {"mechanics": "block", "magnetics": "sheets", "tolerance": 0.01}
+    data = xr.Dataset({"L": (dims, found.L), "L0": (dims[3:], found.L0)}, axes | {"coil": coils, "coil_2": coils})
+    data = data.assign({name: 0.0 * data["L"] for name in ("R", "error_L", "error_R")})
+    data["status"] = (dims[:3], np.full(F_x.shape, "converged"))
+    return data.assign_coords(M_z=1e-3).assign_attrs(unit_L="H", frequency=5e6, request=json.dumps(request))
 
 
 @pytest.fixture(scope="module")
@@ -47,6 +91,30 @@ def test_an_offset_of_the_coils_is_shear(sensor: Sensor, data: xr.Dataset) -> No
     assert np.all(found["low"] < found["high"]) and found["F_z"].to_numpy().tolist() == [2.0, 2.0]
 
 
+def test_three_forces_of_a_stiffer_layer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each is read as what it is, less by the modulus; an offset along x is tared away, it feigns no F_y."""
+    sensor = load_sensor("triaxial-3", ['readout.converter="none"'])
+    monkeypatch.setattr(tolerances, "mechanical_model", lambda *_: (Spring(), None))
+    monkeypatch.setattr(tolerances, "loaded_model", lambda scene, *_: (Near(scene.coils), None))
+    data = three_axes(sensor)
+    loads = usual_loads(sensor_calibration(sensor, data))
+    np.testing.assert_allclose(loads, [[0.0, 1.0, 0.0], [0.25, 1.0, 0.25], [0.25, 2.0, 0.25]], atol=1e-12)
+    found = force_spread(sensor, data, {"modulus": 0.02}, loads.tolist(), samples=16).table()
+    np.testing.assert_allclose(found["deviation"], 0.02 * np.abs(loads), rtol=0.03, atol=1e-9)
+    moved = force_spread(sensor, data, {"offset": 1e-4}, loads.tolist(), samples=16).table()
+    np.testing.assert_allclose(moved["deviation"], 0.0, atol=1e-9)
+
+
+def test_loads_around_the_middle() -> None:
+    """F_z at its end last; where there is no F_z two loads are one."""
+    points = np.stack(np.meshgrid([-1.0, 0.0, 1.0], [0.0, 2.0, 4.0], indexing="ij"), -1).reshape(-1, 2)
+    expected = {"F_z": [[0.0, 2.0], [0.5, 2.0], [0.5, 4.0]], "M": [[0.0, 2.0], [0.5, 3.0]]}
+    for other, loads in expected.items():
+        words = {"forces": ("F_x", other), "coils": ("C1", "C2"), "free": ("H", [1.0, 1.0])}
+        cal = calibration_of(points, 1.0 + points @ [[1, 2], [3, 4]], **words)
+        np.testing.assert_allclose(usual_loads(cal), loads)
+
+
 def test_what_has_no_tolerance_is_refused(sensor: Sensor, data: xr.Dataset) -> None:
     """Unknown names, deviations of none, more than there is."""
     with pytest.raises(ValueError, match="must be some of thickness, modulus, gap, offset; got colour"):
@@ -73,7 +141,21 @@ def test_quality_command(
     assert found[0]["crosstalk"]["F_z"]["F_x"] > 0.0 and found[0]["hysteresis"] == {"F_x": None, "F_z": None}
     assert run(["quality", str(tmp_path), "--modulus", "2 %", "--samples", "8"]) == 0
     said = capsys.readouterr()
-    assert "modulus 100 %" in said.out and "default noise" in said.err
+    assert "modulus 100 %" in said.out and "by default the converter's" in said.err
+    assert "below its error" in said.out and "errors of loads" in said.out
     assert run(["quality", str(tmp_path), "--gap", "2 N"]) == 2
     assert run(["quality", str(tmp_path), "--period", "0 s"]) == 2
     assert "period must be a positive time" in capsys.readouterr().err
+
+
+def test_quality_of_forces_that_two_coils_cannot_resolve(
+    three_forces: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """F_y is named; what needs an inverse, or loads that start from none, says so in one line."""
+    assert run(["quality", str(three_forces), "--noise", "10 fH"]) == 0
+    said = capsys.readouterr().out
+    assert "F_y: moves the coils by less than their noise" in said and "infinite: more forces than coils" in said
+    assert run(["quality", str(three_forces), "--modulus", "5 %"]) == 2
+    assert "the coils do not resolve all of F_x, F_z, F_y" in capsys.readouterr().err
+    assert run(["quality", str(three_forces), "--period", "1 s"]) == 2
+    assert "loads start from none; this one holds M = 0.001 N m" in capsys.readouterr().err

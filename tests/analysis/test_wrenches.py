@@ -106,5 +106,8 @@ def test_what_four_coils_resolve(four: Sensor, monkeypatch: pytest.MonkeyPatch) 
     assert sorted(found.unseen) == ["M", "M_x", "M_z"]
     record = components_record(found)
     assert json.loads(json.dumps(record))["resolved"] == ["F_x", "F_z", "F_y"] and record["alone"]["M_z"] < 1.0
-    with pytest.raises(ValueError, match="table: must reach beyond zero in F_x and F_z; got 0 and 4 N"):
-        resolved_components(four, DATA.isel(F_x=[0]).assign_coords(F_x=[0.0]), np.full(4, 1e-12))
+    normal = DATA.isel(F_x=[0]).assign_coords(F_x=[0.0])
+    alone = resolved_components(four, normal, np.full(4, 1e-12)).alone
+    np.testing.assert_allclose(alone[[0, 3]], 4.0 * found.alone[[0, 3]], rtol=1e-9)  # shear as large as F_z
+    with pytest.raises(ValueError, match="table: must reach beyond zero in a force; got none"):
+        resolved_components(four, normal.isel(F_z=[0]), np.full(4, 1e-12))

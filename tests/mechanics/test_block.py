@@ -183,8 +183,20 @@ def test_section_for_pictures(pad):
         points, quads, J = deformed_section(pad, found)
         x, z = np.moveaxis(points[quads], -1, 0)
         area = 0.5 * np.abs(np.sum(x * np.roll(z, -1, axis=1) - z * np.roll(x, -1, axis=1), axis=1))
-        assert J.shape == (len(quads),) and J.min() > 0.9
+        assert J.shape == (len(quads),) and J.min() >= found.report.min_J
         assert z.min() == pytest.approx(0.0, abs=1e-12) and np.ptp(x) > 19.9 * MM
         if wrench == Wrench():
             assert area.sum() == pytest.approx(20 * MM * 2 * MM) and np.all(J == pytest.approx(1.0))
         assert np.min(np.hypot(*(points - [found.pose.d_h, found.pose.d_v]).T)) < 0.01 * MM
+
+
+def test_a_slanted_section_fills_the_pad(pad):
+    """Of a whole pad at 30 degrees: as long as the pad is there, hanging on the ground; along x as the faces there."""
+    found = pad.equilibrium(Wrench(0.2, 1.0, F_y=1e-6))
+    points, quads, J = deformed_section(pad, found, np.pi / 6)
+    across = np.ptp(points[np.abs(points[:, 1]) < 1e-9][:, 0])
+    assert across == pytest.approx(20 * MM / np.cos(np.pi / 6), rel=2e-3) and J.min() >= found.report.min_J
+    straight, near = (deformed_section(pad, found, angle) for angle in (0.0, 1e-6))
+    for low in (np.min, np.max):
+        assert low(near[0][near[1]], axis=(0, 1)) == pytest.approx(low(straight[0], axis=0), abs=0.02 * MM)
+    assert near[2].min() == pytest.approx(straight[2].min(), abs=1e-6)

@@ -240,7 +240,7 @@ def test_deformed_mesh_lies_between_ground_and_target():
     corners = points[quads]
     following = np.roll(corners, -1, axis=1)
     area = (corners[..., 0] * following[..., 1] - corners[..., 1] * following[..., 0]).sum(axis=1) / 2
-    assert np.all(area > 0.0) and J.shape == (len(quads),)
+    assert np.all(area > 0.0) and J.shape == (len(quads),) and J.min() == pytest.approx(found.report.min_J, rel=1e-12)
     assert area.sum() == pytest.approx(20 * MM * 2 * MM, rel=1e-2)
 
 

@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.readout.crosstalk import crosstalk, rotation_error, sensitivity, slope, slope_error
+from sits_mech.readout.crosstalk import (
+    crosstalk,
+    largest_rotation,
+    rotation_error,
+    sensitivity,
+    signals_of,
+    slope,
+    slope_error,
+)
 
 F_X = np.array([-1.0, -0.4, 0.0, 0.4, 1.0])
 F_Z = np.array([0.0, 1.0, 2.5, 4.0])
@@ -19,6 +27,18 @@ def made(mixing: float = 0.0) -> xr.Dataset:
     data["L_h_untilted_percent"] = 0.9 * data["L_h_percent"]
     data["d_h"] = 2e-4 * F_x + 0.0 * F_z
     return data
+
+
+def three() -> xr.Dataset:
+    """dL_v = -F_z, dL_x = (5 + F_z / 2) F_x + F_y / 5, dL_y = 4 F_y, a tenth of both by rotation; errors 0.01."""
+    data = xr.Dataset(coords={"F_x": F_X, "F_z": F_Z, "F_y": np.array([-0.5, 0.0, 0.5])})
+    F_x, F_z, F_y = data.F_x, data.F_z, data.F_y
+    formulas = {"dL_v": -F_z, "dL_x": (5.0 + 0.5 * F_z) * F_x + 0.2 * F_y, "dL_y": 4.0 * F_y}
+    formulas |= {"d_h": 2e-4 * F_x, "d_y": 1e-4 * F_y}
+    data = data.assign({name: xr.broadcast(values, F_x + F_z + F_y)[0] for name, values in formulas.items()})
+    data = data.assign({f"{name}_untilted": 0.9 * data[name] for name in ("dL_x", "dL_y")})
+    data = data.assign({f"error_{name}": 0.01 + 0.0 * data["dL_v"] for name in ("dL_v", "dL_x", "dL_y")})
+    return data.transpose("F_x", "F_z", "F_y")
 
 
 def test_sensitivity_of_quadratics_is_exact() -> None:
@@ -58,6 +78,57 @@ def test_rotation_error_by_hand() -> None:
     found = rotation_error(made())
     np.testing.assert_allclose(found["F_x_error"], 0.1 * F_X[:, None] + 0.0 * F_Z, atol=1e-12)
     np.testing.assert_allclose(found["d_h_error"], 0.5 * F_X[:, None] * 2e-4 / 4.5 + 0.0 * F_Z, atol=1e-16)
+
+
+def test_every_force_into_every_signal_by_hand() -> None:
+    """Full scales 4, 10 and 4; into dL_x F_z strays by 0.5 * 4 * 1, F_y by 0.2 * 0.5, both of 10."""
+    found = crosstalk(three()).attrs
+    assert {name: found[f"full_scale_{name}"] for name in ("dL_v", "dL_x", "dL_y")} == pytest.approx(
+        {"dL_v": 4.0, "dL_x": 10.0, "dL_y": 4.0}
+    )
+    strays = {key.removeprefix("largest_"): value for key, value in found.items() if key.startswith("largest_")}
+    assert strays == pytest.approx({
+        "dL_v_from_F_x": 0.0, "dL_v_from_F_y": 0.0, "dL_x_from_F_z": 20.0, "dL_x_from_F_y": 1.0, "dL_y_from_F_z": 0.0,
+        "dL_y_from_F_x": 0.0,
+    }, abs=1e-12)  # fmt: skip
+    assert found["error_full_scale_dL_x"] == pytest.approx(0.02)
+    assert found["error_largest_dL_x_from_F_z"] == pytest.approx((2.0 + 20.0 * 0.02) / (10.0 - 0.02))
+    assert crosstalk(three())["dL_x_from_F_y"].dims == ("F_x", "F_z", "F_y")
+
+
+def test_sensitivity_of_three_signals_is_exact() -> None:
+    """By every force, those with a signal of their own first; a moment too, which has none."""
+    S = sensitivity(three())
+    assert S.coords["signal"].to_numpy().tolist() == ["dL_v", "dL_x", "dL_y"]
+    assert S.coords["force"].to_numpy().tolist() == ["F_z", "F_x", "F_y"]
+    np.testing.assert_allclose(S.sel(signal="dL_x", force="F_y"), 0.2, atol=1e-12)
+    np.testing.assert_allclose(S.sel(signal="dL_y", force="F_y"), 4.0, atol=1e-12)
+    np.testing.assert_allclose(S.sel(signal="dL_x", force="F_z").isel(F_x=4), 0.5, atol=1e-12)
+    turned = three().rename(F_y="M")
+    assert sensitivity(turned).coords["force"].to_numpy().tolist() == ["F_z", "F_x", "M"]
+    assert "largest_dL_x_from_M" in crosstalk(turned).attrs and "full_scale_dL_y" not in crosstalk(turned).attrs
+
+
+def test_rotation_error_along_both_axes() -> None:
+    """A tenth of dL_y = 4 F_y: 0.4 F_y, that is F_y / 10, or 0.4 F_y 1e-4 / 3.6 metres."""
+    found = largest_rotation(three())
+    assert found["F_y"][0] == pytest.approx(0.05) and found["d_y"][0] == pytest.approx(0.4 * 0.5 * 1e-4 / 3.6)
+    # by three values a half apart the slope at an end is (-3 y_0 + 4 y_1 - y_2): an error of 0.01 each makes 0.08
+    assert found["F_y"][1] == pytest.approx((0.02 + 0.05 * 0.08) / (4.0 - 0.08))
+    assert set(found) == {"F_x", "d_h", "F_y", "d_y"}
+    assert largest_rotation(made().drop_vars("L_h_untilted_percent")) == {}
+
+
+def test_which_signal_belongs_to_which_force() -> None:
+    """A pair on x shows its published signals, one on y none along x, coils in a row none along y."""
+    pair = made()
+    assert signals_of(pair) == {"F_z": "L_v_percent", "F_x": "L_h_percent"}
+    moments = {name: pair["L_h_percent"] for name in ("dL_v", "dL_x")} | {"dL_y": 0.0 * pair["L_h_percent"]}
+    assert signals_of(pair.assign(moments)) == {"F_z": "L_v_percent", "F_x": "L_h_percent"}
+    upright = pair.assign(moments | {"dL_x": moments["dL_y"], "dL_y": moments["dL_x"]})
+    assert signals_of(upright) == {"F_z": "dL_v", "F_y": "dL_y"}
+    row = pair.drop_vars(["L_v_percent", "L_h_percent", "L_h_untilted_percent"]).assign(moments)
+    assert signals_of(row) == {"F_z": "dL_v", "F_x": "dL_x"}
 
 
 def test_a_single_load_has_no_slope() -> None:

@@ -73,8 +73,7 @@ def test_a_table_of_three_forces_has_what_can_be_drawn(three_forces: Path) -> No
 
 
 @pytest.mark.parametrize("words", [
-    ("invert", "--l1", "92 %", "--l2", "92 %"), ("converter",), ("quality",), ("compare", "bench.csv"),
-    ("export", "--to", "c"), ("export", "--to", "spice"), ("export", "--to", "vtu"),
+    ("compare", "bench.csv"), ("export", "--to", "spice"), ("export", "--to", "vtu"),
 ])  # fmt: skip
 def test_what_needs_two_forces_says_so(
     three_forces: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...]

@@ -14,7 +14,8 @@ Loops with parallel axes a distance D apart: the line integral of A_phi = M(a, r
 
     M = 1/(2 pi) int_0^2pi M(a, rho, d) / rho^2  b (b + D cos t) dt,    rho^2 = b^2 + D^2 + 2 b D cos t,
 
-by the trapezium rule, which converges geometrically because the integrand is periodic and analytic.
+by the trapezium rule, which converges geometrically because the integrand is periodic and analytic. M / rho^2 of all
+filaments of a winding is a polynomial of rho across the other one, to rounding (`_across`).
 
 Units: H, m. Neglected: the spiral's pitch, displacement current, uneven current in the section (`track_modes`).
 Source: Maxwell, Treatise, art. 701; Carlson, Numer. Algorithms 10 (1995) 13.
@@ -22,19 +23,23 @@ Source: Maxwell, Treatise, art. 701; Carlson, Numer. Algorithms 10 (1995) 13.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from itertools import combinations
 
 import numpy as np
+from numpy.polynomial import Chebyshev
 from numpy.typing import ArrayLike
 from scipy.constants import mu_0
 from scipy.special import elliprd
 
-from sits_mech.geometry.windings import Sections, coil_sections
+from sits_mech.geometry.windings import Sections, coil_sections, kinds_of, rounded
 from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 
 _ANGLES = 8192  # most points around a loop: coils whose edges touch need the most
+_DIGITS = 36.0  # natural logarithm of the accuracy of the field across another winding: rounding
 
 
 def mutual_loops(a: ArrayLike, b: ArrayLike, d: ArrayLike) -> Array:
@@ -122,6 +127,8 @@ def _offsets(rings: Sections, points: tuple[int, int]) -> list[tuple[Array, Arra
 def coil_inductances(coils: Sequence[Coil], *, tolerance: float = 1e-9) -> Array:
     """Return the free-space inductance matrix of coils with parallel axes, as rings [H].
 
+    Equal windings, and equal pairs of them at equal distances, are computed once.
+
     Parameters
     ----------
     coils : sequence of Coil
@@ -133,13 +140,17 @@ def coil_inductances(coils: Sequence[Coil], *, tolerance: float = 1e-9) -> Array
     -------
     ndarray, shape (n, n)
     """
-    sections = [coil_sections(coil) for coil in coils]
-    L = np.diag([float(ring_inductance(rings).sum()) for rings in sections])
-    for i, first in enumerate(coils):
-        for j in range(i):
-            distance = float(np.hypot(first.centre[0] - coils[j].centre[0], first.centre[1] - coils[j].centre[1]))
-            error = tolerance * float(np.sqrt(L[i, i] * L[j, j]))
-            L[i, j] = L[j, i] = mutual_side_by_side(sections[i], sections[j], distance, error=error)
+    kinds, which = kinds_of(coils)
+    sections = [coil_sections(kind) for kind in kinds]
+    own = [float(ring_inductance(rings).sum()) for rings in sections]
+    L, known = np.diag([own[k] for k in which]), dict[tuple[int, int, float], float]()
+    for i, j in combinations(range(len(coils)), 2):
+        one, other = sorted((which[i], which[j]))
+        pair = one, other, rounded(math.dist(coils[i].centre, coils[j].centre))
+        if pair not in known:
+            error = tolerance * math.sqrt(own[one] * own[other])
+            known[pair] = mutual_side_by_side(sections[one], sections[other], pair[2], error=error)
+        L[i, j] = L[j, i] = known[pair]
     return L
 
 
@@ -155,19 +166,38 @@ def mutual_side_by_side(first: Sections, second: Sections, distance: float, *, e
     error : float
         Absolute error asked of the quadrature around the loops [H].
     """
-    (a, za, wa), (b, zb, wb) = _filaments(first), _filaments(second)
+    b, zb, wb = _filaments(second)
+    heights, level = np.unique(zb, return_inverse=True)
+    reach = float(np.abs(b - distance).min()), float(b.max()) + distance
+    fields = [_across(first, height, reach) for height in heights]
     count, before = 16, np.inf
     while True:
         # half the points by symmetry; the mid-points keep clear of the closest approach at t = pi
         cosine = np.cos(np.pi * (np.arange(count) + 0.5) / count)
         value = 0.0
-        for radius, z, weight in zip(b, zb, wb, strict=True):
+        for k, field in enumerate(fields):
+            radius, weight = b[level == k, None], wb[level == k]
             rho = np.sqrt(radius**2 + distance**2 + 2 * radius * distance * cosine)
-            kernel = a[:, None] ** 2 * _reduced(a[:, None], rho, (za - z)[:, None])
-            value += weight * radius * float(wa @ (kernel @ (radius + distance * cosine))) / count
+            value += float(weight @ (field(rho) * radius * (radius + distance * cosine)).mean(axis=1))
         if abs(value - before) <= error or count >= _ANGLES:
             return value
         count, before = 2 * count, value
+
+
+def _across(rings: Sections, height: float, reach: tuple[float, float]) -> Chebyshev:
+    """M(a, rho, d) / rho^2 of all filaments of a winding at one height, over a range of rho away from them.
+
+    Analytic but for rho = a +- j d, whose nearest ellipse tells how many polynomials reach rounding.
+    """
+    a, z, weight = _filaments(rings)
+    middle, half = sum(reach) / 2, max(reach[1] - reach[0], 1e-6 * reach[1]) / 2
+    w = (a + 1j * (z - height) - middle) / half
+    rate = math.acosh(max(1.0, float((np.abs(w - 1) + np.abs(w + 1)).min()) / 2))
+    degree = min(_ANGLES, math.ceil(_DIGITS / max(rate, _DIGITS / _ANGLES)))
+    return Chebyshev.interpolate(
+        lambda rho: (weight * a**2) @ _reduced(a[:, None], rho, (z - height)[:, None]), degree,
+        domain=[middle - half, middle + half],
+    )  # fmt: skip
 
 
 def _filaments(rings: Sections) -> tuple[Array, Array, Array]:

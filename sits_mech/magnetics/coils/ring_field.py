@@ -22,13 +22,14 @@ Source: Carlson, Numer. Algorithms 10 (1995) 13; Grover, Inductance Calculations
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import combinations
 
 import numpy as np
 from scipy.constants import mu_0
 from scipy.ndimage import map_coordinates, spline_filter
 from scipy.special import elliprd
 
-from sits_mech.geometry.windings import coil_sections, spiral_path
+from sits_mech.geometry.windings import coil_sections, kinds_of, rounded, spiral_path
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 
@@ -130,15 +131,19 @@ def path_potential(path: Array, points: Array, *, offset: Array | float = 0.0) -
 
 
 def spiral_inductances(coils: Sequence[Coil], *, points_per_turn: int = 60) -> Array:
-    """Return the free-space inductance matrix of coils as spirals [H], shape (n, n)."""
-    paths = [spiral_path(coil, points_per_turn=points_per_turn) for coil in coils]
-    L = np.zeros((len(coils), len(coils)))
-    for i, coil in enumerate(coils):
-        g = np.exp(-1.5) * (coil.track_width + coil.track_thickness)
-        near = points_per_turn // 4
-        L[i, i] = _linkage(paths[i], paths[i], g, near)
-        for j in range(i):
-            L[i, j] = L[j, i] = (_linkage(paths[i], paths[j]) + _linkage(paths[j], paths[i])) / 2
+    """Return the free-space inductance matrix of coils as spirals [H], shape (n, n); equal pairs computed once."""
+    kinds, which = kinds_of(coils)
+    paths = [spiral_path(kind, points_per_turn=points_per_turn) for kind in kinds]
+    gaps = [np.exp(-1.5) * (kind.track_width + kind.track_thickness) for kind in kinds]
+    own = [_linkage(path, path, g, points_per_turn // 4) for path, g in zip(paths, gaps, strict=True)]
+    L, known = np.diag([own[k] for k in which]), dict[tuple[int, int, float, float], float]()
+    for i, j in combinations(range(len(coils)), 2):
+        (one, at), (other, there) = sorted((which[k], coils[k].centre) for k in (i, j))
+        pair = one, other, rounded(there[0] - at[0]), rounded(there[1] - at[1])
+        if pair not in known:
+            first, second = paths[one], paths[other] + (*pair[2:], 0.0)
+            known[pair] = (_linkage(first, second) + _linkage(second, first)) / 2
+        L[i, j] = L[j, i] = known[pair]
     return L
 
 

@@ -15,14 +15,14 @@ import xarray as xr
 from pydantic import BaseModel
 from rich.table import Table
 
-from sits_mech.analysis.bench import sensor_calibration
+from sits_mech.analysis.bench import coil_table, sensor_calibration
 from sits_mech.analysis.codes import Readings
 from sits_mech.cases import DONE
 from sits_mech.quantities import shown_unit
 from sits_mech.readout.crosstalk import crosstalk
 from sits_mech.readout.loads import fixed, load_words, varied
 from sits_mech.readout.quality import quality
-from sits_mech.report.tables.loads import failures, load_table, missing_figures, remarks, summary_table
+from sits_mech.report.tables.loads import failures, load_table, remarks, summary_table
 from sits_mech.report.tables.quality import quality_record, quality_tables
 from sits_mech.report.tables.readings import front_end_table
 from sits_mech.scene.sensor import Sensor, scene_text
@@ -34,8 +34,8 @@ _PICTURES = {
     "layer.png": "The deformed layer under the largest load, in the section y = 0.",
 }
 _NOT_SHOWN = (
-    "Not shown: the explorer, {}, the converter's settings, and forces back from inductances. They need a table over "
-    "F_x and F_z alone."
+    "Not shown: the explorer, the converter's settings, and forces back from inductances. They need a table over F_x "
+    "and F_z alone."
 )
 _NOTABLE = 10.0  # crosstalk worth a sentence [% of full scale]
 
@@ -81,7 +81,7 @@ def words_part(sensor: Sensor, data: xr.Dataset, read: Readings | None) -> str:
     lines = [f"No result under {line}" for line in failures(data)]
     lines += [_sentence(line) for line in remarks(data)]
     if read is None:
-        lines.append(_NOT_SHOWN.format(", ".join(missing_figures(data))))
+        lines.append(_NOT_SHOWN)
     elif read.front is not None:
         lines += [_sentence(line) for line in read.front.warnings]
     lines += ([] if read is None else _mixing(data)) + _models(sensor, data)
@@ -179,9 +179,9 @@ def inverse_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
     ]
     if read.front is None or cal.domain.share == 0.0:
         return _pairs(rows)
-    found = quality(cal, read.front.noise, positions=[coil.centre[0] for coil in sensor.coils])
+    found = quality(cal, read.front.noise, table=coil_table(sensor, data))
     tables = quality_tables(quality_record(found, data))
-    title = "<h3>Quality; resolution is one standard deviation of the converter's noise at its longest conversion</h3>"
+    title = "<h3>Quality; the noise is the converter's at its longest conversion</h3>"
     return _pairs(rows) + title + "".join(html_table(table) for table in tables)
 
 
@@ -260,7 +260,7 @@ def html_table(table: Table, *, numbers: bool = False) -> str:
     head = "".join(f"<th{kind}>{html.escape(str(column.header))}</th>" for column in table.columns)
     lines = [f"<table><thead><tr>{head}</tr></thead><tbody>" if table.show_header else "<table><tbody>"]
     for cells in zip(*(column.cells for column in table.columns), strict=True):
-        texts = [html.escape(str(cell)).replace("+-", "±") for cell in cells]
+        texts = [html.escape(str(cell)).replace("+-", "±").replace("\n", "<br>") for cell in cells]
         bad = ' class="bad"' if numbers and texts[-1] != DONE else ""
         lines.append(f"<tr{bad}>" + "".join(f"<td{kind}>{text}</td>" for text in texts) + "</tr>")
     return "".join([*lines, "</tbody></table>"])

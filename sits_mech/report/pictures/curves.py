@@ -5,7 +5,7 @@ Sizes are those of one column of a two-column paper (88 mm). matplotlib is impor
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -35,8 +35,15 @@ _STYLE: Any = {
 
 
 @contextmanager
-def new_figure(height: float = 0.75, columns: int = 1, rows: int = 1) -> Iterator[tuple[Figure, list[Axes]]]:
-    """Give an empty figure one paper column wide and its axes row by row; what is drawn inside has the paper's style.
+def new_figure(
+    height: float = 0.75,
+    columns: int = 1,
+    rows: int = 1,
+    *,
+    width: float = COLUMN,
+    shares: Sequence[float] | None = None,
+) -> Iterator[tuple[Figure, list[Axes]]]:
+    """Give an empty figure and its axes row by row; what is drawn inside has the paper's style.
 
     Parameters
     ----------
@@ -44,6 +51,10 @@ def new_figure(height: float = 0.75, columns: int = 1, rows: int = 1) -> Iterato
         Of the figure, over its width.
     columns, rows : int
         Number of axes across and down.
+    width : float
+        Of the figure [in]; one paper column by default.
+    shares : sequence of float, optional
+        Heights of the rows to one another; equal by default.
 
     Raises
     ------
@@ -57,9 +68,9 @@ def new_figure(height: float = 0.75, columns: int = 1, rows: int = 1) -> Iterato
     except ImportError:
         raise SceneError("pictures need matplotlib: pip install 'sits-mech[view]'") from None
     with rc_context(_STYLE):
-        figure = Figure(figsize=(COLUMN, COLUMN * height), layout="constrained")
+        figure = Figure(figsize=(width, width * height), layout="constrained")
         FigureCanvasAgg(figure)
-        yield figure, list(figure.subplots(rows, columns, squeeze=False).ravel())
+        yield figure, list(figure.subplots(rows, columns, squeeze=False, height_ratios=shares).ravel())
 
 
 def add_polygons(axes: Axes, corners: Array, **style: Any) -> PolyCollection:

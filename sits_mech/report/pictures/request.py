@@ -1,4 +1,4 @@
-"""Which picture answers a request? The layer for a load, the field for a pose, the space around both when asked for."""
+"""Which picture answers a request? The layer for a load, the field for a pose, scene or space when asked for."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ from typing import Literal
 from sits_mech.chain.models import mechanical_model
 from sits_mech.quantities import Pose, Wrench, refuse_beside
 from sits_mech.report.pictures.curves import save_figure
+from sits_mech.report.pictures.drawing import scene_drawing
 from sits_mech.report.pictures.section import driven_coil, field_view, load_view
 from sits_mech.report.pictures.spatial import spatial_view
 from sits_mech.scene.sensor import SceneError, Sensor
 
-Kind = Literal["field", "layer", "spatial"]
+Kind = Literal["scene", "layer", "field", "spatial"]
 _FORMATS = (".png", ".pdf", ".svg")
 
 
@@ -45,8 +46,10 @@ def kind_of_picture(asked: Kind | None, wrench: Wrench, pose: Pose | None) -> Ki
     Raises
     ------
     SceneError
-        When both a pose and a load are given, or a layer is asked for at a pose.
+        When both a pose and a load are given, a layer is asked for at a pose, or the scene at either.
     """
+    if asked == "scene" and (pose is not None or wrench.components.any()):
+        raise SceneError("--kind scene: must have neither a load nor a pose: it shows the target at rest, unsolved")
     if pose is not None and wrench.components.any():
         raise SceneError("--dv: must not be given together with a load, which leads to a pose of its own")
     if pose is not None and asked == "layer":
@@ -75,6 +78,9 @@ def draw(kind: Kind, sensor: Sensor, request: Request, path: Path) -> None:
         When a solve did not reach its answer.
     """
     driven = driven_coil(sensor, request.driven)
+    if kind == "scene":
+        save_figure(scene_drawing(sensor), path)
+        return
     if kind == "field":
         refuse_beside("planar-fem", request.pose or request.wrench, "sheets, --kind spatial")
     if kind == "layer":

@@ -1,4 +1,4 @@
-"""What does the sensor look like in the section y = 0? The deformed layer under a load; the field around a pose."""
+"""What does the sensor look like in a section? The deformed layer under a load; the field around a pose."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sits_mech.chain.models import mechanical_model
-from sits_mech.geometry.windings import coil_bars
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.mechanics.block import BlockPad, deformed_section
 from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh
 from sits_mech.quantities import WRENCH, Array, Equilibrium, MechanicalModel, Pose, Wrench, shown_unit
 from sits_mech.report.pictures.curves import add_polygons, new_figure
+from sits_mech.report.pictures.cuts import Plane, coil_cut, conductor_cut, names_cut, target_cut
 from sits_mech.report.pictures.fields import current_view, potential_view
 from sits_mech.scene.sensor import SceneError, Sensor
 
@@ -26,11 +26,12 @@ Mesh = tuple[Array, NDArray[np.int64], Array]
 Frame = tuple[tuple[float, float], tuple[float, float]]
 _MM = 1e3
 _DOTS = 300  # per inch, as pictures are written
+_TRACKS = ("tab:red", "tab:blue")
 _CURRENT = 1e-3  # of the driven coil [A]
 
 
-def layer_view(sensor: Sensor, equilibrium: Equilibrium, mesh: Mesh | None = None) -> Figure:
-    """Return a picture of the section y = 0 under a load.
+def layer_view(sensor: Sensor, equilibrium: Equilibrium, mesh: Mesh | None = None, angle: float = 0.0) -> Figure:
+    """Return a picture of an upright section under a load, with the coils that it cuts.
 
     Parameters
     ----------
@@ -39,35 +40,55 @@ def layer_view(sensor: Sensor, equilibrium: Equilibrium, mesh: Mesh | None = Non
     equilibrium : Equilibrium
         The load and where the target rests.
     mesh : tuple of ndarray, optional
-        The deformed layer: points (n, 2) [m], quadrilaterals (m, 4), volume ratio of each (m,).
+        The deformed layer: points (n, 2) [m], quadrilaterals (m, 4), smallest volume ratio in each (m,).
+    angle : float
+        From x to the section's direction [rad].
     """
-    frame = (left, right), (bottom, top) = _frame(sensor, equilibrium, mesh)
-    height = 0.85 * (top - bottom) / (right - left) + (0.2 if mesh is None else 0.33)  # of the axes and what is around
+    plane = Plane(angle)
+    tracks = [coil_cut(coil, plane, sensor.substrate_radius) for coil in sensor.coils]
+    plates = [] if sensor.target is None else [target_cut(sensor.target, equilibrium.pose, plane)]
+    plates += [conductor_cut(part, plane) for part in sensor.conductors]
+    points = [each.reshape(-1, 2) for each in (*(corners for corners, _ in tracks), *plates)]
+    frame = (left, right), (bottom, top) = _frame(sensor, points, None if mesh is None else mesh[0][mesh[1]])
+    height = 0.85 * (top - bottom) / (right - left) + (0.26 if mesh is None else 0.4)  # of the axes and what is around
     with new_figure(height) as (figure, (axes,)):
         if mesh is not None:
-            points, quads, J = mesh
-            corners = _MM * points[quads]
-            layer = add_polygons(axes, corners, cmap="cividis", edgecolor="0.25", linewidth=0.15, array=J)
-            bar = figure.colorbar(layer, ax=axes, location="bottom", shrink=0.7, aspect=35)
-            bar.set_label("volume ratio $J$ [-]", fontsize=7)
-            bar.ax.tick_params(labelsize=6)
-        for coil in sensor.coils:
-            bars = coil_bars(coil)
-            corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * (bars.width / 2, bars.thickness / 2)
-            boxes = np.stack([bars.x, bars.z], axis=1)[:, None, :] + corners
-            shades = np.where(bars.sign > 0, "tab:red", "tab:blue")
-            add_polygons(axes, _MM * boxes, facecolors=list(shades), linewidth=0)
-        if sensor.target is not None:
-            plate = _MM * target_corners(sensor, equilibrium.pose)[None]
-            add_polygons(axes, plate, facecolors="#b87333", edgecolors="0.2", linewidth=0.4)
-        _dress(axes, equilibrium, frame)
+            _draw_layer(figure, axes, mesh, equilibrium.report.min_J)
+        for corners, sign in tracks:
+            add_polygons(axes, _MM * corners, facecolors=np.where(sign > 0, *_TRACKS).tolist(), linewidth=0)
+        for k, corners in enumerate(plates):
+            shade = "#b87333" if k == 0 and sensor.target is not None else "#8792a6"
+            add_polygons(axes, _MM * corners, facecolors=shade, edgecolors="0.2", linewidth=0.4)
+        _dress(axes, equilibrium, frame, plane)
+        missed = names_cut(sensor, plane)[1]
+        beside = f"; beside it: {', '.join(missed)}" if missed else ""
+        axes.annotate(
+            f"section {plane.words}{beside}", (0.0, 1.0), (0, 2), xycoords="axes fraction", textcoords="offset points",
+            fontsize=6,
+        )  # fmt: skip
     return figure
+
+
+def _draw_layer(figure: Figure, axes: Axes, mesh: Mesh, least: float | None) -> None:
+    """Draw the deformed layer, coloured by its smallest volume ratios, with their scale."""
+    from matplotlib.ticker import MaxNLocator
+
+    points, quads, J = mesh
+    layer = add_polygons(axes, _MM * points[quads], cmap="cividis", edgecolor="0.25", linewidth=0.15, array=J)
+    bar = figure.colorbar(layer, ax=axes, location="bottom", shrink=0.7, aspect=35)
+    bar.locator = MaxNLocator(5)
+    bar.update_ticks()
+    whole = "" if least is None else f"; in the whole pad {least:.4f}"
+    bar.set_label(f"volume ratio $J$, the smallest in each cell [-]\nsmallest here {J.min():.4f}{whole}", fontsize=7)
+    bar.ax.tick_params(labelsize=6)
 
 
 def load_view(
     sensor: Sensor, wrench: Wrench, tolerance: float = 1e-2, mechanics: str = "auto", start: Equilibrium | None = None
 ) -> Figure:
-    """Return a picture of the section y = 0 under a load, the layer solved for it, from a start, by a model.
+    """Return a picture of a section under a load, the layer solved for it, from a start, by a model.
+
+    The section is y = 0; of a load that leaves this plane the one along its shear force, or across its moment.
 
     Raises
     ------
@@ -85,13 +106,22 @@ def load_view(
     if wrench.beside and equilibrium.state.size == 0:
         needed = "needs a load in the plane y = 0 (--fx, --fz, --moment)"
         raise SceneError(f"picture of the layer: {needed}; got {', '.join(wrench.beside)} too: ask for --kind spatial")
-    return layer_view(sensor, equilibrium, _deformed(model, equilibrium))
+    angle = load_angle(wrench)
+    return layer_view(sensor, equilibrium, _deformed(model, equilibrium, angle), angle)
 
 
-def _deformed(model: MechanicalModel, equilibrium: Equilibrium) -> Mesh | None:
-    """The deformed layer in the section y = 0, where the model has one."""
+def load_angle(wrench: Wrench) -> float:
+    """Return the angle from x of the upright plane that a load acts in, by its shear, else its moment [rad]."""
+    sheared = wrench.F_x != 0.0 or wrench.F_y != 0.0
+    along, across = (wrench.F_x, wrench.F_y) if sheared else (wrench.M, -wrench.M_x)
+    angle = float(np.arctan2(across, along)) % np.pi
+    return angle - np.pi if angle > 0.5 * np.pi + 1e-9 else angle
+
+
+def _deformed(model: MechanicalModel, equilibrium: Equilibrium, angle: float) -> Mesh | None:
+    """The deformed layer in a section, where the model has one."""
     if isinstance(model, BlockPad):
-        return deformed_section(model, equilibrium)
+        return deformed_section(model, equilibrium, angle)
     return deformed_mesh(model, equilibrium) if isinstance(model, PlanarLayer) else None
 
 
@@ -162,31 +192,15 @@ def _stacked(figures: Sequence[Figure]) -> Figure:
     return stacked
 
 
-def target_corners(sensor: Sensor, pose: Pose) -> Array:
-    """Return the corners of the target's section at one pose [m], shape (4, 2): bottom left, then counter-clockwise."""
-    target = sensor.target
-    if target is None:
-        return np.empty((0, 2))
-    half, height = target.extent[0] / 2, target.thickness
-    xi, eta = np.array([-half, half, half, -half]), np.array([0.0, 0.0, height, height])
-    cos, sin = np.cos(pose.alpha), np.sin(pose.alpha)
-    return np.stack([pose.d_h + xi * cos + eta * sin, pose.d_v - xi * sin + eta * cos], axis=1)
-
-
-def _frame(sensor: Sensor, equilibrium: Equilibrium, mesh: Mesh | None) -> Frame:
-    """Return what the picture shows, along x and z [m]."""
-    reach = max(abs(coil.centre[0]) + coil.outer_diameter / 2 for coil in sensor.coils)
-    if sensor.elastomer is not None:
-        reach = max(reach, sensor.elastomer.extent[0] / 2)
+def _frame(sensor: Sensor, parts: list[Array], layer: Array | None) -> Frame:
+    """Return what the picture shows, along the section and z [m]."""
+    places = np.vstack([*parts, *([] if layer is None else [layer.reshape(-1, 2)]), [[0.0, 0.0]]])
+    reach = float(np.abs(places[:, 0]).max())
     depth = max(coil.height for coil in sensor.coils)
-    top = float(np.max(target_corners(sensor, equilibrium.pose)[:, 1], initial=float(equilibrium.pose.d_v)))
-    if mesh is not None:
-        across, up = mesh[0][mesh[1]].reshape(-1, 2).T
-        reach, top = max(reach, float(np.abs(across).max())), max(top, float(up.max()))
-    return (-1.12 * reach, 1.12 * reach), (-depth - 0.3e-3, top + 0.4e-3)
+    return (-1.12 * reach, 1.12 * reach), (min(-depth, places[:, 1].min()) - 0.3e-3, places[:, 1].max() + 0.4e-3)
 
 
-def _dress(axes: Axes, equilibrium: Equilibrium, frame: Frame) -> None:
+def _dress(axes: Axes, equilibrium: Equilibrium, frame: Frame, plane: Plane) -> None:
     """Give axes, title and the substrate's surface."""
     across, up = frame
     axes.axhline(0.0, color="0.4", linewidth=0.4)
@@ -194,8 +208,8 @@ def _dress(axes: Axes, equilibrium: Equilibrium, frame: Frame) -> None:
     axes.set_ylim(*(_MM * z for z in up))
     axes.set_aspect("equal")
     axes.grid(False)
-    axes.set_xlabel("$x$ [mm]")
+    axes.set_xlabel("$x$ [mm]" if plane.angle == 0.0 else "along the section [mm]")
     axes.set_ylabel("$z$ [mm]")
     shown = ("F_x", "F_z", *(name for name in WRENCH[2:] if getattr(equilibrium.wrench, name) != 0.0))
     load = ((name, getattr(equilibrium.wrench, name)) for name in shown)
-    axes.set_title(", ".join(f"${name}$ = {value:.3g} {shown_unit(name)}" for name, value in load), fontsize=8)
+    axes.set_title(", ".join(f"${name}$ = {value:.3g} {shown_unit(name)}" for name, value in load), fontsize=8, pad=12)

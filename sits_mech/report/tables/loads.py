@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 import math
+from itertools import product
 
-import numpy as np
 import xarray as xr
 from rich.table import Table
 
 from sits_mech.cases import DONE
 from sits_mech.quantities import POSE, UNITS, shown_unit
-from sits_mech.readout.crosstalk import crosstalk, rotation_error, slope, slope_error
-from sits_mech.readout.loads import beyond_two, fixed, load_words, middle, over_loads, points, two_forces, varied
-from sits_mech.readout.signals import PAIR, told
-from sits_mech.report.tables.solves import with_error
+from sits_mech.readout.crosstalk import (
+    components_of,
+    crosstalk,
+    largest_rotation,
+    short_name,
+    signals_of,
+    slope,
+    slope_error,
+)
+from sits_mech.readout.loads import fixed, load_words, middle, over_loads, points, varied
+from sits_mech.readout.signals import SIGNALS, told
+from sits_mech.report.tables.solves import figure_text, with_error
 
 Figure = tuple[str, float, float, str]
 _SCALES = {"m": (1e6, "um"), "rad": (1e3, "mrad")}
@@ -49,7 +57,7 @@ def _columns(data: xr.Dataset) -> list[tuple[str, float, str]]:
     """Return name, scale and heading of what a table of loads shows: the pose, as far as it moves, and the signals."""
     shown = [(name, *_SCALES[UNITS[name]]) for name in POSE if name in POSE[:3] or name in data]
     pose = [(name, scale, f"{name} [{unit}]") for name, scale, unit in shown]
-    return pose + [(name, 1.0, f"{name.removesuffix('_percent')} [% L0]") for name in told(data)]
+    return pose + [(name, 1.0, f"{short_name(name)} [% L0]") for name in told(data)]
 
 
 def _number(row: xr.Dataset, name: str) -> float:
@@ -68,24 +76,15 @@ def summary_table(data: xr.Dataset) -> Table:
     Returns
     -------
     Table
-        Sensitivities in the middle of the grid; over F_x and F_z alone also full scales, crosstalk both ways, rotation
-        error.
+        Sensitivities in the middle of the grid, full scales, crosstalk of every component into the signals of the
+        others, and what the rotation of a pair's target is read as.
     """
     found = Table(title="figures of merit", show_edge=False)
     for heading in ("figure", "value", "unit"):
         found.add_column(heading)
     for name, value, error, unit in figures(data):
-        text = with_error(value, error) if math.isfinite(error) else "not determined: within the errors of the signals"
-        found.add_row(name, text if math.isfinite(value) else "-", unit)
-    for name in missing_figures(data):
-        found.add_row(name, "not available: needs a table over F_x and F_z alone", "")
+        found.add_row(name, figure_text(value, error), unit)
     return found
-
-
-def missing_figures(data: xr.Dataset) -> tuple[str, ...]:
-    """Return the figures of merit that a table has not: other components than F_x and F_z, or other than two coils."""
-    pair = f"{PAIR[0]}_percent" in data and not beyond_two(data)
-    return () if pair else ("full scales", "crosstalk", "rotation error")
 
 
 def figures(data: xr.Dataset) -> list[Figure]:
@@ -98,64 +97,49 @@ def figures(data: xr.Dataset) -> list[Figure]:
     data : Dataset
         As from `calibrate`.
     """
-    if missing_figures(data):
-        return _sensitivities(data, varied(data))
-    data = two_forces(data)
-    return _sensitivities(data, ("F_z", "F_x")) + _crosstalk_figures(data) + _rotation_figures(data)
+    return _sensitivities(data) + _crosstalk_figures(data) + _rotation_figures(data)
 
 
-def _sensitivities(data: xr.Dataset, components: tuple[str, ...]) -> list[Figure]:
+def _several(data: xr.Dataset) -> tuple[str, ...]:
+    """Return the components of which a table has more than one value."""
+    return tuple(name for name in components_of(data) if data.sizes[name] > 1)
+
+
+def _sensitivities(data: xr.Dataset) -> list[Figure]:
     """Return the slope of each signal by each component in the middle of the grid."""
     at, found = middle(data), []
-    for signal in told(data):
-        for name in components:
-            rate = float(slope(data[signal], name).isel(at))
-            unsure = float(slope_error(data[f"error_{signal}"], name).isel(at))
-            unit = shown_unit(name) if UNITS[name] == "N" else f"({shown_unit(name)})"
-            found.append((f"d{signal.removesuffix('_percent')}/d{name} mid-grid", rate, unsure, f"% of L0 / {unit}"))
+    for signal, name in product(signals_of(data).values(), _several(data)):
+        rate = float(slope(data[signal], name).isel(at))
+        unsure = float(slope_error(data[f"error_{signal}"], name).isel(at))
+        unit = shown_unit(name) if UNITS[name] == "N" else f"({shown_unit(name)})"
+        shown = f"d({short_name(signal)})" if signal in SIGNALS else f"d{short_name(signal)}"
+        found.append((f"{shown}/d{name} mid-grid", rate, unsure, f"% of L0 / {unit}"))
     return found
 
 
 def _crosstalk_figures(data: xr.Dataset) -> list[Figure]:
-    """Return the full scale of each signal and what the other's force makes of it."""
-    stray, found = crosstalk(data), []
-    for signal, force in (("L_h", "F_z"), ("L_v", "F_x")):
-        error = 2.0 * _largest(data[f"error_{signal}_percent"])
-        scale, largest = stray.attrs[f"full_scale_{signal}"], stray.attrs[f"largest_{signal}_from_{force}"]
-        found.append((f"full scale of {signal}", scale, error, "% of L0"))
-        wrong = _quotient_error(largest, scale, (100.0 * error, error))
-        found.append((f"crosstalk of {force} into {signal}", largest, wrong, "% of full scale"))
+    """Return the full scale of each signal and what the other components make of it."""
+    stray, found, forces = crosstalk(data).attrs, [], _several(data)
+    for own, variable in signals_of(data).items():
+        if own not in forces:
+            continue
+        signal = short_name(variable)
+        keys = {f"full scale of {signal}": (f"full_scale_{signal}", "% of L0")}
+        for other in forces:
+            if other != own:
+                keys[f"crosstalk of {other} into {signal}"] = (f"largest_{signal}_from_{other}", "% of full scale")
+        found += [(name, stray[key], stray[f"error_{key}"], unit) for name, (key, unit) in keys.items()]
     return found
 
 
 def _rotation_figures(data: xr.Dataset) -> list[Figure]:
     """Return the rotation error as a force and as a displacement, where it is largest."""
-    wrong = rotation_error(data)
-    force = abs(wrong["F_x_error"])
-    if not np.any(np.isfinite(force)):
-        return []
-    at = dict(zip(force.dims, np.unravel_index(int(np.nanargmax(force)), force.shape), strict=True))
-    each = data["error_L_h_percent"]
-    errors = (2.0 * float(each.isel(at)), float(slope_error(each, "F_x").isel(at)))
-    found = []
-    for name, signal, scale in (("shear force", "L_h", 1.0), ("displacement", "L_h_untilted", 1e6)):
-        rate = abs(float(slope(data[f"{signal}_percent"], "F_x").isel(at)))
-        reach = scale * (1.0 if signal == "L_h" else abs(float(slope(data["d_h"], "F_x").isel(at))))
-        value = abs(float((data["L_h_percent"] - data["L_h_untilted_percent"]).isel(at))) / rate
-        unit = "N" if signal == "L_h" else "um"
-        found.append((f"rotation read as {name}", reach * value, reach * _quotient_error(value, rate, errors), unit))
-    return found
-
-
-def _quotient_error(quotient: float, divisor: float, errors: tuple[float, float]) -> float:
-    """Return how far a quotient can be off when dividend and divisor are off by their errors."""
-    left = abs(divisor) - errors[1]
-    return (errors[0] + abs(quotient) * errors[1]) / left if left > 0.0 else math.inf
-
-
-def _largest(values: xr.DataArray) -> float:
-    """Return the largest of those that are numbers, zero where none is."""
-    return float(np.max(np.nan_to_num(values)))
+    shown = {"F_x": "shear force", "d_h": "displacement", "F_y": "shear force F_y", "d_y": "displacement d_y"}
+    scales = {name: (1.0, "N") if name.startswith("F") else _SCALES["m"] for name in shown}
+    return [
+        (f"rotation read as {shown[name]}", scales[name][0] * value, scales[name][0] * error, scales[name][1])
+        for name, (value, error) in largest_rotation(data).items()
+    ]
 
 
 def failures(data: xr.Dataset) -> list[str]:

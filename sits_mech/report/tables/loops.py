@@ -10,7 +10,7 @@ from rich.table import Table
 
 from sits_mech.quantities import POSE
 from sits_mech.readout.signals import told
-from sits_mech.report.tables.solves import with_error
+from sits_mech.report.tables.solves import figure_text
 
 
 def loop_table(data: xr.Dataset) -> Table:
@@ -20,7 +20,7 @@ def loop_table(data: xr.Dataset) -> Table:
     for heading in ("cycle", *(f"{name.removesuffix('_percent')} [% of its range]" for name in names)):
         found.add_column(heading, justify="right")
     for number, widths in enumerate(zip(*(_widths(data, name) for name in names), strict=True), 1):
-        found.add_row(str(number), *(with_error(*width) for width in widths))
+        found.add_row(str(number), *(figure_text(*width) for width in widths))
     found.caption = data.attrs["notes"] or None
     return found
 

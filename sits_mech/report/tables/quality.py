@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,13 +11,15 @@ import xarray as xr
 from rich.table import Table
 
 from sits_mech.analysis.tolerances import ForceSpread
-from sits_mech.quantities import Array, as_jsonable
-from sits_mech.readout.crosstalk import crosstalk, rotation_error
+from sits_mech.quantities import UNITS, Array, as_jsonable, shown_unit
+from sits_mech.readout.crosstalk import crosstalk, largest_rotation, short_name, signals_of
+from sits_mech.readout.loads import load_words
 from sits_mech.readout.observability import Observability
 from sits_mech.readout.quality import Quality
-from sits_mech.report.tables.solves import key_table
+from sits_mech.report.tables.solves import figure_text, key_table, short
 
 Record = dict[str, Any]
+_ROUNDING = 1e-9  # of a force's full scale: scatter that symmetry forbids
 
 
 def quality_record(found: Quality, data: xr.Dataset, scatter: ForceSpread | None = None) -> Record:
@@ -31,20 +34,34 @@ def quality_record(found: Quality, data: xr.Dataset, scatter: ForceSpread | None
     scatter : ForceSpread, optional
         By tolerances.
     """
-    forces, coils = found.forces, found.coils
+    forces, coils, stray = found.forces, found.coils, crosstalk(data).attrs
+    own = {name: short_name(signal) for name, signal in signals_of(data).items() if name in forces}
+    before, unsure = _before(found, stray, own)
     record = {
         "full_scale": _named(forces, found.full_scale),
+        "own_signal": own,
         "signal_range": _named(coils, found.signal_range),
+        "error_range": _named(coils, found.error_range),
         "linearity": _named(forces, found.linearity),
-        "sensitivity": {coil: _named(forces, row) for coil, row in zip(coils, found.sensitivity, strict=True)},
-        "crosstalk": {name: _named(forces, row) for name, row in zip(forces, found.crosstalk, strict=True)},
+        "error_linearity": _bend_errors(found, stray, own),
+        "sensitivity": _matrix(coils, forces, found.sensitivity),
+        "error_sensitivity": _matrix(coils, forces, found.error_sensitivity),
+        "crosstalk_before": before,
+        "error_crosstalk_before": unsure,
+        "crosstalk": _matrix(forces, forces, found.crosstalk),
+        "error_crosstalk": _named(forces, found.crosstalk_error),
+        "crosstalk_after": _matrix(forces, forces, found.crosstalk_after),
+        "error_crosstalk_after": _named(forces, 2.0 * found.by_map / np.ptp(found.full_scale, axis=1)),
         "resolution": _named(forces, found.resolution),
+        "error_by_model": _named(forces, found.by_model),
+        "error_by_map": _named(forces, found.by_map),
         "condition": list(found.condition),
+        "forces_seen": components_record(found.seen),
         "valid_share": found.valid_share,
         "no_inverse": list(found.no_inverse),
         "map_error": found.map_error,
         "hysteresis": _named(forces, found.hysteresis),
-        "signals": _signals(data),
+        "signals": {str(name): float(value) for name, value in stray.items()} | _rotation(data),
     }
     return record | ({} if scatter is None else {"tolerances": _scatter_record(scatter)})
 
@@ -54,13 +71,41 @@ def _named(names: Sequence[str], values: Array) -> Record:
     return dict(zip(names, values.tolist(), strict=True))
 
 
-def _signals(data: xr.Dataset) -> Record:
-    """Return the signals' crosstalk and what rotation alone is mistaken for, the largest over the table."""
-    found = {str(name): float(value) for name, value in crosstalk(data).attrs.items()}
-    if "L_h_untilted_percent" in data and data.sizes["F_x"] > 1:
-        wrong = rotation_error(data)
-        found["rotation_as_F_x"] = float(np.nanmax(np.abs(wrong["F_x_error"])))
-        found["rotation_as_d_h"] = float(np.nanmax(np.abs(wrong["d_h_error"])))
+def _matrix(rows: Sequence[str], columns: Sequence[str], values: Array) -> Record:
+    """Return the rows of a matrix by their names, each by those of the columns."""
+    return {name: _named(columns, row) for name, row in zip(rows, values, strict=True)}
+
+
+def _bend_errors(found: Quality, stray: Mapping[Hashable, Any], own: Mapping[str, str]) -> Record:
+    """Return what the errors of a signal allow of its distance from a line, over its range."""
+    errors = dict(zip(found.forces, found.crosstalk_error.tolist(), strict=True))
+    for name, signal in own.items():
+        size = stray[f"full_scale_{signal}"]
+        errors[name] = stray[f"error_full_scale_{signal}"] / size if size > 0.0 else math.inf
+    return errors
+
+
+def _before(found: Quality, stray: Mapping[Hashable, Any], own: Mapping[str, str]) -> tuple[Record, Record]:
+    """Return what each force's own signal reads of the others, over full scale, and the errors of that.
+
+    A force without a signal of its own is read by the linear sum of all coils.
+    """
+    values, errors = dict[str, Record](), dict[str, Record]()
+    for k, name in enumerate(found.forces):
+        keys = {other: f"largest_{own.get(name)}_from_{other}" for other in found.forces}
+        values[name] = {other: stray.get(key, math.nan) / 100.0 for other, key in keys.items()}
+        errors[name] = {other: stray.get(f"error_{key}", math.nan) / 100.0 for other, key in keys.items()}
+        if name not in own:
+            values[name] = _named(found.forces, found.crosstalk[k])
+            errors[name] = dict.fromkeys(found.forces, float(found.crosstalk_error[k]))
+    return values, errors
+
+
+def _rotation(data: xr.Dataset) -> Record:
+    """Return what rotation alone is mistaken for, the largest over the table, with its error."""
+    found: Record = {}
+    for name, (value, error) in largest_rotation(data).items():
+        found |= {f"rotation_as_{name}": value, f"error_rotation_as_{name}": error}
     return found
 
 
@@ -76,16 +121,25 @@ def components_record(found: Observability) -> Record:
     }
 
 
-def _component_rows(record: Record) -> list[tuple[str, str]]:
+def _component_rows(record: Record, where: str) -> list[tuple[str, str]]:
     """Return which components are resolved, how far each moves the coils, and which loads do not."""
-    units = {"F": "N", "M": "N m"}
-    resolved = [f"{name} to {size:.3g} {units[name[0]]}" for name, size in record["resolution"].items()]
+    resolved = [f"{name} to {_amount(size, name)}" for name, size in record["resolution"].items()]
     moved = [f"{name} {size:.3g}" if size >= 1.0 else f"{name} below it" for name, size in record["alone"].items()]
     return [
-        ("resolved", f"at rest, in space: {', '.join(resolved) or 'no component on its own'}"),
+        ("resolved", f"{where}: {', '.join(resolved) or 'no component on its own'}"),
         ("", f"each alone at full scale moves the coils, in their noise: {', '.join(moved)}"),
         ("not seen", "; ".join(record["unseen"]) or "nothing"),
     ]
+
+
+def _per(name: str) -> str:
+    """Return the unit of a component of a load behind a stroke."""
+    return shown_unit(name) if UNITS[name] == "N" else f"({shown_unit(name)})"
+
+
+def _amount(size: float, name: str) -> str:
+    """Return an amount of a component of a load for a reader, in thousandths."""
+    return f"{short(1e3 * size)} m{shown_unit(name)}" if math.isfinite(size) else "not known"
 
 
 def _scatter_record(scatter: ForceSpread) -> list[Record]:
@@ -104,42 +158,110 @@ def _scatter_record(scatter: ForceSpread) -> list[Record]:
 
 def quality_tables(record: Record) -> list[Table]:
     """Return the tables of a record, for a reader."""
-    rows = []
+    scatter = [_scatter_table(record)] if "tolerances" in record else []
+    tables = [_force_table(record), _crosstalk_table(record), _coil_table(record)]
+    return [*tables, key_table("sensor", _sensor_rows(record)), *scatter]
+
+
+def _force_table(record: Record) -> Table:
+    """Return range, linearity, and what noise, the loads' own errors and the map's are worth, a line for each force."""
+    found = Table(title="quality: linearity, and how far a force is off: median, least to greatest", show_edge=False)
+    for heading in ("force", "linear to", "1 sigma of noise", "errors of loads", "of the map"):
+        found.add_column(heading)
     for name, (low, high) in record["full_scale"].items():
-        best, usual, worst = record["resolution"][name]
-        fine = f"{1e3 * usual:.3g} mN ({1e3 * best:.3g} to {1e3 * worst:.3g})"
-        rows.append((name, f"{low:.4g} to {high:.4g} N; resolution {fine}"))
-        parts = record["crosstalk"][name].items()
-        others = [f"{100.0 * part:.3g} % from {other}" for other, part in parts if other != name]
-        bend = f"linear to {100.0 * record['linearity'][name]:.3g} %"
-        rows.append(("", f"{bend}; read linearly, off by {', '.join(others) or 'nothing'}"))
+        fine, own = (_usual(record[key][name], name) for key in ("resolution", "error_by_model"))
+        bend = _share(record["linearity"][name], record["error_linearity"][name], unit="%")
+        span = f"{low:.4g} to {high:.4g} {shown_unit(name)}"
+        if name not in record["forces_seen"]["resolved"]:
+            fine = "not resolved"
+        found.add_row(f"{name}\n{span}", bend, fine, own, _amount(record["error_by_map"][name], name))
+    return found
+
+
+def _usual(values: Sequence[float], name: str) -> str:
+    """Return the median of an amount, and its ends."""
+    best, usual, worst = values
+    if not math.isfinite(usual):
+        return "-"
+    ends = [short(1e3 * size, 2) for size in (best, worst)]
+    return _amount(usual, name) if ends[0] == ends[1] else f"{_amount(usual, name)}\n{' to '.join(ends)}"
+
+
+def _crosstalk_table(record: Record) -> Table:
+    """Return what each readout makes of a force that is applied at full scale, three lines for each force."""
+    forces = list(record["full_scale"])
+    found = Table(title="crosstalk: largest misreading [% of full scale]", show_edge=False)
+    found.caption = "<: it is below its error, which is this; ?: its error has no bounds"
+    for heading in ("force", "read by", *(f"{name} applied" for name in forces)):
+        found.add_column(heading)
+    for name in forces:
+        own, unsure = record["own_signal"].get(name), record["error_crosstalk_before"][name]
+        first = [_share(part, unsure[other]) for other, part in record["crosstalk_before"][name].items()]
+        found.add_row(name, f"its signal {own}" if own else "its best sum", *first)
+        for key, way in (("crosstalk", "linear sums of all"), ("crosstalk_after", "the inverse")):
+            cells = [_share(part, record[f"error_{key}"][name]) for part in record[key][name].values()]
+            found.add_row("", way, *cells, end_section=key == "crosstalk_after")
+    return found
+
+
+def _share(part: float, error: float, scale: float = 100.0, unit: str = "") -> str:
+    """Return a share, in percent by default, with its error, short enough for a matrix."""
+    if math.isinf(error) and math.isfinite(part):
+        return "?"
+    return f"< {short(scale * error)} {unit}".rstrip() if abs(part) <= error else figure_text(part, error, scale, unit)
+
+
+def _coil_table(record: Record) -> Table:
+    """Return the range of each coil and its slopes by each force."""
+    found = Table(title="coils: range of the inductance, slopes at the least loads", show_edge=False)
+    forces = list(record["full_scale"])
+    for heading in ("coil", "range [% of L0]", *(f"by {name} [ppm/{_per(name)}]" for name in forces)):
+        found.add_column(heading)
     for coil, part in record["signal_range"].items():
-        slopes = [f"{1e6 * slope:.4g} ppm/N by {name}" for name, slope in record["sensitivity"][coil].items()]
-        rows.append((coil, f"range {100.0 * part:.3g} % of free space; {', '.join(slopes)}"))
+        slopes = zip(record["sensitivity"][coil].values(), record["error_sensitivity"][coil].values(), strict=True)
+        found.add_row(coil, _share(part, record["error_range"][coil]), *(_share(*pair, 1e6) for pair in slopes))
+    return found
+
+
+def _sensor_rows(record: Record) -> list[tuple[str, str]]:
+    """Return what is said of the whole sensor: condition, hysteresis, components of a load, rotation."""
+    rows = []
     low, high = record["condition"]
     share = f"inverse for {100.0 * record['valid_share']:.4g} % of the loads"
-    rows.append(("condition", f"{low:.3g} to {high:.3g}; {share}"))
+    size = f"{low:.3g} to {high:.3g}" if math.isfinite(high) else "infinite: more forces than coils"
+    rows.append(("condition", f"{size}; {share}"))
     rows += [("no inverse", region) for region in record["no_inverse"]]
+    seen = record["forces_seen"]
+    if seen["unseen"]:
+        rows.append(("no coil sees", f"{'; '.join(seen['unseen'])}: moves the coils by less than their noise"))
+    if "components" not in record:
+        names = ", ".join(seen["resolved"]) or "no force on its own"
+        rows.append(("resolved", f"{names}; which of all six components: quality --components"))
     lag = [f"{100.0 * part:.3g} % of {name}" for name, part in record["hysteresis"].items() if np.isfinite(part)]
     rows += [("hysteresis", f"{', '.join(lag)}, loading against unloading")] if lag else []
-    rows += _component_rows(record["components"]) if "components" in record else []
+    if "components" in record:
+        rows += _component_rows(record["components"], "at rest, in space")
     signals = record["signals"]
-    if "rotation_as_F_x" in signals:
-        force, shift = signals["rotation_as_F_x"], 1e6 * signals["rotation_as_d_h"]
-        rows.append(("rotation", f"read as {force:.3g} N or {shift:.3g} um of shear at most"))
-    return [key_table("quality", rows), *([_scatter_table(record["tolerances"])] if "tolerances" in record else [])]
+    for name in ("F_x", "d_h", "F_y", "d_y"):
+        if f"rotation_as_{name}" in signals:
+            scale, unit = (1.0, "N") if name.startswith("F") else (1e6, "um")
+            text = figure_text(signals[f"rotation_as_{name}"], signals[f"error_rotation_as_{name}"], scale, unit)
+            rows.append(("rotation", f"read as {name}, at most: {text}"))
+    return rows
 
 
-def _scatter_table(rows: list[Record]) -> Table:
-    """Return the scatter by tolerances, one line for each load and force."""
-    table = Table(title="misread by tolerances", show_edge=False)
-    for heading in ("load", "force", "standard deviation", "95 % between", "shares (first-order)"):
+def _scatter_table(record: Record) -> Table:
+    """Return the scatter by tolerances, a line for each force of each load; none where it is rounding."""
+    table = Table(title="misread by tolerances, load by load", show_edge=False)
+    for heading in ("force", "standard deviation", "95 % between", "shares (first-order)"):
         table.add_column(heading)
-    for row in rows:
-        load = ", ".join(f"{name} = {force:.3g} N" for name, force in row["load"].items())
-        for force in row["load"]:
-            at = row[force]
-            shares = ", ".join(f"{name} {100.0 * part:.0f} %" for name, part in at["first"].items() if part is not None)
-            ends = f"{at['low']:.3g} and {at['high']:.3g} N"
-            table.add_row(load, force, f"{at['deviation']:.3g} N", ends, shares)
+    for row in record["tolerances"]:
+        for number, (force, value) in enumerate(row["load"].items(), 1):
+            at, (low, high), unit = row[force], record["full_scale"][force], shown_unit(force)
+            cells = ["none", "", ""]
+            if at["deviation"] > _ROUNDING * (high - low):
+                shares = [f"{name} {100.0 * part:.0f} %" for name, part in at["first"].items() if part is not None]
+                ends = f"{at['low']:.3g} and {at['high']:.3g} {unit}"
+                cells = [f"{at['deviation']:.3g} {unit}", ends, ", ".join(shares)]
+            table.add_row(load_words({force: value}), *cells, end_section=number == len(row["load"]))
     return table

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, shown_unit
 from sits_mech.readout.calibration import OK, OUTSIDE, Calibration
 from sits_mech.readout.front_end import FrontEnd, register_text
 from sits_mech.report.tables.solves import key_table, with_error
@@ -16,7 +16,7 @@ from sits_mech.report.tables.solves import key_table, with_error
 Record = dict[str, Any]
 
 
-def refusal(cal: Calibration, status: str, L: Sequence[float]) -> str:
+def refusal(cal: Calibration, status: str, given: Sequence[tuple[str, float]]) -> str:
     """Return why a reading has no answer, in one line; empty where it has one.
 
     Parameters
@@ -24,42 +24,39 @@ def refusal(cal: Calibration, status: str, L: Sequence[float]) -> str:
     cal : Calibration
     status : str
         Of the reading.
-    L : sequence of float
-        The reading [unit of the calibration].
+    given : sequence of tuple
+        Of each coil, the option that gave it and the reading [unit of the calibration].
     """
     if status == OK:
         return ""
-    options = " ".join(f"--l{k + 1} {value:.6g}" for k, value in enumerate(L))
+    options = " ".join(f"{option} {value:.9g}" for option, value in given)
     spans = [f"{n} {a:.4g} to {b:.4g}" for n, a, b in zip(cal.forces, cal.low, cal.high, strict=True)]
     if status == "ambiguous":
         why = "; ".join(cal.domain.regions) or "the edge of the table"
-        return f"{options}: must belong to one load; ambiguous, more than one shows these inductances ({why})"
+        return f"{options}: must belong to one load; ambiguous, more than one shows these readings ({why})"
     came = "a load outside" if status == OUTSIDE else "none"
     return f"{options}: must belong to a load of the calibration ({', '.join(spans)}); got {came}"
 
 
-def inversion_record(cal: Calibration, L: Array, model_error: Array) -> Record:
+def inversion_record(cal: Calibration, reading: Array) -> Record:
     """Return forces with errors, status and domain of one reading.
 
     Parameters
     ----------
     cal : Calibration
-    L : ndarray, shape (n,)
-        The reading [H].
-    model_error : ndarray, shape (n,)
-        Estimated error of the table's inductances [H].
+    reading : ndarray, shape (n,)
+        [unit of the calibration].
     """
-    found = cal.inverse(L)
-    by_model = cal.force_error(found.forces, model_error) if found.status == OK else np.full(len(cal.forces), np.nan)
+    found = cal.inverse(reading)
     ends = zip(cal.forces, cal.low, cal.high, strict=True)
+    each = {"forces": found.forces, "error": found.error}
+    each |= {name: getattr(found, name) for name in ("error_by_model", "error_by_noise")}
+    shown = {"L" if cal.unit != "code" else "codes": reading} | ({"L0": cal.L0} if cal.unit != "code" else {})
     return {
-        "forces": dict(zip(cal.forces, found.forces.tolist(), strict=True)),
-        "error": dict(zip(cal.forces, found.error.tolist(), strict=True)),
-        "error_by_model": dict(zip(cal.forces, by_model.tolist(), strict=True)),
+        **{name: dict(zip(cal.forces, values.tolist(), strict=True)) for name, values in each.items()},
         "status": str(found.status),
         "residual": float(found.residual),
-        "L": dict(zip(cal.coils, np.asarray(L).tolist(), strict=True)),
-        "L0": dict(zip(cal.coils, cal.L0.tolist(), strict=True)),
+        **{name: dict(zip(cal.coils, values.tolist(), strict=True)) for name, values in shown.items()},
         "unit_L": cal.unit,
         "map_error": cal.error,
         "domain": {name: [float(a), float(b)] for name, a, b in ends},
@@ -71,12 +68,16 @@ def inversion_table(record: Record) -> Table:
     """Return the forces of a reading."""
     rows = []
     for name, force in record["forces"].items():
-        unit = "N m" if name == "M" else "N"
-        shown = with_error(force, record["error"][name])
-        model = record["error_by_model"][name]
-        rows.append((name, f"{shown} {unit} by the map; {model:.2g} by the table's own errors"))
+        unit, noise = shown_unit(name), record["error_by_noise"][name]
+        parts = [f"{with_error(force, record['error'][name])} {unit} by the map"]
+        parts += [f"{record['error_by_model'][name]:.2g} by the table's own errors"]
+        parts += [f"{noise:.2g} by the converter's noise"] if np.isfinite(noise) else []
+        rows.append((name, "; ".join(parts)))
     span = ", ".join(f"{name} {low:.4g} to {high:.4g}" for name, (low, high) in record["domain"].items())
     rows.append(("table", f"{span}; error of the map {record['map_error']:.1e} of full scale"))
+    coils = record["codes" if record["unit_L"] == "code" else "L"]
+    if len(coils) > len(record["forces"]):
+        rows.append(("residual", f"{100.0 * record['residual']:.2g} % of the coils' range"))
     return key_table("forces", [*rows, *(("no inverse", region) for region in record["no_inverse"])])
 
 

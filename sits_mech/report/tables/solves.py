@@ -21,8 +21,47 @@ def with_error(value: float, error: float) -> str:
         return "-"
     if not math.isfinite(error) or abs(error) < 1e-12 * abs(value) or error == 0.0:
         return f"{value:.6g} +- {'0' if math.isfinite(error) else '?'}"
-    digits = min(max(1 - math.floor(math.log10(abs(error))), 0), 12)
+    digits = _digits(error)
     return f"{value:.{digits}f} +- {abs(error):.{digits}f}"
+
+
+def figure_text(value: float, error: float, scale: float = 1.0, unit: str = "") -> str:
+    """Return a figure with its error, or why there is none: one that its error exceeds is not quoted.
+
+    Parameters
+    ----------
+    value, error : float
+        As computed; the error is NaN where it is not known, infinite where it is beyond bounds.
+    scale : float
+        Of what is shown, times both.
+    unit : str
+        Behind the number.
+
+    Returns
+    -------
+    str
+        ``12.34 +- 0.21 mN``, or ``below its error, 3.4 N``, or ``-`` where there is no figure.
+    """
+    value, error, unit = scale * value, abs(scale * error), f" {unit}" if unit else ""
+    if not math.isfinite(value):
+        return "-"
+    if math.isinf(error):
+        return "not determined: within the errors of the signals"
+    if math.isnan(error):
+        return f"{short(value)}{unit}"
+    if abs(value) <= error and error > 0.0:
+        return f"below its error, {error:.{_digits(error)}f}{unit}"
+    return f"{with_error(value, error)}{unit}"
+
+
+def short(value: float, digits: int = 3) -> str:
+    """Return a number to a few digits, without an exponent from a thousandth to a million."""
+    return f"{value:.0f}" if 10.0**digits <= abs(value) < 1e6 else f"{value:.{digits}g}"
+
+
+def _digits(error: float) -> int:
+    """Return the decimals that show an error's second digit."""
+    return min(max(1 - math.floor(math.log10(abs(error))), 0), 12)
 
 
 def key_table(title: str, rows: Sequence[tuple[str, str]]) -> Table:

@@ -113,3 +113,59 @@ def test_array_of_four_is_symmetric_positive_and_scales_with_length():
     rings = coil_sections(coil())
     doubled = Sections(*(2 * value for value in (rings.radius, rings.z, rings.width, rings.height)))
     assert ring_inductance(doubled).sum() == pytest.approx(2 * ring_inductance(rings).sum(), rel=1e-12, abs=0)
+
+
+def grid(count: int, pitch: float = 8 * MM, middle: tuple[float, float] = (0.0, 0.0)) -> list[Coil]:
+    """Coils of the published winding on a square grid, row by row."""
+    places = (np.arange(count) - (count - 1) / 2) * pitch
+    return [coil(f"C{i}{j}", middle[0] + x, middle[1] + y) for i, x in enumerate(places) for j, y in enumerate(places)]
+
+
+def around(first: Sections, second: Sections, distance: float, count: int) -> float:
+    """Mutual inductance by the definition: every filament at every angle, no polynomial between."""
+    (a, za), (b, zb) = ((rings.radius[:, None] + rings.width[:, None] / 2 * r * np.array([1, 1, -1, -1]),
+                         rings.z[:, None] + rings.height[:, None] / 2 * r * np.array([1, -1, 1, -1]))
+                        for rings, r in ((first, 3**-0.5), (second, 3**-0.5)))  # fmt: skip
+    cosine = np.cos(np.pi * (np.arange(count) + 0.5) / count)
+    total = 0.0
+    for radius, z in zip(b.ravel(), zb.ravel(), strict=True):
+        rho = np.sqrt(radius**2 + distance**2 + 2 * radius * distance * cosine)
+        M = mutual_loops(a.ravel()[:, None], rho, (za.ravel() - z)[:, None]).sum(axis=0) / 16
+        total += float((M / rho**2 * radius * (radius + distance * cosine)).mean())
+    return total
+
+
+@pytest.mark.parametrize("distance", [3.4, 8.0, 90.0])
+def test_polynomials_across_a_winding_lose_no_digits(distance: float) -> None:
+    """Windings of three turns 0.2 mm apart, some way off, and at the corners of a large array."""
+    rings = coil_sections(coil().model_copy(update={"turns": 3, "layers": 1}))
+    direct = around(rings, rings, distance * MM, 512)
+    assert mutual_side_by_side(rings, rings, distance * MM, error=1e-20) == pytest.approx(direct, rel=1e-10, abs=0)
+
+
+def test_grid_of_sixteen_has_the_symmetry_of_its_square() -> None:
+    """Quarter turn and mirror of the grid permute its coils, and the matrix; exactly, as pairs are computed once."""
+    L, index = coil_inductances(grid(4)), np.arange(16).reshape(4, 4)
+    for image in (np.rot90(index), index.T, index[::-1]):
+        np.testing.assert_array_equal(L[np.ix_(image.ravel(), image.ravel())], L)
+    assert np.unique(L).size == 1 + 9  # itself, and nine distances
+
+
+def test_inductances_depend_on_neither_order_nor_place_nor_other_coils() -> None:
+    """Two kinds of windings among six coils."""
+    coils = [c.model_copy(update={"turns": 10}) if k % 2 else c for k, c in enumerate([*grid(2), *grid(2)[:2]])]
+    coils[4], coils[5] = (c.model_copy(update={"name": f"D{k}", "centre": (k * 20 * MM, 30 * MM)})
+                          for k, c in enumerate(coils[4:]))  # fmt: skip
+    L, order = coil_inductances(coils), [3, 5, 0, 4, 2, 1]
+    np.testing.assert_array_equal(coil_inductances([coils[k] for k in order]), L[np.ix_(order, order)])
+    np.testing.assert_array_equal(coil_inductances(coils[1:3]), L[1:3, 1:3])
+    moved = [c.model_copy(update={"centre": (c.centre[0] + 0.1, c.centre[1] - 0.037)}) for c in coils]
+    np.testing.assert_allclose(coil_inductances(moved), L, rtol=1e-10)
+
+
+def test_moving_a_coil_by_a_nanometre_moves_its_inductances_by_as_little() -> None:
+    """No jump where distances stop to be equal."""
+    near = coil_inductances([coil("C1"), coil("C2", 8 * MM), coil("C3", 0.0, 8 * MM)])
+    far = coil_inductances([coil("C1"), coil("C2", 8 * MM), coil("C3", 0.0, 8 * MM + 1e-9)])
+    assert 3e-9 / (8 * MM) < 1 - far[0, 2] / near[0, 2] < 6e-9 / (8 * MM)  # a little steeper than a dipole
+    assert far[0, 1] == near[0, 1]

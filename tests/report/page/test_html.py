@@ -234,7 +234,7 @@ def test_forces_back(calibrated: Path) -> None:
     """Error of the map, share with an answer, noise in newtons; a sentence where forces are not resolved."""
     sensor, data = read_calibration(calibrated)
     text = inverse_part(sensor, data, readings(sensor, data))
-    for word in ("F_x and F_z", "100 % of the calibrated range", "resolution", "mN", "read linearly"):
+    for word in ("F_x and F_z", "100 % of the calibrated range", "sigma of noise", "mN", "linear sums of all"):
         assert word in text
     few = data.isel(F_x=[0, 1], F_z=[0])
     assert "must" in inverse_part(sensor, few, readings(sensor, few))
@@ -272,7 +272,7 @@ def test_warnings_are_in_plain_words(calibrated: Path) -> None:
 def test_other_loads_have_no_explorer(three_forces: Path, tmp_path: Path) -> None:
     """What is not shown is named; every load and figure is there."""
     text = page(*read_calibration(three_forces), three_forces)
-    assert "Not shown: the explorer, full scales, crosstalk, rotation error" in text and "<script" not in text
+    assert "Not shown: the explorer, the converter" in text and "<script" not in text
     assert 'id="explorer"' not in text and "under M = 0.001 N m" in text and "dL_v/dF_y" in text
     assert text.count('class="n"') > 60 and "$" not in text.partition("</style>")[2]
 

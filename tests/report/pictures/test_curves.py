@@ -1,6 +1,7 @@
 """Pictures: what they show stands where the numbers say; axes have units; files appear whole."""
 
 import os
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import xarray as xr
 from sits_mech.mechanics.block import BlockPad
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.report.pictures.curves import crosstalk_map, normal_curves, save_figure, shear_curves
-from sits_mech.report.pictures.section import layer_view, load_view, target_corners
+from sits_mech.report.pictures.section import layer_view, load_angle, load_view
 from sits_mech.scene.sensor import SceneError, load_sensor
 
 
@@ -64,14 +65,6 @@ def test_other_forces_are_at_the_middle(data: xr.Dataset) -> None:
             draw(wide.isel(F_x=0, F_z=0, F_y=0))
 
 
-def test_the_target_turns_clockwise() -> None:
-    """alpha > 0: the left edge rises, the right one sinks; the bottom's centre stays."""
-    corners = target_corners(load_sensor("biorob2018"), Pose(1e-3, 2e-3, 0.1))
-    np.testing.assert_allclose(corners[:2].mean(axis=0), [1e-3, 2e-3], atol=1e-18)
-    assert corners[0, 1] > 2e-3 > corners[1, 1] and corners[3, 1] > corners[0, 1]
-    np.testing.assert_allclose(np.linalg.norm(corners[1] - corners[0]), 8e-3)
-
-
 def test_a_layer_without_its_state_is_not_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """A pad solved whole that keeps no state has no section to show: one line that names the other picture."""
     report = SolveReport("by hand", 1, 1, 0.0, 0.0, 0.0)
@@ -79,6 +72,30 @@ def test_a_layer_without_its_state_is_not_drawn(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(BlockPad, "equilibrium", lambda *_, **__: found)
     with pytest.raises(SceneError, match="needs a load in the plane y = 0 .*; got F_y too: ask for --kind spatial"):
         load_view(load_sensor("biorob2018"), found.wrench)
+
+
+def test_a_section_draws_the_coils_that_it_cuts() -> None:
+    """Four coils beside y = 0: none of them there, and named; two of them on the diagonal."""
+    pair = load_sensor("biorob2018")
+    places = [(-4e-3, -4e-3), (4e-3, -4e-3), (4e-3, 4e-3), (-4e-3, 4e-3)]
+    coils = [pair.coils[0].model_copy(update={"name": f"C{k}", "centre": xy}) for k, xy in enumerate(places, 1)]
+    sensor = pair.model_copy(update={"coils": tuple(coils)})
+    report = SolveReport("by hand", 1, 1, 0.0, 0.0, 0.0)
+    for shear, cut, missed in (((0.5, 0.0), 0, "y = 0; beside it: C1, C2, C3, C4"), ((0.5, 0.5), 2, "45° from x")):
+        wrench = Wrench(shear[0], 1.0, F_y=shear[1])
+        found = Equilibrium(wrench, Pose(1e-4, 1.9e-3), Pose(0.0, 0.0), np.zeros(1), report)
+        axes = layer_view(sensor, found, angle=load_angle(wrench)).axes[0]
+        tracks = [drawn for drawn in axes.collections[:-1] if len(drawn.get_paths())]
+        assert len(tracks) == cut and missed in axes.texts[0].get_text()
+
+
+@pytest.mark.parametrize(("load", "degrees"), [
+    ({"F_x": -1.0}, 0), ({"F_y": -1.0}, 90), ({"F_x": 1.0, "F_y": -1.0}, -45), ({"M": 1.0}, 0), ({"M_x": 1.0}, 90),
+    ({}, 0),
+])  # fmt: skip
+def test_where_a_load_is_cut(load: dict[str, float], degrees: float) -> None:
+    """Along the shear; across the moment without one."""
+    assert np.degrees(load_angle(Wrench(**({"F_x": 0.0} | load)))) == pytest.approx(degrees)
 
 
 def test_layer_view_and_files(tmp_path: Path) -> None:
@@ -89,6 +106,9 @@ def test_layer_view_and_files(tmp_path: Path) -> None:
     points = np.array([[-1e-2, 0.0], [1e-2, 0.0], [1e-2, 1.9e-3], [-1e-2, 1.9e-3]])
     figure = layer_view(sensor, found, (points, np.array([[0, 1, 2, 3]]), np.array([0.99])))
     assert len(figure.axes[0].collections) == 4 and figure.axes[0].get_aspect() == 1.0
+    assert "smallest here 0.9900" in figure.axes[1].get_xlabel()
+    ticks = [text.get_window_extent() for text in figure.axes[1].get_xticklabels() if text.get_text()]
+    assert all(a.x1 < b.x0 for a, b in pairwise(sorted(ticks, key=lambda box: box.x0)))
     save_figure(figure, tmp_path / "layer.png")
     assert os.listdir(tmp_path) == ["layer.png"] and (tmp_path / "layer.png").read_bytes().startswith(b"\x89PNG")
     with pytest.raises(SceneError, match="must be writable"):

@@ -1,0 +1,114 @@
+"""What is wrong with a reading that belongs to no load of a calibration? A coil that is off, or another kind of load.
+
+With more coils than forces a reading L has a part that no force of the table explains,
+
+    r = P W (L - L(F)),    P = 1 - Q Q^T,    W dL/dF = Q R at the nearest load F, W the coils' weights.
+
+A component of the load that the table does not vary is a cause where its own slopes, P W s, point along r and its size
+is one that the sensor may meet; a coil is one where the others, without it, belong to a load of the table. What more
+than one cause explains cannot be told: with one coil more than forces r has one direction only. Slopes s are those at
+rest (`wrenches`).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from sits_mech.analysis.wrenches import wrench_slopes
+from sits_mech.chain.models import magnetic_model, mechanical_model
+from sits_mech.quantities import WRENCH, Array, shown_unit
+from sits_mech.readout.calibration import OK, Calibration, check_enough, without_coil
+from sits_mech.readout.loads import varied
+from sits_mech.scene.sensor import SceneError, Sensor
+
+_ALONG = 0.97  # cosine of the angle between the residual and what a component makes of the coils
+_SEEN = 0.03  # of a component's slopes: what is smaller lies in the table's own directions
+_LESS = 0.25  # of the residual: what may remain without a coil that is off
+_TOLERANCE = 1e-2  # of the field in space: directions need no more
+_MOST = 2.0  # times the largest load of the table: beyond it a component is no cause
+
+
+def component_slopes(sensor: Sensor, data: xr.Dataset) -> tuple[tuple[str, ...], Array, Array]:
+    """Return the components that a table does not vary, slopes of L over L0 by them, and sizes that may be met.
+
+    Returns
+    -------
+    tuple
+        Names (p), slopes at rest (n, p) [1/N, 1/(N m)], sizes (p) [N, N m]: the table's largest force, and it times
+        half the target's side. Empty where the models in space cannot hold the scene.
+    """
+    others = tuple(name for name in WRENCH if name not in varied(data))
+    try:
+        pad = mechanical_model(sensor, "block", json.loads(data.attrs["request"])["tolerance"])[0]
+        slopes = wrench_slopes(sensor, pad, magnetic_model(sensor, "sheets", _TOLERANCE)[0])
+    except (SceneError, KeyError):
+        return (), np.zeros((len(sensor.coils), 0)), np.zeros(0)
+    largest = max((float(np.abs(data[name]).max()) for name in varied(data) if name.startswith("F")), default=1.0)
+    lever = 1.0 if sensor.target is None else 0.5 * max(sensor.target.extent)
+    sizes = [_MOST * largest * (1.0 if name.startswith("F") else lever) for name in others]
+    return others, slopes[:, [WRENCH.index(name) for name in others]], np.array(sizes)
+
+
+def suspicion(cal: Calibration, reading: Array, others: tuple[Sequence[str], Array, Array]) -> str:
+    """Return in words what is wrong with a reading that belongs to no load; empty where nothing can be known.
+
+    Parameters
+    ----------
+    cal : Calibration
+    reading : ndarray, shape (n,)
+        [unit of the calibration].
+    others : tuple
+        Components that the table does not vary: names (p), slopes of the reading (n, p) [unit / N], sizes (p).
+    """
+    check_enough(cal.coils, cal.forces)
+    if len(cal.coils) == len(cal.forces) or not np.all(np.isfinite(reading)):
+        return ""
+    loads, coils = _components(cal, reading, others), _coils(cal, reading)
+    off = f"off the plane of the table by {100.0 * _residual(cal, reading):.2g} % of the range"
+    causes = [*loads, *coils]
+    if not causes:
+        return f"{off}: neither one coil alone nor another component of the load explains it"
+    if not coils:
+        return f"{off}: the residual points along {' or '.join(loads)}"
+    if len(causes) == 1:
+        return f"{off}: {coils[0]} alone, the other coils belong to a load of the table"
+    return f"{off}: it cannot be told which, {', '.join(causes[:-1])} or {causes[-1]} would explain it"
+
+
+def _residual(cal: Calibration, reading: Array) -> float:
+    """Return the residual of a reading, over the full scale."""
+    return float(cal.search.solved(reading[None], np.zeros((3, len(reading))))[1][0])
+
+
+def _components(cal: Calibration, reading: Array, others: tuple[Sequence[str], Array, Array]) -> list[str]:
+    """Return the components of a load that explain a reading, each with its size."""
+    near = cal.map.unscaled(cal.search.solved(reading[None], np.zeros((3, len(reading))))[0][0])
+    Q = np.linalg.qr(cal.slopes(near) * cal.weights[:, None])[0]
+    r = (reading - cal.forward(near)) * cal.weights
+    r = r - Q @ (Q.T @ r)
+    found = []
+    for name, slopes, most in zip(others[0], np.transpose(others[1]), others[2], strict=True):
+        s = slopes * cal.weights
+        along = s - Q @ (Q.T @ s)
+        size = float(along @ r / max(float(along @ along), 1e-300))
+        cosine = abs(along @ r) / max(float(np.linalg.norm(along) * np.linalg.norm(r)), 1e-300)
+        if np.linalg.norm(along) > _SEEN * np.linalg.norm(s) and cosine > _ALONG and abs(size) <= most:
+            found.append(f"{name} (about {size:.2g} {shown_unit(name)})")
+    return found
+
+
+def _coils(cal: Calibration, reading: Array) -> list[str]:
+    """Return the coils without which the others belong to a load of the table, each with how far it is off."""
+    residual, found = _residual(cal, reading), []
+    for k, name in enumerate(cal.coils):
+        others = np.delete(reading, k)
+        part = without_coil(cal, k)
+        answer = part.inverse(others) if not part.unresolved else None
+        if answer is not None and answer.status == OK and answer.residual <= _LESS * residual:
+            off = 100.0 * (reading[k] / cal.forward(answer.forces)[k] - 1.0)
+            found.append(f"coil {name} ({off:+.2g} %)")
+    return found

@@ -1,0 +1,142 @@
+"""How is a reading written on the command line? Inductances by number or name, or codes, one for each coil."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sits_mech.analysis.bench import code_calibration, sensor_calibration
+from sits_mech.analysis.suspicion import component_slopes, suspicion
+from sits_mech.quantities import Array
+from sits_mech.readout.calibration import Calibration
+from sits_mech.units import SceneError, quantity, shown
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from sits_mech.scene.sensor import Sensor
+
+_NUMBERED = re.compile(r"l([1-9]\d*)")
+Texts = Sequence[tuple[str, str]]  # of each coil in its order: the option that gave it, and what was written
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A reading and the calibration in its unit.
+
+    Attributes
+    ----------
+    cal : Calibration
+    values : ndarray, shape (n,)
+        [unit of the calibration].
+    rates : ndarray, shape (n,)
+        How the reading changes with the coil's inductance over its L0.
+    """
+
+    cal: Calibration
+    values: Array
+    rates: Array
+
+    def cause(self, sensor: Sensor, data: xr.Dataset) -> str:
+        """Return what is wrong with a reading that belongs to no load, in words; empty where nothing is known."""
+        if len(self.cal.coils) == len(self.cal.forces) or not np.all(np.isfinite(self.values)):
+            return ""
+        names, slopes, sizes = component_slopes(sensor, data)
+        return suspicion(self.cal, self.values, (names, slopes * self.rates[:, None], sizes))
+
+
+def given_texts(
+    coils: Sequence[str], inductances: Mapping[str, str], readings: Sequence[str], codes: Sequence[str]
+) -> Texts:
+    """Return what was written for each coil.
+
+    Raises
+    ------
+    SceneError
+        When a coil is not there, missing or given twice, or codes are mixed with inductances.
+    """
+    if codes and (inductances or readings):
+        raise SceneError("--code: must be given for every coil, without --l1 or --reading; got both kinds")
+    given = [_numbered(coils, name, text) for name, text in inductances.items()]
+    given += [_named(coils, "--reading", text) for text in readings]
+    given += [_named(coils, "--code", text) for text in codes]
+    found: dict[int, tuple[str, str]] = {}
+    for k, option, text in given:
+        if k in found:
+            raise SceneError(f"{option}: must be the only reading of coil {coils[k]}; {found[k][0]} gives it too")
+        found[k] = (option, text)
+    if len(found) < len(coils):
+        numbered = not (readings or codes)
+        options = [f"--l{k + 1}" for k in range(len(coils))] if numbered else ["--code" if codes else "--reading"]
+        missing = ", ".join(coil for k, coil in enumerate(coils) if k not in found)
+        came = f"{len(found)}, without {missing}" if found else "none"
+        raise SceneError(f"{' '.join(options)}: must be given, one for each coil ({', '.join(coils)}); got {came}")
+    return [found[k] for k in range(len(coils))]
+
+
+def _numbered(coils: Sequence[str], name: str, text: str) -> tuple[int, str, str]:
+    """Return number, option and text of ``--l1 "92 %"``."""
+    match = _NUMBERED.fullmatch(name)
+    if match is None:
+        raise SceneError(f"--{name}: must be --l1, --l2, ..., --reading, --code, --clock or --json; got another option")
+    if int(match[1]) > len(coils):
+        raise SceneError(f"--{name}: must be of one of {len(coils)} coils ({', '.join(coils)}); got number {match[1]}")
+    return int(match[1]) - 1, f"--{name}", text
+
+
+def _named(coils: Sequence[str], option: str, text: str) -> tuple[int, str, str]:
+    """Return number, option and text of ``--reading "C1=92 %"``."""
+    name, found, value = (part.strip() for part in text.partition("="))
+    if not (found and value):
+        raise SceneError(f'{option}: must be COIL=VALUE, such as "{coils[0]}=..."; got {text!r}')
+    if name not in coils:
+        raise SceneError(f"{option} {name}: must be of one of the coils {', '.join(coils)}; got {name!r}")
+    return list(coils).index(name), f"{option} {name}", value
+
+
+def given_inductances(sensor: Sensor, data: xr.Dataset, texts: Texts) -> Asked:
+    """Return written inductances and the calibration in henry."""
+    cal, free = sensor_calibration(sensor, data), np.diagonal(data["L0"].to_numpy())
+    per_metre = str(data.attrs["unit_L"]) == "H/m"
+    each = [_inductance(cal, k, written, free[k] if per_metre else None) for k, written in enumerate(texts)]
+    return Asked(cal, np.array(each), cal.L0)
+
+
+def _inductance(cal: Calibration, k: int, written: tuple[str, str], per_metre: float | None) -> float:
+    """Return a written inductance of coil k [H]; `per_metre` is its free-space value where the table is in H/m."""
+    (name, text), free = written, float(cal.L0[k])
+    if "%" in text:
+        return quantity(text, "", name) * free
+    plain = text.strip()[-1:].isdigit() or text.strip().endswith(".")
+    if per_metre is not None and (plain or "/" in text):
+        return quantity(text, "H/m", name) / per_metre * free
+    found = quantity(text, "H", name)
+    if not 0.2 * free < found < 5.0 * free:
+        per = "; the table's own values are in H/m" if per_metre is not None else ""
+        raise SceneError(f"{name}: must be near the inductance in free space, {free:.4g} H{per}; got {shown(text)}")
+    return found
+
+
+def given_codes(sensor: Sensor, data: xr.Dataset, texts: Texts, clock: str | None) -> Asked:
+    """Return written codes and the calibration in codes."""
+    hertz = None if clock is None else quantity(clock, "Hz", "--clock")
+    cal = code_calibration(sensor, data, clock=hertz)
+    values = np.array([_code(cal, k, written) for k, written in enumerate(texts)])
+    return Asked(cal, values, -0.5 * values)
+
+
+def _code(cal: Calibration, k: int, written: tuple[str, str]) -> float:
+    """Return a written code of coil k."""
+    option, text = written
+    try:
+        found = float(int(text, 0)) if text.lower().startswith("0x") else float(text)
+    except ValueError:
+        raise SceneError(f"{option}: must be a code of the converter, a whole number; got {text!r}") from None
+    middle = float(cal.forward(*(0.5 * (cal.low + cal.high)))[k])
+    if not 0.5 * middle < found < 2.0 * middle:
+        raise SceneError(f"{option}: must be near the calibration's codes, {middle:.0f}; got {text}: another clock?")
+    return found

@@ -1,0 +1,133 @@
+"""What does a vertical plane cut of a sensor? Tracks, target and fixed plates, as quadrilaterals along and up.
+
+The plane has the direction (cos angle, sin angle) and the distance `offset` from the z axis, counted along (-sin angle,
+cos angle): y = offset for the angle 0. Places in it are s along that direction and z. A ring of a coil is cut where
+
+    s = s_0 +- sqrt(r^2 - d^2),    d = distance of the coil's axis from the plane,
+
+not at all where r < |d|.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from sits_mech.geometry.outline import target_outline
+from sits_mech.geometry.solids import as_plate
+from sits_mech.geometry.windings import coil_sections
+from sits_mech.magnetics.space.stream import placed
+from sits_mech.quantities import Array, Pose
+from sits_mech.scene.outlines import Loop, edges
+from sits_mech.scene.sensor import Coil, Conductor, Sensor, Target
+
+
+class Plane(NamedTuple):
+    """A vertical plane: direction [rad] and distance from the z axis [m]."""
+
+    angle: float = 0.0
+    offset: float = 0.0
+
+    @property
+    def words(self) -> str:
+        """What it is called: y = 0, or its direction."""
+        if self.angle == 0.0:
+            return f"y = {1e3 * self.offset:.4g}{' mm' if self.offset else ''}"
+        return f"{np.degrees(self.angle):.3g}° from x"
+
+
+FLAT = Plane()
+"""The plane y = 0."""
+
+
+def along(places: Array, plane: Plane) -> tuple[Array, Array]:
+    """Return s and distance from a plane of places (..., 2 or 3) [m]."""
+    x, y = places[..., 0], places[..., 1]
+    c, s = np.cos(plane.angle), np.sin(plane.angle)
+    return np.asarray(c * x + s * y), np.asarray(c * y - s * x - plane.offset)
+
+
+def coil_cut(coil: Coil, plane: Plane = FLAT, substrate_radius: float | None = None) -> tuple[Array, Array]:
+    """Return the tracks that a plane cuts.
+
+    Parameters
+    ----------
+    coil : Coil
+    plane : Plane
+    substrate_radius : float, optional
+        Of the cylinder that the coil lies on, its axis along y [m].
+
+    Returns
+    -------
+    corners : ndarray, shape (m, 4, 2)
+        s and z [m].
+    sign : ndarray, shape (m,)
+        +1 where a positive current runs to the left of the plane's direction, -1 where it returns.
+    """
+    rings = coil_sections(coil)
+    start, d = along(np.array(coil.centre), plane)
+    outer, inner = (np.sqrt(np.maximum((rings.radius + k * rings.width / 2) ** 2 - d**2, 0.0)) for k in (1, -1))
+    cut = outer > 0.0
+    low, high = (rings.z + k * rings.height / 2 for k in (-1, 1))
+    sides = []
+    for way in (1.0, -1.0):
+        near, far = start + way * inner, start + way * outer
+        left, right = np.minimum(near, far), np.maximum(near, far)
+        box = ((left, low), (right, low), (right, high), (left, high))
+        sides.append(np.stack([np.stack(corner, axis=-1) for corner in box], axis=1))
+    corners = np.concatenate([side[cut] for side in sides])
+    if substrate_radius is not None:
+        corners = _bent(corners, substrate_radius)
+    return corners, np.repeat([1.0, -1.0], int(cut.sum()))
+
+
+def _bent(places: Array, radius: float) -> Array:
+    """Return places (..., 2) of a flat section as they stand on a cylinder below."""
+    angle, out = places[..., 0] / radius, radius + places[..., 1]
+    return np.stack([out * np.sin(angle), out * np.cos(angle) - radius], axis=-1)
+
+
+def names_cut(sensor: Sensor, plane: Plane = FLAT) -> tuple[list[str], list[str]]:
+    """Return the names of the coils that a plane cuts, and of the others."""
+    found: tuple[list[str], list[str]] = ([], [])
+    for coil in sensor.coils:
+        found[len(coil_cut(coil, plane)[0]) == 0].append(coil.name)
+    return found
+
+
+def target_cut(target: Target, pose: Pose, plane: Plane = FLAT) -> Array:
+    """Return the pieces of a target along a plane through it as it lay before it moved, shape (k, 4, 2) [m].
+
+    Bottom left first, then counter-clockwise; moved with the target and seen across the plane.
+    """
+    pieces = chords(target_outline(target).loops, plane)
+    c, s = np.cos(plane.angle), np.sin(plane.angle)
+    ends = pieces[:, [0, 1, 1, 0]]
+    up = np.broadcast_to([0.0, 0.0, target.thickness, target.thickness], ends.shape)
+    body = np.stack([c * ends - s * plane.offset, s * ends + c * plane.offset, up], axis=-1)
+    moved = placed(body.reshape(-1, 3), pose).reshape(*ends.shape, 3)
+    return np.stack([along(moved, plane)[0], moved[..., 2]], axis=-1)
+
+
+def conductor_cut(part: Conductor, plane: Plane = FLAT) -> Array:
+    """Return the pieces of a fixed plate that a plane cuts, shape (k, 4, 2) [m]."""
+    place = np.array(part.centre)
+    shift, d = along(place, plane)
+    pieces = chords(target_outline(as_plate(part)).loops, Plane(plane.angle, float(-d))) + shift
+    return upright(pieces, part.centre[2] - part.thickness / 2, part.centre[2] + part.thickness / 2)
+
+
+def upright(pieces: Array, low: float, high: float) -> Array:
+    """Return the corners of boxes over pieces (k, 2) of a line, from one height to another, shape (k, 4, 2)."""
+    return np.stack([pieces[:, [0, 1, 1, 0]], np.broadcast_to([low, low, high, high], (len(pieces), 4))], axis=-1)
+
+
+def chords(loops: Sequence[Loop | Array], plane: Plane) -> Array:
+    """Return from where to where a plane is within an outline with holes, shape (k, 2) [m]."""
+    a, b = edges([np.array(loop) for loop in loops])
+    (s_a, d_a), (s_b, d_b) = along(a, plane), along(b, plane)
+    crossed = (d_a > 0.0) != (d_b > 0.0)
+    share = d_a[crossed] / (d_a - d_b)[crossed]
+    return np.sort(s_a[crossed] + share * (s_b - s_a)[crossed]).reshape(-1, 2)

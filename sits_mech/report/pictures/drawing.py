@@ -1,0 +1,260 @@
+"""How large is everything? Plan and section of a scene with dimensions in millimetres, before anything is solved.
+
+The plan shows all parts from above, through each other. The section is that of y = 0 where this plane cuts a coil, else
+that through the coil next to it; both are drawn to one scale, the target at rest. The sizes are those of the scene as
+it was read, so that a metre written for a millimetre shows. All numbers here are in millimetres.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from sits_mech.geometry.outline import target_outline
+from sits_mech.geometry.solids import as_plate
+from sits_mech.geometry.windings import turn_radii
+from sits_mech.quantities import Array
+from sits_mech.report.pictures.curves import COLUMN, add_polygons, new_figure
+from sits_mech.report.pictures.cuts import Plane, chords, coil_cut, names_cut, upright
+from sits_mech.scene.sensor import Coil, Conductor, Elastomer, Sensor, Target
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_MM = 1e3
+_TRACKS = ("#c0392b", "#2c5d9b")
+_ROW, _LABEL = 0.075, 0.05  # between lines of dimensions, and between labels, over the drawing's size
+_MOST = 9  # distances of neighbouring coils that are written
+
+Span = tuple[float, float, str]  # from where to where, and what stands at it
+
+
+class Plate(NamedTuple):
+    """A flat part at rest [mm]: rim and holes (k, 2), bottom and top (NaN where no pad carries it), sizes, colour."""
+
+    name: str
+    loops: tuple[Array, ...]
+    bottom: float
+    top: float
+    sizes: str
+    shade: str
+
+
+class Drawing(NamedTuple):
+    """What is drawn [mm]: parts from below, where the section is, least and greatest x, y, z, the largest size."""
+
+    sensor: Sensor
+    plates: tuple[Plate, ...]
+    plane: Plane
+    low: Array
+    high: Array
+    size: float
+
+
+def scene_drawing(sensor: Sensor) -> Figure:
+    """Return plan and section of a scene with its dimensions [mm]; SceneError when matplotlib is missing."""
+    it = _drawing(sensor)
+    rows = [_rows(it, axis) for axis in (0, 1)]
+    left, right = it.low[0] - _ROW * it.size * (len(rows[1]) + 0.5), it.high[0] + 0.3 * it.size
+    bottom, top = it.low[1] - _ROW * it.size * (len(rows[0]) + 0.5), it.high[1] + 0.5 * _ROW * it.size
+    half = max(it.high[2] - it.low[2], _LABEL * it.size * len(_levels(it))) / 2 + 0.06 * it.size
+    missing = max(0.0, 1.6 * half - (right - left)) / 2  # of a sheet's width, for a scene taller than wide
+    left, right = left - missing, right + missing
+    lines, width = _list_of_parts(it), 1.6 * COLUMN
+    shares = (float((top - bottom) / (right - left)), float(2.0 * half / (right - left)))
+    height = sum(shares) + 0.07 + 0.028 * len(lines)
+    with new_figure(height, rows=2, width=width, shares=shares) as (figure, (plan, section)):
+        _draw_plan(plan, it, rows)
+        _draw_section(section, it)
+        plan.set(xlim=(left, right), ylim=(bottom, top))
+        middle = (it.low[2] + it.high[2]) / 2
+        section.set(xlim=(left, right), ylim=(middle - half, middle + half))
+        for axes in (plan, section):
+            axes.set_aspect("equal")
+            axes.set_axis_off()
+        figure.suptitle(f"{sensor.name}: sizes in mm, nothing solved", fontsize=9)
+        figure.supxlabel("\n".join(lines), fontsize=6.5, ha="left", x=0.03)
+    return figure
+
+
+def _drawing(sensor: Sensor) -> Drawing:
+    """Return the parts of a scene and how far they reach."""
+    plates = _plates(sensor)
+    middle = min((coil.centre[1] for coil in sensor.coils), key=lambda y: (abs(y), y))
+    plane = Plane() if names_cut(sensor)[0] else Plane(0.0, middle)
+    corners = np.vstack([loop for plate in plates for loop in plate.loops[:1]] + [_disc(coil) for coil in sensor.coils])
+    tracks = [z for coil in sensor.coils for z in (-_MM * coil.height, 0.0)]
+    if sensor.substrate_radius is not None:
+        tracks.append(float(np.min(_tracks(sensor, plane)[0][..., 1], initial=0.0)))
+    heights = [*tracks, *(z for plate in plates for z in (plate.bottom, plate.top))]
+    low, high = np.r_[corners.min(axis=0), np.nanmin(heights)], np.r_[corners.max(axis=0), np.nanmax(heights)]
+    return Drawing(sensor, tuple(plates), plane, low, high, float(np.max(high - low)))
+
+
+def _plates(sensor: Sensor) -> list[Plate]:
+    """Return fixed plates, pad and target at rest."""
+    found, rest = [], 0.0
+    for part in sensor.conductors:
+        x, y, z = (_MM * place for place in part.centre)
+        loops, half = target_outline(as_plate(part)).loops, _MM * part.thickness / 2
+        own = tuple(_MM * np.array(loop) + (x, y) for loop in loops)
+        found.append(Plate(part.name, own, z - half, z + half, f"{_sizes(part)}, middle at z = {z:.4g}", "#8792a6"))
+    layer, target = sensor.elastomer, sensor.target
+    if layer is not None:
+        bottom, rest = _MM * layer.standoff, _MM * (layer.standoff + layer.thickness)
+        found.append(Plate("pad", (_rim(layer),), bottom, rest, _sizes(layer), "#efcf9f"))
+    if target is not None:
+        own = tuple(_MM * np.array(loop) for loop in target_outline(target).loops)
+        where = "" if layer is not None else "; no pad: its height is that of a pose"
+        rest = rest if layer is not None else np.nan
+        found.append(Plate("target", own, rest, rest + _MM * target.thickness, _sizes(target) + where, "#b87333"))
+    return found
+
+
+def _rim(layer: Elastomer) -> Array:
+    """Return the outline of a pad [mm]."""
+    if layer.diameter is not None:
+        angle = np.linspace(0.0, 2.0 * np.pi, 129)[:-1]
+        return np.asarray(_MM * layer.diameter / 2 * np.column_stack([np.cos(angle), np.sin(angle)]))
+    return np.asarray(_MM * np.array(layer.extent) / 2 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]))
+
+
+def _disc(coil: Coil) -> Array:
+    """Return the corners of the square around a coil [mm]."""
+    return _MM * (np.array(coil.centre) + coil.outer_diameter / 2 * np.array([[-1.0, -1.0], [1.0, 1.0]]))
+
+
+def _sizes(part: Target | Elastomer | Conductor) -> str:
+    """Return the sizes of a part in words."""
+    extent = part.extent
+    if isinstance(part, Target) and part.points is not None:
+        extent = tuple(np.ptp(np.array(part.points), axis=0))
+    across = " x ".join(f"{_MM * size:.4g}" for size in extent)
+    return f"{across if part.diameter is None else f'⌀ {_MM * part.diameter:.4g}'}, {_MM * part.thickness:.4g} thick"
+
+
+def _rows(it: Drawing, axis: int) -> list[list[Span]]:
+    """Return the lines of dimensions along x or y: coils, their distances, target, pad; what is round along x only."""
+    places = sorted({round(_MM * coil.centre[axis], 6) for coil in it.sensor.coils})
+    found = [] if axis else [[_across(min(it.sensor.coils, key=lambda coil: (coil.centre[1], coil.centre[0])))]]
+    found += [[(a, b, f"{b - a:.4g}") for a, b in pairwise(places)]] if 1 < len(places) <= _MOST + 1 else []
+    for part, plate in ((it.sensor.target, "target"), (it.sensor.elastomer, "pad")):
+        if part is not None and not (part.diameter is not None and axis == 1):
+            rim = next(each.loops[0] for each in it.plates if each.name == plate)
+            low, high = float(rim[:, axis].min()), float(rim[:, axis].max())
+            found.append([(low, high, f"{plate} {'⌀ ' if part.diameter is not None else ''}{high - low:.4g}")])
+    return found
+
+
+def _across(coil: Coil) -> Span:
+    """Return the diameter of a coil along x."""
+    low, high = _disc(coil)[:, 0].tolist()
+    return low, high, f"{coil.name} ⌀ {high - low:.4g}"
+
+
+def _draw_plan(axes: Axes, it: Drawing, rows: list[list[list[Span]]]) -> None:
+    """Draw what is seen from above, with dimensions below and to the left."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 97)
+    for plate in it.plates:
+        rim, *holes = plate.loops
+        add_polygons(axes, rim[None], facecolors=(plate.shade, 0.45), edgecolors=plate.shade, linewidth=0.9)
+        for hole in holes:
+            add_polygons(axes, hole[None], facecolors="white", edgecolors=plate.shade, linewidth=0.9)
+    for coil in it.sensor.coils:
+        x, y = (_MM * place for place in coil.centre)
+        for radius in _MM * turn_radii(coil):
+            axes.plot(x + radius * np.cos(turn), y + radius * np.sin(turn), color="#7a4a1c", linewidth=0.35)
+        axes.annotate(coil.name, (x, y), (0, 2), textcoords="offset points", ha="center", fontsize=7)
+    for plate in it.plates[: len(it.sensor.conductors)]:
+        corner = float(plate.loops[0][:, 0].max()), float(plate.loops[0][:, 1].max())
+        axes.annotate(plate.name, corner, ha="right", va="top", fontsize=6, color="0.25")
+    for axis, kinds in enumerate(rows):
+        for k, spans in enumerate(kinds):
+            for span in spans:
+                _dimension(axes, it, span, axis, it.low[1 - axis] - (k + 0.8) * _ROW * it.size)
+    y, out = _MM * it.plane.offset, 0.03 * it.size
+    axes.plot([it.low[0] - out, it.high[0] + out], [y, y], color="0.2", linewidth=0.6, dashes=(12, 3, 2, 3))
+    axes.annotate("A", (it.high[0] + 1.4 * out, y), va="center", fontsize=8, weight="bold")
+
+
+def _dimension(axes: Axes, it: Drawing, span: Span, axis: int, at: float) -> None:
+    """Draw one dimension line along x or y, `at` the other coordinate, with its two lines towards the parts."""
+    low, high, text = span
+    ends = [(low, at), (high, at)] if axis == 0 else [(at, low), (at, high)]
+    short = high - low < 0.1 * it.size
+    arrow = {"arrowstyle": "|-|,widthA=.15,widthB=.15" if short else "<|-|>,head_length=.25,head_width=.1"}
+    axes.annotate(
+        "", ends[1], ends[0], arrowprops=arrow | {"shrinkA": 0, "shrinkB": 0, "linewidth": 0.5, "color": "0.2"}
+    )
+    for x, y in ends:
+        far = (x, it.low[1] - 0.01 * it.size) if axis == 0 else (it.low[0] - 0.01 * it.size, y)
+        axes.plot([x, far[0]], [y, far[1]], color="0.6", linewidth=0.3)
+    middle = ((low + high) / 2, at) if axis == 0 else (at, (low + high) / 2)
+    white = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
+    axes.annotate(
+        text, middle, ha="center", va="center", fontsize=6.5, rotation=90.0 * axis, bbox=None if short else white
+    )
+
+
+def _tracks(sensor: Sensor, plane: Plane) -> tuple[Array, Array]:
+    """Return corners [mm] and sign of all tracks that the section cuts."""
+    corners, sign = zip(*(coil_cut(coil, plane, sensor.substrate_radius) for coil in sensor.coils), strict=True)
+    return _MM * np.concatenate(corners), np.concatenate(sign)
+
+
+def _draw_section(axes: Axes, it: Drawing) -> None:
+    """Draw what the section cuts, with the height of each part beside it."""
+    for plate in it.plates:
+        pieces = chords(plate.loops, Plane(0.0, _MM * it.plane.offset))
+        if np.isfinite(plate.top):
+            boxes = upright(pieces, plate.bottom, plate.top)
+            add_polygons(axes, boxes, facecolors=plate.shade, edgecolors="0.3", linewidth=0.3)
+    corners, sign = _tracks(it.sensor, it.plane)
+    add_polygons(axes, corners, facecolors=np.where(sign > 0.0, *_TRACKS).tolist(), linewidth=0)
+    axes.plot([it.low[0], it.high[0]], [0.0, 0.0], color="0.5", linewidth=0.3)
+    levels, gap = _levels(it), _LABEL * it.size
+    start = (it.low[2] + it.high[2]) / 2 - gap * (len(levels) - 1) / 2
+    for k, (low, high, name) in enumerate(levels):
+        x, z, label = it.high[0] + 0.02 * it.size, (low + high) / 2, start + k * gap
+        axes.plot([x, x], [low, high], color="0.2", linewidth=1.2, solid_capstyle="butt")
+        axes.plot([x, x + 0.03 * it.size, x + 0.045 * it.size], [z, label, label], color="0.4", linewidth=0.4)
+        axes.annotate(f"{name} {high - low:.4g}", (x + 0.05 * it.size, label), va="center", fontsize=6.5)
+    title = f"section A, {it.plane.words}"
+    axes.annotate(title, (it.low[0], it.high[2]), (0, 6), textcoords="offset points", fontsize=6.5)
+
+
+def _levels(it: Drawing) -> list[Span]:
+    """Return bottom, top and name of each part and of the stand-off, from below."""
+    deep = _MM * max(coil.height for coil in it.sensor.coils)
+    found = [(-deep, 0.0, "coils"), *((plate.bottom, plate.top, plate.name) for plate in it.plates)]
+    if it.sensor.elastomer is not None and it.sensor.elastomer.standoff > 0.0:
+        found.append((0.0, _MM * it.sensor.elastomer.standoff, "stand-off"))
+    return sorted((level for level in found if np.isfinite(level[1])), key=lambda level: level[0] + level[1])
+
+
+def _list_of_parts(it: Drawing) -> list[str]:
+    """Return one line for each kind of coil and each part: what it is and how large."""
+    kinds: dict[tuple[float | str, ...], list[Coil]] = {}
+    for coil in it.sensor.coils:
+        kinds.setdefault(tuple(coil.model_dump(exclude={"name", "centre"}).values()), []).append(coil)
+    lines = []
+    for coils in kinds.values():
+        coil, names = coils[0], [each.name for each in coils]
+        name = ", ".join(names) if len(names) < 6 else f"{names[0]} to {names[-1]} ({len(names)})"
+        lengths = (coil.outer_diameter, coil.inner_diameter, coil.track_width, coil.track_thickness, coil.track_gap)
+        outer, inner, wide, thick, gap = (f"{_MM * length:.4g}" for length in lengths)
+        layers = f"{coil.layers} layers {_MM * coil.layer_pitch:.4g} apart" if coil.layers > 1 else "one layer"
+        tracks = f"tracks {wide} x {thick}, gaps {gap}"
+        lines.append(f"{name}: ⌀ {inner} to {outer}; {coil.turns} turns in {layers}; {tracks}")
+    materials = {"pad": it.sensor.elastomer, "target": it.sensor.target}
+    for plate in it.plates:
+        part = materials.get(plate.name)
+        made = f", {part.material}" if part is not None and isinstance(part.material, str) else ""
+        lines.append(f"{plate.name}: {plate.sizes}{made}")
+    radius = it.sensor.substrate_radius
+    return lines + (
+        [] if radius is None else [f"coils on a cylinder of radius {_MM * radius:.4g} along y; plan unrolled"]
+    )
