@@ -43,7 +43,9 @@ def export(
     folder: Folder, *, to: Annotated[str, Parameter(help="csv, netcdf, xlsx, c, spice, kicad or vtu.")],
     output: Output = None, load: Load = Load(),
 ) -> int:  # fmt: skip
-    """Write a calibration for another program; --fx and --fz choose the state that --to spice shows.
+    """Write a calibration for another program; the load chooses the state that --to spice shows.
+
+    kicad writes a footprint in the format of KiCad 7, for that version or later; vtu writes a folder for ParaView.
 
     Example: sits-mech export calibration --to spice -o coils.cir --fz "2 N"
     """
@@ -53,9 +55,8 @@ def export(
     from sits_mech.report.folder import read_calibration
 
     sensor, data = read_calibration(folder)
-    wrench = load.wrench()
     try:
-        path, notes = written(Source(sensor, data, wrench.F_x, wrench.F_z), to, output)
+        path, notes = written(Source(sensor, data, load.wrench()), to, output)
     except SolveFailed as error:
         return not_converged(error, False)
     for line in [*notes, f"written to {path}"]:

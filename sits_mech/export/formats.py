@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from sits_mech.export.firmware import write_header
@@ -12,27 +12,25 @@ from sits_mech.export.source import Source
 from sits_mech.export.spice import write_spice
 from sits_mech.export.tables import write_csv, write_netcdf, write_xlsx
 from sits_mech.export.vtu import write_vtu
-from sits_mech.readout.loads import two_forces
 from sits_mech.scene.sensor import SceneError
 
 
 @dataclass(frozen=True)
 class Format:
-    """A format: how its files end, what writes them and returns one line for each thing to know, over which loads."""
+    """A format: how its files end, and what writes them and returns one line for each thing to know."""
 
     suffix: str
     write: Callable[[Source, Path], tuple[str, ...]]
-    any_loads: bool = True  # or over F_x and F_z alone
 
 
 FORMATS: Mapping[str, Format] = {
     "csv": Format(".csv", write_csv),
     "netcdf": Format(".nc", write_netcdf),
     "xlsx": Format(".xlsx", write_xlsx),
-    "c": Format(".h", write_header, any_loads=False),
-    "spice": Format(".cir", write_spice, any_loads=False),
+    "c": Format(".h", write_header),
+    "spice": Format(".cir", write_spice),
     "kicad": Format(".kicad_mod", write_kicad),
-    "vtu": Format(".pvd", write_vtu, any_loads=False),
+    "vtu": Format("_vtu", write_vtu),
 }
 """The formats by name."""
 
@@ -47,7 +45,7 @@ def export(source: Source, kind: str, path: Path | None = None) -> tuple[Path, t
     kind : str
         A key of `FORMATS`.
     path : Path, optional
-        The file; by default named after the sensor, in the present folder.
+        The file, or the folder of `vtu`; by default named after the sensor, in the present folder.
 
     Returns
     -------
@@ -68,7 +66,7 @@ def export(source: Source, kind: str, path: Path | None = None) -> tuple[Path, t
     other = next((name for name, each in FORMATS.items() if each.suffix == path.suffix and name != kind), None)
     if other is not None:
         raise SceneError(f"--output: must end in {form.suffix} for --to {kind}; got {path.name!r}, as for {other}")
-    return path, form.write(source if form.any_loads else replace(source, data=two_forces(source.data)), path)
+    return path, form.write(source, path)
 
 
 def plain_name(name: str) -> str:

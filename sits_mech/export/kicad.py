@@ -1,4 +1,4 @@
-"""What goes onto the board? The coils as a footprint of KiCad (version 7 or later), tracks as arcs on copper layers.
+"""What goes onto the board? The coils as a footprint in the format of KiCad 7, for 7 or later; tracks as copper arcs.
 
 A coil of n layers is n spirals r(theta) in series (`geometry.windings`), on F.Cu, inner layers, B.Cu from the top down,
 all turning the same way seen from above. Two neighbouring layers make a pair: inwards, through a via inside the coil,
@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from sits_mech.export.source import Source
+from sits_mech.geometry.outline import target_outline
 from sits_mech.geometry.windings import turn_radii
 from sits_mech.quantities import Array
 from sits_mech.scene.files import write_text
@@ -69,7 +70,8 @@ def write_kicad(source: Source, path: Path) -> tuple[str, ...]:
     windings = [winding(sensor, number) for number in range(len(sensor.coils))]
     write_text(path, _footprint(sensor, windings, path.stem))
     holes = f"vias {_MM * _VIA:g}/{_MM * _DRILL:g} mm, pads {_MM * _PAD:g}/{_MM * _HOLE:g} mm"
-    return (f"{holes}; layers of the board, from the top: {', '.join(copper_layers(sensor.coils[0].layers))}",)
+    layers = ", ".join(copper_layers(sensor.coils[0].layers))
+    return (f"{holes}; layers of the board, from the top: {layers}; for KiCad 7 or later",)
 
 
 def copper_layers(count: int) -> tuple[str, ...]:
@@ -195,8 +197,7 @@ def _footprint(sensor: Sensor, windings: list[Winding], name: str) -> str:
         _box(low, high, "F.CrtYd", 0.05e-3),
     ]
     if sensor.target is not None:
-        half = np.asarray(sensor.target.extent) / 2
-        lines.append(_box(-half, half, "Dwgs.User", 0.1e-3))
+        lines.append(_rim(target_outline(sensor.target).rim, "Dwgs.User", 0.1e-3))
     for item in windings:
         lines += [line for track in item.tracks for line in _copper(track)]
         lines += [_hole(hole) for hole in item.holes]
@@ -234,6 +235,13 @@ def _box(low: Array, high: Array, layer: str, width: float) -> str:
     """Return the line of a rectangle."""
     stroke = f"(stroke (width {_number(width)}) (type solid)) (fill none)"
     return f'  (fp_rect (start {_point(low)}) (end {_point(high)}) {stroke} (layer "{layer}"))'
+
+
+def _rim(points: Array, layer: str, width: float) -> str:
+    """Return the line of a closed polygon."""
+    corners = " ".join(f"(xy {_point(point)})" for point in points)
+    stroke = f"(stroke (width {_number(width)}) (type solid)) (fill none)"
+    return f'  (fp_poly (pts {corners}) {stroke} (layer "{layer}"))'
 
 
 def _point(point: Array) -> str:

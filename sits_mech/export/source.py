@@ -7,10 +7,12 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from sits_mech.cases import DONE
-from sits_mech.quantities import Pose
+from sits_mech.quantities import LOAD_ARGUMENTS, POSE, Pose, Wrench, shown_unit
+from sits_mech.readout.loads import fixed, load_words, varied
 from sits_mech.scene.sensor import SceneError, Sensor
 
 
@@ -24,14 +26,13 @@ class Source:
         What was calibrated.
     data : Dataset
         As from `calibrate`.
-    F_x, F_z : float
-        The load of what shows a single state [N].
+    load : Wrench
+        Of what shows a single state; a component that is zero is the table's own where that is the same throughout.
     """
 
     sensor: Sensor
     data: xr.Dataset
-    F_x: float = 0.0
-    F_z: float = 0.0
+    load: Wrench = Wrench()
 
     @property
     def request(self) -> dict[str, Any]:
@@ -46,6 +47,29 @@ class Source:
         return f"{self.sensor.name}; {models}; sits-mech {self.data.attrs['version']}"
 
 
+def resting_load(source: Source) -> Wrench:
+    """Return the source's load with what all loads of the table have besides.
+
+    Raises
+    ------
+    SceneError
+        When the load is outside the table.
+    """
+    found = {}
+    for option, name in LOAD_ARGUMENTS.items():
+        value, values = getattr(source.load, name), np.array([fixed(source.data).get(name, 0.0)])
+        if name in source.data.dims:
+            values = source.data[name].to_numpy()
+        elif value == 0.0:
+            value = float(values[0])
+        if not values.min() <= value <= values.max():
+            unit = shown_unit(name)
+            span = f"from {values.min():.4g} {unit} to {values.max():.4g} {unit}"
+            raise SceneError(f"--{option}: must lie within the calibration, {span}; got {value:.4g} {unit}")
+        found[name] = value
+    return Wrench(**found)
+
+
 def resting_pose(source: Source) -> Pose:
     """Return where the target rests under the source's load, linear between the loads of the table.
 
@@ -54,18 +78,13 @@ def resting_pose(source: Source) -> Pose:
     SceneError
         When the load is outside the table, or next to one without a result.
     """
-    for name in ("F_x", "F_z"):
-        force, forces = getattr(source, name), source.data[name].to_numpy()
-        if not forces.min() <= force <= forces.max():
-            option = f"--{name.replace('_', '').lower()}"
-            span = f"from {forces.min():.4g} N to {forces.max():.4g} N"
-            raise SceneError(f"{option}: must lie within the calibration, {span}; got {force:.4g} N")
-    parts = source.data[["d_h", "d_v", "alpha"]].where(source.data["status"] == DONE)
-    for name in ("F_x", "F_z"):  # a force with one value has nothing between
-        force = getattr(source, name)
-        parts = parts.isel({name: 0}) if parts.sizes[name] == 1 else parts.interp({name: force})
-    found = Pose(*(float(parts[name]) for name in ("d_h", "d_v", "alpha")))
+    load = resting_load(source)
+    parts = source.data[[name for name in POSE if name in source.data]].where(source.data["status"] == DONE)
+    for name in varied(source.data):  # a force with one value has nothing between
+        alone = parts.sizes[name] == 1
+        parts = parts.isel({name: 0}) if alone else parts.interp({name: getattr(load, name)})
+    found = Pose(**{str(name): float(value) for name, value in parts.items()})
     if not math.isfinite(float(found.d_h)):
-        came = f"F_x = {source.F_x:.4g} N, F_z = {source.F_z:.4g} N"
+        came = load_words({name: getattr(load, name) for name in varied(source.data)})
         raise SceneError(f"load: must have results on all sides in the calibration; got {came}")
     return found

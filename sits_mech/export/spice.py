@@ -19,8 +19,9 @@ import numpy as np
 
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.chain.models import magnetic_model
-from sits_mech.export.source import Source, resting_pose
-from sits_mech.quantities import Array, Impedance, Pose
+from sits_mech.export.source import Source, resting_load, resting_pose
+from sits_mech.quantities import UNITS, Array, Impedance, Pose
+from sits_mech.readout.loads import load_words, varied
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError
 
@@ -52,8 +53,10 @@ def write_spice(source: Source, path: Path) -> tuple[str, ...]:
 
 def _state(source: Source, pose: Pose) -> str:
     """Return load and pose as one line."""
-    load = f"F_x = {source.F_x:.4g} N, F_z = {source.F_z:.4g} N"
-    return f"{load}: d_h = {pose.d_h:.6g} m, d_v = {pose.d_v:.6g} m, alpha = {pose.alpha:.4g} rad"
+    load = vars(resting_load(source))
+    shown = {name: value for name, value in load.items() if value != 0.0 or name in varied(source.data)}
+    place = {name: value for name, value in vars(pose).items() if value != 0.0 or name in ("d_h", "d_v", "alpha")}
+    return f"{load_words(shown)}: " + ", ".join(f"{name} = {value:.6g} {UNITS[name]}" for name, value in place.items())
 
 
 def netlist(names: list[str], found: Impedance, R_track: Array, remarks: tuple[str, ...] = ()) -> str:

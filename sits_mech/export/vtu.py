@@ -1,38 +1,59 @@
-"""How is the deformed layer looked at in ParaView? One .vtu for each load, and a .pvd that puts them in order.
+"""How is the deformed layer looked at in ParaView? A folder: one .vtu for each load, a .pvd that puts them in order.
 
-Every converged load of the calibration is a time step, shear by shear, each with rising normal force. A file holds the
-section y = 0: the layer's cells with their smallest volume ratio J, the target, and the coils' tracks; ``part`` tells
-them apart (0, 1, 2), ``displacement`` is that of layer and target from rest. The layer is solved anew, each load from
-the one before, by the calibration's model; one by the linear model, which has no mesh to show, by the planar one. The
-target is at its pose, which the 3D pad extrapolates from two meshes: it stands off the layer by that model's error.
+Every converged load of the calibration is a time step, each row of loads with rising normal force. A file holds the
+elastomer with the smallest volume ratio J of each cell, the target, and the coils; ``part`` tells them apart (0, 1, 2),
+``displacement`` is that of elastomer and target from rest. A pad in space (the calibration's model `block`) is shown
+whole, with each layer of a coil as a ring from its innermost to its outermost track; a layer in plane strain as the
+section y = 0. The layer is solved anew, each load from the one before, by the calibration's model; one by the linear
+model, which has no mesh to show, by the planar one. The target is at its pose, which the 3D pad extrapolates from two
+meshes: it stands off the layer by that model's error.
 """
 
 from __future__ import annotations
 
 import tempfile
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import meshio
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from sits_mech.cases import DONE
 from sits_mech.export.source import Source
-from sits_mech.geometry.windings import coil_bars
-from sits_mech.mechanics.block import BlockPad, block_pad, deformed_section
+from sits_mech.geometry.outline import target_outline
+from sits_mech.geometry.windings import coil_bars, layer_heights
+from sits_mech.magnetics.space.stream import placed
+from sits_mech.mechanics.block import BlockPad, block_pad, deformed_pad
 from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh, planar_layer
 from sits_mech.mechanics.pad.section import layer_parts
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, Wrench
+from sits_mech.readout.loads import load_words, points, varied, wrench_of
 from sits_mech.report.pictures.cuts import target_cut
 from sits_mech.scene.files import write_bytes, write_text
-from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.scene.sensor import Coil, SceneError, Sensor
 
 _LAYER, _TARGET, _COIL = 0.0, 1.0, 2.0
+_AROUND = 48  # sides of a coil's ring
+
+Cells = list[tuple[str, NDArray[np.int64]]]
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A part of a picture: points (n, 3), how far they moved, cells by their kind, volume ratio of each."""
+
+    part: float
+    points: Array
+    moved: Array
+    cells: Cells
+    J: Array
 
 
 def write_vtu(source: Source, path: Path) -> tuple[str, ...]:
-    """Write the series beside `path`, which lists it; one that ends in .vtu holds the last load, the list beside it.
+    """Write the series into the folder `path`, whose list has its name.
 
     Returns
     -------
@@ -42,54 +63,67 @@ def write_vtu(source: Source, path: Path) -> tuple[str, ...]:
     Raises
     ------
     SceneError
-        When a file cannot be written.
+        When `path` is no folder's, or a file cannot be written.
     """
+    if path.suffix in (".pvd", ".vtu") or path.is_file():
+        raise SceneError(f"--output: must name a folder for --to vtu; got {path.name!r}")
     name = source.request["mechanics"]
     model = (block_pad if name == "block" else planar_layer)(source.sensor, source.request["tolerance"])
     shown = name in ("block", "planar")
     notes = [] if shown else [f"the layer is shown at finite strain in plane strain; the calibration is by {name!r}"]
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        for old in path.glob("load_*.vtu"):  # of a longer series
+            old.unlink()
+    except OSError as error:
+        raise SceneError(f"--output: must be writable; got: {error.strerror}: {path}") from None
     steps: list[tuple[str, str]] = []
-    for F_x in source.data["F_x"].to_numpy():
-        last: Equilibrium | None = None
-        for F_z in source.data["F_z"].to_numpy():
-            if source.data["status"].sel(F_x=F_x, F_z=F_z).item() != DONE:
-                continue
-            try:
-                last = model.equilibrium(Wrench(float(F_x), float(F_z)), start=last)
-            except SolveFailed as error:
-                notes.append(f"F_x = {F_x:.4g} N, F_z = {F_z:.4g} N: not shown: {error}")
-                continue
-            file = f"{path.stem}_{len(steps):04d}.vtu"
-            write_bytes(path.parent / file, vtu_file(model, last))
-            steps.append((file, f"F_x = {F_x:.6g} N, F_z = {F_z:.6g} N"))
-    if path.suffix == ".vtu" and steps:
-        write_bytes(path, (path.parent / steps[-1][0]).read_bytes())
-        notes.append(f"{path.name} holds the last load, {steps[-1][1]}; {path.stem}.pvd lists all {len(steps)}")
-        path = path.with_suffix(".pvd")
-    write_text(path, _collection(steps))
+    for wrench, found in _loaded(source, model):
+        if isinstance(found, SolveFailed):
+            notes.append(f"{_words(wrench)}: not shown: {found}")
+            continue
+        file = f"load_{len(steps):04d}.vtu"
+        write_bytes(path / file, vtu_file(model, found))
+        steps.append((file, _words(wrench)))
+    write_text(path / f"{path.name}.pvd", _collection(steps))
     return tuple(notes)
 
 
+def _loaded(source: Source, model: PlanarLayer | BlockPad) -> Iterator[tuple[Wrench, Equilibrium | SolveFailed]]:
+    """Give every converged load of the table with its equilibrium, normal forces rising, or why there is none."""
+    data: xr.Dataset = source.data
+    rows = [name for name in varied(data) if name != "F_z"]
+    last: Equilibrium | None = None
+    before: list[float] = []
+    for row in points(data.transpose(*rows, *(["F_z"] if "F_z" in data.dims else []), ...)):
+        here, wrench = [float(row[name]) for name in rows], wrench_of(row)
+        if row["status"].item() != DONE:
+            continue
+        try:
+            last = model.equilibrium(wrench, start=last if here == before else None)
+            yield wrench, last
+        except SolveFailed as error:
+            yield wrench, error
+        before = here
+
+
+def _words(wrench: Wrench) -> str:
+    """Return a load for a reader: the forces of the plane, and what else there is."""
+    each = {name: value for name, value in vars(wrench).items() if value != 0.0 or name in ("F_x", "F_z")}
+    return load_words(each)
+
+
 def vtu_file(model: PlanarLayer | BlockPad, found: Equilibrium) -> bytes:
-    """Return the file of one load: layer, target and tracks in the section y = 0."""
-    sensor = model.sensor
-    points, quads, J = _section(model, found)
+    """Return the file of one load: elastomer, target and coils."""
     still = replace(found, state=np.concatenate([found.state[:1], np.zeros(found.state.size - 1)]))
-    kept, quads = np.unique(quads, return_inverse=True)  # a section of a solid leaves most of its nodes out
-    points, at_rest = points[kept], _section(model, still)[0][kept]
-    target, _ = layer_parts(sensor)
-    plate, there = (target_cut(target, pose) for pose in (found.pose, _rest(sensor)))
-    pieces = [(points, quads.reshape(-1, 4), points - at_rest), _boxes(plate, (plate - there).reshape(-1, 2))]
-    tracks = _tracks(sensor)
-    pieces.append(_boxes(tracks, np.zeros((4 * len(tracks), 2))))
-    first = np.cumsum([0, *(len(piece[0]) for piece in pieces)])
-    cells = np.vstack([piece[1] + start for piece, start in zip(pieces, first, strict=False)])
-    part = np.repeat([_LAYER, _TARGET, _COIL], [len(piece[1]) for piece in pieces])
-    ratio = np.concatenate([J, np.ones(len(cells) - len(J))])
+    pieces = (_solid if isinstance(model, BlockPad) else _section)(model, found, still)  # type: ignore[arg-type]
+    first = np.cumsum([0, *(len(piece.points) for piece in pieces)])
+    blocks = [(kind, cells + start) for piece, start in zip(pieces, first, strict=False) for kind, cells in piece.cells]
+    parts = [np.full(len(cells), piece.part) for piece in pieces for _, cells in piece.cells]
     mesh = meshio.Mesh(
-        _flat(np.vstack([piece[0] for piece in pieces])), [("quad", cells)],
-        point_data={"displacement": _flat(np.vstack([piece[2] for piece in pieces]))},
-        cell_data={"J": [ratio], "part": [part]},
+        np.vstack([piece.points for piece in pieces]), blocks,
+        point_data={"displacement": np.vstack([piece.moved for piece in pieces])},
+        cell_data={"J": _each([piece.J for piece in pieces], blocks), "part": parts},
     )  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:  # meshio writes files alone
         file = Path(folder) / "layer.vtu"
@@ -97,9 +131,52 @@ def vtu_file(model: PlanarLayer | BlockPad, found: Equilibrium) -> bytes:
         return file.read_bytes()
 
 
-def _section(model: PlanarLayer | BlockPad, found: Equilibrium) -> tuple[Array, NDArray[np.int64], Array]:
-    """Return points, quadrilaterals and volume ratios of the layer in the section y = 0."""
-    return deformed_section(model, found) if isinstance(model, BlockPad) else deformed_mesh(model, found)
+def _each(values: list[Array], blocks: Cells) -> list[Array]:
+    """Return values of all cells, block by block."""
+    return np.split(np.concatenate(values), np.cumsum([len(cells) for _, cells in blocks])[:-1])
+
+
+def _solid(model: BlockPad, found: Equilibrium, still: Equilibrium) -> list[Piece]:
+    """Return the whole pad, the target and the coils in space."""
+    places, cells, J = deformed_pad(model, found)
+    kind = "hexahedron" if cells.shape[1] == 8 else "tetra"
+    kept, cells = np.unique(cells, return_inverse=True)
+    at_rest = deformed_pad(model, still)[0][kept]
+    pieces = [Piece(_LAYER, places[kept], places[kept] - at_rest, [(kind, cells.reshape(len(J), -1))], J)]
+    if model.sensor.target is not None:
+        target = model.sensor.target
+        rim = target_outline(target).rim
+        k, number = len(rim), np.arange(len(rim))
+        corners = np.vstack([np.column_stack([rim, np.full(k, z)]) for z in (0.0, target.thickness)])
+        faces: Cells = [("polygon", np.array([number[::-1], k + number]))]
+        faces.append(("quad", np.column_stack([number, np.roll(number, -1), k + np.roll(number, -1), k + number])))
+        there = placed(corners, found.pose)
+        pieces.append(Piece(_TARGET, there, there - placed(corners, _rest(model.sensor)), faces, np.ones(2 + k)))
+    return [*pieces, *(_ring(coil, float(z)) for coil in model.sensor.coils for z in layer_heights(coil))]
+
+
+def _ring(coil: Coil, z: float) -> Piece:
+    """Return a layer of a coil as a flat ring."""
+    angle, number = np.linspace(0.0, 2.0 * np.pi, _AROUND, endpoint=False), np.arange(_AROUND)
+    round_ = np.column_stack([np.cos(angle), np.sin(angle)])
+    radii = (0.5 * coil.inner_diameter, 0.5 * coil.outer_diameter)
+    flat = np.asarray(coil.centre) + np.vstack([radius * round_ for radius in radii])
+    after = np.roll(number, -1)
+    quads = np.column_stack([number, _AROUND + number, _AROUND + after, after])
+    points_ = np.column_stack([flat, np.full(2 * _AROUND, z)])
+    return Piece(_COIL, points_, np.zeros_like(points_), [("quad", quads)], np.ones(_AROUND))
+
+
+def _section(model: PlanarLayer, found: Equilibrium, still: Equilibrium) -> list[Piece]:
+    """Return layer, target and tracks in the section y = 0."""
+    places, quads, J = deformed_mesh(model, found)
+    kept, quads = np.unique(quads, return_inverse=True)
+    at_rest = deformed_mesh(model, still)[0][kept]
+    layer = Piece(_LAYER, _flat(places[kept]), _flat(places[kept] - at_rest), [("quad", quads.reshape(-1, 4))], J)
+    target, _ = layer_parts(model.sensor)
+    plate, there = (target_cut(target, pose) for pose in (found.pose, _rest(model.sensor)))
+    tracks = _tracks(model.sensor)
+    return [layer, _boxes(_TARGET, plate, plate - there), _boxes(_COIL, tracks, np.zeros_like(tracks))]
 
 
 def _rest(sensor: Sensor) -> Pose:
@@ -109,9 +186,12 @@ def _rest(sensor: Sensor) -> Pose:
     return Pose(0.0, sensor.elastomer.standoff + sensor.elastomer.thickness, 0.0)
 
 
-def _boxes(corners: Array, moved: Array) -> tuple[Array, NDArray[np.int64], Array]:
-    """Return points, cells and displacements of separate quadrilaterals, corners of shape (m, 4, 2)."""
-    return corners.reshape(-1, 2), np.arange(4 * len(corners)).reshape(-1, 4), moved
+def _boxes(part: float, corners: Array, moved: Array) -> Piece:
+    """Return separate quadrilaterals of a section, corners and how far they moved of shape (m, 4, 2)."""
+    quads = np.arange(4 * len(corners)).reshape(-1, 4)
+    return Piece(
+        part, _flat(corners.reshape(-1, 2)), _flat(moved.reshape(-1, 2)), [("quad", quads)], np.ones(len(corners))
+    )
 
 
 def _tracks(sensor: Sensor) -> Array:

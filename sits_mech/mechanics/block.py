@@ -36,7 +36,7 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import cKDTree
 
 from sits_mech.mechanics.element.kernel import deformation
-from sits_mech.mechanics.element.mesh import Indices, MixedMesh
+from sits_mech.mechanics.element.mesh import BRICK, Indices, MixedMesh
 from sits_mech.mechanics.pad.lines import flush, outlines
 from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, pad_parts, pad_scales, pair_of
 from sits_mech.mechanics.pad.user import meshed_pad
@@ -59,6 +59,7 @@ _LADDER = ((1e-2, (2, 1)), (3e-3, (3, 2)), (0.0, (4, 3)))
 _MOST = 1.5e6  # iterations times unknowns that a load path is given: a minute on the largest mesh
 _SMALLEST = (1e-2, 0.6)  # increment of the load path where no other mesh waits, and where one does
 _DEPTH = 1e-4  # thicknesses over which the pressure of contact builds up
+_ROUND = [0, 1, 3, 2, 4, 5, 7, 6]  # corners of a brick by z, y, x -> each face around
 _SOFTLY = (100.0, 10.0)  # times that, on the way from rest without contact
 _GRID = (64, 12)  # pieces of a section for pictures, across and up
 
@@ -246,6 +247,36 @@ def _slanted(mesh: MixedMesh, u: Array, way: Array) -> tuple[Array, Indices, Ind
     low, high = corners.min(axis=1), corners.max(axis=1)
     away = np.abs(grid[quads].mean(axis=1)[:, None] - (low + high) / 2) / (high - low)
     return np.column_stack([places @ way, places[:, 2]]), quads, np.argmin(away.max(axis=2), axis=1)
+
+
+def deformed_pad(model: BlockPad, equilibrium: Equilibrium) -> tuple[Array, Indices, Array]:
+    """Return the whole deformed pad for pictures.
+
+    Returns
+    -------
+    points : ndarray, shape (n, 3)
+        x, y, z in the sensor's coordinates [m].
+    cells : ndarray, shape (m, 8) or (m, 4)
+        Corners of the eighths of the bricks, lower face and upper face counter-clockwise, or of tetrahedra.
+    J : ndarray, shape (m,)
+        Smallest volume ratio at any point of each one's element.
+    """
+    _, elastomer = pad_parts(model.sensor)
+    if solved_body(model, equilibrium).mesh is model.half[int(equilibrium.state[0])].fine.mesh:
+        equilibrium = _of_both_halves(model, equilibrium)
+    mesh = model.whole[int(equilibrium.state[0])].fine.mesh
+    u = equilibrium.state[1 : 1 + mesh.nodes.size].reshape(-1, 3)
+    points = (mesh.nodes + u) * elastomer.thickness + (0.0, 0.0, elastomer.standoff)
+    least = deformation(mesh, u.ravel())[1].min(axis=1)
+    if mesh.cells.shape[1] < len(BRICK.doflocs):
+        return points, mesh.cells[:, :4], least
+    order = np.lexsort(BRICK.doflocs.T).reshape(3, 3, 3)  # nodes of a brick by z, y, x
+    eighths = [order[k : k + 2, j : j + 2, i : i + 2].ravel()[_ROUND] for k, j, i in np.ndindex(2, 2, 2)]
+    cells = mesh.cells[:, np.array(eighths)].reshape(-1, 8)
+    a, b, c = (mesh.nodes[cells[:, k]] - mesh.nodes[cells[:, 0]] for k in (1, 3, 4))
+    inverted = np.einsum("ij,ij->i", np.cross(a, b), c) < 0.0  # in the image of half a pad
+    cells[inverted] = cells[inverted][:, [4, 5, 6, 7, 0, 1, 2, 3]]
+    return points, cells, np.repeat(least, 8)
 
 
 def _quarters(nodes: Array, faces: Indices) -> Indices:

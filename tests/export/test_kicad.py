@@ -2,6 +2,8 @@
 
 import math
 import re
+import shutil
+import subprocess
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -97,14 +99,17 @@ def test_turns_and_length(tmp_path: Path) -> None:
         assert length == pytest.approx(1e3 * track_length(coil), abs=2.5)  # leads and the way to the via
 
 
-@pytest.mark.parametrize("layers", [1, 2, 3, 4, 6])
-def test_nothing_touches_that_should_not(layers: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("scene", "layers"), [
+    *(("biorob2018-w15", layers) for layers in (1, 2, 3, 4, 6)), ("triaxial-4", 2), ("triaxial-4", 4), ("triaxial-3", 2)
+])  # fmt: skip
+def test_nothing_touches_that_should_not(scene: str, layers: int, tmp_path: Path) -> None:
     """On each layer copper of other runs, turns and holes keeps the gap, to 2 um; each end meets its hole."""
-    sensor = changed(SENSOR, [f"coils.{name}.layers={layers}" for name in ("C1", "C2")])
+    sensor = load_sensor(scene)
+    sensor = changed(sensor, [f"coils.{coil.name}.layers={layers}" for coil in sensor.coils])
     tree = footprint(sensor, tmp_path)
     width, gap = 1e3 * sensor.coils[0].track_width, 1e3 * sensor.coils[0].track_gap
     pads = [node for node in tree if isinstance(node, list) and node[0] == "pad"]
-    assert sorted(pad[1] for pad in pads if pad[1]) == ["1", "2", "3", "4"]
+    assert sorted(pad[1] for pad in pads if pad[1]) == [str(k + 1) for k in range(2 * len(sensor.coils))]
     holes = [(point(pad, "at"), float(value(pad, "size")[0]) / 2) for pad in pads]
     for (p, r), (q, s) in combinations(holes, 2):
         assert np.hypot(*(p - q)) >= r + s + gap - 2e-3
@@ -134,6 +139,33 @@ def test_current_turns_one_way_through_all_layers() -> None:
     for number, line in enumerate(spirals):
         radius = np.hypot(*(line - centre).T)
         assert turned(line, centre) == pytest.approx(12.0) and (radius[0] > radius[-1]) == (number % 2 == 0)
+
+
+def test_target_is_drawn(tmp_path: Path) -> None:
+    """The rim of a round target, about the sensor's centre, for whoever places it."""
+    tree = footprint(load_sensor("triaxial-4"), tmp_path)
+    rim = next(node for node in tree if isinstance(node, list) and node[0] == "fp_poly")
+    corners = np.array([[float(x), float(y)] for _, x, y in value(rim, "pts")])
+    assert value(rim, "layer") == ["Dwgs.User"] and len(corners) > 60
+    np.testing.assert_allclose(np.hypot(*corners.T), 6.0, atol=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("kicad-cli") is None, reason="kicad-cli (KiCad 7 or later) is not installed")
+@pytest.mark.parametrize("scene", ["biorob2018", "triaxial-4", "triaxial-3"])
+def test_kicad_opens_it(scene: str, tmp_path: Path) -> None:
+    """KiCad reads the footprint and plots each copper layer: an arc for each of the file's, and its pads."""
+    library = tmp_path / "coils.pretty"
+    library.mkdir()
+    tree = footprint(load_sensor(scene), library)
+    arcs = [value(node, "layer")[0] for node in tree if isinstance(node, list) and node[0] == "fp_arc"]
+    for layer in ("F.Cu", "B.Cu"):
+        command = ["kicad-cli", "fp", "export", "svg", "--footprint", "coils", "--layers", layer, "-o", layer, library]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+        assert done.returncode == 0, done.stdout + done.stderr
+        picture = (tmp_path / layer / "coils.svg").read_text()
+        assert len(re.findall(r"\bA\d", picture)) == arcs.count(layer) > 250
+        assert picture.count("<circle") >= sum(isinstance(node, list) and node[0] == "pad" for node in tree)
 
 
 @pytest.mark.parametrize(("change", "message"), [

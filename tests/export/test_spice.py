@@ -12,7 +12,7 @@ import pytest
 from sits_mech.export.formats import export
 from sits_mech.export.source import Source
 from sits_mech.export.spice import netlist
-from sits_mech.quantities import Impedance, SolveReport
+from sits_mech.quantities import Impedance, SolveReport, Wrench
 from sits_mech.report.folder import read_calibration
 
 HERTZ = 5e6
@@ -116,7 +116,7 @@ def test_from_a_calibration_per_metre(calibrated: Path, tmp_path: Path) -> None:
     """
     sensor, data = read_calibration(calibrated)
     request = json.loads(data.attrs["request"]) | {"tolerance": 0.1}
-    source = Source(sensor, data.assign_attrs(request=json.dumps(request)), 0.25, 1.0)
+    source = Source(sensor, data.assign_attrs(request=json.dumps(request)), Wrench(0.25, 1.0))
     path, _ = export(source, "spice", tmp_path / "coils.cir")
     text = path.read_text()
     Z = solved(text, HERTZ)

@@ -12,6 +12,7 @@ from sits_mech.cases import read_table
 from sits_mech.export.formats import FORMATS, export, plain_name
 from sits_mech.export.source import Source, resting_pose
 from sits_mech.export.tables import unit_of
+from sits_mech.quantities import Wrench
 from sits_mech.report.folder import read_calibration
 
 
@@ -66,16 +67,16 @@ def test_pose_between_loads(source: Source) -> None:
     """On a load the table's own pose; halfway the mean; outside refused."""
     there = source.data.sel(F_x=0.5, F_z=2.0)
     for name in ("d_h", "d_v", "alpha"):
-        assert getattr(resting_pose(Source(source.sensor, source.data, 0.5, 2.0)), name) == float(there[name])
-    between = resting_pose(Source(source.sensor, source.data, 0.5, 1.5))
+        assert getattr(resting_pose(Source(source.sensor, source.data, Wrench(0.5, 2.0))), name) == float(there[name])
+    between = resting_pose(Source(source.sensor, source.data, Wrench(0.5, 1.5)))
     both = source.data["d_v"].sel(F_x=0.5, F_z=[1.0, 2.0])
     assert between.d_v == pytest.approx(float(both.mean()), rel=1e-14)
     with pytest.raises(ValueError, match=r"--fz: must lie within the calibration, from 0 N to 3 N; got 4 N"):
-        resting_pose(Source(source.sensor, source.data, 0.0, 4.0))
+        resting_pose(Source(source.sensor, source.data, Wrench(0.0, 4.0)))
     broken = source.data.copy(deep=True)
     broken["status"].loc[{"F_x": 0.5, "F_z": 2.0}] = "stalled"
     with pytest.raises(ValueError, match="load: must have results on all sides"):
-        resting_pose(Source(source.sensor, broken, 0.5, 1.5))
+        resting_pose(Source(source.sensor, broken, Wrench(0.5, 1.5)))
 
 
 def test_what_cannot_be_written(source: Source, tmp_path: Path) -> None:
