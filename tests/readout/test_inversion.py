@@ -1,6 +1,7 @@
 """Many small inverses at once, and answers that are a reading's own."""
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -182,16 +183,16 @@ def bent(F: np.ndarray, corners: np.ndarray) -> np.ndarray:
     return 2e-6 + 3e-8 * np.stack(each, -1)
 
 
-@pytest.mark.parametrize("count", [3, 4])
-def test_an_answer_does_not_depend_on_the_start(count: int) -> None:
+@pytest.mark.parametrize(("count", "function"), [(3, coils), (4, bent)])
+def test_an_answer_does_not_depend_on_the_start(count: int, function: Callable[..., np.ndarray]) -> None:
     """From a sixtieth of the starting points: the same statuses, beyond the table and far off too, the same forces."""
-    cal, random = three_forces(CORNERS[:count], bent), np.random.default_rng(8)
+    cal, random = three_forces(CORNERS[:count], function), np.random.default_rng(8)
     few = replace(cal, seeds=tuple(part[::60] for part in cal.seeds))
     middle, half = 0.5 * (cal.high + cal.low), 0.5 * (cal.high - cal.low)
     L = cal.forward(middle + half * random.uniform(-1.3, 1.3, (4000, 3)))
     L += random.choice([0.0, 1e-3, 0.05, 1.0], (len(L), 1)) * cal.full_scale * random.normal(size=L.shape)
     every, some = cal.inverse(L), few.inverse(L)
-    assert set(every.status) == {"ok", "outside", "no solution" if count == 4 else "ambiguous"}
+    assert set(every.status) == {"ok", "outside", *(["no solution"] if count == 4 else [])}
     np.testing.assert_array_equal(every.status, some.status)
     np.testing.assert_allclose(every.forces, some.forces, rtol=0.0, atol=1e-8)
 
