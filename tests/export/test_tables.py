@@ -97,8 +97,8 @@ def test_pose_of_a_load_in_space(three_forces: Path) -> None:
     assert resting_load(Source(sensor, data, Wrench(0.5, 2.0))) == Wrench(0.5, 2.0, M=1e-3)
     for load, message in (
         (Wrench(F_y=0.5), "--fy: must lie within the calibration, from -0.4 N to 0.4 N; got 0.5 N"),
-        (Wrench(M=2e-3), "--moment: must lie within the calibration, from 0.001 N m to 0.001 N m; got 0.002 N m"),
-        (Wrench(M_z=1e-3), "--mz: must lie within the calibration, from 0 N m to 0 N m; got 0.001 N m"),
+        (Wrench(M=2e-3), "--moment: must be 0.001 N m, as in the calibration; got 0.002 N m"),
+        (Wrench(M_z=1e-3), "--mz: must be 0 N m, as in the calibration; got 0.001 N m"),
     ):
         with pytest.raises(ValueError, match=message):
             resting_pose(Source(sensor, data, load))
