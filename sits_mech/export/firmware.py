@@ -22,6 +22,7 @@ from sits_mech.export.source import Source
 from sits_mech.quantities import Array
 from sits_mech.readout.calibration import Calibration, check_enough
 from sits_mech.readout.inversion import APART, HOPELESS, LONGEST, MARGIN, REACH
+from sits_mech.readout.loads import fixed, load_words
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError
 from sits_mech.version import __version__
@@ -108,7 +109,7 @@ def header(source: Source, found: FixedPoint) -> str:
     layout = (resources.files("sits_mech.export") / "firmware.h.in").read_text(encoding="utf-8")
     return Template(layout).substitute(
         name=_comment(source.sensor.name), about=_comment(source.about), version=__version__,
-        part=source.sensor.readout.converter, ranges=_ranges(cal),
+        part=source.sensor.readout.converter, ranges=_ranges(cal) + _held(source),
         coils=_comment(", ".join(cal.coils)),
         forces=", ".join(f"{name} [{unit[1]}]" for name, unit in zip(cal.forces, units, strict=True)),
         worth=", ".join(f"{w:.3g} {u[1]} of {f}" for f, w, u in zip(cal.forces, worth, units, strict=True)),
@@ -142,6 +143,12 @@ def _ranges(cal: Calibration) -> str:
     """Return what was calibrated."""
     rows = zip(cal.forces, cal.low, cal.high, strict=True)
     return ", ".join(f"{name} {a:.4g} to {b:.4g} {'N' if name[0] == 'F' else 'N m'}" for name, a, b in rows)
+
+
+def _held(source: Source) -> str:
+    """Return what all loads have besides, in words."""
+    besides = load_words({name: value for name, value in fixed(source.data).items() if value != 0.0})
+    return f"; all under {besides}" if besides else ""
 
 
 def _long(value: float) -> str:

@@ -64,8 +64,11 @@ def resting_load(source: Source) -> Wrench:
             value = float(values[0])
         if not values.min() <= value <= values.max():
             unit = shown_unit(name)
-            span = f"from {values.min():.4g} {unit} to {values.max():.4g} {unit}"
-            raise SceneError(f"--{option}: must lie within the calibration, {span}; got {value:.4g} {unit}")
+            ends = [f"{end:.4g} {unit}" for end in dict.fromkeys((values.min(), values.max()))]
+            span = f"be {ends[0]}, as in the calibration"
+            if len(ends) > 1:
+                span = f"lie within the calibration, from {' to '.join(ends)}"
+            raise SceneError(f"--{option}: must {span}; got {value:.4g} {unit}")
         found[name] = value
     return Wrench(**found)
 

@@ -33,7 +33,7 @@ EXACT = 1e-6
 HOPELESS = 10
 """Times the residual of an answer; a reading that is further off, and gets no nearer by half, is given up."""
 _EDGE = 1e-6  # of half the range: forces as near the reach are at it
-_ROUNDING = 1e-9  # of a sum of squares: by less a step does not lead away
+_ROUNDING = 1e-6  # of a sum of squares: by less a step does not lead away
 _STEPS, _MORE = 25, 100  # of Newton's method, and of least squares, which settle slowly where loads look alike
 LONGEST = 0.3
 """Of a step, of half the range."""

@@ -219,6 +219,9 @@ def test_says_what_its_integers_are_worth(source: Source, tmp_path: Path) -> Non
     assert notes[2].startswith(f"the loads' own estimated errors are up to {off:.3g} codes: ")
     text = (tmp_path / "table.h").read_text(encoding="utf-8")
     assert f"own estimated errors are up to {off:.3g} codes" in text.replace("\n * ", " ")
+    assert "Calibrated: F_x -1 to 1 N, F_z 0 to 3 N.\n" in text
+    write_header(Source(source.sensor, source.data.assign_coords(M=1e-3)), tmp_path / "table.h")
+    assert "F_z 0 to 3 N; all under M = 0.001 N m.\n" in (tmp_path / "table.h").read_text(encoding="utf-8")
 
 
 def test_size_and_stack(source: Source, tmp_path: Path) -> None:
@@ -253,12 +256,13 @@ def test_failed_loads_are_outside(source: Source, tmp_path: Path) -> None:
     assert list(asked(compiled(tmp_path), "f", codes)[0]) == [OUTSIDE, OK]
 
 
-def test_what_has_no_header(source: Source, tmp_path: Path) -> None:
+def test_what_has_no_header(source: Source, three_forces: Path, tmp_path: Path) -> None:
     """No converter, more forces than coils, one load: one line each."""
     alone = source.data.isel(coil=[0], coil_2=[0])
     cases: list[tuple[Source, str]] = [
         (Source(changed(source.sensor, ['readout.converter="none"']), source.data), "must have codes of a converter"),
         (Source(source.sensor.model_copy(update={"coils": source.sensor.coils[:1]}), alone), "1 cannot resolve 2 fo"),
+        (Source(*read_calibration(three_forces)), "2 cannot resolve 3 forces"),
         (Source(source.sensor, source.data.isel(F_x=[2], F_z=[1])), "at least two values of a force; got one load"),
     ]
     for case, message in cases:

@@ -123,3 +123,15 @@ def test_from_a_calibration_per_metre(calibrated: Path, tmp_path: Path) -> None:
     L = Z.imag / (2.0 * np.pi * HERTZ)
     assert 0.85 * 2.5076e-6 < L[1, 1] < L[0, 0] < 2.5076e-6  # the plate is over the right coil more
     assert -0.03 < L[0, 1] / L[0, 0] < -0.01 and "F_x = 0.25 N, F_z = 1 N" in text and "coils by sheets" in text
+
+
+def test_a_load_in_space(three_forces: Path, tmp_path: Path) -> None:
+    """The heading names every component of load and pose; the coils are those of that pose."""
+    sensor, data = read_calibration(three_forces)
+    request = json.loads(data.attrs["request"]) | {"tolerance": 0.1}
+    data = data.assign_attrs(request=json.dumps(request))
+    path, _ = export(Source(sensor, data, Wrench(0.5, 2.0, F_y=0.4)), "spice", tmp_path / "coils.cir")
+    there = data.sel(F_x=0.5, F_z=2.0, F_y=0.4)
+    state = path.read_text().splitlines()[1]
+    assert "F_x = 0.5 N, F_z = 2 N, M = 0.001 N m, F_y = 0.4 N: d_h = " in state
+    assert f"d_y = {float(there['d_y']):.6g} m, alpha_x = {float(there['alpha_x']):.6g} rad" in state

@@ -10,9 +10,9 @@ import pytest
 
 from sits_mech.cases import read_table
 from sits_mech.export.formats import FORMATS, export, plain_name
-from sits_mech.export.source import Source, resting_pose
+from sits_mech.export.source import Source, resting_load, resting_pose
 from sits_mech.export.tables import unit_of
-from sits_mech.quantities import Wrench
+from sits_mech.quantities import POSE, Pose, Wrench
 from sits_mech.report.folder import read_calibration
 
 
@@ -61,6 +61,47 @@ def test_workbook_holds_numbers(source: Source, calibrated: Path, tmp_path: Path
 def test_units(name: str, unit: str) -> None:
     """By the name of a column."""
     assert unit_of(name, "H/m") == unit
+
+
+def test_tables_of_three_forces(three_forces: Path, tmp_path: Path) -> None:
+    """Every component of the loads has its column and unit, in every format; a load's numbers stand in its own row."""
+    source = Source(*read_calibration(three_forces))
+    units = {"F_x": "N", "F_z": "N", "F_y": "N", "M": "N m", "d_y": "m", "alpha_x": "rad", "dL_v": "% of L0"}
+    units |= {"error_dL_x": "% of L0", "dL_y": "% of L0", "L[C1][C2]": "H/m"}
+    text, _ = export(source, "csv", tmp_path / "t.csv")
+    names, *rows = csv.reader(io.StringIO(text.read_text()))
+    y, z = names.index("F_y"), names.index("F_z")
+    there = next(row for row in rows if (float(row[y]), float(row[z])) == (0.4, 2.0))
+    picked = source.data.sel(F_x=float(there[names.index("F_x")]), F_z=2.0, F_y=0.4)
+    for name in ("d_h", "d_y", "dL_v"):
+        assert float(there[names.index(name)]) == float(picked[name])
+    assert len(rows) == 60 and float(there[names.index("M")]) == 1e-3
+    data = read_table(export(source, "netcdf", tmp_path / "t.nc")[0])
+    book = openpyxl.load_workbook(export(source, "xlsx", tmp_path / "t.xlsx")[0])
+    heading, below, first = list(book["loads"].values)[:3]
+    for name, unit in units.items():
+        assert below[heading.index(name)] == unit
+        if "[" not in name:
+            assert data[name].attrs["units"] == unit
+    assert isinstance(first[heading.index("alpha_z")], float | int)
+
+
+def test_pose_of_a_load_in_space(three_forces: Path) -> None:
+    """All components of load and pose: on a load the table's own, between two their mean; others are the table's."""
+    sensor, data = read_calibration(three_forces)
+    there = data.sel(F_x=0.5, F_z=2.0, F_y=0.4)
+    found = resting_pose(Source(sensor, data, Wrench(0.5, 2.0, F_y=0.4)))
+    assert found == Pose(**{name: float(there[name]) for name in POSE})
+    half = resting_pose(Source(sensor, data, Wrench(0.5, 2.0, M=1e-3, F_y=0.2)))
+    assert half.d_y == pytest.approx(0.5 * float(found.d_y)) and half.d_v == pytest.approx(float(found.d_v))
+    assert resting_load(Source(sensor, data, Wrench(0.5, 2.0))) == Wrench(0.5, 2.0, M=1e-3)
+    for load, message in (
+        (Wrench(F_y=0.5), "--fy: must lie within the calibration, from -0.4 N to 0.4 N; got 0.5 N"),
+        (Wrench(M=2e-3), "--moment: must be 0.001 N m, as in the calibration; got 0.002 N m"),
+        (Wrench(M_z=1e-3), "--mz: must be 0 N m, as in the calibration; got 0.001 N m"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            resting_pose(Source(sensor, data, load))
 
 
 def test_pose_between_loads(source: Source) -> None:

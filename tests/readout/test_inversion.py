@@ -1,6 +1,7 @@
 """Many small inverses at once, and answers that are a reading's own."""
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -173,3 +174,36 @@ def test_a_force_that_no_coil_resolves() -> None:
         with pytest.raises(ValueError, match=r"C4 do not resolve F_y of F_x, F_y, F_z: condition number [\d.e+]+, err"):
             cal.inverse(coils(loads(2), row))
     assert three_forces().unresolved == () and three_forces().condition < 10.0
+
+
+def bent(F: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Coils [H] whose slopes change by more than half over the loads."""
+    x, y, z = 2.0 * F[:, 0], 2.0 * F[:, 1], F[:, 2] - 1.0
+    each = [a * x + b * y - 0.7 * z + 0.3 * (a * z + b * x) ** 2 + 0.25 * a * b * y * z for a, b in corners]
+    return 2e-6 + 3e-8 * np.stack(each, -1)
+
+
+@pytest.mark.parametrize(("count", "function"), [(3, coils), (4, bent)])
+def test_an_answer_does_not_depend_on_the_start(count: int, function: Callable[..., np.ndarray]) -> None:
+    """From a sixtieth of the starting points: the same statuses, beyond the table and far off too, the same forces."""
+    cal, random = three_forces(CORNERS[:count], function), np.random.default_rng(8)
+    few = replace(cal, seeds=tuple(part[::60] for part in cal.seeds))
+    middle, half = 0.5 * (cal.high + cal.low), 0.5 * (cal.high - cal.low)
+    L = cal.forward(middle + half * random.uniform(-1.3, 1.3, (4000, 3)))
+    L += random.choice([0.0, 1e-3, 0.05, 1.0], (len(L), 1)) * cal.full_scale * random.normal(size=L.shape)
+    every, some = cal.inverse(L), few.inverse(L)
+    assert set(every.status) == {"ok", "outside", *(["no solution"] if count == 4 else [])}
+    np.testing.assert_array_equal(every.status, some.status)
+    np.testing.assert_allclose(every.forces, some.forces, rtol=0.0, atol=1e-8)
+
+
+def test_beyond_every_load_is_outside() -> None:
+    """As many coils: what no load shows. More: what leads further than any load's reading; no other has a solution."""
+    pressed = np.array([[0.1, 0.0, 4.0]])
+    for corners in (CORNERS, CORNERS[:3]):
+        assert three_forces(corners).inverse(coils(pressed, corners)).status.tolist() == ["outside"]
+    cal = three_forces()
+    wrong = coils(np.array([[0.1, 0.0, 1.0]])) + 0.3 * cal.full_scale * [1.0, -1.0, 1.0, -1.0]
+    found = cal.inverse(wrong)
+    assert found.status.tolist() == ["no solution"] and found.residual[0] > 0.02
+    assert not cal.domain.beyond(wrong)[0] and cal.domain.beyond(coils(pressed))[0]

@@ -72,11 +72,12 @@ def test_a_table_of_three_forces_has_what_can_be_drawn(three_forces: Path) -> No
     assert {path.name for path in three_forces.glob("*.png")} >= {"L_v.png", "L_h.png", "crosstalk.png"}
 
 
-@pytest.mark.parametrize("form", ["csv", "netcdf", "xlsx"])
+@pytest.mark.parametrize("form", ["csv", "netcdf", "xlsx", "kicad"])
 def test_what_holds_any_loads(three_forces: Path, tmp_path: Path, form: str) -> None:
-    """Tables for other programs."""
-    path = tmp_path / f"table.{'nc' if form == 'netcdf' else form}"
+    """Tables for other programs, and the board."""
+    path = tmp_path / f"table.{ ({'netcdf': 'nc', 'kicad': 'kicad_mod'}.get(form, form)) }"
     assert run(["export", str(three_forces), "--to", form, "-o", str(path)]) == 0
+    assert path.stat().st_size > 0
     if form == "netcdf":
         data = read_table(path)
         assert {name: data[name].attrs["units"] for name in ("d_y", "F_y", "M")} == {"d_y": "m", "F_y": "N", "M": "N m"}
