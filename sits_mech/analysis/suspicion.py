@@ -20,11 +20,11 @@ import xarray as xr
 
 from sits_mech.analysis.wrenches import wrench_slopes
 from sits_mech.chain.models import magnetic_model, mechanical_model
-from sits_mech.quantities import WRENCH, Array, shown_unit
+from sits_mech.quantities import WRENCH, Array, SolveFailed, shown_unit
 from sits_mech.readout.calibration import OK, OUTSIDE, Calibration, without_coil
 from sits_mech.readout.inversion import INCONSISTENT
 from sits_mech.readout.loads import varied
-from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.scene.sensor import Sensor
 
 _ALONG = 0.97  # cosine of the angle between the residual and what a component makes of the coils
 _SEEN = 0.03  # of a component's slopes: what is smaller lies in the table's own directions
@@ -46,7 +46,7 @@ def component_slopes(sensor: Sensor, data: xr.Dataset) -> tuple[tuple[str, ...],
     try:
         pad = mechanical_model(sensor, "block", json.loads(data.attrs["request"])["tolerance"])[0]
         slopes = wrench_slopes(sensor, pad, magnetic_model(sensor, "sheets", _TOLERANCE)[0])
-    except (SceneError, KeyError):
+    except (ValueError, KeyError, SolveFailed):
         return (), np.zeros((len(sensor.coils), 0)), np.zeros(0)
     largest = max((float(np.abs(data[name]).max()) for name in varied(data) if name.startswith("F")), default=1.0)
     lever = 1.0 if sensor.target is None else 0.5 * max(sensor.target.extent)
