@@ -6,10 +6,15 @@ coil over coaxial discs, against volume and axisymmetric finite elements (NGSolv
     python studies/benchmark_sheets.py [--coarse] --output DIR
 
 Seconds are processor time on one core: of the preparation, and of a thousand poses after it.
+
+Arrays of coils: the published winding on square grids 8 mm apart, under plates pressed down
+from 2 mm by up to 0.15 mm, 5 MHz; L0 of all coils, and a batch of 100 poses of all six components after the plate's
+preparation.
 """
 
 from __future__ import annotations
 
+import resource
 import time
 from pathlib import Path
 
@@ -17,6 +22,7 @@ import numpy as np
 from common.outputs import study_arguments, write_rows
 from threadpoolctl import threadpool_limits
 
+from sits_mech.magnetics.coils.loops import coil_inductances
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.rungs import prepared
@@ -38,6 +44,12 @@ COLUMNS = (
     "target", "tolerance", "frequency", "gap", "unknowns", "error_L", "estimated_L", "error_R", "estimated_R",
     "prepare_seconds", "thousand_poses_seconds",
 )  # fmt: skip
+
+TARGETS = (
+    'shape="disc", diameter="12 mm"', 'shape="rectangle", width="12 mm", length="12 mm"',
+    'shape="rectangle", width="16 mm", length="16 mm"',
+)  # fmt: skip
+ARRAY_COLUMNS = ("coils", "target", "L0_seconds", "prepare_seconds", "pose_ms", "estimated_L", "process_MB")
 
 
 def disc_sensor(radius: float) -> Sensor:
@@ -90,6 +102,44 @@ def table(coarse: bool) -> list[dict[str, object]]:
     return lines
 
 
+def array(count: int, target: str) -> Sensor:
+    """The published winding on a square grid."""
+    sensor = load_sensor("biorob2018", [f'target={{material="copper", thickness="0.2 mm", {target}}}'])
+    places = 8e-3 * (np.arange(count) - (count - 1) / 2)
+    grid = [(f"C{i}_{j}", (float(x), float(y))) for i, x in enumerate(places) for j, y in enumerate(places)]
+    coils = tuple(sensor.coils[0].model_copy(update={"name": name, "centre": centre}) for name, centre in grid)
+    return sensor.model_copy(update={"coils": coils})
+
+
+def arrays(coarse: bool) -> list[dict[str, object]]:
+    """What coils on a grid cost: L0, a plate's preparation, a pose."""
+    lines: list[dict[str, object]] = []
+    low, high = (np.array([side * 5e-4, gap, side * 2e-3, side * 5e-4, side * 2e-3, side * 0.05])
+                 for side, gap in ((-1, 1.85e-3), (1, 2.05e-3)))  # fmt: skip
+    poses = np.random.default_rng(0).uniform(low, high, (10 if coarse else 100, 6))
+    for count in (2, 4) if coarse else (2, 4, 8):
+        for target in TARGETS[:1] if coarse else TARGETS:
+            sensor = array(count, target)
+            began = time.process_time()
+            coil_inductances(sensor.coils)
+            seconds = [time.process_time() - began]
+            prepared.cache_clear()
+            model = sheets(sensor, 1e-2 if coarse else 5e-3)
+            for some in (poses[:1], poses):
+                began = time.process_time()
+                found = model.impedance(Pose.of(some), 5e6)
+                seconds.append(time.process_time() - began)
+            seconds[2] *= 1e3 / len(poses)
+            values = (count**2, target, *seconds, found.report.estimated_error, memory())
+            lines.append(dict(zip(ARRAY_COLUMNS, values, strict=True)))
+    return lines
+
+
+def memory() -> float:
+    """Largest memory that this process has held [MB]."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
 def draw(lines: list[dict[str, object]], path: Path) -> None:
     """Error of Delta L and of R against the seconds of preparation."""
     from matplotlib.figure import Figure
@@ -111,7 +161,8 @@ def main() -> None:
     """Write the table and its picture."""
     coarse, folder = study_arguments(__doc__ or "")
     with threadpool_limits(1):
-        lines = table(coarse)
+        of_arrays, lines = arrays(coarse), table(coarse)
+    print(write_rows(of_arrays, folder / "benchmark_sheets_arrays.csv"))
     print(write_rows(lines, folder / "benchmark_sheets.csv"))
     draw(lines, folder / "benchmark_sheets.png")
 

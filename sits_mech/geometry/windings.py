@@ -17,8 +17,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations_with_replacement
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.constants import c
 
 from sits_mech.quantities import Array
@@ -81,6 +83,21 @@ def kinds_of(coils: Sequence[Coil]) -> tuple[list[Coil], list[int]]:
 def rounded(distance: float) -> float:
     """Return a distance to twelve digits: those that are equal as meant differ by rounding."""
     return float(f"{distance:.11e}")
+
+
+def distinct_pairs(coils: Sequence[Coil]) -> tuple[list[Coil], list[tuple[int, int, float]], NDArray[np.int64]]:
+    """Return the distinct windings; the distinct pairs of them, with the distance of the axes; which one each two are.
+
+    A coil makes a pair with itself, at distance zero. The last is of shape (n, n).
+    """
+    kinds, which = kinds_of(coils)
+    found = dict[tuple[int, int, float], int]()
+    index = np.zeros((len(coils), len(coils)), dtype=np.int64)
+    for i, j in combinations_with_replacement(range(len(coils)), 2):
+        apart = rounded(math.dist(coils[i].centre, coils[j].centre))
+        pair = min(which[i], which[j]), max(which[i], which[j]), apart
+        index[i, j] = index[j, i] = found.setdefault(pair, len(found))
+    return kinds, list(found), index
 
 
 def turn_radii(coil: Coil) -> Array:

@@ -25,7 +25,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import combinations
 
 import numpy as np
 from numpy.polynomial import Chebyshev
@@ -33,7 +32,7 @@ from numpy.typing import ArrayLike
 from scipy.constants import mu_0
 from scipy.special import elliprd
 
-from sits_mech.geometry.windings import Sections, coil_sections, kinds_of, rounded
+from sits_mech.geometry.windings import Sections, coil_sections, distinct_pairs
 from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
@@ -140,18 +139,15 @@ def coil_inductances(coils: Sequence[Coil], *, tolerance: float = 1e-9) -> Array
     -------
     ndarray, shape (n, n)
     """
-    kinds, which = kinds_of(coils)
+    kinds, pairs, index = distinct_pairs(coils)
     sections = [coil_sections(kind) for kind in kinds]
     own = [float(ring_inductance(rings).sum()) for rings in sections]
-    L, known = np.diag([own[k] for k in which]), dict[tuple[int, int, float], float]()
-    for i, j in combinations(range(len(coils)), 2):
-        one, other = sorted((which[i], which[j]))
-        pair = one, other, rounded(math.dist(coils[i].centre, coils[j].centre))
-        if pair not in known:
-            error = tolerance * math.sqrt(own[one] * own[other])
-            known[pair] = mutual_side_by_side(sections[one], sections[other], pair[2], error=error)
-        L[i, j] = L[j, i] = known[pair]
-    return L
+    found = np.empty(len(pairs))
+    for k, (one, other, distance) in enumerate(pairs):
+        error = tolerance * math.sqrt(own[one] * own[other])
+        alone = one == other and distance == 0.0
+        found[k] = own[one] if alone else mutual_side_by_side(sections[one], sections[other], distance, error=error)
+    return np.asarray(found[index])
 
 
 def mutual_side_by_side(first: Sections, second: Sections, distance: float, *, error: float = 1e-16) -> float:

@@ -7,7 +7,7 @@ cancels on the axis):
     r1^2 = (a + rho)^2 + (z - z_k)^2,   r2^2 = (a - rho)^2 + (z - z_k)^2.
 
 P of all the coil's rings together is a smooth function of rho and z: for many points it is tabulated once and
-interpolated (bicubic splines on a grid even in rho, with its mirror image, and in ln z).
+interpolated (bicubic splines on a grid in asinh(rho / radius), with its mirror image, and in ln z).
 
 Straight piece of a spiral along t, from s1 to s2 as seen from the foot of the perpendicular of length p:
 
@@ -21,7 +21,10 @@ Source: Carlson, Numer. Algorithms 10 (1995) 13; Grover, Inductance Calculations
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 from itertools import combinations
 
 import numpy as np
@@ -35,7 +38,7 @@ from sits_mech.scene.sensor import Coil
 
 Potential = Callable[[Array], Array]
 _STEP = 0.05  # of the table, in distances to the coil
-_PAD = 12  # cells of the table beyond the region, where the spline is not moved by its end
+_PAD = 24  # cells of the table beyond the region, where the spline is not moved by its end
 
 
 def ring_potential(coil: Coil, points: Array, *, across: int = 1) -> Array:
@@ -73,41 +76,70 @@ def _profile(coil: Coil, rho: Array, z: Array, across: int) -> Array:
     return np.asarray(8.0 * mu_0 / (3.0 * np.pi) * total)
 
 
-def coil_potential(coil: Coil, windings: str, points: Array, expected: int) -> Potential:
-    """Return a function that gives A of a coil anywhere in the region of some points.
+def winding_potential(winding: Coil, windings: str, region: tuple[float, float, float]) -> Potential:
+    """Return a function that gives A of a coil about z anywhere in a region, (p, 3, q) to (p, c, q); c = 2 without A_z.
 
     Parameters
     ----------
-    coil : Coil
+    winding : Coil
+        Its centre plays no part.
     windings : str
         "rings" or "spiral".
-    points : ndarray, shape (n, 3)
-        What the region is taken from: their smallest height above z = 0 and greatest distances [m].
-    expected : int
-        Number of points it will be asked for: a table is made where that is cheaper.
+    region : tuple of float
+        Smallest and greatest z, greatest distance from the axis [m].
     """
-    low, high = float(points[:, 2].min()), float(points[:, 2].max())
+    winding = winding.model_copy(update={"centre": (0.0, 0.0)})
     if windings == "spiral":
-        path = spiral_path(coil)
-        return lambda asked: path_potential(path, asked)
-    across = 1 if low > 3 * coil.track_width else 2
-    reach = float(np.hypot(points[:, 0] - coil.centre[0], points[:, 1] - coil.centre[1]).max())
-    if low <= 0.0:
-        return lambda asked: ring_potential(coil, asked, across=across)
-    rho = _STEP * low * np.arange(np.ceil(reach / (_STEP * low)) + _PAD)
-    start = np.log(low) - _PAD * _STEP
-    z = np.exp(start + _STEP * np.arange(np.ceil(np.log(high / low) / _STEP) + 2 * _PAD))
-    if expected < 2 * rho.size * z.size:
-        return lambda asked: ring_potential(coil, asked, across=across)
-    table = spline_filter(_profile(coil, rho[:, None], z, across), order=3, mode="mirror")
+        path = spiral_path(winding)
+        return lambda points: _in_rows(path_potential(path, _in_columns(points)), points)
+    if region[0] <= 0.0:
+        return lambda points: _in_rows(ring_potential(winding, _in_columns(points), across=2), points)
+    low, high, reach = (math.log2(size) for size in region)
+    return _table(winding, math.floor(low), math.ceil(high), math.ceil(reach)).potential
 
-    def tabulated(asked: Array) -> Array:
-        x, y = asked[:, 0] - coil.centre[0], asked[:, 1] - coil.centre[1]
-        place = np.hypot(x, y) / (_STEP * low), (np.log(asked[:, 2]) - start) / _STEP
-        profile = map_coordinates(table, place, order=3, mode="mirror", prefilter=False)
-        return np.column_stack([-y * profile, x * profile, np.zeros(x.size)])
 
-    return tabulated
+@dataclass(frozen=True, eq=False)
+class _Table:
+    """Spline coefficients of P, even in asinh(rho / scale) and in ln z from `start` on, at steps."""
+
+    values: Array
+    scale: float
+    steps: tuple[float, float]
+    start: float
+
+    def potential(self, points: Array) -> Array:
+        """A_x and A_y at points (p, 3, q), shape (p, 2, q)."""
+        x, y, z = points[:, 0], points[:, 1], points[:, 2]
+        u = np.arcsinh(np.hypot(x, y) * (1.0 / self.scale)) * (1.0 / self.steps[0])
+        place = np.stack([u, (np.log(z) - self.start) * (1.0 / self.steps[1])])
+        P = map_coordinates(self.values, place, order=3, mode="mirror", prefilter=False)
+        return np.stack([-y * P, x * P], axis=1)
+
+
+def _in_columns(points: Array) -> Array:
+    """Points (p, 3, q) as (p q, 3)."""
+    return np.swapaxes(points, 1, 2).reshape(-1, 3)
+
+
+def _in_rows(A: Array, points: Array) -> Array:
+    """Vectors (p q, 3) at points (p, 3, q) in their shape."""
+    return np.swapaxes(A.reshape(len(points), -1, 3), 1, 2)
+
+
+@lru_cache(maxsize=16)
+def _table(winding: Coil, low: int, high: int, reach: int) -> _Table:
+    """P of a winding's rings for heights from 2^low to 2^high and distances up to 2^reach [m].
+
+    Its nodes do not depend on the range, only their number does.
+    """
+    lowest, scale = 2.0**low, winding.outer_diameter / 2
+    steps = _STEP * min(1.0, lowest / scale), _STEP
+    start = low * math.log(2.0) - _PAD * _STEP
+    u = steps[0] * np.arange(math.ceil(math.asinh(2.0**reach / scale) / steps[0]) + _PAD)
+    z = np.exp(start + _STEP * np.arange(math.ceil((high - low) * math.log(2.0) / _STEP) + 2 * _PAD))
+    across = 1 if lowest > 3 * winding.track_width else 2
+    profile = _profile(winding, scale * np.sinh(u)[:, None], z, across)
+    return _Table(spline_filter(profile, order=3, mode="mirror"), scale, steps, start)
 
 
 def path_potential(path: Array, points: Array, *, offset: Array | float = 0.0) -> Array:

@@ -1,24 +1,32 @@
 """What a pose costs in the three-dimensional model: the coils' potential at some points of the plate, and products.
 
-A polynomial field on the plate's bounding box is known from its values at the box's Chebyshev points; a class of modes
-sees few combinations of them (`modes`). For each coil c, with A in the plate's own axes,
+A coil's potential over the plate is a polynomial (`fields`), of few terms for a coil away from it; a class of modes
+sees few combinations of its coefficients c (`modes`). For each coil, with A in the plate's own axes,
 
-    a_c = transform^T A(points),    Delta Z_cd = sum over classes a_c^T Y(omega) a_d.
+    a_c = fields^T c,    Delta Z_cd = sum over classes a_c^T Y(omega) a_d.
+
+Coils of a low level drive the first combinations alone. Equal coils have equal fields in their own axes, which are
+evaluated together.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
 
-from sits_mech.magnetics.coils.ring_field import coil_potential
-from sits_mech.magnetics.space.modes import Box, Sheeted
+from sits_mech.geometry.windings import kinds_of
+from sits_mech.magnetics.coils.ring_field import Potential, winding_potential
+from sits_mech.magnetics.space.fields import Integers, coefficients
+from sits_mech.magnetics.space.modes import Sheeted
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil
 
-_CHUNK = 200_000  # points held at once
+_POINTS = 100_000  # held at once
+_DRIVES = 4_000_000  # numbers held at once
 
 
 def reactions(
@@ -44,17 +52,17 @@ def reactions(
     list of ndarray, shapes (p, n, n)
         Delta Z, one array a division, symmetric [ohm].
     """
-    admittances = [[part.admittance(2 * np.pi * frequency) for part in plate.classes] for plate in plates]
     results = [np.empty((poses[1].shape[0], len(coils), len(coils)), dtype=complex) for _ in plates]
-    for some, drive in drives(coils, windings, plates[0], poses):
-        for result, Y in zip(results, admittances, strict=True):
-            result[some] = _reaction(Y, drive)
+    for some, drive, rank, levels in drives(coils, windings, plates[0], poses):
+        pairs = np.arange(len(rank))[:, None, None], rank[:, :, None], rank[:, None, :]
+        for result, plate in zip(results, plates, strict=True):
+            result[some] = _reaction(plate, drive, levels, 2 * np.pi * frequency)[pairs]
     return results
 
 
 def drives(
     coils: tuple[Coil, ...], windings: str, plate: Sheeted, poses: tuple[Array, Array]
-) -> Iterator[tuple[slice, Array]]:
+) -> Iterator[tuple[slice, Array, Integers, Integers]]:
     """Yield, for some poses after others, what a plate sees of each coil's potential.
 
     Parameters
@@ -66,44 +74,89 @@ def drives(
 
     Yields
     ------
-    slice, ndarray
-        Which poses; a_c of all classes side by side, shape (poses, n, sum of r).
+    slice, ndarray, ndarray of int, ndarray of int
+        Which poses; a_c of all classes side by side, shape (poses, n, sum of r), coils of high level first; the place
+        of each coil in that order, shape (poses, n); the highest level at each place, shape (n,).
     """
     turns, places = poses
-    box, nodes = plate.box, box_points(plate.box)
-    p, q = places.shape[0], nodes.shape[0]
-    corners = np.array(list(product((-1.0, 1.0), repeat=3))) * box.half + (0.0, 0.0, box.half[2])
-    extremes = _moved(corners, turns, places).reshape(-1, 3)
-    fields = [coil_potential(coil, windings, extremes, p * q) for coil in coils]
-    step = max(1, _CHUNK // q)
-    for start in range(0, p, step):
+    kinds, which = kinds_of(coils)
+    width = sum(basis.fields.shape[1] for basis in plate.bases)
+    centres = np.array([(*coil.centre, 0.0) for coil in coils])
+    corners = np.array(list(product((-1.0, 1.0), repeat=3))) * plate.box.half + (0.0, 0.0, plate.box.half[2])
+    corners = corners @ np.swapaxes(turns, 1, 2) + places[:, None]
+    heights = float(corners[..., 2].min()), float(corners[..., 2].max())
+    reach = np.abs(corners.reshape(-1, 3).max(0) - centres), np.abs(corners.reshape(-1, 3).min(0) - centres)
+    region = *heights, float(np.linalg.norm(np.maximum(*reach)[:, :2], axis=1).max())
+    fields = [winding_potential(kind, windings, region) for kind in kinds]
+    step = max(1, _DRIVES // (len(coils) * width))
+    for start in range(0, len(places), step):
         some = slice(start, start + step)
-        points = _moved(nodes, turns[some], places[some]).reshape(-1, 3)
-        A = np.stack([field(points).reshape(-1, q, 3) @ turns[some] for field in fields], axis=1)
-        A = np.swapaxes(A, 2, 3).reshape(-1, 3 * q)  # one large product: the transform does not fit the cache
-        yield some, (A @ plate.transform).reshape(-1, len(coils), plate.transform.shape[1])
+        needed = plate.box.needed(coils, turns[some], places[some])
+        levels = needed.max(axis=-1)
+        rank = np.argsort(np.argsort(-levels, axis=1, kind="stable"), axis=1)
+        drive = np.zeros((*levels.shape, width))
+        alike = np.concatenate([np.broadcast_to(which, levels.shape)[..., None], needed], axis=-1).reshape(-1, 4)
+        groups, group = np.unique(alike, axis=0, return_inverse=True)
+        for k, (kind, *order) in enumerate(groups.tolist()):
+            pose, coil = np.divmod(np.flatnonzero(group.ravel() == k), len(coils))
+            moved = turns[some][pose], places[some][pose] - centres[coil]
+            _drive(drive, (pose, rank[pose, coil]), fields[kind], plate, tuple(order), moved)
+        yield some, drive, rank, -np.sort(-levels, axis=1).min(axis=0)
 
 
-def _reaction(admittances: Sequence[Complex], drives: Array) -> Complex:
-    """Sum of the classes' reactions for drives (p, n, all classes' r)."""
-    p, n, _ = drives.shape
-    total = np.zeros((p, n, n), dtype=complex)
-    start = 0
-    for Y in admittances:
-        drive = drives[..., start : start + Y.shape[0]]
-        flat = drive.reshape(p * n, -1)
-        answer = (flat @ Y.real + 1j * (flat @ Y.imag)).reshape(p, n, -1)
-        total += np.einsum("pcr,pdr->pcd", answer, drive)
-        start += Y.shape[0]
-    return np.asarray((total + np.swapaxes(total, 1, 2)) / 2)
+def _drive(
+    drive: Array, index: tuple[Integers, Integers], field: Potential, plate: Sheeted, needed: tuple[int, ...],
+    poses: tuple[Array, Array],
+) -> None:  # fmt: skip
+    """Fill in a_c of all classes by one winding about z in some poses, with polynomials of one order."""
+    (pose, place), (turns, places), (order, parts) = index, poses, _of_order(plate, needed)
+    step = max(1, _POINTS // math.prod(order))
+    for first in range(0, len(places), step):
+        some = slice(first, first + step)
+        found, start = coefficients(field, plate.box, order, turns[some], places[some]), 0
+        for basis, (rows, combined) in zip(plate.bases, parts, strict=True):
+            drive[pose[some], place[some], start : start + combined.shape[1]] = found[:, rows] @ combined
+            start += basis.fields.shape[1]
 
 
-def box_points(box: Box) -> Array:
-    """Return the Chebyshev points of the box (z fastest) from the bottom face's centre, shape (q, 3) [m]."""
-    axes = [h * np.cos(np.pi * (np.arange(n) + 0.5) / n) for h, n in zip(box.half, box.order, strict=True)]
-    return np.asarray(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3) + (0.0, 0.0, box.half[2]))
+@lru_cache(maxsize=64)
+def _of_order(plate: Sheeted, needed: tuple[int, ...]) -> tuple[list[int], list[tuple[Integers, Array]]]:
+    """Polynomials along each axis; which of their coefficients each class sees, and its combinations of these."""
+    box, found = plate.box, []
+    order = [size[k] for size, k in zip(box.sizes, needed, strict=True)]
+    for basis in plate.bases:
+        places = np.unravel_index(basis.rows, (3, *box.order))
+        some = np.all([place < n for place, n in zip(places[1:], order, strict=True)], axis=0)
+        rows = np.ravel_multi_index([place[some] for place in places], (3, *order))
+        fields = basis.fields if some.all() else basis.fields[some, : basis.widths[max(needed)]]
+        found.append((rows, fields))
+    return order, found
 
 
-def _moved(points: Array, turns: Array, places: Array) -> Array:
-    """Points (q, 3) of the target in every pose, shape (p, q, 3)."""
-    return np.asarray(np.einsum("pij,qj->pqi", turns, points) + places[:, None, :])
+@lru_cache(maxsize=8)
+def _responses(plate: Sheeted, omega: float) -> tuple[Array, ...]:
+    """Real and imaginary part of each class's Y, shape (r, 2, r)."""
+    found = []
+    for part in plate.classes:
+        turn = omega * part.tau
+        weights = omega**2 / (1.0 + turn**2) * np.stack([np.ones_like(turn), -turn])
+        found.append(np.stack([(part.coupling * weight) @ part.coupling.T for weight in weights], axis=1))
+    return tuple(found)
+
+
+def _reaction(plate: Sheeted, drive: Array, levels: Integers, omega: float) -> Complex:
+    """Sum of the classes' reactions for drives (p, n, all classes' r) of coils of some levels, high ones first."""
+    p, n, _ = drive.shape
+    total = np.zeros((p, n, 2, n))
+    firsts = np.flatnonzero(np.diff(levels, prepend=-1))
+    for first, end in zip(firsts, (*firsts[1:], n), strict=True):
+        start, found = 0, np.zeros((p, 2 * (end - first), n - first))
+        for basis, Y in zip(plate.bases, _responses(plate, omega), strict=True):
+            r = basis.widths[levels[first]]
+            part = drive[:, first:, start : start + r]
+            answer = part[:, : end - first].reshape(p * (end - first), r) @ Y[:r, :, :r].reshape(r, 2 * r)
+            found += answer.reshape(p, 2 * (end - first), r) @ np.swapaxes(part, 1, 2)
+            start += len(Y)
+        total[:, first:end, :, first:] = found.reshape(p, end - first, 2, n - first)
+    Z = (total[:, :, 0] + 1j * total[:, :, 1]) * (np.sign(levels[:, None] - levels) / 2 + 0.5)
+    return np.asarray(Z + np.swapaxes(Z, 1, 2))

@@ -11,7 +11,7 @@ cells (`prisms`). The plate's symmetries split the problem into classes, each wi
 
 The coils' potential over the plate is a polynomial: the products of Chebyshev polynomials ``T_i T_j T_k`` on its
 bounding box, for each component of A. Coefficients fall like ``rho^-(i+j+k)``; weighted by that, the few
-combinations the plate can see are kept (`Sheeted.transform`), and a pose pays for these alone:
+combinations the plate can see are kept (`Sheeted.bases`), and a pose pays for these alone:
 
     Delta Z_cd = omega^2 sum_k a_ck a_dk / (1 + j omega tau_k),   a_c = coupling^T basis^T (coefficients).
 
@@ -31,6 +31,7 @@ from scipy.linalg import cholesky, eigh, solve_triangular
 
 from sits_mech.geometry.sheet_plan import Integers, Plan, plan_seams
 from sits_mech.magnetics.modes import Modes
+from sits_mech.magnetics.space.fields import Box, to_coefficients
 from sits_mech.magnetics.space.loops import Loops, class_loops
 from sits_mech.magnetics.space.prisms import Prisms, box_means, gauss_points, prism_means
 from sits_mech.quantities import Array, Complex
@@ -41,33 +42,25 @@ _ROUNDING = 1e-12  # a field whose means are smaller, to the largest, is of anot
 
 
 @dataclass(frozen=True)
-class Box:
-    """Where the fields' polynomials live: the plate's bounding box, and how many of them along each axis.
+class Basis:
+    """Combinations of fields.
 
     Attributes
     ----------
-    half : ndarray, shape (3,)
-        Half sizes [m].
-    order : tuple of int
-        Chebyshev polynomials along x, y, z.
-    decay : tuple of float
-        rho of each axis: coefficients fall like ``rho^-n``.
+    rows : ndarray of int, shape (n,)
+        Which of the three components' coefficients they hold, by level.
+    fields : ndarray, shape (n, r)
+        The combinations: those of a level's rows alone end with its `widths`.
+    widths : ndarray of int
+        Combinations that fields of each level drive.
     """
-
-    half: Array
-    order: tuple[int, int, int]
-    decay: tuple[float, float, float]
-
-
-@dataclass(frozen=True)
-class _Basis:
-    """Combinations of fields: which of the three components' coefficients they hold, and these, shape (rows, r)."""
 
     rows: Integers
     fields: Array
+    widths: Integers
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Sheeted:
     """A plate prepared for any pose.
 
@@ -75,8 +68,8 @@ class Sheeted:
     ----------
     box : Box
         Of its fields.
-    transform : ndarray, shape (3 q, sum of r)
-        All classes' combinations, from the potential at the box's points: A_x first, then A_y, A_z.
+    bases : tuple of Basis
+        Combinations of fields, one a symmetry class.
     classes : tuple of Modes
         One a symmetry class, seen through its combinations.
     unknowns, sheets : int
@@ -84,10 +77,15 @@ class Sheeted:
     """
 
     box: Box
-    transform: Array
+    bases: tuple[Basis, ...]
     classes: tuple[Modes, ...]
     unknowns: int
     sheets: int
+
+    @property
+    def transform(self) -> Array:
+        """All classes' combinations from the potential at the box's points, A_x first; shape (3 q, sum of r)."""
+        return np.hstack([_nodal(basis, self.box) for basis in self.bases])
 
 
 def prepare_sheets(
@@ -106,22 +104,21 @@ def prepare_sheets(
     depth : float
         How far from the rim current may pass between sheets [m].
     """
-    bases: dict[tuple[int, int], _Basis] = {}
+    bases: dict[tuple[int, int], Basis] = {}
     found: list[tuple[dict[tuple[int, int], Modes], int, int]] = []
     for plan, levels in divisions:
         found.append((*_modes(plan, levels, conductivity, (box, depth), bases), 2 * (levels.size - 1)))
     if not bases:
         raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")
-    transform = np.hstack([_nodal(basis, box) for basis in bases.values()])
     none = {key: Modes(np.zeros(0), np.zeros((basis.fields.shape[1], 0))) for key, basis in bases.items()}
     return tuple(
-        Sheeted(box, transform, tuple(classes.get(key, none[key]) for key in bases), unknowns, sheets)
+        Sheeted(box, tuple(bases.values()), tuple(classes.get(key, none[key]) for key in bases), unknowns, sheets)
         for classes, unknowns, sheets in found
     )
 
 
 def _modes(
-    plan: Plan, levels: Array, conductivity: float, reach: tuple[Box, float], bases: dict[tuple[int, int], _Basis]
+    plan: Plan, levels: Array, conductivity: float, reach: tuple[Box, float], bases: dict[tuple[int, int], Basis]
 ) -> tuple[dict[tuple[int, int], Modes], int]:
     """Classes of one division by order and mirror, and unknowns; the first division fills `bases`."""
     box, depth = reach
@@ -139,10 +136,12 @@ def _modes(
             problem = _Problem(plan, loops, character, mirror, weight)
             rows = None if first else bases[order, mirror].rows
             tau, rows, seen = _solve_class(problem, (means, fields), conductivity, rows)
-            size = scale[rows, None]
             if first:
-                bases[order, mirror] = _Basis(rows, _strongest(seen * size) / size)
-            classes[order, mirror] = Modes(tau, np.asarray((bases[order, mirror].fields * size).T @ (seen * size)))
+                size = scale[rows, None]
+                bases[order, mirror] = _by_level(box, rows, _strongest(seen * size) / size)
+            basis = bases[order, mirror]
+            size, seen = scale[basis.rows, None], seen[np.searchsorted(rows, basis.rows)]
+            classes[order, mirror] = Modes(tau, np.asarray((basis.fields * size).T @ (seen * size)))
             unknowns += loops.unknowns * int(weight)
     return classes, unknowns
 
@@ -268,15 +267,23 @@ def _strongest(seen: Array) -> Array:
     return basis
 
 
-def _nodal(basis: _Basis, box: Box) -> Array:
+def _by_level(box: Box, rows: Integers, fields: Array) -> Basis:
+    """Combinations turned among themselves so that low levels drive the first ones alone, without rows of zeros."""
+    kept = np.flatnonzero(fields.any(axis=1))
+    level = box.levels()[rows[kept]]
+    order = kept[np.argsort(level, kind="stable")]
+    widths = np.searchsorted(np.sort(level), np.arange(max(map(len, box.sizes))), "right")
+    turned = np.asarray(np.linalg.qr(fields[order].T, mode="r")).T
+    return Basis(rows[order], turned, np.minimum(widths, fields.shape[1]))
+
+
+def _nodal(basis: Basis, box: Box) -> Array:
     """Combinations of coefficients as combinations of values at the box's Chebyshev points (z fastest)."""
     whole = np.zeros((3 * int(np.prod(box.order)), basis.fields.shape[1]))
     whole[basis.rows] = basis.fields
     whole = whole.reshape(3, *box.order, -1)
     for k, n in enumerate(box.order):
-        T = np.cos(np.outer(np.arange(n), np.pi * (np.arange(n) + 0.5) / n)) * 2 / n
-        T[0] /= 2
-        whole = np.moveaxis(np.tensordot(T, whole, axes=(0, k + 1)), 0, k + 1)
+        whole = np.moveaxis(np.tensordot(to_coefficients(n), whole, axes=(0, k + 1)), 0, k + 1)
     return whole.reshape(-1, whole.shape[-1])
 
 

@@ -30,7 +30,7 @@ from scipy.interpolate import CubicSpline
 from scipy.special import j0
 
 from sits_mech.geometry.outline import Outline, target_outline
-from sits_mech.geometry.windings import coil_sections
+from sits_mech.geometry.windings import coil_sections, distinct_pairs
 from sits_mech.magnetics.axis.dodd_deeds import Layer, reflection, spectrum
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.outlines import inside_loops
@@ -43,7 +43,7 @@ _PER_OCTAVE = 8  # heights of the table
 _PLACES = (4, 24)  # across and around a coil's windings
 _STEEP = 0.2  # least cosine of a plate's tilt
 
-Reference = Callable[[Array], Complex]
+Reference = Callable[[Array, slice | int], Complex]
 
 
 def carried_down(
@@ -96,8 +96,8 @@ def _shares(Z: Array, D: Array) -> Array:
 
 def infinite_plate(
     coils: tuple[Coil, ...], target: Target, heights: tuple[float, float], frequency: float
-) -> Callable[[Array], Complex]:
-    """Return D as a function of the height: an array of heights (...) in the range to matrices (..., n, n) [ohm].
+) -> Reference:
+    """Return D as a function of the height; equal pairs of coils are computed once.
 
     Parameters
     ----------
@@ -109,23 +109,25 @@ def infinite_plate(
         Smallest and greatest [m].
     frequency : float
         [Hz]
+
+    Returns
+    -------
+    callable
+        An array of heights (...) in the range, and which coils' rows, to matrices (..., rows, n) [ohm].
     """
     omega = 2 * np.pi * frequency
     low, high = np.log(heights[0]), np.log(heights[1])
     h = np.linspace(low, high, 6 + int(_PER_OCTAVE * (high - low) / np.log(2.0)))
-    centres = np.array([coil.centre for coil in coils])
-    apart = np.linalg.norm(centres[:, None] - centres, axis=-1)
-    k, weights = wave_numbers(_DIGITS / (2 * heights[0]), 2 * max(c.outer_diameter for c in coils) + apart.max())
-    sections = [coil_sections(coil) for coil in coils]
+    kinds, pairs, index = distinct_pairs(coils)
+    farthest = max(apart for _, _, apart in pairs)
+    k, weights = wave_numbers(_DIGITS / (2 * heights[0]), 2 * max(c.outer_diameter for c in kinds) + farthest)
+    sections = [coil_sections(kind) for kind in kinds]
     S = [spectrum(rings, k, points=4 + int(k[-1] * rings.width.max() / 4)) for rings in sections]
     gamma = reflection(k, omega, [Layer(target.metal.conductivity, target.thickness)]) * weights
     fall = np.exp(-2.0 * k[:, None] * np.exp(h))
-    D = np.empty((h.size, len(coils), len(coils)), dtype=complex)
-    for c in range(len(coils)):
-        for d in range(c + 1):
-            D[:, c, d] = D[:, d, c] = np.pi * mu_0 * (gamma * S[c] * S[d] * j0(k * apart[c, d])) @ fall
-    table = CubicSpline(h, 1j * omega * D)
-    return lambda asked: np.asarray(table(np.log(asked)))
+    D = [np.pi * mu_0 * (gamma * S[c] * S[d] * j0(k * apart)) @ fall for c, d, apart in pairs]
+    table = CubicSpline(h, 1j * omega * np.stack(D, axis=1))
+    return lambda asked, rows: np.asarray(table(np.log(asked))[..., index[rows]])
 
 
 def wave_numbers(largest: float, length: float) -> tuple[Array, Array]:
@@ -186,8 +188,8 @@ def averaged(reference: Reference, places: tuple[Array, Array], lift: Array) -> 
     flat = np.ptp(heights, axis=(1, 2)) < 1e-3 * heights.min()
     heights = heights + lift[:, None, None]
     if flat.all():
-        return np.asarray(reference(heights[:, 0, 0]))
+        return np.asarray(reference(heights[:, 0, 0], slice(None)))
     result = np.empty((lift.size, heights.shape[1], heights.shape[1]), dtype=complex)
     for c in range(heights.shape[1]):
-        result[:, c] = np.einsum("pmd,pm->pd", reference(heights[:, c])[..., c, :], weights[:, c])
+        result[:, c] = np.einsum("pmd,pm->pd", reference(heights[:, c], c), weights[:, c])
     return np.asarray((result + np.swapaxes(result, 1, 2)) / 2)

@@ -29,7 +29,7 @@ from scipy.constants import mu_0
 from scipy.linalg import block_diag
 from scipy.spatial.distance import cdist
 
-from sits_mech.magnetics.space.coupling import box_points, drives
+from sits_mech.magnetics.space.coupling import drives
 from sits_mech.magnetics.space.modes import Sheeted
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil
@@ -59,7 +59,7 @@ class SpacePlate:
 
     def at(self, pose: int) -> tuple[Array, Array]:
         """Rotation and the box's Chebyshev points in one pose, (3, 3) and (q, 3)."""
-        return self.turns[pose], box_points(self.divisions[0].box) @ self.turns[pose].T + self.places[pose]
+        return self.turns[pose], self.divisions[0].box.points() @ self.turns[pose].T + self.places[pose]
 
 
 @dataclass(frozen=True)
@@ -110,8 +110,10 @@ def coupled_reactions(
 def _ready(coils: tuple[Coil, ...], windings: str, plate: SpacePlate, omega: float) -> _Ready:
     """A plate's divisions, its combinations by point."""
     first = plate.divisions[0]
-    linked = [drive for _, drive in drives(coils, windings, first, (plate.turns, plate.places))]
-    by_point = np.ascontiguousarray(first.transform.reshape(3, -1, first.transform.shape[1]).transpose(1, 0, 2))
+    found = drives(coils, windings, first, (plate.turns, plate.places))
+    linked = [np.take_along_axis(drive, rank[..., None], axis=1) for _, drive, rank, _ in found]
+    transform = first.transform
+    by_point = np.ascontiguousarray(transform.reshape(3, -1, transform.shape[1]).transpose(1, 0, 2))
     admittances = [block_diag(*(part.admittance(omega) for part in each.classes)) for each in plate.divisions]
     return _Ready(by_point, admittances, np.concatenate(linked))
 

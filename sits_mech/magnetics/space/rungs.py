@@ -18,7 +18,8 @@ from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan, graded_axis,
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.axis.dodd_deeds import spectrum
 from sits_mech.magnetics.skin import skin_depth
-from sits_mech.magnetics.space.modes import Box, Sheeted, prepare_sheets
+from sits_mech.magnetics.space.fields import Box
+from sits_mech.magnetics.space.modes import Sheeted, prepare_sheets
 from sits_mech.magnetics.space.near import wave_numbers
 from sits_mech.scene.sensor import Coil, Target
 
@@ -58,6 +59,7 @@ LADDER = (
 _FINEST = 0.16  # smallest the largest cell may get, over the half width
 _MOST = 2000  # polynomials in all; what a wide plate close to the coils misses is in its estimated error
 _UNSEEN = 1e-3  # share of the field that may be missed
+_APART = 2.0  # digits more (natural logarithm) for coils that need fewer polynomials
 _RESISTIVE = 0.8  # where the current fills the thickness, cells are smaller by this
 
 
@@ -110,7 +112,8 @@ def field_box(target: Target, outline: Outline | None, clearance: float, rung: R
     short, long = (0, 1) if half[0] <= half[1] else (1, 0)
     order[short] = min(order[short], math.isqrt(_MOST // order[2]))
     order[long] = min(order[long], _MOST // (order[2] * order[short]))
-    return Box(half, (order[0], order[1], order[2]), (math.exp(rates[0]), math.exp(rates[1]), math.exp(rates[2])))
+    decay = math.exp(rates[0]), math.exp(rates[1]), math.exp(rates[2])
+    return Box(half, (order[0], order[1], order[2]), decay, _APART + rung.terms)
 
 
 @lru_cache(maxsize=64)

@@ -1,0 +1,126 @@
+"""How is a coil's field written over a plate? As products of Chebyshev polynomials on its box, as few as it needs.
+
+The potential A of a coil is analytic over the plate but for the windings. Along an axis of the box, of half size h, the
+nearest windings lie at a distance ``a h`` from its middle along the axis and ``b h`` across, on the ellipse about the
+interval with
+
+    cosh(rate) = (hypot(a - 1, b) + hypot(a + 1, b)) / 2,
+
+and the coefficients fall like ``exp(-rate n)``. A coil under the plate needs all polynomials; one beside it few. Orders
+are taken from one ladder of `sizes`; a level of it holds the polynomials below that size along every axis, so that
+levels are nested.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sits_mech.magnetics.coils.ring_field import Potential
+from sits_mech.quantities import Array
+from sits_mech.scene.sensor import Coil
+
+Integers = NDArray[np.int64]
+_SIZES = (2, 3, 4, 5, 6, 7, 9, 11, 13, 16, 19, 23, 28, 34, 40, 48, 57, 68, 81, 96, 115, 137, 163, 194, 230)
+
+
+@dataclass(frozen=True)
+class Box:
+    """Where the fields' polynomials live: the plate's bounding box, and how many of them along each axis.
+
+    Attributes
+    ----------
+    half : ndarray, shape (3,)
+        Half sizes [m].
+    order : tuple of int
+        Chebyshev polynomials along x, y, z.
+    decay : tuple of float
+        rho of each axis: coefficients fall like ``rho^-n``.
+    digits : float
+        Natural logarithm of the accuracy to which fields are kept that need fewer polynomials.
+    """
+
+    half: Array
+    order: tuple[int, int, int]
+    decay: tuple[float, float, float]
+    digits: float = 12.0
+
+    @property
+    def sizes(self) -> list[list[int]]:
+        """Numbers of polynomials to choose from along each axis; the last is its order."""
+        return [[size for size in _SIZES if size < n] + [n] for n in self.order]
+
+    def points(self, order: Sequence[int] | None = None) -> Array:
+        """Return the Chebyshev points of some orders (z fastest) from the bottom face's centre, shape (q, 3) [m]."""
+        counts = self.order if order is None else order
+        axes = [h * np.cos(np.pi * (np.arange(n) + 0.5) / n) for h, n in zip(self.half, counts, strict=True)]
+        nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+        return np.asarray(nodes + (0.0, 0.0, self.half[2]))
+
+    def levels(self) -> Integers:
+        """Return the level of each polynomial of three components, flat."""
+        each = [np.searchsorted(size, np.arange(n), "right") for size, n in zip(self.sizes, self.order, strict=True)]
+        level = np.maximum(np.maximum(each[0][:, None, None], each[1][:, None]), each[2])
+        return np.tile(level.ravel(), 3)
+
+    def needed(self, coils: Sequence[Coil], turns: Array, places: Array) -> Integers:
+        """Return which of `sizes` each coil's field needs along each axis, shape (p, n, 3).
+
+        Parameters
+        ----------
+        coils : sequence of Coil
+            n coils.
+        turns, places : ndarray, shapes (p, 3, 3), (p, 3)
+            Rotations, and places of the bottom face's centre [m].
+        """
+        radius, depth = np.array([(coil.outer_diameter / 2, coil.height / 2) for coil in coils]).T[..., None]
+        centres = np.column_stack([[coil.centre for coil in coils], -depth])
+        up = turns[:, 2]  # the coils' axis in the plate's own axes
+        middle = places + turns[:, :, 2] * self.half[2]
+        apart = np.einsum("pij,pni->pnj", turns, centres - middle[:, None])
+        aside = np.sqrt(np.maximum(1.0 - up**2, 0.0))
+        reach = radius * aside[:, None] + depth * np.abs(up)[:, None]
+        along = np.maximum(np.abs(apart) - reach, 0.0)
+        clear = np.maximum(along - self.half, 0.0)
+        found = np.empty(along.shape, dtype=np.int64)
+        for k, (half, size) in enumerate(zip(self.half, self.sizes, strict=True)):
+            a, b = along[..., k] / half, np.hypot(clear[..., k - 1], clear[..., k - 2]) / half
+            rate = np.arccosh(np.maximum((np.hypot(a - 1.0, b) + np.hypot(a + 1.0, b)) / 2, 1.0))
+            found[..., k] = np.searchsorted(size[:-1], self.digits / np.maximum(rate, 1e-9))
+        return found
+
+
+def to_coefficients(order: int) -> Array:
+    """Return the matrix from values at the Chebyshev points of an axis to the coefficients."""
+    T = np.cos(np.outer(np.arange(order), np.pi * (np.arange(order) + 0.5) / order)) * 2 / order
+    T[0] /= 2
+    return np.asarray(T)
+
+
+def coefficients(field: Potential, box: Box, order: Sequence[int], turns: Array, places: Array) -> Array:
+    """Return a field's coefficients on the box in some poses, in the plate's own axes.
+
+    Parameters
+    ----------
+    field : callable
+        As of `winding_potential`.
+    box : Box
+    order : sequence of int
+        Polynomials along x, y, z.
+    turns, places : ndarray, shapes (p, 3, 3), (p, 3)
+        Poses, in the field's axes [m].
+
+    Returns
+    -------
+    ndarray, shape (p, 3 times the product of orders)
+        By component, z fastest.
+    """
+    points = turns @ box.points(order).T + places[:, :, None]
+    A = field(points)
+    Tx, Ty, Tz = (to_coefficients(n) for n in order)
+    across = A.reshape(-1, len(Ty) * len(Tz)) @ np.kron(Ty, Tz).T
+    c = (Tx @ across.reshape(-1, len(Tx), len(Ty) * len(Tz))).reshape(*A.shape[:2], -1)
+    return np.asarray(np.swapaxes(turns[:, : A.shape[1]], 1, 2) @ c).reshape(len(places), -1)

@@ -1,0 +1,119 @@
+"""Coils' fields over a plate: polynomials against the field, few against all, arrays against their symmetries."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sits_mech.magnetics.coils.ring_field import ring_potential, winding_potential
+from sits_mech.magnetics.sheets import Sheets, sheets
+from sits_mech.magnetics.space.fields import Box, coefficients
+from sits_mech.quantities import Impedance, Pose
+from sits_mech.scene.sensor import Sensor, load_sensor
+from sits_mech.turns import rotation_matrix
+
+MM = 1e-3
+BOX = Box(np.array([4.0, 3.0, 0.1]) * MM, (24, 20, 3), (1.0, 1.0, 1.0), 10.0)
+SEVERAL = Pose(
+    np.array([0.0, 0.3, -0.7]) * MM, np.array([2.05, 2.2, 2.4]) * MM, np.array([0.0, 0.02, -0.01]),
+    np.array([0.0, -0.4, 0.2]) * MM, np.array([0.0, -0.02, 0.01]), np.array([0.0, 0.1, 0.5]),
+)  # fmt: skip
+
+
+def array(count: int, target: str = 'shape="rectangle", width="6 mm", length="6 mm"') -> Sensor:
+    """Coils of the published winding on a square grid, 8 mm apart, row by row."""
+    sensor = load_sensor("biorob2018", [f'target={{material="copper", thickness="0.2 mm", {target}}}'])
+    places = 8 * MM * (np.arange(count) - (count - 1) / 2)
+    grid = [(f"C{i}{j}", (float(x), float(y))) for i, x in enumerate(places) for j, y in enumerate(places)]
+    coils = tuple(sensor.coils[0].model_copy(update={"name": name, "centre": centre}) for name, centre in grid)
+    return sensor.model_copy(update={"coils": coils})
+
+
+@pytest.fixture(scope="module")
+def nine() -> Sensor:
+    return array(3)
+
+
+def solved(sensor: Sensor, pose: Pose = SEVERAL) -> Impedance:
+    return Sheets(sensor, 1e-2).impedance(pose, 5e6)
+
+
+def test_tabulated_potential_is_that_of_the_rings() -> None:
+    """Anywhere in the region, on the axis and at its ends; one table serves its octave."""
+    coil = load_sensor("biorob2018").coils[0].model_copy(update={"centre": (0.0, 0.0)})
+    rng = np.random.default_rng(0)
+    points = rng.uniform([-20 * MM, -20 * MM, 1.1 * MM], [20 * MM, 20 * MM, 3.9 * MM], (400, 3))
+    points[:3] = [0.0, 0.0, 1.1 * MM], [28 * MM, 0.0, 1.1 * MM], [1e-9, 0.0, 3.9 * MM]
+    exact = ring_potential(coil, points)
+    found = winding_potential(coil, "rings", (1.1 * MM, 3.9 * MM, 29 * MM))(points.T[None])[0]
+    np.testing.assert_allclose(found, exact[:, :2].T, rtol=0, atol=1e-6 * np.abs(exact).max())
+    narrower = winding_potential(coil, "rings", (1.2 * MM, 2.5 * MM, 29 * MM))(points.T[None])[0]
+    some = points[:, 2] < 2.5 * MM
+    np.testing.assert_allclose(narrower[:, some], found[:, some], rtol=0, atol=1e-13 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize("x, y", [(0.0, 0.0), (9.0, 0.0), (8.0, -8.0), (30.0, 5.0)])
+def test_needed_polynomials_carry_the_field(x: float, y: float) -> None:
+    """To the digits asked, of the field's largest value; a coil farther off needs fewer."""
+    coil = load_sensor("biorob2018").coils[0].model_copy(update={"centre": (x * MM, y * MM)})
+    turn = rotation_matrix(np.array([[0.03, -0.02, 0.2]]))
+    place = np.array([[0.2, 0.1, 2.0]]) * MM
+    needed = BOX.needed([coil], turn, place)[0, 0]
+    order = [sizes[k] for sizes, k in zip(BOX.sizes, needed, strict=True)]
+    about = coil.model_copy(update={"centre": (0.0, 0.0)})
+    field = winding_potential(about, "rings", (1.5 * MM, 3 * MM, 40 * MM))
+    c = coefficients(field, BOX, order, turn, place - (x * MM, y * MM, 0.0)).reshape(3, *order)
+    inside = np.random.default_rng(1).uniform(-1.0, 1.0, (200, 3))
+    T = [np.cos(np.arccos(inside[:, k, None]) * np.arange(n)) for k, n in enumerate(order)]
+    found = np.einsum("aijk,pi,pj,pk->pa", c, *T)
+    points = (inside * BOX.half + (0.0, 0.0, BOX.half[2])) @ turn[0].T + place
+    exact = ring_potential(coil, points) @ turn[0]
+    assert np.abs(found - exact).max() < 10 * np.exp(-BOX.digits) * np.abs(exact).max()
+    assert x == 0.0 or np.prod(order) < np.prod(BOX.order) / 2
+
+
+def test_few_polynomials_answer_as_all(nine: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Far below the stated errors: coils beside the plate with few terms, and with all of its box."""
+    few = solved(nine)
+    monkeypatch.setattr(Box, "needed", lambda box, coils, turns, places: np.broadcast_to(
+        [len(size) - 1 for size in box.sizes], (len(places), len(coils), 3)))  # fmt: skip
+    every = solved(nine)
+    assert np.abs(few.L - every.L).max() < 2e-6 * np.abs(every.L - every.L0).max()
+    assert np.abs(few.R - every.R).max() < 1e-4 * np.abs(every.R).max()
+    assert np.all(np.abs(few.L - every.L) < 0.05 * every.error_L)
+    assert np.abs(few.L - every.L).max() > 0.0
+
+
+def test_order_of_coils_and_the_batch_play_no_part(nine: Sensor) -> None:
+    """Permuted coils have permuted matrices; a pose alone, and coils alone, those of the batch; to rounding."""
+    whole, order = solved(nine), np.random.default_rng(2).permutation(9)
+    permuted = solved(nine.model_copy(update={"coils": tuple(nine.coils[k] for k in order)}))
+    size = np.abs(whole.L - whole.L0).max()
+    for name, scale in (("L", size), ("R", whole.R.max()), ("error_L", size)):
+        expected = getattr(whole, name)[:, order[:, None], order]
+        np.testing.assert_allclose(getattr(permuted, name), expected, rtol=0, atol=1e-11 * scale)
+    one = solved(nine, Pose.of(SEVERAL.components[1:2]))
+    np.testing.assert_allclose(one.L[0], whole.L[1], rtol=0, atol=1e-11 * size)
+    two = solved(nine.model_copy(update={"coils": nine.coils[3:5]}))
+    np.testing.assert_allclose(two.L, whole.L[:, 3:5, 3:5], rtol=0, atol=1e-11 * size)
+
+
+def test_array_under_a_square_plate_has_the_symmetry_of_the_square(nine: Sensor) -> None:
+    """Quarter turn and mirror permute the coils; beside the plate's middle the change falls off."""
+    found, index = solved(nine, Pose(0.0, 2.05 * MM)), np.arange(9).reshape(3, 3)
+    change = found.L - found.L0
+    for image in (np.rot90(index), index.T, index[::-1]):
+        turned = change[np.ix_(image.ravel(), image.ravel())]
+        np.testing.assert_allclose(turned, change, rtol=0, atol=1e-9 * np.abs(change).max())
+    assert np.abs(change[0, 0]) < np.abs(change[1, 1]) / 5 < np.abs(change[4, 4]) / 5
+
+
+@pytest.mark.slow
+def test_sixteen_coils_under_a_wide_plate_close_to_them() -> None:
+    """Where answers are carried down along the infinite plate: the square's symmetry, and four of its coils alone."""
+    sensor = array(4, 'shape="rectangle", width="20 mm", length="20 mm"')
+    found, index = sheets(sensor, 1e-2).impedance(Pose(0.0, 1.5 * MM), 5e6), np.arange(16).reshape(4, 4)
+    assert "infinite plate" in " ".join(found.report.notes)
+    change = found.L - found.L0
+    turned = change[np.ix_(np.rot90(index).ravel(), np.rot90(index).ravel())]
+    np.testing.assert_allclose(turned, change, rtol=0, atol=1e-6 * np.abs(change).max())
