@@ -18,7 +18,7 @@ from common.outputs import study_arguments, write_rows
 
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.interpolate import INTERPOLATED
-from sits_mech.report.pictures.curves import crosstalk_map, normal_curves, save_figure, shear_curves
+from sits_mech.report.pictures.curves import calibration_pictures, save_figure
 from sits_mech.scene.sensor import load_sensor
 
 SENSOR = "biorob2018-w15"
@@ -39,8 +39,8 @@ def main() -> None:
         row["between solved ones"] = sum(INTERPOLATED in str(notes) for notes in data["notes"].to_numpy().ravel())
         row["wall [s]"] = time.perf_counter() - began
         rows.append(row | table_row(sensor, data))
-        for name, draw in (("L_v", normal_curves), ("L_h", shear_curves), ("crosstalk", crosstalk_map)):
-            save_figure(draw(data), folder / f"{mechanics}_{name}.png")
+        for name, draw in calibration_pictures(data).items():
+            save_figure(draw(), folder / f"{mechanics}_{name}.png")
     names = list(dict.fromkeys(name for row in rows for name in row))
     print(write_rows([{name: row.get(name, "") for name in names} for row in rows], folder / "force_calibration.csv"))
 

@@ -144,9 +144,9 @@ def quality(
 
 @app.command
 def compare(
-    folder: Folder, measured: Annotated[Path, Parameter(help="CSV: F_x [N], F_z [N], L1 [uH] or code1, ...")], *,
+    folder: Folder, measured: Annotated[Path, Parameter(help="CSV: the forces, L1 [uH] or code1, ...")], *,
     free: Annotated[str, Parameter(help="To fit: modulus, gap, lead, with commas.")] = "modulus,gap,lead",
-    clock: Annotated[Quantity, Parameter(help="Reference frequency of the codes.")] = "40 MHz",
+    clock: Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's greatest.")] = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"], help="Picture of data and model.")] = None,
     as_json: Json = False,
 ) -> int:  # fmt: skip
@@ -155,17 +155,18 @@ def compare(
     Example: sits-mech compare calibration bench.csv --free modulus,lead -o residual.png
     """
     from sits_mech.analysis import comparison
+    from sits_mech.readout.loads import fixed
     from sits_mech.readout.measured import read_measured
-    from sits_mech.report.folder import read_two_forces
+    from sits_mech.report.folder import read_calibration
     from sits_mech.report.pictures.curves import save_figure
     from sits_mech.report.pictures.measured import comparison_figure, comparison_record, comparison_rows
     from sits_mech.report.tables.solves import key_table
     from sits_mech.units import quantity
 
-    sensor, data = read_two_forces(folder)
-    tank = comparison.tank_of(sensor, quantity(clock, "Hz", "--clock"))
+    sensor, data = read_calibration(folder)
+    tank = comparison.tank_of(sensor, data, None if clock is None else quantity(clock, "Hz", "--clock"))
     names = [coil.name for coil in sensor.coils]
-    bench = read_measured(measured, comparison.varied(data), names, tank)
+    bench = read_measured(measured, comparison.varied(data), names, tank, fixed(data))
     found = comparison.compare(sensor, data, bench, [name.strip() for name in free.split(",")])
     if output is not None:
         save_figure(comparison_figure(found, names), output)

@@ -41,7 +41,7 @@ def signals_of(data: xr.Dataset) -> dict[str, str]:
         no signal along x, whatever L1 - L2 is.
     """
     each = zip(FORCES, SIGNALS, strict=True)
-    found = {force: name for force, name in each if name in data and np.any(data[name].to_numpy())}
+    found = {force: name for force, name in each if name in data and np.nan_to_num(data[name]).any()}
     if PAIR[0] in (short_name(name) for name in told(data)) and ("F_x" in found or "F_y" not in found):
         return dict(zip(FORCES, told(data), strict=False)) | {k: name for k, name in found.items() if k == "F_y"}
     return found

@@ -12,9 +12,6 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.quantities import WRENCH, Wrench, shown_unit
-from sits_mech.units import SceneError
-
-_TWO = ("F_x", "F_z")
 
 
 def varied(data: xr.Dataset) -> tuple[str, ...]:
@@ -25,32 +22,6 @@ def varied(data: xr.Dataset) -> tuple[str, ...]:
 def fixed(data: xr.Dataset) -> dict[str, float]:
     """Return the components that a table names as the same for all its loads [N, N m]; the others of them are zero."""
     return {name: float(data[name]) for name in WRENCH if name in data.coords and name not in data.dims}
-
-
-def beyond_two(data: xr.Dataset) -> tuple[str, ...]:
-    """Return the components other than F_x and F_z that the loads of a table have."""
-    held = (name for name, value in fixed(data).items() if value != 0.0)
-    return tuple(name for name in (*varied(data), *held) if name not in _TWO)
-
-
-def two_forces(data: xr.Dataset) -> xr.Dataset:
-    """Return a table over F_x and F_z, a force that does not vary as a dimension of one value.
-
-    Raises
-    ------
-    SceneError
-        When its loads have other components.
-    """
-    if beyond_two(data):
-        held = load_words(fixed(data))
-        came = ", ".join([*varied(data), *([held] if held else [])])
-        raise SceneError(f"calibration: needs a table over F_x and F_z alone; this one has {came}")
-    for name in _TWO:
-        if name not in data.dims:
-            value, names = fixed(data).get(name, 0.0), over_loads(data)
-            each = {key: data[key].drop_vars(name, errors="ignore").expand_dims({name: [value]}) for key in names}
-            data = data.drop_vars([name, *each], errors="ignore").assign(each)
-    return data
 
 
 def over_loads(data: xr.Dataset) -> tuple[str, ...]:

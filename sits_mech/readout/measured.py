@@ -3,19 +3,19 @@
 A file has a row of column names and rows of numbers, separated by commas, semicolons or tabs; what precedes the names
 or starts with # is passed over. Columns, in any order, a unit in brackets (SI without one):
 
-    F_x [N], F_z [mN], ...      the forces
+    F_x [N], M_x [N mm], ...    the forces and moments that the model varies; others must be as it has them
     L1 [uH], L2 [uH], ...       the inductance of each coil at its terminals, by number or by name (L_C1), or
     code1, code2, ...           the converter's codes, from which L = 1 / ((2 pi f)^2 C), f = code d_in f_ref / 2^bits
 
 The fit minimises the sum of squares of L_model(forces; parameters) - L over all rows and coils, each coil over its
-range. Half-widths at 95 % are those of Student's t with the residual's variance: the residuals' picture must look like
-noise for them to hold. Numbers only: the model is any function.
+range. Half-widths at 95 % are those of Student's t with the residual's variance, or the model's own if that is more:
+the residuals' picture must look like noise for them to hold. Numbers only: the model is any function.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,12 +24,13 @@ from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import UNITS, WRENCH, Array, shown_unit
 from sits_mech.readout.converter import Converter, frequency_of, tank_inductance
 from sits_mech.units import SceneError, quantity
 
 _COLUMN = re.compile(r"\s*([A-Za-z][\w ]*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*")
 _LEAST_ROWS = 4
+_SAME = 1e-3  # of a load that the model has as one value: what a bench's zero may be off [1, of 1 N or 1 mN m at least]
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,10 @@ class ParameterFit:
     rms_before: float
 
 
-def read_measured(path: str | Path, forces: Sequence[str], coils: Sequence[str], tank: Tank | None = None) -> Measured:
+def read_measured(
+    path: str | Path, forces: Sequence[str], coils: Sequence[str], tank: Tank | None = None,
+    held: Mapping[str, float] | None = None,
+) -> Measured:  # fmt: skip
     """Read a measurement.
 
     Parameters
@@ -96,11 +100,14 @@ def read_measured(path: str | Path, forces: Sequence[str], coils: Sequence[str],
         What the model has, such as ("F_x", "F_z") and ("C1", "C2").
     tank : Tank, optional
         Needed where the file holds codes.
+    held : mapping, optional
+        Other components of the load that the model has, of one value each [N, N m]; what is neither is zero.
 
     Raises
     ------
     SceneError
-        When the file cannot be read, a column is missing or of an unknown unit, or there are fewer than four rows.
+        When the file cannot be read, a column is missing or of an unknown unit, there are fewer than four rows, or
+        the file has other loads than the model.
     """
     try:
         lines = Path(path).read_text(encoding="utf-8-sig", errors="replace").splitlines()
@@ -113,7 +120,8 @@ def read_measured(path: str | Path, forces: Sequence[str], coils: Sequence[str],
     rows = _numbers(lines[number + 1 :], separator)
     if len(rows) < _LEAST_ROWS:
         raise SceneError(f"{path}: must hold at least {_LEAST_ROWS} rows of numbers; got {len(rows)}")
-    found = [_values(rows, columns, name.lower(), "N", str(path)) for name in forces]
+    found = [_values(rows, columns, name.lower(), UNITS[name], str(path)) for name in forces]
+    _check_others(rows, columns, forces, held or {}, str(path))
     L = [_inductance(rows, columns, (k, coil), tank, str(path)) for k, coil in enumerate(coils)]
     return Measured(np.stack(found, -1), np.stack(L, -1), str(path))
 
@@ -160,6 +168,23 @@ def _values(rows: Array, columns: dict[str, tuple[int, str]], name: str, unit: s
     return np.asarray(scale * rows[:, place])
 
 
+def _check_others(
+    rows: Array, columns: dict[str, tuple[int, str]], forces: Sequence[str], held: Mapping[str, float], source: str
+) -> None:
+    """Refuse components of a load that the model does not vary, but for those of its own value."""
+    for name in WRENCH:
+        place, written = columns.get(name.lower(), (0, ""))
+        if name in forces or name.lower() not in columns or (name == "M" and not written):
+            continue  # a column m may be anything
+        values, own = _values(rows, columns, name.lower(), UNITS[name], source), held.get(name, 0.0)
+        if np.max(np.abs(values - own)) > _SAME * max(abs(own), 1.0 if UNITS[name] == "N" else 1e-3):
+            came = f"{values.min():.4g} to {values.max():.4g} {shown_unit(name)}"
+            raise SceneError(
+                f"{source}: column {name}: must be {own:.4g} {shown_unit(name)}, the calibration varies "
+                f"{', '.join(forces)} alone; got {came}: calibrate with {name} as a range"
+            )
+
+
 def _inductance(
     rows: Array, columns: dict[str, tuple[int, str]], coil: tuple[int, str], tank: Tank | None, source: str
 ) -> Array:
@@ -173,7 +198,7 @@ def _inductance(
     if name.startswith("l"):
         return _values(rows, columns, name, "H", source)
     if tank is None:
-        raise SceneError(f"{source}: the column {name} must come with a converter; the scene has none")
+        raise SceneError(f"{source}: the column {name} must come with a converter; the scene has none for it")
     codes = _values(rows, columns, name, "", source)
     return tank_inductance(frequency_of(codes, tank.part, tank.reference, tank.divider), tank.capacitance)
 
@@ -181,6 +206,7 @@ def _inductance(
 def fit_parameters(
     model: Callable[[Array], Array], L: ArrayLike, names: Sequence[str], *,
     start: Sequence[float], bounds: tuple[Sequence[float], Sequence[float]], sizes: Sequence[float],
+    beyond: Mapping[str, tuple[str, str]] | None = None, own: float = 0.0,
 ) -> ParameterFit:  # fmt: skip
     """Return the parameters of a model that describe inductances best.
 
@@ -196,6 +222,10 @@ def fit_parameters(
         First values, and how large a change of each is.
     bounds : tuple
         Least and greatest values.
+    beyond : mapping, optional
+        Of parameters: why they must not be less, and not be more.
+    own : float
+        Root mean square error of the model itself, over each range: half-widths are not of less scatter.
 
     Raises
     ------
@@ -218,12 +248,15 @@ def fit_parameters(
     )
     for name, value, low, high in zip(names, found.x, *bounds, strict=True):
         if min(value - low, high - value) < 1e-6 * (high - low):
-            raise SceneError(f"{name}: must fit from {low:.4g} to {high:.4g}; the best value is at an end, {value:.4g}")
+            reason = (beyond or {}).get(name, ("", ""))[int(high - value < value - low)]
+            came = f"the best value is at an end, {value:.4g}{': ' if reason else ''}{reason}"
+            raise SceneError(f"{name}: must fit from {low:.4g} to {high:.4g}; {came}")
     freedom = L.size - len(names)
     jacobian = found.jac * np.asarray(sizes)
     flat = np.linalg.norm(jacobian, axis=0) < 1e-12
     spread = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-12, hermitian=True)
-    deviation = np.sqrt(np.diagonal(spread) * float(np.sum(found.fun**2)) / freedom) * np.asarray(sizes)
+    variance = max(float(np.sum(found.fun**2)) / freedom, own**2)
+    deviation = np.sqrt(np.diagonal(spread) * variance) * np.asarray(sizes)
     widths = np.where(flat, np.inf, student.ppf(0.975, freedom) * deviation)
     safe = np.sqrt(np.maximum(np.diagonal(spread), 1e-300))
     rms, first = (float(np.sqrt(np.mean(r**2))) for r in (found.fun, before))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import tempfile
-from collections.abc import Callable
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,8 +15,8 @@ import xarray as xr
 from sits_mech.cases import DONE, read_table, save_table
 from sits_mech.mechanics.loads import kept_key, kept_rest
 from sits_mech.quantities import SolveFailed
-from sits_mech.readout.loads import points, two_forces, varied, wrench_of
-from sits_mech.report.pictures.curves import crosstalk_map, normal_curves, save_figure, shear_curves
+from sits_mech.readout.loads import points, varied, wrench_of
+from sits_mech.report.pictures.curves import calibration_pictures, save_figure
 from sits_mech.report.pictures.section import load_view
 from sits_mech.report.tables.loads import csv_text
 from sits_mech.scene.files import write_text
@@ -76,12 +76,6 @@ def read_calibration(folder: Path) -> tuple[Sensor, xr.Dataset]:
     return sensor, data
 
 
-def read_two_forces(folder: Path) -> tuple[Sensor, xr.Dataset]:
-    """Return sensor and table of a calibration over F_x and F_z alone, others refused; as `read_calibration`."""
-    sensor, data = read_calibration(folder)
-    return sensor, two_forces(data)
-
-
 def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[str]:
     """Write a calibration's table, scene and pictures, each by an atomic rename.
 
@@ -106,14 +100,8 @@ def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[st
         return ["no pictures: they need matplotlib: pip install 'sits-mech[view]'"]
     if not np.any(data["status"] == DONE):
         return ["no pictures: no load converged"]
-    pictures: dict[str, Callable[[], Figure]] = {
-        "L_v": lambda: normal_curves(data),
-        "L_h": lambda: shear_curves(data),
-        "crosstalk": lambda: crosstalk_map(data),
-        "layer": lambda: _largest_load(sensor, data, folder),
-    }
-    warnings = []
-    for name, draw in pictures.items():
+    pictures, warnings = calibration_pictures(data), []
+    for name, draw in (pictures | {"layer": partial(_largest_load, sensor, data, folder)}).items():
         try:
             save_figure(draw(), folder / f"{name}.png")
         except (SolveFailed, SceneError) as error:
@@ -126,8 +114,8 @@ def _largest_load(sensor: Sensor, data: xr.Dataset, folder: Path) -> Figure:
     largest = {name: float(np.abs(data[name]).max()) or 1.0 for name in varied(data)}
     rows = [row for row in points(data) if row["status"].item() == DONE]
     shares = np.array([[float(row[name]) / size for name, size in largest.items()] for row in rows])
-    first = shares[:, 0] if largest else 0.0  # of two mirror images the one with the positive force
-    wrench = wrench_of(rows[int(np.argmax(np.sum(shares**2, axis=1) + 1e-9 * first))])
+    first = 1e-9 * shares @ 0.5 ** np.arange(len(largest))  # of mirror images the one with the positive forces
+    wrench = wrench_of(rows[int(np.argmax(np.sum(shares**2, axis=1) + first))])
     request = json.loads(data.attrs["request"])
     mechanics, tolerance = request["mechanics"], request["tolerance"]
     known = kept_rest((cases_folder(folder), kept_key(sensor, mechanics, tolerance)), wrench)

@@ -7,13 +7,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.analysis.bench import free_inductances
-from sits_mech.analysis.comparison import compare
+from sits_mech.analysis import comparison
+from sits_mech.analysis.bench import sensor_calibration, terminals
+from sits_mech.analysis.comparison import compare, tank_of, varied
 from sits_mech.cases import save_table
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.cli.main import run
-from sits_mech.readout.measured import Measured
+from sits_mech.quantities import POSE, Impedance, Pose, SolveReport
+from sits_mech.readout.measured import Measured, read_measured
 from sits_mech.report.folder import cases_folder
+from sits_mech.report.pictures.curves import save_figure
+from sits_mech.report.pictures.measured import comparison_figure
 from sits_mech.scene.sensor import Sensor, changed, load_sensor, save_sensor
 from sits_mech.silicone.material import table_of
 
@@ -42,7 +46,7 @@ def bench(sensor: Sensor) -> Measured:
     other = changed(sensor, [f'elastomer.material={{law = "yeoh", {written}}}', f"elastomer.standoff={GAP}"])
     F_x, F_z = [-0.7, -0.2, 0.3, 0.8], [0.2, 1.2, 2.2, 3.2]
     shown = calibrate(other, F_x=F_x, F_z=F_z, mechanics="planar")
-    L = np.diagonal(shown["L"].to_numpy(), axis1=2, axis2=3) / np.diagonal(shown["L0"]) * free_inductances(sensor)
+    L = terminals(other, shown)[0]["L"].transpose("F_x", "F_z", "coil").to_numpy()
     loads = np.stack(np.meshgrid(F_x, F_z, indexing="ij"), -1).reshape(-1, 2)
     noise = NOISE * np.random.default_rng(5).standard_normal((16, 2))
     return Measured(loads, L.reshape(-1, 2) + LEAD + noise, "synthetic")
@@ -67,8 +71,74 @@ def test_what_cannot_be_compared_is_refused(sensor: Sensor, data: xr.Dataset, be
     far = Measured(1.5 * bench.forces, bench.L, "far")
     with pytest.raises(ValueError, match="table: must reach beyond the measured forces"):
         compare(sensor, data, far, ["gap"])
-    with pytest.raises(ValueError, match="modulus: must fit from 0.8 to 10; the best value is at an end, 10"):
+    with pytest.raises(ValueError, match=r"modulus: must fit from 0.7\d+ to 10; the best value is at an end, 10"):
         compare(sensor, data, bench, ["modulus"])  # no modulus makes up for leads
+
+
+@pytest.mark.parametrize("free", ["modulus", "modulus,gap,lead"])
+def test_a_perfect_bench_has_modulus_one(sensor: Sensor, data: xr.Dataset, free: str) -> None:
+    """Loads of the whole table, as its terminals show them: the scene itself, though softer ones leave the table."""
+    L = terminals(sensor, data)[0]["L"].transpose("F_x", "F_z", "coil").to_numpy()
+    loads = np.stack(np.meshgrid(data["F_x"], data["F_z"], indexing="ij"), -1)
+    bench = Measured(loads.reshape(-1, 2), L.reshape(-1, 2), "perfect")
+    fit = compare(sensor, data, bench, free.split(",")).fit
+    for value, width, true in zip(fit.values, fit.half_widths, (1.0, 0.0, 0.0), strict=False):
+        assert abs(value - true) <= max(width, 1e-6)
+    assert abs(fit.values[0] - 1.0) < 1e-3 and fit.half_widths[0] < 0.01
+    with pytest.raises(ValueError, match=r"for F_z from -0.\d+ to 4.\d+ N, the measurement has 5.2 N"):
+        compare(sensor, data, Measured(1.3 * bench.forces, bench.L, "far"), ["gap"])
+
+
+class Corners:
+    """Four coils that see the target's height and where it is, by hand [H]."""
+
+    def impedance(self, pose: Pose, frequency: float) -> Impedance:
+        """Return the closed form."""
+        x, y, z = np.moveaxis(pose.centre / 1e-3, -1, 0)
+        signs = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+        rows = [0.2 * np.exp(-0.5 * z) * (1.0 + 0.1 * np.tanh(a * x + b * y)) for a, b in signs]
+        L, one = 2.5e-6 * (1.0 - np.stack(rows, -1))[..., None] * np.eye(4), np.ones(np.shape(x))[..., None, None]
+        report = SolveReport("corners", 1, 1, 0.0, 0.0, 0.0)
+        return Impedance(frequency, L, one * np.eye(4), 2.5e-6 * np.eye(4), np.ones(4), 1e-5 * L, 0.0 * L, "H", report)
+
+
+def three_axes() -> tuple[Sensor, xr.Dataset]:
+    """A calibration of three forces whose target moves by hand over `Corners`."""
+    scene = load_sensor("triaxial-4")
+    axes = {"F_x": np.linspace(-0.5, 0.5, 3), "F_z": np.linspace(0.0, 2.0, 5), "F_y": np.linspace(-0.5, 0.5, 3)}
+    x, z, y = np.meshgrid(*axes.values(), indexing="ij")
+    rest = Pose(4e-4 * x, 2e-3 - 1e-4 * z * (1.0 - 0.1 * z), 0.01 * x, 4e-4 * y, -0.01 * y, 0.0 * x)
+    shown, names = Corners().impedance(rest, scene.frequency), [coil.name for coil in scene.coils]
+    table, pair = xr.Dataset(coords={**axes, "coil": names, "coil_2": names}), (*axes, "coil", "coil_2")
+    for name in ("L", "R", "error_L", "error_R"):
+        table[name] = (pair, getattr(shown, name))
+    table["L0"] = (pair[-2:], shown.L0)
+    for name, values in zip(POSE, np.moveaxis(rest.components, -1, 0), strict=True):
+        table[name] = (tuple(axes), values)
+    table["status"] = (tuple(axes), np.full(x.shape, "converged", dtype=object))
+    request = json.dumps({"magnetics": "corners", "tolerance": 1e-2})
+    return scene, table.assign_attrs(unit_L="H", frequency=scene.frequency, request=request)
+
+
+def test_three_axes_by_codes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Codes of four coils at random loads of three forces, from a layer a tenth softer, written and read."""
+    scene, table = three_axes()
+    monkeypatch.setattr(comparison, "loaded_model", lambda *_: (Corners(), None))
+    known = sensor_calibration(scene, table)
+    F = np.random.default_rng(6).uniform([-0.44, 0.1, -0.44], [0.44, 1.7, 0.44], (30, 3))
+    for true in (1.0, 0.9):
+        rows = [",".join(f"{number!r}" for number in row) for row in np.c_[F, np.rint(known.codes(F / true))].tolist()]
+        (tmp_path / "bench.csv").write_text("F_x,F_z,F_y,code1,code2,code3,code4\n" + "\n".join(rows))
+        tank = tank_of(scene, table)
+        bench = read_measured(tmp_path / "bench.csv", varied(table), list(known.coils), tank)
+        found = compare(scene, table, bench, ["modulus", "lead"])
+        assert found.fit.values[0] == pytest.approx(true, abs=0.005)
+        assert abs(found.fit.values[0] - true) <= 2.0 * found.fit.half_widths[0]
+    figure = comparison_figure(found, list(known.coils))
+    save_figure(figure, tmp_path / "rest.png")
+    with pytest.raises(ValueError, match=r"column M_x: must be 0 N m, the calibration varies F_x, F_z, F_y alone; got"):
+        (tmp_path / "bench.csv").write_text("F_x,F_z,F_y,M_x [N mm],L1,L2,L3,L4\n" + "1,1,1,3,4,4,4,4\n" * 5)
+        read_measured(tmp_path / "bench.csv", varied(table), list(known.coils))
 
 
 def test_compare_command(

@@ -1,7 +1,7 @@
 """Forces misread by tolerances: what follows from the definition, and what symmetry forbids."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -23,10 +23,13 @@ REPORT = SolveReport("by hand", 1, 1, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class Spring:
-    """1e-4 m/N along x and y, 2e-5 m/N down."""
+    """1e-4 m/N along x and y, 2e-5 m/N down; keeps what it bore."""
+
+    borne: list[Wrench] = field(default_factory=list)
 
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the closed form."""
+        self.borne.append(wrench)
         pose = Pose(1e-4 * wrench.F_x, 2e-3 - 2e-5 * wrench.F_z, 0.0, 1e-4 * wrench.F_y)
         return Equilibrium(wrench, pose, Pose(0.0, 0.0), np.zeros(3), REPORT)
 
@@ -94,7 +97,8 @@ def test_an_offset_of_the_coils_is_shear(sensor: Sensor, data: xr.Dataset) -> No
 def test_three_forces_of_a_stiffer_layer(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each is read as what it is, less by the modulus; an offset along x is tared away, it feigns no F_y."""
     sensor = load_sensor("triaxial-3", ['readout.converter="none"'])
-    monkeypatch.setattr(tolerances, "mechanical_model", lambda *_: (Spring(), None))
+    spring = Spring()
+    monkeypatch.setattr(tolerances, "mechanical_model", lambda *_: (spring, None))
     monkeypatch.setattr(tolerances, "loaded_model", lambda scene, *_: (Near(scene.coils), None))
     data = three_axes(sensor)
     loads = usual_loads(sensor_calibration(sensor, data))
@@ -103,6 +107,7 @@ def test_three_forces_of_a_stiffer_layer(monkeypatch: pytest.MonkeyPatch) -> Non
     np.testing.assert_allclose(found["deviation"], 0.02 * np.abs(loads), rtol=0.03, atol=1e-9)
     moved = force_spread(sensor, data, {"offset": 1e-4}, loads.tolist(), samples=16).table()
     np.testing.assert_allclose(moved["deviation"], 0.0, atol=1e-9)
+    assert all(load.M_z == pytest.approx(1e-3, rel=0.1) for load in spring.borne)
 
 
 def test_loads_around_the_middle() -> None:
@@ -155,6 +160,7 @@ def test_quality_of_forces_that_two_coils_cannot_resolve(
     assert run(["quality", str(three_forces), "--noise", "10 fH"]) == 0
     said = capsys.readouterr().out
     assert "F_y: moves the coils by less than their noise" in said and "infinite: more forces than coils" in said
+    assert run(["converter", str(three_forces)]) == 0 and "RCOUNT0" in capsys.readouterr().out
     assert run(["quality", str(three_forces), "--modulus", "5 %"]) == 2
     assert "the coils do not resolve all of F_x, F_z, F_y" in capsys.readouterr().err
     assert run(["quality", str(three_forces), "--period", "1 s"]) == 2

@@ -184,6 +184,7 @@ def test_section_for_pictures(pad):
         x, z = np.moveaxis(points[quads], -1, 0)
         area = 0.5 * np.abs(np.sum(x * np.roll(z, -1, axis=1) - z * np.roll(x, -1, axis=1), axis=1))
         assert J.shape == (len(quads),) and J.min() >= found.report.min_J
+        assert wrench == Wrench() or J.min() < 0.85  # at a point beside the target's edge; the mean of its cell is 0.95
         assert z.min() == pytest.approx(0.0, abs=1e-12) and np.ptp(x) > 19.9 * MM
         if wrench == Wrench():
             assert area.sum() == pytest.approx(20 * MM * 2 * MM) and np.all(J == pytest.approx(1.0))

@@ -128,6 +128,7 @@ def test_which_signal_belongs_to_which_force() -> None:
     upright = pair.assign(moments | {"dL_x": moments["dL_y"], "dL_y": moments["dL_x"]})
     assert signals_of(upright) == {"F_z": "dL_v", "F_y": "dL_y"}
     row = pair.drop_vars(["L_v_percent", "L_h_percent", "L_h_untilted_percent"]).assign(moments)
+    row["dL_y"][0, 0] = np.nan  # a load that failed
     assert signals_of(row) == {"F_z": "dL_v", "F_x": "dL_x"}
 
 

@@ -1,12 +1,10 @@
-"""Which loads a table holds: those that vary, those that do not, and what is refused for them."""
+"""Which loads a table holds: those that vary, those that do not."""
 
 import numpy as np
-import pytest
 import xarray as xr
 
 from sits_mech.quantities import Wrench
-from sits_mech.readout.loads import at_middle, beyond_two, fixed, points, two_forces, varied, wrench_of
-from sits_mech.units import SceneError
+from sits_mech.readout.loads import at_middle, fixed, points, varied, wrench_of
 
 
 def made(**loads: object) -> xr.Dataset:
@@ -31,19 +29,3 @@ def test_the_middle_of_the_others() -> None:
     data, words = at_middle(made(F_x=[-1.0, 0.0, 1.0], F_z=[0.0, 2.0], M=[-1.0, 0.5, 1.0]), ["F_x", "F_z"])
     assert data["L_v"].dims == ("F_x", "F_z") and words == "M = 0.5 N m"
     np.testing.assert_array_equal(data["L_v"], [[1.0, 4.0], [7.0, 10.0], [13.0, 16.0]])
-
-
-@pytest.mark.parametrize("shear", [{}, {"F_x": 0.5}, {"F_x": [0.5]}])
-def test_a_force_that_does_not_vary_is_a_dimension_of_one(shear: dict[str, object]) -> None:
-    """What has no load, such as L0, gets none."""
-    data = two_forces(made(**shear, F_z=[0.0, 1.0]))
-    assert data["L_v"].sizes == {"F_x": 1, "F_z": 2} and data["L0"].dims == ("coil", "coil_2")
-    assert float(data["F_x"][0]) == (0.5 if shear else 0.0)
-
-
-def test_other_components_are_refused_by_name() -> None:
-    """One line with what the table has; a component that is zero throughout is none."""
-    assert beyond_two(made(F_x=[0.0, 1.0], F_z=[0.0, 1.0], M=0.0)) == ()
-    for loads, came in (({"F_y": [0.0, 1.0]}, "F_x, F_z, F_y"), ({"M": 0.1}, "F_x, F_z, M = 0.1 N m")):
-        with pytest.raises(SceneError, match=f"needs a table over F_x and F_z alone; this one has {came}$"):
-            two_forces(made(F_x=[0.0, 1.0], F_z=[0.0, 1.0], **loads))

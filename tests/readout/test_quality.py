@@ -76,20 +76,31 @@ def test_three_coils_around_the_centre_by_hand(turned: float) -> None:
     np.testing.assert_allclose(found.error_sensitivity[:, 0], 5e-12 / 0.25 / 2.1e-6)  # a difference over two steps
 
 
-def test_what_a_signal_of_its_own_shows_is_its_linearity() -> None:
-    """dL_v bends with F_z, dL_x does not; a linear sum that reads F_z from all coils is another signal."""
-    cal, table = triple(0.0)
-    bent = table["L"] - 1e-10 * table["F_z"] ** 2
+def refitted(cal: Calibration, table: xr.Dataset) -> Calibration:
+    """The calibration of a table that is another one by now."""
     points = np.stack(np.meshgrid(*(table[name] for name in cal.forces), indexing="ij"), -1).reshape(-1, 3)
-    other = calibration_of(
-        points, bent.transpose(*table["L"].dims).to_numpy().reshape(-1, 3), forces=cal.forces, coils=cal.coils,
-        free=("H", cal.L0),
-    )  # fmt: skip
-    found = quality(other, np.full(3, NOISE), table=table.assign(L=bent))
+    L = table["L"].transpose(*cal.forces, "coil").to_numpy().reshape(-1, 3)
+    return calibration_of(points, L, forces=cal.forces, coils=cal.coils, free=("H", cal.L0))
+
+
+def test_a_bend_along_one_force_of_three() -> None:
+    """One coil bends with F_z, dL_v by a third of it; the inverse has none of it, a linear readout has."""
+    cal, table = triple(0.0)
+    table = table.assign(L=table["L"] - 3e-10 * table["F_z"] ** 2 * (table["coil"] == "C1"))
+    found = quality(refitted(cal, table), np.full(3, NOISE), table=table)
     chord, span = 1e-10 * 4.0 / 8.0, 2.0 * abs(PRESS) + 4.0 * 1e-10
     assert chord / span <= found.linearity[1] <= 1.4 * chord / span  # by squares up to 4/3 of it
     np.testing.assert_allclose(found.linearity[[0, 2]], 0.0, atol=1e-9)
     assert found.crosstalk_after.max() < 1e-9 < found.crosstalk[1, 1]
+
+
+def test_linearity_is_of_the_force_s_own_signal() -> None:
+    """What bends all coils alike with F_x is not in dL_x, but in sums that leave out a coil that F_z moves more."""
+    cal, table = triple(0.0)
+    table = table.assign(L=table["L"] + PRESS * table["F_z"] * (table["coil"] == "C1") - 1e-9 * table["F_x"] ** 2)
+    own = quality(refitted(cal, table), np.full(3, NOISE), table=table)
+    without = quality(refitted(cal, table), np.full(3, NOISE), table=table.assign(weights=0.0 * table["weights"]))
+    assert own.linearity[0] < 1e-9 and without.linearity[0] > 1e-3
 
 
 def test_a_load_that_the_map_does_not_hold_is_crosstalk_after_the_inverse() -> None:

@@ -72,22 +72,10 @@ def test_a_table_of_three_forces_has_what_can_be_drawn(three_forces: Path) -> No
     assert {path.name for path in three_forces.glob("*.png")} >= {"L_v.png", "L_h.png", "crosstalk.png"}
 
 
-@pytest.mark.parametrize("words", [
-    ("compare", "bench.csv"),
-])  # fmt: skip
-def test_what_needs_two_forces_says_so(
-    three_forces: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...]
-) -> None:
-    """Exit 2, one line, whichever command reads the table."""
-    assert run([words[0], str(three_forces), *words[1:]]) == 2
-    line = "calibration: needs a table over F_x and F_z alone; this one has F_x, F_z, F_y, M = 0.001 N m"
-    assert capsys.readouterr().err == f"error: {line}\n"
-
-
 @pytest.mark.parametrize("form", ["csv", "netcdf", "xlsx", "kicad"])
 def test_what_holds_any_loads(three_forces: Path, tmp_path: Path, form: str) -> None:
     """Tables for other programs, and the board."""
-    path = tmp_path / f"table.{ ({'netcdf': 'nc', 'kicad': 'kicad_mod'}.get(form, form)) }"
+    path = tmp_path / f"table.{dict(netcdf='nc', kicad='kicad_mod').get(form, form)}"
     assert run(["export", str(three_forces), "--to", form, "-o", str(path)]) == 0
     assert path.stat().st_size > 0
     if form == "netcdf":

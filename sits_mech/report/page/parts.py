@@ -6,7 +6,7 @@ import base64
 import html
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +20,9 @@ from sits_mech.analysis.codes import Readings
 from sits_mech.cases import DONE
 from sits_mech.quantities import shown_unit
 from sits_mech.readout.crosstalk import crosstalk
-from sits_mech.readout.loads import fixed, load_words, varied
+from sits_mech.readout.loads import at_middle, fixed, load_words, varied
 from sits_mech.readout.quality import quality
+from sits_mech.readout.signals import told
 from sits_mech.report.tables.loads import failures, load_table, remarks, summary_table
 from sits_mech.report.tables.quality import quality_record, quality_tables
 from sits_mech.report.tables.readings import front_end_table
@@ -30,13 +31,13 @@ from sits_mech.scene.sensor import Sensor, scene_text
 _PICTURES = {
     "L_v.png": "Sum of the inductances against the normal force; bars are estimated errors.",
     "L_h.png": "Difference of the inductances against shear; bars are estimated errors.",
-    "crosstalk.png": "What each force does to the other's signal, relative to that signal's own full scale.",
-    "layer.png": "The deformed layer under the largest load, in the section y = 0.",
+    "dL_v.png": "Change of the mean inductance against the normal force; bars are estimated errors.",
+    "dL_x.png": "First moment of the inductances along x against the shear force along x; bars are estimated errors.",
+    "dL_y.png": "First moment of the inductances along y against the shear force along y; bars are estimated errors.",
+    "crosstalk.png": "What each force does to the signals of the others, relative to their own full scale.",
+    "layer.png": "The deformed layer under the largest load, in a section along it.",
 }
-_NOT_SHOWN = (
-    "Not shown: the explorer, the converter's settings, and forces back from inductances. They need a table over F_x "
-    "and F_z alone."
-)
+_MOST = 1000  # loads in the page's table
 _NOTABLE = 10.0  # crosstalk worth a sentence [% of full scale]
 
 
@@ -50,24 +51,32 @@ def subtitle(data: xr.Dataset) -> str:
     return html.escape(f"Calibration over {loads} at {frequency} · {models}")
 
 
-def tiles(data: xr.Dataset, read: Readings | None) -> str:
-    """Return the headline numbers; fewer without readings."""
+def tiles(data: xr.Dataset, read: Readings) -> str:
+    """Return the headline numbers."""
     kinds = {"F_x": "shear force", "F_z": "normal force", "F_y": "shear force along y"}
     names = {name: kinds.get(name, f"moment {name}") for name in varied(data)}
     found = [(_span(data, name), f"{text} [{shown_unit(name)}]") for name, text in names.items()]
-    if read is not None:
-        stray = crosstalk(data).attrs
-        found += [
-            (f"{1e6 * float(np.mean(read.L0)):.4g} µH", "free-space inductance of a coil"),
-            (f"{stray['full_scale_L_v']:.3g} %", "full scale of L_v, of L0"),
-            (f"{stray['full_scale_L_h']:.3g} %", "full scale of L_h, of L0"),
-            (f"{stray['largest_L_v_from_F_x']:.3g} %", "crosstalk of F_x into L_v"),
-            (f"{stray['largest_L_h_from_F_z']:.3g} %", "crosstalk of F_z into L_h"),
-        ]
+    found.append((f"{1e6 * float(np.mean(read.L0)):.4g} µH", "free-space inductance of a coil"))
+    stray = crosstalk(data).attrs
+    for name, size in stray.items():
+        if str(name).startswith("full_scale_") and size > 0.0:
+            found.append((f"{size:.3g} %", f"full scale of {str(name).removeprefix('full_scale_')}, of L0"))
+    mixed = sorted(_mixed(stray), reverse=True)[:2]
+    found += [(f"{share:.3g} %", f"crosstalk of {force} into {signal}") for share, force, signal in mixed]
     done = int((data["status"] == DONE).sum())
     found.append((f"{float(data['seconds'].sum()):.3g} s", f"for {done} of {data['status'].size} loads"))
     texts = ((html.escape(value), html.escape(name)) for value, name in found if not value.startswith("nan"))
     return "\n".join(f'<div class="tile"><b>{value}</b><span>{name}</span></div>' for value, name in texts)
+
+
+def _mixed(stray: Mapping[Hashable, Any]) -> list[tuple[float, str, str]]:
+    """Return share [% of full scale], force and signal of each crosstalk that is larger than its error."""
+    found = []
+    for name, share in stray.items():
+        signal, _, force = str(name).removeprefix("largest_").partition("_from_")
+        if str(name).startswith("largest_") and share > stray[f"error_{name}"]:
+            found.append((float(share), force, signal))
+    return found
 
 
 def _span(data: xr.Dataset, force: str) -> str:
@@ -76,16 +85,14 @@ def _span(data: xr.Dataset, force: str) -> str:
     return low if low == high else f"{low} … {high}"
 
 
-def words_part(sensor: Sensor, data: xr.Dataset, read: Readings | None) -> str:
+def words_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
     """Return warnings and what else a reader should know, in sentences."""
-    lines = [f"No result under {line}" for line in failures(data)]
+    missing = failures(data)
+    lines = [f"No result under {line}" for line in missing]
     lines += [_sentence(line) for line in remarks(data)]
-    if read is None:
-        lines.append(_NOT_SHOWN)
-    elif read.front is not None:
-        lines += [_sentence(line) for line in read.front.warnings]
-    lines += ([] if read is None else _mixing(data)) + _models(sensor, data)
-    good = [] if failures(data) else [f'<li class="good">All {data["status"].size} loads converged.</li>']
+    lines += [] if read.front is None else [_sentence(line) for line in read.front.warnings]
+    lines += _mixing(data) + _models(sensor, data)
+    good = [] if missing else [f'<li class="good">All {data["status"].size} loads converged.</li>']
     return "\n".join(good + [f"<li>{html.escape(line)}</li>" for line in lines])
 
 
@@ -96,15 +103,12 @@ def _sentence(line: str) -> str:
 
 def _mixing(data: xr.Dataset) -> list[str]:
     """Return what crosstalk means for the user, where there is much of it."""
-    stray, lines = crosstalk(data).attrs, []
-    for force, signal in (("F_x", "L_v"), ("F_z", "L_h")):
-        share = stray[f"largest_{signal}_from_{force}"]
-        if share > _NOTABLE:
-            lines.append(
-                f"{force} alone moves {signal} by up to {share:.2g} % of its full scale: read both forces from both "
-                "signals together, not each from its own."
-            )
-    return lines
+    much = [item for item in sorted(_mixed(crosstalk(data).attrs), reverse=True) if item[0] > _NOTABLE]
+    if not much:
+        return []
+    shares = [f"{signal} by up to {share:.2g} % of its full scale by {force}" for share, force, signal in much]
+    return [f"Signals are moved by other forces than their own, {'; '.join(shares)}: read all forces from all signals "
+            "together, not each from its own."]  # fmt: skip
 
 
 def _models(sensor: Sensor, data: xr.Dataset) -> list[str]:
@@ -169,25 +173,38 @@ def inverse_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
         cal = sensor_calibration(sensor, data)
     except ValueError as error:
         return f"<p>{html.escape(_sentence(str(error)))}</p>"
-    if len(cal.coils) < len(cal.forces):
-        return f"<p>{len(cal.coils)} coils cannot resolve {' and '.join(cal.forces)}.</p>"
-    rows = [
-        ("forces resolved", " and ".join(cal.forces)),
-        ("error of the map", f"{cal.error:.1e} of a coil's full scale, predicting loads that are left out"),
+    few = len(cal.coils) < len(cal.forces)
+    fit = ("error of the map", f"{cal.error:.1e} of a coil's full scale, predicting loads that are left out")
+    rows = [("no inverse", f"{len(cal.coils)} coils cannot resolve {', '.join(cal.forces)}"), fit] if few else [
+        ("forces resolved", ", ".join(cal.forces)),
+        fit,
         ("loads with one answer", f"{100.0 * cal.domain.share:.4g} % of the calibrated range"),
         *(("no answer", region) for region in cal.domain.regions),
-    ]
-    if read.front is None or cal.domain.share == 0.0:
+    ]  # fmt: skip
+    if read.front is None or (cal.domain.share == 0.0 and not few):
         return _pairs(rows)
     found = quality(cal, read.front.noise, table=coil_table(sensor, data))
     tables = quality_tables(quality_record(found, data))
-    title = "<h3>Quality; the noise is the converter's at its longest conversion</h3>"
-    return _pairs(rows) + title + "".join(html_table(table) for table in tables)
+    hint = '<p class="hint after">Noise is that of the converter at its longest conversion.</p>'
+    return _pairs(rows) + hint + "".join(_titled(table) for table in tables)
+
+
+def _titled(table: Table) -> str:
+    """Return a table with its title and what it says below."""
+    below = f'<p class="hint after">{html.escape(str(table.caption))}</p>' if table.caption else ""
+    return f"<h3>{html.escape(str(table.title).capitalize())}</h3>{html_table(table)}{below}"
 
 
 def loads_part(data: xr.Dataset) -> str:
-    """Return every load with pose, signals, errors and time."""
-    return f'<div class="scroll">{html_table(load_table(data), numbers=True)}</div>'
+    """Return every load with pose, signals, errors and time; of a large table those at the middle of what runs last."""
+    held, count = "", data["status"].size
+    names = list(varied(data))
+    while data["status"].size > _MOST and len(names) > 1:
+        names.pop()
+        data, held = at_middle(data, names)
+    words = f"Loads with {held} of {count}; result.csv has all." if held else "Every computed load."
+    hint = f'<p class="hint">{html.escape(words)} Estimated errors stand behind the numbers.</p>'
+    return f'{hint}<div class="scroll" tabindex="0">{html_table(load_table(data), numbers=True)}</div>'
 
 
 def scene_part(sensor: Sensor) -> str:
@@ -235,8 +252,8 @@ def computed_part(data: xr.Dataset) -> str:
         ("asked tolerance", f"{request['tolerance']:g}"),
         ("time", f"{float(seconds.sum()):.3g} s for all loads, at most {float(seconds.max()):.2g} s for one"),
         ("smallest volume ratio", _least(done)),
-        ("largest error of L_v", f"{_most(done, 'error_L_v_percent')} % of L0"),
-        ("largest error of L_h", f"{_most(done, 'error_L_h_percent')} % of L0"),
+        *((f"largest error of {name.removesuffix('_percent')}", f"{_most(done, f'error_{name}')} % of L0")
+          for name in told(data)),
         ("version", f"sits-mech {data.attrs['version']}, scene {data.attrs['scene_hash']}"),
     ]
     return _pairs(rows)
@@ -255,18 +272,34 @@ def _least(data: xr.Dataset) -> str:
 
 
 def html_table(table: Table, *, numbers: bool = False) -> str:
-    """Return a table of the terminal as HTML; `numbers` aligns all cells to the right."""
+    """Return a table of the terminal as HTML, one line for a name with all that stands behind it.
+
+    With `numbers` all cells are aligned to the right.
+    """
     kind = ' class="n"' if numbers else ""
     head = "".join(f"<th{kind}>{html.escape(str(column.header))}</th>" for column in table.columns)
     lines = [f"<table><thead><tr>{head}</tr></thead><tbody>" if table.show_header else "<table><tbody>"]
-    for cells in zip(*(column.cells for column in table.columns), strict=True):
-        texts = [html.escape(str(cell)).replace("+-", "±").replace("\n", "<br>") for cell in cells]
+    open_box, close_box = ("", "") if numbers else ('<div class="wide">', "</div>")
+    rows = [list(map(str, cells)) for cells in zip(*(column.cells for column in table.columns), strict=True)]
+    for texts in rows if table.show_header else _joined(rows):
+        texts = [html.escape(text).replace("+-", "±").replace("\n", "<br>") for text in texts]
         bad = ' class="bad"' if numbers and texts[-1] != DONE else ""
         lines.append(f"<tr{bad}>" + "".join(f"<td{kind}>{text}</td>" for text in texts) + "</tr>")
-    return "".join([*lines, "</tbody></table>"])
+    return "".join([open_box, *lines, "</tbody></table>", close_box])
+
+
+def _joined(rows: Sequence[Sequence[str]]) -> list[list[str]]:
+    """Return rows of names and texts, those without a name joined to the one before."""
+    found: list[list[str]] = []
+    for name, text in rows:
+        if name or not found:
+            found.append([name, text])
+        else:
+            found[-1][1] += f"\n{text}"
+    return found
 
 
 def _pairs(rows: Sequence[tuple[str, str]]) -> str:
     """Return a table of names and values."""
     cells = (f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>" for name, value in rows)
-    return f"<table><tbody>{''.join(cells)}</tbody></table>"
+    return f'<div class="wide"><table><tbody>{"".join(cells)}</tbody></table></div>'

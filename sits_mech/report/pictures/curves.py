@@ -5,8 +5,9 @@ Sizes are those of one column of a two-column paper (88 mm). matplotlib is impor
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,9 +15,8 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.quantities import Array, shown_unit
-from sits_mech.readout.crosstalk import crosstalk
+from sits_mech.readout.crosstalk import components_of, crosstalk, short_name, signals_of
 from sits_mech.readout.loads import at_middle, varied
-from sits_mech.readout.signals import told
 from sits_mech.scene.files import replaced
 from sits_mech.scene.sensor import SceneError
 
@@ -82,34 +82,37 @@ def add_polygons(axes: Axes, corners: Array, **style: Any) -> PolyCollection:
     return found
 
 
-def normal_curves(data: xr.Dataset) -> Figure:
-    """Return L_v, or dL_v, against F_z, one curve per F_x; bars are estimated errors.
+def calibration_pictures(data: xr.Dataset) -> dict[str, Callable[[], Figure]]:
+    """Return what draws each picture of a table, by name: curves of each signal whose force it varies, crosstalk."""
+    own = signals_of(data)
+    forces = [force for force in own if data.sizes.get(force, 1) > 1] or list(own)[:1]
+    found: dict[str, Callable[[], Figure]] = {
+        short_name(own[force]): partial(signal_curves, data, force) for force in forces
+    }
+    return found | {"crosstalk": partial(crosstalk_map, data)}
 
-    Where the table does not vary one of them, another component of the load stands for it; those that are left are at
+
+def signal_curves(data: xr.Dataset, force: str) -> Figure:
+    """Return the signal that answers a force against it, a curve for each value of another one; bars are errors.
+
+    Where the table does not vary the force, another component of the load stands for it; those that are left are at
     the middle of their range, as the title says.
 
     Parameters
     ----------
     data : Dataset
         As from `calibrate`.
+    force : str
+        One with a signal of its own: F_z, F_x or F_y.
 
     Raises
     ------
     SceneError
         When the table varies no component of the load, or matplotlib is missing.
     """
-    return _family(data, told(data)[0], "F_z", "F_x")
-
-
-def shear_curves(data: xr.Dataset) -> Figure:
-    """Return L_h, or dL_x, against F_x, one curve per F_z; as `normal_curves`."""
-    return _family(data, told(data)[1], "F_x", "F_z")
-
-
-def _family(data: xr.Dataset, signal: str, first: str, second: str) -> Figure:
-    """Return one signal against a component of the load, a curve for each value of another one."""
-    names = varied(data)
-    along = next((name for name in (first, *names) if name in names and (name != second or names == (second,))), None)
+    signal, second = signals_of(data)[force], "F_x" if force == "F_z" else "F_z"
+    names = [name for name in varied(data) if data.sizes[name] > 1]
+    along = next((name for name in (force, *names) if name in names and (name != second or names == [second])), None)
     family = next((name for name in (second, *names) if name in names and name != along), None)
     if along is None:
         raise SceneError("curves: need a table over at least one component of the load; this one holds a single load")
@@ -150,8 +153,12 @@ def _curves(data: xr.Dataset, signal: str, along: str, family: str | None) -> li
 def _label(signal: str, coils: int) -> str:
     """Return what a signal is, as an axis label."""
     pair = {"L_v_percent": "(L_1 + L_2)", "L_h_percent": "(L_1 - L_2)"} if coils == 2 else {}
-    text = pair.get(signal, signal.removesuffix("_percent").replace("dL", r"\Delta L"))
-    return rf"${text}\,/\,L_0$ [%]"
+    return rf"${pair.get(signal, _symbol(short_name(signal)))}\,/\,L_0$ [%]"
+
+
+def _symbol(signal: str) -> str:
+    """Return a signal's name as mathematics."""
+    return signal.replace("dL", r"\Delta L")
 
 
 def _shades(count: int) -> Any:
@@ -162,37 +169,72 @@ def _shades(count: int) -> Any:
 
 
 def crosstalk_map(data: xr.Dataset) -> Figure:
-    """Return the crosstalk both ways over F_x and F_z [% of the signal's own full scale].
+    """Return the crosstalk of each component into the signals of the others [% of the signal's own full scale].
+
+    Of two components maps over both, of more a matrix of the largest shares with their errors.
 
     Parameters
     ----------
     data : Dataset
-        As from `calibrate`; other components are at the middle of their range, as the title says.
+        As from `calibrate`.
 
     Raises
     ------
     SceneError
-        When the table does not vary both forces, or matplotlib is missing.
+        When the table does not vary two components, or none that has a signal of its own, or matplotlib is missing.
     """
-    if not {"F_x", "F_z"} <= set(varied(data)) or "L_h_percent" not in data:
-        raise SceneError("crosstalk: needs a table over F_x and F_z, of two coils")
-    data, held = at_middle(data, ["F_x", "F_z"])
-    stray = crosstalk(data)
-    maps = (("L_h_from_F_z", "$F_z$ into $L_h$"), ("L_v_from_F_x", "$F_x$ into $L_v$"))
-    with new_figure(height=0.7, columns=2) as (figure, both):
-        for axes, (name, title) in zip(both, maps, strict=True):
-            values = stray[name].transpose("F_z", "F_x")
+    data, held = at_middle(data, [name for name in varied(data) if data.sizes[name] > 1])
+    components, stray = components_of(data), crosstalk(data)
+    if len(components) < 2 or not stray:
+        raise SceneError("crosstalk: needs a table over two components of the load, one of them with a signal")
+    return _crosstalk_maps(data, stray, held) if len(components) == 2 else _crosstalk_matrix(data, stray)
+
+
+def _crosstalk_maps(data: xr.Dataset, stray: xr.Dataset, held: str) -> Figure:
+    """Return the crosstalk over the two components of a table, F_x across where it is one."""
+    across, up = sorted(components_of(data), key=lambda name: name != "F_x")
+    names = sorted(map(str, stray))
+    with new_figure(height=0.7, columns=len(names)) as (figure, every):
+        for axes, name in zip(every, names, strict=True):
+            values, (signal, _, force) = stray[name].transpose(up, across), name.partition("_from_")
             reach = float(np.max(np.nan_to_num(np.abs(values)))) or 1.0
-            picture = axes.pcolormesh(data["F_x"], data["F_z"], values, cmap="RdBu_r", vmin=-reach, vmax=reach)
+            picture = axes.pcolormesh(data[across], data[up], values, cmap="RdBu_r", vmin=-reach, vmax=reach)
             axes.grid(False)
-            axes.set_title(title, fontsize=8)
-            axes.set_xlabel("$F_x$ [N]")
+            axes.set_title(f"${force}$ into ${_symbol(signal)}$", fontsize=8)
+            axes.set_xlabel(f"${across}$ [{shown_unit(across)}]")
             bar = figure.colorbar(picture, ax=axes, location="bottom", shrink=0.95)
             bar.set_label("% of full scale", fontsize=7)
             bar.ax.tick_params(labelsize=6)
-        both[0].set_ylabel("$F_z$ [N]")
+        every[0].set_ylabel(f"${up}$ [{shown_unit(up)}]")
         if held:
             figure.suptitle(held, fontsize=8)
+    return figure
+
+
+def _crosstalk_matrix(data: xr.Dataset, stray: xr.Dataset) -> Figure:
+    """Return the largest crosstalk of each component into each signal, and the signals' full scales."""
+    own = {force: short_name(name) for force, name in signals_of(data).items() if force in data.dims}
+    forces = list(components_of(data))
+    shares, texts = np.full((len(own), len(forces)), np.nan), {}
+    for i, (force, signal) in enumerate(own.items()):
+        for j, other in enumerate(forces):
+            if other == force:
+                texts[i, j] = f"full scale\n{stray.attrs[f'full_scale_{signal}']:.3g} % of $L_0$"
+                continue
+            share, error = (stray.attrs[f"{kind}largest_{signal}_from_{other}"] for kind in ("", "error_"))
+            if share > error:
+                shares[i, j], texts[i, j] = share, f"{share:.2g} %\n$\\pm$ {error:.2g} %"
+            else:
+                texts[i, j] = "below\nits error" if np.isinf(error) else f"below its\nerror, {error:.2g} %"
+    with new_figure(height=0.2 + 0.22 * len(own)) as (figure, (axes,)):
+        axes.imshow(shares, cmap="OrRd", vmin=0.0, vmax=60.0, aspect="auto")
+        for (i, j), text in texts.items():
+            axes.annotate(text, (j, i), ha="center", va="center", fontsize=6)
+        axes.set_xticks(range(len(forces)), [f"${name}$" for name in forces])
+        axes.set_yticks(range(len(own)), [f"${_symbol(name)}$" for name in own.values()])
+        axes.set_xlabel("applied up to its full scale")
+        axes.set_title("crosstalk, of the full scale of a signal", fontsize=8)
+        axes.grid(False)
     return figure
 
 

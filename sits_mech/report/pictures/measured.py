@@ -13,6 +13,7 @@ from sits_mech.report.pictures.curves import new_figure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_UNITS = ((1e9, "nH"), (1e12, "pH"), (1e15, "fH"))
 _SCALES = {"modulus": (1.0, "times the scene's"), "gap": (1e6, "um more"), "lead": (1e9, "nH")}
 
 
@@ -58,12 +59,13 @@ def comparison_rows(found: Comparison) -> list[tuple[str, str]]:
 def comparison_figure(found: Comparison, coils: Sequence[str]) -> Figure:
     """Return measured over computed inductance, and beside it what the fit leaves, over the rows."""
     fit, L = found.fit, found.measured.L
+    scale, unit = next((each for each in _UNITS if each[0] * np.max(np.abs(fit.residual)) >= 1.0), _UNITS[-1])
     with new_figure(height=0.6, columns=2) as (figure, (both, rest)):
         for k, coil in enumerate(coils):
             line = both.plot(1e6 * (L - fit.residual)[:, k], 1e6 * L[:, k], "o", markersize=2.5, label=coil)[0]
             colour, before = line.get_color(), 1e6 * found.predicted[:, k]
             both.plot(before, 1e6 * L[:, k], "x", color=colour, markersize=2.5, alpha=0.5)
-            rest.plot(np.arange(1, len(L) + 1), 1e9 * fit.residual[:, k], "o-", markersize=2.5, linewidth=0.5)
+            rest.plot(np.arange(1, len(L) + 1), scale * fit.residual[:, k], "o-", markersize=2.5, linewidth=0.5)
         ends = [1e6 * float(L.min()), 1e6 * float(L.max())]
         both.plot(ends, ends, color="black", linewidth=0.5)
         both.plot([], [], "x", color="gray", label="before the fit")
@@ -71,6 +73,6 @@ def comparison_figure(found: Comparison, coils: Sequence[str]) -> Figure:
         both.set_ylabel("measured [\u00b5H]")
         rest.axhline(0.0, color="black", linewidth=0.5)
         rest.set_xlabel("row")
-        rest.set_ylabel("measured less fitted [nH]")
-        figure.legend(loc="outside lower center", ncols=4)
+        rest.set_ylabel(f"residual [{unit}]")
+        figure.legend(loc="outside lower center", ncols=5, columnspacing=1.0, handletextpad=0.2)
     return figure

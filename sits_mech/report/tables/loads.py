@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from itertools import product
 
+import numpy as np
 import xarray as xr
 from rich.table import Table
 
@@ -144,10 +145,10 @@ def _rotation_figures(data: xr.Dataset) -> list[Figure]:
 
 def failures(data: xr.Dataset) -> list[str]:
     """Return one line for each load or case that has no result: which one, its status and the reason."""
-    lines = []
-    for row in points(data):
-        if row["status"].item() != DONE:
-            lines.append(f"{point_name(row)}: {row['status'].item()}: {row['reason'].item()}")
+    lines, dims = [], data["status"].dims
+    for index in np.argwhere((data["status"] != DONE).to_numpy()):
+        row = data[["status", "reason"]].isel(dict(zip(dims, index.tolist(), strict=True)))
+        lines.append(f"{point_name(row)}: {row['status'].item()}: {row['reason'].item()}")
     return lines
 
 

@@ -10,7 +10,7 @@ import xarray as xr
 
 from sits_mech.mechanics.block import BlockPad
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
-from sits_mech.report.pictures.curves import crosstalk_map, normal_curves, save_figure, shear_curves
+from sits_mech.report.pictures.curves import calibration_pictures, crosstalk_map, save_figure, signal_curves
 from sits_mech.report.pictures.section import layer_view, load_angle, load_view
 from sits_mech.scene.sensor import SceneError, load_sensor
 
@@ -26,7 +26,7 @@ def data() -> xr.Dataset:
 
 def test_normal_curves_show_the_numbers(data: xr.Dataset) -> None:
     """Mirrored curves are one, with both signs in the legend."""
-    (axes,) = normal_curves(data).axes
+    (axes,) = signal_curves(data, "F_z").axes
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["0", "±1"]
     np.testing.assert_allclose(axes.containers[1].lines[0].get_ydata(), [189.0, 188.0, 187.0])
     assert "[N]" in axes.get_xlabel() and "[%]" in axes.get_ylabel()
@@ -34,7 +34,7 @@ def test_normal_curves_show_the_numbers(data: xr.Dataset) -> None:
 
 def test_shear_curves_show_the_numbers(data: xr.Dataset) -> None:
     """One curve per normal force."""
-    (axes,) = shear_curves(data).axes
+    (axes,) = signal_curves(data, "F_x").axes
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["0", "1", "2"]
     np.testing.assert_allclose(axes.containers[2].lines[0].get_ydata(), [-5.0, 0.0, 5.0])
 
@@ -51,18 +51,35 @@ def test_other_forces_are_at_the_middle(data: xr.Dataset) -> None:
     """A slice, with a title that says where; without the usual forces those that there are."""
     wide = data.expand_dims({"F_y": [-1.0, 0.5, 1.0]}, axis=2).assign_coords(M=2e-3)
     wide = wide.assign(L_v_percent=wide["L_v_percent"] + wide["F_y"])
-    (axes,) = normal_curves(wide).axes
+    (axes,) = signal_curves(wide, "F_z").axes
     np.testing.assert_allclose(axes.containers[1].lines[0].get_ydata(), [189.5, 188.5, 187.5])
     assert axes.get_title() == "M = 0.002 N m, F_y = 0.5 N"
-    figure = crosstalk_map(wide)
-    assert "F_y = 0.5 N" in figure.get_suptitle()
-    (axes,) = shear_curves(wide.isel(F_x=0).drop_vars("F_x")).axes
+    (axes,) = signal_curves(wide.isel(F_x=0).drop_vars("F_x"), "F_x").axes
     assert "F_y" in axes.get_xlabel() and "F_z" in axes.get_legend().get_title().get_text()
-    (axes,) = normal_curves(wide.isel(F_x=0, F_z=1)).axes
+    (axes,) = signal_curves(wide.isel(F_x=0, F_z=1), "F_z").axes
     assert "F_y" in axes.get_xlabel() and axes.get_legend() is None and "F_x = -1 N, F_z = 1 N" in axes.get_title()
-    for draw in (crosstalk_map, normal_curves):
+    single = wide.isel(F_x=0, F_z=0, F_y=0)
+    for draw in (crosstalk_map, lambda one: signal_curves(one, "F_z")):
         with pytest.raises(SceneError, match="needs? a table over"):
-            draw(wide.isel(F_x=0, F_z=0, F_y=0))
+            draw(single)
+
+
+def test_three_forces_have_three_curves_and_a_matrix() -> None:
+    """Each signal against its own force; shares of full scale that exceed their errors, full scales between them."""
+    nodes = {"F_x": [-1.0, 0.0, 1.0], "F_z": [0.0, 2.0], "F_y": [-1.0, 0.0, 1.0]}
+    found = xr.Dataset(coords=nodes | {"coil": list("ABCD")})
+    x, z, y = xr.broadcast(found.F_x, found.F_z, found.F_y)
+    shown = {"dL_v": -z + 0.5 * x**2, "dL_x": 2.0 * x + 0.5 * x * z, "dL_y": 3.0 * y + 0.01 * x}
+    data = found.assign(shown | {f"error_{name}": 0.02 + 0.0 * x for name in shown})
+    pictures = calibration_pictures(data)
+    assert list(pictures) == ["dL_v", "dL_x", "dL_y", "crosstalk"]
+    (axes,) = pictures["dL_y"]().axes
+    np.testing.assert_allclose(axes.containers[0].lines[0].get_ydata(), [-3.0, 0.0, 3.0])
+    assert "F_y" in axes.get_xlabel() and axes.get_title() == "F_x = 0 N" and "Delta L_y" in axes.get_ylabel()
+    texts = [text.get_text() for text in pictures["crosstalk"]().axes[0].texts]
+    assert len(texts) == 9 and sum(text.startswith("full scale") for text in texts) == 3
+    assert any(text.startswith("25 %") for text in texts)  # 0.5 of 2 by F_x into dL_v, 1 of 4 by F_z into dL_x
+    assert any("below its\nerror" in text for text in texts)
 
 
 def test_a_layer_without_its_state_is_not_drawn(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,253 @@
+"""What does the page's explorer work on? The table's numbers, what they are called, the scene's parts, its controls.
+
+The table goes into the page as JSON, flat, the last component of the load running fastest: values with eleven digits,
+errors with three. A table of more than `_MOST` numbers leaves the errors out, keeps six digits (of codes all), and says
+so.
+"""
+
+from __future__ import annotations
+
+import html
+import json
+import math
+from importlib import resources
+from string import Template
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from sits_mech.analysis.codes import Readings
+from sits_mech.geometry.outline import target_outline
+from sits_mech.geometry.solids import as_plate
+from sits_mech.geometry.windings import layer_heights, turn_radii
+from sits_mech.quantities import POSE, UNITS, Array, shown_unit
+from sits_mech.readout.crosstalk import signals_of
+from sits_mech.readout.loads import fixed, varied
+from sits_mech.readout.signals import told
+from sits_mech.report.records import json_text
+from sits_mech.scene.sensor import Conductor, Elastomer, Sensor
+
+_MM = 1e3
+_MOST = 300_000  # numbers in a page
+_DIGITS = {True: 11, False: 6}
+_FEW = 6  # coils that are shown before signals and pose
+_STILL = 1e-9  # a component of the pose that moves less does not move [m, rad]
+_KINDS = {
+    "F_x": "shear", "F_y": "shear along y", "F_z": "normal", "M": "moment about y", "M_x": "moment about x",
+    "M_z": "moment about z",
+}  # fmt: skip
+_POSE = {
+    "d_h": "shift d_h", "d_y": "shift d_y", "d_v": "height d_v", "alpha_x": "tilt alpha_x", "alpha": "tilt alpha",
+    "alpha_z": "turn alpha_z",
+}  # fmt: skip
+_SIGNAL = {
+    "L_v_percent": "sum signal L_v", "L_h_percent": "difference L_h", "dL_v": "mean change dL_v",
+    "dL_x": "first moment dL_x", "dL_y": "first moment dL_y",
+}  # fmt: skip
+
+_MARKUP = """<p class="hint">Move the load: what the coils show, and where the target goes.$hint</p>
+<div class="explorer">
+<div>
+<div class="stage"><svg id="stage" role="img" aria-label="Upright section of coils, layer and target"></svg></div>
+<div class="controls">$sliders</div>
+<div class="small">
+<label>motion drawn <select id="grow"><option value="1">to scale</option><option value="3" selected>&times; 3</option>
+<option value="10">&times; 10</option><option value="30">&times; 30</option></select></label>
+<label id="cut-box">section <select id="cut"><option value="load">along the shear</option>
+<option value="y">y = 0</option><option value="x">x = 0</option></select></label>
+<button id="snap" type="button">nearest load</button><button id="rest" type="button">no load</button>
+</div>
+<div class="views">
+<figure class="stage"><svg id="plan" role="img" aria-label="Coils and target seen from above under the load"></svg>
+<figcaption>From above: line of the section, shear force; the dot is where the target dips.</figcaption></figure>
+<figure class="stage" id="map-box"><div class="small"><label>map of <select id="map-item"></select></label>
+<label>over <select id="map-x"></select></label><label>and <select id="map-y"></select></label></div>
+<svg id="map" role="img" aria-label="Map over two components of the load"></svg>
+<figcaption>Small dots are loads of the table; a click chooses a load.</figcaption></figure>
+</div>
+</div>
+<div class="read">$cards<div id="state" role="status"></div></div>
+</div>
+<div class="charts">$figures</div>"""
+
+Record = dict[str, Any]
+
+
+def explorer(sensor: Sensor, data: xr.Dataset, read: Readings) -> tuple[str, str]:
+    """Return the explorer's section of the page, and its script.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        What was calibrated.
+    data : Dataset
+        As from `calibrate`, with at least one component of the load as a dimension.
+    read : Readings
+        Of them.
+    """
+    items = items_of(sensor, data, read)
+    curves = charts(data, items)
+    small = _numbers(items) * data["status"].size <= _MOST
+    hint = "" if small else " This table is large: it stands here with six digits and without errors."
+    markup = Template(_MARKUP).substitute(sliders=sliders(data), cards=cards(items), figures=figures(curves), hint=hint)
+    record = table(sensor, data, read, items, small=small) | {"charts": curves}
+    text = json.dumps(json.loads(json_text(record)), separators=(",", ":")).replace("</", "<\\/")
+    code = "\n".join(page_file(f"{name}.js") for name in ("table", "scene", "charts", "page"))
+    script = f'<script type="application/json" id="table">{text}</script>\n'
+    return markup, f'{script}<script>\n(function () {{\n"use strict";\n{code}\n}})();\n</script>\n'
+
+
+def page_file(name: str) -> str:
+    """Return the text of a file of the page."""
+    return (resources.files("sits_mech.report.page") / name).read_text(encoding="utf-8")
+
+
+def _numbers(items: list[Record]) -> int:
+    """Return how many numbers each load has."""
+    return sum(1 + ("error" in item) for item in items)
+
+
+def items_of(sensor: Sensor, data: xr.Dataset, read: Readings) -> list[Record]:
+    """Return what the explorer shows: label, variable, its error, scale, digits and unit of each.
+
+    Many coils come last.
+    """
+    coils, found = list[Record](), list[Record]()
+    for i, coil in enumerate(sensor.coils):
+        entry = {"label": f"L of {coil.name}", "name": f"L{i}", "error": f"error_L{i}", "scale": 1e6, "digits": 5}
+        coils.append(entry | {"unit": "µH"})
+        if read.codes is not None:
+            coils.append({"label": f"code of {coil.name}", "name": f"code{i}", "scale": 1, "digits": 0, "unit": ""})
+    for name in dict.fromkeys((*told(data), *signals_of(data).values())):
+        entry = {"label": _SIGNAL[name], "name": name, "error": f"error_{name}", "scale": 1, "digits": 3, "unit": "%"}
+        found.append(entry)
+    for name, label in _POSE.items():
+        if name in POSE[:3] or _moves(data, name):
+            scale, digits, unit = (1e6, 1, "µm") if UNITS[name] == "m" else (1e3, 3, "mrad")
+            entry = {"label": label, "name": name, "error": f"error_{name}", "scale": scale, "digits": digits}
+            found.append(entry | {"unit": unit})
+    return coils + found if len(sensor.coils) <= _FEW else found + coils
+
+
+def _moves(data: xr.Dataset, name: str) -> bool:
+    """Whether a variable is there and differs from one load to another."""
+    values = data[name].to_numpy() if name in data else np.zeros(1)
+    values = values[np.isfinite(values)]
+    return values.size > 0 and float(np.ptp(values)) > max(1e-9 * float(np.abs(values).max()), _STILL)
+
+
+def cards(items: list[Record]) -> str:
+    """Return a card for each item, a coil's code in that of its inductance; the script fills in the numbers."""
+    lines, codes = [], {item["name"]: item for item in items if item["name"].startswith("code")}
+    for item in items:
+        name, label = item["name"], html.escape(item["label"])
+        if name in codes:
+            continue
+        code = f"code{name[1:]}"
+        extra = f'<small>code <span id="v-{code}">–</span></small>' if name[0] == "L" and code in codes else ""
+        lines.append(f'<div><i>{label}</i><b id="v-{name}">–</b><em id="e-{name}"></em>{extra}</div>')
+    return "\n".join(lines)
+
+
+def sliders(data: xr.Dataset) -> str:
+    """Return a slider with its label and its number for each component that the table varies."""
+    lines = []
+    for name in varied(data):
+        letter, _, rest = name.partition("_")
+        label = f"{letter}<sub>{rest}</sub> {_KINDS[name]}" if rest else f"{letter} {_KINDS[name]}"
+        lines.append(
+            f'<label for="s-{name}">{label}</label><input type="range" id="s-{name}">'
+            f'<output id="o-{name}" for="s-{name}"></output>'
+        )
+    return "\n".join(lines)
+
+
+def charts(data: xr.Dataset, items: list[Record]) -> list[Record]:
+    """Return the curves that are drawn: each signal against the force that it answers, at several values of another."""
+    varies = [name for name in varied(data) if data.sizes[name] > 1]
+    own, found = {signal: force for force, signal in signals_of(data).items()}, []
+    for item in items:
+        along = own.get(item["name"])
+        if along in varies:
+            family = next((name for name in ("F_z", "F_x", *varies) if name in varies and name != along), None)
+            found.append({"name": item["name"], "label": item["label"], "along": along, "family": family})
+    return found
+
+
+def figures(curves: list[Record]) -> str:
+    """Return an empty chart with its words for each of `charts`."""
+    lines = []
+    for k, curve in enumerate(curves):
+        words = f"{html.escape(curve['label'])} against {curve['along']}; green at the present load"
+        words += f", grey at the table's {curve['family']}" if curve["family"] else ""
+        svg = f'<svg id="chart{k}" role="img" aria-label="{words}"></svg>'
+        lines.append(f"<figure>{svg}<figcaption>{words}.</figcaption></figure>")
+    return "\n".join(lines)
+
+
+def table(sensor: Sensor, data: xr.Dataset, read: Readings, items: list[Record], *, small: bool) -> Record:
+    """Return the table that the explorer works on; errors only of a small one."""
+    order, arrays = varied(data), {"L": read.L, "error_L": read.error_L, "code": read.codes}
+    values: Record = {}
+    for name in (name for item in items for name in (item["name"], item.get("error")) if name):
+        stem, number = name.rstrip("0123456789"), name[len(name.rstrip("0123456789")) :]
+        each = np.asarray(arrays[stem])[..., int(number)] if number else data[name].transpose(*order).to_numpy()
+        is_error = name.startswith("error_")
+        if small or not is_error:
+            digits = 3 if is_error else _DIGITS[small or stem == "code"]
+            values[name] = _rounded(each.ravel(), digits)
+    forces = []
+    for name in order:
+        nodes, scale = data[name].to_numpy().tolist(), 1.0 if UNITS[name] == "N" else 1e3
+        unit = f"{'' if scale == 1.0 else 'm'}{shown_unit(name)}"
+        places = {"start": nodes[int(0.75 * (len(nodes) - 1) + 0.5)], "rest": min(nodes, key=abs)}
+        forces.append({"name": name, "unit": unit, "scale": scale, "nodes": nodes} | places)
+    reasons = data["reason"].transpose(*order).to_numpy().ravel()
+    return {
+        "forces": forces, "held": fixed(data), "values": values, "items": items, "scene": parts_of(sensor),
+        "reasons": {str(k): str(text) for k, text in enumerate(reasons) if text},
+    }  # fmt: skip
+
+
+def _rounded(values: Array, digits: int) -> list[float]:
+    """Return numbers with some digits."""
+    return [float(f"{value:.{digits}g}") if math.isfinite(value) else math.nan for value in values.tolist()]
+
+
+def parts_of(sensor: Sensor) -> Record:
+    """Return coils, pad, target and fixed plates in millimetres: outlines from above, heights."""
+    coils = [
+        {"name": coil.name, "centre": [_MM * place for place in coil.centre], "width": _MM * coil.track_width,
+         "radii": (_MM * turn_radii(coil)).round(6).tolist(), "thickness": _MM * coil.track_thickness,
+         "heights": (_MM * layer_heights(coil)).round(6).tolist()}
+        for coil in sensor.coils
+    ]  # fmt: skip
+    layer, target = sensor.elastomer, sensor.target
+    rest = 0.0 if layer is None else _MM * (layer.standoff + layer.thickness)
+    pad = None if layer is None else {"loop": _rim(layer), "bottom": _MM * layer.standoff}
+    plate = None
+    if target is not None:
+        loops = [(_MM * np.array(loop)).round(6).tolist() for loop in target_outline(target).loops]
+        plate = {"loops": loops, "thickness": _MM * target.thickness}
+    radius = None if sensor.substrate_radius is None else _MM * sensor.substrate_radius
+    return {
+        "coils": coils, "pad": pad, "target": plate, "rest": rest, "substrate": radius,
+        "fixed": [_fixed(part) for part in sensor.conductors],
+    }  # fmt: skip
+
+
+def _fixed(part: Conductor) -> Record:
+    """Return a fixed plate."""
+    (rim, *_), z = target_outline(as_plate(part)).loops, part.centre[2]
+    loop, half = (_MM * (np.array(rim) + part.centre[:2])).round(6).tolist(), part.thickness / 2
+    return {"name": part.name, "loop": loop, "low": _MM * (z - half), "high": _MM * (z + half)}
+
+
+def _rim(layer: Elastomer) -> list[list[float]]:
+    """Return the outline of a pad."""
+    a, b = (_MM * size / 2 for size in layer.extent)
+    if layer.diameter is None:
+        return [[-a, -b], [a, -b], [a, b], [-a, b]]
+    turn = np.linspace(0.0, 2.0 * np.pi, 97)[:-1]
+    return [[a * math.cos(angle), a * math.sin(angle)] for angle in turn.tolist()]
