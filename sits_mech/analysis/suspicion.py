@@ -21,7 +21,8 @@ import xarray as xr
 from sits_mech.analysis.wrenches import wrench_slopes
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.quantities import WRENCH, Array, shown_unit
-from sits_mech.readout.calibration import OK, Calibration, check_enough, without_coil
+from sits_mech.readout.calibration import OK, OUTSIDE, Calibration, without_coil
+from sits_mech.readout.inversion import INCONSISTENT
 from sits_mech.readout.loads import varied
 from sits_mech.scene.sensor import SceneError, Sensor
 
@@ -64,12 +65,16 @@ def suspicion(cal: Calibration, reading: Array, others: tuple[Sequence[str], Arr
     others : tuple
         Components that the table does not vary: names (p), slopes of the reading (n, p) [unit / N], sizes (p).
     """
-    check_enough(cal.coils, cal.forces)
     if len(cal.coils) == len(cal.forces) or not np.all(np.isfinite(reading)):
         return ""
-    loads, coils = _components(cal, reading, others), _coils(cal, reading)
-    off = f"off the plane of the table by {100.0 * _residual(cal, reading):.2g} % of the range"
+    near = cal.inverse(reading)
+    if near.status == OUTSIDE and near.residual <= INCONSISTENT:
+        return ""
+    loads, coils = _components(cal, reading, others), _coils(cal, reading, float(near.residual))
+    off = f"off the plane of the table by {100.0 * float(near.residual):.2g} % of the range"
     causes = [*loads, *coils]
+    if not causes and near.status == OUTSIDE:
+        return ""
     if not causes:
         return f"{off}: neither one coil alone nor another component of the load explains it"
     if not coils:
@@ -79,31 +84,32 @@ def suspicion(cal: Calibration, reading: Array, others: tuple[Sequence[str], Arr
     return f"{off}: it cannot be told which, {', '.join(causes[:-1])} or {causes[-1]} would explain it"
 
 
-def _residual(cal: Calibration, reading: Array) -> float:
-    """Return the residual of a reading, over the full scale."""
-    return float(cal.search.solved(reading[None], np.zeros((3, len(reading))))[1][0])
-
-
 def _components(cal: Calibration, reading: Array, others: tuple[Sequence[str], Array, Array]) -> list[str]:
     """Return the components of a load that explain a reading, each with its size."""
     near = cal.map.unscaled(cal.search.solved(reading[None], np.zeros((3, len(reading))))[0][0])
-    Q = np.linalg.qr(cal.slopes(near) * cal.weights[:, None])[0]
-    r = (reading - cal.forward(near)) * cal.weights
-    r = r - Q @ (Q.T @ r)
-    found = []
+    rest = _off_table(cal, np.clip(0.0, cal.low, cal.high))  # where the slopes of the others are known
+    here, found = _off_table(cal, near), []
+    r = here @ ((reading - cal.forward(near)) * cal.weights)
     for name, slopes, most in zip(others[0], np.transpose(others[1]), others[2], strict=True):
         s = slopes * cal.weights
-        along = s - Q @ (Q.T @ s)
+        along, least = here @ s, _SEEN * np.linalg.norm(s)
         size = float(along @ r / max(float(along @ along), 1e-300))
         cosine = abs(along @ r) / max(float(np.linalg.norm(along) * np.linalg.norm(r)), 1e-300)
-        if np.linalg.norm(along) > _SEEN * np.linalg.norm(s) and cosine > _ALONG and abs(size) <= most:
+        seen = min(float(np.linalg.norm(along)), float(np.linalg.norm(rest @ s))) > least
+        if seen and cosine > _ALONG and abs(size) <= most:
             found.append(f"{name} (about {size:.2g} {shown_unit(name)})")
     return found
 
 
-def _coils(cal: Calibration, reading: Array) -> list[str]:
+def _off_table(cal: Calibration, forces: Array) -> Array:
+    """Return the projection (n, n) of weighted readings onto what the table's forces do not change."""
+    Q = np.linalg.qr(cal.slopes(forces) * cal.weights[:, None])[0]
+    return np.asarray(np.eye(len(Q)) - Q @ Q.T)
+
+
+def _coils(cal: Calibration, reading: Array, residual: float) -> list[str]:
     """Return the coils without which the others belong to a load of the table, each with how far it is off."""
-    residual, found = _residual(cal, reading), []
+    found = []
     for k, name in enumerate(cal.coils):
         others = np.delete(reading, k)
         part = without_coil(cal, k)

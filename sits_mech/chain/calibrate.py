@@ -31,7 +31,10 @@ from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import POSE, WRENCH, Impedance, MagneticModel, Pose, Wrench
 from sits_mech.readout.signals import Signals
 from sits_mech.scene.sensor import SceneError, Sensor, scene_hash, scene_text
+from sits_mech.units import shown
 from sits_mech.version import __version__
+
+_SAME = 1e-9  # of the largest value of a component: what is closer is twice the same
 
 Loads = float | Sequence[float]
 """Values of a component of a load [N, N m]: many are a dimension of the table, one number is the same for all of it."""
@@ -109,11 +112,15 @@ def calibrate(
 
 def _checked(name: str, values: Loads) -> list[float]:
     """Return the values of a component in ascending order, or refuse them."""
-    found = sorted(float(value) for value in np.atleast_1d(np.asarray(values, dtype=float)))
-    if not found or not np.all(np.isfinite(found)) or len(set(found)) < len(found):
+    try:
+        given = np.sort(np.atleast_1d(np.asarray(values, dtype=float)))
+    except (TypeError, ValueError):
+        given = np.full(1, np.nan)
+    largest = np.max(np.abs(given), initial=0.0)
+    if given.ndim > 1 or not given.size or not np.all(np.isfinite(given)) or np.any(np.diff(given) <= _SAME * largest):
         what = "moments [N m]" if name.startswith("M") else "forces [N]"
-        raise SceneError(f"{name} must be one or more different finite {what}; got {values}")
-    return found
+        raise SceneError(f"{name} must be one or more different finite {what}; got {shown(values)}")
+    return [float(value) for value in given]
 
 
 def _shown(rows: Mapping[Wrench, Row], loads: Sequence[Wrench]) -> list[Row]:

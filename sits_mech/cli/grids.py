@@ -20,10 +20,10 @@ def calibrate(
     """What the sensor shows over a grid of loads: table, netCDF, CSV and pictures; a stopped run goes on.
 
     Each force and moment is a range "first:last:count", a dimension of the table, or one quantity, the same for all.
-    No more loads are solved than a smooth map through them needs to predict the others within the tolerance (of 9 x 9
-    usually 25, and half of those again where the sensor is its own mirror image); the table says which.
+    No more loads are solved than a smooth map through them needs to predict the others within the tolerance, of 9 x 9
+    some 15, of 5 x 5 x 5 some 30, and one for all its images where pad and target are symmetric; the table says which.
 
-    Example: sits-mech calibrate biorob2018 --fx "-1 N:1 N:9" --fz "0 N:4 N:9" -o calibration
+    Example: sits-mech calibrate triaxial-4 --fx "-0.5 N:0.5 N:5" --fy "-0.5 N:0.5 N:5" --fz "0 N:2 N:5" -o calibration
     """
     from sits_mech.chain.calibrate import calibrate as calibrated
     from sits_mech.quantities import SolveFailed

@@ -45,7 +45,7 @@ def invert(
     given = [(option, float(value)) for (option, _), value in zip(texts, asked.values, strict=True)]
     why = refusal(asked.cal, record["status"], given)
     if why:
-        cause = asked.cause(sensor, data) if record["status"] == "no solution" else ""
+        cause = asked.cause(sensor, data) if record["status"] in ("no solution", "outside") else ""
         raise SceneError(f"{why}; {cause}" if cause else why)
     answer(record, [inversion_table(record)], as_json)
     return 0

@@ -11,10 +11,10 @@ variable (a line of a grid, a single scattered point) left out in turn, except t
 Of all maps tried the one of the fewest terms is taken whose e is within a tenth of the least, root mean square over the
 outputs' ranges, where 1e-9 of a range counts as exact: neither noise is followed, nor does rounding, which differs from
 processor to processor, choose the degrees. `error` of each output is the largest e; on a grid, if it is more, 1.5
-times the largest difference over the box to the maps of two degrees more: near the edge no line can be left out, and an
-odd map hides the error of an even degree. P_i stays three below the number of lines for that. Of up to five lines the
-map may take all and is compared with two degrees less; of two lines nothing can be told: the error is infinite.
-Numbers only, no physics.
+times the largest difference over the box to the maps of two degrees more, or for three and more variables 1.25 the sum
+of these differences: near the edge no line can be left out, and an odd map hides the error of an even degree. P_i stays
+three below the number of lines for that. Of up to five lines the map may take all and is compared with two degrees
+less; of two lines nothing can be told: the error is infinite. Numbers only, no physics.
 """
 
 from __future__ import annotations
@@ -233,8 +233,8 @@ def _simplest(scores: Mapping[tuple[int, ...], float], margin: float, simplex: b
 
 
 def _uncertainty(x: Array, y: Array, degrees: Sequence[int], counts: Sequence[int], simplex: bool) -> Array:
-    """Return the largest difference over the box to maps of other degrees, for each output."""
-    axes = [np.linspace(-1.0, 1.0, 33 if len(degrees) < 3 else 5)] * len(degrees)
+    """Return the largest difference over the box to maps of other degrees, for each output; of many, their sum."""
+    axes = [np.linspace(-1.0, 1.0, {1: 33, 2: 33, 3: 16, 4: 6, 5: 6}.get(len(degrees), 4))] * len(degrees)
     fine = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(degrees))
     trials = [list(degrees)]
     for i, count in enumerate(counts):
@@ -244,7 +244,9 @@ def _uncertainty(x: Array, y: Array, degrees: Sequence[int], counts: Sequence[in
     for trial in trials:
         powers = _terms(trial, simplex)
         found.append(_design(fine, powers) @ np.linalg.lstsq(_design(x, powers), y, rcond=None)[0])
-    return np.asarray(1.5 * np.max(np.abs(np.array(found[1:]) - found[0]), axis=(0, 1)))
+    each = np.abs(np.array(found[1:]) - found[0])
+    together = 1.25 * each.sum(axis=0).max(axis=0) if len(degrees) > 2 else 0.0
+    return np.asarray(np.maximum(1.5 * each.max(axis=(0, 1)), together))
 
 
 def _score(x: Array, y: Array, groups: Sequence[NDArray[np.int_]], powers: NDArray[np.int_]) -> float:

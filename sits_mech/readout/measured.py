@@ -120,6 +120,11 @@ def read_measured(
     rows = _numbers(lines[number + 1 :], separator)
     if len(rows) < _LEAST_ROWS:
         raise SceneError(f"{path}: must hold at least {_LEAST_ROWS} rows of numbers; got {len(rows)}")
+    absent = [name for name in forces if name.lower() not in columns]
+    if absent:
+        raise SceneError(
+            f"{path}: must have the column {absent[0]}, which the calibration varies; got {', '.join(columns)}"
+        )
     found = [_values(rows, columns, name.lower(), UNITS[name], str(path)) for name in forces]
     _check_others(rows, columns, forces, held or {}, str(path))
     L = [_inductance(rows, columns, (k, coil), tank, str(path)) for k, coil in enumerate(coils)]
@@ -243,9 +248,7 @@ def fit_parameters(
 
     before = off(np.asarray(start, dtype=float))
     scales = np.asarray(sizes, dtype=float)
-    found = least_squares(
-        off, start, bounds=bounds, x_scale=scales, jac="3-point", xtol=1e-12, ftol=1e-12, gtol=1e-14
-    )
+    found = least_squares(off, start, bounds=bounds, x_scale=scales, jac="3-point", xtol=1e-12, ftol=1e-12, gtol=1e-14)
     for name, value, low, high in zip(names, found.x, *bounds, strict=True):
         if min(value - low, high - value) < 1e-6 * (high - low):
             reason = (beyond or {}).get(name, ("", ""))[int(high - value < value - low)]

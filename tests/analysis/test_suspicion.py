@@ -62,6 +62,8 @@ def test_what_cannot_be_told() -> None:
         "cannot be told which, coil C1 (+0.3 %), coil C2 (-0.3 %), coil C3 (+0.3 %) or coil C4 (-0.3 %) "
         "would explain it"
     )
-    broken = shown(np.array([0.2, 0.0, 1.0])) * [1.1, 0.8, 1.3, 0.9, 1.0]
+    broken = shown(np.array([0.2, 0.0, 1.0])) * [1.01, 1.0, 1.006, 1.0, 0.994]
+    assert known(("F_x", "F_z")).inverse(broken).status == "no solution"
     assert "neither one coil alone nor another component" in suspicion(known(("F_x", "F_z")), broken, others())
+    assert suspicion(known(("F_x", "F_z")), shown(np.array([0.2, 0.0, 2.4])), others()) == ""  # outside, of its kind
     assert suspicion(known(("F_x", "F_z"), 2), shown(np.array([0.1, 0.1, 1.0]), 2), others(2)) == ""

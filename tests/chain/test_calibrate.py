@@ -4,6 +4,7 @@ import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,9 @@ import xarray as xr
 from sits_mech.cases import read_table, save_table
 from sits_mech.chain import models
 from sits_mech.chain.calibrate import calibrate
+from sits_mech.chain.interpolate import INTERPOLATED, loads_of
+from sits_mech.chain.models import loaded_model, mechanical_model
+from sits_mech.chain.pose_errors import stacked
 from sits_mech.chain.simulate import simulate
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, Impedance, Pose, SolveReport, Wrench
 from sits_mech.readout.calibration import calibration
@@ -133,3 +137,47 @@ def test_what_cannot_leave_the_plane_is_refused_by_name(sensor: Sensor) -> None:
         calibrate(sensor, F_x=[0.0], F_z=[1.0], F_y=0.1, magnetics="planar")
     with pytest.raises(SceneError, match=r"M_x must be one or more different finite moments \[N m\]"):
         calibrate(sensor, F_x=[0.0], F_z=[1.0], M_x=[1e-3, 1e-3])
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        [], [0.1, 0.2, 0.1], [0.1 * 3, 0.3], np.repeat(np.linspace(0.0, 1.0, 99), 2), [np.nan], [0.0, np.inf],
+        "1 N", ["a"], None, [[0.0, 1.0], [2.0, 3.0]],
+    ],
+)  # fmt: skip
+def test_what_is_no_list_of_forces_is_refused_in_one_line(sensor: Sensor, values: Any) -> None:
+    """Empty, with a value twice, if only but for rounding, not finite, no numbers, nested: name and what came."""
+    for name, what in (("F_y", r"forces \[N\]"), ("M_z", r"moments \[N m\]")):
+        with pytest.raises(SceneError, match=f"^{name} must be one or more different finite {what}; got ") as caught:
+            calibrate(sensor, F_x=[0.0, 0.1], **{name: values})
+        assert "\n" not in str(caught.value) and len(str(caught.value)) < 130
+
+
+@pytest.mark.usefixtures("fakes")
+def test_one_force_alone_makes_a_table(sensor: Sensor) -> None:
+    """F_x and F_z need not be given: they are dimensions of one value, zero."""
+    data, other = calibrate(sensor, F_z=[0.0, 1.0, 2.0]), calibrate(sensor, M_z=[-1e-3, 0.0, 1e-3])
+    assert dict(data.sizes)["F_x"] == 1 and float(data["F_x"][0]) == 0.0
+    np.testing.assert_allclose(data["d_v"].to_numpy(), [[2e-3, 1.9e-3, 1.8e-3]], rtol=1e-14)
+    assert other["status"].dims == ("F_x", "F_z", "M_z") and other["status"].size == 3
+    assert calibration(data).forces == ("F_z",) and calibration(other).forces == ("M_z",)
+
+
+@pytest.mark.slow
+def test_few_loads_stand_for_a_real_grid() -> None:
+    """Every load of 4 x 4 x 4 solved on the whole pad: the table of the sparse and turned ones is within its errors."""
+    sensor, shear, normal = load_sensor("triaxial-4"), [-0.5, -0.2, 0.2, 0.5], [0.0, 0.6, 1.3, 2.0]
+    data = calibrate(sensor, F_x=shear, F_y=shear, F_z=normal, tolerance=1e-2)
+    between = np.char.find(data["notes"].to_numpy().astype(str), INTERPOLATED) >= 0
+    assert np.count_nonzero(between) > 20
+    loads = loads_of({"F_x": shear[2:], "F_z": normal, "F_y": shear[2:]})
+    layer, field = (choose(sensor, "auto", 1e-2, loads)[0] for choose in (mechanical_model, loaded_model))
+    found = [layer.equilibrium(load) for load in loads]
+    L = field.impedance(stacked([one.pose for one in found]), sensor.frequency).L
+    for load, one, own in zip(loads, found, L, strict=True):
+        row = data.sel(F_x=load.F_x, F_z=load.F_z, F_y=load.F_y)
+        for name in POSE:
+            assert abs(float(row[name]) - getattr(one.pose, name)) <= 0.5 * float(row[f"error_{name}"]) + 1e-11
+        full = np.ptp(np.diagonal(data["L"].to_numpy(), axis1=-2, axis2=-1).reshape(-1, 4), axis=0)
+        assert np.all(np.abs(np.diagonal(row["L"].to_numpy() - own)) <= 3e-3 * full)

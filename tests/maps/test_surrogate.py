@@ -44,6 +44,23 @@ def test_error_falls_geometrically_and_is_predicted() -> None:
     assert last < 1e-4
 
 
+@pytest.mark.parametrize("sizes", [(5, 5, 5), (6, 6, 6), (7, 5, 6), (9, 9, 9), (5, 5, 5, 5)])
+def test_the_error_of_many_variables_holds(sizes: tuple[int, ...]) -> None:
+    """Each variable's share adds up: random points of smooth functions, odd, even and mixed, are within `error`."""
+    points, rng = grid(*sizes), np.random.default_rng(8)
+    weights = rng.normal(size=(len(sizes), 4)) / (2.0 + np.arange(len(sizes)))[:, None]
+    middle = points.mean(axis=0)
+
+    def smooth(p: np.ndarray) -> np.ndarray:
+        """Exponential, odd and even."""
+        a, b, c, d = (0.5 * (p - middle) @ weights).T
+        return np.stack([np.exp(a), np.sin(b) + np.sin(c), np.cosh(d) * (1.0 + 0.1 * (p - middle)[:, 0])], -1)
+
+    found = fit_map("abcd"[: len(sizes)], points, smooth(points))
+    new = rng.uniform(points.min(axis=0), points.max(axis=0), (5000, len(sizes)))
+    assert np.all(np.max(np.abs(found.at(new) - smooth(new)), axis=0) <= found.error)
+
+
 def test_noise_is_not_followed() -> None:
     """White noise of 1e-3 on a plane: the predicted error is its size, the map has few terms."""
     points = grid(9, 9)

@@ -52,6 +52,14 @@ def test_what_cannot_be_read_is_refused(tmp_path: Path) -> None:
     good = "\n".join("1,2,3,4" for _ in range(4))
     with pytest.raises(ValueError, match="must have a column L2 or code2; got f_x, f_z, l1, q"):
         read_measured(written(tmp_path, f"F_x,F_z,L1,q\n{good}"), NAMES, COILS)
+    with pytest.raises(ValueError, match="must have the column F_z, which the calibration varies; got f_x, l1, l2, q"):
+        read_measured(written(tmp_path, f"F_x,L1,L2,q\n{good}"), NAMES, COILS)
+    with pytest.raises(
+        ValueError, match="column F_y: must be 0 N, the calibration varies F_x, F_z alone; got 3 to 3 N"
+    ):
+        read_measured(written(tmp_path, f"F_x,F_z,F_y,L1\n{good}"), NAMES, COILS[:1])
+    held = read_measured(written(tmp_path, f"F_x,F_z,F_y,L1\n{good}"), NAMES, COILS[:1], held={"F_y": 3.0})
+    assert held.forces.tolist() == [[1.0, 2.0]] * 4
     with pytest.raises(ValueError, match='column f_z: must be a force.*got "1 kg"'):
         read_measured(written(tmp_path, f"F_x,F_z [kg],L1,L2\n{good}"), NAMES, COILS)
     with pytest.raises(ValueError, match="at least 4 rows of numbers; got 3"):

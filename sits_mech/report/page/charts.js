@@ -67,7 +67,7 @@ function forceMap(choose) {
   axes[1].value = several[1].name;
   const cells = [], frame = svgNode("g", { "shape-rendering": "crispEdges" }, svg), w = (W - m.l - m.r) / across, h = (H - m.t - m.b) / up;
   for (let i = 0; i < across; i += 1) for (let j = 0; j < up; j += 1) cells.push(svgNode("rect", { x: m.l + i * w, y: H - m.b - (j + 1) * h, width: w + 0.5, height: h + 0.5 }, frame));
-  const notes = svgNode("g", {}, svg), mark = svgNode("circle", { r: 8, fill: INK.copper, stroke: "#fff", "stroke-width": 2.2 }, svg);
+  const notes = svgNode("g", {}, svg), mark = svgNode("circle", { r: 8, fill: INK.ink, stroke: "#fff", "stroke-width": 2.4 }, svg);
   let pair = null, known = "", X = null, Y = null;
   function pick(event) {
     const rect = svg.getBoundingClientRect(), px = ((event.clientX - rect.left) / rect.width) * W, py = ((event.clientY - rect.top) / rect.height) * H;

@@ -32,7 +32,7 @@ _MM = 1e3
 _MOST = 300_000  # numbers in a page
 _DIGITS = {True: 11, False: 6}
 _FEW = 6  # coils that are shown before signals and pose
-_STILL = 1e-9  # a component of the pose that moves less does not move [m, rad]
+_STILL = 1e-9  # a component of the pose below it is none [m, rad]
 _KINDS = {
     "F_x": "shear", "F_y": "shear along y", "F_z": "normal", "M": "moment about y", "M_x": "moment about x",
     "M_z": "moment about z",
@@ -131,10 +131,8 @@ def items_of(sensor: Sensor, data: xr.Dataset, read: Readings) -> list[Record]:
 
 
 def _moves(data: xr.Dataset, name: str) -> bool:
-    """Whether a variable is there and differs from one load to another."""
-    values = data[name].to_numpy() if name in data else np.zeros(1)
-    values = values[np.isfinite(values)]
-    return values.size > 0 and float(np.ptp(values)) > max(1e-9 * float(np.abs(values).max()), _STILL)
+    """Whether a component of the pose is there and other than zero at any load."""
+    return name in data and float(np.nan_to_num(np.abs(data[name].to_numpy())).max()) > _STILL
 
 
 def cards(items: list[Record]) -> str:

@@ -18,6 +18,7 @@ from rich.table import Table
 from sits_mech.analysis.bench import coil_table, sensor_calibration
 from sits_mech.analysis.codes import Readings
 from sits_mech.cases import DONE
+from sits_mech.geometry.windings import kinds_of
 from sits_mech.quantities import shown_unit
 from sits_mech.readout.crosstalk import crosstalk
 from sits_mech.readout.loads import at_middle, fixed, load_words, varied
@@ -26,7 +27,7 @@ from sits_mech.readout.signals import told
 from sits_mech.report.tables.loads import failures, load_table, remarks, summary_table
 from sits_mech.report.tables.quality import quality_record, quality_tables
 from sits_mech.report.tables.readings import front_end_table
-from sits_mech.scene.sensor import Sensor, scene_text
+from sits_mech.scene.sensor import Coil, Sensor, scene_text
 
 _PICTURES = {
     "L_v.png": "Sum of the inductances against the normal force; bars are estimated errors.",
@@ -38,6 +39,7 @@ _PICTURES = {
     "layer.png": "The deformed layer under the largest load, in a section along it.",
 }
 _MOST = 1000  # loads in the page's table
+_LINES = 8  # of a cell in one column
 _NOTABLE = 10.0  # crosstalk worth a sentence [% of full scale]
 
 
@@ -204,21 +206,37 @@ def loads_part(data: xr.Dataset) -> str:
         data, held = at_middle(data, names)
     words = f"Loads with {held} of {count}; result.csv has all." if held else "Every computed load."
     hint = f'<p class="hint">{html.escape(words)} Estimated errors stand behind the numbers.</p>'
-    return f'{hint}<div class="scroll" tabindex="0">{html_table(load_table(data), numbers=True)}</div>'
+    box = '<div class="scroll" role="region" aria-label="Loads" tabindex="0">'
+    return f"{hint}{box}{html_table(load_table(data), numbers=True)}</div>"
 
 
 def scene_part(sensor: Sensor) -> str:
     """Return the scene as tables, and as the file that makes it."""
     blocks = [("sensor", [("name", sensor.name), ("frequency", f"{sensor.frequency / 1e6:.6g} MHz")])]
-    parts: list[tuple[str, BaseModel]] = [(f"coil {coil.name}", coil) for coil in sensor.coils]
-    parts += [(name, getattr(sensor, name)) for name in ("target", "elastomer") if getattr(sensor, name) is not None]
+    kinds, numbers = kinds_of(sensor.coils)
+    for k in range(len(kinds)):
+        blocks.append(_coils([coil for coil, number in zip(sensor.coils, numbers, strict=True) if number == k]))
+    plates = {"target": sensor.target, "elastomer": sensor.elastomer}
+    parts: list[tuple[str, BaseModel]] = [(name, part) for name, part in plates.items() if part is not None]
     parts += [(f"conductor {part.name}", part) for part in sensor.conductors]
-    for title, part in [*parts, ("readout", sensor.readout)]:
-        rows = [(key, _shown(key, value)) for key, value in part.model_dump(exclude_none=True).items() if key != "name"]
-        blocks.append((title, rows))
+    blocks += [(title, _rows(part)) for title, part in [*parts, ("readout", sensor.readout)]]
     tables = "".join(f"<div><h3>{html.escape(title)}</h3>{_pairs(rows)}</div>" for title, rows in blocks)
     source = f"<details><summary>scene file</summary><pre>{html.escape(scene_text(sensor))}</pre></details>"
     return f'<div class="two">{tables}</div>{source}'
+
+
+def _coils(coils: Sequence[Coil]) -> tuple[str, list[tuple[str, str]]]:
+    """Return title and rows of coils that are equal but for their places."""
+    if len(coils) == 1:
+        return f"coil {coils[0].name}", _rows(coils[0])
+    places = "; ".join(f"{coil.name} {', '.join(map(_mm, coil.centre))}" for coil in coils)
+    rows = [("centres", places), *(row for row in _rows(coils[0]) if row[0] != "centre")]
+    return f"{len(coils)} equal coils", rows
+
+
+def _rows(part: BaseModel) -> list[tuple[str, str]]:
+    """Return the keys and values of a part."""
+    return [(key, _shown(key, value)) for key, value in part.model_dump(exclude_none=True).items() if key != "name"]
 
 
 _LENGTHS = (
@@ -282,10 +300,16 @@ def html_table(table: Table, *, numbers: bool = False) -> str:
     open_box, close_box = ("", "") if numbers else ('<div class="wide">', "</div>")
     rows = [list(map(str, cells)) for cells in zip(*(column.cells for column in table.columns), strict=True)]
     for texts in rows if table.show_header else _joined(rows):
-        texts = [html.escape(text).replace("+-", "±").replace("\n", "<br>") for text in texts]
+        texts = [_cell(text) for text in texts]
         bad = ' class="bad"' if numbers and texts[-1] != DONE else ""
         lines.append(f"<tr{bad}>" + "".join(f"<td{kind}>{text}</td>" for text in texts) + "</tr>")
     return "".join([open_box, *lines, "</tbody></table>", close_box])
+
+
+def _cell(text: str) -> str:
+    """Return the text of a cell as HTML, many lines in columns."""
+    found = html.escape(text).replace("+-", "±").replace("\n", "<br>")
+    return f'<div class="columns">{found}</div>' if text.count("\n") > _LINES else found
 
 
 def _joined(rows: Sequence[Sequence[str]]) -> list[list[str]]:

@@ -8,13 +8,14 @@ it was read, so that a metre written for a millimetre shows. All numbers here ar
 from __future__ import annotations
 
 from itertools import pairwise
+from textwrap import fill
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from sits_mech.geometry.outline import target_outline
 from sits_mech.geometry.solids import as_plate
-from sits_mech.geometry.windings import turn_radii
+from sits_mech.geometry.windings import kinds_of, turn_radii
 from sits_mech.quantities import Array
 from sits_mech.report.pictures.curves import COLUMN, add_polygons, new_figure
 from sits_mech.report.pictures.cuts import Plane, chords, coil_cut, names_cut, upright
@@ -75,7 +76,7 @@ def scene_drawing(sensor: Sensor) -> Figure:
         for axes in (plan, section):
             axes.set_aspect("equal")
             axes.set_axis_off()
-        figure.suptitle(f"{sensor.name}: sizes in mm, nothing solved", fontsize=9)
+        figure.suptitle(fill(f"{sensor.name}: sizes in mm, nothing solved", 80), fontsize=9)
         figure.supxlabel("\n".join(lines), fontsize=6.5, ha="left", x=0.03)
     return figure
 
@@ -237,12 +238,9 @@ def _levels(it: Drawing) -> list[Span]:
 
 def _list_of_parts(it: Drawing) -> list[str]:
     """Return one line for each kind of coil and each part: what it is and how large."""
-    kinds: dict[tuple[float | str, ...], list[Coil]] = {}
-    for coil in it.sensor.coils:
-        kinds.setdefault(tuple(coil.model_dump(exclude={"name", "centre"}).values()), []).append(coil)
-    lines = []
-    for coils in kinds.values():
-        coil, names = coils[0], [each.name for each in coils]
+    lines, (kinds, numbers) = [], kinds_of(it.sensor.coils)
+    for k, coil in enumerate(kinds):
+        names = [each.name for each, number in zip(it.sensor.coils, numbers, strict=True) if number == k]
         name = ", ".join(names) if len(names) < 6 else f"{names[0]} to {names[-1]} ({len(names)})"
         lengths = (coil.outer_diameter, coil.inner_diameter, coil.track_width, coil.track_thickness, coil.track_gap)
         outer, inner, wide, thick, gap = (f"{_MM * length:.4g}" for length in lengths)

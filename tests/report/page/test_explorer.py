@@ -48,7 +48,7 @@ def fitted(nodes: np.ndarray, values: np.ndarray, x: float) -> float:
     return float(np.polynomial.Polynomial.fit(nodes[:4], values[:4], min(3, len(nodes) - 1))(x))
 
 
-@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize("width", [1280, 1000, 390])
 @pytest.mark.parametrize("name", ["pair", "three"])
 def test_nothing_cut_off(browser: Any, request: pytest.FixtureRequest, name: str, width: int) -> None:
     """The page is as wide as the window, every chart has a name, every control a label; no complaint."""
@@ -58,6 +58,7 @@ def test_nothing_cut_off(browser: Any, request: pytest.FixtureRequest, name: str
     assert size[0] <= size[1] <= width
     right = "n.closest('svg') && n.tagName !== 'svg' ? 0 : n.getBoundingClientRect().right".replace("'", '"')
     assert max(browser.every(".explorer *, .charts *, .tile", right)) <= width
+    assert all(browser.every(".read b, .tile b, output", "n.scrollWidth <= n.clientWidth"))
     names = browser.every("svg", 'n.getAttribute("role") === "img" && n.getAttribute("aria-label")')
     names += browser.every("img", "n.alt")
     assert len(names) >= 5 and all(name and len(name) > 10 for name in names)
@@ -221,6 +222,17 @@ def test_one_shear_force_leaves_one_slider(browser: Any, calibrated: Path, tmp_p
     browser.press("End")
     assert browser.shown("d_v") == pytest.approx(1e6 * float(line["d_v"][0, -1]), abs=0.05001)
     assert browser.complaints() == []
+
+
+def test_a_single_load(browser: Any, triaxial: Case, tmp_path: Path) -> None:
+    """Sliders that stand still, no curve and no map; forces and moments that are the same throughout are drawn."""
+    sensor, data = triaxial
+    one = data.isel(F_x=[4], F_z=[3], F_y=2)
+    (tmp_path / "one.html").write_text(page(sensor, one, tmp_path))
+    browser.open(tmp_path / "one.html")
+    assert browser.every("input", "n.disabled") == [True, True] and browser.every(".charts svg, #map", "n.id") == []
+    assert browser.shown("d_y") == pytest.approx(1e6 * float(one["d_y"].item()), abs=0.0501)
+    assert browser.every("#cut-box", "n.hidden") == [False] and browser.complaints() == []
 
 
 def test_a_large_table_has_six_digits(triaxial: Case, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
