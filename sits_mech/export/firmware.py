@@ -20,7 +20,7 @@ from sits_mech.analysis.codes import Readings, readings
 from sits_mech.export.fixed_point import FACET_BITS, FixedPoint, Integers, fixed_point
 from sits_mech.export.source import Source
 from sits_mech.quantities import Array
-from sits_mech.readout.calibration import Calibration, check_enough
+from sits_mech.readout.calibration import Calibration, check_resolved
 from sits_mech.readout.inversion import APART, HOPELESS, LONGEST, MARGIN, REACH
 from sits_mech.readout.loads import fixed, load_words
 from sits_mech.scene.files import write_text
@@ -37,13 +37,13 @@ def write_header(source: Source, path: Path) -> tuple[str, ...]:
     Raises
     ------
     ValueError
-        When the sensor has no converter, fewer coils than forces, or a table of too few loads; when the map has no
+        When the sensor has no converter, a force that its coils do not resolve, or too few loads; when the map has no
         inverse anywhere, or the file cannot be written.
     """
     if source.sensor.readout.converter == "none":
         raise SceneError('--to c: must have codes of a converter; the scene has readout.converter = "none"')
     cal = code_calibration(source.sensor, source.data)
-    check_enough(cal.coils, cal.forces)
+    check_resolved(cal)
     domain = cal.domain
     if not np.any(domain.labels == 1):
         regions = "; ".join(domain.regions) or "everywhere"

@@ -21,7 +21,7 @@ from sits_mech.readout.calibration import Calibration
 from sits_mech.readout.inversion import EXACT, INCONSISTENT, REACH
 from sits_mech.scene.sensor import SceneError
 
-FACET_BITS, WEIGHT_BITS, IMAGE_BITS, SEED_STEPS = 28, 20, 12, 64
+FACET_BITS, WEIGHT_BITS, SLOPE_BITS, IMAGE_BITS, SEED_STEPS = 28, 20, 20, 12, 64
 _MOST = 62  # bits of a number of the header
 _BITS, _FRACTION = 28, 12  # the most of forces and of codes
 _SETTLED = 4  # change of codes by the last step, in the last bits, or twice what rounding is worth
@@ -107,7 +107,7 @@ def fixed_point(cal: Calibration) -> FixedPoint:
     direction, span, down = _directions(cal, base)
     seed, image, first = _starts(cal)
     flat = (cal.domain.labels == 1).ravel()
-    error = _error(cal, power, above, coefficient / one, bits)
+    error = _error(power, above, coefficient / one, bits)
     return FixedPoint(
         cal, bits, fraction, base.astype(np.int64), power, _ends(power), coefficient, weight,
         _whole(tolerance * one), far, direction, span, down, seed, image, first,
@@ -123,8 +123,8 @@ def _precision(power: Integers, above: Array) -> tuple[int, int, Array]:
     """Return the fractional bits of forces and codes, and how far each code gets from its base within the reach."""
     degree = int(power.max())
     values, slopes = _at_reach(degree)
-    room = [_MOST - np.log2(2.0 * REACH * values[max(degree - 1, 0)] + 1.0)]
-    bits = min(_BITS, int(room[0] / 2), int(_MOST - 20 - np.log2(2.0 * REACH * slopes[max(degree - 1, 0)] + 1.0)))
+    value, slope = (_MOST - np.log2(2.0 * REACH * each[max(degree - 1, 0)] + 1.0) for each in (values, slopes))
+    bits = min(_BITS, int(value / 2), int(slope - SLOPE_BITS))  # of products in the recurrences
     most = np.abs(above).T @ np.prod(values[power], axis=1)
     sums = [most.max()]
     for i in range(power.shape[1]):
@@ -149,7 +149,7 @@ def _ends(power: Integers) -> Integers:
     return np.append(count - 1 - same, count)
 
 
-def _error(cal: Calibration, power: Integers, above: Array, rounded: Array, bits: int) -> float:
+def _error(power: Integers, above: Array, rounded: Array, bits: int) -> float:
     """Return how far the integers are off the map [codes]: rounded coefficients, polynomials of rounded recurrences."""
     lost = np.abs(above - rounded).sum(axis=0) + 2.0**-bits * (power**2).sum(axis=1) @ np.abs(above)
     return float(lost.max())

@@ -75,7 +75,7 @@ def test_a_table_of_three_forces_has_what_can_be_drawn(three_forces: Path) -> No
 @pytest.mark.parametrize("form", ["csv", "netcdf", "xlsx", "kicad"])
 def test_what_holds_any_loads(three_forces: Path, tmp_path: Path, form: str) -> None:
     """Tables for other programs, and the board."""
-    path = tmp_path / f"table.{ ({'netcdf': 'nc', 'kicad': 'kicad_mod'}.get(form, form)) }"
+    path = tmp_path / f"table.{dict(netcdf='nc', kicad='kicad_mod').get(form, form)}"
     assert run(["export", str(three_forces), "--to", form, "-o", str(path)]) == 0
     assert path.stat().st_size > 0
     if form == "netcdf":
