@@ -220,6 +220,18 @@ class Calibration:
         blind = np.all(answers == 0.0, axis=2).mean(axis=0) > 0.5  # nothing is left of its slopes
         return tuple(name for name, size, none in zip(self.forces, spread, blind, strict=True) if size > 4.0 or none)
 
+    @cached_property
+    def share(self) -> float:
+        """Share of the loads that have an inverse: none where a force is not resolved [-]."""
+        return 0.0 if self.unresolved else self.domain.share
+
+    @cached_property
+    def no_inverse(self) -> tuple[str, ...]:
+        """Where there is no inverse, in words."""
+        if not self.unresolved or len(self.coils) < len(self.forces):
+            return self.domain.regions
+        return (f"{', '.join(self.unresolved)}: errors of map and table are twice the range",)
+
 
 def calibration(
     data: xr.Dataset, L0: Sequence[float] | None = None, noise: Sequence[float] | None = None
