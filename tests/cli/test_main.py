@@ -9,8 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.table import Table
 
 from sits_mech.cases import read_table
+from sits_mech.cli.console import show
 from sits_mech.cli.main import run
 from sits_mech.mechanics.block import BlockPad
 from sits_mech.quantities import POSE, WRENCH, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
@@ -318,6 +320,17 @@ def test_what_costs_nothing(words: str) -> None:
     code = f"{words}\nimport sys\nassert not {heavy} & set(sys.modules), {heavy} & set(sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_printed_table_is_cut_nowhere(capsys: Capture) -> None:
+    """Where stdout is no terminal: units in brackets count for the width of a heading, as they are printed."""
+    table = Table(*(f"alpha_{k} [mrad]" for k in range(20)), show_edge=False)
+    for column in table.columns:
+        column.no_wrap = True
+    table.add_row(*["converged"] * 20)
+    show(table)
+    text = capsys.readouterr().out
+    assert text.count("[mrad]") == 20 and text.count("converged") == 20 and "\N{HORIZONTAL ELLIPSIS}" not in text
 
 
 def test_the_package_is_the_command() -> None:
