@@ -228,9 +228,8 @@ class Calibration:
     @cached_property
     def no_inverse(self) -> tuple[str, ...]:
         """Where there is no inverse, in words."""
-        if not self.unresolved or len(self.coils) < len(self.forces):
-            return self.domain.regions
-        return (f"{', '.join(self.unresolved)}: errors of map and table are twice the range",)
+        why = f"{', '.join(self.unresolved)}: errors of map and table are twice the range"
+        return (why,) if self.unresolved and len(self.coils) >= len(self.forces) else self.domain.regions
 
 
 def calibration(
@@ -316,8 +315,7 @@ def calibration_of(
         raise ValueError(f"L: must change with the load; coil {coils[int(np.argmin(full_scale))]} does not")
     weights = np.full(len(coils), 1.0 / full_scale.max()) if noise is None else 1.0 / np.asarray(noise, dtype=float)
     domain, seeds = domain_of(found, weights, hull_of(found.scaled(points)))
-    unit, L0 = free
-    size = None if noise is None else np.asarray(noise, dtype=float)
+    unit, L0, size = *free, None if noise is None else np.asarray(noise, dtype=float)
     return Calibration(
         tuple(forces), tuple(coils), unit, np.asarray(L0, dtype=float), found, weights, full_scale, domain, seeds, size
     )

@@ -127,7 +127,7 @@ def test_a_force_that_no_coil_answers_is_named() -> None:
 
 
 def test_a_force_that_coils_answer_by_rounding_alone_is_named() -> None:
-    """A moment that moves the coils by a tenth of their noise has slopes, yet is not resolved: named, without an inverse, no failure."""
+    """A moment that moves the coils by a tenth of their noise has slopes, yet no inverse: it is named."""
     cal, table = triple(0.0, forces=("F_x", "F_z", "M"))
     moved = table["L"] + 1e-10 * table["M"] * xr.DataArray([1.0, -1.0, 0.5], dims="coil")
     loads = np.stack(np.meshgrid(*(table[name] for name in cal.forces), indexing="ij"), -1).reshape(-1, 3)
