@@ -170,6 +170,7 @@ def test_doctor_knows_what_is_installed(capsys: Capture) -> None:
     (("view", "biorob2018", "--dv", "2 mm", "--fz", "1 N"), "--dv: must not be given together with a load"),
     (("view", "biorob2018", "--dv", "2 mm", "--kind", "layer"), "--kind layer: must have a load"),
     (("view", "biorob2018", "--fy", "1 N", "--kind", "field"), "F_y must be zero for the model planar-fem"),
+    (("view", "triaxial-3", "--fz", "1 N", "--kind", "field"), "--kind field: must have every coil on y = 0"),
     (("view", "biorob2018", "--dv", "2 mm", "--alphaz", "1 deg"), "ask for sheets, --kind spatial"),
     (("view", "biorob2018", "--alphaz", "1 deg"), "--dv: must be given for a pose"),
     (("view", "biorob2018", "-o", "picture.bmp"), "--output: must end in .png"),
