@@ -44,6 +44,13 @@ def show(table: Any) -> None:
     console.print()
 
 
+def terminal_width() -> int | None:
+    """Return how many characters a line of the terminal has; None where stdout is none."""
+    from rich.console import Console
+
+    return Console().width if sys.stdout.isatty() else None
+
+
 def warn(line: str) -> None:
     """Print one line on stderr."""
     sys.stderr.write(f"{line}\n")

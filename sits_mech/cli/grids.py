@@ -8,7 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import not_converged, progress_bar, show, warn
+from sits_mech.cli.console import not_converged, progress_bar, show, terminal_width, warn
 from sits_mech.cli.options import LoadGrid, Models, Output, Overrides, Scene, app, sensor_of
 
 
@@ -27,8 +27,9 @@ def calibrate(
     """
     from sits_mech.chain.calibrate import calibrate as calibrated
     from sits_mech.quantities import SolveFailed
+    from sits_mech.readout.loads import varied
     from sits_mech.report.folder import cases_folder, prepare_folder, write_calibration
-    from sits_mech.report.tables.loads import failures, load_table, remarks, summary_table
+    from sits_mech.report.tables.loads import failures, in_width, load_table, remarks, summary_table
 
     sensor, components = sensor_of(scene, overrides), loads.components()
     folder = prepare_folder(output if output is not None else Path(f"{Path(scene).stem}-calibration"))
@@ -41,7 +42,9 @@ def calibrate(
         return not_converged(error, False)
     for line in write_calibration(sensor, data, folder):
         warn(line)
-    show(load_table(data))
+    width, whole = terminal_width(), load_table(data)
+    for part in [whole] if width is None else in_width(whole, len(varied(data)), width):
+        show(part)
     show(summary_table(data))
     missing = failures(data)
     flat = ["per metre of depth: ends along y are not in the signals, shear above all; --magnetics sheets has them"]

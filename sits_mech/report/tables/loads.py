@@ -54,6 +54,41 @@ def load_table(data: xr.Dataset) -> Table:
     return found
 
 
+def in_width(table: Table, keys: int, width: int) -> list[Table]:
+    """Return a table in as many as a width needs, below each other.
+
+    Parameters
+    ----------
+    table : Table
+        Of texts.
+    keys : int
+        Columns that stand first in each.
+    width : int
+        Of a line [characters].
+
+    Returns
+    -------
+    list of Table
+        At least one column beside the keys in each, if that is wider or not.
+    """
+    sizes = [3 + max(len(str(text)) for text in (one.header, *one.cells)) for one in table.columns]
+    blocks: list[list[int]] = [[]]
+    for k in range(keys, len(sizes)):
+        if blocks[-1] and sum(sizes[:keys]) + sum(sizes[j] for j in (*blocks[-1], k)) - 1 > width:
+            blocks.append([])
+        blocks[-1].append(k)
+    found = []
+    for block in blocks:
+        columns = [table.columns[k] for k in (*range(keys), *block)]
+        part = Table(title=table.title if block is blocks[0] else None, show_edge=False)
+        for one in columns:
+            part.add_column(one.header, justify=one.justify, no_wrap=one.no_wrap)
+        for row in zip(*(one.cells for one in columns), strict=True):
+            part.add_row(*row)
+        found.append(part)
+    return found
+
+
 def _columns(data: xr.Dataset) -> list[tuple[str, float, str]]:
     """Return name, scale and heading of what a table of loads shows: the pose, as far as it moves, and the signals."""
     shown = [(name, *_SCALES[UNITS[name]]) for name in POSE if name in POSE[:3] or name in data]

@@ -10,7 +10,7 @@ import xarray as xr
 from rich.console import Console
 
 from sits_mech.report.folder import read_calibration
-from sits_mech.report.tables.loads import csv_text, failures, figures, load_table, remarks, summary_table
+from sits_mech.report.tables.loads import csv_text, failures, figures, in_width, load_table, remarks, summary_table
 
 COILS = ["C1", "C2"]
 
@@ -120,3 +120,17 @@ def test_a_table_of_moments_has_their_unit() -> None:
     single = data.isel(M=0).drop_vars("M")
     assert figures(single) == [] and summary_table(single).row_count == 0
     assert csv_text(single).count("\n") == 2 and load_table(single).row_count == 1
+
+
+def test_a_wide_table_is_cut_into_parts_of_a_terminal_s_width() -> None:
+    """Every number is shown, behind its load, no line is longer; what fits stays one table."""
+    whole = load_table(made())
+    assert len(in_width(whole, 2, 1000)) == 1
+    parts = in_width(whole, 2, 80)
+    headings = [str(column.header) for part in parts for column in part.columns[2:]]
+    assert len(parts) > 1 and headings == [str(column.header) for column in whole.columns[2:]]
+    assert all(part.row_count == whole.row_count and part.columns[0].header == "F_x [N]" for part in parts)
+    for part in parts:
+        with (console := Console(width=80, markup=False)).capture() as shown:
+            console.print(part)
+        assert "\N{HORIZONTAL ELLIPSIS}" not in shown.get()
