@@ -178,12 +178,12 @@ def inverse_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
     few = len(cal.coils) < len(cal.forces)
     fit = ("error of the map", f"{cal.error:.1e} of a coil's full scale, predicting loads that are left out")
     rows = [("no inverse", f"{len(cal.coils)} coils cannot resolve {', '.join(cal.forces)}"), fit] if few else [
-        ("forces resolved", ", ".join(cal.forces)),
+        ("forces resolved", ", ".join(name for name in cal.forces if name not in cal.unresolved) or "none"),
         fit,
         ("loads with one answer", f"{100.0 * cal.share:.4g} % of the calibrated range"),
         *(("no answer", region) for region in cal.no_inverse),
     ]  # fmt: skip
-    if read.front is None or (cal.share == 0.0 and not few):
+    if read.front is None:
         return _pairs(rows)
     found = quality(cal, read.front.noise, table=coil_table(sensor, data))
     tables = quality_tables(quality_record(found, data))
