@@ -23,7 +23,7 @@ from sits_mech.geometry.solids import as_plate
 from sits_mech.geometry.windings import layer_heights, turn_radii
 from sits_mech.quantities import POSE, UNITS, Array, shown_unit
 from sits_mech.readout.crosstalk import signals_of
-from sits_mech.readout.loads import fixed, varied
+from sits_mech.readout.loads import fixed, several, varied
 from sits_mech.readout.signals import told
 from sits_mech.report.records import json_text
 from sits_mech.scene.sensor import Conductor, Elastomer, Sensor
@@ -163,7 +163,7 @@ def sliders(data: xr.Dataset) -> str:
 
 def charts(data: xr.Dataset, items: list[Record]) -> list[Record]:
     """Return the curves that are drawn: each signal against the force that it answers, at several values of another."""
-    varies = [name for name in varied(data) if data.sizes[name] > 1]
+    varies = several(data)
     own, found = {signal: force for force, signal in signals_of(data).items()}, []
     for item in items:
         along = own.get(item["name"])
