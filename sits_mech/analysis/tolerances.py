@@ -101,7 +101,7 @@ def force_spread(
     if wrong or not deviations:
         raise SceneError(f"tolerance: must be some of {', '.join(TOLERANCES)}; got {', '.join(wrong) or 'none'}")
     cal = sensor_calibration(sensor, data)
-    if cal.domain.share == 0.0:
+    if cal.share == 0.0:
         every = ", ".join(cal.forces)
         raise SceneError(f"tolerance: needs a table with an inverse; the coils do not resolve all of {every}")
     asked = np.vstack([np.zeros((1, len(cal.forces))), np.asarray(loads, dtype=float)])  # the first one is tared

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 import multiprocessing
 import os
 import threading
@@ -35,6 +36,7 @@ from sits_mech.units import shown
 from sits_mech.version import __version__
 
 _SAME = 1e-9  # of the largest value of a component: what is closer is twice the same
+_MOST = 100_000  # loads: minutes to fill in between those that are solved
 
 Loads = float | Sequence[float]
 """Values of a component of a load [N, N m]: many are a dimension of the table, one number is the same for all of it."""
@@ -82,13 +84,16 @@ def calibrate(
     Raises
     ------
     SceneError
-        When a model cannot hold the scene or a component, or a list of forces is empty, has a value twice or one that
-        is not finite.
+        When a model cannot hold the scene or a component, a list of forces is empty, has a value twice or one that is
+        not finite, or there are too many loads.
     """
     given = dict(zip(WRENCH, (F_x, F_z, M, F_y, M_x, M_z), strict=True))
     axes = {name: _checked(name, values) for name, values in given.items()}
     grid = {name: axes[name] for name in WRENCH if name in ("F_x", "F_z") or np.ndim(given[name])}
     fixed = {name: values[0] for name, values in axes.items() if name not in grid and values[0] != 0.0}
+    count = math.prod(len(values) for values in axes.values())
+    if count > _MOST:
+        raise SceneError(f"loads: must be at most {_MOST} of a table; got {count}: take fewer values of a component")
     loads = loads_of(axes)
     field, by_field = loaded_model(sensor, magnetics, tolerance, loads)
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance, loads)

@@ -38,7 +38,7 @@ def show(table: Any) -> None:
     """Print a table on stdout; where it is no terminal nothing is cut, and numbers stay on one line."""
     from rich.console import Console
 
-    width = None if sys.stdout.isatty() else max(160, Console(width=1000).measure(table).maximum)
+    width = None if sys.stdout.isatty() else max(160, Console(width=1000, markup=False).measure(table).maximum)
     console = Console(width=width, markup=False, highlight=False)
     console.print(table)
     console.print()

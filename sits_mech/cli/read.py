@@ -144,7 +144,7 @@ def quality(
 
 @app.command
 def compare(
-    folder: Folder, measured: Annotated[Path, Parameter(help="CSV: the forces, L1 [uH] or code1, ...")], *,
+    folder: Folder, measured: Annotated[Path, Parameter(help="CSV: forces; L1 [uH] at the terminals or code1, ...")], *,
     free: Annotated[str, Parameter(help="To fit: modulus, gap, lead, with commas.")] = "modulus,gap,lead",
     clock: Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's greatest.")] = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"], help="Picture of data and model.")] = None,

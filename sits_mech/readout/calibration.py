@@ -220,6 +220,17 @@ class Calibration:
         blind = np.all(answers == 0.0, axis=2).mean(axis=0) > 0.5  # nothing is left of its slopes
         return tuple(name for name, size, none in zip(self.forces, spread, blind, strict=True) if size > 4.0 or none)
 
+    @cached_property
+    def share(self) -> float:
+        """Share of the loads that have an inverse: none where a force is not resolved [-]."""
+        return 0.0 if self.unresolved else self.domain.share
+
+    @cached_property
+    def no_inverse(self) -> tuple[str, ...]:
+        """Where there is no inverse, in words."""
+        why = f"{', '.join(self.unresolved)}: errors of map and table are twice the range"
+        return (why,) if self.unresolved and len(self.coils) >= len(self.forces) else self.domain.regions
+
 
 def calibration(
     data: xr.Dataset, L0: Sequence[float] | None = None, noise: Sequence[float] | None = None
@@ -304,8 +315,7 @@ def calibration_of(
         raise ValueError(f"L: must change with the load; coil {coils[int(np.argmin(full_scale))]} does not")
     weights = np.full(len(coils), 1.0 / full_scale.max()) if noise is None else 1.0 / np.asarray(noise, dtype=float)
     domain, seeds = domain_of(found, weights, hull_of(found.scaled(points)))
-    unit, L0 = free
-    size = None if noise is None else np.asarray(noise, dtype=float)
+    unit, L0, size = *free, None if noise is None else np.asarray(noise, dtype=float)
     return Calibration(
         tuple(forces), tuple(coils), unit, np.asarray(L0, dtype=float), found, weights, full_scale, domain, seeds, size
     )

@@ -29,6 +29,7 @@ from sits_mech.readout.converter import Converter, frequency_of, tank_inductance
 from sits_mech.units import SceneError, quantity
 
 _COLUMN = re.compile(r"\s*([A-Za-z][\w ]*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*")
+_NUMBERED = re.compile(r"(?:l|code)_?(\d+)")
 _LEAST_ROWS = 4
 _SAME = 1e-3  # of a load that the model has as one value: what a bench's zero may be off [1, of 1 N or 1 mN m at least]
 
@@ -127,6 +128,7 @@ def read_measured(
         )
     found = [_values(rows, columns, name.lower(), UNITS[name], str(path)) for name in forces]
     _check_others(rows, columns, forces, held or {}, str(path))
+    _check_coils(columns, coils, str(path))
     L = [_inductance(rows, columns, (k, coil), tank, str(path)) for k, coil in enumerate(coils)]
     return Measured(np.stack(found, -1), np.stack(L, -1), str(path))
 
@@ -188,6 +190,16 @@ def _check_others(
                 f"{source}: column {name}: must be {own:.4g} {shown_unit(name)}, the calibration varies "
                 f"{', '.join(forces)} alone; got {came}: calibrate with {name} as a range"
             )
+
+
+def _check_coils(columns: dict[str, tuple[int, str]], coils: Sequence[str], source: str) -> None:
+    """Refuse columns of coils, by number, that the model does not have."""
+    own = {coil.lower() for coil in coils} | {f"{k + 1}" for k in range(len(coils))}
+    for name in columns:
+        match = _NUMBERED.fullmatch(name)
+        if match is not None and not {match[1], name} & own:
+            every = ", ".join(coils)
+            raise SceneError(f"{source}: column {name}: must be of one of {len(coils)} coils ({every}); leave it out")
 
 
 def _inductance(

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from scipy.linalg import qr, solve_triangular
 
 from sits_mech.quantities import Array
+from sits_mech.readout.loads import load_words
 
 _SHARE = 1e-2  # of a component that may lie in unseen directions
 
@@ -99,5 +100,5 @@ def _loads(rows: Array) -> Array:
 def _words(names: Sequence[str], share: Array, full_scale: Array) -> str:
     """Name a load by its components, given as shares of full scale."""
     named = zip(names, share * full_scale, share, strict=True)
-    parts = [(name, size) for name, size, part in named if abs(part) > _SHARE]
-    return parts[0][0] if len(parts) == 1 else " ".join(f"{size:+.3g} {name}" for name, size in parts)
+    parts = {name: float(size) for name, size, part in named if abs(part) > _SHARE}
+    return next(iter(parts)) if len(parts) == 1 else f"({load_words(parts)})"

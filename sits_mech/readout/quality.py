@@ -130,7 +130,7 @@ def quality(
     loads, span = _loads(cal), cal.high - cal.low
     flat = loads.to_numpy().reshape(-1, len(span))
     inside = cal.domain.holds(cal.map.scaled(flat), 0.0)
-    valid = flat[inside & cal.domain.valid(cal.map.scaled(flat))]
+    valid = flat[inside & cal.domain.valid(cal.map.scaled(flat)) & (cal.share > 0.0)]
     seen = observability(cal.forces, cal.map.slopes(0.5 * (cal.low + cal.high)), noise, span)
     fine = np.tile(seen.resolution[:, None], 3)
     by_map = np.full(len(span), np.nan)
@@ -146,7 +146,7 @@ def quality(
         _linear_error(table, np.eye(len(cal.L0))) / cal.L0, _linearity(cal, _own_sums(cal, table, sums)),
         cal.map.slopes(_least(cal)) / cal.L0[:, None], _slope_errors(cal, table),
         _misread(read - loads, span), _linear_error(table, sums) / span, after, fine, by_model, by_map,
-        _condition(cal, valid if len(valid) else flat[inside]), seen, cal.domain.share, cal.domain.regions, cal.error,
+        _condition(cal, valid if len(valid) else flat[inside]), seen, cal.share, cal.no_inverse, cal.error,
         _hysteresis(cal, branches),
     )  # fmt: skip
 
@@ -241,7 +241,7 @@ def _misread(wrong: xr.DataArray, span: Array) -> Array:
 def _at_the_loads(cal: Calibration, table: xr.Dataset | None) -> tuple[Array, Array]:
     """Return crosstalk of the inverse, and what the errors of the inductances are worth, at the loads of a table."""
     d = len(cal.forces)
-    if table is None or cal.domain.share == 0.0:
+    if table is None or cal.share == 0.0:
         return np.full((d, d), np.nan), np.full((d, 3), np.nan)
     loads = _named_loads(cal, [table[name].to_numpy() for name in cal.forces])
     L, error = (table[name].transpose(*cal.forces, "coil").to_numpy() for name in ("L", "error_L"))
@@ -255,7 +255,7 @@ def _at_the_loads(cal: Calibration, table: xr.Dataset | None) -> tuple[Array, Ar
 
 def _hysteresis(cal: Calibration, branches: tuple[ArrayLike, ArrayLike] | None) -> Array:
     """Return the largest difference of the forces that two branches show, over full scale."""
-    if branches is None or cal.domain.share == 0.0:
+    if branches is None or cal.share == 0.0:
         return np.full(len(cal.forces), np.nan)
     up, down = (cal.inverse(branch) for branch in branches)
     both = (up.status == OK) & (down.status == OK)

@@ -139,6 +139,13 @@ def test_what_cannot_leave_the_plane_is_refused_by_name(sensor: Sensor) -> None:
         calibrate(sensor, F_x=[0.0], F_z=[1.0], M_x=[1e-3, 1e-3])
 
 
+def test_more_loads_than_a_table_can_hold_are_refused(sensor: Sensor) -> None:
+    """Before anything is made of them."""
+    many = np.linspace(0.0, 1.0, 1000)
+    with pytest.raises(SceneError, match="^loads: must be at most 100000 of a table; got 1000000000: take fewer"):
+        calibrate(sensor, F_x=many, F_z=many, F_y=many)
+
+
 @pytest.mark.parametrize(
     "values",
     [

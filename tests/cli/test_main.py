@@ -9,8 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.table import Table
 
 from sits_mech.cases import read_table
+from sits_mech.cli.console import show
 from sits_mech.cli.main import run
 from sits_mech.mechanics.block import BlockPad
 from sits_mech.quantities import POSE, WRENCH, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
@@ -168,6 +170,7 @@ def test_doctor_knows_what_is_installed(capsys: Capture) -> None:
     (("view", "biorob2018", "--dv", "2 mm", "--fz", "1 N"), "--dv: must not be given together with a load"),
     (("view", "biorob2018", "--dv", "2 mm", "--kind", "layer"), "--kind layer: must have a load"),
     (("view", "biorob2018", "--fy", "1 N", "--kind", "field"), "F_y must be zero for the model planar-fem"),
+    (("view", "triaxial-3", "--fz", "1 N", "--kind", "field"), "--kind field: must have every coil on y = 0"),
     (("view", "biorob2018", "--dv", "2 mm", "--alphaz", "1 deg"), "ask for sheets, --kind spatial"),
     (("view", "biorob2018", "--alphaz", "1 deg"), "--dv: must be given for a pose"),
     (("view", "biorob2018", "-o", "picture.bmp"), "--output: must end in .png"),
@@ -318,6 +321,17 @@ def test_what_costs_nothing(words: str) -> None:
     code = f"{words}\nimport sys\nassert not {heavy} & set(sys.modules), {heavy} & set(sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_printed_table_is_cut_nowhere(capsys: Capture) -> None:
+    """Where stdout is no terminal: units in brackets count for the width of a heading, as they are printed."""
+    table = Table(*(f"alpha_{k} [mrad]" for k in range(20)), show_edge=False)
+    for column in table.columns:
+        column.no_wrap = True
+    table.add_row(*["converged"] * 20)
+    show(table)
+    text = capsys.readouterr().out
+    assert text.count("[mrad]") == 20 and text.count("converged") == 20 and "\N{HORIZONTAL ELLIPSIS}" not in text
 
 
 def test_the_package_is_the_command() -> None:

@@ -58,6 +58,8 @@ def test_what_cannot_be_read_is_refused(tmp_path: Path) -> None:
         ValueError, match="column F_y: must be 0 N, the calibration varies F_x, F_z alone; got 3 to 3 N"
     ):
         read_measured(written(tmp_path, f"F_x,F_z,F_y,L1\n{good}"), NAMES, COILS[:1])
+    with pytest.raises(ValueError, match=r"column l2: must be of one of 1 coils \(C1\); leave it out"):
+        read_measured(written(tmp_path, f"F_x,F_z,L1,L2\n{good}"), NAMES, COILS[:1])
     held = read_measured(written(tmp_path, f"F_x,F_z,F_y,L1\n{good}"), NAMES, COILS[:1], held={"F_y": 3.0})
     assert held.forces.tolist() == [[1.0, 2.0]] * 4
     with pytest.raises(ValueError, match='column f_z: must be a force.*got "1 kg"'):

@@ -5,7 +5,7 @@ import pytest
 
 from sits_mech.readout.observability import observability
 
-FIVE = ("F_x", "F_z", "M_y", "F_y", "M_x")
+FIVE = ("F_x", "F_z", "M", "F_y", "M_x")
 FULL = [1.0, 4.0, 0.01, 1.0, 0.01]
 
 
@@ -30,7 +30,8 @@ def test_four_coils_resolve_three_forces_but_no_moments() -> None:
     assert forces.resolved == ("F_x", "F_z", "F_y") and forces.unseen == ()
     all_five = observability(FIVE, cross(), [1e-12] * 4, FULL)
     assert all_five.resolved == ("F_z",) and len(all_five.unseen) == 2
-    assert sorted(all_five.unseen) == ["-0.25 F_x +0.01 M_y", "-0.25 F_y +0.01 M_x"]  # a F_x + c M_y = 0
+    # a F_x + c M = 0
+    assert sorted(all_five.unseen) == ["(F_x = -0.25 N, M = 0.01 N m)", "(F_y = -0.25 N, M_x = 0.01 N m)"]
 
 
 def test_a_direction_below_the_noise_is_unseen() -> None:

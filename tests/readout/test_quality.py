@@ -1,5 +1,7 @@
 """Quality figures of sensors whose figures are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -121,6 +123,22 @@ def test_a_force_that_no_coil_answers_is_named() -> None:
     np.testing.assert_allclose(found.resolution[0], NOISE / (SHEAR * np.sqrt(1.5)), rtol=1e-6)
     assert np.all(np.isinf(found.resolution[2])) and np.isnan(found.linearity[2])
     assert np.all(np.isnan(found.crosstalk[2])) and np.all(np.isnan(found.by_model))
+    assert cal.no_inverse == ("M: errors of map and table are twice the range",)
+
+
+def test_a_force_that_coils_answer_by_rounding_alone_is_named() -> None:
+    """A moment that moves the coils by a tenth of their noise has slopes, yet no inverse: it is named."""
+    cal, table = triple(0.0, forces=("F_x", "F_z", "M"))
+    moved = table["L"] + 1e-10 * table["M"] * xr.DataArray([1.0, -1.0, 0.5], dims="coil")
+    loads = np.stack(np.meshgrid(*(table[name] for name in cal.forces), indexing="ij"), -1).reshape(-1, 3)
+    L = moved.transpose(*cal.forces, "coil").to_numpy().reshape(-1, 3)
+    cal = calibration_of(loads, L, forces=cal.forces, coils=cal.coils, free=("H", cal.L0))
+    cal = replace(cal, model_error=np.full(3, 5e-12))
+    assert cal.domain.share > 0.0 and cal.share == 0.0
+    found = quality(cal, np.full(3, NOISE), table=table.assign(L=moved), branches=(L[:1], L[:1]))
+    assert found.seen.resolved == ("F_x", "F_z") and found.valid_share == 0.0
+    assert found.no_inverse == ("M: errors of map and table are twice the range",)
+    assert np.all(np.isnan(found.by_model)) and np.all(np.isnan(found.hysteresis))
 
 
 def test_more_forces_than_coils_are_told_apart_as_far_as_they_go() -> None:

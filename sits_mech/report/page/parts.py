@@ -180,10 +180,10 @@ def inverse_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
     rows = [("no inverse", f"{len(cal.coils)} coils cannot resolve {', '.join(cal.forces)}"), fit] if few else [
         ("forces resolved", ", ".join(cal.forces)),
         fit,
-        ("loads with one answer", f"{100.0 * cal.domain.share:.4g} % of the calibrated range"),
-        *(("no answer", region) for region in cal.domain.regions),
+        ("loads with one answer", f"{100.0 * cal.share:.4g} % of the calibrated range"),
+        *(("no answer", region) for region in cal.no_inverse),
     ]  # fmt: skip
-    if read.front is None or (cal.domain.share == 0.0 and not few):
+    if read.front is None or (cal.share == 0.0 and not few):
         return _pairs(rows)
     found = quality(cal, read.front.noise, table=coil_table(sensor, data))
     tables = quality_tables(quality_record(found, data))

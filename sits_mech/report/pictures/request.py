@@ -83,6 +83,8 @@ def draw(kind: Kind, sensor: Sensor, request: Request, path: Path) -> None:
         return
     if kind == "field":
         refuse_beside("planar-fem", request.pose or request.wrench, "sheets, --kind spatial")
+        if any(coil.centre[1] != 0.0 for coil in sensor.coils):
+            raise SceneError("--kind field: must have every coil on y = 0; --kind spatial draws them at any place")
     if kind == "layer":
         save_figure(load_view(sensor, request.wrench), path)
     elif kind == "field":
