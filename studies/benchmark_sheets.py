@@ -46,6 +46,7 @@ COLUMNS = (
 )  # fmt: skip
 
 TARGETS = (
+    'shape="rectangle", width="8 mm", length="8 mm"', 'shape="disc", diameter="8 mm"',
     'shape="disc", diameter="12 mm"', 'shape="rectangle", width="12 mm", length="12 mm"',
     'shape="rectangle", width="16 mm", length="16 mm"',
 )  # fmt: skip

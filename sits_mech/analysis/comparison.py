@@ -30,8 +30,7 @@ from sits_mech.chain.models import loaded_model
 from sits_mech.geometry.collision import clearance
 from sits_mech.maps.surrogate import SmoothMap, fit_map
 from sits_mech.quantities import POSE, Array, Pose, shown_unit
-from sits_mech.readout.loads import points, wrench_of
-from sits_mech.readout.loads import varied as components
+from sits_mech.readout.loads import points, several, varied, wrench_of
 from sits_mech.readout.measured import Measured, ParameterFit, Tank, fit_parameters
 from sits_mech.scene.sensor import SceneError, Sensor
 
@@ -88,11 +87,6 @@ def tank_of(sensor: Sensor, data: xr.Dataset, clock: float | None = None) -> Tan
     return Tank(front.part, sensor.readout.parallel_capacitance, front.reference, front.input_divider)
 
 
-def varied(data: xr.Dataset) -> tuple[str, ...]:
-    """Return which components a table has several values of."""
-    return tuple(name for name in components(data) if data.sizes[name] > 1)
-
-
 def compare(sensor: Sensor, data: xr.Dataset, measured: Measured, free: Sequence[str] = PARAMETERS) -> Comparison:
     """Return a measurement beside the model, and the parameters that bring them together.
 
@@ -104,7 +98,7 @@ def compare(sensor: Sensor, data: xr.Dataset, measured: Measured, free: Sequence
         As from `calibrate`; its loads must reach as far as the measured ones over the modulus that is to be found, or
         a little less, as far as its map can be followed.
     measured : Measured
-        Forces in the order of `varied`, inductances at the terminals.
+        Forces in the order of `several`, inductances at the terminals.
     free : sequence of str
         Which of `PARAMETERS` to fit.
 
@@ -116,7 +110,7 @@ def compare(sensor: Sensor, data: xr.Dataset, measured: Measured, free: Sequence
     unknown = [name for name in free if name not in PARAMETERS]
     if unknown or not free:
         raise SceneError(f"fit: must be some of {', '.join(PARAMETERS)}; got {', '.join(unknown) or 'none'}")
-    names, reach = varied(data), _gap_reach(sensor, data)
+    names, reach = several(data), _gap_reach(sensor, data)
     lifted = _lifted_map(sensor, data, names, reach)
     (softest, stiffest), why = _moduli(measured.forces, lifted, names)
     if not softest <= 1.0 <= stiffest and "modulus" not in free:
@@ -186,12 +180,12 @@ def _gap_reach(sensor: Sensor, data: xr.Dataset) -> float:
 def _places(data: xr.Dataset) -> Array:
     """Return the poses of a table's loads, shape (*sizes, 6) [m, rad]."""
     each = [data[name] if name in data else 0.0 * data["d_v"] for name in POSE]
-    return np.stack([part.transpose(*components(data)).to_numpy() for part in each], -1)
+    return np.stack([part.transpose(*varied(data)).to_numpy() for part in each], -1)
 
 
 def _lifted_map(sensor: Sensor, data: xr.Dataset, names: Sequence[str], reach: float) -> _Lifted:
     """Return the coils' inductances at their terminals over forces and gap."""
-    data = data.isel({name: 0 for name in components(data) if name not in names})
+    data = data.isel({name: 0 for name in varied(data) if name not in names})
     good = (data["status"].transpose(*names) == DONE).to_numpy()
     forces = np.stack(np.meshgrid(*(data[name].to_numpy() for name in names), indexing="ij"), -1)[good]
     gaps = -reach * np.cos(np.linspace(0.0, np.pi, _LEVELS))

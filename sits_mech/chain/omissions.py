@@ -37,7 +37,6 @@ from sits_mech.scene.sensor import Sensor
 
 _COVERED = 0.95  # share of a long pad under the target that plane strain stands for
 _SLENDER = 0.5  # shape factor below which no layer counts as one of small strain
-_MIRROR = np.array([-1.0, 1.0, -1.0, 1.0, 1.0, -1.0])  # of the components of a wrench, x to -x
 _THICK = 3.0  # skin depths from which on the inside of a plate is at rest
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.pose_errors import read_poses, signals_at, stacked
 from sits_mech.geometry.collision import check_clearance
-from sits_mech.mechanics.symmetry import symmetry_of
+from sits_mech.mechanics.symmetry import image_of, symmetry_of
 from sits_mech.quantities import (
     WRENCH,
     Array,
@@ -125,8 +125,8 @@ def with_symmetry(sensor: Sensor, found: Equilibrium) -> Equilibrium:
 
 def _turned(found: Equilibrium, wrench: Wrench, matrix: Array) -> Equilibrium:
     """Return the image of an equilibrium, without state; errors have no sign."""
-    pose, error = matrix @ found.pose.components, np.abs(matrix) @ found.error.components
-    return replace(found, wrench=wrench, pose=Pose.of(pose + 0.0), error=Pose.of(error + 0.0), state=np.zeros(0))
+    pose, error = image_of(matrix, found.pose.components), image_of(np.abs(matrix), found.error.components)
+    return replace(found, wrench=wrench, pose=Pose.of(pose), error=Pose.of(error), state=np.zeros(0))
 
 
 def _simulated(sensor: Sensor, layer: MechanicalModel, field: MagneticModel, wrench: Wrench) -> Simulation:

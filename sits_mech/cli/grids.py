@@ -21,7 +21,7 @@ def calibrate(
 
     Each force and moment is a range "first:last:count", a dimension of the table, or one quantity, the same for all.
     No more loads are solved than a smooth map through them needs to predict the others within the tolerance, of 9 x 9
-    some 15, of 5 x 5 x 5 some 30, and one for all its images where pad and target are symmetric; the table says which.
+    13 to 21, of 5 x 5 x 5 some 30, and one for all its images where pad and target are symmetric; the table says which.
 
     Example: sits-mech calibrate triaxial-4 --fx "-0.5 N:0.5 N:5" --fy "-0.5 N:0.5 N:5" --fz "0 N:2 N:5" -o calibration
     """

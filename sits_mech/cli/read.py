@@ -155,7 +155,7 @@ def compare(
     Example: sits-mech compare calibration bench.csv --free modulus,lead -o residual.png
     """
     from sits_mech.analysis import comparison
-    from sits_mech.readout.loads import fixed
+    from sits_mech.readout.loads import fixed, several
     from sits_mech.readout.measured import read_measured
     from sits_mech.report.folder import read_calibration
     from sits_mech.report.pictures.curves import save_figure
@@ -166,7 +166,7 @@ def compare(
     sensor, data = read_calibration(folder)
     tank = comparison.tank_of(sensor, data, None if clock is None else quantity(clock, "Hz", "--clock"))
     names = [coil.name for coil in sensor.coils]
-    bench = read_measured(measured, comparison.varied(data), names, tank, fixed(data))
+    bench = read_measured(measured, several(data), names, tank, fixed(data))
     found = comparison.compare(sensor, data, bench, [name.strip() for name in free.split(",")])
     if output is not None:
         save_figure(comparison_figure(found, names), output)

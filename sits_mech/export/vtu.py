@@ -24,14 +24,14 @@ from numpy.typing import NDArray
 from sits_mech.cases import DONE
 from sits_mech.export.source import Source
 from sits_mech.geometry.outline import target_outline
-from sits_mech.geometry.windings import coil_bars, layer_heights
+from sits_mech.geometry.windings import layer_heights
 from sits_mech.magnetics.space.stream import placed
 from sits_mech.mechanics.block import BlockPad, block_pad, deformed_pad
 from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh, planar_layer
 from sits_mech.mechanics.pad.section import layer_parts
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, Wrench
 from sits_mech.readout.loads import load_words, points, varied, wrench_of
-from sits_mech.report.pictures.cuts import target_cut
+from sits_mech.report.pictures.cuts import coil_cut, target_cut
 from sits_mech.scene.files import write_bytes, write_text
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
 
@@ -175,7 +175,7 @@ def _section(model: PlanarLayer, found: Equilibrium, still: Equilibrium) -> list
     layer = Piece(_LAYER, _flat(places[kept]), _flat(places[kept] - at_rest), [("quad", quads.reshape(-1, 4))], J)
     target, _ = layer_parts(model.sensor)
     plate, there = (target_cut(target, pose) for pose in (found.pose, _rest(model.sensor)))
-    tracks = _tracks(model.sensor)
+    tracks = np.concatenate([coil_cut(coil)[0] for coil in model.sensor.coils])
     return [layer, _boxes(_TARGET, plate, plate - there), _boxes(_COIL, tracks, np.zeros_like(tracks))]
 
 
@@ -192,16 +192,6 @@ def _boxes(part: float, corners: Array, moved: Array) -> Piece:
     return Piece(
         part, _flat(corners.reshape(-1, 2)), _flat(moved.reshape(-1, 2)), [("quad", quads)], np.ones(len(corners))
     )
-
-
-def _tracks(sensor: Sensor) -> Array:
-    """Return the corners of every track's section [m], shape (m, 4, 2)."""
-    found = []
-    for coil in sensor.coils:
-        bars = coil_bars(coil)
-        corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * (bars.width / 2, bars.thickness / 2)
-        found.append(np.stack([bars.x, bars.z], axis=1)[:, None, :] + corners)
-    return np.concatenate(found)
 
 
 def _flat(plane: Array) -> Array:

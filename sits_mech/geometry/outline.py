@@ -17,7 +17,7 @@ from scipy.spatial import Delaunay, cKDTree
 from sits_mech.geometry.sheet_plan import Grading, Integers, Plan, graded_axis
 from sits_mech.quantities import Array
 from sits_mech.scene.outlines import Loop, edges, first_crossing, inside_loops, read_loops, signed_area
-from sits_mech.scene.sensor import Target
+from sits_mech.scene.sensor import Elastomer, Target
 
 _DEPTH = 0.3  # of the rim's quadrilaterals together, over the narrowest width of metal
 _TRIES = 4
@@ -48,11 +48,20 @@ def target_outline(target: Target, outline: Outline | None = None) -> Outline:
         return outline
     if target.shape == "outline" and target.points is not None:
         return Outline((target.points, *target.holes))
-    if target.shape == "disc":
+    return _simple_outline(target.extent, target.shape == "disc")
+
+
+def pad_outline(layer: Elastomer) -> Outline:
+    """Return the outline of an elastomer, from its centre."""
+    return _simple_outline(layer.extent, layer.diameter is not None)
+
+
+def _simple_outline(extent: tuple[float, float], is_round: bool) -> Outline:
+    """Return the outline of a disc, as a polygon, or of a rectangle."""
+    a, b = extent[0] / 2, extent[1] / 2
+    if is_round:
         angle = np.linspace(0.0, 2 * np.pi, 128, endpoint=False)
-        radius = target.extent[0] / 2
-        return Outline((tuple(zip((radius * np.cos(angle)).tolist(), (radius * np.sin(angle)).tolist(), strict=True)),))
-    a, b = target.extent[0] / 2, target.extent[1] / 2
+        return Outline((tuple(zip((a * np.cos(angle)).tolist(), (a * np.sin(angle)).tolist(), strict=True)),))
     return Outline((((-a, -b), (a, -b), (a, b), (-a, b)),))
 
 

@@ -26,7 +26,7 @@ from sits_mech.scene.sensor import Coil, Sensor
 from sits_mech.threads import one_thread
 from sits_mech.units import checked_tolerance
 
-_KIND = Kind("axisymmetric", "H", beyond="sheets")
+_KIND = Kind("axisymmetric", "H")  # what leaves the axis `_check_coaxial` refuses
 _MOST = 4200  # rings in half the disc: half a minute and a gigabyte
 _APART = 1e-9  # off the axis by less than this is coaxial [m]
 

@@ -7,9 +7,11 @@ polynomials through its points (of more than six splines of degree five without 
     f = sum over the solved blocks nu of D_nu,     D_nu = sum_{e in {0, 1}^d} (-1)^|e| U_{nu - e}      (Smolyak 1963)
 
 which goes through every solved point. Which blocks is told by their sizes S_nu = max |D_nu| over their points, that is
-by how far the map before missed them (Gerstner & Griebel 2003). A block that is not solved, but whose neighbours below
-are, is expected to have a quarter of the largest of theirs, for each output; the error of the map is the root of the
-sum of the squares of all those, and the largest is solved next until the error is small enough. Numbers only.
+by how far the map before missed them (Gerstner & Griebel 2003). A block that is not solved, but a neighbour below it
+is, is expected to have a quarter of the largest of theirs, for each output; the error of the map is the root of the sum
+of the squares of all those, and the largest, with all below it, is solved next until the error is small enough. It need
+not have all below it solved to count: what is odd in one variable shows how it bends in another beside zero alone.
+Numbers only.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from operator import lt
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -93,7 +96,8 @@ def solve_part(
         if np.all(error <= wanted):
             return SolvedPart(axes, tuple(sizes), found, error)
         shares = {block: float(np.max(size / wanted)) for block, size in expected.items()}
-        new = [next(block for block, share in shares.items() if share >= max(shares.values()) / _TIE)]
+        worst = next(block for block, share in shares.items() if share >= max(shares.values()) / _TIE)
+        new = [block for block in itertools.product(*(range(level + 1) for level in worst)) if block not in sizes]
         found = _solved(solve, axes, levels, found, new)
     return None
 
@@ -186,7 +190,7 @@ def _tensor(
 
 def _expected(sizes: Mapping[Block, Array], block: Block) -> Array:
     """Return what a block that is not solved is expected to have of each output, shape (n,)."""
-    return np.asarray(_DECAY * np.max([sizes[below] for below in _below(block)], axis=0))
+    return np.asarray(_DECAY * np.max([sizes[below] for below in _below(block) if below in sizes], axis=0))
 
 
 def _below(block: Block) -> Iterator[Block]:
@@ -195,10 +199,9 @@ def _below(block: Block) -> Iterator[Block]:
 
 
 def _next_blocks(solved: Mapping[Block, Array], levels: Levels) -> list[Block]:
-    """Return the blocks that are not solved, all of whose neighbours below are, in one order."""
+    """Return the blocks that are not solved, but a neighbour below is, in one order."""
     above = {block[:k] + (level + 1,) + block[k + 1 :] for block in solved for k, level in enumerate(block)}
-    inside = (block for block in above - set(solved) if all(n < len(own) for n, own in zip(block, levels, strict=True)))
-    return sorted(block for block in inside if all(below in solved for below in _below(block)))
+    return sorted(block for block in above - set(solved) if all(map(lt, block, map(len, levels))))
 
 
 def _blocks(levels: Levels, most: int) -> list[Block]:

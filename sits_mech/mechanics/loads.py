@@ -14,7 +14,7 @@ import numpy as np
 
 from sits_mech.cases import DONE, Progress, Row, attempt, case_path, finish, read_case
 from sits_mech.mechanics.rest.pairs import load_words
-from sits_mech.mechanics.symmetry import Symmetry
+from sits_mech.mechanics.symmetry import Symmetry, image_of
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor, scene_hash
 from sits_mech.version import __version__
@@ -98,8 +98,7 @@ def _moved(row: Row, matrix: Array) -> Row:
         return row
     moved: Row = {}
     for names, signed in ((POSE, matrix), (_ERRORS, np.abs(matrix))):
-        shares = np.where(signed == 0.0, 0.0, signed * [row[name] for name in names])  # an unknown error stays its own
-        moved |= dict(zip(names, (float(part) + 0.0 for part in shares.sum(axis=1)), strict=True))
+        moved |= dict(zip(names, image_of(signed, [row[name] for name in names]).tolist(), strict=True))
     return row | moved
 
 

@@ -23,6 +23,7 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from sits_mech.quantities import Array, Wrench
 from sits_mech.scene.sensor import Sensor
@@ -104,6 +105,11 @@ def symmetry_of(sensor: Sensor) -> Symmetry:
     if all(is_round for _, is_round in parts):
         return Symmetry("disc")
     return Symmetry("square" if all(size[0] == size[1] for size, _ in parts) else "rectangle")
+
+
+def image_of(matrix: Array, components: ArrayLike) -> Array:
+    """Return the image of a load or a pose (6,); what is infinite or unknown has no part in what it does not reach."""
+    return np.asarray((matrix * np.where(matrix == 0.0, 0.0, components)).sum(axis=1) + 0.0)
 
 
 def _matrix(Q: Array) -> Array:

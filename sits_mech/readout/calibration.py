@@ -28,7 +28,7 @@ from sits_mech.readout.inversion import NO_SOLUTION as NO_SOLUTION
 from sits_mech.readout.inversion import OK as OK
 from sits_mech.readout.inversion import OUTSIDE as OUTSIDE
 from sits_mech.readout.inversion import Inverse, Search
-from sits_mech.readout.loads import varied
+from sits_mech.readout.loads import several, varied
 
 
 @dataclass(frozen=True)
@@ -258,7 +258,7 @@ def calibration(
     ValueError
         When there is no force with more than one value, or too few loads.
     """
-    names = tuple(name for name in varied(data) if data.sizes[name] > 1)
+    names = several(data)
     if not names:
         raise ValueError("table: must hold at least two values of a force; got one load")
     data = data.isel({name: 0 for name in varied(data) if name not in names})

@@ -19,6 +19,11 @@ def varied(data: xr.Dataset) -> tuple[str, ...]:
     return tuple(name for name in WRENCH if name in data.dims)
 
 
+def several(data: xr.Dataset) -> tuple[str, ...]:
+    """Return the components that a table has more than one value of, in the order of `WRENCH`."""
+    return tuple(name for name in varied(data) if data.sizes[name] > 1)
+
+
 def fixed(data: xr.Dataset) -> dict[str, float]:
     """Return the components that a table names as the same for all its loads [N, N m]; the others of them are zero."""
     return {name: float(data[name]) for name in WRENCH if name in data.coords and name not in data.dims}

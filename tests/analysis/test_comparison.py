@@ -9,11 +9,12 @@ import xarray as xr
 
 from sits_mech.analysis import comparison
 from sits_mech.analysis.bench import sensor_calibration, terminals
-from sits_mech.analysis.comparison import compare, tank_of, varied
+from sits_mech.analysis.comparison import compare, tank_of
 from sits_mech.cases import save_table
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.cli.main import run
 from sits_mech.quantities import POSE, Impedance, Pose, SolveReport
+from sits_mech.readout.loads import several
 from sits_mech.readout.measured import Measured, read_measured
 from sits_mech.report.folder import cases_folder
 from sits_mech.report.pictures.curves import save_figure
@@ -130,7 +131,7 @@ def test_three_axes_by_codes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         rows = [",".join(f"{number!r}" for number in row) for row in np.c_[F, np.rint(known.codes(F / true))].tolist()]
         (tmp_path / "bench.csv").write_text("F_x,F_z,F_y,code1,code2,code3,code4\n" + "\n".join(rows))
         tank = tank_of(scene, table)
-        bench = read_measured(tmp_path / "bench.csv", varied(table), list(known.coils), tank)
+        bench = read_measured(tmp_path / "bench.csv", several(table), list(known.coils), tank)
         found = compare(scene, table, bench, ["modulus", "lead"])
         assert found.fit.values[0] == pytest.approx(true, abs=0.005)
         assert abs(found.fit.values[0] - true) <= 2.0 * found.fit.half_widths[0]
@@ -138,7 +139,7 @@ def test_three_axes_by_codes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     save_figure(figure, tmp_path / "rest.png")
     with pytest.raises(ValueError, match=r"column M_x: must be 0 N m, the calibration varies F_x, F_z, F_y alone; got"):
         (tmp_path / "bench.csv").write_text("F_x,F_z,F_y,M_x [N mm],L1,L2,L3,L4\n" + "1,1,1,3,4,4,4,4\n" * 5)
-        read_measured(tmp_path / "bench.csv", varied(table), list(known.coils))
+        read_measured(tmp_path / "bench.csv", several(table), list(known.coils))
 
 
 def test_compare_command(

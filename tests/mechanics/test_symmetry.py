@@ -7,7 +7,7 @@ import pytest
 
 from sits_mech.chain.simulate import at_rest
 from sits_mech.mechanics.block import block_pad
-from sits_mech.mechanics.symmetry import Symmetry, symmetry_of
+from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetry_of
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
 
@@ -92,6 +92,15 @@ def test_what_a_load_cannot_cause() -> None:
 def test_pad_and_target_make_the_symmetry(name: str, changes: tuple[str, ...], kind: str) -> None:
     """Coils play no part."""
     assert symmetry_of(load_sensor(name, list(changes))).kind == kind
+
+
+def test_an_unknown_error_stays_its_own() -> None:
+    """Infinite or NaN in one component: the others are as they are, swapped or left out."""
+    swap = Symmetry("square").images[4]
+    error = [1.0, 2.0, 3.0, np.inf, 5.0, np.nan]
+    np.testing.assert_array_equal(image_of(np.abs(swap), error), [np.inf, 2.0, 5.0, 1.0, 3.0, np.nan])
+    kept = Symmetry("rectangle").projection(Wrench(0.3, 1.0))
+    np.testing.assert_array_equal(image_of(kept, error), [1.0, 2.0, 3.0, 0.0, 0.0, 0.0])
 
 
 def _turned(name: str, load: Wrench) -> float:

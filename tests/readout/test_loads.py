@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.quantities import Wrench
-from sits_mech.readout.loads import at_middle, fixed, points, varied, wrench_of
+from sits_mech.readout.loads import at_middle, fixed, points, several, varied, wrench_of
 
 
 def made(**loads: object) -> xr.Dataset:
@@ -20,6 +20,7 @@ def made(**loads: object) -> xr.Dataset:
 def test_what_varies_and_what_does_not() -> None:
     """In the order of a wrench; each point knows its whole load."""
     data = made(F_x=[-1.0, 1.0], F_z=2.0, F_y=[0.0, 0.5, 1.0], M_z=1e-3)
+    assert several(made(F_x=[0.5], F_y=[0.0, 1.0])) == ("F_y",)
     assert varied(data) == ("F_x", "F_y") and fixed(data) == {"F_z": 2.0, "M_z": 1e-3}
     assert wrench_of(list(points(data))[4]) == Wrench(1.0, 2.0, F_y=0.5, M_z=1e-3)
 

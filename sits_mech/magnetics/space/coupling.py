@@ -27,6 +27,7 @@ from sits_mech.scene.sensor import Coil
 
 _POINTS = 100_000  # held at once
 _DRIVES = 4_000_000  # numbers held at once
+_BLOCK = 8  # coils of about one level, answered together
 
 
 def reactions(
@@ -148,15 +149,26 @@ def _reaction(plate: Sheeted, drive: Array, levels: Integers, omega: float) -> C
     """Sum of the classes' reactions for drives (p, n, all classes' r) of coils of some levels, high ones first."""
     p, n, _ = drive.shape
     total = np.zeros((p, n, 2, n))
-    firsts = np.flatnonzero(np.diff(levels, prepend=-1))
+    firsts = _blocks(levels)
     for first, end in zip(firsts, (*firsts[1:], n), strict=True):
         start, found = 0, np.zeros((p, 2 * (end - first), n - first))
         for basis, Y in zip(plate.bases, _responses(plate, omega), strict=True):
             r = basis.widths[levels[first]]
-            part = drive[:, first:, start : start + r]
-            answer = part[:, : end - first].reshape(p * (end - first), r) @ Y[:r, :, :r].reshape(r, 2 * r)
-            found += answer.reshape(p, 2 * (end - first), r) @ np.swapaxes(part, 1, 2)
+            if r > 0:
+                part = drive[:, first:, start : start + r]
+                answer = part[:, : end - first].reshape(p * (end - first), r) @ Y[:r, :, :r].reshape(r, 2 * r)
+                found += answer.reshape(p, 2 * (end - first), r) @ np.swapaxes(part, 1, 2)
             start += len(Y)
         total[:, first:end, :, first:] = found.reshape(p, end - first, 2, n - first)
-    Z = (total[:, :, 0] + 1j * total[:, :, 1]) * (np.sign(levels[:, None] - levels) / 2 + 0.5)
+    block = np.searchsorted(firsts, np.arange(n), "right")
+    Z = (total[:, :, 0] + 1j * total[:, :, 1]) * (np.sign(block - block[:, None]) / 2 + 0.5)
     return np.asarray(Z + np.swapaxes(Z, 1, 2))
+
+
+def _blocks(levels: Integers) -> list[int]:
+    """Return where blocks of coils of like level begin, levels descending; small ones cost more than they save."""
+    found = [0]
+    for k in np.flatnonzero(np.diff(levels)) + 1:
+        if min(k - found[-1], len(levels) - k) >= _BLOCK:
+            found.append(int(k))
+    return found

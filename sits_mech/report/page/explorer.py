@@ -18,15 +18,15 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.codes import Readings
-from sits_mech.geometry.outline import target_outline
+from sits_mech.geometry.outline import pad_outline, target_outline
 from sits_mech.geometry.solids import as_plate
 from sits_mech.geometry.windings import layer_heights, turn_radii
 from sits_mech.quantities import POSE, UNITS, Array, shown_unit
 from sits_mech.readout.crosstalk import signals_of
-from sits_mech.readout.loads import fixed, varied
+from sits_mech.readout.loads import fixed, several, varied
 from sits_mech.readout.signals import told
 from sits_mech.report.records import json_text
-from sits_mech.scene.sensor import Conductor, Elastomer, Sensor
+from sits_mech.scene.sensor import Conductor, Sensor
 
 _MM = 1e3
 _MOST = 300_000  # numbers in a page
@@ -163,7 +163,7 @@ def sliders(data: xr.Dataset) -> str:
 
 def charts(data: xr.Dataset, items: list[Record]) -> list[Record]:
     """Return the curves that are drawn: each signal against the force that it answers, at several values of another."""
-    varies = [name for name in varied(data) if data.sizes[name] > 1]
+    varies = several(data)
     own, found = {signal: force for force, signal in signals_of(data).items()}, []
     for item in items:
         along = own.get(item["name"])
@@ -223,8 +223,9 @@ def parts_of(sensor: Sensor) -> Record:
     ]  # fmt: skip
     layer, target = sensor.elastomer, sensor.target
     rest = 0.0 if layer is None else _MM * (layer.standoff + layer.thickness)
-    pad = None if layer is None else {"loop": _rim(layer), "bottom": _MM * layer.standoff}
-    plate = None
+    pad = plate = None
+    if layer is not None:
+        pad = {"loop": (_MM * pad_outline(layer).rim).round(6).tolist(), "bottom": _MM * layer.standoff}
     if target is not None:
         loops = [(_MM * np.array(loop)).round(6).tolist() for loop in target_outline(target).loops]
         plate = {"loops": loops, "thickness": _MM * target.thickness}
@@ -240,12 +241,3 @@ def _fixed(part: Conductor) -> Record:
     (rim, *_), z = target_outline(as_plate(part)).loops, part.centre[2]
     loop, half = (_MM * (np.array(rim) + part.centre[:2])).round(6).tolist(), part.thickness / 2
     return {"name": part.name, "loop": loop, "low": _MM * (z - half), "high": _MM * (z + half)}
-
-
-def _rim(layer: Elastomer) -> list[list[float]]:
-    """Return the outline of a pad."""
-    a, b = (_MM * size / 2 for size in layer.extent)
-    if layer.diameter is None:
-        return [[-a, -b], [a, -b], [a, b], [-a, b]]
-    turn = np.linspace(0.0, 2.0 * np.pi, 97)[:-1]
-    return [[a * math.cos(angle), a * math.sin(angle)] for angle in turn.tolist()]

@@ -16,7 +16,7 @@ import xarray as xr
 
 from sits_mech.quantities import Array, shown_unit
 from sits_mech.readout.crosstalk import components_of, crosstalk, short_name, signals_of
-from sits_mech.readout.loads import at_middle, varied
+from sits_mech.readout.loads import at_middle, several
 from sits_mech.scene.files import replaced
 from sits_mech.scene.sensor import SceneError
 
@@ -111,14 +111,14 @@ def signal_curves(data: xr.Dataset, force: str) -> Figure:
         When the table varies no component of the load, or matplotlib is missing.
     """
     signal, second = signals_of(data)[force], "F_x" if force == "F_z" else "F_z"
-    names = [name for name in varied(data) if data.sizes[name] > 1]
-    along = next((name for name in (force, *names) if name in names and (name != second or names == [second])), None)
+    names = several(data)
+    along = next((name for name in (force, *names) if name in names and (name != second or names == (second,))), None)
     family = next((name for name in (second, *names) if name in names and name != along), None)
     if along is None:
         raise SceneError("curves: need a table over at least one component of the load; this one holds a single load")
     data, held = at_middle(data, [along, *([] if family is None else [family])])
     with new_figure() as (figure, (axes,)):
-        curves = _curves(data, signal, along, family)
+        curves = _curves(data, signal, family)
         for (name, values, errors), shade in zip(curves, _shades(len(curves)), strict=True):
             axes.errorbar(
                 data[along], values, errors, color=shade, marker="o", markersize=2.2, linewidth=0.9, elinewidth=0.6,
@@ -133,7 +133,7 @@ def signal_curves(data: xr.Dataset, force: str) -> Figure:
     return figure
 
 
-def _curves(data: xr.Dataset, signal: str, along: str, family: str | None) -> list[tuple[str, Array, Array]]:
+def _curves(data: xr.Dataset, signal: str, family: str | None) -> list[tuple[str, Array, Array]]:
     """Return label, values and errors of each curve; two that are one by mirror symmetry go as one, with both signs."""
     if family is None:
         values, errors = (data[f"{kind}{signal}"].to_numpy() for kind in ("", "error_"))
@@ -183,7 +183,7 @@ def crosstalk_map(data: xr.Dataset) -> Figure:
     SceneError
         When the table does not vary two components, or none that has a signal of its own, or matplotlib is missing.
     """
-    data, held = at_middle(data, [name for name in varied(data) if data.sizes[name] > 1])
+    data, held = at_middle(data, several(data))
     components, stray = components_of(data), crosstalk(data)
     if len(components) < 2 or not stray:
         raise SceneError("crosstalk: needs a table over two components of the load, one of them with a signal")

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from sits_mech.geometry.outline import target_outline
+from sits_mech.geometry.outline import pad_outline, target_outline
 from sits_mech.geometry.solids import as_plate
 from sits_mech.geometry.windings import kinds_of, turn_radii
 from sits_mech.quantities import Array
@@ -106,21 +106,13 @@ def _plates(sensor: Sensor) -> list[Plate]:
     layer, target = sensor.elastomer, sensor.target
     if layer is not None:
         bottom, rest = _MM * layer.standoff, _MM * (layer.standoff + layer.thickness)
-        found.append(Plate("pad", (_rim(layer),), bottom, rest, _sizes(layer), "#efcf9f"))
+        found.append(Plate("pad", (_MM * pad_outline(layer).rim,), bottom, rest, _sizes(layer), "#efcf9f"))
     if target is not None:
         own = tuple(_MM * np.array(loop) for loop in target_outline(target).loops)
         where = "" if layer is not None else "; no pad: its height is that of a pose"
         rest = rest if layer is not None else np.nan
         found.append(Plate("target", own, rest, rest + _MM * target.thickness, _sizes(target) + where, "#b87333"))
     return found
-
-
-def _rim(layer: Elastomer) -> Array:
-    """Return the outline of a pad [mm]."""
-    if layer.diameter is not None:
-        angle = np.linspace(0.0, 2.0 * np.pi, 129)[:-1]
-        return np.asarray(_MM * layer.diameter / 2 * np.column_stack([np.cos(angle), np.sin(angle)]))
-    return np.asarray(_MM * np.array(layer.extent) / 2 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]))
 
 
 def _disc(coil: Coil) -> Array:

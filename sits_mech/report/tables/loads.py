@@ -113,7 +113,7 @@ def summary_table(data: xr.Dataset) -> Table:
     -------
     Table
         Sensitivities in the middle of the grid, full scales, crosstalk of every component into the signals of the
-        others, and what the rotation of a pair's target is read as.
+        others, and what the rotation of the target is read as.
     """
     found = Table(title="figures of merit", show_edge=False)
     for heading in ("figure", "value", "unit"):
