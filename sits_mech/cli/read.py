@@ -118,10 +118,13 @@ def quality(
     from sits_mech.readout import quality as figures
     from sits_mech.report.folder import read_calibration
     from sits_mech.report.tables.quality import components_record, quality_record, quality_tables
+    from sits_mech.units import SceneError
     from sits_mech.units import quantity as written
 
     sensor, data = read_calibration(folder)
     cal, off = sensor_calibration(sensor, data), deviations.given()
+    if noise is None and sensor.readout.converter == "none":
+        raise SceneError('--noise: must be given, such as "1 pH": the scene has readout.converter = "none"')
     one = None if noise is None else written(noise, "H", "--noise")
     sizes = sensor_front_end(sensor, data)[0].noise if one is None else np.full(len(cal.coils), one)
     loop = None if period is None else _loop(sensor, data, period)

@@ -16,7 +16,7 @@ from sits_mech.chain.calibrate import calibrate
 from sits_mech.cli.main import run
 from sits_mech.quantities import Equilibrium, Impedance, Pose, SolveReport, Wrench
 from sits_mech.readout.calibration import calibration_of
-from sits_mech.scene.sensor import Coil, Sensor, load_sensor, save_sensor
+from sits_mech.scene.sensor import Coil, Sensor, changed, load_sensor, save_sensor, scene_hash, scene_text
 
 REPORT = SolveReport("by hand", 1, 1, 0.0, 0.0, 0.0)
 
@@ -151,6 +151,12 @@ def test_quality_command(
     assert run(["quality", str(tmp_path), "--gap", "2 N"]) == 2
     assert run(["quality", str(tmp_path), "--period", "0 s"]) == 2
     assert "period must be a positive time" in capsys.readouterr().err
+    bare = changed(sensor, ['readout.converter="none"'])
+    save_table(data.assign_attrs(scene=scene_text(bare), scene_hash=scene_hash(bare)), tmp_path / "result.nc")
+    save_sensor(bare, tmp_path / "scene.toml")
+    assert run(["quality", str(tmp_path), "--noise", "10 fH"]) == 0
+    assert run(["quality", str(tmp_path)]) == 2
+    assert "--noise: must be given" in capsys.readouterr().err
 
 
 def test_quality_of_forces_that_two_coils_cannot_resolve(
