@@ -30,6 +30,8 @@ from sits_mech.readout.inversion import OUTSIDE as OUTSIDE
 from sits_mech.readout.inversion import Inverse, Search
 from sits_mech.readout.loads import several, varied
 
+_LOST = 4.0  # errors of a force, in halves of its range, beyond which nothing is known of it
+
 
 @dataclass(frozen=True)
 class Calibration:
@@ -210,15 +212,22 @@ class Calibration:
 
     @cached_property
     def unresolved(self) -> tuple[str, ...]:
-        """Forces that the coils do not resolve: whose errors by map and table are twice their range at most loads."""
+        """Forces that the coils do not resolve: whose errors by map and table are twice their range.
+
+        At most loads, or where a load passes through none: a force that acts evenly there has no sign to be read.
+        """
         if len(self.coils) < len(self.forces):
             return self.forces
-        x, off = np.concatenate(self.seeds), np.array(self.map.error)
-        off = np.where(np.isfinite(off), off, 0.0) + (0.0 if self.model_error is None else self.model_error)
-        answers = self.search.answers(x)
-        spread = np.median(np.abs(answers) @ off, axis=0)  # in halves of the range
-        blind = np.all(answers == 0.0, axis=2).mean(axis=0) > 0.5  # nothing is left of its slopes
-        return tuple(name for name, size, none in zip(self.forces, spread, blind, strict=True) if size > 4.0 or none)
+        off = np.where(np.isfinite(self.map.error), self.map.error, 0.0)
+        off = off + (0.0 if self.model_error is None else self.model_error)
+        least = self.map.scaled(np.clip(0.0, self.low, self.high))
+        lost = [
+            (np.median(np.abs(answers) @ off, axis=0) > _LOST)  # in halves of the range
+            | (np.all(answers == 0.0, axis=2).mean(axis=0) > 0.5)  # nothing is left of its slopes
+            for answers in map(self.search.answers, (np.concatenate(self.seeds), least[None]))
+        ]
+        none = lost[0] | (lost[1] & (np.abs(least) < 1.0 - 1e-9))
+        return tuple(name for name, unseen in zip(self.forces, none, strict=True) if unseen)
 
     @cached_property
     def share(self) -> float:

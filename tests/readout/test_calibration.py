@@ -165,3 +165,19 @@ def test_a_table_without_forces_is_refused() -> None:
     assert cal.inverse(pair(0.1, 2.0)).forces == pytest.approx([0.1, 2.0], abs=1e-3)
     with pytest.raises(ValueError, match="coil b does not"):
         calibration_of(F, pair(*F.T) * [1, 0], forces=("F_x", "F_z"), coils=("a", "b"), free=free)
+
+
+def test_a_force_without_a_sign_is_named_and_refused() -> None:
+    """Two coils on x see how far the target goes along y, not to which side; from none on they tell it."""
+    line = np.linspace(-1.0, 1.0, 9)
+
+    def read(low: float) -> Calibration:
+        """Return the calibration over F_x and F_y from `low` to 1."""
+        F = np.stack(np.meshgrid(line, np.linspace(low, 1.0, 9), indexing="ij"), -1).reshape(-1, 2)
+        L = pair(F[:, 0], np.zeros(len(F))) * (1.0 + 0.01 * F[:, 1:] ** 2)
+        return calibration_of(F, L, forces=("F_x", "F_y"), coils=("a", "b"), free=("H", [2e-6, 2e-6]))
+
+    assert read(-1.0).unresolved == ("F_y",)
+    with pytest.raises(ValueError, match="a, b do not resolve F_y of F_x, F_y: condition number"):
+        read(-1.0).inverse([1.9e-6, 1.9e-6])
+    assert read(0.0).unresolved == () and read(0.0).domain.share > 0.9

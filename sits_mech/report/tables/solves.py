@@ -19,7 +19,7 @@ def with_error(value: float, error: float) -> str:
     """Return a number with its error, both to the error's second digit: ``12.34 +- 0.21``; "-" where there is none."""
     if not math.isfinite(value):
         return "-"
-    if not math.isfinite(error) or abs(error) < 1e-12 * abs(value) or error == 0.0:
+    if not math.isfinite(error) or abs(error) < 1e-12 * max(abs(value), 1.0):  # rounding, in any unit that is printed
         return f"{value:.6g} +- {'0' if math.isfinite(error) else '?'}"
     digits = _digits(error)
     return f"{value:.{digits}f} +- {abs(error):.{digits}f}"
