@@ -30,8 +30,6 @@ from sits_mech.readout.inversion import OUTSIDE as OUTSIDE
 from sits_mech.readout.inversion import Inverse, Search
 from sits_mech.readout.loads import several, varied
 
-_LOST = 4.0  # errors of a force, in halves of its range, beyond which nothing is known of it
-
 
 @dataclass(frozen=True)
 class Calibration:
@@ -212,21 +210,14 @@ class Calibration:
 
     @cached_property
     def unresolved(self) -> tuple[str, ...]:
-        """Forces that the coils do not resolve: whose errors by map and table are twice their range.
-
-        At most loads, or where a load passes through none: a force that acts evenly there has no sign to be read.
-        """
+        """Forces of which map and table leave nothing known, at most loads or where they pass through none, evenly."""
         if len(self.coils) < len(self.forces):
             return self.forces
         off = np.where(np.isfinite(self.map.error), self.map.error, 0.0)
         off = off + (0.0 if self.model_error is None else self.model_error)
         least = self.map.scaled(np.clip(0.0, self.low, self.high))
-        lost = [
-            (np.median(np.abs(answers) @ off, axis=0) > _LOST)  # in halves of the range
-            | (np.all(answers == 0.0, axis=2).mean(axis=0) > 0.5)  # nothing is left of its slopes
-            for answers in map(self.search.answers, (np.concatenate(self.seeds), least[None]))
-        ]
-        none = lost[0] | (lost[1] & (np.abs(least) < 1.0 - 1e-9))
+        whole, here = (self.search.lost(x, off) for x in (np.concatenate(self.seeds), least[None]))
+        none = whole | (here & (np.abs(least) < 1.0 - 1e-9))
         return tuple(name for name, unseen in zip(self.forces, none, strict=True) if unseen)
 
     @cached_property
@@ -352,8 +343,8 @@ def check_resolved(cal: Calibration) -> None:
     """Refuse a calibration whose coils are fewer than its forces, or do not resolve one of them."""
     check_enough(cal.coils, cal.forces)
     if cal.unresolved:
-        names = ", ".join(cal.unresolved)
+        coils, names, forces = (", ".join(words) for words in (cal.coils, cal.unresolved, cal.forces))
         raise ValueError(
-            f"coils: {', '.join(cal.coils)} do not resolve {names} of {', '.join(cal.forces)}: condition number "
-            f"{cal.condition:.2g}, errors of twice the range; leave it out, or add coils that it changes"
+            f"coils: {coils} do not resolve {names} of {forces}: condition number {cal.condition:.2g}, errors of twice "
+            "the range; leave it out, or add coils that it changes"
         )

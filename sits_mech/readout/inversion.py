@@ -42,6 +42,7 @@ APART = 1e-3
 """Two answers, of half the range."""
 _SINGULAR = 1e-10  # of the longest column: what is left of a shorter one has no direction
 _BLOCK = 4096  # readings at a time
+_LOST = 4.0  # errors of a force, in halves of its range
 
 Statuses = NDArray[np.str_]
 
@@ -111,6 +112,12 @@ class Search:
     def answers(self, x: Array) -> Array:
         """Return the derivatives of the inverse by the inductances (m, d, n), of scaled forces [1/unit]."""
         return np.moveaxis(self._inverse(np.moveaxis(self.map.value_and_slopes(x)[1], 0, 2)), 2, 0)
+
+    def lost(self, x: Array, off: Array) -> NDArray[np.bool_]:
+        """Tell of each force whether errors (n,) of the inductances leave nothing known of it at most of some loads."""
+        answers = self.answers(x)
+        blind = np.all(answers == 0.0, axis=2).mean(axis=0) > 0.5  # nothing is left of its slopes
+        return np.asarray(blind | (np.median(np.abs(answers) @ off, axis=0) > _LOST))
 
     def _inverse(self, slopes: Array) -> Array:
         """Return the least-squares inverses (d, n, m) of slopes (n, d, m) [1/unit]."""
