@@ -210,7 +210,7 @@ class Calibration:
 
     @cached_property
     def unresolved(self) -> tuple[str, ...]:
-        """Forces of which map and table leave nothing known, at most loads or where they pass through none, evenly."""
+        """Forces of which nothing is known by errors and condition, at most loads or where they pass through none."""
         if len(self.coils) < len(self.forces):
             return self.forces
         off = np.where(np.isfinite(self.map.error), self.map.error, 0.0)

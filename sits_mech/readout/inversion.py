@@ -43,6 +43,7 @@ APART = 1e-3
 _SINGULAR = 1e-10  # of the longest column: what is left of a shorter one has no direction
 _BLOCK = 4096  # readings at a time
 _LOST = 4.0  # errors of a force, in halves of its range
+_HOPELESS = 1e3  # condition of the slopes: large errors alone are told beside an answer
 
 Statuses = NDArray[np.str_]
 
@@ -114,10 +115,14 @@ class Search:
         return np.moveaxis(self._inverse(np.moveaxis(self.map.value_and_slopes(x)[1], 0, 2)), 2, 0)
 
     def lost(self, x: Array, off: Array) -> NDArray[np.bool_]:
-        """Tell of each force whether errors (n,) of the inductances leave nothing known of it at most of some loads."""
-        answers = self.answers(x)
-        blind = np.all(answers == 0.0, axis=2).mean(axis=0) > 0.5  # nothing is left of its slopes
-        return np.asarray(blind | (np.median(np.abs(answers) @ off, axis=0) > _LOST))
+        """Tell of each force whether it is lost at most of some loads (m, d), inductances off by errors (n,).
+
+        There the slopes are next to singular, and the errors leave nothing known of it, or nothing is left of its own.
+        """
+        answers, slopes = self.answers(x), self.map.value_and_slopes(x)[1] * self.weights[:, None]
+        singular = np.linalg.cond(slopes) > _HOPELESS
+        blind = np.all(answers == 0.0, axis=2) | (np.abs(answers) @ off > _LOST)
+        return np.asarray((blind & singular[:, None]).mean(axis=0) > 0.5)
 
     def _inverse(self, slopes: Array) -> Array:
         """Return the least-squares inverses (d, n, m) of slopes (n, d, m) [1/unit]."""
