@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.cases import DONE
@@ -120,18 +121,48 @@ def terminals(sensor: Sensor, data: xr.Dataset) -> tuple[xr.Dataset, tuple[str, 
     SceneError
         When the tracks' losses cannot be computed.
     """
-    loads = varied(data)
     found, missing = absolute(sensor, table_impedance(data))
-    good = (data["status"].transpose(*loads) == DONE).to_numpy()
+    good = _converged(data)
     seen, reasons = at_terminals(sensor, replace(found, L=found.L[good], R=found.R[good]))
     if seen is None:
         raise SceneError(f"{sensor.name}: {'; '.join(reasons)}")
     shape = (*good.shape, len(sensor.coils))
     L, R = np.full(shape, np.nan), np.full(shape, np.nan)
     L[good], R[good] = seen.L, seen.R
-    dims = (*loads, "coil")
+    return _over_loads(sensor, data, L=L, R=R), missing
+
+
+def own_inductances(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
+    """Return what a table holds of each coil, driven alone, in henry.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        What was calibrated.
+    data : Dataset
+        As from `calibrate`.
+
+    Returns
+    -------
+    Dataset, dims (*varied(data), coil)
+        ``L`` and ``error_L`` [H], NaN where a load has no result; ``L0`` (coil) [H].
+    """
+    found, good = absolute(sensor, table_impedance(data))[0], _converged(data)[..., None]
+    L, error_L, L0 = (np.diagonal(part, axis1=-2, axis2=-1) for part in (found.L, found.error_L, found.L0))
+    each = {name: np.where(good, part, np.nan) for name, part in (("L", L), ("error_L", error_L))}
+    return _over_loads(sensor, data, **each).assign(L0=("coil", L0))
+
+
+def _converged(data: xr.Dataset) -> NDArray[np.bool_]:
+    """Tell which loads of a table have a result, in the order of `varied`."""
+    return (data["status"].transpose(*varied(data)) == DONE).to_numpy()
+
+
+def _over_loads(sensor: Sensor, data: xr.Dataset, **each: Array) -> xr.Dataset:
+    """Return values of every coil at every load of a table, shape (*sizes, n), under the loads' and coils' names."""
+    loads = varied(data)
     coords = {**{name: data[name] for name in loads}, "coil": [coil.name for coil in sensor.coils]}
-    return xr.Dataset({"L": (dims, L), "R": (dims, R)}, coords=coords), missing
+    return xr.Dataset({name: ((*loads, "coil"), values) for name, values in each.items()}, coords)
 
 
 def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
@@ -194,35 +225,15 @@ def codes_of(sensor: Sensor, front: FrontEnd, L: Array) -> Array:
 
 
 def coil_table(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
-    """Return what a table holds of each coil, for `quality`.
-
-    Parameters
-    ----------
-    sensor : Sensor
-        What was calibrated.
-    data : Dataset
-        As from `calibrate`.
-
-    Returns
-    -------
-    Dataset
-        ``L`` and ``error_L`` over (*varied(data), coil) less what has one value [H], NaN where a load has no result;
-        ``weights`` (signal, coil) of the signals.
-    """
-    loads = varied(data)
-    found, good = absolute(sensor, table_impedance(data))[0], (data["status"].transpose(*loads) == DONE).to_numpy()
-    each = {name: np.diagonal(getattr(found, name), axis1=-2, axis2=-1) for name in ("L", "error_L")}
-    own = {name: ((*loads, "coil"), np.where(good[..., None], values, np.nan)) for name, values in each.items()}
-    own["weights"] = (("signal", "coil"), signal_weights(sensor))
-    coords = {**{name: data[name] for name in loads}, "coil": [coil.name for coil in sensor.coils]}
-    return xr.Dataset(own, coords).isel({name: 0 for name in loads if data.sizes[name] == 1}, drop=True)
+    """Return `own_inductances` for `quality`: less loads that have one value, with ``weights`` (signal, coil)."""
+    own = own_inductances(sensor, data).assign(weights=(("signal", "coil"), signal_weights(sensor)))
+    return own.isel({name: 0 for name in varied(data) if data.sizes[name] == 1}, drop=True)
 
 
 def model_errors(sensor: Sensor, data: xr.Dataset) -> Array:
     """Return the largest estimated error of each coil's inductance over a table, by the solvers, shape (n,) [H]."""
-    found, _ = absolute(sensor, table_impedance(data))
-    own = np.diagonal(found.error_L, axis1=-2, axis2=-1).reshape(-1, len(sensor.coils))
-    return np.asarray(np.nanmax(own, axis=0))
+    own = own_inductances(sensor, data)["error_L"].to_numpy()
+    return np.asarray(np.nanmax(own.reshape(-1, len(sensor.coils)), axis=0))
 
 
 def sensor_front_end(

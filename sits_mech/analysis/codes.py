@@ -1,21 +1,18 @@
 """What is read over a calibration? Each coil's inductance in henry, and the codes of the scene's converter.
 
-The inductances are the table's own (`bench.absolute`), each coil driven alone; the codes are of what the coils show
-at the end of their leads (`bench.terminals`), swinging with the readout's capacitance.
+The inductances are the table's own (`bench.own_inductances`), each coil driven alone; the codes are of what the coils
+show at the end of their leads (`bench.terminals`), swinging with the readout's capacitance.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import absolute, codes_of, sensor_front_end, table_impedance, terminals
-from sits_mech.cases import DONE
+from sits_mech.analysis.bench import codes_of, own_inductances, sensor_front_end, terminals
 from sits_mech.quantities import Array
 from sits_mech.readout.front_end import FrontEnd
-from sits_mech.readout.loads import varied
 from sits_mech.scene.sensor import Sensor
 
 
@@ -55,14 +52,13 @@ def readings(sensor: Sensor, data: xr.Dataset) -> Readings:
     data : Dataset
         As from `calibrate`.
     """
-    found, _ = absolute(sensor, table_impedance(data.where(data["status"] == DONE).assign(L0=data["L0"])))
-    L, error = (np.diagonal(values, axis1=-2, axis2=-1) for values in (found.L, found.error_L))
-    L0 = np.diagonal(found.L0)
+    own = own_inductances(sensor, data)
+    L, error, L0 = (own[name].to_numpy() for name in ("L", "error_L", "L0"))
     if sensor.readout.converter == "none":
         return Readings(L, error, L0, None, None, ("the scene has no converter",))
     try:
         front, missing = sensor_front_end(sensor, data)
     except ValueError as reason:
         return Readings(L, error, L0, None, None, (str(reason),))
-    seen = terminals(sensor, data)[0]["L"].transpose(*varied(data), "coil").to_numpy()
+    seen = terminals(sensor, data)[0]["L"].to_numpy()
     return Readings(L, error, L0, front, codes_of(sensor, front, seen), missing)

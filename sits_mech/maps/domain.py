@@ -69,11 +69,11 @@ class Domain:
     def whitened(self, L: Array) -> Array:
         """Return inductances (m, n) along the leading directions, of size one over the box, shape (m, d)."""
         middle, directions = self.whitening
-        return _product(L - middle, directions)
+        return times(directions.T[..., None], (L - middle).T).T
 
     def holds(self, x: Array, margin: float) -> NDArray[np.bool_]:
         """Tell which scaled forces (m, d) lie inside the hull of the table's loads, or outside by at most `margin`."""
-        return np.asarray(np.max(_product(x, self.hull[:, :-1].T) + self.hull[:, -1], axis=-1) <= margin + 1e-9)
+        return np.asarray(np.max(times(self.hull[:, :-1, None], x.T) + self.hull[:, -1:], axis=0) <= margin + 1e-9)
 
     def beyond(self, L: Array) -> NDArray[np.bool_]:
         """Tell which inductances (m, n) lead further along one of the leading directions than any load's."""
@@ -105,7 +105,7 @@ def domain_of(found: SmoothMap, weights: Array, hull: Array) -> tuple[Domain, tu
     values, slopes = found.value_and_slopes(x.reshape(-1, d))
     inside = (np.max(x @ hull[:, :-1].T + hull[:, -1], axis=-1) <= 1e-9).reshape(-1)
     middle, directions = _whitening(values[inside], slopes[inside], weights)
-    image = _product(values[inside] - middle, directions)
+    image = times(directions.T[..., None], (values[inside] - middle).T).T
     span = np.stack([image.min(axis=0), image.max(axis=0)])
     if directions.shape[1] < d:  # fewer coils than forces: nothing to turn around
         ones = np.full(inside.shape, np.inf).reshape(x.shape[:-1])
@@ -132,12 +132,12 @@ def domain_of(found: SmoothMap, weights: Array, hull: Array) -> tuple[Domain, tu
     return Domain(regions, share, sign, condition, labels, hull, (middle, directions), span), tuple(seeds)
 
 
-def _product(x: Array, matrix: Array) -> Array:
-    """Return x (m, k) times a matrix (k, p), summed in one order whatever m is."""
-    found = np.zeros((len(x), matrix.shape[1]))
-    for column, row in zip(x.T, matrix, strict=True):
-        found += column[:, None] * row
-    return found
+def times(A: Array, x: Array) -> Array:
+    """Return small matrices (p, q, m or 1) times columns (q, m), shape (p, m), summed in one order whatever m is."""
+    found = A[:, 0] * x[0]
+    for k in range(1, len(x)):
+        found += A[:, k] * x[k]
+    return np.asarray(found)
 
 
 def hull_of(x: Array) -> Array:

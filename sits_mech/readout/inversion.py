@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from sits_mech.maps.domain import Domain
+from sits_mech.maps.domain import Domain, times
 from sits_mech.maps.surrogate import SmoothMap
 from sits_mech.quantities import Array
 
@@ -112,17 +112,18 @@ class Search:
 
     def answers(self, x: Array) -> Array:
         """Return the derivatives of the inverse by the inductances (m, d, n), of scaled forces [1/unit]."""
-        return np.moveaxis(self._inverse(np.moveaxis(self.map.value_and_slopes(x)[1], 0, 2)), 2, 0)
+        return np.moveaxis(self._inverse(self._seen(x.T)[1]), 2, 0)
 
     def lost(self, x: Array, off: Array) -> NDArray[np.bool_]:
         """Tell of each force whether it is lost at most of some loads (m, d), inductances off by errors (n,).
 
         There the slopes are next to singular, and the errors leave nothing known of it, or nothing is left of its own.
         """
-        answers, slopes = self.answers(x), self.map.value_and_slopes(x)[1] * self.weights[:, None]
-        singular = np.linalg.cond(slopes) > _HOPELESS
-        blind = np.all(answers == 0.0, axis=2) | (np.abs(answers) @ off > _LOST)
-        return np.asarray((blind & singular[:, None]).mean(axis=0) > 0.5)
+        slopes = self._seen(x.T)[1]
+        answers = self._inverse(slopes)
+        singular = np.linalg.cond(np.moveaxis(slopes * self.weights[:, None, None], 2, 0)) > _HOPELESS
+        blind = np.all(answers == 0.0, axis=1) | (times(np.abs(answers), off[:, None]) > _LOST)
+        return np.asarray((blind & singular).mean(axis=1) > 0.5)
 
     def _inverse(self, slopes: Array) -> Array:
         """Return the least-squares inverses (d, n, m) of slopes (n, d, m) [1/unit]."""
@@ -148,8 +149,8 @@ class Search:
             x[:, open_[first]], residual[open_[first]] = other[:, first], left[first]
             answers[..., open_[first]] = there[..., first]
             status[open_[first]] = np.where(self.domain.valid(other[:, first].T), OK, AMBIGUOUS)
-        most = [_times(np.abs(answers), size) for size in spreads[:2]]
-        return x, residual, status, np.array([*most, np.sqrt(_times(answers**2, spreads[2] ** 2))])
+        most = [times(np.abs(answers), size) for size in spreads[:2]]
+        return x, residual, status, np.array([*most, np.sqrt(times(answers**2, spreads[2] ** 2))])
 
     def _newton(self, L: Array, part: int) -> tuple[Array, NDArray[np.bool_], Array, Array]:
         """Return where Gauss-Newton ends (d, m), whether it settled, the residual and the `answers` (d, n, m) there.
@@ -174,8 +175,8 @@ class Search:
             step[:, active] = np.where(nearer, _step(x, inverse, off), 0.5 * step[:, active])
             origin[:, active] = np.where(nearer, x, origin[:, active])
             least[active] = np.where(nearer, size, least[active])
-            hopeless = self._hopeless(off, off - _times(slopes, _times(inverse, off)))
-            off -= _times(slopes, origin[:, active] + step[:, active] - x)
+            hopeless = self._hopeless(off, off - times(slopes, times(inverse, off)))
+            off -= times(slopes, origin[:, active] + step[:, active] - x)
             residual[active] = np.max(np.abs(off) / self.full_scale[:, None], axis=0)
             done = np.max(np.abs(step[:, active]), axis=0) < small
             settled[active[done]], answers[..., active[done]] = True, inverse[..., done]
@@ -198,10 +199,10 @@ class Search:
         edge = np.abs(x) > REACH - _EDGE
         at = np.flatnonzero(np.any(edge, axis=0))
         x, off, here, edge, slopes = x[:, at], off[:, at], slopes[..., at], edge[:, at], slopes.copy()
-        down = _times(np.moveaxis(here, 0, 1), off * self.weights[:, None] ** 2)
+        down = times(np.moveaxis(here, 0, 1), off * self.weights[:, None] ** 2)
         for _ in range(len(x) if at.size else 0):  # first those that lead down beyond, then those that step there
             here = np.where(edge & (down * x > 0.0), 0.0, here)
-            down = _times(self._inverse(here), off)
+            down = times(self._inverse(here), off)
         slopes[..., at] = here
         return slopes
 
@@ -230,7 +231,7 @@ class Search:
 
 def _step(x: Array, inverse: Array, off: Array) -> Array:
     """Return inverses (d, n, m) times differences (n, m) as steps from x (d, m), shortened to end within the reach."""
-    step = _times(inverse, off)
+    step = times(inverse, off)
     step = step / np.maximum(np.max(np.abs(step), axis=0) / LONGEST, 1.0)
     if np.all(np.abs(x + step) <= REACH):
         return np.asarray(step)
@@ -238,14 +239,6 @@ def _step(x: Array, inverse: Array, off: Array) -> Array:
     step = np.where(room > _EDGE, step, 0.0)
     share = np.min(room / np.maximum(np.abs(step), 1e-300), axis=0)
     return np.asarray(step * np.minimum(share, 1.0))
-
-
-def _times(A: Array, x: Array) -> Array:
-    """Return small matrices (p, q, m) times columns (q, m), shape (p, m), summed in one order."""
-    found = A[:, 0] * x[0]
-    for k in range(1, len(x)):
-        found += A[:, k] * x[k]
-    return np.asarray(found)
 
 
 def pseudo_inverse(A: Array) -> Array:
@@ -269,7 +262,4 @@ def pseudo_inverse(A: Array) -> Array:
 
 def _dot(a: Array, b: Array) -> Array:
     """Return the sums of products of columns (n, m) in one order, shape (m)."""
-    found = a[0] * b[0]
-    for left, right in zip(a[1:], b[1:], strict=True):
-        found += left * right
-    return np.asarray(found)
+    return np.asarray(times(a[None], b)[0])
