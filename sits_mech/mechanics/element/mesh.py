@@ -33,7 +33,8 @@ SQUARE, BRICK, TETRAHEDRON = ElementQuad2(), ElementHex2(), ElementTetCCR()
 PLANE, SPACE = (0, 2), (0, 1, 2)
 """The coordinates of a section's nodes and of a solid's, among x, y, z."""
 
-_ORDER = 5  # of the polynomials that the quadrature integrates
+ORDER = 5
+"""Of the polynomials that the quadrature of solids integrates."""
 _POINTS, _SHARES = np.polynomial.legendre.leggauss(3)
 GAUSS = np.array([(a, b) for a in 0.5 * (_POINTS + 1.0) for b in 0.5 * (_POINTS + 1.0)]).T
 """Quadrature points of the unit square."""
@@ -107,13 +108,26 @@ def section_mesh(x: Array, z: Array, placed: Callable[[Array], Array] | None = N
     straight = MeshQuad.init_tensor(x, z)
     mesh = MeshQuad2.from_mesh(MeshQuad(straight.p, straight.t[[0, 3, 2, 1]]))  # counter-clockwise
     flat = mesh.doflocs.T
-    if placed is not None:
-        mesh = MeshQuad2(np.ascontiguousarray(placed(flat).T), mesh.t)
+    if placed is None:
+        return plane_mesh(mesh)
+    return plane_mesh(MeshQuad2(np.ascontiguousarray(placed(flat).T), mesh.t), flat)
+
+
+def plane_mesh(mesh: MeshQuad2, flat: Array | None = None) -> MixedMesh:
+    """Return the arrays of a meshed section.
+
+    Parameters
+    ----------
+    mesh : skfem.MeshQuad2
+        Corners counter-clockwise [thicknesses].
+    flat : ndarray, shape (n, 2), optional
+        As of `MixedMesh`.
+    """
     basis = Basis(mesh, SQUARE, quadrature=(GAUSS, GAUSS_WEIGHTS))
     nodal = _points(Basis(mesh, SQUARE, quadrature=(NODES, _SIMPSON)))
     chi = pressures(np.asarray(basis.global_coordinates()), basis.dx)
     nodes, cells = np.ascontiguousarray(mesh.doflocs.T), np.ascontiguousarray(basis.element_dofs.T)
-    return MixedMesh(nodes, cells, _points(basis), chi, nodal, None if placed is None else flat)
+    return MixedMesh(nodes, cells, _points(basis), chi, nodal, flat)
 
 
 def solid_mesh(mesh: Mesh, element: Element, constant: bool = False) -> tuple[MixedMesh, Basis]:
@@ -128,7 +142,7 @@ def solid_mesh(mesh: Mesh, element: Element, constant: bool = False) -> tuple[Mi
     constant : bool
         Whether pressures are constant in each element: a poorer answer on the same nodes.
     """
-    basis = Basis(mesh, element, intorder=_ORDER)
+    basis = Basis(mesh, element, intorder=ORDER)
     chi = pressures(np.asarray(basis.global_coordinates()), basis.dx, constant)
     nodes, cells = np.ascontiguousarray(basis.doflocs.T), np.ascontiguousarray(basis.element_dofs.T)
     return MixedMesh(nodes, cells, _points(basis), chi), basis

@@ -1,0 +1,96 @@
+"""What is a state of a mesh on the mesh refined from it? The same displacements and pressures, by other unknowns.
+
+A node of the fine mesh takes the displacement that the coarse mesh has there, by the shape functions of the cell in
+which it lies; a fine cell takes the coarse linear pressure, by its coefficients in the fine cell's polynomials:
+
+    u_f = P u,     P_ab = N_b(xi_a),          p_fm = int_cell p_c psi_m.
+
+For 9-node quadrilaterals and 27-node bricks, curved ones too, both are exact: the coarse functions are among the fine
+ones. The face and inner bubbles of tetrahedra are cubic and quartic: their children hold no cubics, so that these are
+interpolated, and quadratic displacements are exact. Pressures are linear in the place, which refinement keeps.
+
+Unknowns as in mesh.py. Source: multigrid, W. Hackbusch, Multi-Grid Methods and Applications (1985), section 3.4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from skfem.element import Element, ElementQuad2
+from skfem.quadrature import get_quadrature
+
+from sits_mech.mechanics.element.mesh import GAUSS, ORDER, Indices, MixedMesh
+from sits_mech.meshing.refinement import Refinement, shape_values
+from sits_mech.quantities import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Prolongation:
+    """From a mesh to one that was refined from it; made by `prolongation`.
+
+    Attributes
+    ----------
+    nodes : sparse matrix, shape (n_fine, n_coarse)
+        Values at the nodes.
+    linear : ndarray, shape (f, m_fine, m_coarse)
+        Coefficients of a fine cell's pressure from its parent's.
+    parents : ndarray, shape (f,)
+    """
+
+    nodes: sparse.csr_matrix
+    linear: Array
+    parents: Indices
+
+    def displacements(self, u: Array) -> Array:
+        """Return nodal displacements of the fine mesh, shape (d n_fine,) or with columns, of the coarse mesh's."""
+        fine, coarse = self.nodes.shape
+        return np.asarray(self.nodes @ u.reshape(coarse, -1)).reshape(len(u) // coarse * fine, *u.shape[1:])
+
+    def pressures(self, p: Array) -> Array:
+        """Return coefficients of the fine cells' pressures, shape (f, m), of the coarse ones', shape (e, m)."""
+        return np.asarray((self.linear @ p[self.parents, :, None])[..., 0])
+
+
+def prolongation(coarse: MixedMesh, fine: MixedMesh, refinement: Refinement, element: Element) -> Prolongation:
+    """Return what carries states of a mesh to the mesh refined from it.
+
+    Parameters
+    ----------
+    coarse, fine : MixedMesh
+        Made of a scikit-fem mesh and of `refinement.mesh`, cells in their order.
+    refinement : Refinement
+    element : skfem.Element
+        Of the displacements of both.
+    """
+    values = np.stack([shape_values(element, points) for points in refinement.within(element.doflocs)])
+    numbers, first = np.unique(fine.cells, return_index=True)
+    cell, local = np.divmod(first, fine.cells.shape[1])
+    weights = values[refinement.kinds[cell], local]
+    weights[np.abs(weights) < 1e-13] = 0.0
+    columns = coarse.cells[refinement.parents[cell]]
+    rows = np.repeat(numbers, columns.shape[1])
+    shape = (len(fine.nodes), len(coarse.nodes))
+    nodes = sparse.csr_matrix((weights.ravel(), (rows, columns.ravel())), shape=shape)
+    nodes.eliminate_zeros()
+    return Prolongation(nodes, _linear(coarse, fine, refinement, element), refinement.parents)
+
+
+def _linear(coarse: MixedMesh, fine: MixedMesh, refinement: Refinement, element: Element) -> Array:
+    """Coefficients of a fine cell's pressure from its parent's: the polynomials as affine functions of the place."""
+    points = GAUSS if isinstance(element, ElementQuad2) else get_quadrature(element, ORDER)[0]
+    values = shape_values(element, points.T)
+    here, there = (values @ mesh.nodes[mesh.cells] for mesh in (coarse, fine))
+    centre = coarse.nodes[coarse.cells].mean(axis=1, keepdims=True)
+    size = np.ptp(coarse.nodes[coarse.cells], axis=1).max(axis=1)[:, None, None]
+    basis = _affine((here - centre) / size)
+    moments = (basis * coarse.inside.weights[..., None]).swapaxes(1, 2) @ basis
+    affine = np.linalg.solve(moments, basis.swapaxes(1, 2) @ coarse.chi.swapaxes(1, 2))
+    own = refinement.parents
+    return np.asarray(fine.chi @ _affine((there - centre[own]) / size[own]) @ affine[own])
+
+
+def _affine(places: Array) -> Array:
+    """1 and the coordinates, shape (..., d + 1)."""
+    return np.concatenate([np.ones_like(places[..., :1]), places], axis=-1)
