@@ -1,5 +1,8 @@
 """How is half a pad divided into bricks? Tensor grids for boxes, rings around a core where anything is round.
 
+A mesh is a base whose cells are each divided into m parts along every axis. The meshes of one base are a family: where
+in its base cell each cell lies, in the coordinates of the reference brick, is its division.
+
 Half a plate or pad, y >= 0, is the image of half a square of size rho <= 1, on which ``e = (a, b)/rho``, rho the larger
 of |a| and |b|, walks around the square's edge and stands for a place on an outline:
 
@@ -15,10 +18,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from skfem import MeshHex, MeshHex2
 from skfem.element import ElementHex1
 
 from sits_mech.quantities import Array
+
+Indices = NDArray[np.int64]
 
 _CORE = 0.5  # where the core ends on the way from the middle to the target's outline
 _SHRUNK = 0.8  # size of the core of a disc over that of the square around it
@@ -38,13 +44,48 @@ def within(outline: Outline, points: Array, slack: float) -> Array:
     return np.asarray(np.hypot(a, b) < 1.0 if outline.is_round else np.maximum(a, b) < 1.0)
 
 
-def box_bricks(x: Array, y: Array, z: Array) -> MeshHex:
-    """Return the bricks between given lines."""
-    return MeshHex.init_tensor(x, y, z)
+class Division(NamedTuple):
+    """Where the cells of a mesh lie in those of its base.
+
+    Attributes
+    ----------
+    base : ndarray, shape (e,)
+        Number of the base cell.
+    part : ndarray, shape (e, d)
+        Number of the part along each axis of the reference cell.
+    low, high : ndarray, shape (e, d)
+        Its ends there, in the base cell's reference coordinates.
+    """
+
+    base: Indices
+    part: Indices
+    low: Array
+    high: Array
+
+    @property
+    def bases(self) -> int:
+        """How many base cells there are."""
+        return int(self.base.max()) + 1
+
+    @property
+    def doubled(self) -> Division:
+        """Of these cells and as many others, in base cells of their own."""
+        return Division(
+            np.concatenate([self.base, self.base + self.bases]), *(np.concatenate([own, own]) for own in self[1:])
+        )
 
 
-def ring_bricks(target: Outline, pad: Outline, lines: tuple[Array, Array, Array], around: int) -> MeshHex2:
-    """Return half a pad, y >= 0, in rings around a core.
+def box_bricks(x: Array, y: Array, z: Array, split: int = 1) -> tuple[MeshHex, Division]:
+    """Return the bricks between given lines, and their division; every `split`-th line is one of the base."""
+    flat = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    quads = _quads(np.arange(len(flat)).reshape(len(x), len(y)))
+    return _extruded(flat, quads, _crossed(_divided(x, split), _divided(y, split)), z, split)
+
+
+def ring_bricks(
+    target: Outline, pad: Outline, lines: tuple[Array, Array, Array], around: int, split: int = 1
+) -> tuple[MeshHex2, Division]:
+    """Return half a pad, y >= 0, in rings around a core, and the division of its bricks.
 
     Parameters
     ----------
@@ -55,32 +96,68 @@ def ring_bricks(target: Outline, pad: Outline, lines: tuple[Array, Array, Array]
         same; and along z.
     around : int
         Cells from a corner of the core to the next middle of a side; four times as many go around half the pad.
+    split : int
+        Parts of a base cell along every axis: every so many lines, one is of the base.
     """
     inside, beside, z = lines
     rho = np.concatenate([_CORE + (1.0 - _CORE) * inside, 1.0 + beside[1:]])
-    flat, cells = _square(rho, around)
-    quads = len(cells)
-    points = np.vstack([np.column_stack([flat, np.full(len(flat), level)]) for level in z])
-    corners = ElementHex1().doflocs.astype(int)
-    hexes = np.empty((8, quads * (len(z) - 1)), dtype=np.int64)
-    for k in range(len(z) - 1):
-        for number, (i, j, up) in enumerate(corners):
-            hexes[number, k * quads : (k + 1) * quads] = cells[:, i + 2 * j] + (k + up) * len(flat)
-    straight = MeshHex2.from_mesh(MeshHex(points.T, hexes))
+    flat, quads = _square(rho, around)
+    mesh, division = _extruded(flat, quads, _rings_divided(rho, around, split), z, split)
+    straight = MeshHex2.from_mesh(mesh)
     placed = straight.doflocs.copy()
     placed[:2] = _placed(straight.doflocs[:2], target, pad)
-    return MeshHex2(placed, straight.t)
+    return MeshHex2(placed, straight.t), division
 
 
-def _square(rho: Array, around: int) -> tuple[Array, Array]:
+def _quads(index: Indices) -> Indices:
+    """Cells, as (0, 0), (1, 0), (0, 1), (1, 1), of a grid of numbered points."""
+    each = [index[:-1, :-1], index[1:, :-1], index[:-1, 1:], index[1:, 1:]]
+    return np.stack(each, axis=-1).reshape(-1, 4)
+
+
+def _extruded(flat: Array, quads: Indices, across: Division, z: Array, split: int) -> tuple[MeshHex, Division]:
+    """Bricks over flat cells, one layer after the other."""
+    points = np.vstack([np.column_stack([flat, np.full(len(flat), level)]) for level in z])
+    layers = np.arange(len(z) - 1)[:, None] * len(flat)
+    corners = ElementHex1().doflocs.astype(int)
+    hexes = np.stack([(layers + up * len(flat) + quads[:, i + 2 * j]).ravel() for i, j, up in corners])
+    found = _crossed(_divided(z, split), across)  # z runs slowest, but comes last
+    last = (np.roll(part, -1, axis=1) for part in found[1:])
+    return MeshHex(np.ascontiguousarray(points.T), np.ascontiguousarray(hexes)), Division(found.base, *last)
+
+
+def _divided(lines: Array, split: int) -> Division:
+    """Division of the cells between lines along one axis."""
+    cell = np.arange(len(lines) - 1)
+    start = lines[cell - cell % split]
+    size = lines[cell - cell % split + split] - start
+    return Division(cell // split, (cell % split)[:, None], *(((lines[cell + k] - start) / size)[:, None] for k in (0, 1)))
+
+
+def _crossed(first: Division, second: Division) -> Division:
+    """Division of the products of two sets of cells, the second running faster."""
+    i, j = np.repeat(np.arange(len(first.base)), len(second.base)), np.tile(np.arange(len(second.base)), len(first.base))
+    base = first.base[i] * second.bases + second.base[j]
+    return Division(base, *(np.hstack([own[i], other[j]]) for own, other in zip(first[1:], second[1:], strict=True)))
+
+
+def _rings_divided(rho: Array, around: int, split: int) -> Division:
+    """Division of the cells of `_square`."""
+    core, half, walk = (_divided(np.arange(count + 1.0), split) for count in (2 * around, around, 4 * around))
+    inner = _crossed(core, half)
+    outer = _crossed(_divided(rho, split), walk)
+    outer = outer._replace(base=outer.base + inner.bases)
+    return Division(*(np.concatenate(parts) for parts in zip(inner, outer, strict=True)))
+
+
+def _square(rho: Array, around: int) -> tuple[Array, Indices]:
     """Corners (n, 2) and cells (m, 4), as (0, 0), (1, 0), (0, 1), (1, 1), of half a square in rings around a core."""
     core = np.linspace(-1.0, 1.0, 2 * around + 1) * rho[0]
     a, b = np.meshgrid(core, core[around:], indexing="ij")
     inner = np.column_stack([a.ravel(), b.ravel()])
     index = np.arange(len(inner)).reshape(a.shape)
     walk = np.concatenate([index[-1, :], index[-2::-1, -1], index[0, -2::-1]])
-    block = np.stack([index[:-1, :-1], index[1:, :-1], index[:-1, 1:], index[1:, 1:]], axis=-1).reshape(-1, 4)
-    points, cells, last = [inner], [block], walk
+    points, cells, last = [inner], [_quads(index)], walk
     for number, size in enumerate(rho[1:]):
         ring = len(inner) + number * len(walk) + np.arange(len(walk))
         points.append(inner[walk] * size / rho[0])

@@ -9,6 +9,8 @@ For 9-node quadrilaterals and 27-node bricks, curved ones too, both are exact: t
 ones. The face and inner bubbles of tetrahedra are cubic and quartic: their children hold no cubics, so that these are
 interpolated, and quadratic displacements are exact. Pressures are linear in the place, which refinement keeps.
 
+Between meshes of one family (meshing/bricks.py) whose cells do not nest both are interpolated, for a start.
+
 Unknowns as in mesh.py. Source: multigrid, W. Hackbusch, Multi-Grid Methods and Applications (1985), section 3.4.
 """
 
@@ -22,6 +24,7 @@ from skfem.element import Element, ElementQuad2
 from skfem.quadrature import get_quadrature
 
 from sits_mech.mechanics.element.mesh import GAUSS, ORDER, Indices, MixedMesh
+from sits_mech.meshing.bricks import Division
 from sits_mech.meshing.refinement import Refinement, shape_values
 from sits_mech.quantities import Array
 
@@ -74,10 +77,51 @@ def prolongation(coarse: MixedMesh, fine: MixedMesh, refinement: Refinement, ele
     shape = (len(fine.nodes), len(coarse.nodes))
     nodes = sparse.csr_matrix((weights.ravel(), (rows, columns.ravel())), shape=shape)
     nodes.eliminate_zeros()
-    return Prolongation(nodes, _linear(coarse, fine, refinement, element), refinement.parents)
+    return Prolongation(nodes, _linear(coarse, fine, refinement.parents, element), refinement.parents)
 
 
-def _linear(coarse: MixedMesh, fine: MixedMesh, refinement: Refinement, element: Element) -> Array:
+def along_family(
+    coarse: MixedMesh, fine: MixedMesh, divisions: tuple[Division, Division], element: Element
+) -> Prolongation:
+    """Return what carries states from one mesh of a family to another, finer one, whose cells need not nest.
+
+    Parameters
+    ----------
+    coarse, fine : MixedMesh
+    divisions : tuple of Division
+        Of the coarse mesh and of the fine one.
+    element : skfem.Element
+        Of the displacements of both.
+    """
+    own, new = divisions
+    numbers, first = np.unique(fine.cells, return_index=True)
+    cell, local = np.divmod(first, fine.cells.shape[1])
+    size = new.high[cell] - new.low[cell]
+    owner, at = _located(own, new.base[cell], new.low[cell] + element.doflocs[local] * size)
+    weights = shape_values(element, at)
+    weights[np.abs(weights) < 1e-13] = 0.0
+    rows = np.repeat(numbers, weights.shape[1])
+    shape = (len(fine.nodes), len(coarse.nodes))
+    nodes = sparse.csr_matrix((weights.ravel(), (rows, coarse.cells[owner].ravel())), shape=shape)
+    nodes.eliminate_zeros()
+    parents, _ = _located(own, new.base, 0.5 * (new.low + new.high))
+    return Prolongation(nodes, _linear(coarse, fine, parents, element), parents)
+
+
+def _located(own: Division, base: Indices, places: Array) -> tuple[Indices, Array]:
+    """Cells of a division that hold places in base cells, and where in them, in reference coordinates (n, d)."""
+    count, d = int(own.part.max()) + 1, own.part.shape[1]
+    cells = np.empty((own.bases, *[count] * d), dtype=np.int64)
+    cells[own.base, *own.part.T] = np.arange(len(own.base))
+    starts = np.empty((own.bases, d, count))
+    for axis in range(d):
+        starts[own.base, axis, own.part[:, axis]] = own.low[:, axis]
+    part = np.sum(places[..., None] >= starts[base][..., 1:] - 1e-9, axis=-1)
+    found = np.asarray(cells[base, *part.T])
+    return found, (places - own.low[found]) / (own.high[found] - own.low[found])
+
+
+def _linear(coarse: MixedMesh, fine: MixedMesh, own: Indices, element: Element) -> Array:
     """Coefficients of a fine cell's pressure from its parent's: the polynomials as affine functions of the place."""
     points = GAUSS if isinstance(element, ElementQuad2) else get_quadrature(element, ORDER)[0]
     values = shape_values(element, points.T)
@@ -87,7 +131,6 @@ def _linear(coarse: MixedMesh, fine: MixedMesh, refinement: Refinement, element:
     basis = _affine((here - centre) / size)
     moments = (basis * coarse.inside.weights[..., None]).swapaxes(1, 2) @ basis
     affine = np.linalg.solve(moments, basis.swapaxes(1, 2) @ coarse.chi.swapaxes(1, 2))
-    own = refinement.parents
     return np.asarray(fine.chi @ _affine((there - centre[own]) / size[own]) @ affine[own])
 
 

@@ -1,6 +1,10 @@
 """Where do the lines of a pad's mesh run? Closer towards the target's edge and the bonded faces.
 
-The i-th of m lines of a segment of length l lies ``l (i/m)**beta`` from the singular edge. Lengths in thicknesses.
+The i-th of n lines of a segment of length l lies ``l (i/n)**beta`` from the singular edge. A base has few cells: one
+or more beside the target, under it and through the thickness. Every cell is divided into m parts so that the segment
+keeps its grading: the meshes of m = 1, 2, 3, ... are a family, and errors go with a power of 1/m. Where the target is
+much wider than the pad is thick nothing happens in its middle but the flow of pressure: base cells there grow by a
+factor away from the edge. Lengths in thicknesses.
 """
 
 from __future__ import annotations
@@ -11,9 +15,10 @@ from sits_mech.meshing.bricks import Outline
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Target
 
-_STRETCH = 3.0  # thicknesses of half target that one cell more than through the thickness is worth
-_REACH = 1.25  # thicknesses beside the target within which the pad is stressed: one cell does beyond
-_OUTER = 0.3  # of the outermost cell beside the target along x, split off: the tilt under shear hangs on it
+_STRETCH = 3.0  # thicknesses of half target that one base cell more than one is worth
+_LONG = 6.0  # thicknesses from the target's edge from which on cells grow,
+_GROWTH = 3.0  # by so much each
+_REACH = 1.25  # thicknesses beside the target within which the pad is stressed: one base cell does beyond
 _CLEAR = 2.5e-3  # of a disc's radius that its rim keeps from the sides of a box: cells there would have no width
 
 
@@ -32,43 +37,61 @@ def flush(plate: Outline, pad: Outline) -> bool:
     return pad.half_x - plate.half_x < 1e-9 or pad.half_y - plate.half_y < 1e-9
 
 
-def box_lines(plate: Outline, pad: Outline, cells: int, grading: float) -> tuple[Array, Array, Array]:
-    """Return the lines of a box along x, along y from the middle on, and through the thickness; as `bonded_block`."""
-    x = _half_lines(plate.half_x, pad.half_x, cells, grading, _OUTER)
-    y = _half_lines(plate.half_y, pad.half_y, cells, grading, 0.0)
-    return np.concatenate([-x[:0:-1], x]), y, lines_through(cells, grading, flush(plate, pad))
+def box_lines(plate: Outline, pad: Outline, split: int, grading: float) -> tuple[Array, Array, Array]:
+    """Return the lines of a box along x, along y from the middle on, and through the thickness.
+
+    Parameters
+    ----------
+    plate, pad : Outline
+        Half the sizes of target and pad [thicknesses].
+    split : int
+        Parts of a base cell along each axis.
+    grading : float
+        Power of the lines' spacing towards the target's edge and the faces; 1 is uniform.
+    """
+    x, y = (
+        np.concatenate([under_lines(edge, split, grading), edge + beside_lines(end - edge, split, grading)[1:]])
+        for edge, end in zip(plate[:2], pad[:2], strict=True)
+    )
+    return np.concatenate([-x[:0:-1], x]), y, lines_through(split, grading, flush(plate, pad))
 
 
-def _half_lines(edge: float, end: float, cells: int, grading: float, outer: float) -> Array:
-    """Lines from the middle to the end of the pad, closer towards the target's edge; `outer` splits the last cell."""
-    covers = end - edge < 1e-9
-    inner = cells + int(edge / _STRETCH) + int(covers)
-    lines = edge * (1.0 - (np.arange(inner, -1, -1) / inner) ** grading)
-    if covers:
-        return np.asarray(lines)
-    far = end - edge > 1.5 * _REACH
-    beside = (np.arange(cells + 1) / cells) ** grading
-    if outer > 0.0 and not far:
-        beside = np.insert(beside, cells, 1.0 - outer * (1.0 - beside[-2]))
-    lines = np.concatenate([lines, edge + (_REACH if far else end - edge) * beside[1:]])
-    return np.append(lines, end) if far else lines
-
-
-def ring_lines(plate: Outline, pad: Outline, cells: int, grading: float) -> tuple[Array, Array]:
-    """Lines from the core to the target's outline, and from there to the pad's."""
-    inner = cells + int(max(plate[:2]) / _STRETCH)
-    inside = 1.0 - (np.arange(inner, -1, -1) / inner) ** grading
-    if flush(plate, pad):
-        return inside, np.zeros(1)
+def ring_lines(plate: Outline, pad: Outline, split: int, grading: float) -> tuple[Array, Array]:
+    """Return the lines from the core (0) to the target's outline (1), and from there (0) to the pad's (1)."""
+    half = max(plate[:2])
+    inside = under_lines(half, split, grading) / half
     gap = min(pad.half_x - plate.half_x, pad.half_y - plate.half_y)
-    lines = _half_lines(0.0, gap, cells, grading, _OUTER)
-    return inside, lines[lines.searchsorted(0.0, "right") - 1 :] / gap
+    return inside, np.zeros(1) if flush(plate, pad) else beside_lines(gap, split, grading) / gap
 
 
-def lines_through(cells: int, grading: float, flush: bool) -> Array:
-    """Lines through the thickness."""
+def under_lines(edge: float, split: int, grading: float) -> Array:
+    """Return the lines from the middle to the target's edge."""
+    graded = min(edge, _LONG)
+    fine = (1 + int(graded / _STRETCH)) * split
+    away = graded * (np.arange(fine + 1) / fine) ** grading
+    last = away[-1] - away[-1 - split]
+    while away[-1] < edge * (1.0 - 1e-9):
+        left = edge - away[-1]
+        last = left if left < 1.5 * _GROWTH * last else _GROWTH * last
+        away = np.concatenate([away, away[-1] + last * np.arange(1, split + 1) / split])
+    lines = edge - away[::-1]
+    lines[0] = 0.0
+    return np.asarray(lines)
+
+
+def beside_lines(gap: float, split: int, grading: float) -> Array:
+    """Return the lines from the target's edge (0) to the pad's side; none but the first where there is no gap."""
+    if gap < 1e-9:
+        return np.zeros(1)
+    graded = (np.arange(split + 1) / split) ** grading
+    if gap <= 1.5 * _REACH:
+        return np.asarray(gap * graded)
+    return np.concatenate([_REACH * graded, np.linspace(_REACH, gap, split + 1)[1:]])
+
+
+def lines_through(split: int, grading: float, flush: bool) -> Array:
+    """Return the lines through the thickness: towards the upper face, or both where the lower corner is as singular."""
     if not flush:
-        return np.asarray(1.0 - (np.arange(cells, -1, -1) / cells) ** grading)
-    s = np.linspace(0.0, 1.0, cells + 2)
-    lower = 0.5 * (2.0 * np.minimum(s, 1.0 - s)) ** grading
-    return np.where(s < 0.5, lower, 1.0 - lower)
+        return np.asarray(1.0 - (np.arange(split, -1, -1) / split) ** grading)
+    lower = 0.5 * (np.arange(split + 1) / split) ** grading
+    return np.concatenate([lower, 1.0 - lower[-2::-1]])
