@@ -25,7 +25,7 @@ from scipy import sparse
 from sits_mech.mechanics.element.mesh import Indices, MixedMesh
 from sits_mech.quantities import Array
 
-_LEAF = 650  # displacements, counted for each element, below which a piece is not cut
+_LEAF = 400  # displacements, counted for each element, below which a piece is not cut
 _SAME = 1e-6  # of the extent: centres of elements in one layer
 
 
