@@ -1,20 +1,22 @@
-"""How do element stiffnesses become the equations of a layer with a rigid target? Straight, by a fixed map.
+"""How do dense stiffnesses become the equations of a layer with a rigid target? By sums that a mesh decides once.
 
-The displacements are free, or bonded to the target and follow its motion q with ``T = du_bonded/dq``, or held. Entries
-of element stiffnesses go
+What stores energy has stiffnesses on a few unknowns each: elements, and parts beside them, such as faces in contact.
+The displacements are free, or bonded to the target and follow its motion q with ``T = du_bonded/dq``, or held:
 
-    free x free        to K, a sparse matrix whose pattern stays,
-    free x bonded      times T to the side C (m, k),
-    bonded x bonded    times T on both sides to the corner D (k, k),
+    free x free        makes K, which is factored front by front (dissection.py, fronts.py),
+    free x bonded      times T the side C (m, k),
+    bonded x bonded    times T on both sides the corner D (k, k).
 
-a sum over repeated places each. Free displacements are numbered so that elimination fills in little, found once for a
-mesh. The equations ``K dx + C dq = -g``, ``C^T dx + D dq = -g_q`` are solved for dq first, by the stiffness that the
-target feels, ``S = D - C^T K^-1 C``. Source: static condensation, R. J. Guyan, AIAA Journal 3 (1965) 380.
+The equations ``K dx + C dq = -g``, ``C^T dx + D dq = -g_q`` are solved for dq first, by the stiffness that the target
+feels, ``S = D - C^T K^-1 C``. Source: static condensation, R. J. Guyan, AIAA Journal 3 (1965) 380.
+
+An indefinite K may lose digits in fronts, which pivot inside of themselves only. Then solutions are corrected by their
+residual, and where that does not help SuperLU factors it, which pivots over all rows.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -22,118 +24,157 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from sits_mech.mechanics.element.dissection import Dissection, dissected
+from sits_mech.mechanics.element.fronts import factor
 from sits_mech.mechanics.element.kernel import summed
-from sits_mech.mechanics.element.mesh import Indices
+from sits_mech.mechanics.element.mesh import Indices, MixedMesh
 from sits_mech.quantities import Array
+
+Stiffness = Sequence[Array]
+"""Dense stiffnesses of each group, shape (e, k, k): of the elements, then of each part."""
+
+Solver = Callable[[Array], Array]
+"""Right-hand sides in, solutions out."""
+
+_POOR = 1e-6  # residual of a solution, over its right-hand side, above which one correction does not help enough
 
 
 class Term(NamedTuple):
-    """A part of the energy, its forces (n + 6,) on the n displacements and q, its stiffness as triplets of these.
+    """A part of the energy, its forces (n + 6,) on the n displacements and q, and its stiffnesses.
 
-    Their rows and columns are the same in every state.
+    These are dense, shape (e, k, k), on the displacements and q of some numbers, shape (e, k), the same in every state.
+    On displacements they are symmetric.
     """
 
     energy: float
     forces: Array
-    rows: Indices
-    columns: Indices
-    values: Array
+    numbers: Indices
+    stiffness: Array
 
 
 Part = Callable[[Array, Array], Term]
 """Displacements and q in, a part of the energy with two derivatives out."""
 
 
-class _Sums(NamedTuple):
-    """Which entries are summed, where to, and which rows of T they take."""
+class _Group(NamedTuple):
+    """Where stiffnesses stand: rows among the free (m: none); those on the border, and their rows of T (b: none)."""
 
-    entries: Indices
-    places: Indices
+    free: Indices
+    bordering: Indices
     taken: Indices
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pattern:
-    """Where the stiffnesses' entries of one mesh go.
+    """Where the stiffnesses of one mesh go.
 
     Attributes
     ----------
+    mesh : MixedMesh
+    numbers : tuple of ndarray, shape (e, k) each
+        Displacements and components of q of the stiffnesses of each group.
     free : ndarray, shape (m,)
-        Numbers of the free displacements in the order of elimination.
+        Numbers of the free displacements.
     border : ndarray, shape (b,)
         Numbers of the bonded displacements and of q.
+    dissection : Dissection
+        In which order the free ones are eliminated.
     """
 
+    mesh: MixedMesh
+    numbers: tuple[Indices, ...]
     free: Indices
     border: Indices
-    _indices: Indices
-    _indptr: Indices
-    _inner: _Sums
-    _side: _Sums
-    _corner: _Sums
+    dissection: Dissection
+    _groups: tuple[_Group, ...]
 
-    def equations(self, values: Array, T: Array) -> tuple[sparse.csc_matrix, Array, Array]:
-        """Return K, C, D of stiffness entries; T, shape (b, k), moves the border by q."""
-        m, b = len(self.free), len(self.border)
-        data = summed(self._inner.places, values[self._inner.entries], len(self._indices))
-        K = sparse.csc_matrix((data, self._indices, self._indptr), shape=(m, m))
-        side, corner = values[self._side.entries, None] * T[self._side.taken], values[self._corner.entries]
-        C = np.stack([summed(self._side.places, column, m) for column in side.T], axis=1)
-        return K, C, T.T @ summed(self._corner.places, corner, b * b).reshape(b, b) @ T
+    def following(self, numbers: Sequence[Indices]) -> Pattern:
+        """Return this pattern, or that of other numbers: what touches in one state need not touch in the next."""
+        pairs = zip(self.numbers, numbers, strict=False)
+        if len(numbers) == len(self.numbers) and all(own is new or np.array_equal(own, new) for own, new in pairs):
+            return self
+        return pattern(self.mesh, numbers, self.free, self.border)
+
+    def sides(self, values: Stiffness, T: Array) -> tuple[Array, Array]:
+        """Return C and D; T, shape (b, k), moves the border by q."""
+        m, k = len(self.free), T.shape[1]
+        C, D, rows = np.zeros((m + 1, k)), np.zeros((k, k)), np.vstack([T, np.zeros((1, k))])
+        for group, each in zip(self._groups, values, strict=True):
+            moved = rows[group.taken]
+            pushed = each[group.bordering] @ moved
+            C += _summed(group.free[group.bordering], pushed, m + 1)
+            D += np.tensordot(moved, pushed, axes=((0, 1), (0, 1)))
+        return C[:m], D
+
+    def product(self, values: Stiffness, x: Array) -> Array:
+        """Return K x for x of shape (m, k)."""
+        m, k = x.shape
+        full, found = np.vstack([x, np.zeros((1, k))]), np.zeros((m + 1, k))
+        for group, each in zip(self._groups, values, strict=True):
+            found += _summed(group.free, each @ full[group.free], m + 1)
+        return found[:m]
+
+    def matrix(self, values: Stiffness) -> sparse.csc_matrix:
+        """Return K."""
+        m = len(self.free)
+        found = sparse.csc_matrix((m, m))
+        for group, each in zip(self._groups, values, strict=True):
+            rows, columns = (np.broadcast_to(own, each.shape) for own in (group.free[..., None], group.free[:, None]))
+            on = (rows < m) & (columns < m)
+            found = found + sparse.coo_matrix((each[on], (rows[on], columns[on])), shape=(m, m)).tocsc()
+        return found
+
+    def factored(self, values: Stiffness) -> Solver | None:
+        """Return the solver of ``K x = b`` for b of shape (m,) or (m, k); None where K is singular."""
+        found = factor(self.dissection, values)
+        if found is not None and found.safe:
+            return found.solve
+        probe = self.product(values, np.ones((len(self.free), 1)))
+        left = np.inf if found is None else np.linalg.norm(probe - self.product(values, found.solve(probe)))
+        if found is None or not left < _POOR * np.linalg.norm(probe):
+            return _pivoted(self.matrix(values))
+        solve = found.solve
+
+        def corrected(b: Array) -> Array:
+            """Solve, and once more with the residual."""
+            x = solve(b)
+            left = b - self.product(values, x.reshape(len(b), -1)).reshape(b.shape)
+            return np.asarray(x + solve(left))
+
+        return corrected
 
 
-def pattern(rows: Indices, columns: Indices, free: Indices, border: Indices, *, ordered: bool = False) -> Pattern:
-    """Return where entries at rows and columns go.
+def pattern(mesh: MixedMesh, numbers: Sequence[Indices], free: Indices, border: Indices) -> Pattern:
+    """Return where stiffnesses go.
 
     Parameters
     ----------
-    rows, columns : ndarray
-        Numbers of displacements and of q of every entry; what is neither free nor border is held.
+    mesh : MixedMesh
+    numbers : sequence of ndarray, shape (e, k) each
+        Displacements and components of q of each group's stiffnesses, first those of the elements; what is neither free
+        nor border is held.
     free, border : ndarray
-    ordered : bool
-        Whether `free` stands in the order of elimination already.
     """
-    if ordered:
-        return _pattern(rows, columns, free, border)
-    inner = np.full(1 + max(int(rows.max()), int(border.max())), -1)
-    inner[free] = np.arange(len(free))
-    both = (inner[rows] >= 0) & (inner[columns] >= 0)
-    places, ones = (inner[rows[both]], inner[columns[both]]), np.ones(np.count_nonzero(both))
-    K = sparse.coo_matrix((ones, places), shape=(len(free), len(free))).tocsc()
-    K.setdiag(K.diagonal() + 1.0 + K @ np.ones(len(free)))
-    order = splu(K, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.0).perm_c
-    return _pattern(rows, columns, free[np.argsort(order)], border)
+    size = 1 + max(int(each.max(initial=0)) for each in (*numbers, free, border))
+    inner, outer = np.full(size, len(free)), np.full(size, len(border))
+    inner[free], outer[border] = np.arange(len(free)), np.arange(len(border))
+    groups = []
+    for each in numbers:
+        taken = outer[each]
+        bordering = np.flatnonzero(np.any(taken < len(border), axis=1))
+        groups.append(_Group(inner[each], bordering, taken[bordering]))
+    own = [np.where(group.free < len(free), group.free, -1) for group in groups]
+    return Pattern(mesh, tuple(numbers), free, border, dissected(mesh, own, len(free)), tuple(groups))
 
 
-def factored(K: sparse.csc_matrix) -> Callable[[Array], Array] | None:
-    """Return the solver of a system whose order of elimination is its own; None where it is singular."""
+def _summed(places: Indices, values: Array, size: int) -> Array:
+    """Sums of values (e, k, r) that go to each place (e, k), shape (size, r)."""
+    return np.stack([summed(places, column, size) for column in np.moveaxis(values, -1, 0)], axis=1)
+
+
+def _pivoted(K: sparse.csc_matrix) -> Solver | None:
+    """Solver with pivots from all rows; None where singular."""
     try:
-        factor = splu(K, permc_spec="NATURAL", options={"SymmetricMode": True}, diag_pivot_thresh=0.01)
+        return splu(K, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.01).solve
     except RuntimeError:
         return None
-    return factor.solve
-
-
-def entries(numbers: Indices) -> tuple[Indices, Indices]:
-    """Return the rows and columns of the stiffnesses of elements with unknowns `numbers`, shape (e, k)."""
-    count = numbers.shape[1]
-    return np.repeat(numbers, count, axis=1).ravel(), np.tile(numbers, (1, count)).ravel()
-
-
-def _pattern(rows: Indices, columns: Indices, free: Indices, border: Indices) -> Pattern:
-    """Pattern in a given order of the free displacements."""
-    size, m, b = 1 + max(int(rows.max()), int(border.max())), len(free), len(border)
-    inner, outer = np.full(size, -1), np.full(size, -1)
-    inner[free], outer[border] = np.arange(m), np.arange(b)
-    both = np.flatnonzero((inner[rows] >= 0) & (inner[columns] >= 0))
-    key = inner[columns[both]] * np.int64(m) + inner[rows[both]]
-    kept, places = np.unique(key, return_inverse=True)
-    indptr = np.searchsorted(kept, np.arange(m + 1) * np.int64(m))
-    side = np.flatnonzero((inner[rows] >= 0) & (outer[columns] >= 0))
-    corner = np.flatnonzero((outer[rows] >= 0) & (outer[columns] >= 0))
-    none = np.zeros(0, dtype=np.int64)
-    return Pattern(
-        free, border, (kept % m).astype(np.int32), indptr.astype(np.int32), _Sums(both, places.ravel(), none),
-        _Sums(side, inner[rows[side]], outer[columns[side]]),
-        _Sums(corner, outer[rows[corner]] * b + outer[columns[corner]], none),
-    )

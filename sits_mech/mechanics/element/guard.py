@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sits_mech.mechanics.element.assembly import Term, entries
+from sits_mech.mechanics.element.assembly import Term
 from sits_mech.mechanics.element.kernel import deformation, kinematics, summed
 from sits_mech.mechanics.element.mesh import MixedMesh
 from sits_mech.quantities import Array
@@ -52,4 +52,4 @@ class Guard:
         state.add_L(C, first)
         stiffness = B.swapaxes(1, 2) @ (C @ B.reshape(e, q_, d * d, d * k)).reshape(B.shape)
         energy = self.kappa * float((weights * (J - 1.0 - np.log(J))).sum())
-        return Term(energy, forces, *entries(mesh.dofs), stiffness.ravel())
+        return Term(energy, forces, mesh.dofs, stiffness)

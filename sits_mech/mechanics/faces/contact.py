@@ -85,7 +85,7 @@ class Contact:
         numbers = faces.numbers
         whole = np.zeros((*numbers.shape, numbers.shape[1]))
         whole[on] = stiffness
-        return Term(energy, summed(numbers[on], forces, len(u) + 6), *faces.entries, whole.ravel())
+        return Term(energy, summed(numbers[on], forces, len(u) + 6), numbers, whole)
 
     def _pushed(self, u: Array, q: Array) -> tuple[Indices, float, Array, Array]:
         """Which faces are pushed; energy, forces (f, d k + 6) and stiffnesses on their displacements and q."""

@@ -10,7 +10,6 @@ from skfem import Basis
 from skfem.element import Element
 from skfem.quadrature import get_quadrature
 
-from sits_mech.mechanics.element.assembly import entries
 from sits_mech.mechanics.element.mesh import PLANE, SPACE, Indices, MixedMesh
 from sits_mech.mechanics.element.target import ORDER
 from sits_mech.quantities import Array
@@ -52,11 +51,6 @@ class Surface:
         own = self._nodal.reshape(len(self.nodes), -1)
         q = len(self.axes) * self.size + np.arange(6)
         return np.concatenate([own, np.tile(q, (len(own), 1))], axis=1)
-
-    @cached_property
-    def entries(self) -> tuple[Indices, Indices]:
-        """Rows and columns of the faces' stiffnesses in the displacements and q."""
-        return entries(self.numbers)
 
     @cached_property
     def spread(self) -> Array:

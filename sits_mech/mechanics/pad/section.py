@@ -15,7 +15,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from sits_mech.mechanics.element.assembly import Part, Pattern, entries, pattern
+from sits_mech.mechanics.element.assembly import Part, Pattern, pattern
 from sits_mech.mechanics.element.fan import fanned
 from sits_mech.mechanics.element.guard import Guard
 from sits_mech.mechanics.element.kernel import Law
@@ -75,7 +75,7 @@ def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
     law = Law(isochoric_energy(silicone), isochoric_stress(silicone))
     kind = (fillet, fineness.cells, fineness.grading, fineness.fan, guard > 0.0, fineness.depth > 0.0)
     return Bonded(
-        own.mesh, law, K - guard, target.load_height / t, own.free, own.bonded, own.X, *own.places, own.faces,
+        own.mesh, law, K - guard, target.load_height / t, own.free, own.bonded, own.X, own.faces,
         parts=parts, guarded=guard > 0.0, shared=partial(_pattern, kind),
     )
 
@@ -85,7 +85,7 @@ class _Numbered:
     """A mesh with its bonds: free displacements, bonded ones, where these nodes are from the target's centre; its
     faces.
 
-    Last the places of the element stiffnesses, and the surfaces before a plane.
+    Last the surfaces before a plane.
     """
 
     mesh: MixedMesh
@@ -93,7 +93,6 @@ class _Numbered:
     bonded: Indices
     X: Array
     faces: Faces
-    places: tuple[Indices, Indices]
     surfaces: tuple[tuple[Plane, Surface], ...]
 
 
@@ -146,7 +145,7 @@ def _numbered(fillet: Fillet, cells: int, grading: float, fan: bool) -> _Numbere
     faces = Faces(inner, under, above, Outline(half, _ENDLESS, False), lines)
     ground, other = edges(mesh, sides), edges(mesh, beside) if beside else edges(mesh, sides)
     surfaces: tuple[tuple[Plane, Surface], ...] = (("ground", ground), ("wall" if beside else "plane", other))
-    return _Numbered(mesh, free, bonded, X, faces, entries(mesh.dofs), surfaces)
+    return _Numbered(mesh, free, bonded, X, faces, surfaces)
 
 
 def _parts(own: _Numbered, guard: float, depth: float) -> tuple[Part, ...]:
@@ -156,19 +155,13 @@ def _parts(own: _Numbered, guard: float, depth: float) -> tuple[Part, ...]:
 
 @lru_cache(maxsize=32)
 def _pattern(kind: tuple[Fillet, int, float, bool, bool, bool]) -> Pattern:
-    """Pattern of the bodies on one mesh, with a guard or not, in contact or not; many share one.
-
-    Guard and contact of edges couple no displacements that the elements do not: the order of elimination stays.
-    """
+    """Pattern of the bodies on one mesh, with a guard or not, in contact or not; many share one."""
     *mesh, guarded, touching = kind
     own = _numbered(*mesh)
     zero = np.zeros(own.mesh.nodes.size)
     terms = [part(zero, np.zeros(6)) for part in _parts(own, float(guarded), float(touching))]
-    each = (own.places, *((term.rows, term.columns) for term in terms))
-    rows, columns = (np.concatenate(places) for places in zip(*each, strict=True))
-    plain = not guarded and not touching
-    order = own.free if plain else _pattern((*mesh, False, False)).free
-    return pattern(rows, columns, order, border(own.mesh, own.bonded), ordered=not plain)
+    numbers = (own.mesh.dofs, *(term.numbers for term in terms))
+    return pattern(own.mesh, numbers, own.free, border(own.mesh, own.bonded))
 
 
 def layer_scales(sensor: Sensor) -> Scales:

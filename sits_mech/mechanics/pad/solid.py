@@ -23,7 +23,7 @@ import numpy as np
 from skfem import Basis, MeshHex, MeshHex2
 from skfem.assembly import Dofs
 
-from sits_mech.mechanics.element.assembly import Pattern, entries, pattern
+from sits_mech.mechanics.element.assembly import Pattern, pattern
 from sits_mech.mechanics.element.kernel import Law, element_forces
 from sits_mech.mechanics.element.mesh import BRICK, Indices, MixedMesh, solid_mesh
 from sits_mech.mechanics.faces.contact import Plane, contacts
@@ -105,24 +105,12 @@ class NumberedMesh:
         """Numbers of the displacements that the target moves, shape (n, 3)."""
         return np.asarray(3 * np.flatnonzero(self.where[1])[:, None] + np.arange(3))
 
-    @cached_property
-    def places(self) -> tuple[Indices, Indices]:
-        """Rows and columns of the element stiffnesses."""
-        return entries(self.mesh.dofs)
-
 
 @lru_cache(maxsize=16)
 def _pattern(own: NumberedMesh, touching: bool, hidden: bool = False) -> Pattern:
-    """Pattern with contact or without, of what is solved or of what the symmetry hides.
-
-    Contact adds nothing to what is free, so the order of elimination stays.
-    """
-    edge = border(own.mesh, own.bonded)
-    if not touching:
-        return pattern(*own.places, own.free(hidden), edge)
-    each = (own.places, *(surface.entries for _, surface in own.surfaces))
-    rows, columns = (np.concatenate(part) for part in zip(*each, strict=True))
-    return pattern(rows, columns, _pattern(own, False, hidden).free, edge, ordered=True)
+    """Pattern with contact or without, of what is solved or of what the symmetry hides."""
+    faces = [surface.numbers for _, surface in own.surfaces if touching]
+    return pattern(own.mesh, (own.mesh.dofs, *faces), own.free(hidden), border(own.mesh, own.bonded))
 
 
 def bonded_block(
@@ -220,7 +208,7 @@ def solid(sensor: Sensor, own: NumberedMesh, guard: float, depth: float) -> Soli
     X = own.mesh.nodes[own.where[1]] * (1.0, 1.0, 0.0)
     body = Bonded(
         own.mesh, Law(isochoric_energy(silicone, guard), isochoric_stress(silicone, guard)), K - guard,
-        target.load_height / elastomer.thickness, own.free(), own.bonded, X, *own.places, own.faces,
+        target.load_height / elastomer.thickness, own.free(), own.bonded, X, own.faces,
         components=3 if own.half else 6, parts=contacts(own.surfaces, depth, plate),
         shared=partial(_pattern, own, depth > 0.0),
         hidden=partial(_pattern, own, depth > 0.0, True) if own.half else None,

@@ -44,8 +44,6 @@ class Bonded:
         Numbers of the bonded nodes' displacements.
     X : ndarray, shape (n, 3)
         Where these are from the target's centre [thicknesses].
-    rows, columns : ndarray
-        Sparsity of the element stiffnesses; that of the parts they tell themselves, the same in every state.
     faces : Faces
     components : int
         How many components of q are freed, 3 or 6.
@@ -66,8 +64,6 @@ class Bonded:
     free: Indices
     bonded: Indices
     X: Array
-    rows: Indices
-    columns: Indices
     faces: Faces
     components: int = 3
     parts: tuple[Part, ...] = ()
@@ -80,11 +76,9 @@ class Bonded:
         """Where the entries of the stiffnesses go."""
         if self.shared is not None:
             return self.shared()
-        n = self.mesh.nodes.size
-        terms = [part(np.zeros(n), np.zeros(6)) for part in self.parts]
-        rows = np.concatenate([self.rows, *(term.rows for term in terms)])
-        columns = np.concatenate([self.columns, *(term.columns for term in terms)])
-        return pattern(rows, columns, self.free, border(self.mesh, self.bonded))
+        terms = [part(np.zeros(self.mesh.nodes.size), np.zeros(6)) for part in self.parts]
+        numbers = (self.mesh.dofs, *(term.numbers for term in terms))
+        return pattern(self.mesh, numbers, self.free, border(self.mesh, self.bonded))
 
     @property
     def size(self) -> int:

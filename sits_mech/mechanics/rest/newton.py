@@ -29,7 +29,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sits_mech.mechanics.element.assembly import Pattern, Term, factored
+from sits_mech.mechanics.element.assembly import Pattern, Stiffness, Term
 from sits_mech.mechanics.element.kernel import (
     deformation,
     element_forces,
@@ -38,6 +38,7 @@ from sits_mech.mechanics.element.kernel import (
     kinematics,
     volumes,
 )
+from sits_mech.mechanics.element.mesh import Indices
 from sits_mech.mechanics.element.target import (
     between,
     bonded_displacement,
@@ -87,14 +88,15 @@ class _Gradient(NamedTuple):
 class _Factor(NamedTuple):
     """A factored linearisation: solver of the free displacements, these by q, the side C, the stiffness on q.
 
-    Last what it was made of: values of the stiffnesses, the border by (dc, dw), turning.
+    Last what it was made of: numbers and values of the stiffnesses, the border by (dc, dw), turning.
     """
 
     solve: Callable[[Array], Array]
     by_q: Array
     side: Array
     stiffness: Array
-    values: Array
+    numbers: tuple[Indices, ...]
+    values: Stiffness
     T: Array
     turning: Array
 
@@ -213,28 +215,28 @@ def _border_by_q(body: Bonded, q: Array) -> Array:
 def _factored(body: Bonded, here: State, found: _Gradient) -> _Factor | None:
     """Linearise about a state and eliminate the free displacements; None if singular."""
     stiffness = element_stiffness(body.mesh, body.law, body.K, here.u, here.p)
-    values = np.concatenate([stiffness.ravel(), *(term.values for term in found.terms)])
+    values = (stiffness, *(term.stiffness for term in found.terms))
     on_bonded = np.zeros((len(body.bonded), 3))
     on_bonded[:, list(body.mesh.axes)] = found.forces[body.bonded]
     T, extra = _border_by_q(body, here.q), turning(on_bonded, body.X, here.load, body.height, here.q)
-    return _eliminated(body.pattern, values, T, extra, slice(0, body.components))
+    numbers = (body.mesh.dofs, *(term.numbers for term in found.terms))
+    return _eliminated(body.pattern.following(numbers), values, T, extra, slice(0, body.components))
 
 
-def _eliminated(pattern: Pattern, values: Array, T: Array, extra: Array, freed: slice) -> _Factor | None:
+def _eliminated(pattern: Pattern, values: Stiffness, T: Array, extra: Array, freed: slice) -> _Factor | None:
     """Eliminate the free displacements of a pattern from the stiffness on the freed components of (dc, dw)."""
-    K, C, D = pattern.equations(values, T[:, freed])
-    solve = factored(K)
+    solve, (C, D) = pattern.factored(values), pattern.sides(values, T[:, freed])
     by_q = None if solve is None else solve(-C)
     if solve is None or by_q is None or not np.all(np.isfinite(by_q)):
         return None
-    return _Factor(solve, by_q, C, D + extra[freed, freed] + C.T @ by_q, values, T, extra)
+    return _Factor(solve, by_q, C, D + extra[freed, freed] + C.T @ by_q, pattern.numbers, values, T, extra)
 
 
 def _hidden(body: Bonded, factor: _Factor) -> Array | None:
     """Stiffness on what a symmetry hides, displacements odd in y and the other three components of the motion."""
     if body.hidden is None:
         return None
-    found = _eliminated(body.hidden(), factor.values, factor.T, factor.turning, slice(3, 6))
+    found = _eliminated(body.hidden().following(factor.numbers), factor.values, factor.T, factor.turning, slice(3, 6))
     return np.full((3, 3), np.nan) if found is None else found.stiffness
 
 

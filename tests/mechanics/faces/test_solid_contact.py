@@ -55,7 +55,7 @@ def test_contact_has_an_exact_tangent(pad, target, plane, q, lift):
     found, up, down = contact(u, q), *(contact(u + s * h * v[:n], q + s * h * v[n : n + 3]) for s in (1, -1))
     assert found.energy > 0.0
     assert (up.energy - down.energy) / (2 * h) == pytest.approx(found.forces @ v, rel=1e-6)
-    product = summed(found.rows, found.values * v[found.columns], n + 6)
+    product = summed(found.numbers, found.stiffness @ v[found.numbers][..., None], n + 6)
     np.testing.assert_allclose(product, (up.forces - down.forces) / (2 * h), atol=1e-5 * np.abs(product).max())
 
 
@@ -76,7 +76,7 @@ def test_contact_has_an_exact_tangent_at_any_turn(pad, target, plane, lift):
     found, up, down = (contact(u + step * v[:n], moved(q, step * v[n:])) for step in (0.0, h, -h))
     assert found.energy > 0.0
     assert (up.energy - down.energy) / (2 * h) == pytest.approx(found.forces @ v, rel=1e-6)
-    product = summed(found.rows, found.values * v[found.columns], n + 6)
+    product = summed(found.numbers, found.stiffness @ v[found.numbers][..., None], n + 6)
     np.testing.assert_allclose(product, (up.forces - down.forces) / (2 * h), atol=1e-5 * np.abs(product).max())
 
 
