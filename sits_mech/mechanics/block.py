@@ -43,8 +43,8 @@ from sits_mech.mechanics.pad.user import meshed_pad
 from sits_mech.mechanics.rest.body import Bonded, packed
 from sits_mech.mechanics.rest.control import Control, under
 from sits_mech.mechanics.rest.pairs import Pair, Solved, law_notes, load_words, starts
-from sits_mech.mechanics.rest.path import reason_words
 from sits_mech.mechanics.rest.retry import Line, settled
+from sits_mech.mechanics.rest.verdict import reason_words
 from sits_mech.quantities import Array, Equilibrium, SolveFailed, Wrench
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread

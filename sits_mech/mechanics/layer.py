@@ -34,8 +34,8 @@ from sits_mech.mechanics.rest.body import Bonded, rest, unpacked
 from sits_mech.mechanics.rest.control import Control, under
 from sits_mech.mechanics.rest.newton import compliance, correction
 from sits_mech.mechanics.rest.pairs import Solved, errors_of, levers, load_words, relative
-from sits_mech.mechanics.rest.path import reason_words
 from sits_mech.mechanics.rest.retry import Line, settled
+from sits_mech.mechanics.rest.verdict import reason_words
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench, refuse_beside
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread

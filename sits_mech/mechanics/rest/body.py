@@ -80,6 +80,16 @@ class Bonded:
         numbers = (self.mesh.dofs, *(term.numbers for term in terms))
         return pattern(self.mesh, numbers, self.free, border(self.mesh, self.bonded))
 
+    @cached_property
+    def levers(self) -> Array:
+        """What turns the components of a motion into the way of the target's edge, shape (k,) [thicknesses]."""
+        x, y = (float(reach) for reach in np.abs(self.X[:, :2]).max(axis=0))
+        return np.array([1.0, 1.0, x, 1.0, y or x, max(x, y)])[: self.components]
+
+    def length(self, step: Array) -> float:
+        """Return the way of the target's edge in a step (dc, dw), shape (k,) [thicknesses]."""
+        return float(np.linalg.norm(self.levers * step))
+
     @property
     def size(self) -> int:
         """Length of a packed state."""

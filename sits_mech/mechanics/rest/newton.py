@@ -10,14 +10,21 @@ unknown of its own, eliminated in the element: each step moves it with the linea
 dF)``, which is Newton's method on the mixed problem. (With p taken from the current volume, K (J - 1), it would be
 Newton on a stiff penalty energy, and creep.) Near the rest, where steps are small, a factor serves several of them.
 
-Mixed control: of each pair F_x, d_h; F_z, d_z; M, alpha; ... one is given. Where the place is given (`held`), it
-changes sides with its force: the force's column ``dg/dF`` takes the place's column in S, the stiffness that is left
-when all but q is eliminated, so that turning points of the load are nothing special. S says whether the target stands
-stable, too: where its symmetric part is positive definite no small push does negative work. A step that would turn a
-quadrature point inside out is shortened.
+Mixed control: of each pair F_x, d_h; F_z, d_z; M, alpha; ... one is given, and along a path it goes with the part t of
+the path. With S, the stiffness that is left when all but q is eliminated, a step (dq, dF, dt) is that of
+
+    S dq - (work of dF) = what is left of the forces on q,
+    dq_i = slope_i dt + gap_i   of a place that is given,      dF_i = slope_i dt   of a force,
+    dt = 0    or, where t is found,    normal . dq = what is left of the way to a plane across the path (`Arc`),
+
+so that turning points of the load are nothing special. S says whether the target stands stable, too: where its
+symmetric part is positive definite no small push does negative work. A step that would turn a quadrature point inside
+out is shortened. What leads nowhere ends early: a first step longer than linear theory could mean, and a residual that
+does not fall.
 
 Source: P. Wriggers, Nonlinear Finite Element Methods (2008), chapter 5; R. de Borst et al., Non-linear Finite Element
-Analysis of Solids and Structures (2012), chapter 4, for mixed control.
+Analysis of Solids and Structures (2012), chapter 4, for mixed control; E. Riks, Int. J. Solids Struct. 15 (1979) 529,
+for the plane across the path.
 """
 
 from __future__ import annotations
@@ -56,23 +63,50 @@ SETTLED = 1e-9
 """Residual, over the load's size or the share of K below which rounding would rule, of a state at rest."""
 MOST = 16
 """Iterations after which an increment is given up."""
+LONGEST = 1.5
+"""Way of the target's edge in the first step of an increment beyond which it is not begun [thicknesses]."""
 
 _ROUNDING = 1e-5
 _NEAR = 3e-3  # residual from which one more step leaves the target's stiffness as it is
 _AGAIN = 0.1  # share of the residual that a step with an older factor must leave at most for the factor to serve on
 _SHORTEN = 0.5
+_PATIENCE = 8  # iterations after which the residual must lie below its first value
 _MIN_J_KEPT = 0.2  # a step may not shrink the smallest volume ratio below this fraction of its value
 
 
 class Settled(NamedTuple):
     """Where Newton's method ended; there or near by, the stiffness that the target feels: None where not known.
 
-    The second stiffness is that on the motion which a symmetry hides; None where it hides nothing.
+    The second stiffness is that on the motion which a symmetry hides; None where it hides nothing. `length` is the way
+    of the target's edge in the first step [thicknesses], `part` how far the path went on where that was to be found.
     """
 
     state: State
     stiffness: Array | None
     hidden: Array | None = None
+    length: float = 0.0
+    part: float = 0.0
+
+
+class Arc(NamedTuple):
+    """A plane across a path: ``normal . (q - origin) = ahead``; `slope` is what is given, by the part of the path.
+
+    All of shape (k,), scaled. With a normal of zero the part of the path itself goes on by `ahead`.
+    """
+
+    origin: Array
+    normal: Array
+    ahead: float
+    slope: Array
+
+
+class _Aim(NamedTuple):
+    """What a step aims at: which places are held, what is left of the way to them, the arc and what is left to it."""
+
+    held: Held
+    gap: Array
+    arc: Arc | None = None
+    ahead: float = 0.0
 
 
 class _Gradient(NamedTuple):
@@ -101,7 +135,9 @@ class _Factor(NamedTuple):
     turning: Array
 
 
-def newton(body: Bonded, start: State, goal: Array, held: Held | None = None, *, until: float = SETTLED) -> Settled:
+def newton(
+    body: Bonded, start: State, goal: Array, held: Held | None = None, *, until: float = SETTLED, arc: Arc | None = None
+) -> Settled:
     """Iterate to rest under one goal; the result's residual says whether it settled.
 
     Parameters
@@ -114,26 +150,32 @@ def newton(body: Bonded, start: State, goal: Array, held: Held | None = None, *,
         Which of the target's places are given instead of the force; none by default.
     until : float
         Residual at which to stop.
+    arc : Arc, optional
+        A plane across a path from the goal on: how far to go on along the path is found, too.
     """
     held = np.zeros(body.components, dtype=bool) if held is None else held
-    here, factor, before, near = replace(start, load=np.where(held, start.load, goal)), None, np.inf, np.inf
+    here, factor, near = replace(start, load=np.where(held, start.load, goal)), None, np.inf
+    left: list[float] = []
+    length = part = 0.0
     for count in range(MOST + 1):
         found = _gradient(body, here)
-        gap = np.where(held, between(here.q, np.where(held, goal, here.q)), 0.0)
-        left = _residual(body, here, found, gap, until)
-        here = replace(here, residual=left, iterations=count)
-        if left <= until or not np.isfinite(left) or count == MOST:
+        aim = _aim(here, goal if arc is None else goal + part * arc.slope, held, arc)
+        left.append(_residual(body, here, found, aim, until))
+        here = replace(here, residual=left[-1], iterations=count)
+        if left[-1] <= until or count == MOST or _hopeless(left):
             break
-        if factor is None or near > _NEAR or left > _AGAIN * before:
-            factor, near = _factored(body, here, found), left
-        before = left
-        stepped = None if factor is None else _stepped(body, here, found, factor, (gap, held))
-        if stepped is None:
+        if factor is None or near > _NEAR or left[-1] > _AGAIN * left[-2]:
+            factor, near = _factored(body, here, found), left[-1]
+        way = None if factor is None else _way(body, here, found, factor, aim)
+        length = body.length(way[1]) if way is not None and not count else length
+        stepped = None if factor is None or way is None or length > LONGEST else _stepped(body, here, factor, way)
+        if stepped is None or way is None:
+            here = replace(here, residual=np.inf, iterations=count + 1)
             break
-        here = stepped
+        here, part = stepped[0], part + stepped[1] * way[3]
     if factor is None or near > _NEAR:
-        return Settled(here, None)
-    return Settled(here, factor.stiffness, _hidden(body, factor))
+        return Settled(here, None, None, length, part)
+    return Settled(here, factor.stiffness, _hidden(body, factor), length, part)
 
 
 def compliance(body: Bonded, state: State, load: Array) -> Array:
@@ -156,42 +198,59 @@ def target_stiffness(body: Bonded, state: State) -> tuple[Array, Array | None]:
     return factor.stiffness, _hidden(body, factor)
 
 
-def stable(stiffness: Array, held: Held | None = None) -> bool:
-    """Say whether the target at rest withstands any small push on what is not held of it, by its stiffness.
+def linearised(body: Bonded, state: State, held: Held, slope: Array) -> tuple[Array, Array | None, Array]:
+    """Return the stiffnesses as of `target_stiffness`, and how q goes on with the part of a path; nan where none.
 
-    The symmetric part is positive definite then. A crease that forms at a corner, which hardly moves the target, does
-    not count.
+    Arguments as of `newton`; `slope` as of `Arc`.
     """
-    S = stiffness if held is None else stiffness[np.ix_(~held, ~held)]
-    return bool(np.all(np.isfinite(S)) and np.all(np.linalg.eigvalsh(0.5 * (S + S.T)) > 0.0))
+    found = _gradient(body, state)
+    factor, none = _factored(body, state, found), np.full((body.components, body.components), np.nan)
+    if factor is None:
+        return none, None if body.hidden is None else none[:3, :3], none[0]
+    ahead = Arc(state.q, np.zeros_like(slope), 1.0, slope)
+    way = _way(body, state, found, factor, _aim(state, state.q, held, ahead))
+    return factor.stiffness, _hidden(body, factor), none[0] if way is None else way[1]
 
 
 def correction(body: Bonded, load: Array) -> tuple[Array, float]:
     """Return how far a second Newton step from rest moves q, and the smallest J before it; infinite if inverted."""
-    here, held = replace(rest(body), load=load), (np.zeros(3), np.zeros(3, dtype=bool))
+    here, aim = replace(rest(body), load=load), _Aim(np.zeros(3, dtype=bool), np.zeros(3))
     for again in (False, True):
         found = _gradient(body, here)
         factor = _factored(body, here, found)
         if factor is None:
             break
-        way = _way(body, here, found, factor, held)
+        way = _way(body, here, found, factor, aim)
         if way is None:
             break
         if again:
             return way[1], here.min_J
-        after = _stepped(body, here, found, factor, held)
-        if after is None or not np.array_equal(after.q, moved(here.q, way[1])):
+        stepped = _stepped(body, here, factor, way)
+        if stepped is None or stepped[1] < 1.0:
             break
-        here = after
+        here = stepped[0]
     return np.full(3, np.inf), 0.0
 
 
-def _residual(body: Bonded, here: State, found: _Gradient, gap: Array, until: float) -> float:
+def _aim(here: State, goal: Array, held: Held, arc: Arc | None) -> _Aim:
+    """What is left of the way to the places that are held, and to the plane of an arc."""
+    gap = np.where(held, between(here.q, np.where(held, goal, here.q)), 0.0)
+    if arc is None:
+        return _Aim(held, gap)
+    return _Aim(held, gap, arc, arc.ahead - float(arc.normal @ between(arc.origin, here.q)))
+
+
+def _residual(body: Bonded, here: State, found: _Gradient, aim: _Aim, until: float) -> float:
     """Norm of the gradient over the size of the load; infinite at rest beyond the stretch at which the law locks."""
     size = max(float(np.linalg.norm(here.load)), _ROUNDING * body.K)
     left = float(np.hypot(np.linalg.norm(found.free), np.linalg.norm(found.target))) / size
-    left += float(np.abs(gap).max())
+    left += float(np.abs(aim.gap).max()) + abs(aim.ahead)
     return left if left > until or np.isfinite(found.energy) else np.inf
+
+
+def _hopeless(left: list[float]) -> bool:
+    """Whether the residuals so far lead nowhere."""
+    return not np.isfinite(left[-1]) or (len(left) > _PATIENCE and left[-1] > left[0])
 
 
 def _gradient(body: Bonded, here: State) -> _Gradient:
@@ -241,34 +300,34 @@ def _hidden(body: Bonded, factor: _Factor) -> Array | None:
 
 
 def _way(
-    body: Bonded, here: State, found: _Gradient, factor: _Factor, aim: tuple[Array, Held]
-) -> tuple[Array, Array, Array] | None:
-    """Newton's step of the free displacements, of q where it is free, of the forces where it is held."""
-    (gap, held), k = aim, body.components
+    body: Bonded, here: State, found: _Gradient, factor: _Factor, aim: _Aim
+) -> tuple[Array, Array, Array, float] | None:
+    """Newton's step of the free displacements, of q, of the forces on the target, of the part of the path."""
+    k = body.components
+    slope, across = (np.zeros(k), np.zeros(k)) if aim.arc is None else (aim.arc.slope, aim.arc.normal)
     dx = factor.solve(-found.free)
-    left = -(found.target + factor.side.T @ dx)
-    matrix = factor.stiffness
-    if held.any():
-        by_load = -np.stack([work_of_load(unit, body.height, here.q)[:k] for unit in np.eye(k)], axis=1)
-        matrix = np.where(held, by_load, matrix)
+    matrix = np.zeros((2 * k + 1, 2 * k + 1))
+    matrix[:k, :k] = factor.stiffness
+    matrix[:k, k:-1] = -np.stack([work_of_load(unit, body.height, here.q)[:k] for unit in np.eye(k)], axis=1)
+    matrix[k:-1, :k], matrix[k:-1, k:-1] = np.diag(1.0 * aim.held), np.diag(1.0 * ~aim.held)
+    matrix[k:-1, -1] = -slope
+    matrix[-1, :k], matrix[-1, -1] = across, 1.0 * (not across.any())
     try:
-        step = np.linalg.solve(matrix, left - factor.stiffness @ gap)
+        step = np.linalg.solve(matrix, [*-(found.target + factor.side.T @ dx), *aim.gap, aim.ahead])
     except np.linalg.LinAlgError:
         return None
     if not (np.all(np.isfinite(dx)) and np.all(np.isfinite(step))):
         return None
-    dq = np.where(held, gap, step)
-    return dx + factor.by_q @ dq, dq, np.where(held, step, 0.0)
+    further = float(step[-1])
+    dq = np.where(aim.held, aim.gap + slope * further, step[:k])
+    return dx + factor.by_q @ dq, dq, np.where(aim.held, step[k:-1], slope * further), further
 
 
 def _stepped(
-    body: Bonded, here: State, found: _Gradient, factor: _Factor, aim: tuple[Array, Held]
-) -> State | None:
-    """State after the longest part of Newton's step that keeps every point well above inversion; None without one."""
-    way = _way(body, here, found, factor, aim)
-    if way is None:
-        return None
-    dx, dq, forces = way
+    body: Bonded, here: State, factor: _Factor, way: tuple[Array, Array, Array, float]
+) -> tuple[State, float] | None:
+    """State after the longest part of Newton's step that keeps every point well above inversion, and that part."""
+    dx, dq, forces, _ = way
     mesh, axes = body.mesh, list(body.mesh.axes)
     linear = np.zeros_like(here.u)
     linear[body.pattern.free] = dx
@@ -282,6 +341,6 @@ def _stepped(
         min_J = smallest_volume(body, u, everywhere=False)
         if min_J > _MIN_J_KEPT * min(here.min_J, 1.0):
             p = here.p + part * (p_full - here.p)
-            return replace(here, u=u, q=q, p=p, min_J=min_J, load=here.load + part * forces)
+            return replace(here, u=u, q=q, p=p, min_J=min_J, load=here.load + part * forces), part
         part *= _SHORTEN
     return None

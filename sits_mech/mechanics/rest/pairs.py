@@ -18,8 +18,9 @@ from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.faces.face_contact import face_notes
 from sits_mech.mechanics.rest.body import Bonded, State, packed, rest, unpacked
 from sits_mech.mechanics.rest.control import Control
+from sits_mech.mechanics.rest.limit import Outcome
 from sits_mech.mechanics.rest.newton import Held
-from sits_mech.mechanics.rest.path import Outcome, follow
+from sits_mech.mechanics.rest.path import follow
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor
 from sits_mech.silicone.stability import layer_notes

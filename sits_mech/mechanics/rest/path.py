@@ -1,63 +1,29 @@
 """How does a layer follow a load? Newton's method (newton.py) along an adaptive path.
 
-An increment that does not settle is cut, and the path from the last state at rest goes on with a smaller one, which
-grows again where it is easy. A state at rest counts only where
-
-- the volume ratio J is positive at every quadrature point and every node of an element, corners included;
-- the target is stable: beyond its critical load a layer buckles, though Newton's method finds it upright. Half a pad
-  must withstand what its symmetry hides, too: falling sideways, out of the plane, and turning about z.
+The whole load is tried at once, as far as linear theory says that the target moves a thickness or so; increments grow
+where it is easy, and end where the stiffness would vanish if it went on as it does. From an increment that does not
+come to rest, or to a state that does not count (verdict.py), the path goes on by its length (limit.py), which finds the
+largest load, or the one at which stability is lost, as a number.
 
 What is given may be any mix of forces and places of the target: with a place given, the path goes past the largest
-load that the layer carries. Source: P. Wriggers, Nonlinear Finite Element Methods (2008), chapter 5; stability by the
-condensed stiffness: J. M. T. Thompson, G. W. Hunt, A General Theory of Elastic Stability (1973), chapter 2.
+load that the layer carries. Source: P. Wriggers, Nonlinear Finite Element Methods (2008), chapter 5.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from sits_mech.mechanics.rest.body import Bonded, State, smallest_volume
-from sits_mech.mechanics.rest.newton import MOST, SETTLED, Held, Settled, newton, stable, target_stiffness
+from sits_mech.mechanics.rest.body import Bonded, State
+from sits_mech.mechanics.rest.limit import Outcome, pursued
+from sits_mech.mechanics.rest.newton import LONGEST, Held, newton
+from sits_mech.mechanics.rest.verdict import Way, verdict
 from sits_mech.quantities import Array
-
-REASONS = {
-    "buckled": "beyond this load the layer buckles: its rest is not stable",
-    "inverted": "beyond this load the mesh turns inside out at a corner",
-    "lost": "every step of at least {smallest:.2g} of the path failed from here; a nearer load may converge",
-    "long": "beyond this load more iterations were needed than a mesh this large is given",
-}
-"""What is said of a path that ended, by the reason of its `Outcome`; see `reason_words`."""
 
 _EASY = 5  # iterations up to which the next increment grows
 _STEPS = 400
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """Where a load path ended.
-
-    Attributes
-    ----------
-    state : State
-        The last state at rest.
-    reached : float
-        Fraction of the path it stands at; 1 is the whole load.
-    reason : str
-        What ended a path before its goal: "buckled", "inverted" (only with J <= 0 somewhere could it go on),
-        "lost" (Newton's method found no state at rest nearby) or "long" (it takes too many iterations); empty
-        where the goal is reached.
-    """
-
-    state: State
-    reached: float
-    reason: str = ""
-
-
-def reason_words(reason: str, smallest: float) -> str:
-    """Return what is known of a path that ended, in words, from its smallest increment as a fraction of the path."""
-    return REASONS[reason].format(smallest=smallest)
+_CUT = 0.25  # of an increment that fails, where the path goes on by its length
 
 
 def follow(
@@ -88,43 +54,30 @@ def follow(
     Outcome
         With ``reached == 1`` where the goal is reached.
     """
-    here, at, increment = start, 0.0, 1.0
-    spent, reason = start.iterations, ""
+    way = Way(*goals, np.zeros(body.components, dtype=bool) if held is None else held, beside)
+    here, at, increment, before = start, 0.0, 1.0, (0.0, np.nan)
+    length = 0.0
     for _ in range(_STEPS):
         target = min(1.0, at + increment)
-        goal = (1.0 - target) * goals[0] + target * goals[1]
-        found = newton(body, replace(here, iterations=0), goal, held)
-        trial = found.state
-        spent += trial.iterations
-        least, reason = _verdict(body, found, held, beside)
-        if not reason:
-            here, at = replace(trial, iterations=spent, min_J=least), target
-            increment *= 2.0 if trial.iterations <= _EASY else 1.0
-            if at == 1.0:
-                break
-        else:
-            increment *= 0.25 if trial.iterations < MOST else 0.5
-            if increment < smallest:
-                break
-        if spent - start.iterations >= most:
-            reason = "long"
+        found = newton(body, replace(here, iterations=0), way.goal(target), held)
+        spent = here.iterations + found.state.iterations
+        if found.length > LONGEST:
+            increment, here = 0.9 * (target - at) * LONGEST / found.length, replace(here, iterations=spent)
+            continue
+        said = verdict(body, way, found)
+        if said.reason:
+            here, length = replace(here, iterations=spent), _CUT * found.length
             break
-    return Outcome(replace(here, iterations=spent), at, reason)
-
-
-def _verdict(body: Bonded, found: Settled, held: Held | None, beside: Held | None) -> tuple[float, str]:
-    """Smallest J of a trial, and what speaks against it."""
-    trial, stiffness, hidden = found
-    if trial.residual > SETTLED or not np.isfinite(trial.residual):
-        return trial.min_J, "lost"
-    least = smallest_volume(body, trial.u, everywhere=True)
-    if not least > 0.0:
-        return least, "inverted"
-    if stiffness is None:
-        stiffness, hidden = target_stiffness(body, trial)
-    if held is not None and beside is not None:
-        held = np.concatenate([held[:3], beside])[: len(held)]
-    upright = held is not None and bool(held.all())
-    if not (upright or stable(stiffness, held)) or not (hidden is None or stable(hidden, beside)):
-        return least, "buckled"
-    return least, ""
+        here, fallen = replace(found.state, iterations=spent, min_J=said.min_J), before[1] - said.stiffness
+        gone, before, at = target - before[0], (target, said.stiffness), target
+        increment *= 2.0 if found.state.iterations <= _EASY else 1.0
+        if fallen > 0.0:
+            increment = min(increment, 1.1 * gone * said.stiffness / fallen)
+        if at == 1.0:
+            return Outcome(here, at)
+        if spent - start.iterations >= most:
+            return Outcome(here, at, "long")
+    if _CUT < smallest:
+        return Outcome(here, at, said.reason)
+    left = most - (here.iterations - start.iterations)
+    return pursued(body, way, (here, at), length, smallest=smallest, most=left)

@@ -1,0 +1,210 @@
+"""Up to which part of a load is a layer carried? The path is followed by its length, past the largest load.
+
+A point of the path is the motion q of the target and the part t of the load. From a stable state the next one is
+looked for in a plane across the path, a length s ahead, with t found (newton.py, `Arc`),
+
+    n . (q - q_0) = s,        n = W^2 q'/|W q'|,        q' = dq/dt,
+
+W the levers that turn the components of q into ways of the target's edge. The smallest eigenvalue e of the target's
+stiffness (verdict.py) is positive at the one end of a bracket and not at the other, or the load falls there; the secant
+of e(s) and the parabola t(s), by its slope at the stable end, shrink the bracket:
+
+    t = t_0 + m s + c s^2,        t_limit = t(min(s_e, s_t)),        e(s_e) = 0,    t'(s_t) = 0,
+
+so that a load at which stability is lost (e = 0) and a largest load (t' = 0) are one search. Where e does not go to
+zero the other end was another branch, and the path is lost there, not limited.
+
+Source: E. Riks, Int. J. Solids Struct. 15 (1979) 529; W. C. Rheinboldt, SIAM J. Numer. Anal. 18 (1981) 925.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sits_mech.mechanics.rest.body import Bonded, State
+from sits_mech.mechanics.rest.newton import LONGEST, Arc, linearised, newton
+from sits_mech.mechanics.rest.verdict import Way, smallest_stiffness, verdict
+from sits_mech.quantities import Array
+
+PRECISE = 1e-3
+"""Share of the limit within which it is bracketed."""
+
+_EASY = 5  # iterations up to which the next length grows
+_SMALL = 0.3  # of the stiffness at the beginning: a stiffness above it has not gone to zero
+_BEYOND = 1.1  # times the length at which the stiffness seems to vanish that is gone at once
+_MOST = 80  # steps
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Where a load path ended.
+
+    Attributes
+    ----------
+    state : State
+        The last state at rest.
+    reached : float
+        Fraction of the path it stands at; 1 is the whole load.
+    reason : str
+        What ended a path before its goal: "buckled" or "sideways" (stability is lost), "turned" (the load has its
+        largest value), "inverted" (only with J <= 0 somewhere could it go on), "lost" (Newton's method found no state
+        at rest nearby) or "long" (it takes too many iterations); empty where the goal is reached.
+    limit : (float, float) or None
+        Fraction of the path that is carried, and how well it is located on this mesh; None where no limit was found.
+    """
+
+    state: State
+    reached: float
+    reason: str = ""
+    limit: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A stable state on the path: the part of the load, the smallest stiffness, q by the part, the path's normal."""
+
+    state: State
+    part: float
+    stiffness: float
+    rate: float
+    normal: Array
+
+
+@dataclass(frozen=True)
+class _End:
+    """Where the path is not stable: how far ahead, the part of the load, the smallest stiffness, what it is."""
+
+    ahead: float
+    part: float
+    stiffness: float
+    reason: str
+
+
+def pursued(
+    body: Bonded, way: Way, start: tuple[State, float], length: float, *, smallest: float, most: float = np.inf
+) -> Outcome:
+    """Follow a path by its length from a stable state to its goal, or to what ends it.
+
+    Parameters
+    ----------
+    body : Bonded
+    way : Way
+    start : State and float
+        A stable state at rest, and the part of the path it stands at.
+    length : float
+        Of the first step [thicknesses].
+    smallest : float
+        Length, over that of the path so far, below which the path is given up.
+    most : float
+        Iterations from which on no other step is begun.
+
+    Returns
+    -------
+    Outcome
+    """
+    here, end, reason = _place(body, way, *start), None, "lost"
+    begun, spent, first = body.length(start[0].q) + length, start[0].iterations, here.stiffness
+    for _ in range(_MOST):
+        if end is None and length < smallest * max(begun, body.length(here.state.q)):
+            break
+        if end is not None and _located(here, end):
+            return _limited(here, end, spent, first)
+        if spent - start[0].iterations >= most:
+            reason = "long"
+            break
+        step, to, found = _ahead(body, way, here, length)
+        spent += step.iterations
+        if found[1] == "" and to >= 1.0:
+            step, to, found = _last(body, way, here)
+            spent += step.iterations
+            if found[1] == "":
+                return Outcome(replace(step, iterations=spent), 1.0)
+        if found[1] in ("lost", "inverted"):
+            reason, length = found[1], 0.25 * length
+            if end is not None and length < PRECISE * smallest * begun:
+                break
+        elif found[1] or to <= here.part:
+            end = _End(length, to, found[0], found[1] or "turned")
+            length = _next(here, end, beyond=False)
+        else:
+            before, here = here, _place(body, way, step, to)
+            end = None if end is None or length >= end.ahead else replace(end, ahead=end.ahead - length)
+            length *= 2.0 if step.iterations <= _EASY else 1.0
+            length = min(length, LONGEST, _vanishing(before, here)) if end is None else _next(here, end, beyond=True)
+    else:
+        reason = "long"
+    return Outcome(replace(here.state, iterations=spent), here.part, reason)
+
+
+def _place(body: Bonded, way: Way, state: State, part: float) -> _Place:
+    """What is known of a stable state."""
+    S, hidden, rate = linearised(body, state, way.held, way.slope)
+    size = body.length(rate)
+    normal = body.levers**2 * rate / size if 0.0 < size < np.inf else np.zeros_like(rate)
+    return _Place(state, part, smallest_stiffness(way, S, hidden)[0], size, normal)
+
+
+def _ahead(body: Bonded, way: Way, here: _Place, length: float) -> tuple[State, float, tuple[float, str]]:
+    """The state a length ahead, its part of the load, its smallest stiffness and what speaks against it."""
+    arc = Arc(here.state.q, here.normal, length, way.slope)
+    found = newton(body, replace(here.state, iterations=0), way.goal(here.part), way.held, arc=arc)
+    said = verdict(body, way, found)
+    return replace(found.state, min_J=said.min_J), here.part + found.part, said[1:]
+
+
+def _last(body: Bonded, way: Way, here: _Place) -> tuple[State, float, tuple[float, str]]:
+    """The state at the goal, as of `_ahead`."""
+    found = newton(body, replace(here.state, iterations=0), way.goal(1.0), way.held)
+    said = verdict(body, way, found)
+    return replace(found.state, min_J=said.min_J), 1.0, (said.stiffness, said.reason or "")
+
+
+def _vanishing(before: _Place, here: _Place) -> float:
+    """A little more than the length after which the stiffness vanishes if it goes on as between two places."""
+    fall, gone = before.stiffness - here.stiffness, float(np.abs(here.normal @ (here.state.q - before.state.q)))
+    return _BEYOND * here.stiffness / fall * gone if fall > 0.0 else np.inf
+
+
+def _root(here: _Place, end: _End) -> float:
+    """Length at which the stiffness vanishes, or the load is largest, whichever comes first."""
+    fall = here.stiffness - end.stiffness
+    zero = end.ahead * here.stiffness / fall if fall > 0.0 and end.stiffness <= 0.0 else end.ahead
+    m, c = _parabola(here, end)
+    return min(zero, -0.5 * m / c) if c < 0.0 else zero
+
+
+def _parabola(here: _Place, end: _End) -> tuple[float, float]:
+    """Slope and curvature of the load by the length."""
+    m = 1.0 / here.rate
+    return m, (end.part - here.part - m * end.ahead) / end.ahead**2
+
+
+def _next(here: _Place, end: _End, *, beyond: bool) -> float:
+    """Length to a point beside the limit: a little beyond it, or before it, so that both ends of the bracket move."""
+    off = 0.02 * end.ahead
+    return float(np.clip(_root(here, end) + (off if beyond else -off), 0.02 * end.ahead, 0.98 * end.ahead))
+
+
+def _value(here: _Place, end: _End) -> float:
+    """Part of the load at the limit."""
+    (m, c), s = _parabola(here, end), _root(here, end)
+    return here.part + m * s + c * s**2
+
+
+def _located(here: _Place, end: _End) -> bool:
+    """Whether the bracket is narrow enough."""
+    value = _value(here, end)
+    return max(abs(end.part - here.part), abs(value - here.part)) <= PRECISE * abs(value)
+
+
+def _limited(here: _Place, end: _End, spent: int, first: float) -> Outcome:
+    """Where the path ends: at a limit, or lost where the stiffness jumps."""
+    value, state = _value(here, end), replace(here.state, iterations=spent)
+    if here.stiffness > _SMALL * first and end.part > here.part:
+        return Outcome(state, here.part, "lost")
+    m, c = _parabola(here, end)
+    turned = end.reason == "turned" or (end.reason == "buckled" and c < 0.0 and -0.5 * m / c < end.ahead)
+    error = max(abs(end.part - here.part), abs(value - here.part))
+    return Outcome(state, here.part, "turned" if turned else end.reason, (value, error))

@@ -1,0 +1,120 @@
+"""Does a state at rest count, and what is said of a path that ended?
+
+It counts where the volume ratio J is positive at every quadrature point and every node of an element, corners
+included, and where the target is stable: beyond its critical load a layer buckles, though Newton's method finds it
+upright. With S the stiffness that the target has (newton.py), no small push on what is not held of it may do negative
+work,
+
+    e > 0,    e the smallest eigenvalue of the symmetric part of S,
+
+and half a pad must withstand what its symmetry hides, too: falling sideways, out of the plane, and turning about z. A
+crease that forms at a corner, which hardly moves the target, does not count.
+
+Source: J. M. T. Thompson, G. W. Hunt, A General Theory of Elastic Stability (1973), chapter 2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from sits_mech.mechanics.rest.body import Bonded, smallest_volume
+from sits_mech.mechanics.rest.newton import SETTLED, Held, Settled, target_stiffness
+from sits_mech.quantities import Array
+
+REASONS = {
+    "buckled": "beyond this load the layer buckles: its rest is not stable",
+    "sideways": "beyond this load the layer buckles sideways, out of its plane of symmetry: its rest is not stable",
+    "turned": "this is the largest load of its kind that the layer carries: beyond it there is no state at rest nearby",
+    "inverted": "beyond this load the mesh turns inside out at a corner",
+    "lost": "every step of at least {smallest:.2g} of the path failed from here, though the target is stable: "
+    "a nearer load may converge",
+    "long": "beyond this load more iterations were needed than a mesh this large is given",
+}
+"""What is said of a path that ended, by the reason of its `Outcome` (path.py); see `reason_words`."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """The straight path from what is given at its beginning to what is given at its end.
+
+    Attributes
+    ----------
+    begin, end : ndarray, shape (k,)
+        F_x, F_z, M, ...; where `held`, d_h, d_z, alpha, ... instead; scaled.
+    held : ndarray of bool, shape (k,)
+        Which of the target's places are given instead of the force.
+    beside : ndarray of bool, shape (3,), or None
+        Which of the components that leave the plane are given, where a symmetry keeps or hides them; None: none.
+    """
+
+    begin: Array
+    end: Array
+    held: Held
+    beside: Held | None = None
+
+    @property
+    def slope(self) -> Array:
+        """What is given, by the part of the path."""
+        return self.end - self.begin
+
+    def goal(self, part: float) -> Array:
+        """Return what is given at a part of the path."""
+        return (1.0 - part) * self.begin + part * self.end
+
+
+class Verdict(NamedTuple):
+    """Smallest J of a state, the smallest eigenvalue of its stiffness, and what speaks against the state, if anything.
+
+    The eigenvalue is infinite where every place is held, and nan where it is not known.
+    """
+
+    min_J: float
+    stiffness: float
+    reason: str
+
+
+def verdict(body: Bonded, way: Way, found: Settled) -> Verdict:
+    """Return what is to be said of a state that Newton's method ended at."""
+    trial, stiffness, hidden = found[:3]
+    if not trial.residual <= SETTLED:
+        return Verdict(trial.min_J, np.nan, "lost")
+    least = smallest_volume(body, trial.u, everywhere=True)
+    if not least > 0.0:
+        return Verdict(least, np.nan, "inverted")
+    if stiffness is None:
+        stiffness, hidden = target_stiffness(body, trial)
+    value, reason = smallest_stiffness(way, stiffness, hidden)
+    return Verdict(least, value, reason)
+
+
+def smallest_stiffness(way: Way, stiffness: Array, hidden: Array | None) -> tuple[float, str]:
+    """Return the smallest eigenvalue on what is not held, also of what a symmetry hides, and what it is against."""
+    held = way.held
+    if held.any() and way.beside is not None:
+        held = np.concatenate([held[:3], way.beside])[: len(held)]
+    own = np.inf if way.held.all() else smallest_eigenvalue(stiffness, held)
+    beside = np.inf if hidden is None else smallest_eigenvalue(hidden, way.beside)
+    if own > 0.0 and beside > 0.0:
+        return min(own, beside), ""
+    return (beside, "sideways") if own > 0.0 else (own, "buckled")
+
+
+def smallest_eigenvalue(stiffness: Array, held: Held | None = None) -> float:
+    """Return the smallest eigenvalue of the symmetric part of a stiffness on what is not held; nan if not finite."""
+    S = stiffness if held is None else stiffness[np.ix_(~held, ~held)]
+    if not np.all(np.isfinite(S)):
+        return np.nan
+    return float(np.linalg.eigvalsh(0.5 * (S + S.T)).min(initial=np.inf))
+
+
+def stable(stiffness: Array, held: Held | None = None) -> bool:
+    """Say whether the target at rest withstands any small push on what is not held of it, by its stiffness."""
+    return smallest_eigenvalue(stiffness, held) > 0.0
+
+
+def reason_words(reason: str, smallest: float) -> str:
+    """Return what is known of a path that ended, in words, from its smallest increment as a fraction of the path."""
+    return REASONS[reason].format(smallest=smallest)
