@@ -27,9 +27,8 @@ friction, faces that touch themselves.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator
@@ -37,12 +36,23 @@ from scipy.spatial import cKDTree
 
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import BRICK, Indices, MixedMesh
+from sits_mech.mechanics.element.prolongation import Prolongation, along_family
 from sits_mech.mechanics.pad.lines import flush, outlines
-from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, pad_parts, pad_scales, pair_of
-from sits_mech.mechanics.pad.user import meshed_pad
+from sits_mech.mechanics.pad.solid import (
+    EXPONENTS,
+    GRADING,
+    Solid,
+    bonded_block,
+    edge_notes,
+    mirrored,
+    pad_parts,
+    pad_scales,
+)
+from sits_mech.mechanics.pad.user import meshed_pad, meshed_family
 from sits_mech.mechanics.rest.body import Bonded, packed
 from sits_mech.mechanics.rest.control import Control, under
-from sits_mech.mechanics.rest.pairs import Pair, Solved, law_notes, load_words, starts
+from sits_mech.mechanics.rest.levels import Levels
+from sits_mech.mechanics.rest.pairs import Solved, law_notes, load_words, starts
 from sits_mech.mechanics.rest.retry import Line, settled
 from sits_mech.mechanics.rest.verdict import reason_words
 from sits_mech.quantities import Array, Equilibrium, SolveFailed, Wrench
@@ -50,12 +60,11 @@ from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
 from sits_mech.units import checked_tolerance
 
-# Grading towards the target's edge and guard on J, in the order they are tried; beside the target, and flush with it.
-_KINDS = ((2.5, 0.0), (1.5, 0.0), (2.0, 5.0))
-_FLUSH = ((2.0, 0.0), (1.5, 0.0), (2.0, 5.0))
+# Grading towards the target's edge and guard on J, in the order they are tried.
+_KINDS = ((GRADING, 0.0), (1.5, 0.0), (GRADING, 5.0))
 _GUARDS = (0.0, 5.0)  # on J, on a mesh of the user's own
-# Asked error of the pose -> cells through the thickness, fine and coarse.
-_LADDER = ((1e-2, (2, 1)), (3e-3, (3, 2)), (0.0, (4, 3)))
+_SIZES = (1.0, 2.0, 3.0, 4.0, 6.0)  # parts of a base cell along each axis, level by level
+_SHARE = 0.1  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
 _MOST = 1.5e6  # iterations times unknowns that a load path is given: a minute on the largest mesh
 _SMALLEST = (1e-2, 0.6)  # increment of the load path where no other mesh waits, and where one does
 _DEPTH = 1e-4  # thicknesses over which the pressure of contact builds up
@@ -167,23 +176,41 @@ def meshes_in_line(sensor: Sensor, tolerance: float, *, whole: bool) -> Line:
         For half a mesh of the user's where the whole pad is asked for.
     """
     target, elastomer = pad_parts(sensor)
-    cells = next(cells for error, cells in _LADDER if tolerance >= error)
     depths = {"never": (0.0,), "always": (_DEPTH,), "auto": (0.0, _DEPTH)}[elastomer.contact]
-    solids: list[Callable[[float], tuple[Solid, Solid]]]
     if elastomer.mesh is not None:
-        solids = [partial(meshed_pad, sensor, guard) for guard in _GUARDS]
-        share = solids[0](0.0)[0].share
+        families = [partial(meshed_family, sensor, guard) for guard in _GUARDS]
+        share = meshed_pad(sensor, 0.0).share
         if whole and share < 1.0:
             raise ValueError(f"{elastomer.mesh}: must be of the whole pad under F_y, M_x or M_z; got half of it")
     else:
-        kinds, share = _FLUSH if flush(*outlines(target, elastomer)) else _KINDS, 1.0 if whole else 0.5
-        solids = [partial(_solids, sensor, cells, kind, whole) for kind in kinds]
-    makers = [partial(_pair, maker, depth) for depth in depths for maker in solids]
-    last = len(solids) - 1  # may be one that only a pad without contact needs: it has no twin
-    twins = tuple(len(solids) + k if k < last and len(depths) > 1 else None for k in range(len(solids)))
+        families, share = [partial(_family, sensor, kind, whole) for kind in _KINDS], 1.0 if whole else 0.5
+    makers = [partial(family, depth) for depth in depths for family in families]
+    last = len(families) - 1  # may be one that only a pad without contact needs: it has no twin
+    twins = tuple(len(families) + k if k < last and len(depths) > 1 else None for k in range(len(families)))
     return Line(
-        sensor, pad_scales(sensor, share), makers, twins, _SMALLEST, softly=_SOFTLY, most=_MOST
+        sensor, pad_scales(sensor, share), makers, twins, _SMALLEST, tolerance, softly=_SOFTLY, most=_MOST
     )  # fmt: skip
+
+
+def _family(sensor: Sensor, kind: tuple[float, float], whole: bool, depth: float) -> Levels:
+    """Meshes of one kind; coarser ones have a larger contact depth."""
+
+    @cache
+    def made(level: int) -> Solid:
+        """One of them."""
+        size = _SIZES[level]
+        return bonded_block(sensor, int(size), *kind, depth * (_SIZES[1] / size) ** 2, whole=whole)
+
+    @cache
+    def carrier(level: int) -> Prolongation | None:
+        """From the one before."""
+        coarse, fine = made(level - 1), made(level)
+        if coarse.division is None or fine.division is None:
+            return None
+        return along_family(coarse.body.mesh, fine.body.mesh, (coarse.division, fine.division), BRICK)
+
+    exponent = EXPONENTS[flush(*outlines(*pad_parts(sensor)))]
+    return Levels(_SIZES, lambda level: made(level).body, carrier, 2.0 * kind[0] * exponent, _SHARE)
 
 
 def solved_body(model: BlockPad, equilibrium: Equilibrium) -> Bonded:
@@ -290,17 +317,6 @@ def _quarters(nodes: Array, faces: Indices) -> Indices:
     return np.stack(parts, axis=-1).reshape(-1, 4)
 
 
-def _solids(
-    sensor: Sensor, cells: tuple[int, int], kind: tuple[float, float], whole: bool, depth: float
-) -> tuple[Solid, Solid]:
-    """Two meshes of one kind; the coarse one has twice the contact depth."""
-    fine, coarse = (
-        bonded_block(sensor, count, *kind, soft * depth, whole=whole)
-        for count, soft in zip(cells, (1.0, 2.0), strict=True)
-    )
-    return fine, coarse
-
-
 def _of_both_halves(pad: BlockPad, found: Equilibrium) -> Equilibrium:
     """An equilibrium of half a pad as one of the whole."""
     number = int(found.state[0])
@@ -311,11 +327,6 @@ def _of_both_halves(pad: BlockPad, found: Equilibrium) -> Equilibrium:
     bodies = ((half.fine, whole.fine), (half.coarse, whole.coarse))
     both = [packed(mirrored(*pair, state)) for pair, state in zip(bodies, states, strict=True)]
     return replace(found, state=np.concatenate([[number], *both]))
-
-
-def _pair(maker: Callable[[float], tuple[Solid, Solid]], depth: float) -> Pair:
-    """A pair of meshes with a contact depth."""
-    return pair_of(*maker(depth))
 
 
 def _ended(line: Line, control: Control, solved: Solved) -> SolveFailed:

@@ -21,6 +21,7 @@ import numpy as np
 
 from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, solid_mesh
 from sits_mech.mechanics.pad.lines import outlines
+from sits_mech.mechanics.rest.levels import Levels
 from sits_mech.mechanics.pad.solid import Solid, numbered, pad_parts, solid
 from sits_mech.meshing.bricks import within
 from sits_mech.meshing.store import read_solid
@@ -98,3 +99,7 @@ def _check_place(name: str, nodes: Array, where: Array, elastomer: Elastomer) ->
 def _sizes(extent: tuple[float, float]) -> str:
     """Two lengths as one writes them."""
     return f"{1e3 * extent[0]:.4g} x {1e3 * extent[1]:.4g} mm"
+
+
+def meshed_family(sensor: Sensor, guard: float, depth: float = 0.0) -> Levels:
+    raise NotImplementedError

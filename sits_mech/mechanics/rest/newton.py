@@ -71,6 +71,8 @@ _NEAR = 3e-3  # residual from which one more step leaves the target's stiffness 
 _AGAIN = 0.1  # share of the residual that a step with an older factor must leave at most for the factor to serve on
 _SHORTEN = 0.5
 _PATIENCE = 8  # iterations after which the residual must lie below its first value
+_CHORD = 0.3  # a step that is shorter than this share of the one before is followed by one with the same factor
+_MOST_CORRECTIONS = 8  # steps
 _MIN_J_KEPT = 0.2  # a step may not shrink the smallest volume ratio below this fraction of its value
 
 
@@ -176,6 +178,30 @@ def newton(
     if factor is None or near > _NEAR:
         return Settled(here, None, None, length, part)
     return Settled(here, factor.stiffness, _hidden(body, factor), length, part)
+
+
+def approached(body: Bonded, start: State, goal: Array, held: Held, enough: float) -> tuple[State, float] | None:
+    """Return a state from which no step would move the target's edge by more than `enough`, and how far one would.
+
+    For corrections from a coarser mesh: the target is where it rests long before the last corner is. None where the
+    steps do not get shorter. Arguments as of `newton`; `enough` [thicknesses].
+    """
+    here, factor, gone = replace(start, load=np.where(held, start.load, goal)), None, [np.inf]
+    for _ in range(_MOST_CORRECTIONS):
+        found = _gradient(body, here)
+        if not np.isfinite(found.energy):
+            return None
+        factor = factor if len(gone) > 2 and gone[-1] < _CHORD * gone[-2] else _factored(body, here, found)
+        way = None if factor is None else _way(body, here, found, factor, _aim(here, goal, held, None))
+        stepped = None if factor is None or way is None else _stepped(body, here, factor, way)
+        if stepped is None or way is None:
+            return None
+        here = replace(stepped[0], iterations=here.iterations + 1)
+        gone.append(body.length(way[1]))
+        ahead = gone[-1] * min(1.0, gone[-1] / gone[-2])
+        if stepped[1] == 1.0 and len(gone) > 2 and ahead <= enough:
+            return here, ahead
+    return (here, gone[-1]) if gone[-1] < _CHORD * gone[1] else None
 
 
 def compliance(body: Bonded, state: State, load: Array) -> Array:

@@ -1,9 +1,8 @@
-"""How does a layer solved on two meshes become a pose with its errors?
+"""How does a layer solved on a family of meshes (levels.py) become a pose with its errors?
 
-The bonded corners are singular, so the pose converges slower than the elements could; what two meshes differ by says
-how far the finer one is off, by the order between them, which whoever made the pair knows (pad/): a share of the
-difference may be added to the finer one's pose, and a share of it is called its error. No component is called better
-than a share of the worst, an angle counted at the target's end. Of forces that hold the target, likewise.
+The first level follows the load, the second comes to rest from there, finer ones correct the target's place until the
+estimated error is what is asked for. No component is called better than a share of the worst, an angle counted at the
+target's end; of forces that hold the target, likewise. A state that is kept is that of the first two levels.
 """
 
 from __future__ import annotations
@@ -19,8 +18,10 @@ from sits_mech.mechanics.faces.face_contact import face_notes
 from sits_mech.mechanics.rest.body import Bonded, State, packed, rest, unpacked
 from sits_mech.mechanics.rest.control import Control
 from sits_mech.mechanics.rest.limit import Outcome
+from sits_mech.mechanics.rest.levels import FEWEST, Levels, extrapolated, finer, next_at_rest
 from sits_mech.mechanics.rest.newton import Held
 from sits_mech.mechanics.rest.path import follow
+from sits_mech.mechanics.rest.verdict import Way
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor
 from sits_mech.silicone.stability import layer_notes
@@ -76,25 +77,6 @@ class Scales:
         return Pose.of(found)
 
 
-class Pair(NamedTuple):
-    """Two meshes of a layer: that of the answer, and that of the error estimate.
-
-    Of what their poses differ by, `added` goes to the finer one's pose and `owned` is its error; `share` of the worst
-    component's error is what every component owns to.
-    """
-
-    fine: Bonded
-    coarse: Bonded
-    added: float
-    owned: float
-    share: float
-
-    @property
-    def size(self) -> int:
-        """Length of the packed states of both."""
-        return self.fine.size + self.coarse.size
-
-
 class Solved(NamedTuple):
     """The last equilibrium on the way to what is given, how much of the way that is, and what ended it."""
 
@@ -103,42 +85,46 @@ class Solved(NamedTuple):
     reason: str = ""
 
 
-def solve_pair(
-    sensor: Sensor, pair: Pair, scales: Scales, start: Equilibrium | None, control: Control, *, smallest: float,
-    most: float = np.inf,
+def solve_levels(
+    sensor: Sensor, levels: Levels, scales: Scales, start: Equilibrium | None, control: Control, *, smallest: float,
+    asked: float, most: float = np.inf,
 ) -> Solved:  # fmt: skip
-    """Follow the way to what is given on both meshes, the coarse one first: it is the first to give up.
+    """Follow the way to what is given on the first two levels, and go on to finer ones until the error is small enough.
 
     Parameters
     ----------
     sensor : Sensor
-    pair : Pair
+    levels : Levels
     scales : Scales
     start : Equilibrium or None
         On the same meshes; from rest where it is None.
     control : Control
     smallest : float
         Smallest increment of the path.
+    asked : float
+        Estimated error at which no finer level is tried.
     most : float
         Iterations that a path is given, times unknowns.
     """
-    bodies, states = (pair.fine, pair.coarse), starts(pair, scales, start)
-    held, end = aim(pair.fine, scales, control)
-    begin = np.where(held, states[0].q, states[0].load)
+    held, end = aim(levels.fine, scales, control)
+    fine, coarse = starts(levels, scales, start)
+    begin = np.where(held, fine.q, fine.load)
 
-    def followed(number: int, goal: Array, spend: float) -> Outcome:
+    def followed(body: Bonded, state: State, goal: Array, spend: float) -> Outcome:
         return follow(
-            bodies[number], states[number], (begin, goal), smallest=smallest, held=held, beside=control.held[3:],
-            most=spend,
+            body, state, (begin, goal), smallest=smallest, held=held, beside=control.held[3:],
+            most=spend / len(body.free),
         )  # fmt: skip
 
-    coarse = followed(1, end, most / len(bodies[1].free))
-    midway = begin + coarse.reached * (end - begin)
-    fine = followed(0, midway, most / len(bodies[0].free))
-    part, reason = coarse.reached * fine.reached, fine.reason or coarse.reason
-    if fine.reached < 1.0:  # both must rest under one goal for the error to mean something
-        coarse = followed(1, begin + part * (end - begin), np.inf)
-    found = _answer(sensor, pair, scales, control, (fine.state, coarse.state))
+    first = followed(levels.coarse, coarse, end, most)
+    midway = begin + first.reached * (end - begin)
+    second = next_at_rest(levels, first.state, Way(begin, midway, held, control.held[3:]))
+    if second is None:
+        second = followed(levels.fine, fine, midway, most)
+    part, reason = first.reached * second.reached, second.reason or first.reason
+    if second.reached < 1.0:  # both must rest under one goal for the error to mean something
+        first = followed(levels.coarse, coarse, begin + part * (end - begin), np.inf)
+    found = _answer(sensor, levels, scales, control, (first.state, second.state), asked if part == 1.0 else np.inf)
     if part == 1.0:
         given = {name: value for name in WRENCH if (value := getattr(control, name)) is not None}
         found = replace(found, wrench=replace(found.wrench, **given))
@@ -157,13 +143,13 @@ def aim(body: Bonded, scales: Scales, control: Control) -> tuple[Held, Array]:
     return held[:k], control.goal(scales.lengths, scales.loads)[:k]
 
 
-def starts(pair: Pair, scales: Scales, start: Equilibrium | None) -> list[State]:
-    """Return where both meshes start: at an equilibrium on them, or at rest."""
-    bodies = (pair.fine, pair.coarse)
+def starts(levels: Levels, scales: Scales, start: Equilibrium | None) -> list[State]:
+    """Return where the second and the first level start: at an equilibrium on them, or at rest."""
+    bodies = (levels.fine, levels.coarse)
     if start is None:
         return [rest(body) for body in bodies]
-    load = scales.load(start.wrench)[: pair.fine.components]
-    halves = np.split(start.state, [pair.fine.size])
+    load = scales.load(start.wrench)[: levels.fine.components]
+    halves = np.split(start.state, [levels.fine.size])
     return [unpacked(body, half, load) for body, half in zip(bodies, halves, strict=True)]
 
 
@@ -212,27 +198,38 @@ def load_words(load: Mapping[str, float]) -> str:
 
 
 def _answer(
-    sensor: Sensor, pair: Pair, scales: Scales, control: Control, found: tuple[State, State]
+    sensor: Sensor, levels: Levels, scales: Scales, control: Control, states: tuple[State, State], asked: float
 ) -> Equilibrium:
-    """Equilibrium with its errors from the two meshes."""
-    (fine, coarse), body = found, pair.fine
-    k, t = body.components, scales.thickness
-    lengths, lever, (held, _) = scales.lengths[:k], levers(body, t)[:k], aim(body, scales, control)
-    apart = (fine.q - coarse.q) * lengths
-    error = errors_of(np.where(held, 0.0, pair.owned * np.abs(apart)), lever, pair.share)
-    error = np.where(held, 0.0, error)
-    best = fine.q + pair.added * np.where(held, 0.0, apart) / lengths
-    off = relative(error, best * lengths, lever)
-    if held.any():
-        weight = 1.0 / (levers(body, 1.0)[:k])
-        forces = pair.owned * float(np.max(np.abs(fine.load - coarse.load) * weight))
-        off = max(off, forces / max(float(np.max(np.abs(fine.load) * weight)), 1e-300))
+    """Equilibrium with its errors from the first two levels at rest, and from as many finer ones as are needed."""
+    coarse, fine = states
+    body, t = levels.fine, scales.thickness
+    k, (held, goal) = body.components, aim(body, scales, control)
+    lever = levers(body, t)[:k]
+    weight = lever / t * scales.lengths[:k]  # of q in thicknesses at the target's end, 1 over that of a load
+    size = [max(float(np.max(np.abs(own), initial=0.0)), 1e-300) for own in ((fine.q * weight)[~held], (fine.load / weight)[held])]
+    unit = np.where(held, size[1] * weight, size[0] / weight)
+
+    def shown(state: State) -> Array:
+        """What is found of a state, over the largest of its kind."""
+        return np.where(held, state.load, state.q) / unit
+
+    values, walk = [shown(coarse), shown(fine)], finer(levels, states, (held, goal))
+    spent, best = fine.iterations + coarse.iterations, extrapolated([shown(coarse), shown(fine)], levels.sizes, levels.order)
+    while len(values) < len(levels.sizes) and (len(values) < FEWEST or float(np.max(best.error)) > asked):
+        state = next(walk, None)
+        if state is None or asked == np.inf:
+            break
+        values, spent = [*values, shown(state)], spent + state.iterations
+        limit = extrapolated(values, levels.sizes, levels.order)
+        best = limit if len(values) == FEWEST or np.max(limit.error) < np.max(best.error) else best
+    error = np.where(held, 0.0, errors_of(best.error, np.ones(k), levels.share)) * unit * scales.lengths[:k]
+    q, load = np.where(held, fine.q, best.value * unit), np.where(held, best.value * unit, fine.load)
+    off = float(np.max(best.error)) / max(float(np.max(np.abs(best.value))), 1e-300) if np.any(best.value) else 0.0
     plate = sensor.target.thickness / t if sensor.target is not None else 0.0
     notes = face_notes(body.faces, body.mesh, body.parts, fine.u, fine.q, plate)
-    notes = (*notes, *law_notes(sensor, body, fine.u))
+    notes = (*notes, *law_notes(sensor, body, fine.u), *best.words(levels.order))
     report = SolveReport(
-        "", len(body.free) + k, fine.iterations + coarse.iterations, fine.residual, float(off), 0.0, notes=notes,
-        min_J=fine.min_J,
+        "", len(levels.maker(len(values) - 1).free) + k, spent, fine.residual, off, 0.0, notes=notes, min_J=fine.min_J
     )
-    state = np.concatenate([packed(fine), packed(coarse)])
-    return Equilibrium(scales.wrench(fine.load), scales.pose(best), Pose.of(error), state, report)
+    state_kept = np.concatenate([packed(fine), packed(coarse)])
+    return Equilibrium(scales.wrench(load), scales.pose(q), Pose.of(error), state_kept, report)

@@ -22,8 +22,9 @@ from sits_mech.mechanics.faces.contact import softened
 from sits_mech.mechanics.faces.face_contact import LEFT_OUT, face_contact
 from sits_mech.mechanics.rest.body import packed, unpacked
 from sits_mech.mechanics.rest.control import Control
+from sits_mech.mechanics.rest.levels import Levels
 from sits_mech.mechanics.rest.newton import newton
-from sits_mech.mechanics.rest.pairs import Pair, Scales, Solved, aim, levers, solve_pair, starts
+from sits_mech.mechanics.rest.pairs import Scales, Solved, aim, levers, solve_levels, starts
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.quantities import Array, Equilibrium, Pose
 from sits_mech.scene.sensor import Sensor
@@ -46,6 +47,8 @@ class Line:
         come after.
     smallest : tuple of float
         Smallest increments of a load path: where no other pair waits, where one does, ...
+    asked : float
+        Estimated error at which no finer level is tried.
     good : float
         Estimated error up to which no other pair is tried.
     effect : float
@@ -58,9 +61,10 @@ class Line:
 
     sensor: Sensor
     scales: Scales
-    makers: Sequence[Callable[[], Pair]]
+    makers: Sequence[Callable[[], Levels]]
     twins: tuple[int | None, ...]
     smallest: tuple[float, ...]
+    asked: float
     good: float = np.inf
     effect: float = 0.0
     softly: tuple[float, ...] = ()
@@ -73,7 +77,7 @@ class Line:
     def __len__(self) -> int:
         return len(self.makers)
 
-    def __getitem__(self, number: int) -> Pair:
+    def __getitem__(self, number: int) -> Levels:
         return self.makers[number]()
 
     @property
@@ -144,8 +148,8 @@ def _tried(line: Line, number: int, start: Equilibrium | None, control: Control,
     if start is not None and start.state.size == 1 + pair.size and start.state[0] == number:
         own = replace(start, state=start.state[1:])
     smallest = line.smallest[min(waiting, len(line.smallest) - 1)]
-    found, part, reason = solve_pair(
-        line.sensor, pair, line.scales, own, control, smallest=smallest, most=line.most
+    found, part, reason = solve_levels(
+        line.sensor, pair, line.scales, own, control, smallest=smallest, asked=line.asked, most=line.most
     )  # fmt: skip
     return Solved(replace(found, state=np.concatenate([[number], found.state])), part, reason)
 
