@@ -28,10 +28,11 @@ from sits_mech.mechanics.closed_form import finite_strain_model
 from sits_mech.mechanics.element.kernel import deformation, element_forces
 from sits_mech.mechanics.element.mesh import Indices
 from sits_mech.mechanics.pad.edges import Edges, edge_effect, edge_notes
-from sits_mech.mechanics.pad.ladder import STRONG, cells_through, meshes_in_line
+from sits_mech.mechanics.pad.ladder import GRADING, SHARE, SIZES, meshes_in_line, order_of
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_parts, layer_scales
 from sits_mech.mechanics.rest.body import Bonded, rest, unpacked
 from sits_mech.mechanics.rest.control import Control, under
+from sits_mech.mechanics.rest.levels import FEWEST, extrapolated
 from sits_mech.mechanics.rest.newton import compliance, correction
 from sits_mech.mechanics.rest.pairs import Solved, errors_of, levers, load_words, relative
 from sits_mech.mechanics.rest.retry import Line, settled
@@ -39,8 +40,9 @@ from sits_mech.mechanics.rest.verdict import reason_words
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench, refuse_beside
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
+from sits_mech.units import checked_tolerance
 
-_SHARE = 0.05  # of the worst component's error that every component of one compliance owns to
+_FINE = 2e-3  # tolerance up to which a compliance takes all levels
 
 
 @dataclass(frozen=True)
@@ -103,14 +105,16 @@ class LinearLayer:
     ----------
     sensor : Sensor
     body : Bonded
-    compliance, coarse : ndarray, shape (3, 3)
-        d(d_h, d_z, alpha) / d(F_x, F_z downwards, moment about the bonded face), scaled; on two meshes.
+    compliances : tuple of ndarray, shape (3, 3)
+        d(d_h, d_z, alpha) / d(F_x, F_z downwards, moment about the bonded face), scaled; level by level.
+    order : float
+        With which they converge.
     """
 
     sensor: Sensor
     body: Bonded
-    compliance: Array
-    coarse: Array
+    compliances: tuple[Array, ...]
+    order: float
     edges: Edges | None = None
 
     @one_thread
@@ -130,10 +134,11 @@ class LinearLayer:
         scales = layer_scales(self.sensor)
         load = scales.load(wrench)[:3]
         force = np.array([load[0], -load[1], load[2] + self.body.height * load[0]])
-        q, lengths, lever = self.compliance @ force, scales.lengths[:3], levers(self.body, scales.thickness)[:3]
+        lengths, lever = scales.lengths[:3], levers(self.body, scales.thickness)[:3]
+        limit = extrapolated([C @ force * lengths * lever for C in self.compliances], SIZES, self.order)
         away, min_J = correction(self.body, load)
-        difference = (np.abs((self.compliance - self.coarse) @ force) + np.abs(away)) * lengths
-        error = errors_of(difference, lever, _SHARE)
+        error = errors_of(limit.error / lever + np.abs(away) * lengths, lever, SHARE)
+        q = limit.value / lever / lengths
         report = SolveReport(
             "linear", len(self.body.free) + 3, 1, 0.0, relative(error, q * lengths, lever),
             time.perf_counter() - began, notes=_edge_notes(self.sensor, self.edges, wrench), min_J=min_J,
@@ -167,9 +172,11 @@ def planar_layer(sensor: Sensor, tolerance: float = 1e-2) -> PlanarLayer:
 @one_thread
 def linear_layer(sensor: Sensor, tolerance: float = 1e-2) -> LinearLayer:
     """Return the small-strain model of a sensor's layer; arguments and errors as of `planar_layer`."""
-    bodies = [bonded_body(sensor, Fineness(count, STRONG)) for count in cells_through(tolerance)]
-    fine, coarse = (compliance(body, rest(body), np.zeros(3)) for body in bodies)
-    return LinearLayer(sensor, bodies[0], fine, coarse, edge_effect(sensor))
+    checked_tolerance(tolerance)
+    count = FEWEST if tolerance > _FINE else len(SIZES) - 1
+    bodies = [bonded_body(sensor, Fineness(int(size), GRADING, True)) for size in SIZES[:count]]
+    found = tuple(compliance(body, rest(body), np.zeros(3)) for body in bodies)
+    return LinearLayer(sensor, bodies[-1], found, order_of(sensor, GRADING), edge_effect(sensor))
 
 
 def deformed_mesh(model: PlanarLayer, equilibrium: Equilibrium) -> tuple[Array, Indices, Array]:

@@ -19,7 +19,8 @@ target's end; of forces that hold the target, likewise.
 
 The first two levels are brought to rest (path.py), the second from the first one's state. On finer ones the target's
 place is corrected by Newton steps from the state of the level before, until it stays; corners need not come to rest
-for that, and where a finer mesh turns inside out there, its state begins nearer to that of the first level.
+for that. A step that no other can follow, as one would turn a corner inside out, is the last: what it may be off by is
+in the error.
 
 Source: L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307; J. Xu, SIAM J. Numer. Anal. 33 (1996) 1759, Newton
 steps from coarse solutions.
@@ -39,7 +40,7 @@ from sits_mech.mechanics.element.prolongation import Prolongation
 from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.rest.body import Bonded, State, rest
 from sits_mech.mechanics.rest.limit import Outcome
-from sits_mech.mechanics.rest.newton import Held, approached, newton
+from sits_mech.mechanics.rest.newton import Approach, Held, approached, newton
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.mechanics.rest.verdict import Way, verdict
 from sits_mech.quantities import Array
@@ -110,8 +111,8 @@ class Limit(NamedTuple):
         return (f"{seen}; the error covers it",)
 
 
-def extrapolated(values: list[Array], sizes: tuple[float, ...], order: float) -> Limit:
-    """Return the limit of what some levels gave, two or more.
+def extrapolated(values: list[Array], sizes: tuple[float, ...], order: float, off: float = 0.0) -> Limit:
+    """Return the limit of what some levels gave, two or more, the last of which may be off.
 
     Parameters
     ----------
@@ -131,7 +132,7 @@ def extrapolated(values: list[Array], sizes: tuple[float, ...], order: float) ->
     shown = shown_order(float(np.linalg.norm(values[-2] - values[-3])), float(np.linalg.norm(gone)), m[-3:])
     if shown < _SHOWN * order:
         return Limit(ends[-1], np.abs(apart) + np.abs(added[-1]), shown)
-    left = np.abs(apart) / ((m[-1] / m[-3]) ** order - 1.0)
+    left = np.abs(apart) / ((m[-1] / m[-3]) ** order - 1.0) + off * (1.0 + 1.0 / ((m[-1] / m[-2]) ** order - 1.0))
     return Limit(ends[-1], left + _UNSURE * np.abs(added[-1]), shown)
 
 
@@ -142,38 +143,27 @@ def shown_order(first: float, second: float, sizes: Array) -> float:
     return float(np.interp(first / max(second, 1e-300), (a - b) / (b - c), orders))
 
 
-def carried(levels: Levels, level: int, state: State, safe: Array) -> tuple[State, Array] | None:
-    """Return a state on the next level, and displacements there that are safe from turning inside out.
+def carried(levels: Levels, level: int, state: State) -> State | None:
+    """Return a state on the next level, to go on from; None where there is no way there.
 
-    Parameters
-    ----------
-    levels : Levels
-    level : int
-        The next one.
-    state : State
-        On the level before.
-    safe : ndarray
-        Displacements there of the first level's state.
-
-    Returns
-    -------
-    State and ndarray, or None
-        None where there is no way there, or even safe displacements turn some cell inside out.
+    Where cells turn inside out between the points that the coarser mesh looks at, their nodes are drawn towards where
+    they would be if every column of the layer followed the target evenly, ``u = z (c + (R - 1) X)``.
     """
     way, body = levels.carrier(level), levels.maker(level)
     if way is None:
         return None
-    bonded = bonded_displacement(body.X, state.q)[:, list(body.mesh.axes)]
-    u, near = (np.asarray(way.displacements(each)) for each in (state.u, safe))
-    u[body.bonded] = near[body.bonded] = bonded
-    d = len(body.mesh.axes)
+    axes = list(body.mesh.axes)
+    places = np.zeros((len(body.mesh.nodes), 3))
+    places[:, axes] = body.mesh.nodes
+    even = places[:, 2:] * bonded_displacement(places * (1.0, 1.0, 0.0), state.q)
+    u, even = np.asarray(way.displacements(state.u)), even[:, axes].ravel()
+    u[body.bonded] = bonded_displacement(body.X, state.q)[:, axes]
     share = np.zeros(len(body.mesh.nodes))
     for _ in range(_BLENDS):
-        blend = u + np.repeat(share, d) * (near - u)
+        blend = u + np.repeat(share, len(axes)) * (even - u)
         J = deformation(body.mesh, blend)[1].min(axis=1)
         if J.min() > _LEAST_J:
-            found = State(blend, state.q, way.pressures(state.p), state.load, min_J=float(J.min()))
-            return found, near
+            return State(blend, state.q, way.pressures(state.p), state.load, min_J=float(J.min()))
         touched = np.unique(body.mesh.cells[_LEAST_J >= J])
         share[touched] = np.minimum(share[touched] + 0.25, 1.0)
     return None
@@ -181,16 +171,16 @@ def carried(levels: Levels, level: int, state: State, safe: Array) -> tuple[Stat
 
 def next_at_rest(levels: Levels, state: State, way: Way) -> Outcome | None:
     """Return the second level at rest at the end of a path, from the first one's state there; None where it is not."""
-    body, start = levels.fine, carried(levels, 1, state, state.u)
+    body, start = levels.fine, carried(levels, 1, state)
     if start is None:
         return None
-    found = newton(body, start[0], way.end, way.held)
+    found = newton(body, start, way.end, way.held)
     said = verdict(body, way, found)
     return None if said.reason else Outcome(replace(found.state, min_J=said.min_J), 1.0)
 
 
-def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array]) -> Iterator[State]:
-    """Yield the states of the third level and the ones after it, the target where it rests, as far as they get there.
+def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array]) -> Iterator[Approach]:
+    """Yield where the target rests on the third level and the ones after it, as far as they get there.
 
     Parameters
     ----------
@@ -201,24 +191,24 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array]) 
         Which places are held, and what is given.
     """
     (before, state), (held, goal) = states, aim
-    way = levels.carrier(1)
-    safe = before.u if way is None else np.asarray(way.displacements(before.u))
     for level in range(2, len(levels.sizes)):
         body = levels.maker(level)
-        enough = _ENOUGH * body.length(state.q - before.q)
-        start = None if levels.carrier(level) is None else carried(levels, level, state, safe)
         if levels.carrier(level) is None:
             found = _from_rest(body, held, goal)
         else:
-            near = None if start is None else approached(body, start[0], goal, held, enough)
-            found = None if near is None else near[0]
+            start = carried(levels, level, state)
+            enough = _ENOUGH * body.length(state.q - before.q)
+            found = None if start is None else approached(body, start, goal, held, enough)
         if found is None:
             return
-        before, state, safe = state, found, safe if start is None else start[1]
-        yield state
+        yield found
+        if found.state is None:
+            return
+        before, state = state, found.state
 
 
-def _from_rest(body: Bonded, held: Held, goal: Array) -> State | None:
+def _from_rest(body: Bonded, held: Held, goal: Array) -> Approach | None:
     """A body under what is given, along a path from rest; None where that ends before."""
     found = follow(body, rest(body), (np.zeros_like(goal), goal), smallest=_GIVEN_UP, held=held, most=_MOST)
-    return found.state if found.reached == 1.0 else None
+    state = found.state
+    return Approach(state, state.q, state.load, 0.0, state.iterations) if found.reached == 1.0 else None

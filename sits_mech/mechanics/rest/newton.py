@@ -73,6 +73,7 @@ _SHORTEN = 0.5
 _PATIENCE = 8  # iterations after which the residual must lie below its first value
 _CHORD = 0.3  # a step that is shorter than this share of the one before is followed by one with the same factor
 _MOST_CORRECTIONS = 8  # steps
+_LINEAR = 0.3  # of a step that no other could follow, what it may be off by
 _MIN_J_KEPT = 0.2  # a step may not shrink the smallest volume ratio below this fraction of its value
 
 
@@ -100,6 +101,19 @@ class Arc(NamedTuple):
     normal: Array
     ahead: float
     slope: Array
+
+
+class Approach(NamedTuple):
+    """Where a target nearly rests: motion, load, by how much its edge may be off [thicknesses], steps.
+
+    The state is None where it is no good to go on from.
+    """
+
+    state: State | None
+    q: Array
+    load: Array
+    off: float
+    iterations: int
 
 
 class _Aim(NamedTuple):
@@ -180,28 +194,32 @@ def newton(
     return Settled(here, factor.stiffness, _hidden(body, factor), length, part)
 
 
-def approached(body: Bonded, start: State, goal: Array, held: Held, enough: float) -> tuple[State, float] | None:
-    """Return a state from which no step would move the target's edge by more than `enough`, and how far one would.
+def approached(body: Bonded, start: State, goal: Array, held: Held, enough: float) -> Approach | None:
+    """Return where the target of a body rests, near a state that is not far from rest; None without a step to go.
 
-    For corrections from a coarser mesh: the target is where it rests long before the last corner is. None where the
-    steps do not get shorter. Arguments as of `newton`; `enough` [thicknesses].
+    For corrections from a coarser mesh: the target is where it rests long before the last corner is. Where a step turns
+    a corner inside out the place is that after the last whole step, a part of which is what it may be off by. Arguments
+    as of `newton`; steps end where one would move the target's edge by no more than `enough` [thicknesses].
     """
     here, factor, gone = replace(start, load=np.where(held, start.load, goal)), None, [np.inf]
+    place = None
     for _ in range(_MOST_CORRECTIONS):
         found = _gradient(body, here)
-        if not np.isfinite(found.energy):
-            return None
         factor = factor if len(gone) > 2 and gone[-1] < _CHORD * gone[-2] else _factored(body, here, found)
         way = None if factor is None else _way(body, here, found, factor, _aim(here, goal, held, None))
-        stepped = None if factor is None or way is None else _stepped(body, here, factor, way)
-        if stepped is None or way is None:
-            return None
-        here = replace(stepped[0], iterations=here.iterations + 1)
+        if factor is None or way is None:
+            break
         gone.append(body.length(way[1]))
-        ahead = gone[-1] * min(1.0, gone[-1] / gone[-2])
-        if stepped[1] == 1.0 and len(gone) > 2 and ahead <= enough:
-            return here, ahead
-    return (here, gone[-1]) if gone[-1] < _CHORD * gone[1] else None
+        stepped = _stepped(body, here, factor, way)
+        if place is None or (stepped is not None and stepped[1] == 1.0 and gone[-1] < gone[-2]):
+            off = _LINEAR * gone[-1] if place is None else gone[-1] * min(1.0, gone[-1] / gone[-2])
+            place = Approach(None, moved(here.q, way[1]), here.load + way[2], off, here.iterations + 1)
+        if stepped is None:
+            break
+        here = replace(stepped[0], iterations=here.iterations + 1)
+        if stepped[1] == 1.0 and len(gone) > 2 and place.off <= enough:
+            return place._replace(state=here)
+    return place
 
 
 def compliance(body: Bonded, state: State, load: Array) -> Array:

@@ -209,18 +209,18 @@ def _answer(
     size = [max(float(np.max(np.abs(own), initial=0.0)), 1e-300) for own in ((fine.q * weight)[~held], (fine.load / weight)[held])]
     unit = np.where(held, size[1] * weight, size[0] / weight)
 
-    def shown(state: State) -> Array:
-        """What is found of a state, over the largest of its kind."""
-        return np.where(held, state.load, state.q) / unit
+    def shown(q: Array, load: Array) -> Array:
+        """What is found, over the largest of its kind."""
+        return np.where(held, load, q) / unit
 
-    values, walk = [shown(coarse), shown(fine)], finer(levels, states, (held, goal))
-    spent, best = fine.iterations + coarse.iterations, extrapolated([shown(coarse), shown(fine)], levels.sizes, levels.order)
+    values, walk = [shown(state.q, state.load) for state in states], finer(levels, states, (held, goal))
+    spent, best = fine.iterations + coarse.iterations, extrapolated(values, levels.sizes, levels.order)
     while len(values) < len(levels.sizes) and (len(values) < FEWEST or float(np.max(best.error)) > asked):
-        state = next(walk, None)
-        if state is None or asked == np.inf:
+        there = None if asked == np.inf else next(walk, None)
+        if there is None:
             break
-        values, spent = [*values, shown(state)], spent + state.iterations
-        limit = extrapolated(values, levels.sizes, levels.order)
+        values, spent = [*values, shown(there.q, there.load)], spent + there.iterations
+        limit = extrapolated(values, levels.sizes, levels.order, there.off / size[0])
         best = limit if len(values) == FEWEST or np.max(limit.error) < np.max(best.error) else best
     error = np.where(held, 0.0, errors_of(best.error, np.ones(k), levels.share)) * unit * scales.lengths[:k]
     q, load = np.where(held, fine.q, best.value * unit), np.where(held, best.value * unit, fine.load)
