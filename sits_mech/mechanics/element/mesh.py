@@ -93,6 +93,11 @@ class MixedMesh:
         """Nodes in the rectangle, shape (n, d) [thicknesses]."""
         return self.nodes if self.flat is None else self.flat
 
+    def part(self, some: slice) -> MixedMesh:
+        """Return some of the elements, on the same nodes, without what is looked at there."""
+        inside = Points(*(each[some] for each in self.inside))
+        return MixedMesh(self.nodes, self.cells[some], inside, self.chi[some], flat=self.flat)
+
 
 def section_mesh(x: Array, z: Array, placed: Callable[[Array], Array] | None = None) -> MixedMesh:
     """Mesh a rectangle on the given lines.
