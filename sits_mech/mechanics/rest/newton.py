@@ -88,13 +88,16 @@ class _Gradient(NamedTuple):
 class _Factor(NamedTuple):
     """A factored linearisation: solver of the free displacements, these by q, the side C, the stiffness on q.
 
-    Last what it was made of: numbers and values of the stiffnesses, the border by (dc, dw), turning.
+    Then what was left on the free displacements, and the step that takes it away while q stays. Last what it was made
+    of: numbers and values of the stiffnesses, the border by (dc, dw), turning.
     """
 
     solve: Callable[[Array], Array]
     by_q: Array
     side: Array
     stiffness: Array
+    left: Array
+    step: Array
     numbers: tuple[Indices, ...]
     values: Stiffness
     T: Array
@@ -220,23 +223,34 @@ def _factored(body: Bonded, here: State, found: _Gradient) -> _Factor | None:
     on_bonded[:, list(body.mesh.axes)] = found.forces[body.bonded]
     T, extra = _border_by_q(body, here.q), turning(on_bonded, body.X, here.load, body.height, here.q)
     numbers = (body.mesh.dofs, *(term.numbers for term in found.terms))
-    return _eliminated(body.pattern.following(numbers), values, T, extra, slice(0, body.components))
+    return _eliminated(body.pattern.following(numbers), values, (T, extra), slice(0, body.components), found.free)
 
 
-def _eliminated(pattern: Pattern, values: Stiffness, T: Array, extra: Array, freed: slice) -> _Factor | None:
-    """Eliminate the free displacements of a pattern from the stiffness on the freed components of (dc, dw)."""
-    solve, (C, D) = pattern.factored(values), pattern.sides(values, T[:, freed])
-    by_q = None if solve is None else solve(-C)
-    if solve is None or by_q is None or not np.all(np.isfinite(by_q)):
+def _eliminated(
+    pattern: Pattern, values: Stiffness, border: tuple[Array, Array], freed: slice, left: Array
+) -> _Factor | None:
+    """Eliminate the free displacements of a pattern from the stiffness on the freed components of (dc, dw).
+
+    The border goes with (dc, dw) by T, and has a stiffness of its own on them; `left` is on the free displacements.
+    """
+    (T, own), solve = border, pattern.factored(values)
+    if solve is None:
         return None
-    return _Factor(solve, by_q, C, D + extra[freed, freed] + C.T @ by_q, pattern.numbers, values, T, extra)
+    C, D = pattern.sides(values, T[:, freed])
+    found = solve(-np.column_stack([C, left]))
+    by_q, step = found[:, :-1], found[:, -1]
+    if not np.all(np.isfinite(by_q)):
+        return None
+    S = D + own[freed, freed] + C.T @ by_q
+    return _Factor(solve, by_q, C, S, left, step, pattern.numbers, values, T, own)
 
 
 def _hidden(body: Bonded, factor: _Factor) -> Array | None:
     """Stiffness on what a symmetry hides, displacements odd in y and the other three components of the motion."""
     if body.hidden is None:
         return None
-    found = _eliminated(body.hidden().following(factor.numbers), factor.values, factor.T, factor.turning, slice(3, 6))
+    pattern, border = body.hidden().following(factor.numbers), (factor.T, factor.turning)
+    found = _eliminated(pattern, factor.values, border, slice(3, 6), np.zeros(len(pattern.free)))
     return np.full((3, 3), np.nan) if found is None else found.stiffness
 
 
@@ -245,7 +259,7 @@ def _way(
 ) -> tuple[Array, Array, Array] | None:
     """Newton's step of the free displacements, of q where it is free, of the forces where it is held."""
     (gap, held), k = aim, body.components
-    dx = factor.solve(-found.free)
+    dx = factor.step if found.free is factor.left else factor.solve(-found.free)
     left = -(found.target + factor.side.T @ dx)
     matrix = factor.stiffness
     if held.any():
