@@ -159,5 +159,7 @@ def pressures(points: Array, weights: Array, constant: bool = False) -> Array:
 
 def _points(basis: Basis) -> Points:
     """Gradients and weights of a basis."""
-    slope = np.stack([np.asarray(field[0].grad) for field in basis.basis], axis=-1)  # d, e, q, k
-    return Points(np.ascontiguousarray(np.moveaxis(slope, 0, 2)), np.ascontiguousarray(basis.dx))
+    slope = np.empty((*basis.dx.shape, basis.mesh.dim(), len(basis.basis)))
+    for k, shape in enumerate(basis.basis):
+        slope[..., k] = np.moveaxis(np.asarray(shape[0].grad), 0, -1)
+    return Points(slope, np.ascontiguousarray(basis.dx))

@@ -85,11 +85,19 @@ class _Gradient(NamedTuple):
     terms: list[Term]
 
 
+class _Linear(NamedTuple):
+    """What a linearisation is made of: numbers and values of the stiffnesses, the border by (dc, dw), turning."""
+
+    numbers: tuple[Indices, ...]
+    values: Stiffness
+    T: Array
+    turning: Array
+
+
 class _Factor(NamedTuple):
     """A factored linearisation: solver of the free displacements, these by q, the side C, the stiffness on q.
 
-    Then what was left on the free displacements, and the step that takes it away while q stays. Last what it was made
-    of: numbers and values of the stiffnesses, the border by (dc, dw), turning.
+    Then what was left on the free displacements, and the step that takes it away while q stays; what it was made of.
     """
 
     solve: Callable[[Array], Array]
@@ -98,10 +106,7 @@ class _Factor(NamedTuple):
     stiffness: Array
     left: Array
     step: Array
-    numbers: tuple[Indices, ...]
-    values: Stiffness
-    T: Array
-    turning: Array
+    made: _Linear
 
 
 def newton(body: Bonded, start: State, goal: Array, held: Held | None = None, *, until: float = SETTLED) -> Settled:
@@ -119,7 +124,8 @@ def newton(body: Bonded, start: State, goal: Array, held: Held | None = None, *,
         Residual at which to stop.
     """
     held = np.zeros(body.components, dtype=bool) if held is None else held
-    here, factor, before, near = replace(start, load=np.where(held, start.load, goal)), None, np.inf, np.inf
+    here, before, near = replace(start, load=np.where(held, start.load, goal)), np.inf, np.inf
+    factor: _Factor | None = None
     for count in range(MOST + 1):
         found = _gradient(body, here)
         gap = np.where(held, between(here.q, np.where(held, goal, here.q)), 0.0)
@@ -128,6 +134,7 @@ def newton(body: Bonded, start: State, goal: Array, held: Held | None = None, *,
         if left <= until or not np.isfinite(left) or count == MOST:
             break
         if factor is None or near > _NEAR or left > _AGAIN * before:
+            factor = None  # its memory is needed for the next one
             factor, near = _factored(body, here, found), left
         before = left
         stepped = None if factor is None else _stepped(body, here, found, factor, (gap, held))
@@ -136,7 +143,8 @@ def newton(body: Bonded, start: State, goal: Array, held: Held | None = None, *,
         here = stepped
     if factor is None or near > _NEAR:
         return Settled(here, None)
-    return Settled(here, factor.stiffness, _hidden(body, factor))
+    stiffness, made, factor = factor.stiffness, factor.made, None
+    return Settled(here, stiffness, _hidden(body, made))
 
 
 def compliance(body: Bonded, state: State, load: Array) -> Array:
@@ -156,7 +164,8 @@ def target_stiffness(body: Bonded, state: State) -> tuple[Array, Array | None]:
     if factor is None:
         none = np.full((body.components, body.components), np.nan)
         return none, None if body.hidden is None else none
-    return factor.stiffness, _hidden(body, factor)
+    stiffness, made, factor = factor.stiffness, factor.made, None
+    return stiffness, _hidden(body, made)
 
 
 def stable(stiffness: Array, held: Held | None = None) -> bool:
@@ -223,34 +232,30 @@ def _factored(body: Bonded, here: State, found: _Gradient) -> _Factor | None:
     on_bonded[:, list(body.mesh.axes)] = found.forces[body.bonded]
     T, extra = _border_by_q(body, here.q), turning(on_bonded, body.X, here.load, body.height, here.q)
     numbers = (body.mesh.dofs, *(term.numbers for term in found.terms))
-    return _eliminated(body.pattern.following(numbers), values, (T, extra), slice(0, body.components), found.free)
+    made = _Linear(numbers, values, T, extra)
+    return _eliminated(body.pattern, made, slice(0, body.components), found.free)
 
 
-def _eliminated(
-    pattern: Pattern, values: Stiffness, border: tuple[Array, Array], freed: slice, left: Array
-) -> _Factor | None:
-    """Eliminate the free displacements of a pattern from the stiffness on the freed components of (dc, dw).
-
-    The border goes with (dc, dw) by T, and has a stiffness of its own on them; `left` is on the free displacements.
-    """
-    (T, own), solve = border, pattern.factored(values)
+def _eliminated(pattern: Pattern, made: _Linear, freed: slice, left: Array) -> _Factor | None:
+    """Eliminate the free displacements, and what is left on them, from the freed components of (dc, dw)."""
+    pattern = pattern.following(made.numbers)
+    solve = pattern.factored(made.values)
     if solve is None:
         return None
-    C, D = pattern.sides(values, T[:, freed])
+    C, D = pattern.sides(made.values, made.T[:, freed])
     found = solve(-np.column_stack([C, left]))
     by_q, step = found[:, :-1], found[:, -1]
     if not np.all(np.isfinite(by_q)):
         return None
-    S = D + own[freed, freed] + C.T @ by_q
-    return _Factor(solve, by_q, C, S, left, step, pattern.numbers, values, T, own)
+    return _Factor(solve, by_q, C, D + made.turning[freed, freed] + C.T @ by_q, left, step, made)
 
 
-def _hidden(body: Bonded, factor: _Factor) -> Array | None:
+def _hidden(body: Bonded, made: _Linear) -> Array | None:
     """Stiffness on what a symmetry hides, displacements odd in y and the other three components of the motion."""
     if body.hidden is None:
         return None
-    pattern, border = body.hidden().following(factor.numbers), (factor.T, factor.turning)
-    found = _eliminated(pattern, factor.values, border, slice(3, 6), np.zeros(len(pattern.free)))
+    pattern = body.hidden()
+    found = _eliminated(pattern, made, slice(3, 6), np.zeros(len(pattern.free)))
     return np.full((3, 3), np.nan) if found is None else found.stiffness
 
 
@@ -286,7 +291,7 @@ def _stepped(
     mesh, axes = body.mesh, list(body.mesh.axes)
     linear = np.zeros_like(here.u)
     linear[body.pattern.free] = dx
-    linear[body.bonded.ravel()] = factor.T[: body.bonded.size, : body.components] @ dq
+    linear[body.bonded.ravel()] = factor.made.T[: body.bonded.size, : body.components] @ dq
     F, J = deformation(mesh, here.u)
     volume = J - 1.0 + (kinematics(F).H * gradients(mesh, linear)).sum(axis=-1)
     p_full, part = body.K * volumes(mesh, volume), 1.0
