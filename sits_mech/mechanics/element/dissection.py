@@ -117,12 +117,17 @@ def dissected(mesh: MixedMesh, own: Sequence[Indices], count: int) -> Dissection
     return Dissection(_fronts(tree, starts, [rank[numbers] for numbers in own], leaves), order)
 
 
+def leaf_size(count: int) -> int:
+    """Return how many elements of so many displacements make a piece that is not cut."""
+    return max(1, _LEAF // count)
+
+
 def _tree(mesh: MixedMesh, own: Indices) -> _Tree:
     """Cut the elements, whose free displacements are `own`, in two again and again."""
     d, cells = mesh.nodes.shape[1], mesh.cells
     weight = np.zeros(len(mesh.nodes))
     weight[cells] = (own >= 0).reshape(len(cells), d, -1).sum(axis=1)
-    along, least = _coordinates(mesh.nodes[cells].mean(axis=1)), max(1, _LEAF // own.shape[1])
+    along, least = _coordinates(mesh.nodes[cells].mean(axis=1)), leaf_size(own.shape[1])
     halves: list[tuple[int, int]] = []
     leaf = np.zeros(len(cells), dtype=np.int64)
 

@@ -55,27 +55,25 @@ class Factor:
     negative: int
     safe: bool
     _order: Indices
-    _fronts: tuple[Front, ...]
-    _pivots: tuple[_Pivots, ...]
+    _each: tuple[tuple[Front, _Pivots], ...]
 
     def solve(self, b: Array) -> Array:
         """Return the solution for right-hand sides of shape (m,) or (m, k)."""
         x = np.asfortranarray(b.reshape(len(b), -1)[self._order])
-        each = [(front, own) for front, own in zip(self._fronts, self._pivots, strict=True) if front.pivots]
-        for front, own in each:
-            here = slice(front.start, front.stop)
-            y = x[here]
+        each = [(slice(front.start, front.stop), front.border, own) for front, own in self._each if front.pivots]
+        for here, border, own in each:
             if own.exchanges is None:
-                x[here] = y = blas.dtrsm(1.0, own.L, y, lower=1)
+                x[here] = y = blas.dtrsm(1.0, own.L, x[here], lower=1)
             else:
-                y = _symmetric(own.L, own.exchanges, y)
-            x[front.border] -= own.W @ y
-        for front, own in reversed(each):
-            here, beyond = slice(front.start, front.stop), own.W.T @ x[front.border]
+                y = _symmetric(own.L, own.exchanges, x[here])
+            if len(border):
+                x[border] -= own.W @ y
+        for here, border, own in reversed(each):
+            y = x[here] - own.W.T @ x[border] if len(border) else x[here]
             if own.exchanges is None:
-                x[here] = blas.dtrsm(1.0, own.L, x[here] - beyond, lower=1, trans_a=1)
+                x[here] = blas.dtrsm(1.0, own.L, y, lower=1, trans_a=1, overwrite_b=1)
             else:
-                x[here] = _symmetric(own.L, own.exchanges, x[here] - beyond)
+                x[here] = _symmetric(own.L, own.exchanges, y)
         found = np.empty_like(x)
         found[self._order] = x
         return found.reshape(b.shape)
@@ -101,7 +99,7 @@ def factor(dissection: Dissection, values: Sequence[Array]) -> Factor | None:
         own, left[number], count, good = found
         pivots.append(own)
         negative, safe = negative + count, safe and good
-    return Factor(negative, safe, dissection.order, dissection.fronts, tuple(pivots))
+    return Factor(negative, safe, dissection.order, tuple(zip(dissection.fronts, pivots, strict=True)))
 
 
 def _assembled(front: Front, values: Sequence[Array], left: dict[int, Array]) -> tuple[Array, Array, Array]:

@@ -26,7 +26,7 @@ import numpy as np
 
 from sits_mech.mechanics.element.mesh import Indices, MixedMesh, Points
 from sits_mech.quantities import Array
-from sits_mech.silicone.kinematics import Kinematics, in_plane, in_space
+from sits_mech.silicone.kinematics import POINTS, Kinematics, in_plane, in_space
 
 
 class Law(NamedTuple):
@@ -119,14 +119,12 @@ def element_stiffness(mesh: MixedMesh, law: Law, K: float, u: Array, pressure: A
     pressure : ndarray, shape (e, m)
         Pressures of the geometric stiffness.
     """
-    state = kinematics(deformation(mesh, u)[0])
-    _, _, A = law.tangent(state)
-    A *= mesh.inside.weights[..., None, None]
-    state.add_L(A, (pressure[:, None] @ mesh.chi)[:, 0])
-    b = _along(mesh, mesh.chi[..., None] * state.H[:, None])
-    stiffness = K * (b.swapaxes(1, 2) @ b)
-    _add_stiffness(stiffness, mesh.inside.slope, A)
-    return np.asarray(stiffness)
+    F, (e, q, d, k) = deformation(mesh, u)[0], mesh.inside.slope.shape
+    stiffness, count = np.empty((e, d * k, d * k)), max(1, POINTS * 81 // (q * d**4))
+    for start in range(0, e, count):
+        some = slice(start, start + count)
+        _write_stiffness(stiffness[some], mesh.part(some), law, K, (F[some], pressure[some]))
+    return stiffness
 
 
 def volumes(mesh: MixedMesh, values: Array) -> Array:
@@ -147,13 +145,18 @@ def _along(mesh: MixedMesh, P: Array) -> Array:
     return np.asarray((rows @ slope).reshape(*P.shape[:-2], d * k))
 
 
-def _add_stiffness(stiffness: Array, slope: Array, A: Array) -> None:
-    """Add ``int dF : A : dF`` of symmetric tangents A, shape (e, q, d d, d d), to stiffnesses, block by block."""
-    e, q, d, k = slope.shape
-    left = slope.reshape(e, q * d, k).swapaxes(1, 2)
+def _write_stiffness(stiffness: Array, mesh: MixedMesh, law: Law, K: float, at: tuple[Array, Array]) -> None:
+    """Write the stiffnesses of elements at F and pressures, block by block: components i and j >= i, and mirrored."""
+    (e, q, d, k), slope, state = mesh.inside.slope.shape, mesh.inside.slope, kinematics(at[0])
+    A = law.tangent(state)[2]
+    A *= mesh.inside.weights[..., None, None]
+    state.add_L(A, (at[1][:, None] @ mesh.chi)[:, 0])
+    b = _along(mesh, mesh.chi[..., None] * state.H[:, None])
+    left, volume, by_pressure = slope.reshape(e, q * d, k).swapaxes(1, 2), b.swapaxes(1, 2), K * b
     for i in range(d):
         own, after = slice(i * k, (i + 1) * k), slice((i + 1) * k, None)
         stress = A[:, :, d * i : d * i + d, d * i :].reshape(e, q, -1, d) @ slope  # component i of P by later ones
         blocks = left @ stress.reshape(e, q * d, -1)
-        stiffness[:, own, i * k :] += blocks
-        stiffness[:, after, own] += blocks[:, :, k:].swapaxes(1, 2)
+        blocks += volume[:, own] @ by_pressure[:, :, i * k :]
+        stiffness[:, own, i * k :] = blocks
+        stiffness[:, after, own] = blocks[:, :, k:].swapaxes(1, 2)

@@ -94,6 +94,11 @@ class MixedMesh:
         """Nodes in the rectangle, shape (n, d) [thicknesses]."""
         return self.nodes if self.flat is None else self.flat
 
+    def part(self, some: slice) -> MixedMesh:
+        """Return some of the elements, on the same nodes, without what is looked at there."""
+        inside = Points(*(each[some] for each in self.inside))
+        return MixedMesh(self.nodes, self.cells[some], inside, self.chi[some], flat=self.flat)
+
 
 def section_mesh(x: Array, z: Array, placed: Callable[[Array], Array] | None = None) -> MixedMesh:
     """Mesh a rectangle on the given lines.
@@ -168,5 +173,7 @@ def pressures(points: Array, weights: Array, constant: bool = False) -> Array:
 
 def _points(basis: Basis) -> Points:
     """Gradients and weights of a basis."""
-    slope = np.stack([np.asarray(field[0].grad) for field in basis.basis], axis=-1)  # d, e, q, k
-    return Points(np.ascontiguousarray(np.moveaxis(slope, 0, 2)), np.ascontiguousarray(basis.dx))
+    slope = np.empty((*basis.dx.shape, basis.mesh.dim(), len(basis.basis)))
+    for k, shape in enumerate(basis.basis):
+        slope[..., k] = np.moveaxis(np.asarray(shape[0].grad), 0, -1)
+    return Points(slope, np.ascontiguousarray(basis.dx))

@@ -135,20 +135,28 @@ class _Gradient(NamedTuple):
     terms: list[Term]
 
 
+class _Linear(NamedTuple):
+    """What a linearisation is made of: numbers and values of the stiffnesses, the border by (dc, dw), turning."""
+
+    numbers: tuple[Indices, ...]
+    values: Stiffness
+    T: Array
+    turning: Array
+
+
 class _Factor(NamedTuple):
     """A factored linearisation: solver of the free displacements, these by q, the side C, the stiffness on q.
 
-    Last what it was made of: numbers and values of the stiffnesses, the border by (dc, dw), turning.
+    Then what was left on the free displacements, and the step that takes it away while q stays; what it was made of.
     """
 
     solve: Callable[[Array], Array]
     by_q: Array
     side: Array
     stiffness: Array
-    numbers: tuple[Indices, ...]
-    values: Stiffness
-    T: Array
-    turning: Array
+    left: Array
+    step: Array
+    made: _Linear
 
 
 def newton(
@@ -170,7 +178,8 @@ def newton(
         A plane across a path from the goal on: how far to go on along the path is found, too.
     """
     held = np.zeros(body.components, dtype=bool) if held is None else held
-    here, factor, near = replace(start, load=np.where(held, start.load, goal)), None, np.inf
+    here, near = replace(start, load=np.where(held, start.load, goal)), np.inf
+    factor: _Factor | None = None
     left: list[float] = []
     length = part = 0.0
     for count in range(MOST + 1):
@@ -181,6 +190,7 @@ def newton(
         if left[-1] <= until or count == MOST or _hopeless(left):
             break
         if factor is None or near > _NEAR or left[-1] > _AGAIN * left[-2]:
+            factor = None  # its memory is needed for the next one
             factor, near = _factored(body, here, found), left[-1]
         way = None if factor is None else _way(body, here, found, factor, aim)
         length = body.length(way[1]) if way is not None and not count else length
@@ -191,7 +201,8 @@ def newton(
         here, part = stepped[0], part + stepped[1] * way[3]
     if factor is None or near > _NEAR:
         return Settled(here, None, None, length, part)
-    return Settled(here, factor.stiffness, _hidden(body, factor), length, part)
+    stiffness, made, factor = factor.stiffness, factor.made, None
+    return Settled(here, stiffness, _hidden(body, made), length, part)
 
 
 def approached(body: Bonded, start: State, goal: Array, held: Held, enough: float) -> Approach | None:
@@ -201,11 +212,14 @@ def approached(body: Bonded, start: State, goal: Array, held: Held, enough: floa
     a corner inside out the place is that after the last whole step, a part of which is what it may be off by. Arguments
     as of `newton`; steps end where one would move the target's edge by no more than `enough` [thicknesses].
     """
-    here, factor, gone = replace(start, load=np.where(held, start.load, goal)), None, [np.inf]
-    place = None
+    here, gone = replace(start, load=np.where(held, start.load, goal)), [np.inf]
+    factor: _Factor | None = None
+    place: Approach | None = None
     for _ in range(_MOST_CORRECTIONS):
         found = _gradient(body, here)
-        factor = factor if len(gone) > 2 and gone[-1] < _CHORD * gone[-2] else _factored(body, here, found)
+        if len(gone) < 3 or gone[-1] >= _CHORD * gone[-2]:
+            factor = None  # its memory is needed for the next one
+            factor = _factored(body, here, found)
         way = None if factor is None else _way(body, here, found, factor, _aim(here, goal, held, None))
         if factor is None or way is None:
             break
@@ -239,7 +253,8 @@ def target_stiffness(body: Bonded, state: State) -> tuple[Array, Array | None]:
     if factor is None:
         none = np.full((body.components, body.components), np.nan)
         return none, None if body.hidden is None else none
-    return factor.stiffness, _hidden(body, factor)
+    stiffness, made, factor = factor.stiffness, factor.made, None
+    return stiffness, _hidden(body, made)
 
 
 def linearised(body: Bonded, state: State, held: Held, slope: Array) -> tuple[Array, Array | None, Array]:
@@ -323,23 +338,30 @@ def _factored(body: Bonded, here: State, found: _Gradient) -> _Factor | None:
     on_bonded[:, list(body.mesh.axes)] = found.forces[body.bonded]
     T, extra = _border_by_q(body, here.q), turning(on_bonded, body.X, here.load, body.height, here.q)
     numbers = (body.mesh.dofs, *(term.numbers for term in found.terms))
-    return _eliminated(body.pattern.following(numbers), values, T, extra, slice(0, body.components))
+    made = _Linear(numbers, values, T, extra)
+    return _eliminated(body.pattern, made, slice(0, body.components), found.free)
 
 
-def _eliminated(pattern: Pattern, values: Stiffness, T: Array, extra: Array, freed: slice) -> _Factor | None:
-    """Eliminate the free displacements of a pattern from the stiffness on the freed components of (dc, dw)."""
-    solve, (C, D) = pattern.factored(values), pattern.sides(values, T[:, freed])
-    by_q = None if solve is None else solve(-C)
-    if solve is None or by_q is None or not np.all(np.isfinite(by_q)):
+def _eliminated(pattern: Pattern, made: _Linear, freed: slice, left: Array) -> _Factor | None:
+    """Eliminate the free displacements, and what is left on them, from the freed components of (dc, dw)."""
+    pattern = pattern.following(made.numbers)
+    solve = pattern.factored(made.values)
+    if solve is None:
         return None
-    return _Factor(solve, by_q, C, D + extra[freed, freed] + C.T @ by_q, pattern.numbers, values, T, extra)
+    C, D = pattern.sides(made.values, made.T[:, freed])
+    found = solve(-np.column_stack([C, left]))
+    by_q, step = found[:, :-1], found[:, -1]
+    if not np.all(np.isfinite(by_q)):
+        return None
+    return _Factor(solve, by_q, C, D + made.turning[freed, freed] + C.T @ by_q, left, step, made)
 
 
-def _hidden(body: Bonded, factor: _Factor) -> Array | None:
+def _hidden(body: Bonded, made: _Linear) -> Array | None:
     """Stiffness on what a symmetry hides, displacements odd in y and the other three components of the motion."""
     if body.hidden is None:
         return None
-    found = _eliminated(body.hidden().following(factor.numbers), factor.values, factor.T, factor.turning, slice(3, 6))
+    pattern = body.hidden()
+    found = _eliminated(pattern, made, slice(3, 6), np.zeros(len(pattern.free)))
     return np.full((3, 3), np.nan) if found is None else found.stiffness
 
 
@@ -349,7 +371,7 @@ def _way(
     """Newton's step of the free displacements, of q, of the forces on the target, of the part of the path."""
     k = body.components
     slope, across = (np.zeros(k), np.zeros(k)) if aim.arc is None else (aim.arc.slope, aim.arc.normal)
-    dx = factor.solve(-found.free)
+    dx = factor.step if found.free is factor.left else factor.solve(-found.free)
     matrix = np.zeros((2 * k + 1, 2 * k + 1))
     matrix[:k, :k] = factor.stiffness
     matrix[:k, k:-1] = -np.stack([work_of_load(unit, body.height, here.q)[:k] for unit in np.eye(k)], axis=1)
@@ -375,7 +397,7 @@ def _stepped(
     mesh, axes = body.mesh, list(body.mesh.axes)
     linear = np.zeros_like(here.u)
     linear[body.pattern.free] = dx
-    linear[body.bonded.ravel()] = factor.T[: body.bonded.size, : body.components] @ dq
+    linear[body.bonded.ravel()] = factor.made.T[: body.bonded.size, : body.components] @ dq
     F, J = deformation(mesh, here.u)
     volume = J - 1.0 + (kinematics(F).H * gradients(mesh, linear)).sum(axis=-1)
     p_full, part = body.K * volumes(mesh, volume), 1.0

@@ -31,7 +31,8 @@ def whole_matrix(numbers, values, n):
 
 def test_equations_are_the_product_with_the_map_of_the_target(state):
     body, state = state
-    n, found = state.u.size, _factored(body, state, _gradient(body, state))
+    n, factor = state.u.size, _factored(body, state, _gradient(body, state))
+    found = factor.made
     K, m = whole_matrix(found.numbers, found.values, n + 6), len(body.free)
     P = np.zeros((n + 6, m + 3))
     P[body.free, np.arange(m)] = 1.0
@@ -43,7 +44,7 @@ def test_equations_are_the_product_with_the_map_of_the_target(state):
     np.testing.assert_allclose(body.pattern.product(found.values, np.eye(m)), A[:m, :m], **close)
     np.testing.assert_allclose(C, A[:m, m:], **close)
     np.testing.assert_allclose(D, A[m:, m:], **close)
-    np.testing.assert_allclose(A[:m, :m] @ found.by_q, -C, atol=1e-9 * np.abs(C).max())
+    np.testing.assert_allclose(A[:m, :m] @ factor.by_q, -C, atol=1e-9 * np.abs(C).max())
     A[-3:, -3:] += found.turning[:3, :3]
     S = np.linalg.inv(np.linalg.inv(A)[-3:, -3:])
     np.testing.assert_allclose(target_stiffness(body, state)[0], S, rtol=1e-7, atol=1e-7 * np.abs(S).max())

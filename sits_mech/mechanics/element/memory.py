@@ -1,0 +1,120 @@
+"""How much memory does a layer take to solve? It is known before its stiffnesses are made, or even its mesh.
+
+A mesh holds the gradients of its shape functions at its quadrature points; each element has a stiffness; the factor
+holds L and W of each front, and while it is made, what the halves of the pieces left (fronts.py). With P pivots and B
+in the border of a front, and the peak of what its first and second half took,
+
+    factor = sum P (P + B),    peak = max(peak_1, B_1^2 + peak_2, B_1^2 + B_2^2 + (P + B)^2 + P^2).
+
+Of a box of bricks, or of a section of squares, P and B follow from the numbers of cells: pieces are boxes, too, that
+are cut as dissection.py cuts them. A mesh in rings takes about as much as a box with as many cells around, outwards and
+through the thickness. Left out: contact, a few percent; the two meshes of an error estimate count one by one.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import prod, sqrt
+from typing import NamedTuple
+
+from sits_mech.mechanics.element.assembly import Pattern
+from sits_mech.mechanics.element.dissection import leaf_size
+
+_NUMBER = 8  # bytes
+_FREE, _SHARED, _HELD = 0, 1, 2  # what an end of a box is: free, shared with another piece, held
+
+_End = tuple[int, int, int]  # cells along an axis, and what its two ends are
+
+
+class Memory(NamedTuple):
+    """What a solution takes at its peak [bytes].
+
+    Attributes
+    ----------
+    mesh, stiffness, factor : int
+        Arrays of the mesh, stiffnesses of the elements, their factor.
+    working : int
+        What is needed besides while the factor is made.
+    """
+
+    mesh: int
+    stiffness: int
+    factor: int
+    working: int
+
+    @property
+    def total(self) -> int:
+        """All of it."""
+        return sum(self)
+
+
+class _Front(NamedTuple):
+    """A piece with its halves: numbers of the border and in the factor of all its fronts, and the largest at a time."""
+
+    border: int
+    factor: int
+    peak: int
+
+
+def memory_of(pattern: Pattern) -> Memory:
+    """Return what a layer takes from its order of elimination; nothing of that size is allocated."""
+    mesh, found = pattern.mesh, list[_Front]()
+    e, q, d, k = mesh.inside.slope.shape
+    for front in pattern.dissection.fronts:
+        found.append(_front(front.pivots, len(front.border), [found[half.front] for half in front.halves]))
+    blocks = sum(numbers.shape[0] * numbers.shape[1] ** 2 for numbers in pattern.numbers)
+    per_mesh = e * _per_element(q, d, k, mesh.chi.shape[1], mesh.nodal is not None)
+    return Memory(*(_NUMBER * size for size in (per_mesh, blocks, found[-1].factor, found[-1].peak)))
+
+
+def memory_of_box(cells: tuple[int, ...]) -> Memory:
+    """Return what a layer takes whose lower face is held, from the numbers of its cells alone.
+
+    Parameters
+    ----------
+    cells : tuple of int
+        Bricks along x, y and z, or squares of a section along x and z.
+    """
+    d, e = len(cells), prod(cells)
+    k = q = 3**d
+    *beside, through = cells
+    whole = (*((count, _FREE, _FREE) for count in beside), (through, _HELD, _FREE))
+    front = _box(whole, leaf_size(d * k))
+    sizes = (e * _per_element(q, d, k, d + 1, d == 2), e * (d * k) ** 2, front.factor, front.peak)
+    return Memory(*(_NUMBER * size for size in sizes))
+
+
+def _per_element(q: int, d: int, k: int, m: int, nodal: bool) -> int:
+    """Numbers of a mesh by its elements: gradients, weights, pressures, and four lists of its displacements."""
+    return q * (d * k + 1) * (2 if nodal else 1) + q * m + k + 4 * d * k
+
+
+def _front(P: int, B: int, halves: list[_Front]) -> _Front:
+    """A piece from its halves."""
+    left, peak = 0, 0
+    for half in halves:
+        left, peak = left + half.border**2, max(peak, left + half.peak)
+    factor = P * (P + B) + sum(half.factor for half in halves)
+    return _Front(B, factor, max(peak, left + (P + B) ** 2 + P**2))
+
+
+@lru_cache(maxsize=4096)
+def _box(box: tuple[_End, ...], least: int) -> _Front:
+    """A box as a piece, down to pieces of at most `least` cells."""
+    d, cells = len(box), prod(count for count, *_ in box)
+    nodes = [2 * count + 1 - ends.count(_HELD) for count, *ends in box]
+    own = [count - ends.count(_SHARED) for count, (_, *ends) in zip(nodes, box, strict=True)]
+    border = d * (prod(nodes) - prod(own))
+    if cells <= least:
+        return _front(d * prod(own), border, [])
+
+    def cost(axis: int) -> float:
+        """As in dissection.py."""
+        count = box[axis][0]
+        return (1.0 + d * prod(own[:axis] + own[axis + 1 :])) / sqrt(count // 2 / count) if count > 1 else float("inf")
+
+    axis = min(range(d), key=cost)
+    (count, low, high), half = box[axis], box[axis][0] // 2
+    ends = ((half, low, _SHARED), (count - half, _SHARED, high))
+    halves = [_box((*box[:axis], end, *box[axis + 1 :]), least) for end in ends]
+    return _front(d * prod(own[:axis] + own[axis + 1 :]), border, halves)
