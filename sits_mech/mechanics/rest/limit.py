@@ -61,6 +61,20 @@ class Outcome:
     limit: tuple[float, float] | None = None
 
 
+def carried(coarse: Outcome, fine: Outcome) -> tuple[float, float] | None:
+    """Return the fraction of a path that is carried, with its error, from where it ended on two meshes.
+
+    The error is what the meshes differ by, where only one of them found a limit what the other got to; of two meshes
+    nothing is assumed of the order. None without a limit.
+    """
+    own = fine.limit or coarse.limit
+    if own is None:
+        return None
+    other = coarse if fine.limit is not None else fine
+    there, located = other.limit or (other.reached, 0.0)
+    return own[0], abs(own[0] - there) + own[1] + located
+
+
 @dataclass(frozen=True)
 class _Place:
     """A stable state on the path: the part of the load, the smallest stiffness, q by the part, the path's normal."""

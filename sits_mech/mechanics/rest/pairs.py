@@ -18,13 +18,15 @@ from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.faces.face_contact import face_notes
 from sits_mech.mechanics.rest.body import Bonded, State, packed, rest, unpacked
 from sits_mech.mechanics.rest.control import Control
-from sits_mech.mechanics.rest.limit import Outcome
+from sits_mech.mechanics.rest.limit import Outcome, carried
 from sits_mech.mechanics.rest.newton import Held
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor
 from sits_mech.silicone.stability import layer_notes
 
+_LOOK = 1e-2  # smallest length of the path on the coarse mesh, over that so far
+_VERDICT = 60  # iterations that the finer mesh is given where the coarse one did not get there
 _STRETCHED = 0.001  # share of the silicone that may be stretched more than what is called its largest stretch
 
 
@@ -101,13 +103,32 @@ class Solved(NamedTuple):
     found: Equilibrium
     part: float
     reason: str = ""
+    carried: tuple[Wrench, Wrench] | None = None
+    limit: tuple[float, float] | None = None
+
+    @property
+    def refused(self) -> bool:
+        """Whether the layer is known not to carry what is given, whatever the errors."""
+        return self.limit is not None and sum(self.limit) < 1.0
+
+
+def first_look(pair: Pair, scales: Scales, start: Equilibrium | None, control: Control, most: float) -> Outcome:
+    """Follow the way to what is given on the coarse mesh alone; arguments as of `solve_pair`."""
+    state, (held, end) = starts(pair, scales, start)[1], aim(pair.coarse, scales, control)
+    begin = np.where(held, state.q, state.load)
+    spend = most / len(pair.coarse.free)
+    return follow(
+        pair.coarse, state, (begin, end), smallest=_LOOK, held=held, beside=control.held[3:], most=spend
+    )  # fmt: skip
 
 
 def solve_pair(
     sensor: Sensor, pair: Pair, scales: Scales, start: Equilibrium | None, control: Control, *, smallest: float,
-    most: float = np.inf,
+    most: float = np.inf, coarse: Outcome | None = None,
 ) -> Solved:  # fmt: skip
     """Follow the way to what is given on both meshes, the coarse one first: it is the first to give up.
+
+    Where it does, the finer one says what the limit that the coarse one found is worth, within a few iterations.
 
     Parameters
     ----------
@@ -121,6 +142,8 @@ def solve_pair(
         Smallest increment of the path.
     most : float
         Iterations that a path is given, times unknowns.
+    coarse : Outcome, optional
+        Of the coarse mesh; from `first_look` by default.
     """
     bodies, states = (pair.fine, pair.coarse), starts(pair, scales, start)
     held, end = aim(pair.fine, scales, control)
@@ -132,17 +155,29 @@ def solve_pair(
             most=spend,
         )  # fmt: skip
 
-    coarse = followed(1, end, most / len(bodies[1].free))
-    midway = begin + coarse.reached * (end - begin)
-    fine = followed(0, midway, most / len(bodies[0].free))
-    part, reason = coarse.reached * fine.reached, fine.reason or coarse.reason
-    if fine.reached < 1.0:  # both must rest under one goal for the error to mean something
-        coarse = followed(1, begin + part * (end - begin), np.inf)
-    found = _answer(sensor, pair, scales, control, (fine.state, coarse.state))
+    coarse = coarse or first_look(pair, scales, start, control, most)
+    spend = most / len(bodies[0].free)
+    fine = followed(0, end, spend if coarse.reached == 1.0 else min(spend, _VERDICT))
+    limit, part = carried(coarse, fine), min(coarse.reached, fine.reached)
+    reason = (fine if fine.limit is not None or coarse.limit is None else coarse).reason or coarse.reason
+    midway = begin + part * (end - begin)  # both must rest under one goal for the error to mean something
+    states[0] = fine.state if fine.reached == part else followed(0, midway, np.inf).state
+    states[1] = coarse.state if coarse.reached == part else followed(1, midway, np.inf).state
+    found = _answer(sensor, pair, scales, control, (states[0], states[1]))
     if part == 1.0:
         given = {name: value for name in WRENCH if (value := getattr(control, name)) is not None}
         found = replace(found, wrench=replace(found.wrench, **given))
-    return Solved(found, part, reason)
+    load = None if limit is None else _carried(found, scales, (begin, end, held), limit)
+    return Solved(found, part, reason, load, limit)
+
+
+def _carried(
+    found: Equilibrium, scales: Scales, way: tuple[Array, Array, Held], limit: tuple[float, float]
+) -> tuple[Wrench, Wrench]:
+    """Load at the limit and its error; of places that are given, the forces of the last equilibrium."""
+    (begin, end, held), there = way, scales.load(found.wrench)[: len(way[0])]
+    load = np.where(held, there, begin + limit[0] * (end - begin))
+    return scales.wrench(load), scales.wrench(np.where(held, 0.0, limit[1] * np.abs(end - begin)))
 
 
 def aim(body: Bonded, scales: Scales, control: Control) -> tuple[Held, Array]:

@@ -22,8 +22,9 @@ from sits_mech.mechanics.faces.contact import softened
 from sits_mech.mechanics.faces.face_contact import LEFT_OUT, face_contact
 from sits_mech.mechanics.rest.body import packed, unpacked
 from sits_mech.mechanics.rest.control import Control
+from sits_mech.mechanics.rest.limit import Outcome
 from sits_mech.mechanics.rest.newton import newton
-from sits_mech.mechanics.rest.pairs import Pair, Scales, Solved, aim, levers, solve_pair, starts
+from sits_mech.mechanics.rest.pairs import Pair, Scales, Solved, aim, first_look, levers, solve_pair, starts
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.quantities import Array, Equilibrium, Pose
 from sits_mech.scene.sensor import Sensor
@@ -111,7 +112,7 @@ def settled(line: Line, start: Equilibrium | None, control: Control, first: int 
             held = _first_good(line, range(twin, count), _softly(line, twin, free.found, control), control)
             if held.part == 1.0:
                 return _chosen(line, free, held)
-    elif not _touches(line, free.found) and free.reason == "buckled":
+    elif free.refused and not _touches(line, free.found):
         return free
     return _chosen(line, free, _first_good(line, range(line.free, count), start, control))
 
@@ -119,17 +120,25 @@ def settled(line: Line, start: Equilibrium | None, control: Control, first: int 
 def _first_good(line: Line, numbers: range, start: Equilibrium | None, control: Control) -> Solved:
     """Of some pairs of meshes, the first good answer, or else the farthest and best."""
     best: Solved | None = None
+    looks = {}
     for number in numbers:
         if best is not None and best.part == 1.0 and line[number].fine.guarded:
             continue
-        own = _tried(line, number, start, control, numbers[-1] - number)
+        pair = line[number]
+        looks[number] = first_look(pair, line.scales, _own(pair, number, start), control, line.most)
+        if looks[number].reached < 1.0:
+            continue
+        own = _tried(line, number, start, control, numbers[-1] - number, looks[number])
         if best is None or own.part > best.part or (own.part == best.part == 1.0 and _error(own) < _error(best)):
             best = own
         touches = number < line.free < len(line) and _touches(line, own.found)
         if best.part == 1.0 and (_error(best) <= line.good or touches):
             break
-    if best is None:
+    if not looks:
         raise ValueError("meshes: there must be at least one pair")
+    if best is None:  # no coarse mesh gets there: the farthest one is looked at with its finer one
+        number = max(looks, key=lambda each: looks[each].reached)
+        return _tried(line, number, start, control, 0, looks[number])
     return best
 
 
@@ -138,16 +147,23 @@ def _error(solved: Solved) -> float:
     return solved.found.report.estimated_error
 
 
-def _tried(line: Line, number: int, start: Equilibrium | None, control: Control, waiting: int) -> Solved:
+def _own(pair: Pair, number: int, start: Equilibrium | None) -> Equilibrium | None:
+    """A start where it is on the same pair of meshes."""
+    if start is None or start.state.size != 1 + pair.size or start.state[0] != number:
+        return None
+    return replace(start, state=start.state[1:])
+
+
+def _tried(
+    line: Line, number: int, start: Equilibrium | None, control: Control, waiting: int, look: Outcome | None = None
+) -> Solved:
     """The last equilibrium on one pair of meshes, while some others wait."""
-    pair, own = line[number], None
-    if start is not None and start.state.size == 1 + pair.size and start.state[0] == number:
-        own = replace(start, state=start.state[1:])
+    pair, own = line[number], _own(line[number], number, start)
     smallest = line.smallest[min(waiting, len(line.smallest) - 1)]
-    found, part, reason = solve_pair(
-        line.sensor, pair, line.scales, own, control, smallest=smallest, most=line.most
+    solved = solve_pair(
+        line.sensor, pair, line.scales, own, control, smallest=smallest, most=line.most, coarse=look
     )  # fmt: skip
-    return Solved(replace(found, state=np.concatenate([[number], found.state])), part, reason)
+    return solved._replace(found=replace(solved.found, state=np.concatenate([[number], solved.found.state])))
 
 
 def _touches(line: Line, found: Equilibrium) -> bool:
