@@ -25,8 +25,9 @@ from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport, 
 from sits_mech.scene.sensor import Sensor
 from sits_mech.silicone.stability import layer_notes
 
-_LOOK = 1e-2  # smallest length of the path on the coarse mesh, over that so far
-_VERDICT = 60  # iterations that the finer mesh is given where the coarse one did not get there
+_LOOK = 2e-2  # smallest length of the path on the coarse mesh, over that so far
+_VERDICT = 60  # iterations that the finer mesh is given to locate a limit that the coarse one has found
+_LAST = 15  # and where it has found none, for a last state
 _STRETCHED = 0.001  # share of the silicone that may be stretched more than what is called its largest stretch
 
 
@@ -98,13 +99,19 @@ class Pair(NamedTuple):
 
 
 class Solved(NamedTuple):
-    """The last equilibrium on the way to what is given, how much of the way that is, and what ended it."""
+    """The last equilibrium on the way to what is given, how much of the way that is, and what ended it.
+
+    Where the load is limited: what is carried, with its error, as a load and as a part of the way; what is to be said
+    of the silicone's law in the farthest state of all, that on the coarse mesh; how much of the way that got to.
+    """
 
     found: Equilibrium
     part: float
     reason: str = ""
     carried: tuple[Wrench, Wrench] | None = None
     limit: tuple[float, float] | None = None
+    laws: tuple[str, ...] = ()
+    seen: float = 1.0
 
     @property
     def refused(self) -> bool:
@@ -157,18 +164,27 @@ def solve_pair(
 
     coarse = coarse or first_look(pair, scales, start, control, most)
     spend = most / len(bodies[0].free)
-    fine = followed(0, end, spend if coarse.reached == 1.0 else min(spend, _VERDICT))
-    limit, part = carried(coarse, fine), min(coarse.reached, fine.reached)
-    reason = (fine if fine.limit is not None or coarse.limit is None else coarse).reason or coarse.reason
-    midway = begin + part * (end - begin)  # both must rest under one goal for the error to mean something
-    states[0] = fine.state if fine.reached == part else followed(0, midway, np.inf).state
-    states[1] = coarse.state if coarse.reached == part else followed(1, midway, np.inf).state
-    found = _answer(sensor, pair, scales, control, (states[0], states[1]))
+    midway = begin + coarse.reached * (end - begin)
+    if coarse.reached < 1.0:
+        spend = min(spend, _LAST if coarse.limit is None else _VERDICT)
+    fine = followed(0, midway, spend).over(0.0, coarse.reached)
+    there = fine
+    if coarse.limit is not None and fine.reached == coarse.reached:  # and how far beyond?
+        left = follow(
+            pair.fine, fine.state, (midway, end), smallest=_LOOK, held=held, beside=control.held[3:], most=_VERDICT
+        )  # fmt: skip
+        there = left.over(coarse.reached, 1.0)
+    elif fine.reached < coarse.reached:  # both must rest under one goal for the error to mean something
+        states[1] = followed(1, begin + fine.reached * (end - begin), np.inf).state
+    part, limit = fine.reached, carried(coarse, there)
+    reason = (there if there.limit is not None or coarse.reached == 1.0 else coarse).reason
+    second = coarse.state if part == coarse.reached else states[1]
+    found = _answer(sensor, pair, scales, control, (fine.state, second))
     if part == 1.0:
         given = {name: value for name in WRENCH if (value := getattr(control, name)) is not None}
         found = replace(found, wrench=replace(found.wrench, **given))
     load = None if limit is None else _carried(found, scales, (begin, end, held), limit)
-    return Solved(found, part, reason, load, limit)
+    return Solved(found, part, reason, load, limit, law_notes(sensor, pair.coarse, coarse.state.u), coarse.reached)
 
 
 def _carried(

@@ -86,6 +86,9 @@ class Line:
 def settled(line: Line, start: Equilibrium | None, control: Control, first: int = 0) -> Solved:
     """Return the last equilibrium towards what is given, with contact where it counts.
 
+    From a neighbour the way is another one: what is not reached from there is tried from rest, so that a load has one
+    answer, and one limit, whoever asks.
+
     Parameters
     ----------
     line : Line
@@ -95,12 +98,23 @@ def settled(line: Line, start: Equilibrium | None, control: Control, first: int 
     first : int
         Number of the first pair that is tried.
     """
+    found = _settled(line, start, control, first)
+    if found.part < 1.0 and start is not None and not control.beside:
+        return _settled(line, None, control, first)
+    return found
+
+
+def _settled(line: Line, start: Equilibrium | None, control: Control, first: int) -> Solved:
+    """The last equilibrium on the way from a start."""
     count = len(line)
     if start is not None and start.state.size and line.free <= start.state[0] < count:  # a neighbour in contact
         there = _tried(line, int(start.state[0]), start, control, 0)
         if there.part == 1.0:
             return there
-    free = _first_good(line, range(first, line.free), start, control)
+    looks: dict[int, Outcome] = {}
+    free = _first_good(line, range(first, line.free), start, control, looks)
+    if free is None:
+        return _refused(line, looks, start, control)
     if line.free == count or not (_touches(line, free.found) or free.part < 1.0):
         return free
     if free.part == 1.0:
@@ -109,36 +123,54 @@ def settled(line: Line, start: Equilibrium | None, control: Control, first: int 
         if change is not None and _effect(line, free.found, change) <= line.effect:
             return _worth_little(line, free, change)
         if twin is not None:
-            held = _first_good(line, range(twin, count), _softly(line, twin, free.found, control), control)
-            if held.part == 1.0:
+            held = _first_good(line, range(twin, count), _softly(line, twin, free.found, control), control, {})
+            if held is not None and held.part == 1.0:
                 return _chosen(line, free, held)
     elif free.refused and not _touches(line, free.found):
         return free
-    return _chosen(line, free, _first_good(line, range(line.free, count), start, control))
+    held = _first_good(line, range(line.free, count), start, control, looks)
+    return _without_contact(line, free) if held is None else _chosen(line, free, held)
 
 
-def _first_good(line: Line, numbers: range, start: Equilibrium | None, control: Control) -> Solved:
-    """Of some pairs of meshes, the first good answer, or else the farthest and best."""
+def _refused(line: Line, looks: dict[int, Outcome], start: Equilibrium | None, control: Control) -> Solved:
+    """What is said of a load that no coarse mesh without contact gets to: contact may, or the farthest one is told.
+
+    Contact on meshes that have been tried matters only where a face touches; other meshes may get there without.
+    """
+    number = max(looks, key=lambda each: looks[each].reached)
+    body, last = line[number].coarse, looks[number].state
+    others = looks[number].limit is None and len(line) - line.free > line.free
+    if line.free < len(line) and (others or face_contact(body.faces, body.mesh, body.parts, last.u, last.q).touch):
+        held = _first_good(line, range(line.free, len(line)), start, control, looks)
+        if held is not None:
+            return held
+        number = max(looks, key=lambda each: looks[each].reached)
+    found = _tried(line, number, start, control, 0, looks[number])
+    return _without_contact(line, found) if number < line.free < len(line) else found
+
+
+def _first_good(
+    line: Line, numbers: range, start: Equilibrium | None, control: Control, looks: dict[int, Outcome]
+) -> Solved | None:
+    """Of some pairs of meshes, the first good answer, or else the farthest and best; None if no coarse mesh gets there.
+
+    Where the coarse meshes got to is written to `looks`.
+    """
     best: Solved | None = None
-    looks = {}
     for number in numbers:
         if best is not None and best.part == 1.0 and line[number].fine.guarded:
             continue
         pair = line[number]
-        looks[number] = first_look(pair, line.scales, _own(pair, number, start), control, line.most)
-        if looks[number].reached < 1.0:
+        look = first_look(pair, line.scales, _own(pair, number, start), control, line.most)
+        looks[number] = look
+        if look.reached < 1.0:
             continue
-        own = _tried(line, number, start, control, numbers[-1] - number, looks[number])
+        own = _tried(line, number, start, control, numbers[-1] - number, look)
         if best is None or own.part > best.part or (own.part == best.part == 1.0 and _error(own) < _error(best)):
             best = own
         touches = number < line.free < len(line) and _touches(line, own.found)
         if best.part == 1.0 and (_error(best) <= line.good or touches):
             break
-    if not looks:
-        raise ValueError("meshes: there must be at least one pair")
-    if best is None:  # no coarse mesh gets there: the farthest one is looked at with its finer one
-        number = max(looks, key=lambda each: looks[each].reached)
-        return _tried(line, number, start, control, 0, looks[number])
     return best
 
 
