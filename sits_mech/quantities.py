@@ -232,15 +232,19 @@ class SolveFailed(Exception):
         The last converged state on the way, if there is one.
     half : str
         Of a whole chain, the physics that the report is of: "mechanics" or "magnetics".
+    carried : (Wrench, Wrench) or None
+        The largest load of the asked kind that a layer carries, and its error; None where none was found.
     """
 
     def __init__(
-        self, message: str, report: SolveReport, last: Equilibrium | None = None, half: str = "mechanics"
-    ) -> None:
+        self, message: str, report: SolveReport, last: Equilibrium | None = None, half: str = "mechanics",
+        carried: tuple[Wrench, Wrench] | None = None,
+    ) -> None:  # fmt: skip
         super().__init__(message)
         self.report = report
         self.last = last
         self.half = half
+        self.carried = carried
 
 
 def shown_unit(name: str) -> str:

@@ -111,7 +111,12 @@ def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench) -> Equilibri
         found = with_symmetry(sensor, layer.equilibrium(solved))
     except SolveFailed as error:
         last = None if error.last is None else _turned(error.last, Wrench(*(back @ error.last.wrench.components)), back)
-        raise SolveFailed(f"{error} (an image of the load was solved)", error.report, last, error.half) from error
+        carried = None
+        if error.carried is not None:
+            load, off = (each.components for each in error.carried)
+            carried = Wrench(*image_of(back, load).tolist()), Wrench(*image_of(np.abs(back), off).tolist())
+        message = f"{error} (an image of the load was solved)"
+        raise SolveFailed(message, error.report, last, error.half, carried) from error
     return _turned(found, wrench, back)
 
 

@@ -51,11 +51,11 @@ from sits_mech.mechanics.pad.solid import (
 from sits_mech.mechanics.pad.user import meshed_pad, meshed_family
 from sits_mech.mechanics.rest.body import Bonded, packed
 from sits_mech.mechanics.rest.control import Control, under
+from sits_mech.mechanics.rest.failure import ended
 from sits_mech.mechanics.rest.levels import Levels
-from sits_mech.mechanics.rest.pairs import Solved, law_notes, load_words, starts
+from sits_mech.mechanics.rest.pairs import Solved, load_words, starts
 from sits_mech.mechanics.rest.retry import Line, settled
-from sits_mech.mechanics.rest.verdict import reason_words
-from sits_mech.quantities import Array, Equilibrium, SolveFailed, Wrench
+from sits_mech.quantities import Array, Equilibrium, Wrench
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
 from sits_mech.units import checked_tolerance
@@ -125,7 +125,7 @@ class BlockPad:
             missed = report.estimated_error > self.tolerance
             notes = (f"the estimated error is above the tolerance {self.tolerance:g}",) if missed else ()
             return replace(found, report=replace(report, notes=(*report.notes, *notes)))
-        raise _ended(line, control, solved._replace(found=replace(found, report=report)))
+        raise ended(line, control, solved._replace(found=replace(found, report=report)), "pad")
 
     def _settled(self, control: Control, start: Equilibrium | None) -> tuple[Line, Solved]:
         """The last equilibrium towards what is given, and the line of meshes it is on.
@@ -327,19 +327,3 @@ def _of_both_halves(pad: BlockPad, found: Equilibrium) -> Equilibrium:
     bodies = ((half.fine, whole.fine), (half.coarse, whole.coarse))
     both = [packed(mirrored(*pair, state)) for pair, state in zip(bodies, states, strict=True)]
     return replace(found, state=np.concatenate([[number], *both]))
-
-
-def _ended(line: Line, control: Control, solved: Solved) -> SolveFailed:
-    """Return what says where a load path ended, and why."""
-    last, part, reason = solved
-    body = line[int(last.state[0])].fine
-    laws = law_notes(line.sensor, body, last.state[1 : 1 + body.mesh.nodes.size])
-    why = (*laws, reason_words(reason, line.smallest[0]))
-    report = replace(
-        last.report, status="load path ended", notes=(*last.report.notes, why[-1], f"reached {part:.1%} of the path")
-    )
-    message = (
-        f"wrench: the pad could be followed to {load_words(vars(last.wrench))} ({part:.1%} of the path), "
-        f"not to {load_words(control.given)}; smallest volume ratio there {report.min_J:.3g}; {'; '.join(why)}"
-    )
-    return SolveFailed(message, report, replace(last, report=report))

@@ -32,11 +32,11 @@ from sits_mech.mechanics.pad.ladder import GRADING, SHARE, SIZES, meshes_in_line
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_parts, layer_scales
 from sits_mech.mechanics.rest.body import Bonded, rest, unpacked
 from sits_mech.mechanics.rest.control import Control, under
+from sits_mech.mechanics.rest.failure import ended
 from sits_mech.mechanics.rest.levels import FEWEST, extrapolated
 from sits_mech.mechanics.rest.newton import compliance, correction
-from sits_mech.mechanics.rest.pairs import Solved, errors_of, levers, load_words, relative
+from sits_mech.mechanics.rest.pairs import errors_of, levers, relative
 from sits_mech.mechanics.rest.retry import Line, settled
-from sits_mech.mechanics.rest.verdict import reason_words
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench, refuse_beside
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
@@ -89,7 +89,7 @@ class PlanarLayer:
         solved = settled(self.line, start, control)
         report = replace(solved.found.report, model="planar", seconds=time.perf_counter() - began)
         if solved.part < 1.0:
-            raise _ended(self.line, control, solved._replace(found=replace(solved.found, report=report)))
+            raise ended(self.line, control, solved._replace(found=replace(solved.found, report=report)), "layer")
         notes = (*report.notes, *_edge_notes(self.sensor, self.edges, solved.found.wrench))
         if report.estimated_error > self.tolerance:
             missed = f"estimated error {report.estimated_error:.2g}: the tolerance {self.tolerance:g} is missed"
@@ -216,20 +216,6 @@ def _edge_notes(sensor: Sensor, edges: Edges | None, wrench: Wrench) -> tuple[st
         return ()
     scales = layer_scales(sensor)
     return edge_notes(edges, scales.load(wrench)[:3], scales.thickness)
-
-
-def _ended(line: Line, control: Control, solved: Solved) -> SolveFailed:
-    """Return what says where a load path ended, and why."""
-    last, part, reason = solved
-    asked = ", ".join(f"{name} = {value:.6g}" for name, value in control.given.items())
-    why = reason_words(reason, line.smallest[0])
-    notes = (*last.report.notes, why, f"reached {part:.1%} of the path")
-    report = replace(last.report, status="load path ended", notes=notes)
-    message = (
-        f"wrench: the layer could be followed to {load_words(vars(last.wrench))} ({part:.1%} of the path), "
-        f"not to {asked} [N, N m, m, rad]; smallest volume ratio there {last.report.min_J:.3g}; {why}"
-    )
-    return SolveFailed(message, report, replace(last, report=report))
 
 
 def _check_load(wrench: Wrench) -> None:

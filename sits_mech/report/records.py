@@ -103,6 +103,8 @@ def failure_record(error: SolveFailed, whole: bool = False) -> Record:
     return {
         "message": str(error),
         **{name: None if last is None else asdict(getattr(last, name)) for name in ("pose", "error", "wrench")},
+        "carried": None if error.carried is None else asdict(error.carried[0]),
+        "error_carried": None if error.carried is None else asdict(error.carried[1]),
         "report": halves | {error.half: report} if whole else report,
     }
 

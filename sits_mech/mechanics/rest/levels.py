@@ -143,7 +143,7 @@ def shown_order(first: float, second: float, sizes: Array) -> float:
     return float(np.interp(first / max(second, 1e-300), (a - b) / (b - c), orders))
 
 
-def carried(levels: Levels, level: int, state: State) -> State | None:
+def prolonged(levels: Levels, level: int, state: State) -> State | None:
     """Return a state on the next level, to go on from; None where there is no way there.
 
     Where cells turn inside out between the points that the coarser mesh looks at, their nodes are drawn towards where
@@ -171,7 +171,7 @@ def carried(levels: Levels, level: int, state: State) -> State | None:
 
 def next_at_rest(levels: Levels, state: State, way: Way) -> Outcome | None:
     """Return the second level at rest at the end of a path, from the first one's state there; None where it is not."""
-    body, start = levels.fine, carried(levels, 1, state)
+    body, start = levels.fine, prolonged(levels, 1, state)
     if start is None:
         return None
     found = newton(body, start, way.end, way.held)
@@ -196,7 +196,7 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array]) 
         if levels.carrier(level) is None:
             found = _from_rest(body, held, goal)
         else:
-            start = carried(levels, level, state)
+            start = prolonged(levels, level, state)
             enough = _ENOUGH * body.length(state.q - before.q)
             found = None if start is None else approached(body, start, goal, held, enough)
         if found is None:

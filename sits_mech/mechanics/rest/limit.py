@@ -24,11 +24,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sits_mech.mechanics.rest.body import Bonded, State
-from sits_mech.mechanics.rest.newton import LONGEST, Arc, linearised, newton
-from sits_mech.mechanics.rest.verdict import Way, smallest_stiffness, verdict
+from sits_mech.mechanics.rest.newton import LONGEST, Arc, Settled, newton, rate
+from sits_mech.mechanics.rest.verdict import Verdict, Way, verdict
 from sits_mech.quantities import Array
 
-PRECISE = 1e-3
+PRECISE = 2e-3
 """Share of the limit within which it is bracketed."""
 
 _EASY = 5  # iterations up to which the next length grows
@@ -59,6 +59,28 @@ class Outcome:
     reached: float
     reason: str = ""
     limit: tuple[float, float] | None = None
+
+    def over(self, begin: float, end: float) -> Outcome:
+        """Return the outcome on a longer path, of which this one was from a part to another."""
+        size = end - begin
+        limit = None if self.limit is None else (begin + size * self.limit[0], size * self.limit[1])
+        return replace(self, reached=begin + size * self.reached, limit=limit)
+
+
+def carried(coarse: Outcome, fine: Outcome) -> tuple[float, float] | None:
+    """Return the fraction of a path that is carried, with its error, from where it ended on two meshes.
+
+    The error is what the meshes differ by, where only one of them found a limit what the other got to; of two meshes
+    nothing is assumed of the order. It is nan where the other one was not followed to its end; None without a limit.
+    """
+    own = fine.limit or coarse.limit
+    if own is None:
+        return None
+    other = coarse if fine.limit is not None else fine
+    if other.reason == "long":
+        return own[0], np.nan
+    there, located = other.limit or (other.reached, 0.0)
+    return own[0], abs(own[0] - there) + own[1] + located
 
 
 @dataclass(frozen=True)
@@ -104,7 +126,8 @@ def pursued(
     -------
     Outcome
     """
-    here, end, reason = _place(body, way, *start), None, "lost"
+    here = _place(body, way, *start, verdict(body, way, Settled(start[0], None)))
+    end, reason = None, "lost"
     begun, spent, first = body.length(start[0].q) + length, start[0].iterations, here.stiffness
     for _ in range(_MOST):
         if end is None and length < smallest * max(begun, body.length(here.state.q)):
@@ -114,22 +137,22 @@ def pursued(
         if spent - start[0].iterations >= most:
             reason = "long"
             break
-        step, to, found = _ahead(body, way, here, length)
+        step, to, said = _ahead(body, way, here, length)
         spent += step.iterations
-        if found[1] == "" and to >= 1.0:
-            step, to, found = _last(body, way, here)
+        if not said.reason and to >= 1.0:
+            step, to, said = _last(body, way, here)
             spent += step.iterations
-            if found[1] == "":
+            if not said.reason:
                 return Outcome(replace(step, iterations=spent), 1.0)
-        if found[1] in ("lost", "inverted"):
-            reason, length = found[1], 0.25 * length
+        if said.reason in ("lost", "inverted"):
+            reason, length = said.reason, 0.25 * length
             if end is not None and length < PRECISE * smallest * begun:
                 break
-        elif found[1] or to <= here.part:
-            end = _End(length, to, found[0], found[1] or "turned")
+        elif said.reason or to <= here.part:
+            end = _End(length, to, said.stiffness, said.reason or "turned")
             length = _next(here, end, beyond=False)
         else:
-            before, here = here, _place(body, way, step, to)
+            before, here = here, _place(body, way, step, to, said)
             end = None if end is None or length >= end.ahead else replace(end, ahead=end.ahead - length)
             length *= 2.0 if step.iterations <= _EASY else 1.0
             length = min(length, LONGEST, _vanishing(before, here)) if end is None else _next(here, end, beyond=True)
@@ -138,27 +161,27 @@ def pursued(
     return Outcome(replace(here.state, iterations=spent), here.part, reason)
 
 
-def _place(body: Bonded, way: Way, state: State, part: float) -> _Place:
+def _place(body: Bonded, way: Way, state: State, part: float, said: Verdict) -> _Place:
     """What is known of a stable state."""
-    S, hidden, rate = linearised(body, state, way.held, way.slope)
-    size = body.length(rate)
-    normal = body.levers**2 * rate / size if 0.0 < size < np.inf else np.zeros_like(rate)
-    return _Place(state, part, smallest_stiffness(way, S, hidden)[0], size, normal)
+    ahead = rate(body, state, said.S, way.held, way.slope)
+    size = body.length(ahead)
+    normal = body.levers**2 * ahead / size if 0.0 < size < np.inf else np.zeros_like(ahead)
+    return _Place(state, part, said.stiffness, size, normal)
 
 
-def _ahead(body: Bonded, way: Way, here: _Place, length: float) -> tuple[State, float, tuple[float, str]]:
-    """The state a length ahead, its part of the load, its smallest stiffness and what speaks against it."""
+def _ahead(body: Bonded, way: Way, here: _Place, length: float) -> tuple[State, float, Verdict]:
+    """The state a length ahead, its part of the load, and what is to be said of it."""
     arc = Arc(here.state.q, here.normal, length, way.slope)
     found = newton(body, replace(here.state, iterations=0), way.goal(here.part), way.held, arc=arc)
     said = verdict(body, way, found)
-    return replace(found.state, min_J=said.min_J), here.part + found.part, said[1:]
+    return replace(found.state, min_J=said.min_J), here.part + found.part, said
 
 
-def _last(body: Bonded, way: Way, here: _Place) -> tuple[State, float, tuple[float, str]]:
+def _last(body: Bonded, way: Way, here: _Place) -> tuple[State, float, Verdict]:
     """The state at the goal, as of `_ahead`."""
     found = newton(body, replace(here.state, iterations=0), way.goal(1.0), way.held)
     said = verdict(body, way, found)
-    return replace(found.state, min_J=said.min_J), 1.0, (said.stiffness, said.reason or "")
+    return replace(found.state, min_J=said.min_J), 1.0, said
 
 
 def _vanishing(before: _Place, here: _Place) -> float:

@@ -94,7 +94,7 @@ class Settled(NamedTuple):
 class Arc(NamedTuple):
     """A plane across a path: ``normal . (q - origin) = ahead``; `slope` is what is given, by the part of the path.
 
-    All of shape (k,), scaled. With a normal of zero the part of the path itself goes on by `ahead`.
+    All of shape (k,), scaled.
     """
 
     origin: Array
@@ -257,18 +257,17 @@ def target_stiffness(body: Bonded, state: State) -> tuple[Array, Array | None]:
     return stiffness, _hidden(body, made)
 
 
-def linearised(body: Bonded, state: State, held: Held, slope: Array) -> tuple[Array, Array | None, Array]:
-    """Return the stiffnesses as of `target_stiffness`, and how q goes on with the part of a path; nan where none.
+def rate(body: Bonded, state: State, stiffness: Array, held: Held, slope: Array) -> Array:
+    """Return how q goes on with the part of a path from a state at rest, by its stiffness; nan where it cannot.
 
-    Arguments as of `newton`; `slope` as of `Arc`.
+    `held` as of `newton`, `slope` as of `Arc`.
     """
-    found = _gradient(body, state)
-    factor, none = _factored(body, state, found), np.full((body.components, body.components), np.nan)
-    if factor is None:
-        return none, None if body.hidden is None else none[:3, :3], none[0]
-    ahead = Arc(state.q, np.zeros_like(slope), 1.0, slope)
-    way = _way(body, state, found, factor, _aim(state, state.q, held, ahead))
-    return factor.stiffness, _hidden(body, factor), none[0] if way is None else way[1]
+    k = body.components
+    matrix = _bordered(body, state.q, stiffness, held, (slope, np.zeros(k)))
+    try:
+        return np.asarray(np.linalg.solve(matrix, np.eye(2 * k + 1)[-1])[:k])
+    except np.linalg.LinAlgError:
+        return np.full(k, np.nan)
 
 
 def correction(body: Bonded, load: Array) -> tuple[Array, float]:
@@ -365,6 +364,18 @@ def _hidden(body: Bonded, made: _Linear) -> Array | None:
     return np.full((3, 3), np.nan) if found is None else found.stiffness
 
 
+def _bordered(body: Bonded, q: Array, stiffness: Array, held: Held, path: tuple[Array, Array]) -> Array:
+    """Equations of a step (dq, dF, dt) along a path given by slope and normal; dt is given where that is zero."""
+    k, (slope, across) = body.components, path
+    matrix = np.zeros((2 * k + 1, 2 * k + 1))
+    matrix[:k, :k] = stiffness
+    matrix[:k, k:-1] = -np.stack([work_of_load(unit, body.height, q)[:k] for unit in np.eye(k)], axis=1)
+    matrix[k:-1, :k], matrix[k:-1, k:-1] = np.diag(1.0 * held), np.diag(1.0 * ~held)
+    matrix[k:-1, -1] = -slope
+    matrix[-1, :k], matrix[-1, -1] = across, 1.0 * (not across.any())
+    return matrix
+
+
 def _way(
     body: Bonded, here: State, found: _Gradient, factor: _Factor, aim: _Aim
 ) -> tuple[Array, Array, Array, float] | None:
@@ -372,12 +383,7 @@ def _way(
     k = body.components
     slope, across = (np.zeros(k), np.zeros(k)) if aim.arc is None else (aim.arc.slope, aim.arc.normal)
     dx = factor.step if found.free is factor.left else factor.solve(-found.free)
-    matrix = np.zeros((2 * k + 1, 2 * k + 1))
-    matrix[:k, :k] = factor.stiffness
-    matrix[:k, k:-1] = -np.stack([work_of_load(unit, body.height, here.q)[:k] for unit in np.eye(k)], axis=1)
-    matrix[k:-1, :k], matrix[k:-1, k:-1] = np.diag(1.0 * aim.held), np.diag(1.0 * ~aim.held)
-    matrix[k:-1, -1] = -slope
-    matrix[-1, :k], matrix[-1, -1] = across, 1.0 * (not across.any())
+    matrix = _bordered(body, here.q, factor.stiffness, aim.held, (slope, across))
     try:
         step = np.linalg.solve(matrix, [*-(found.target + factor.side.T @ dx), *aim.gap, aim.ahead])
     except np.linalg.LinAlgError:

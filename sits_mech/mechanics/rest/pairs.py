@@ -17,8 +17,8 @@ from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.faces.face_contact import face_notes
 from sits_mech.mechanics.rest.body import Bonded, State, packed, rest, unpacked
 from sits_mech.mechanics.rest.control import Control
-from sits_mech.mechanics.rest.limit import Outcome
 from sits_mech.mechanics.rest.levels import FEWEST, Levels, extrapolated, finer, next_at_rest
+from sits_mech.mechanics.rest.limit import Outcome, carried
 from sits_mech.mechanics.rest.newton import Held
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.mechanics.rest.verdict import Way
@@ -26,6 +26,9 @@ from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport, 
 from sits_mech.scene.sensor import Sensor
 from sits_mech.silicone.stability import layer_notes
 
+_LOOK = 2e-2  # smallest length of the path on the coarse mesh, over that so far
+_VERDICT = 60  # iterations that the finer mesh is given to locate a limit that the coarse one has found
+_LAST = 15  # and where it has found none, for a last state
 _STRETCHED = 0.001  # share of the silicone that may be stretched more than what is called its largest stretch
 
 
@@ -78,18 +81,43 @@ class Scales:
 
 
 class Solved(NamedTuple):
-    """The last equilibrium on the way to what is given, how much of the way that is, and what ended it."""
+    """The last equilibrium on the way to what is given, how much of the way that is, and what ended it.
+
+    Where the load is limited: what is carried, with its error, as a load and as a part of the way; what is to be said
+    of the silicone's law in the farthest state of all, that on the coarse mesh; how much of the way that got to.
+    """
 
     found: Equilibrium
     part: float
     reason: str = ""
+    carried: tuple[Wrench, Wrench] | None = None
+    limit: tuple[float, float] | None = None
+    laws: tuple[str, ...] = ()
+    seen: float = 1.0
+
+    @property
+    def refused(self) -> bool:
+        """Whether the layer is known not to carry what is given, whatever the errors."""
+        return self.limit is not None and sum(self.limit) < 1.0
+
+
+def first_look(levels: Levels, scales: Scales, start: Equilibrium | None, control: Control, most: float) -> Outcome:
+    """Follow the way to what is given on the coarse mesh alone; arguments as of `solve_levels`."""
+    state, (held, end) = starts(levels, scales, start)[1], aim(levels.coarse, scales, control)
+    begin = np.where(held, state.q, state.load)
+    spend = most / len(levels.coarse.free)
+    return follow(
+        levels.coarse, state, (begin, end), smallest=_LOOK, held=held, beside=control.held[3:], most=spend
+    )  # fmt: skip
 
 
 def solve_levels(
     sensor: Sensor, levels: Levels, scales: Scales, start: Equilibrium | None, control: Control, *, smallest: float,
-    asked: float, most: float = np.inf,
+    asked: float, most: float = np.inf, coarse: Outcome | None = None,
 ) -> Solved:  # fmt: skip
     """Follow the way to what is given on the first two levels, and go on to finer ones until the error is small enough.
+
+    Where it does, the finer one says what the limit that the coarse one found is worth, within a few iterations.
 
     Parameters
     ----------
@@ -105,30 +133,52 @@ def solve_levels(
         Estimated error at which no finer level is tried.
     most : float
         Iterations that a path is given, times unknowns.
+    coarse : Outcome, optional
+        Of the coarse mesh; from `first_look` by default.
     """
     held, end = aim(levels.fine, scales, control)
-    fine, coarse = starts(levels, scales, start)
-    begin = np.where(held, fine.q, fine.load)
+    fine_start, coarse_start = starts(levels, scales, start)
+    begin = np.where(held, coarse_start.q, coarse_start.load)
 
     def followed(body: Bonded, state: State, goal: Array, spend: float) -> Outcome:
         return follow(
-            body, state, (begin, goal), smallest=smallest, held=held, beside=control.held[3:],
-            most=spend / len(body.free),
+            body, state, (begin, goal), smallest=smallest, held=held, beside=control.held[3:], most=spend
         )  # fmt: skip
 
-    first = followed(levels.coarse, coarse, end, most)
+    first = coarse or first_look(levels, scales, start, control, most)
     midway = begin + first.reached * (end - begin)
-    second = next_at_rest(levels, first.state, Way(begin, midway, held, control.held[3:]))
-    if second is None:
-        second = followed(levels.fine, fine, midway, most)
-    part, reason = first.reached * second.reached, second.reason or first.reason
-    if second.reached < 1.0:  # both must rest under one goal for the error to mean something
-        first = followed(levels.coarse, coarse, begin + part * (end - begin), np.inf)
-    found = _answer(sensor, levels, scales, control, (first.state, second.state), asked if part == 1.0 else np.inf)
+    fine = next_at_rest(levels, first.state, Way(begin, midway, held, control.held[3:]))
+    if fine is None:
+        spend = most / len(levels.fine.free)
+        if first.reached < 1.0:
+            spend = min(spend, _LAST if first.limit is None else _VERDICT)
+        fine = followed(levels.fine, fine_start, midway, spend)
+    fine = fine.over(0.0, first.reached)
+    there, second = fine, first.state
+    if first.limit is not None and fine.reached == first.reached:  # and how far beyond?
+        left = follow(
+            levels.fine, fine.state, (midway, end), smallest=_LOOK, held=held, beside=control.held[3:], most=_VERDICT
+        )  # fmt: skip
+        there = left.over(first.reached, 1.0)
+    elif fine.reached < first.reached:  # both must rest under one goal for the error to mean something
+        second = followed(levels.coarse, coarse_start, begin + fine.reached * (end - begin), np.inf).state
+    part, limit = fine.reached, carried(first, there)
+    reason = (there if there.limit is not None or first.reached == 1.0 else first).reason
+    found = _answer(sensor, levels, scales, control, (second, fine.state), asked if part == 1.0 else np.inf)
     if part == 1.0:
         given = {name: value for name in WRENCH if (value := getattr(control, name)) is not None}
         found = replace(found, wrench=replace(found.wrench, **given))
-    return Solved(found, part, reason)
+    load = None if limit is None else _carried(found, scales, (begin, end, held), limit)
+    return Solved(found, part, reason, load, limit, law_notes(sensor, levels.coarse, first.state.u), first.reached)
+
+
+def _carried(
+    found: Equilibrium, scales: Scales, way: tuple[Array, Array, Held], limit: tuple[float, float]
+) -> tuple[Wrench, Wrench]:
+    """Load at the limit and its error; of places that are given, the forces of the last equilibrium."""
+    (begin, end, held), there = way, scales.load(found.wrench)[: len(way[0])]
+    load = np.where(held, there, begin + limit[0] * (end - begin))
+    return scales.wrench(load), scales.wrench(np.where(held, 0.0, limit[1] * np.abs(end - begin)))
 
 
 def aim(body: Bonded, scales: Scales, control: Control) -> tuple[Held, Array]:

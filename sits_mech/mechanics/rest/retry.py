@@ -23,8 +23,9 @@ from sits_mech.mechanics.faces.face_contact import LEFT_OUT, face_contact
 from sits_mech.mechanics.rest.body import packed, unpacked
 from sits_mech.mechanics.rest.control import Control
 from sits_mech.mechanics.rest.levels import Levels
+from sits_mech.mechanics.rest.limit import Outcome
 from sits_mech.mechanics.rest.newton import newton
-from sits_mech.mechanics.rest.pairs import Scales, Solved, aim, levers, solve_levels, starts
+from sits_mech.mechanics.rest.pairs import Scales, Solved, aim, first_look, levers, solve_levels, starts
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.quantities import Array, Equilibrium, Pose
 from sits_mech.scene.sensor import Sensor
@@ -89,6 +90,9 @@ class Line:
 def settled(line: Line, start: Equilibrium | None, control: Control, first: int = 0) -> Solved:
     """Return the last equilibrium towards what is given, with contact where it counts.
 
+    From a neighbour the way is another one: what is not reached from there is tried from rest, so that a load has one
+    answer, and one limit, whoever asks.
+
     Parameters
     ----------
     line : Line
@@ -98,12 +102,23 @@ def settled(line: Line, start: Equilibrium | None, control: Control, first: int 
     first : int
         Number of the first pair that is tried.
     """
+    found = _settled(line, start, control, first)
+    if found.part < 1.0 and start is not None and not control.beside:
+        return _settled(line, None, control, first)
+    return found
+
+
+def _settled(line: Line, start: Equilibrium | None, control: Control, first: int) -> Solved:
+    """The last equilibrium on the way from a start."""
     count = len(line)
     if start is not None and start.state.size and line.free <= start.state[0] < count:  # a neighbour in contact
         there = _tried(line, int(start.state[0]), start, control, 0)
         if there.part == 1.0:
             return there
-    free = _first_good(line, range(first, line.free), start, control)
+    looks: dict[int, Outcome] = {}
+    free = _first_good(line, range(first, line.free), start, control, looks)
+    if free is None:
+        return _refused(line, looks, start, control)
     if line.free == count or not (_touches(line, free.found) or free.part < 1.0):
         return free
     if free.part == 1.0:
@@ -112,28 +127,54 @@ def settled(line: Line, start: Equilibrium | None, control: Control, first: int 
         if change is not None and _effect(line, free.found, change) <= line.effect:
             return _worth_little(line, free, change)
         if twin is not None:
-            held = _first_good(line, range(twin, count), _softly(line, twin, free.found, control), control)
-            if held.part == 1.0:
+            held = _first_good(line, range(twin, count), _softly(line, twin, free.found, control), control, {})
+            if held is not None and held.part == 1.0:
                 return _chosen(line, free, held)
-    elif not _touches(line, free.found) and free.reason == "buckled":
+    elif free.refused and not _touches(line, free.found):
         return free
-    return _chosen(line, free, _first_good(line, range(line.free, count), start, control))
+    held = _first_good(line, range(line.free, count), start, control, looks)
+    return _without_contact(line, free) if held is None else _chosen(line, free, held)
 
 
-def _first_good(line: Line, numbers: range, start: Equilibrium | None, control: Control) -> Solved:
-    """Of some pairs of meshes, the first good answer, or else the farthest and best."""
+def _refused(line: Line, looks: dict[int, Outcome], start: Equilibrium | None, control: Control) -> Solved:
+    """What is said of a load that no coarse mesh without contact gets to: contact may, or the farthest one is told.
+
+    Contact on meshes that have been tried matters only where a face touches; other meshes may get there without.
+    """
+    number = max(looks, key=lambda each: looks[each].reached)
+    body, last = line[number].coarse, looks[number].state
+    others = looks[number].limit is None and len(line) - line.free > line.free
+    if line.free < len(line) and (others or face_contact(body.faces, body.mesh, body.parts, last.u, last.q).touch):
+        held = _first_good(line, range(line.free, len(line)), start, control, looks)
+        if held is not None:
+            return held
+        number = max(looks, key=lambda each: looks[each].reached)
+    found = _tried(line, number, start, control, 0, looks[number])
+    return _without_contact(line, found) if number < line.free < len(line) else found
+
+
+def _first_good(
+    line: Line, numbers: range, start: Equilibrium | None, control: Control, looks: dict[int, Outcome]
+) -> Solved | None:
+    """Of some pairs of meshes, the first good answer, or else the farthest and best; None if no coarse mesh gets there.
+
+    Where the coarse meshes got to is written to `looks`.
+    """
     best: Solved | None = None
     for number in numbers:
         if best is not None and best.part == 1.0 and line[number].fine.guarded:
             continue
-        own = _tried(line, number, start, control, numbers[-1] - number)
+        pair = line[number]
+        look = first_look(pair, line.scales, _own(pair, number, start), control, line.most)
+        looks[number] = look
+        if look.reached < 1.0:
+            continue
+        own = _tried(line, number, start, control, numbers[-1] - number, look)
         if best is None or own.part > best.part or (own.part == best.part == 1.0 and _error(own) < _error(best)):
             best = own
         touches = number < line.free < len(line) and _touches(line, own.found)
         if best.part == 1.0 and (_error(best) <= line.good or touches):
             break
-    if best is None:
-        raise ValueError("meshes: there must be at least one pair")
     return best
 
 
@@ -142,16 +183,23 @@ def _error(solved: Solved) -> float:
     return solved.found.report.estimated_error
 
 
-def _tried(line: Line, number: int, start: Equilibrium | None, control: Control, waiting: int) -> Solved:
+def _own(pair: Levels, number: int, start: Equilibrium | None) -> Equilibrium | None:
+    """A start where it is on the same pair of meshes."""
+    if start is None or start.state.size != 1 + pair.size or start.state[0] != number:
+        return None
+    return replace(start, state=start.state[1:])
+
+
+def _tried(
+    line: Line, number: int, start: Equilibrium | None, control: Control, waiting: int, look: Outcome | None = None
+) -> Solved:
     """The last equilibrium on one pair of meshes, while some others wait."""
-    pair, own = line[number], None
-    if start is not None and start.state.size == 1 + pair.size and start.state[0] == number:
-        own = replace(start, state=start.state[1:])
+    pair, own = line[number], _own(line[number], number, start)
     smallest = line.smallest[min(waiting, len(line.smallest) - 1)]
-    found, part, reason = solve_levels(
-        line.sensor, pair, line.scales, own, control, smallest=smallest, asked=line.asked, most=line.most
+    solved = solve_levels(
+        line.sensor, pair, line.scales, own, control, smallest=smallest, asked=line.asked, most=line.most, coarse=look
     )  # fmt: skip
-    return Solved(replace(found, state=np.concatenate([[number], found.state])), part, reason)
+    return solved._replace(found=replace(solved.found, state=np.concatenate([[number], solved.found.state])))
 
 
 def _touches(line: Line, found: Equilibrium) -> bool:

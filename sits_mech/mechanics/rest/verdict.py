@@ -29,11 +29,13 @@ REASONS = {
     "sideways": "beyond this load the layer buckles sideways, out of its plane of symmetry: its rest is not stable",
     "turned": "this is the largest load of its kind that the layer carries: beyond it there is no state at rest nearby",
     "inverted": "beyond this load the mesh turns inside out at a corner",
-    "lost": "every step of at least {smallest:.2g} of the path failed from here, though the target is stable: "
-    "a nearer load may converge",
+    "lost": "beyond this load no state at rest was found, though the target stands stable: a nearer load may converge",
     "long": "beyond this load more iterations were needed than a mesh this large is given",
 }
 """What is said of a path that ended, by the reason of its `Outcome` (path.py); see `reason_words`."""
+
+
+_NONE = np.zeros((0, 0))
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,7 @@ class Way:
 
 
 class Verdict(NamedTuple):
-    """Smallest J of a state, the smallest eigenvalue of its stiffness, and what speaks against the state, if anything.
+    """Smallest J of a state, the smallest eigenvalue of its stiffness, what speaks against it, if anything; its S.
 
     The eigenvalue is infinite where every place is held, and nan where it is not known.
     """
@@ -74,20 +76,21 @@ class Verdict(NamedTuple):
     min_J: float
     stiffness: float
     reason: str
+    S: Array
 
 
 def verdict(body: Bonded, way: Way, found: Settled) -> Verdict:
     """Return what is to be said of a state that Newton's method ended at."""
     trial, stiffness, hidden = found[:3]
     if not trial.residual <= SETTLED:
-        return Verdict(trial.min_J, np.nan, "lost")
+        return Verdict(trial.min_J, np.nan, "lost", _NONE)
     least = smallest_volume(body, trial.u, everywhere=True)
     if not least > 0.0:
-        return Verdict(least, np.nan, "inverted")
+        return Verdict(least, np.nan, "inverted", _NONE)
     if stiffness is None:
         stiffness, hidden = target_stiffness(body, trial)
     value, reason = smallest_stiffness(way, stiffness, hidden)
-    return Verdict(least, value, reason)
+    return Verdict(least, value, reason, stiffness)
 
 
 def smallest_stiffness(way: Way, stiffness: Array, hidden: Array | None) -> tuple[float, str]:
@@ -115,6 +118,6 @@ def stable(stiffness: Array, held: Held | None = None) -> bool:
     return smallest_eigenvalue(stiffness, held) > 0.0
 
 
-def reason_words(reason: str, smallest: float) -> str:
-    """Return what is known of a path that ended, in words, from its smallest increment as a fraction of the path."""
-    return REASONS[reason].format(smallest=smallest)
+def reason_words(reason: str) -> str:
+    """Return what is known of a path that ended, in words."""
+    return REASONS[reason]
