@@ -39,7 +39,7 @@ from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import BRICK, Indices, MixedMesh
 from sits_mech.mechanics.pad.lines import flush, outlines
 from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, pad_parts, pad_scales, pair_of
-from sits_mech.mechanics.pad.user import meshed_pad
+from sits_mech.mechanics.pad.user import mesh_notes, meshed_pad
 from sits_mech.mechanics.rest.body import Bonded, packed
 from sits_mech.mechanics.rest.control import Control, under
 from sits_mech.mechanics.rest.pairs import Pair, Solved, law_notes, load_words, starts
@@ -111,7 +111,7 @@ class BlockPad:
         line, solved = self._settled(control, start)
         found = solved.found
         report = replace(found.report, model="block", seconds=time.perf_counter() - began)
-        report = replace(report, notes=(*report.notes, *edge_notes(self.sensor)))
+        report = replace(report, notes=(*report.notes, *edge_notes(self.sensor), *mesh_notes(self.sensor)))
         if solved.part == 1.0:
             missed = report.estimated_error > self.tolerance
             notes = (f"the estimated error is above the tolerance {self.tolerance:g}",) if missed else ()

@@ -15,20 +15,24 @@ ground and target is that of block.py; free faces that touch each other, such as
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+from skfem import Mesh
 
 from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, solid_mesh
 from sits_mech.mechanics.pad.lines import outlines
 from sits_mech.mechanics.pad.solid import Solid, numbered, pad_parts, solid
 from sits_mech.meshing.bricks import within
-from sits_mech.meshing.store import read_solid
+from sits_mech.meshing.soundness import pieces, place
+from sits_mech.meshing.store import ReadSolid, read_solid
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor
 
 GROUPS = ("ground", "target", "free")
 """Groups of faces that a pad's mesh must name."""
+_SYMMETRY = "symmetry"  # group that half a pad's mesh must name, too
 
 _SLACK = 1e-3  # by which a mesh may miss the sizes that the scene gives, relative
 
@@ -52,12 +56,12 @@ def meshed_pad(sensor: Sensor, guard: float, depth: float = 0.0) -> tuple[Solid,
     """
     target, elastomer = pad_parts(sensor)
     name, t = str(elastomer.mesh), elastomer.thickness
-    mesh = read_solid(Path(name), GROUPS).scaled(1.0 / t)
+    mesh = _read(elastomer).mesh.scaled(1.0 / t)
     element, softened = (TETRAHEDRON, 0.5) if len(mesh.t) == 4 else (BRICK, 0.0)
     section, basis = solid_mesh(mesh, element)
     poorer, _ = solid_mesh(mesh, element, constant=True)
     where = np.zeros((3, len(section.nodes)), dtype=bool)
-    for row, group in enumerate(("ground", "target", "symmetry")):
+    for row, group in enumerate(("ground", "target", _SYMMETRY)):
         if group in mesh.boundaries:
             where[row, basis.get_dofs(group).all()] = True
     _check_place(name, section.nodes, where, elastomer)
@@ -71,6 +75,63 @@ def meshed_pad(sensor: Sensor, guard: float, depth: float = 0.0) -> tuple[Solid,
         )
     own, other = (numbered(each, where, 1.0, basis, plate, convex=False) for each in (section, poorer))
     return replace(solid(sensor, own, guard, depth), softened=softened), solid(sensor, other, guard, 2.0 * depth)
+
+
+def mesh_notes(sensor: Sensor) -> tuple[str, ...]:
+    """Return what is to be said of the mesh that a scene names, if any: nodes merged, faces in no group."""
+    if sensor.elastomer is None or sensor.elastomer.mesh is None:
+        return ()
+    mesh, merged = _read(sensor.elastomer)
+    name, notes = str(sensor.elastomer.mesh), []
+    if merged:
+        notes.append(f"{name}: {merged} duplicated nodes were merged, as elastomer.weld asks")
+    outer = mesh.boundary_facets()
+    lone = np.setdiff1d(outer, np.concatenate([mesh.boundaries.get(group, []) for group in (*GROUPS, _SYMMETRY)]))
+    if lone.size:
+        first = place(mesh.p.T[mesh.facets[:, int(lone[0])]])
+        notes.append(
+            f"{name}: {lone.size} of {outer.size} faces of the surface are in no group and taken as free, the first "
+            f"about {first}"
+        )
+    return tuple(notes)
+
+
+def _read(elastomer: Elastomer) -> ReadSolid:
+    """The mesh of a pad, checked."""
+    path = Path(str(elastomer.mesh))
+    return _stamped(path, elastomer.weld, path.stat().st_mtime_ns if path.is_file() else 0)
+
+
+@lru_cache(maxsize=4)
+def _stamped(path: Path, weld: bool, stamp: int) -> ReadSolid:
+    """The mesh of a file as it was written at one time."""
+    found = read_solid(path, GROUPS, weld=weld)
+    _check_groups(str(path), found.mesh)
+    return found
+
+
+def _check_groups(name: str, mesh: Mesh) -> None:
+    """Refuse faces in two groups, and pieces of a pad that are not bonded to both ground and target."""
+    known = [group for group in (*GROUPS, _SYMMETRY) if group in mesh.boundaries]
+    for k, group in enumerate(known):
+        for other in known[k + 1 :]:
+            both = np.intersect1d(mesh.boundaries[group], mesh.boundaries[other])
+            if both.size:
+                raise ValueError(
+                    f"{name}: a face must be in one of the groups {', '.join(known)}; {both.size} are in {group} and "
+                    f"{other}, the first about {place(mesh.p.T[mesh.facets[:, both[0]]])}"
+                )
+    inner = mesh.f2t[:, mesh.f2t[1] >= 0]
+    piece = pieces(mesh.t.shape[1], inner)
+    for group in ("ground", "target"):
+        held = np.isin(piece, piece[mesh.f2t[0, mesh.boundaries[group]]])
+        if not held.all():
+            cell, lost = int(np.argmin(held)), np.unique(piece[~held]).size
+            raise ValueError(
+                f"{name}: every piece must be bonded to ground and target; {lost} of {piece.max() + 1} pieces "
+                f"({np.count_nonzero(~held)} of {held.size} cells) have no face in the group {group}, the first about "
+                f"{place(mesh.p.T[mesh.t[:, cell]])}"
+            )
 
 
 def _check_place(name: str, nodes: Array, where: Array, elastomer: Elastomer) -> None:
