@@ -17,14 +17,17 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from skfem import Mesh
 
-from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, solid_mesh
+from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, MixedMesh, solid_mesh
+from sits_mech.mechanics.element.prolongation import Prolongation, prolongation
 from sits_mech.mechanics.pad.lines import outlines
-from sits_mech.mechanics.pad.solid import Solid, numbered, pad_parts, solid
-from sits_mech.meshing.bricks import within
+from sits_mech.mechanics.pad.solid import NumberedMesh, Solid, numbered, pad_parts, solid
+from sits_mech.meshing.bricks import Outline, within
+from sits_mech.meshing.refinement import Refinement, refined
 from sits_mech.meshing.soundness import pieces, place
 from sits_mech.meshing.store import ReadSolid, read_solid
 from sits_mech.quantities import Array
@@ -35,6 +38,14 @@ GROUPS = ("ground", "target", "free")
 _SYMMETRY = "symmetry"  # group that half a pad's mesh must name, too
 
 _SLACK = 1e-3  # by which a mesh may miss the sizes that the scene gives, relative
+
+
+class _Sizes(NamedTuple):
+    """What a scene says of a pad: its thickness, its extent and its target's along x and y [m]."""
+
+    thickness: float
+    pad: tuple[float, float]
+    target: tuple[float, float]
 
 
 def meshed_pad(sensor: Sensor, guard: float, depth: float = 0.0) -> tuple[Solid, Solid]:
@@ -54,34 +65,74 @@ def meshed_pad(sensor: Sensor, guard: float, depth: float = 0.0) -> tuple[Solid,
     ValueError
         One line: what the mesh must be, and what came.
     """
+    own, other = (_level(sensor, 0, constant=constant)[0] for constant in (False, True))
+    softened = 0.5 if _tetrahedral(own.mesh) else 0.0
+    return replace(solid(sensor, own, guard, depth), softened=softened), solid(sensor, other, guard, 2.0 * depth)
+
+
+def refined_pad(sensor: Sensor, times: int, guard: float, depth: float = 0.0) -> tuple[Solid, Prolongation]:
+    """Return a pad on the mesh that its scene names with its cells divided, and what carries states there.
+
+    Parameters
+    ----------
+    sensor, guard, depth
+        As of `meshed_pad`.
+    times : int
+        How often each cell is divided into eight.
+
+    Returns
+    -------
+    Solid
+    Prolongation
+        From the first pad of `meshed_pad`.
+    """
+    fine, refinement = _level(sensor, times)
+    coarse = _level(sensor, 0)[0]
+    element = TETRAHEDRON if _tetrahedral(fine.mesh) else BRICK
+    return solid(sensor, fine, guard, depth), prolongation(coarse.mesh, fine.mesh, refinement, element)
+
+
+def _tetrahedral(mesh: MixedMesh) -> bool:
+    """Whether the cells are tetrahedra."""
+    return bool(mesh.cells.shape[1] == len(TETRAHEDRON.doflocs))
+
+
+def _level(sensor: Sensor, times: int, *, constant: bool = False) -> tuple[NumberedMesh, Refinement]:
+    """The mesh of a scene with its cells divided, and where they lie in it; pressures linear or constant."""
     target, elastomer = pad_parts(sensor)
-    name, t = str(elastomer.mesh), elastomer.thickness
-    mesh = _read(elastomer).mesh.scaled(1.0 / t)
-    element, softened = (TETRAHEDRON, 0.5) if len(mesh.t) == 4 else (BRICK, 0.0)
-    section, basis = solid_mesh(mesh, element)
-    poorer, _ = solid_mesh(mesh, element, constant=True)
-    where = np.zeros((3, len(section.nodes)), dtype=bool)
+    sizes = _Sizes(elastomer.thickness, elastomer.extent, target.extent)
+    return _divided(_file(elastomer), outlines(target, elastomer)[0], sizes, times, constant)
+
+
+@lru_cache(maxsize=8)
+def _divided(
+    file: tuple[Path, bool, int], plate: Outline, sizes: _Sizes, times: int, constant: bool
+) -> tuple[NumberedMesh, Refinement]:
+    """As `_level`; many bodies share one."""
+    t, name = sizes.thickness, str(file[0])
+    refinement = refined(_stamped(*file).mesh.scaled(1.0 / t), times)
+    mesh = refinement.mesh
+    own, basis = solid_mesh(mesh, TETRAHEDRON if len(mesh.t) == 4 else BRICK, constant)
+    where = np.zeros((3, len(own.nodes)), dtype=bool)
     for row, group in enumerate(("ground", "target", _SYMMETRY)):
         if group in mesh.boundaries:
             where[row, basis.get_dofs(group).all()] = True
-    _check_place(name, section.nodes, where, elastomer)
-    plate, _ = outlines(target, elastomer)
-    bonded = section.nodes[where[1]]
+    _check_place(name, own.nodes, where, sizes)
+    bonded = own.nodes[where[1]]
     if not np.all(within(plate, bonded, _SLACK * max(plate[:2]))):
         reach = 2e3 * t * np.abs(bonded[:, :2]).max(axis=0)
         raise ValueError(
-            f"{name}: the group target must lie under the target, {_sizes(target.extent)}; got {reach[0]:.4g} x "
+            f"{name}: the group target must lie under the target, {_words(sizes.target)}; got {reach[0]:.4g} x "
             f"{reach[1]:.4g} mm"
         )
-    own, other = (numbered(each, where, 1.0, basis, plate, convex=False) for each in (section, poorer))
-    return replace(solid(sensor, own, guard, depth), softened=softened), solid(sensor, other, guard, 2.0 * depth)
+    return numbered(own, where, 2.0**times, basis, plate, convex=False), refinement
 
 
 def mesh_notes(sensor: Sensor) -> tuple[str, ...]:
     """Return what is to be said of the mesh that a scene names, if any: nodes merged, faces in no group."""
     if sensor.elastomer is None or sensor.elastomer.mesh is None:
         return ()
-    mesh, merged = _read(sensor.elastomer)
+    mesh, merged = _stamped(*_file(sensor.elastomer))
     name, notes = str(sensor.elastomer.mesh), []
     if merged:
         notes.append(f"{name}: {merged} duplicated nodes were merged, as elastomer.weld asks")
@@ -96,10 +147,10 @@ def mesh_notes(sensor: Sensor) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _read(elastomer: Elastomer) -> ReadSolid:
-    """The mesh of a pad, checked."""
+def _file(elastomer: Elastomer) -> tuple[Path, bool, int]:
+    """Which mesh a pad has: file, whether it is welded, when it was written."""
     path = Path(str(elastomer.mesh))
-    return _stamped(path, elastomer.weld, path.stat().st_mtime_ns if path.is_file() else 0)
+    return path, elastomer.weld, path.stat().st_mtime_ns if path.is_file() else 0
 
 
 @lru_cache(maxsize=4)
@@ -134,10 +185,10 @@ def _check_groups(name: str, mesh: Mesh) -> None:
             )
 
 
-def _check_place(name: str, nodes: Array, where: Array, elastomer: Elastomer) -> None:
+def _check_place(name: str, nodes: Array, where: Array, sizes: _Sizes) -> None:
     """Refuse a mesh that is not where the scene's pad is; nodes [thicknesses]."""
     ground, top, middle = where
-    t = elastomer.thickness
+    t = sizes.thickness
     for group, own, level in (("ground", ground, 0.0), ("target", top, 1.0)):
         away = nodes[own, 2] - level
         worst = float(away[np.argmax(np.abs(away))])
@@ -147,15 +198,15 @@ def _check_place(name: str, nodes: Array, where: Array, elastomer: Elastomer) ->
                 f"got a node at {(level + worst) * t:g} m"
             )
     reach = 2.0 * t * np.abs(nodes[:, :2]).max(axis=0)
-    if np.any(reach > (1.0 + _SLACK) * np.array(elastomer.extent)):
+    if np.any(reach > (1.0 + _SLACK) * np.array(sizes.pad)):
         raise ValueError(
-            f"{name}: the pad must lie within the elastomer's {_sizes(elastomer.extent)}; got "
-            f"{_sizes((float(reach[0]), float(reach[1])))}"
+            f"{name}: the pad must lie within the elastomer's {_words(sizes.pad)}; got "
+            f"{_words((float(reach[0]), float(reach[1])))}"
         )
     if np.any(middle) and (np.abs(nodes[middle, 1]).max() > _SLACK or nodes[:, 1].min() < -_SLACK):
         raise ValueError(f"{name}: the group symmetry must lie in the plane y = 0 with the pad at y > 0; it does not")
 
 
-def _sizes(extent: tuple[float, float]) -> str:
+def _words(extent: tuple[float, float]) -> str:
     """Two lengths as one writes them."""
     return f"{1e3 * extent[0]:.4g} x {1e3 * extent[1]:.4g} mm"

@@ -13,11 +13,12 @@ from skfem.io.meshio import to_meshio
 
 from sits_mech.chain.plan import choose_mechanics
 from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.pad.solid import bonded_block
-from sits_mech.mechanics.pad.user import GROUPS, mesh_notes, meshed_pad
+from sits_mech.mechanics.pad.user import GROUPS, mesh_notes, meshed_pad, refined_pad
 from sits_mech.mechanics.rest import retry
-from sits_mech.mechanics.rest.body import rest
-from sits_mech.mechanics.rest.newton import compliance
+from sits_mech.mechanics.rest.body import State, rest
+from sits_mech.mechanics.rest.newton import compliance, newton
 from sits_mech.meshing.bricks import box_bricks
 from sits_mech.meshing.store import read_solid
 from sits_mech.quantities import Wrench
@@ -172,6 +173,26 @@ def test_contact_that_cannot_be_followed_is_worth_the_whole_displacement(tmp_pat
     found = pad.equilibrium(Wrench(F_z=8.0))
     assert found.report.estimated_error == 1.0 and found.error.d_v == pytest.approx(2.0 * MM - found.pose.d_v)
     assert any("could not be followed" in note for note in found.report.notes)
+
+
+@pytest.mark.parametrize("tetrahedra", [pytest.param(True, marks=pytest.mark.slow), False])
+def test_a_refined_pad_carries_the_state_of_the_first(tmp_path, tetrahedra):
+    """Groups, bonds and rigid target are there: a rest carried over keeps its motion, and comes to rest from there."""
+    if tetrahedra:
+        sensor = flush(f'elastomer.mesh="{flush_file(tmp_path / "flush.msh", True)}"')
+    else:
+        sensor = scene(pieces_file(tmp_path / "one.msh", [([-4.0, 0.0, 4.0], [-4.0, 0.0, 4.0], [0.0, 2.0])]))
+    first = meshed_pad(sensor, 0.0)[0]
+    finer, onto = refined_pad(sensor, 1, 0.0)
+    np.testing.assert_allclose(onto.displacements(first.body.mesh.nodes.ravel()), finer.body.mesh.nodes.ravel())
+    assert finer.fineness == 2.0 * first.fineness
+    load = np.array([0.3, 3.0, 0.1, 0.0, 0.0, 0.0])[: first.body.components]
+    coarse = newton(first.body, rest(first.body), load).state
+    carried = State(onto.displacements(coarse.u), coarse.q, onto.pressures(coarse.p), load)
+    bonded = bonded_displacement(finer.body.X, coarse.q)
+    np.testing.assert_allclose(carried.u[finer.body.bonded], bonded, atol=1e-12)
+    fine = newton(finer.body, carried, load).state
+    assert coarse.residual < 1e-9 and fine.residual < 1e-9 and fine.iterations <= 5
 
 
 EXAMPLES = {
