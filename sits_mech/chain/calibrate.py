@@ -25,7 +25,7 @@ from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.plan import leaving
 from sits_mech.chain.pose_errors import read_poses, signals_at, stacked
 from sits_mech.geometry.collision import Collision, check_clearance
-from sits_mech.mechanics.finite_length import small_strain_stiffness
+from sits_mech.mechanics.linear import linear_pad
 from sits_mech.mechanics.loads import kept_key
 from sits_mech.mechanics.pad.solid import pad_parts
 from sits_mech.mechanics.symmetry import symmetry_of
@@ -164,7 +164,7 @@ def _predicted(sensor: Sensor, loads: Sequence[Wrench]) -> Pose:
     ends = [sorted({float(values.min()), float(values.max())}) for values in plane.T]
     corners = [Wrench(*load) for load in itertools.product(*ends)]
     forces = [(load.F_x, -load.F_z, load.M + load.F_x * target.load_height) for load in corners]
-    d_h, d_z, alpha = np.linalg.solve(small_strain_stiffness(sensor)[0], np.transpose(forces))
+    d_h, d_z, alpha = np.linalg.solve(linear_pad(sensor).stiffness[0], np.transpose(forces))
     return Pose(d_h, elastomer.standoff + elastomer.thickness + d_z, alpha)
 
 

@@ -16,7 +16,8 @@ from sits_mech.magnetics.field import planar_fem
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.mechanics.block import block_pad
-from sits_mech.mechanics.layer import linear_layer, planar_layer
+from sits_mech.mechanics.layer import planar_layer
+from sits_mech.mechanics.linear import small_strain
 from sits_mech.mechanics.strip import strip_layer
 from sits_mech.quantities import POSE, MagneticModel, MechanicalModel, Pose, Wrench
 from sits_mech.scene.sensor import Sensor
@@ -24,7 +25,7 @@ from sits_mech.units import checked_tolerance
 
 MECHANICS: Mapping[str, Callable[[Sensor, float], MechanicalModel]] = {
     "planar": planar_layer,
-    "linear": linear_layer,
+    "linear": small_strain,
     "block": block_pad,
     "closed-form": strip_layer,
 }

@@ -76,9 +76,9 @@ def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
     Infinite for slender layers, and where the scene has no layer that a strip stands for.
     """
     target, elastomer = sensor.target, sensor.elastomer
-    if target is None or elastomer is None or elastomer.mesh is not None or target.shape != "rectangle":
+    if target is None or elastomer is None or elastomer.mesh is not None or target.shape == "outline":
         return math.inf
-    (w, _), t, length = target.extent, elastomer.thickness, elastomer.extent[1]
+    (w, length), t = target.extent, elastomer.thickness
     shape, mu = w / (2.0 * t), elastomer.silicone.shear_modulus
     if shape < _SLENDER:
         return math.inf

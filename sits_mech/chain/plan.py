@@ -123,11 +123,13 @@ def choose_mechanics(
         return Choice(asked, "asked for")
     if meshed:
         return Choice("block", "the layer has a mesh of its own")
-    if "block" in known and _is_finite(sensor):
-        return Choice("block", "finite strain in three dimensions: the pad is too short for plane strain")
+    finite = "block" in known and _is_finite(sensor)
     bound = strain_bound(sensor, loads) if loads and "linear" in known else tolerance
     if bound < tolerance:
-        return Choice("linear", f"small strain in plane strain: one compliance is off by less than {bound:.1g}")
+        where = "three dimensions" if finite else "plane strain"
+        return Choice("linear", f"small strain in {where}: one compliance is off by less than {bound:.1g}")
+    if finite:
+        return Choice("block", "finite strain in three dimensions: the pad is too short for plane strain")
     return Choice("planar", _PLANE)
 
 

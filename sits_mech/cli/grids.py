@@ -15,7 +15,7 @@ from sits_mech.cli.options import LoadGrid, Models, Output, Overrides, Scene, ap
 @app.command
 def calibrate(
     scene: Scene, *, loads: LoadGrid = LoadGrid(), models: Models = Models(), output: Output = None,
-    overrides: Overrides = (),
+    overrides: Overrides = Overrides(),
 ) -> int:  # fmt: skip
     """What the sensor shows over a grid of loads: table, netCDF, CSV and pictures; a stopped run goes on.
 

@@ -46,8 +46,9 @@ def doctor() -> int:
 
 @app.command
 def explain(
-    scene: Scene, *, load: Load = Load(), models: Models = Models(), overrides: Overrides = (), as_json: Json = False
-) -> int:
+    scene: Scene, *, load: Load = Load(), models: Models = Models(),
+    overrides: Overrides = Overrides(), as_json: Json = False,
+) -> int:  # fmt: skip
     """Tell which models a request takes, what it leaves out and what that is worth, and what error and time to expect.
 
     Example: sits-mech explain biorob2018 --fx "0.5 N" --fz "2 N"

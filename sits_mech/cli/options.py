@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -28,17 +28,30 @@ Frequency = Annotated[str, Parameter(allow_leading_hyphen=True, help='One, or a 
 Tolerance = Annotated[float, Parameter(help="Asked relative error.")]
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object and nothing else.")]
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
-Overrides = Annotated[
-    tuple[str, ...], Parameter(name="--set", negative="", help='Change a key of the scene: target.width="15 mm".')
-]
-
-
 Fx = Annotated[Quantity, Parameter(help="Shear force, along +x.")]
 Fy = Annotated[Quantity, Parameter(help="Shear force, along +y.")]
 Fz = Annotated[Quantity, Parameter(help="Normal force, pressing down.")]
 Mx = Annotated[Quantity, Parameter(help="Moment about the x axis, by the right hand.")]
 Moment = Annotated[Quantity, Parameter(help="Moment about y, lifts the left edge.")]
 Mz = Annotated[Quantity, Parameter(help="Moment about the z axis, by the right hand.")]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Overrides:
+    """What a command changes in its scene."""
+
+    keys: Annotated[
+        tuple[str, ...], Parameter(name="--set", negative="", help='Change a key of the scene: target.width="15 mm".')
+    ] = ()
+    weld: Annotated[
+        bool, Parameter(negative="", help="Merge duplicated nodes of elastomer.mesh, at which it would be cut.")
+    ] = False
+
+    @property
+    def all(self) -> tuple[str, ...]:
+        """The keys with their values."""
+        return (*self.keys, *(("elastomer.weld=true",) if self.weld else ()))
 
 
 @Parameter(name="*")
@@ -127,12 +140,12 @@ def _in_si(given: Any, arguments: Mapping[str, str], read: Callable[[str, str, s
     return {name: read(written[option], UNITS[name], f"--{option}") for option, name in arguments.items()}
 
 
-def sensor_of(scene: str, overrides: Sequence[str]) -> Sensor:
+def sensor_of(scene: str, overrides: Overrides) -> Sensor:
     """Return the scene a command is about; what is implausible in it is said on stderr."""
     from sits_mech.scene.sensor import load_sensor
     from sits_mech.silicone.material import implausible
 
-    found = load_sensor(scene, overrides)
+    found = load_sensor(scene, overrides.all)
     for line in () if found.elastomer is None else implausible(found.elastomer.silicone):
         warn(f"{scene}: {line}")
     return found

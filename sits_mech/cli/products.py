@@ -16,7 +16,7 @@ def view(
     kind: Literal["scene", "layer", "field", "spatial"] | None = None,
     driven: Annotated[str | None, Parameter(help="Name of the coil that carries current; the last one.")] = None,
     frequency: Quantity | None = None, output: Output = None,
-    overrides: Overrides = (),
+    overrides: Overrides = Overrides(),
 ) -> int:  # fmt: skip
     """Draw a scene with its sizes (--kind scene), its layer under a load, the field at a pose, or both in space.
 

@@ -24,7 +24,7 @@ from sits_mech.cli.options import (
 @app.command
 def pose(
     scene: Scene, *, load: Load = Load(), model: str = "auto", tolerance: Tolerance = 1e-2,
-    overrides: Overrides = (), as_json: Json = False,
+    overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
     """Where the target comes to rest under a load.
 
@@ -51,7 +51,7 @@ def pose(
 @app.command
 def inductance(
     scene: Scene, *, place: Place = Place(), frequency: Frequency | None = None,
-    model: str = "auto", tolerance: Tolerance = 1e-3, overrides: Overrides = (), as_json: Json = False,
+    model: str = "auto", tolerance: Tolerance = 1e-3, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
     """What the coils show with the target at a pose, at one frequency or over a range.
 
@@ -87,7 +87,7 @@ def inductance(
 @app.command
 def simulate(
     scene: Scene, *, load: Load = Load(), models: Models = Models(),
-    overrides: Overrides = (), as_json: Json = False,
+    overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
     """What the sensor shows under a load.
 
@@ -117,7 +117,7 @@ def simulate(
 @app.command
 def cycle(
     scene: Scene, *, load: Load = Load(), models: Models = Models(), period: Quantity = "1 s", cycles: int = 2,
-    output: Output = None, overrides: Overrides = (), as_json: Json = False,
+    output: Output = None, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
     """How wide is the loop of the signals while a load comes and goes? For silicones with prony or mullins.
 

@@ -48,7 +48,7 @@ from sits_mech.mechanics.pad.solid import (
     pad_parts,
     pad_scales,
 )
-from sits_mech.mechanics.pad.user import meshed_pad, meshed_family
+from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
 from sits_mech.mechanics.rest.body import Bonded, packed
 from sits_mech.mechanics.rest.control import Control, under
 from sits_mech.mechanics.rest.failure import ended
@@ -120,7 +120,7 @@ class BlockPad:
         line, solved = self._settled(control, start)
         found = solved.found
         report = replace(found.report, model="block", seconds=time.perf_counter() - began)
-        report = replace(report, notes=(*report.notes, *edge_notes(self.sensor)))
+        report = replace(report, notes=(*report.notes, *edge_notes(self.sensor), *mesh_notes(self.sensor)))
         if solved.part == 1.0:
             missed = report.estimated_error > self.tolerance
             notes = (f"the estimated error is above the tolerance {self.tolerance:g}",) if missed else ()
@@ -178,8 +178,7 @@ def meshes_in_line(sensor: Sensor, tolerance: float, *, whole: bool) -> Line:
     target, elastomer = pad_parts(sensor)
     depths = {"never": (0.0,), "always": (_DEPTH,), "auto": (0.0, _DEPTH)}[elastomer.contact]
     if elastomer.mesh is not None:
-        families = [partial(meshed_family, sensor, guard) for guard in _GUARDS]
-        share = meshed_pad(sensor, 0.0).share
+        families, share = [partial(meshed_family, sensor, guard, _SHARE) for guard in _GUARDS], meshed_share(sensor)
         if whole and share < 1.0:
             raise ValueError(f"{elastomer.mesh}: must be of the whole pad under F_y, M_x or M_z; got half of it")
     else:
@@ -190,6 +189,14 @@ def meshes_in_line(sensor: Sensor, tolerance: float, *, whole: bool) -> Line:
     return Line(
         sensor, pad_scales(sensor, share), makers, twins, _SMALLEST, tolerance, softly=_SOFTLY, most=_MOST
     )  # fmt: skip
+
+
+def pad_family(sensor: Sensor) -> tuple[Levels, float]:
+    """Return the first family of meshes of half a pad, or of what the user's mesh is of, without contact; the share."""
+    _, elastomer = pad_parts(sensor)
+    if elastomer.mesh is not None:
+        return meshed_family(sensor, 0.0, _SHARE), meshed_share(sensor)
+    return _family(sensor, _KINDS[0], whole=False, depth=0.0), 0.5
 
 
 def _family(sensor: Sensor, kind: tuple[float, float], whole: bool, depth: float) -> Levels:

@@ -3,8 +3,7 @@
     factor = k_planar / k_3D,    k in shear (tilt locked), in compression and in tilt, about the bonded face's centre.
 
 The planar model spreads a force over the elastomer's length, a target that is shorter or narrower than its pad makes it
-too stiff by the factor. k_3D is extrapolated from two meshes (pad/solid.py) as if the error went with the square of
-the cells' size. What goes on at the ends of a long pad does not depend on its length: beyond 20 thicknesses and three
+too stiff by the factor. Both are extrapolated from families of meshes (linear.py). What goes on at the ends of a long pad does not depend on its length: beyond 20 thicknesses and three
 of the target's widths only the ends are meshed, and the middle is plane strain. Under a target wider than 30
 thicknesses the pad is lubricated: with ``K t^2`` kept the factors depend on t/w by the edges alone, so that they are
 found at 1/24 and 1/16 of the width and extrapolated along a straight line; what that adds is called their error as
@@ -19,17 +18,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from sits_mech.mechanics.layer import linear_layer
-from sits_mech.mechanics.pad.lines import flush, outlines
-from sits_mech.mechanics.pad.solid import bonded_block, pad_parts
-from sits_mech.mechanics.rest.body import rest
-from sits_mech.mechanics.rest.newton import compliance
+from sits_mech.mechanics.linear import linear_layer, linear_pad
+from sits_mech.mechanics.pad.solid import pad_parts
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
 from sits_mech.threads import one_thread
 
-_LADDER = ((1e-2, (2, 1)), (0.0, (3, 2)))  # asked error -> cells through the thickness, fine and coarse
-_GRADING = (2.5, 2.0)  # beside the target, and flush with it
 _LONG = (20.0, 3.0)  # thicknesses, widths of the target
 _THIN = 30.0  # thicknesses of a target's smaller side from which on thicker pads stand for a thin one,
 _THICKER = (24.0, 16.0)  # those with so many
@@ -89,10 +83,9 @@ def _factors(sensor: Sensor) -> tuple[Array, float]:
     """Factors in shear, compression and tilt, and their error."""
     _, elastomer = pad_parts(sensor)
     sharp = Elastomer.model_validate(elastomer.model_dump() | {"edge_radius": None})
-    planar = np.linalg.inv(linear_layer(sensor.model_copy(update={"elastomer": sharp})).compliance)
-    long = planar * elastomer.silicone.shear_modulus * _units(elastomer.thickness) * elastomer.extent[1]
+    long, _ = linear_layer(sensor.model_copy(update={"elastomer": sharp})).stiffness
     short, cut = _shortened(sensor)
-    solid, error = small_strain_stiffness(short)
+    solid, error = linear_pad(short).stiffness
     solid = solid + long * (cut / elastomer.extent[1])
     return np.diag(long) / np.diag(solid), error
 
@@ -104,41 +97,6 @@ def _thicker(sensor: Sensor, thickness: float) -> Sensor:
     law = {"law": "neo-hookean", "shear_modulus": mu, "bulk_modulus": elastomer.silicone.bulk_modulus * ratio**2}
     given = elastomer.model_dump() | {"thickness": thickness, "material": law, "edge_radius": None}
     return sensor.model_copy(update={"elastomer": Elastomer.model_validate(given)})
-
-
-@one_thread
-def small_strain_stiffness(sensor: Sensor, tolerance: float = 1e-2) -> tuple[Array, float]:
-    """Return the stiffness of a box or a cylinder under its target at small strain, and its estimated relative error.
-
-    Parameters
-    ----------
-    sensor : Sensor
-    tolerance : float
-        Asked error; two rungs, 1 % and what is finer.
-
-    Returns
-    -------
-    stiffness : ndarray, shape (3, 3)
-        Of d_h, d_v and alpha against F_x, an upward force and a moment about the bonded face's centre
-        [N/m, N, N/rad, N m/rad].
-    error : float
-        What the extrapolation from the two meshes moved, relative, the worst of the three on the diagonal.
-    """
-    target, elastomer = pad_parts(sensor)
-    pair = next(cells for least, cells in _LADDER if tolerance >= least)
-    grading = _GRADING[flush(*outlines(target, elastomer))]
-    found = [bonded_block(sensor, cells, grading, 0.0) for cells in pair]
-    fine, coarse = (compliance(each.body, rest(each.body), np.zeros(3)) * each.share for each in found)
-    best = fine + (fine - coarse) / ((found[0].fineness / found[1].fineness) ** 2 - 1.0)
-    t = elastomer.thickness
-    moved = np.abs(np.diag(best) / np.diag(fine) - 1.0)
-    return np.linalg.inv(best) * elastomer.silicone.shear_modulus * t * _units(t), float(moved.max())
-
-
-def _units(t: float) -> Array:
-    """What turns scaled stiffnesses, over shear modulus and a length, into those of SI."""
-    size = np.array([1.0, 1.0, t])
-    return np.outer(size, size)
 
 
 def _shortened(sensor: Sensor) -> tuple[Sensor, float]:

@@ -24,25 +24,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.mechanics.closed_form import finite_strain_model
 from sits_mech.mechanics.element.kernel import deformation, element_forces
 from sits_mech.mechanics.element.mesh import Indices
 from sits_mech.mechanics.pad.edges import Edges, edge_effect, edge_notes
-from sits_mech.mechanics.pad.ladder import GRADING, SHARE, SIZES, meshes_in_line, order_of
-from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_parts, layer_scales
-from sits_mech.mechanics.rest.body import Bonded, rest, unpacked
+from sits_mech.mechanics.pad.ladder import meshes_in_line
+from sits_mech.mechanics.pad.section import layer_parts, layer_scales
+from sits_mech.mechanics.rest.body import unpacked
 from sits_mech.mechanics.rest.control import Control, under
 from sits_mech.mechanics.rest.failure import ended
-from sits_mech.mechanics.rest.levels import FEWEST, extrapolated
-from sits_mech.mechanics.rest.newton import compliance, correction
-from sits_mech.mechanics.rest.pairs import errors_of, levers, relative
 from sits_mech.mechanics.rest.retry import Line, settled
-from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench, refuse_beside
+from sits_mech.quantities import Array, Equilibrium, Wrench, refuse_beside
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
-from sits_mech.units import checked_tolerance
-
-_FINE = 2e-3  # tolerance up to which a compliance takes all levels
 
 
 @dataclass(frozen=True)
@@ -97,59 +90,6 @@ class PlanarLayer:
         return replace(solved.found, report=replace(report, notes=notes))
 
 
-@dataclass(frozen=True)
-class LinearLayer:
-    """The layer at small strain: one compliance; made by `linear_layer`.
-
-    Attributes
-    ----------
-    sensor : Sensor
-    body : Bonded
-    compliances : tuple of ndarray, shape (3, 3)
-        d(d_h, d_z, alpha) / d(F_x, F_z downwards, moment about the bonded face), scaled; level by level.
-    order : float
-        With which they converge.
-    """
-
-    sensor: Sensor
-    body: Bonded
-    compliances: tuple[Array, ...]
-    order: float
-    edges: Edges | None = None
-
-    @one_thread
-    def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
-        """Return the pose under `wrench` by linear elasticity; `start` plays no part.
-
-        The error is that of the mesh and the first Newton correction towards finite strain.
-
-        Raises
-        ------
-        SolveFailed
-            Where that error is as large as the displacement: the load is none for a linear layer.
-        """
-        began = time.perf_counter()
-        _check_load(wrench)
-        refuse_beside("linear", wrench, "block")
-        scales = layer_scales(self.sensor)
-        load = scales.load(wrench)[:3]
-        force = np.array([load[0], -load[1], load[2] + self.body.height * load[0]])
-        lengths, lever = scales.lengths[:3], levers(self.body, scales.thickness)[:3]
-        limit = extrapolated([C @ force * lengths * lever for C in self.compliances], SIZES, self.order)
-        away, min_J = correction(self.body, load)
-        error = errors_of(limit.error / lever + np.abs(away) * lengths, lever, SHARE)
-        q = limit.value / lever / lengths
-        report = SolveReport(
-            "linear", len(self.body.free) + 3, 1, 0.0, relative(error, q * lengths, lever),
-            time.perf_counter() - began, notes=_edge_notes(self.sensor, self.edges, wrench), min_J=min_J,
-        )
-        if not report.estimated_error < 1.0:
-            report = replace(report, status="strains too large")
-            ask = f"ask for {finite_strain_model(self.sensor)}"
-            raise SolveFailed(f"wrench: strains are too large for one compliance, got {wrench}: {ask}", report)
-        return Equilibrium(wrench, scales.pose(q), Pose.of(error), q, report)
-
-
 @one_thread
 def planar_layer(sensor: Sensor, tolerance: float = 1e-2) -> PlanarLayer:
     """Return the finite-strain model of a sensor's layer.
@@ -167,16 +107,6 @@ def planar_layer(sensor: Sensor, tolerance: float = 1e-2) -> PlanarLayer:
         For a scene without target or elastomer, or a tolerance outside (0, 1).
     """
     return PlanarLayer(sensor, tolerance, meshes_in_line(sensor, tolerance), edge_effect(sensor))
-
-
-@one_thread
-def linear_layer(sensor: Sensor, tolerance: float = 1e-2) -> LinearLayer:
-    """Return the small-strain model of a sensor's layer; arguments and errors as of `planar_layer`."""
-    checked_tolerance(tolerance)
-    count = FEWEST if tolerance > _FINE else len(SIZES) - 1
-    bodies = [bonded_body(sensor, Fineness(int(size), GRADING, True)) for size in SIZES[:count]]
-    found = tuple(compliance(body, rest(body), np.zeros(3)) for body in bodies)
-    return LinearLayer(sensor, bodies[-1], found, order_of(sensor, GRADING), edge_effect(sensor))
 
 
 def deformed_mesh(model: PlanarLayer, equilibrium: Equilibrium) -> tuple[Array, Indices, Array]:

@@ -122,8 +122,9 @@ def _extruded(flat: Array, quads: Indices, across: Division, z: Array, split: in
     corners = ElementHex1().doflocs.astype(int)
     hexes = np.stack([(layers + up * len(flat) + quads[:, i + 2 * j]).ravel() for i, j, up in corners])
     found = _crossed(_divided(z, split), across)  # z runs slowest, but comes last
-    last = (np.roll(part, -1, axis=1) for part in found[1:])
-    return MeshHex(np.ascontiguousarray(points.T), np.ascontiguousarray(hexes)), Division(found.base, *last)
+    part, (low, high) = np.roll(found.part, -1, axis=1), (np.roll(ends, -1, axis=1) for ends in found[2:])
+    mesh = MeshHex(np.ascontiguousarray(points.T), np.ascontiguousarray(hexes))
+    return mesh, Division(found.base, part, low, high)
 
 
 def _divided(lines: Array, split: int) -> Division:
@@ -131,14 +132,17 @@ def _divided(lines: Array, split: int) -> Division:
     cell = np.arange(len(lines) - 1)
     start = lines[cell - cell % split]
     size = lines[cell - cell % split + split] - start
-    return Division(cell // split, (cell % split)[:, None], *(((lines[cell + k] - start) / size)[:, None] for k in (0, 1)))
+    low, high = (((lines[cell + k] - start) / size)[:, None] for k in (0, 1))
+    return Division(cell // split, (cell % split)[:, None], low, high)
 
 
 def _crossed(first: Division, second: Division) -> Division:
     """Division of the products of two sets of cells, the second running faster."""
-    i, j = np.repeat(np.arange(len(first.base)), len(second.base)), np.tile(np.arange(len(second.base)), len(first.base))
+    i, j = (part.ravel() for part in np.indices((len(first.base), len(second.base))))
     base = first.base[i] * second.bases + second.base[j]
-    return Division(base, *(np.hstack([own[i], other[j]]) for own, other in zip(first[1:], second[1:], strict=True)))
+    part = np.hstack([first.part[i], second.part[j]])
+    low, high = np.hstack([first.low[i], second.low[j]]), np.hstack([first.high[i], second.high[j]])
+    return Division(base, part, low, high)
 
 
 def _rings_divided(rho: Array, around: int, split: int) -> Division:

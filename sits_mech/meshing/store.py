@@ -1,13 +1,15 @@
 """How does a mesh of the user's own come in? A file that meshio reads, with named groups of faces, lengths in metres.
 
-Tetrahedra or hexahedra, straight or quadratic. What cannot be solved is refused with one line: no mesh, no cells in
-space, a group that is missing, a cell that is flat or inside out.
+Tetrahedra or hexahedra, straight or quadratic. What cannot be solved is refused with one line: no mesh, cells of two
+kinds, a group that is missing or names what is no face, a cell that is flat or inside out, and what is no watertight
+solid (soundness.py). Duplicated nodes are merged on request.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import meshio
 import numpy as np
@@ -15,8 +17,11 @@ from numpy.typing import NDArray
 from skfem import Mesh
 from skfem.io.meshio import from_meshio
 
+from sits_mech.meshing.soundness import check_sound, joined, place
 from sits_mech.quantities import Array
 from sits_mech.scene.outlines import read_mesh
+
+Indices = NDArray[np.int64]
 
 CELLS = {"tetra": 4, "tetra10": 4, "hexahedron": 8, "hexahedron27": 8}
 """Cells that can be read, with their corners."""
@@ -24,8 +29,15 @@ CELLS = {"tetra": 4, "tetra10": 4, "hexahedron": 8, "hexahedron27": 8}
 _FLAT = 1e-6  # smallest determinant of the map onto a cell, over the cube of the cell's size
 
 
-def read_solid(path: str | Path, groups: Sequence[str]) -> Mesh:
-    """Return the solid in a mesh file, its named groups of faces in `boundaries`.
+class ReadSolid(NamedTuple):
+    """A solid with its named groups of outer faces in `boundaries`, and how many nodes were merged."""
+
+    mesh: Mesh
+    merged: int
+
+
+def read_solid(path: str | Path, groups: Sequence[str], *, weld: bool = False) -> ReadSolid:
+    """Return the solid in a mesh file.
 
     Parameters
     ----------
@@ -33,34 +45,68 @@ def read_solid(path: str | Path, groups: Sequence[str]) -> Mesh:
         Any format that meshio reads and that has names.
     groups : sequence of str
         Names that must be there.
+    weld : bool
+        Whether duplicated nodes are merged; faces that they held apart leave their groups.
 
     Raises
     ------
     ValueError
-        One line: file, what it must hold, what came.
+        One line: file, what it must hold, what came, and where.
     """
-    given = read_mesh(path)
-    kinds = [kind for kind in given.cells_dict if kind in CELLS]
-    if len(kinds) != 1:
-        came = ", ".join(given.cells_dict) or "none"
-        raise ValueError(f"{path}: must hold cells of one kind of {', '.join(CELLS)}; got {came}")
-    cells, used = given.cells_dict[kinds[0]], np.unique(given.cells_dict[kinds[0]])
-    number = np.full(len(given.points), -1)
+    name, given = str(path), read_mesh(path)
+    kind = _only_kind(name, given)
+    cells, all_points = np.asarray(given.cells_dict[kind], dtype=np.int64), np.asarray(given.points, dtype=float)
+    used = np.unique(cells)
+    if all_points.shape[1] != 3 or not np.all(np.isfinite(all_points[used])):
+        raise ValueError(f"{name}: nodes must have three finite coordinates; some have not")
+    number = np.full(len(all_points), -1)
     number[used] = np.arange(used.size)
-    faces = {kind: block for kind, block in given.cells_dict.items() if kind.startswith(("triangle", "quad"))}
-    _check_cells(str(path), np.asarray(given.points, dtype=float), cells[:, : CELLS[kinds[0]]])
-    mesh = from_meshio(meshio.Mesh(given.points[used], {kinds[0]: number[cells]}))
-    _check_curved(str(path), mesh)
-    named = {name: _facets(mesh, [number[faces[kind][own]] for kind, own in own_faces.items() if kind in faces])
-             for name, own_faces in _groups(given).items()}  # fmt: skip
-    for name in groups:
-        if name not in named or not len(named[name]):
+    points, cells = all_points[used], number[cells]
+    _check_cells(name, points, cells[:, : CELLS[kind]])
+    merged = 0
+    if weld:
+        number, points, cells, merged = _welded(number, points, cells, CELLS[kind])
+    corners, own = np.unique(cells[:, : CELLS[kind]], return_inverse=True)
+    check_sound(name, points[corners], own.reshape(len(cells), -1))
+    mesh = from_meshio(meshio.Mesh(points, {kind: cells}))
+    _check_curved(name, mesh)
+    faces = {each: block for each, block in given.cells_dict.items() if each.startswith(("triangle", "quad"))}
+    named = {}
+    for group, parts in _groups(given).items():
+        blocks = [np.asarray(faces[each][own]) for each, own in parts.items() if each in faces]
+        named[group] = _facets(f"{name}: the group {group}", mesh, blocks, all_points, number)
+    for group in groups:
+        if group not in named or not len(named[group]):
             came = ", ".join(sorted(named)) or "none"
-            raise ValueError(f"{path}: must name groups of faces {', '.join(groups)}; got {came}")
-    return mesh.with_boundaries(named)
+            raise ValueError(f"{name}: must name groups of faces {', '.join(groups)}; got {came}")
+    return ReadSolid(mesh.with_boundaries(named), merged)
 
 
-def _groups(mesh: meshio.Mesh) -> dict[str, dict[str, NDArray[np.int64]]]:
+def _only_kind(name: str, given: meshio.Mesh) -> str:
+    """Return the one kind of cells in space that a mesh has."""
+    solid = {each.type: given.points[each.data[0]] for each in given.cells if each.dim == 3 and len(each.data)}
+    first = str(next(iter(solid), "none"))
+    if len(solid) == 1 and first in CELLS:
+        return first
+    count = {kind: len(given.cells_dict[kind]) for kind in solid}
+    some = (f"{count[kind]} {kind}, the first about {place(at)}" for kind, at in solid.items())
+    came = "; ".join(some) or ", ".join(given.cells_dict) or "none"
+    raise ValueError(f"{name}: must hold cells of one kind of {', '.join(CELLS)}; got {came}")
+
+
+def _welded(number: Indices, points: Array, cells: Indices, corners: int) -> tuple[Indices, Array, Indices, int]:
+    """Merge duplicated nodes: new numbers of the file's nodes, nodes, cells, and how many nodes fewer."""
+    ends, own = np.unique(cells[:, :corners], return_inverse=True)
+    to = np.arange(len(points))
+    to[ends] = ends[joined(points[ends], own.reshape(len(cells), -1))]
+    kept, new = np.unique(to[cells], return_inverse=True)
+    place_of = np.full(len(points), -1)
+    place_of[kept] = np.arange(kept.size)
+    number = np.where(number >= 0, place_of[to[number]], -1)
+    return number, points[kept], new.reshape(cells.shape), len(points) - kept.size
+
+
+def _groups(mesh: meshio.Mesh) -> dict[str, dict[str, Indices]]:
     """Numbers of the cells of each kind that belong to a name."""
     named = {name: own for name, own in mesh.cell_sets_dict.items() if not name.startswith("gmsh:")}
     marks = mesh.cell_data_dict.get("gmsh:physical", {})
@@ -70,15 +116,27 @@ def _groups(mesh: meshio.Mesh) -> dict[str, dict[str, NDArray[np.int64]]]:
     return named
 
 
-def _facets(mesh: Mesh, faces: list[NDArray[np.int64]]) -> NDArray[np.int64]:
-    """Numbers of the mesh's facets that have the corners of given faces."""
+def _facets(what: str, mesh: Mesh, blocks: list[Indices], points: Array, number: Indices) -> Indices:
+    """Numbers of the mesh's outer facets that are the given faces of the file, `number` its nodes in the mesh.
+
+    A group that holds faces of cells holds no others; one that holds none belongs to something else in the file.
+    """
     count = len(mesh.facets)
-    place = {tuple(corners): number for number, corners in enumerate(np.sort(mesh.facets.T, axis=1).tolist())}
-    wanted = [tuple(sorted(face[:count])) for block in faces for face in block.tolist()]
-    return np.array([place[corners] for corners in wanted if corners in place], dtype=np.int64)
+    known = {tuple(corners): k for k, corners in enumerate(np.sort(mesh.facets.T, axis=1).tolist())}
+    faces = [face[:count] for block in blocks for face in block]
+    found = [known.get(tuple(sorted(number[face].tolist())), -1) for face in faces]
+    lost = [face for face, facet in zip(faces, found, strict=True) if facet < 0]
+    if 0 < len(lost) < len(faces):
+        raise ValueError(
+            f"{what} must hold faces of cells; {len(lost)} of {len(faces)} are none, the first about "
+            f"{place(points[lost[0]])}"
+        )
+    facets = np.unique(np.array(found, dtype=np.int64))
+    facets = facets[facets >= 0]
+    return np.asarray(facets[mesh.f2t[1, facets] < 0])
 
 
-def _check_cells(name: str, points: Array, cells: NDArray[np.int64]) -> None:
+def _check_cells(name: str, points: Array, cells: Indices) -> None:
     """Refuse cells that are flat, or turned another way than the others."""
     ways = _CORNERS[cells.shape[1]]
     at = points[cells]
@@ -86,7 +144,7 @@ def _check_cells(name: str, points: Array, cells: NDArray[np.int64]) -> None:
     turn = np.linalg.det(edges)
     size = np.max(np.linalg.norm(edges, axis=-1), axis=(1, 2)) ** 3
     bad = np.any(turn * np.sign(np.median(turn)) < _FLAT * size[:, None], axis=1)
-    _refuse(name, np.flatnonzero(bad), len(cells))
+    _refuse(name, np.flatnonzero(bad), points[cells])
 
 
 def _check_curved(name: str, mesh: Mesh) -> None:
@@ -94,14 +152,15 @@ def _check_curved(name: str, mesh: Mesh) -> None:
     points = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]]) if len(mesh.t) == 4 else np.full((3, 1), 0.5)
     determinant = mesh.mapping().detDF(np.hstack([points, np.full((3, 1), 0.25)]))
     bad = np.any(determinant * np.sign(determinant[:, -1:]) <= 0.0, axis=1)
-    _refuse(name, np.flatnonzero(bad), len(bad))
+    _refuse(name, np.flatnonzero(bad), mesh.p.T[mesh.t.T])
 
 
-def _refuse(name: str, bad: NDArray[np.int64], count: int) -> None:
-    """Say which cells are bad, if any."""
+def _refuse(name: str, bad: Indices, corners: Array) -> None:
+    """Say which cells are bad, if any, and where the first is, from their corners, shape (e, c, 3)."""
     if bad.size:
         raise ValueError(
-            f"{name}: cells must not be flat or inside out; {bad.size} of {count} are, the first is cell {bad[0]}"
+            f"{name}: cells must not be flat or inside out; {bad.size} of {len(corners)} are, the first is cell "
+            f"{bad[0]} about {place(corners[bad[0]])}"
         )
 
 

@@ -108,7 +108,7 @@ def written(table: Mapping[str, Any]) -> str:
     Parameters
     ----------
     table : mapping
-        Strings, numbers, lists of them, tables, and lists of tables; keys whose value is None are left out.
+        Strings, numbers, booleans, lists of them, tables, and lists of tables; keys whose value is None are left out.
 
     Returns
     -------
@@ -140,6 +140,8 @@ def _literal(item: Any) -> str:
     """Return a plain TOML value."""
     if isinstance(item, list | tuple):
         return f"[{', '.join(_literal(entry) for entry in item)}]"
+    if isinstance(item, bool):
+        return str(item).lower()
     if isinstance(item, str):
         return json.dumps(item, ensure_ascii=False).replace("\x7f", "\\u007f")
     return repr(item)

@@ -230,8 +230,9 @@ class Elastomer(BaseModel):
     edge_radius : float or None
         Planar models: radius of the fillets with which the free side faces meet the plates; they are drawn in by half
         of it, bonded widths stay. By default corners are sharp, and singular [m].
-    mesh : str or None
-        File of a mesh of the layer, within those sizes, with the groups `ground`, `target`, `free` (3D models only).
+    mesh, weld : str or None, bool
+        File of a mesh of the layer in those sizes, with the groups `ground`, `target`, `free` (3D models only); whether
+        its duplicated nodes are merged, not refused.
     """
 
     model_config = _FROZEN
@@ -244,11 +245,14 @@ class Elastomer(BaseModel):
     contact: Literal["auto", "always", "never"] = "auto"
     edge_radius: Length | None = None
     mesh: str | None = None
+    weld: bool = False
 
     @model_validator(mode="after")
     def _whole(self) -> Elastomer:
         """Refuse a layer that is neither a box nor a cylinder."""
         _check_sizes(self, ("width", "length") if self.diameter is None else ("diameter",))
+        if self.weld and self.mesh is None:
+            raise SceneError("weld must be false without a mesh; got true")
         return self
 
     @field_serializer("material")

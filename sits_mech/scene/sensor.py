@@ -220,6 +220,8 @@ def _table(sensor: Sensor) -> dict[str, Any]:
         del target["load_height"]
     if target is not None and not target["holes"]:
         del target["holes"]
+    if table.get("elastomer") is not None and not table["elastomer"]["weld"]:
+        del table["elastomer"]["weld"]
     return {key: item for key, item in table.items() if item != ()}
 
 

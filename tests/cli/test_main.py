@@ -157,6 +157,7 @@ def test_doctor_knows_what_is_installed(capsys: Capture) -> None:
     (("pose", "biorob2018", "--model", "blok"), "must be one of auto, planar, linear"),
     (("pose", "biorob2018", "--tolerance", "two"), "tolerance"),
     (("pose", "biorob2018", "--set", "target.wdth=1"), "wdth"),
+    (("pose", "biorob2018", "--weld"), "elastomer: weld must be false without a mesh; got true"),
     (("inductance", "biorob2018"), "--dv"),
     (("inductance", "biorob2018", "--dv", "2 N"), "--dv: must be a length"),
     (("inductance", "biorob2018", "--dv", "2 mm", "--frequency", "-1 Hz"), "frequency"),

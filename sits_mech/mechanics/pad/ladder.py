@@ -69,6 +69,11 @@ def meshes_in_line(sensor: Sensor, tolerance: float) -> Line:
     )  # fmt: skip
 
 
+def layer_family(sensor: Sensor) -> Levels:
+    """Return the first family of meshes, without contact."""
+    return _family(sensor, _KINDS[0], 0.0)
+
+
 def order_of(sensor: Sensor, grading: float) -> float:
     """Return the order with which poses converge on lines of some grading."""
     target, elastomer = layer_parts(sensor)

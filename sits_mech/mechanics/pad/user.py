@@ -14,28 +14,52 @@ ground and target is that of block.py; free faces that touch each other, such as
 
 from __future__ import annotations
 
-from dataclasses import replace
+from functools import cache, lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from skfem import Mesh
 
-from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, solid_mesh
+from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, MixedMesh, solid_mesh
+from sits_mech.mechanics.element.prolongation import Prolongation, prolongation
 from sits_mech.mechanics.pad.lines import outlines
+from sits_mech.mechanics.pad.solid import NumberedMesh, numbered, pad_parts, solid
+from sits_mech.mechanics.rest.body import Bonded
 from sits_mech.mechanics.rest.levels import Levels
-from sits_mech.mechanics.pad.solid import Solid, numbered, pad_parts, solid
-from sits_mech.meshing.bricks import within
-from sits_mech.meshing.store import read_solid
+from sits_mech.meshing.bricks import Outline, within
+from sits_mech.meshing.refinement import Refinement, refined
+from sits_mech.meshing.soundness import pieces, place
+from sits_mech.meshing.store import ReadSolid, read_solid
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor
 
 GROUPS = ("ground", "target", "free")
 """Groups of faces that a pad's mesh must name."""
+_SYMMETRY = "symmetry"  # group that half a pad's mesh must name, too
 
+_ORDER = 1.2  # of errors with even division: edges are singular
+_MOST_BRICKS, _MOST_TETRAHEDRA = 4000, 12000  # cells of a divided mesh
 _SLACK = 1e-3  # by which a mesh may miss the sizes that the scene gives, relative
 
 
-def meshed_pad(sensor: Sensor, guard: float, depth: float = 0.0) -> tuple[Solid, Solid]:
-    """Return a pad on the mesh that its scene names, and its poorer companion.
+class _Sizes(NamedTuple):
+    """What a scene says of a pad: its thickness, its extent and its target's along x and y [m]."""
+
+    thickness: float
+    pad: tuple[float, float]
+    target: tuple[float, float]
+
+
+def meshed_share(sensor: Sensor) -> float:
+    """Return the share of the pad that the mesh of its scene stands for, a half or 1; errors as of `meshed_family`."""
+    return solid(sensor, _level(sensor, 0)[0], 0.0, 0.0).share
+
+
+def meshed_family(sensor: Sensor, guard: float, share: float, depth: float = 0.0) -> Levels:
+    """Return the mesh that a scene names, and the ones that come of it with each cell divided into eight.
+
+    A mesh that is too large for that stands beside itself with constant pressures.
 
     Parameters
     ----------
@@ -43,41 +67,138 @@ def meshed_pad(sensor: Sensor, guard: float, depth: float = 0.0) -> tuple[Solid,
         With ``elastomer.mesh``.
     guard : float
         Part of the bulk modulus that acts pointwise against inversion [shear moduli].
+    share : float
+        Of the worst component's error that every component owns to.
     depth : float
-        Over which the pressure of contact builds up, twice that for the companion; 0 for none [thicknesses].
+        Over which the pressure of contact builds up on the mesh itself; 0 for none [thicknesses].
 
     Raises
     ------
     ValueError
         One line: what the mesh must be, and what came.
     """
+    first = _level(sensor, 0)[0]
+    cells = len(first.mesh.cells)
+    element = TETRAHEDRON if _tetrahedral(first.mesh) else BRICK
+    most = _MOST_TETRAHEDRA if element is TETRAHEDRON else _MOST_BRICKS
+    count = 1 + int(np.log(max(most / cells, 1.0)) / np.log(8.0))
+
+    @cache
+    def made(level: int) -> Bonded:
+        """One of them."""
+        if count == 1:
+            return solid(sensor, _level(sensor, 0, constant=level == 0)[0], guard, depth * (2.0, 1.0)[level]).body
+        return solid(sensor, _level(sensor, level)[0], guard, depth / 4.0**level).body
+
+    @cache
+    def carrier(level: int) -> Prolongation | None:
+        """From the one before."""
+        if count == 1:
+            return None
+        once = refined(_level(sensor, level - 1)[1].mesh, 1)
+        return prolongation(made(level - 1).mesh, made(level).mesh, once, element)
+
+    sizes = tuple(2.0**level for level in range(max(count, 2)))
+    return Levels(sizes, made, carrier, _ORDER if count > 1 else np.inf, share)
+
+
+def _tetrahedral(mesh: MixedMesh) -> bool:
+    """Whether the cells are tetrahedra."""
+    return bool(mesh.cells.shape[1] == len(TETRAHEDRON.doflocs))
+
+
+def _level(sensor: Sensor, times: int, *, constant: bool = False) -> tuple[NumberedMesh, Refinement]:
+    """The mesh of a scene with its cells divided, and where they lie in it; pressures linear or constant."""
     target, elastomer = pad_parts(sensor)
-    name, t = str(elastomer.mesh), elastomer.thickness
-    mesh = read_solid(Path(name), GROUPS).scaled(1.0 / t)
-    element, softened = (TETRAHEDRON, 0.5) if len(mesh.t) == 4 else (BRICK, 0.0)
-    section, basis = solid_mesh(mesh, element)
-    poorer, _ = solid_mesh(mesh, element, constant=True)
-    where = np.zeros((3, len(section.nodes)), dtype=bool)
-    for row, group in enumerate(("ground", "target", "symmetry")):
+    sizes = _Sizes(elastomer.thickness, elastomer.extent, target.extent)
+    return _divided(_file(elastomer), outlines(target, elastomer)[0], sizes, times, constant)
+
+
+@lru_cache(maxsize=8)
+def _divided(
+    file: tuple[Path, bool, int], plate: Outline, sizes: _Sizes, times: int, constant: bool
+) -> tuple[NumberedMesh, Refinement]:
+    """As `_level`; many bodies share one."""
+    t, name = sizes.thickness, str(file[0])
+    refinement = refined(_stamped(*file).mesh.scaled(1.0 / t), times)
+    mesh = refinement.mesh
+    own, basis = solid_mesh(mesh, TETRAHEDRON if len(mesh.t) == 4 else BRICK, constant)
+    where = np.zeros((3, len(own.nodes)), dtype=bool)
+    for row, group in enumerate(("ground", "target", _SYMMETRY)):
         if group in mesh.boundaries:
             where[row, basis.get_dofs(group).all()] = True
-    _check_place(name, section.nodes, where, elastomer)
-    plate, _ = outlines(target, elastomer)
-    bonded = section.nodes[where[1]]
+    _check_place(name, own.nodes, where, sizes)
+    bonded = own.nodes[where[1]]
     if not np.all(within(plate, bonded, _SLACK * max(plate[:2]))):
         reach = 2e3 * t * np.abs(bonded[:, :2]).max(axis=0)
         raise ValueError(
-            f"{name}: the group target must lie under the target, {_sizes(target.extent)}; got {reach[0]:.4g} x "
+            f"{name}: the group target must lie under the target, {_words(sizes.target)}; got {reach[0]:.4g} x "
             f"{reach[1]:.4g} mm"
         )
-    own, other = (numbered(each, where, 1.0, basis, plate, convex=False) for each in (section, poorer))
-    return replace(solid(sensor, own, guard, depth), softened=softened), solid(sensor, other, guard, 2.0 * depth)
+    return numbered(own, where, basis, plate, convex=False), refinement
 
 
-def _check_place(name: str, nodes: Array, where: Array, elastomer: Elastomer) -> None:
+def mesh_notes(sensor: Sensor) -> tuple[str, ...]:
+    """Return what is to be said of the mesh that a scene names, if any: nodes merged, faces in no group."""
+    if sensor.elastomer is None or sensor.elastomer.mesh is None:
+        return ()
+    mesh, merged = _stamped(*_file(sensor.elastomer))
+    name, notes = str(sensor.elastomer.mesh), []
+    if merged:
+        notes.append(f"{name}: {merged} duplicated nodes were merged, as elastomer.weld asks")
+    outer = mesh.boundary_facets()
+    lone = np.setdiff1d(outer, np.concatenate([mesh.boundaries.get(group, []) for group in (*GROUPS, _SYMMETRY)]))
+    if lone.size:
+        first = place(mesh.p.T[mesh.facets[:, int(lone[0])]])
+        notes.append(
+            f"{name}: {lone.size} of {outer.size} faces of the surface are in no group and taken as free, the first "
+            f"about {first}"
+        )
+    return tuple(notes)
+
+
+def _file(elastomer: Elastomer) -> tuple[Path, bool, int]:
+    """Which mesh a pad has: file, whether it is welded, when it was written."""
+    path = Path(str(elastomer.mesh))
+    return path, elastomer.weld, path.stat().st_mtime_ns if path.is_file() else 0
+
+
+@lru_cache(maxsize=4)
+def _stamped(path: Path, weld: bool, stamp: int) -> ReadSolid:
+    """The mesh of a file as it was written at one time."""
+    found = read_solid(path, GROUPS, weld=weld)
+    _check_groups(str(path), found.mesh)
+    return found
+
+
+def _check_groups(name: str, mesh: Mesh) -> None:
+    """Refuse faces in two groups, and pieces of a pad that are not bonded to both ground and target."""
+    known = [group for group in (*GROUPS, _SYMMETRY) if group in mesh.boundaries]
+    for k, group in enumerate(known):
+        for other in known[k + 1 :]:
+            both = np.intersect1d(mesh.boundaries[group], mesh.boundaries[other])
+            if both.size:
+                raise ValueError(
+                    f"{name}: a face must be in one of the groups {', '.join(known)}; {both.size} are in {group} and "
+                    f"{other}, the first about {place(mesh.p.T[mesh.facets[:, both[0]]])}"
+                )
+    inner = mesh.f2t[:, mesh.f2t[1] >= 0]
+    piece = pieces(mesh.t.shape[1], inner)
+    for group in ("ground", "target"):
+        held = np.isin(piece, piece[mesh.f2t[0, mesh.boundaries[group]]])
+        if not held.all():
+            cell, lost = int(np.argmin(held)), np.unique(piece[~held]).size
+            raise ValueError(
+                f"{name}: every piece must be bonded to ground and target; {lost} of {piece.max() + 1} pieces "
+                f"({np.count_nonzero(~held)} of {held.size} cells) have no face in the group {group}, the first about "
+                f"{place(mesh.p.T[mesh.t[:, cell]])}"
+            )
+
+
+def _check_place(name: str, nodes: Array, where: Array, sizes: _Sizes) -> None:
     """Refuse a mesh that is not where the scene's pad is; nodes [thicknesses]."""
     ground, top, middle = where
-    t = elastomer.thickness
+    t = sizes.thickness
     for group, own, level in (("ground", ground, 0.0), ("target", top, 1.0)):
         away = nodes[own, 2] - level
         worst = float(away[np.argmax(np.abs(away))])
@@ -87,19 +208,16 @@ def _check_place(name: str, nodes: Array, where: Array, elastomer: Elastomer) ->
                 f"got a node at {(level + worst) * t:g} m"
             )
     reach = 2.0 * t * np.abs(nodes[:, :2]).max(axis=0)
-    if np.any(reach > (1.0 + _SLACK) * np.array(elastomer.extent)):
+    if np.any(reach > (1.0 + _SLACK) * np.array(sizes.pad)):
         raise ValueError(
-            f"{name}: the pad must lie within the elastomer's {_sizes(elastomer.extent)}; got "
-            f"{_sizes((float(reach[0]), float(reach[1])))}"
+            f"{name}: the pad must lie within the elastomer's {_words(sizes.pad)}; got "
+            f"{_words((float(reach[0]), float(reach[1])))}"
         )
     if np.any(middle) and (np.abs(nodes[middle, 1]).max() > _SLACK or nodes[:, 1].min() < -_SLACK):
         raise ValueError(f"{name}: the group symmetry must lie in the plane y = 0 with the pad at y > 0; it does not")
 
 
-def _sizes(extent: tuple[float, float]) -> str:
+def _words(extent: tuple[float, float]) -> str:
     """Two lengths as one writes them."""
     return f"{1e3 * extent[0]:.4g} x {1e3 * extent[1]:.4g} mm"
 
-
-def meshed_family(sensor: Sensor, guard: float, depth: float = 0.0) -> Levels:
-    raise NotImplementedError

@@ -1,6 +1,6 @@
 """How does a layer solved on a family of meshes become a pose with its error?
 
-What a layer does for its target converges on meshes whose cells are divided into m = 1, 2, 3, ... parts as
+What a layer does for its target converges on meshes with cells divided into m = 1, 2, 3, ... parts as
 
     y_m = y + a m**-p + b m**-2p + ...
 
@@ -69,7 +69,7 @@ class Levels:
     carrier : callable
         Level -> what carries states to it from the level before; None where there is none.
     order : float
-        p.
+        p; infinite where there are two meshes of one fineness, the later one the better.
     share : float
         Of the worst component's error that every component owns to.
     """
@@ -123,8 +123,10 @@ def extrapolated(values: list[Array], sizes: tuple[float, ...], order: float, of
     order : float
         p.
     """
+    if not np.isfinite(order):
+        return Limit(values[-1], np.abs(values[-1] - values[-2]), np.nan)
     m = np.array(sizes[: len(values)])
-    added = [(b - a) / ((n / k) ** order - 1.0) for a, b, k, n in zip(values[:-1], values[1:], m[:-1], m[1:], strict=True)]
+    added = [(b - a) / (ratio**order - 1.0) for a, b, ratio in zip(values[:-1], values[1:], m[1:] / m[:-1], strict=True)]
     ends = [y + more for y, more in zip(values[1:], added, strict=True)]
     if len(values) == 2:
         return Limit(ends[-1], np.abs(added[-1]), np.nan)
@@ -143,11 +145,12 @@ def shown_order(first: float, second: float, sizes: Array) -> float:
     return float(np.interp(first / max(second, 1e-300), (a - b) / (b - c), orders))
 
 
-def prolonged(levels: Levels, level: int, state: State) -> State | None:
+def prolonged(levels: Levels, level: int, state: State, safe: Array | None = None) -> State | None:
     """Return a state on the next level, to go on from; None where there is no way there.
 
-    Where cells turn inside out between the points that the coarser mesh looks at, their nodes are drawn towards where
-    they would be if every column of the layer followed the target evenly, ``u = z (c + (R - 1) X)``.
+    Where cells turn inside out between the points that the coarser mesh looks at, their nodes are drawn towards `safe`
+    displacements of the finer one, and where these do not help towards an even layer, every column of which follows the
+    target above it, ``u = z (c + (R - 1) X)``.
     """
     way, body = levels.carrier(level), levels.maker(level)
     if way is None:
@@ -155,15 +158,25 @@ def prolonged(levels: Levels, level: int, state: State) -> State | None:
     axes = list(body.mesh.axes)
     places = np.zeros((len(body.mesh.nodes), 3))
     places[:, axes] = body.mesh.nodes
-    even = places[:, 2:] * bonded_displacement(places * (1.0, 1.0, 0.0), state.q)
-    u, even = np.asarray(way.displacements(state.u)), even[:, axes].ravel()
-    u[body.bonded] = bonded_displacement(body.X, state.q)[:, axes]
+    even = (places[:, 2:] * bonded_displacement(places * (1.0, 1.0, 0.0), state.q))[:, axes].ravel()
+    u = np.asarray(way.displacements(state.u))
+    bonded = bonded_displacement(body.X, state.q)[:, axes]
+    for near in (even,) if safe is None else (safe, even):
+        u[body.bonded] = near[body.bonded] = bonded
+        found = _drawn(body, u, near)
+        if found is not None:
+            return State(found[0], state.q, way.pressures(state.p), state.load, min_J=found[1])
+    return None
+
+
+def _drawn(body: Bonded, u: Array, near: Array) -> tuple[Array, float] | None:
+    """Displacements, drawn to others where cells turn inside out, and their smallest J; None if that is no help."""
     share = np.zeros(len(body.mesh.nodes))
     for _ in range(_BLENDS):
-        blend = u + np.repeat(share, len(axes)) * (even - u)
+        blend = u + np.repeat(share, len(body.mesh.axes)) * (near - u)
         J = deformation(body.mesh, blend)[1].min(axis=1)
         if J.min() > _LEAST_J:
-            return State(blend, state.q, way.pressures(state.p), state.load, min_J=float(J.min()))
+            return blend, float(J.min())
         touched = np.unique(body.mesh.cells[_LEAST_J >= J])
         share[touched] = np.minimum(share[touched] + 0.25, 1.0)
     return None
@@ -190,13 +203,15 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array]) 
     aim : ndarray and ndarray
         Which places are held, and what is given.
     """
-    (before, state), (held, goal) = states, aim
+    (before, state), (held, goal), safe = states, aim, states[0].u
     for level in range(2, len(levels.sizes)):
-        body = levels.maker(level)
-        if levels.carrier(level) is None:
+        body, way = levels.maker(level), levels.carrier(level)
+        if way is None:
             found = _from_rest(body, held, goal)
         else:
-            start = prolonged(levels, level, state)
+            for each in [levels.carrier(1), way] if level == 2 else [way]:
+                safe = safe if each is None else np.asarray(each.displacements(safe))
+            start = prolonged(levels, level, state, safe)
             enough = _ENOUGH * body.length(state.q - before.q)
             found = None if start is None else approached(body, start, goal, held, enough)
         if found is None:

@@ -256,7 +256,8 @@ def _answer(
     k, (held, goal) = body.components, aim(body, scales, control)
     lever = levers(body, t)[:k]
     weight = lever / t * scales.lengths[:k]  # of q in thicknesses at the target's end, 1 over that of a load
-    size = [max(float(np.max(np.abs(own), initial=0.0)), 1e-300) for own in ((fine.q * weight)[~held], (fine.load / weight)[held])]
+    moved, holding = (fine.q * weight)[~held], (fine.load / weight)[held]
+    size = [max(float(np.max(np.abs(own), initial=0.0)), 1e-300) for own in (moved, holding)]
     unit = np.where(held, size[1] * weight, size[0] / weight)
 
     def shown(q: Array, load: Array) -> Array:

@@ -53,7 +53,7 @@ def test_what_no_two_points_can_have_met_in_is_known(bar):
 @pytest.mark.parametrize(("moved", "crossing"), [(0.4, False), (0.6, True)])
 def test_walls_of_a_slot_that_pass_each_other(moved, crossing):
     """Half a pad of 20 x 20 x 2 mm; the slot in its middle is 1 mm wide, and each wall goes `moved` mm."""
-    mesh = read_solid(SLOTTED, ("ground", "target", "free")).scaled(1e3)
+    mesh = read_solid(SLOTTED, ("ground", "target", "free")).mesh.scaled(1e3)
     section, basis = solid_mesh(mesh, TETRAHEDRON)
     faces = skin(basis, mesh.boundaries["free"])
     x, _, z = section.nodes.T

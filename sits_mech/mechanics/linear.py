@@ -1,0 +1,145 @@
+"""From wrench to pose at small strain: one compliance of a layer in plane strain, or of a pad in space (`linear`).
+
+About the undeformed state the target moves by ``q = C f``, f its forces and moment about the bonded face. C is that of
+the meshes of a family (rest/levels.py), extrapolated; what the load does to its own geometry is left out. The second
+step of Newton's method from rest, on the coarsest mesh, tells how much that is: it is part of the error. A pad that is
+its own mirror image in y = 0 is meshed by half.
+
+Range: loads in the plane y = 0 that move the target by a few percent of the thickness; no contact.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sits_mech.mechanics.block import pad_family
+from sits_mech.mechanics.closed_form import finite_strain_model
+from sits_mech.mechanics.pad.edges import Edges, edge_effect, edge_notes
+from sits_mech.mechanics.pad.ladder import layer_family
+from sits_mech.mechanics.pad.section import layer_parts, layer_scales
+from sits_mech.mechanics.pad.solid import pad_scales
+from sits_mech.mechanics.rest.body import rest
+from sits_mech.mechanics.rest.levels import FEWEST, Levels, Limit, extrapolated
+from sits_mech.mechanics.rest.newton import compliance, correction
+from sits_mech.mechanics.rest.pairs import Scales, errors_of, levers, relative
+from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench, refuse_beside
+from sits_mech.scene.sensor import Sensor
+from sits_mech.threads import one_thread
+from sits_mech.units import checked_tolerance
+
+
+@dataclass(frozen=True)
+class SmallStrain:
+    """A layer or a pad at small strain; made by `linear_layer`, `linear_pad` or `small_strain`.
+
+    Attributes
+    ----------
+    sensor : Sensor
+    levels : Levels
+        The meshes.
+    scales : Scales
+    compliances : tuple of ndarray, shape (3, 3)
+        d(d_h, d_z, alpha) / d(F_x, F_z downwards, moment about the bonded face), scaled; level by level.
+    edges : Edges or None
+        What fillets do in plane strain.
+    """
+
+    sensor: Sensor
+    levels: Levels
+    scales: Scales
+    compliances: tuple[Array, ...]
+    edges: Edges | None = None
+
+    @one_thread
+    def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
+        """Return the pose under `wrench` by linear elasticity; `start` plays no part.
+
+        The error is that of the mesh and the first Newton correction towards finite strain.
+
+        Raises
+        ------
+        SolveFailed
+            Where that error is as large as the displacement: the load is none for a linear layer.
+        """
+        began = time.perf_counter()
+        if not np.all(np.isfinite(wrench.components)):
+            raise ValueError(f"wrench: must be finite numbers, got {wrench}")
+        refuse_beside("linear", wrench, "block")
+        scales, body = self.scales, self.levels.coarse
+        load = scales.load(wrench)[:3]
+        force = np.array([load[0], -load[1], load[2] + body.height * load[0]])
+        lengths, lever = scales.lengths[:3], levers(body, scales.thickness)[:3]
+        limit = self.limit([C @ force * lengths * lever for C in self.compliances])
+        away, min_J = correction(body, load)
+        error = errors_of(limit.error / lever + np.abs(away) * lengths, lever, self.levels.share)
+        q = limit.value / lever / lengths
+        report = SolveReport(
+            "linear", len(self.levels.maker(len(self.compliances) - 1).free) + 3, 1, 0.0, relative(error, q * lengths, lever),
+            time.perf_counter() - began, notes=self._notes(load), min_J=min_J,
+        )
+        if not report.estimated_error < 1.0:
+            report = replace(report, status="strains too large")
+            ask = f"ask for {finite_strain_model(self.sensor)}"
+            raise SolveFailed(f"wrench: strains are too large for one compliance, got {wrench}: {ask}", report)
+        return Equilibrium(wrench, scales.pose(q), Pose.of(error), q, report)
+
+    def limit(self, values: list[Array]) -> Limit:
+        """Return what values of the levels, of one shape, tend to."""
+        return extrapolated(values, self.levels.sizes, self.levels.order)
+
+    @property
+    def stiffness(self) -> tuple[Array, float]:
+        """Return the stiffness of the whole pad, or of the layer's length, and its relative error.
+
+        Of d_h, d_v and alpha against F_x, an upward force and a moment about the bonded face's centre [N/m, N, N/rad, N
+        m/rad]; of the error the worst on the diagonal.
+        """
+        found = self.limit([C.ravel() for C in self.compliances])
+        best, error = found.value.reshape(3, 3), found.error.reshape(3, 3)
+        unit = np.outer(self.scales.loads[:3], 1.0 / self.scales.lengths[:3])
+        return np.linalg.inv(best) * unit, float(np.max(np.diag(error) / np.diag(best)))
+
+    def _notes(self, load: Array) -> tuple[str, ...]:
+        """What the fillets do under a scaled load."""
+        return () if self.edges is None else edge_notes(self.edges, load, self.scales.thickness)
+
+
+@one_thread
+def linear_layer(sensor: Sensor, tolerance: float = 1e-2) -> SmallStrain:
+    """Return the small-strain model of a sensor's layer in plane strain; arguments and errors as of `planar_layer`."""
+    layer_parts(sensor)
+    return _compliant(sensor, layer_family(sensor), layer_scales(sensor), tolerance, edge_effect(sensor))
+
+
+@one_thread
+def linear_pad(sensor: Sensor, tolerance: float = 1e-2) -> SmallStrain:
+    """Return the small-strain model of a sensor's pad in space; arguments and errors as of `block_pad`."""
+    levels, share = pad_family(sensor)
+    return _compliant(sensor, levels, pad_scales(sensor, share), tolerance)
+
+
+def small_strain(sensor: Sensor, tolerance: float = 1e-2) -> SmallStrain:
+    """Return the small-strain model in space of a pad that plane strain does not stand for, or that in plane strain."""
+    target, elastomer = layer_parts(sensor)
+    finite = target.shape != "outline" and (elastomer.mesh is not None or finite_strain_model(sensor) == "block")
+    return (linear_pad if finite else linear_layer)(sensor, tolerance)
+
+
+def _compliant(
+    sensor: Sensor, levels: Levels, scales: Scales, tolerance: float, edges: Edges | None = None
+) -> SmallStrain:
+    """The model with as many levels as the tolerance asks for, three at least where there are three."""
+    asked, found = checked_tolerance(tolerance), list[Array]()
+    for level in range(len(levels.sizes)):
+        body = levels.maker(level)
+        found.append(compliance(body, rest(body), np.zeros(body.components))[:3, :3])
+        if len(found) < min(FEWEST, len(levels.sizes)):
+            continue
+        limit = extrapolated([C.ravel() for C in found], levels.sizes, levels.order)
+        own = np.diag(limit.error.reshape(3, 3)) / np.diag(limit.value.reshape(3, 3))
+        if float(own.max()) <= asked:
+            break
+    return SmallStrain(sensor, levels, scales, tuple(found), edges)
