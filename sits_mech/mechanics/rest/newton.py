@@ -72,7 +72,8 @@ _AGAIN = 0.1  # share of the residual that a step with an older factor must leav
 _SHORTEN = 0.5
 _PATIENCE = 8  # iterations after which the residual must lie below its first value
 _CHORD = 0.3  # a step that is shorter than this share of the one before is followed by one with the same factor
-_MOST_CORRECTIONS = 8  # steps
+_MOST_CORRECTIONS = 6  # steps
+_WHOLE, _WILD = 0.2, 3.0  # a part of a step, and times the first one, at which corrections have come to a corner's fold
 _LINEAR = 0.3  # of a step that no other could follow, what it may be off by
 _MIN_J_KEPT = 0.2  # a step may not shrink the smallest volume ratio below this fraction of its value
 
@@ -228,7 +229,7 @@ def approached(body: Bonded, start: State, goal: Array, held: Held, enough: floa
         if place is None or (stepped is not None and stepped[1] == 1.0 and gone[-1] < gone[-2]):
             off = _LINEAR * gone[-1] if place is None else gone[-1] * min(1.0, gone[-1] / gone[-2])
             place = Approach(None, moved(here.q, way[1]), here.load + way[2], off, here.iterations + 1)
-        if stepped is None:
+        if stepped is None or stepped[1] < _WHOLE or gone[-1] > _WILD * gone[1]:
             break
         here = replace(stepped[0], iterations=here.iterations + 1)
         if stepped[1] == 1.0 and len(gone) > 2 and place.off <= enough:
