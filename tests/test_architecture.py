@@ -84,10 +84,10 @@ UNMIRRORED = {
         "tests/mechanics/test_block.py: the pads on these meshes converge",
     ),
     **dict.fromkeys(
-        (f"mechanics/rest/{name}.py" for name in ("body", "newton", "pairs", "path")),
+        (f"mechanics/rest/{name}.py" for name in ("body", "newton", "linearisation", "path")),
         "tests/mechanics/test_layer.py: every rest is found by them",
     ),
-    "mechanics/rest/retry.py": "tests/mechanics/test_block_whole.py: loads that need another mesh, or contact",
+    "mechanics/levels/retry.py": "tests/mechanics/test_block_whole.py: loads that need another mesh, or contact",
     "meshing/store.py": "tests/mechanics/pad/test_user.py: meshes read and refused",
     "readout/front_end.py": "tests/readout/test_converter.py: settings of the converter",
     "report/page/parts.py": "tests/report/page/test_html.py: the page's sections",

@@ -7,7 +7,7 @@ sideways, too. F_y, M_x or M_z take the whole pad, the same cells and their mirr
 (pad), element/target.py (rigid target), rest/ (solution). Pose: ``d_v = standoff + t - sink``.
 
 Meshes: pad/solid.py, graded towards the bonded corners. Where such a mesh does not carry a load at once, a milder one
-is tried, and at last one with a guard on J, in steps as small as it needs (rest/retry.py).
+is tried, and at last one with a guard on J, in steps as small as it needs (levels/retry.py).
 
 Error. Every pose is solved on two meshes of graded cells and extrapolated from both, as if the error went with the
 square of the size of the cells; what that adds to the finer mesh's pose is called its error, that of order 1.5 with
@@ -37,6 +37,9 @@ from scipy.spatial import cKDTree
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import BRICK, Indices, MixedMesh
 from sits_mech.mechanics.element.prolongation import Prolongation, along_family
+from sits_mech.mechanics.levels.answer import Solved, load_words, starts
+from sits_mech.mechanics.levels.family import Levels
+from sits_mech.mechanics.levels.retry import Line, settled
 from sits_mech.mechanics.pad.lines import flush, outlines
 from sits_mech.mechanics.pad.solid import (
     EXPONENTS,
@@ -52,9 +55,6 @@ from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
 from sits_mech.mechanics.rest.body import Bonded, packed
 from sits_mech.mechanics.rest.control import Control, under
 from sits_mech.mechanics.rest.failure import ended
-from sits_mech.mechanics.rest.levels import Levels
-from sits_mech.mechanics.rest.pairs import Solved, load_words, starts
-from sits_mech.mechanics.rest.retry import Line, settled
 from sits_mech.quantities import Array, Equilibrium, Wrench
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread

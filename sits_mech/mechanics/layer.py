@@ -7,12 +7,12 @@ Pose: ``d_v = standoff + t - sink``. Any mix of forces and places of the target 
 
 Meshes. Several pairs stand in line, each tougher and a little less accurate than the one before (pad/ladder.py). The
 first that gets there, J positive at every quadrature point and node, with an error near the tolerance gives the answer,
-or else the one with the smallest error. The error is that between the two meshes of a pair (rest/pairs.py).
+or else the one with the smallest error. The error is that between the two meshes of a pair (levels/answer.py).
 
 Contact of the free faces with the ground and the target (scene key `elastomer.contact`) is "never" solved, "always",
 or, "auto", where it matters: a load whose free faces fold onto the ground or the target is solved again with contact,
 and where that moves the target by more than 1 % of its displacement, or the layer could not be followed without, it
-is the answer; otherwise its effect is part of the error (rest/retry.py). The notes say which.
+is the answer; otherwise its effect is part of the error (levels/retry.py). The notes say which.
 
 Range: plane strain (the true pad is softer by its ends). Neglected: viscosity, gravity, friction.
 """
@@ -26,13 +26,13 @@ import numpy as np
 
 from sits_mech.mechanics.element.kernel import deformation, element_forces
 from sits_mech.mechanics.element.mesh import Indices
+from sits_mech.mechanics.levels.retry import Line, settled
 from sits_mech.mechanics.pad.edges import Edges, edge_effect, edge_notes
 from sits_mech.mechanics.pad.ladder import meshes_in_line
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.mechanics.rest.body import unpacked
 from sits_mech.mechanics.rest.control import Control, under
 from sits_mech.mechanics.rest.failure import ended
-from sits_mech.mechanics.rest.retry import Line, settled
 from sits_mech.quantities import Array, Equilibrium, Wrench, refuse_beside
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread

@@ -1,7 +1,7 @@
 """From wrench to pose at small strain: one compliance of a layer in plane strain, or of a pad in space (`linear`).
 
 About the undeformed state the target moves by ``q = C f``, f its forces and moment about the bonded face. C is that of
-the meshes of a family (rest/levels.py), extrapolated; what the load does to its own geometry is left out. The second
+the meshes of a family (levels/family.py), extrapolated; what the load does to its own geometry is left out. The second
 step of Newton's method from rest, on the coarsest mesh, tells how much that is: it is part of the error. A pad that is
 its own mirror image in y = 0 is meshed by half.
 
@@ -17,14 +17,14 @@ import numpy as np
 
 from sits_mech.mechanics.block import pad_family
 from sits_mech.mechanics.closed_form import finite_strain_model
+from sits_mech.mechanics.levels.answer import Scales, errors_of, levers, relative
+from sits_mech.mechanics.levels.family import FEWEST, Levels, Limit, extrapolated
 from sits_mech.mechanics.pad.edges import Edges, edge_effect, edge_notes
 from sits_mech.mechanics.pad.ladder import layer_family
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.mechanics.pad.solid import pad_scales
 from sits_mech.mechanics.rest.body import rest
-from sits_mech.mechanics.rest.levels import FEWEST, Levels, Limit, extrapolated
 from sits_mech.mechanics.rest.newton import compliance, correction
-from sits_mech.mechanics.rest.pairs import Scales, errors_of, levers, relative
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench, refuse_beside
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread

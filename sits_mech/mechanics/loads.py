@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from sits_mech.cases import DONE, Progress, Row, attempt, case_path, finish, read_case
-from sits_mech.mechanics.rest.pairs import load_words
+from sits_mech.mechanics.levels.answer import load_words
 from sits_mech.mechanics.symmetry import Symmetry, image_of
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor, scene_hash

@@ -1,6 +1,6 @@
 """Which meshes has the planar layer, and in which order are they tried?
 
-A family of meshes (rest/levels.py) has cells at the singular corners that are split into triangles (fan.py), which
+A family of meshes (levels/family.py) has cells at the singular corners that are split into triangles (fan.py), which
 follow a corner that opens at finite strain, and lines graded towards it. Where the first family does not get to a load,
 tougher and less accurate ones stand in line: mildly graded; with a guard on J; even, with a stronger guard.
 
@@ -16,10 +16,10 @@ from __future__ import annotations
 from functools import cache, partial
 from typing import NamedTuple
 
+from sits_mech.mechanics.levels.family import Levels
+from sits_mech.mechanics.levels.retry import Line
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_parts, layer_scales
 from sits_mech.mechanics.rest.body import Bonded
-from sits_mech.mechanics.rest.levels import Levels
-from sits_mech.mechanics.rest.retry import Line
 from sits_mech.scene.sensor import Sensor
 from sits_mech.units import checked_tolerance
 

@@ -23,9 +23,9 @@ from sits_mech.mechanics.element.mesh import Indices, MixedMesh, section_mesh
 from sits_mech.mechanics.faces.contact import Plane, contacts
 from sits_mech.mechanics.faces.face_contact import Faces
 from sits_mech.mechanics.faces.surface import Surface, edges
+from sits_mech.mechanics.levels.answer import Scales
 from sits_mech.mechanics.pad.fillet import Fillet, checked, drawn_in, fillet_lines
 from sits_mech.mechanics.rest.body import Bonded, border
-from sits_mech.mechanics.rest.pairs import Scales
 from sits_mech.meshing.bricks import Outline
 from sits_mech.meshing.structured import graded_lines, matched_cells
 from sits_mech.quantities import Array

@@ -30,10 +30,10 @@ from sits_mech.mechanics.faces.contact import Plane, contacts
 from sits_mech.mechanics.faces.face_contact import Faces
 from sits_mech.mechanics.faces.self_contact import skin
 from sits_mech.mechanics.faces.surface import Surface, facets_of
+from sits_mech.mechanics.levels.answer import Scales
 from sits_mech.mechanics.pad.lines import box_lines, flush, lines_through, outlines, ring_lines
 from sits_mech.mechanics.pad.section import layer_parts
 from sits_mech.mechanics.rest.body import Bonded, State, border
-from sits_mech.mechanics.rest.pairs import Scales
 from sits_mech.meshing.bricks import Division, Outline, box_bricks, ring_bricks, within
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor, Target

@@ -13,7 +13,7 @@ from sits_mech.mechanics.pad.solid import bonded_block, pair_of
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.control import under
 from sits_mech.mechanics.rest.path import follow
-from sits_mech.mechanics.rest.retry import settled
+from sits_mech.mechanics.levels.retry import settled
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import Elastomer, Target, load_sensor
 

@@ -15,9 +15,9 @@ import numpy as np
 
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.faces.face_contact import face_notes
+from sits_mech.mechanics.levels.family import FEWEST, Levels, extrapolated, finer, next_at_rest
 from sits_mech.mechanics.rest.body import Bonded, State, packed, rest, unpacked
 from sits_mech.mechanics.rest.control import Control
-from sits_mech.mechanics.rest.levels import FEWEST, Levels, extrapolated, finer, next_at_rest
 from sits_mech.mechanics.rest.limit import Outcome, carried
 from sits_mech.mechanics.rest.newton import Held
 from sits_mech.mechanics.rest.path import follow

@@ -20,12 +20,12 @@ import numpy as np
 
 from sits_mech.mechanics.faces.contact import softened
 from sits_mech.mechanics.faces.face_contact import LEFT_OUT, face_contact
+from sits_mech.mechanics.levels.answer import Scales, Solved, aim, first_look, levers, solve_levels, starts
+from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.rest.body import packed, unpacked
 from sits_mech.mechanics.rest.control import Control
-from sits_mech.mechanics.rest.levels import Levels
 from sits_mech.mechanics.rest.limit import Outcome
 from sits_mech.mechanics.rest.newton import newton
-from sits_mech.mechanics.rest.pairs import Scales, Solved, aim, first_look, levers, solve_levels, starts
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.quantities import Array, Equilibrium, Pose
 from sits_mech.scene.sensor import Sensor

@@ -1,0 +1,230 @@
+"""What is a layer's linearisation about a state, and which step does it take? Newton's equations, solved once.
+
+The unknowns are the free nodal displacements and the components of the target's motion q that the body frees. With
+T = d u_bonded/dq the gradient and tangent of the total potential (body.py) are
+
+    g = (f_free, T^T f_bonded + f_q - work of the load),      A = (K, C; C^T, D + turning),
+
+K, C, D from element/assembly.py, loads and turning from target.py. The pressure p of the geometric stiffness is an
+unknown of its own, eliminated in the element: each step moves it with the linearised volume, ``p <- K pi(J - 1 + H :
+dF)``, which is Newton's method on the mixed problem. (With p taken from the current volume, K (J - 1), it would be
+Newton on a stiff penalty energy, and creep.)
+
+Mixed control: of each pair F_x, d_h; F_z, d_z; M, alpha; ... one is given, and along a path it goes with the part t of
+the path. With S, the stiffness that is left when all but q is eliminated, a step (dq, dF, dt) is that of
+
+    S dq - (work of dF) = what is left of the forces on q,
+    dq_i = slope_i dt + gap_i   of a place that is given,      dF_i = slope_i dt   of a force,
+    dt = 0    or, where t is found,    normal . dq = what is left of the way to a plane across the path (`Arc`),
+
+so that turning points of the load are nothing special. A step that would turn a quadrature point inside out is
+shortened.
+
+Source: R. de Borst et al., Non-linear Finite Element Analysis of Solids and Structures (2012), chapter 4, for mixed
+control; E. Riks, Int. J. Solids Struct. 15 (1979) 529, for the plane across the path.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sits_mech.mechanics.element.assembly import Pattern, Stiffness, Term
+from sits_mech.mechanics.element.kernel import (
+    deformation,
+    element_forces,
+    element_stiffness,
+    gradients,
+    kinematics,
+    volumes,
+)
+from sits_mech.mechanics.element.mesh import Indices
+from sits_mech.mechanics.element.target import (
+    between,
+    bonded_displacement,
+    bonded_tangent,
+    moved,
+    turning,
+    work_of_load,
+)
+from sits_mech.mechanics.rest.body import Bonded, State, smallest_volume
+from sits_mech.quantities import Array
+
+Held = NDArray[np.bool_]
+
+_SHORTEN = 0.5
+_MIN_J_KEPT = 0.2  # a step may not shrink the smallest volume ratio below this fraction of its value
+
+
+class Arc(NamedTuple):
+    """A plane across a path: ``normal . (q - origin) = ahead``; `slope` is what is given, by the part of the path.
+
+    All of shape (k,), scaled.
+    """
+
+    origin: Array
+    normal: Array
+    ahead: float
+    slope: Array
+
+
+class Aim(NamedTuple):
+    """What a step aims at: which places are held, what is left of the way to them, the arc and what is left to it."""
+
+    held: Held
+    gap: Array
+    arc: Arc | None = None
+    ahead: float = 0.0
+
+
+class Gradient(NamedTuple):
+    """Forces on displacements and q, what they leave on the free displacements and on q, energy, terms of the parts."""
+
+    forces: Array
+    free: Array
+    target: Array
+    energy: float
+    terms: list[Term]
+
+
+class _Linear(NamedTuple):
+    """What a linearisation is made of: numbers and values of the stiffnesses, the border by (dc, dw), turning."""
+
+    numbers: tuple[Indices, ...]
+    values: Stiffness
+    T: Array
+    turning: Array
+
+
+class Factor(NamedTuple):
+    """A factored linearisation: solver of the free displacements, these by q, the side C, the stiffness on q.
+
+    Then what was left on the free displacements, and the step that takes it away while q stays; what it was made of.
+    """
+
+    solve: Callable[[Array], Array]
+    by_q: Array
+    side: Array
+    stiffness: Array
+    left: Array
+    step: Array
+    made: _Linear
+
+
+def aim_of(here: State, goal: Array, held: Held, arc: Arc | None) -> Aim:
+    """What is left of the way to the places that are held, and to the plane of an arc."""
+    gap = np.where(held, between(here.q, np.where(held, goal, here.q)), 0.0)
+    if arc is None:
+        return Aim(held, gap)
+    return Aim(held, gap, arc, arc.ahead - float(arc.normal @ between(arc.origin, here.q)))
+
+
+def gradient(body: Bonded, here: State) -> Gradient:
+    """Forces of a layer with its parts, and what is left of them."""
+    found = element_forces(body.mesh, body.law, body.K, here.u)
+    terms = [part(here.u, here.q) for part in body.parts]
+    forces = np.concatenate([found.forces, np.zeros(6)]) + sum(term.forces for term in terms)
+    pattern, k = body.pattern, body.components
+    on_target = _border_by_q(body, here.q)[:, :k].T @ forces[pattern.border]
+    on_target = on_target - work_of_load(here.load, body.height, here.q)[:k]
+    energy = found.energy + sum(term.energy for term in terms)
+    return Gradient(forces, forces[pattern.free], on_target, energy, terms)
+
+
+def factored(body: Bonded, here: State, found: Gradient) -> Factor | None:
+    """Linearise about a state and eliminate the free displacements; None if singular."""
+    stiffness = element_stiffness(body.mesh, body.law, body.K, here.u, here.p)
+    values = (stiffness, *(term.stiffness for term in found.terms))
+    on_bonded = np.zeros((len(body.bonded), 3))
+    on_bonded[:, list(body.mesh.axes)] = found.forces[body.bonded]
+    T, extra = _border_by_q(body, here.q), turning(on_bonded, body.X, here.load, body.height, here.q)
+    numbers = (body.mesh.dofs, *(term.numbers for term in found.terms))
+    made = _Linear(numbers, values, T, extra)
+    return _eliminated(body.pattern, made, slice(0, body.components), found.free)
+
+
+def hidden_stiffness(body: Bonded, made: _Linear) -> Array | None:
+    """Stiffness on what a symmetry hides, displacements odd in y and the other three components of the motion."""
+    if body.hidden is None:
+        return None
+    pattern = body.hidden()
+    found = _eliminated(pattern, made, slice(3, 6), np.zeros(len(pattern.free)))
+    return np.full((3, 3), np.nan) if found is None else found.stiffness
+
+
+def way_of(
+    body: Bonded, here: State, found: Gradient, factor: Factor, aim: Aim
+) -> tuple[Array, Array, Array, float] | None:
+    """Newton's step of the free displacements, of q, of the forces on the target, of the part of the path."""
+    k = body.components
+    slope, across = (np.zeros(k), np.zeros(k)) if aim.arc is None else (aim.arc.slope, aim.arc.normal)
+    dx = factor.step if found.free is factor.left else factor.solve(-found.free)
+    matrix = bordered(body, here.q, factor.stiffness, aim.held, (slope, across))
+    try:
+        step = np.linalg.solve(matrix, [*-(found.target + factor.side.T @ dx), *aim.gap, aim.ahead])
+    except np.linalg.LinAlgError:
+        return None
+    if not (np.all(np.isfinite(dx)) and np.all(np.isfinite(step))):
+        return None
+    further = float(step[-1])
+    dq = np.where(aim.held, aim.gap + slope * further, step[:k])
+    return dx + factor.by_q @ dq, dq, np.where(aim.held, step[k:-1], slope * further), further
+
+
+def stepped(
+    body: Bonded, here: State, factor: Factor, way: tuple[Array, Array, Array, float]
+) -> tuple[State, float] | None:
+    """State after the longest part of Newton's step that keeps every point well above inversion, and that part."""
+    dx, dq, forces, _ = way
+    mesh, axes = body.mesh, list(body.mesh.axes)
+    linear = np.zeros_like(here.u)
+    linear[body.pattern.free] = dx
+    linear[body.bonded.ravel()] = factor.made.T[: body.bonded.size, : body.components] @ dq
+    F, J = deformation(mesh, here.u)
+    volume = J - 1.0 + (kinematics(F).H * gradients(mesh, linear)).sum(axis=-1)
+    p_full, part = body.K * volumes(mesh, volume), 1.0
+    while part > 1e-3:
+        u, q = here.u + part * linear, moved(here.q, part * dq)
+        u[body.bonded] = bonded_displacement(body.X, q)[:, axes]
+        min_J = smallest_volume(body, u, everywhere=False)
+        if min_J > _MIN_J_KEPT * min(here.min_J, 1.0):
+            p = here.p + part * (p_full - here.p)
+            return replace(here, u=u, q=q, p=p, min_J=min_J, load=here.load + part * forces), part
+        part *= _SHORTEN
+    return None
+
+
+def bordered(body: Bonded, q: Array, stiffness: Array, held: Held, path: tuple[Array, Array]) -> Array:
+    """Equations of a step (dq, dF, dt) along a path given by slope and normal; dt is given where that is zero."""
+    k, (slope, across) = body.components, path
+    matrix = np.zeros((2 * k + 1, 2 * k + 1))
+    matrix[:k, :k] = stiffness
+    matrix[:k, k:-1] = -np.stack([work_of_load(unit, body.height, q)[:k] for unit in np.eye(k)], axis=1)
+    matrix[k:-1, :k], matrix[k:-1, k:-1] = np.diag(1.0 * held), np.diag(1.0 * ~held)
+    matrix[k:-1, -1] = -slope
+    matrix[-1, :k], matrix[-1, -1] = across, 1.0 * (not across.any())
+    return matrix
+
+
+def _border_by_q(body: Bonded, q: Array) -> Array:
+    """How the border, bonded displacements and q, goes with (dc, dw), shape (b, 6)."""
+    T = bonded_tangent(body.X, q)[:, list(body.mesh.axes)]
+    return np.concatenate([T.reshape(-1, 6), np.eye(6)])
+
+
+def _eliminated(pattern: Pattern, made: _Linear, freed: slice, left: Array) -> Factor | None:
+    """Eliminate the free displacements, and what is left on them, from the freed components of (dc, dw)."""
+    pattern = pattern.following(made.numbers)
+    solve = pattern.factored(made.values)
+    if solve is None:
+        return None
+    C, D = pattern.sides(made.values, made.T[:, freed])
+    found = solve(-np.column_stack([C, left]))
+    by_q, step = found[:, :-1], found[:, -1]
+    if not np.all(np.isfinite(by_q)):
+        return None
+    return Factor(solve, by_q, C, D + made.turning[freed, freed] + C.T @ by_q, left, step, made)
