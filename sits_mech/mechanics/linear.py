@@ -76,9 +76,10 @@ class SmallStrain:
         away, min_J = correction(body, load)
         error = errors_of(limit.error / lever + np.abs(away) * lengths, lever, self.levels.share)
         q = limit.value / lever / lengths
+        unknowns = len(self.levels.maker(len(self.compliances) - 1).free) + 3
+        off = relative(error, q * lengths, lever)
         report = SolveReport(
-            "linear", len(self.levels.maker(len(self.compliances) - 1).free) + 3, 1, 0.0, relative(error, q * lengths, lever),
-            time.perf_counter() - began, notes=self._notes(load), min_J=min_J,
+            "linear", unknowns, 1, 0.0, off, time.perf_counter() - began, notes=self._notes(load), min_J=min_J
         )
         if not report.estimated_error < 1.0:
             report = replace(report, status="strains too large")

@@ -19,7 +19,7 @@ from sits_mech.mechanics.levels.family import FEWEST, Levels, extrapolated, fine
 from sits_mech.mechanics.rest.body import Bonded, State, packed, rest, unpacked
 from sits_mech.mechanics.rest.control import Control
 from sits_mech.mechanics.rest.limit import Outcome, carried
-from sits_mech.mechanics.rest.newton import Held
+from sits_mech.mechanics.rest.linearisation import Held
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.mechanics.rest.verdict import Way
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport, Wrench
@@ -272,7 +272,7 @@ def _answer(
             break
         values, spent = [*values, shown(there.q, there.load)], spent + there.iterations
         limit = extrapolated(values, levels.sizes, levels.order, there.off / size[0])
-        best = limit if len(values) == FEWEST or np.max(limit.error) < np.max(best.error) else best
+        best = limit if np.max(limit.error) < np.max(best.error) else best
     error = np.where(held, 0.0, errors_of(best.error, np.ones(k), levels.share)) * unit * scales.lengths[:k]
     q, load = np.where(held, fine.q, best.value * unit), np.where(held, best.value * unit, fine.load)
     off = float(np.max(best.error)) / max(float(np.max(np.abs(best.value))), 1e-300) if np.any(best.value) else 0.0

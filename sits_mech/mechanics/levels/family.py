@@ -13,8 +13,8 @@ which the second term leaves off by b/(m_k m_(k-1))**p, so that two of them tell
     error = |Y_k - Y_(k-1)| / ((m_k/m_(k-2))**p - 1)  +  s |Y_k - y_k|,
 
 s what the order may be off by. The order that three levels show, from the ratio of their differences, must not lie
-far below p, or the sequence is not there yet: then the error is all of the two differences, and is said. With two levels
-alone the error is ``|Y - y|``. No component is called better than a share of the worst, an angle counted at the
+far below p, or the sequence is not there yet: then the error is all of the two differences, and is said. With two
+levels alone the error is ``|Y - y|``. The smallest error counts. No component is called better than a share of the worst, an angle counted at the
 target's end; of forces that hold the target, likewise.
 
 The first two levels are brought to rest (path.py), the second from the first one's state. On finer ones the target's
@@ -40,7 +40,8 @@ from sits_mech.mechanics.element.prolongation import Prolongation
 from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.rest.body import Bonded, State, rest
 from sits_mech.mechanics.rest.limit import Outcome
-from sits_mech.mechanics.rest.newton import Approach, Held, approached, newton
+from sits_mech.mechanics.rest.linearisation import Held
+from sits_mech.mechanics.rest.newton import Approach, approached, newton
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.mechanics.rest.verdict import Way, verdict
 from sits_mech.quantities import Array
@@ -126,7 +127,8 @@ def extrapolated(values: list[Array], sizes: tuple[float, ...], order: float, of
     if not np.isfinite(order):
         return Limit(values[-1], np.abs(values[-1] - values[-2]), np.nan)
     m = np.array(sizes[: len(values)])
-    added = [(b - a) / (ratio**order - 1.0) for a, b, ratio in zip(values[:-1], values[1:], m[1:] / m[:-1], strict=True)]
+    ratios = m[1:] / m[:-1]
+    added = [(b - a) / (ratio**order - 1.0) for a, b, ratio in zip(values[:-1], values[1:], ratios, strict=True)]
     ends = [y + more for y, more in zip(values[1:], added, strict=True)]
     if len(values) == 2:
         return Limit(ends[-1], np.abs(added[-1]), np.nan)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.mechanics.rest.newton import Held
+from sits_mech.mechanics.rest.linearisation import Held
 from sits_mech.quantities import WRENCH, Array, Wrench
 
 _PLACES = ("d_h", "sink", "alpha", "d_y", "alpha_x", "alpha_z")

@@ -24,7 +24,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sits_mech.mechanics.rest.body import Bonded, State
-from sits_mech.mechanics.rest.newton import LONGEST, Arc, Settled, newton, rate
+from sits_mech.mechanics.rest.linearisation import Arc
+from sits_mech.mechanics.rest.newton import LONGEST, Settled, newton, rate
 from sits_mech.mechanics.rest.verdict import Verdict, Way, verdict
 from sits_mech.quantities import Array
 

@@ -17,7 +17,8 @@ import numpy as np
 
 from sits_mech.mechanics.rest.body import Bonded, State
 from sits_mech.mechanics.rest.limit import Outcome, pursued
-from sits_mech.mechanics.rest.newton import LONGEST, Held, newton
+from sits_mech.mechanics.rest.linearisation import Held
+from sits_mech.mechanics.rest.newton import LONGEST, newton
 from sits_mech.mechanics.rest.verdict import Way, verdict
 from sits_mech.quantities import Array
 

@@ -21,7 +21,8 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.mechanics.rest.body import Bonded, smallest_volume
-from sits_mech.mechanics.rest.newton import SETTLED, Held, Settled, target_stiffness
+from sits_mech.mechanics.rest.linearisation import Held
+from sits_mech.mechanics.rest.newton import SETTLED, Settled, target_stiffness
 from sits_mech.quantities import Array
 
 REASONS = {
