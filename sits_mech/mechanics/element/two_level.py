@@ -99,7 +99,7 @@ class TwoLevel:
         return Iterated(self._filled(x, b), steps, left)
 
     def approximated(self, b: Array) -> Array:
-        """Return what the preconditioner gives, shape (d n, r): for a mesh refined from this one to take as its coarse."""
+        """Return the preconditioner's answer, shape (d n, r); for meshes refined from this one to take as coarse."""
         return self._filled(self.preconditioned(self._on_faces(b)), b)
 
     def _on_faces(self, b: Array) -> Array:
