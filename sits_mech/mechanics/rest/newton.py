@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 
 from sits_mech.mechanics.element.assembly import Pattern, Stiffness, Term
 from sits_mech.mechanics.element.kernel import (
-    deformation,
+    deformed,
     element_forces,
     element_stiffness,
     gradients,
@@ -47,7 +47,7 @@ from sits_mech.mechanics.element.target import (
     turning,
     work_of_load,
 )
-from sits_mech.mechanics.rest.body import Bonded, State, rest, smallest_volume
+from sits_mech.mechanics.rest.body import Bonded, State, deformed_state, rest, smallest_volume
 from sits_mech.quantities import Array
 
 Held = NDArray[np.bool_]
@@ -124,7 +124,8 @@ def newton(body: Bonded, start: State, goal: Array, held: Held | None = None, *,
         Residual at which to stop.
     """
     held = np.zeros(body.components, dtype=bool) if held is None else held
-    here, before, near = replace(start, load=np.where(held, start.load, goal)), np.inf, np.inf
+    known = deformed_state(body, start)
+    here, before, near = replace(start, load=np.where(held, start.load, goal), known=known), np.inf, np.inf
     factor: _Factor | None = None
     for count in range(MOST + 1):
         found = _gradient(body, here)
@@ -208,7 +209,7 @@ def _residual(body: Bonded, here: State, found: _Gradient, gap: Array, until: fl
 
 def _gradient(body: Bonded, here: State) -> _Gradient:
     """Forces of a layer with its parts, and what is left of them."""
-    found = element_forces(body.mesh, body.law, body.K, here.u)
+    found = element_forces(body.mesh, body.law, body.K, here.u, deformed_state(body, here))
     terms = [part(here.u, here.q) for part in body.parts]
     forces = np.concatenate([found.forces, np.zeros(6)]) + sum(term.forces for term in terms)
     pattern, k = body.pattern, body.components
@@ -226,7 +227,7 @@ def _border_by_q(body: Bonded, q: Array) -> Array:
 
 def _factored(body: Bonded, here: State, found: _Gradient) -> _Factor | None:
     """Linearise about a state and eliminate the free displacements; None if singular."""
-    stiffness = element_stiffness(body.mesh, body.law, body.K, here.u, here.p)
+    stiffness = element_stiffness(body.mesh, body.law, body.K, here.u, here.p, deformed_state(body, here))
     values = (stiffness, *(term.stiffness for term in found.terms))
     on_bonded = np.zeros((len(body.bonded), 3))
     on_bonded[:, list(body.mesh.axes)] = found.forces[body.bonded]
@@ -292,15 +293,16 @@ def _stepped(
     linear = np.zeros_like(here.u)
     linear[body.pattern.free] = dx
     linear[body.bonded.ravel()] = factor.made.T[: body.bonded.size, : body.components] @ dq
-    F, J = deformation(mesh, here.u)
+    _, F, J = deformed_state(body, here)
     volume = J - 1.0 + (kinematics(F).H * gradients(mesh, linear)).sum(axis=-1)
     p_full, part = body.K * volumes(mesh, volume), 1.0
     while part > 1e-3:
         u, q = here.u + part * linear, moved(here.q, part * dq)
         u[body.bonded] = bonded_displacement(body.X, q)[:, axes]
-        min_J = smallest_volume(body, u, everywhere=False)
+        known = deformed(mesh, u)
+        min_J = smallest_volume(body, u, everywhere=False, known=known)
         if min_J > _MIN_J_KEPT * min(here.min_J, 1.0):
             p = here.p + part * (p_full - here.p)
-            return replace(here, u=u, q=q, p=p, min_J=min_J, load=here.load + part * forces)
+            return replace(here, u=u, q=q, p=p, min_J=min_J, load=here.load + part * forces, known=known)
         part *= _SHORTEN
     return None

@@ -1,14 +1,17 @@
 """Stiffnesses assembled straight into the equations: against the dense product with the map of the target's motion."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sits_mech.mechanics.element.assembly import pattern
 from sits_mech.mechanics.element.fronts import factor
+from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import section_mesh
 from sits_mech.mechanics.element.target import work_of_load
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
-from sits_mech.mechanics.rest.body import rest
+from sits_mech.mechanics.rest.body import deformed_state, rest
 from sits_mech.mechanics.rest.newton import _factored, _gradient, target_stiffness
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.scene.sensor import load_sensor
@@ -109,3 +112,10 @@ def test_a_matrix_without_a_pivot_inside_of_a_front_is_factored_all_the_same():
     x = found.factored((values,))(b)
     expected = np.linalg.solve(whole_matrix((mesh.dofs,), (values,), len(free)), b)
     np.testing.assert_allclose(x, expected, rtol=1e-7, atol=1e-9 * np.abs(x).max())
+
+
+def test_a_deformation_is_known_of_its_own_displacements_alone(state):
+    body, state = state
+    other = replace(state, u=0.5 * state.u)
+    assert state.known is not None and deformed_state(body, state) is state.known
+    np.testing.assert_array_equal(deformed_state(body, other).F, deformation(body.mesh, other.u)[0])
