@@ -155,11 +155,10 @@ def summed(places: Indices, values: Array, size: int) -> Array:
 
 
 def _along(mesh: MixedMesh, P: Array) -> Array:
-    """``int P : dF`` by an element's displacements, (..., d k), of stresses times weights, shape (e, ..., q, d d)."""
+    """``int P : dF`` by an element's displacements, shape (e, d k), of stresses times weights, shape (e, q, d d)."""
     e, q, d, k = mesh.inside.slope.shape
-    rows = P.reshape(*P.shape[:-1], d, d).swapaxes(-3, -2).reshape(*P.shape[:-2], d, q * d)
-    slope = mesh.inside.slope.reshape(e, *[1] * (P.ndim - 3), q * d, k)
-    return np.asarray((rows @ slope).reshape(*P.shape[:-2], d * k))
+    rows = P.reshape(e, q, d, d).swapaxes(1, 2).reshape(e, d, q * d)
+    return np.asarray((rows @ mesh.inside.slope.reshape(e, q * d, k)).reshape(e, d * k))
 
 
 def _write_stiffness(stiffness: Array, mesh: MixedMesh, law: Law, K: float, at: tuple[Array, Array]) -> None:
@@ -168,7 +167,7 @@ def _write_stiffness(stiffness: Array, mesh: MixedMesh, law: Law, K: float, at: 
     A = law.tangent(state)[2]
     A *= mesh.inside.weights[..., None, None]
     state.add_L(A, (at[1][:, None] @ mesh.chi)[:, 0])
-    b = _along(mesh, mesh.chi[..., None] * state.H[:, None])
+    b = mesh.chi @ (state.H.reshape(e, q, d, d) @ slope).reshape(e, q, d * k)  # pi(H : dF) by the displacements
     left, volume, by_pressure = slope.reshape(e, q * d, k).swapaxes(1, 2), b.swapaxes(1, 2), K * b
     for i in range(d):
         own, after = slice(i * k, (i + 1) * k), slice((i + 1) * k, None)
