@@ -128,8 +128,10 @@ def solver_row(model: str, cells: int) -> list[object]:
     numbers, (values, edge) = (body.mesh.dofs,), ((made,), border(body.mesh, body.bonded))
     order, own = timed(lambda: pattern(body.mesh, numbers, body.free, edge))
     sides, _ = own.sides(values, np.eye(len(edge))[:, :3])
-    factor, solve = timed(lambda: own.factored(values))
-    solving, found = timed(lambda: solve(sides))
+    factor, made_of = timed(lambda: own.factored(values))
+    if made_of is None:
+        raise ValueError(f"{model}, {cells} cells: the stiffness at rest is singular")
+    solving, found = timed(lambda: made_of.solve(sides))
     memory = memory_of(own)
     K = own.matrix(values)
     lu_order, first = timed(lambda: splu(K, **SUPERLU, permc_spec="MMD_AT_PLUS_A"))

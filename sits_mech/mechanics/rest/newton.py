@@ -22,14 +22,13 @@ Analysis of Solids and Structures (2012), chapter 4, for mixed control.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sits_mech.mechanics.element.assembly import Pattern, Stiffness, Term
+from sits_mech.mechanics.element.assembly import Factored, Pattern, Stiffness, Term
 from sits_mech.mechanics.element.kernel import (
     deformed,
     element_forces,
@@ -95,12 +94,12 @@ class _Linear(NamedTuple):
 
 
 class _Factor(NamedTuple):
-    """A factored linearisation: solver of the free displacements, these by q, the side C, the stiffness on q.
+    """A linearisation, factored on the free displacements: these by q, the side C, the stiffness on q.
 
     Then what was left on the free displacements, and the step that takes it away while q stays; what it was made of.
     """
 
-    solve: Callable[[Array], Array]
+    of_free: Factored
     by_q: Array
     side: Array
     stiffness: Array
@@ -240,15 +239,15 @@ def _factored(body: Bonded, here: State, found: _Gradient) -> _Factor | None:
 def _eliminated(pattern: Pattern, made: _Linear, freed: slice, left: Array) -> _Factor | None:
     """Eliminate the free displacements, and what is left on them, from the freed components of (dc, dw)."""
     pattern = pattern.following(made.numbers)
-    solve = pattern.factored(made.values)
-    if solve is None:
+    factored = pattern.factored(made.values)
+    if factored is None:
         return None
     C, D = pattern.sides(made.values, made.T[:, freed])
-    found = solve(-np.column_stack([C, left]))
+    found = factored.solve(-np.column_stack([C, left]))
     by_q, step = found[:, :-1], found[:, -1]
     if not np.all(np.isfinite(by_q)):
         return None
-    return _Factor(solve, by_q, C, D + made.turning[freed, freed] + C.T @ by_q, left, step, made)
+    return _Factor(factored, by_q, C, D + made.turning[freed, freed] + C.T @ by_q, left, step, made)
 
 
 def _hidden(body: Bonded, made: _Linear) -> Array | None:
@@ -265,7 +264,7 @@ def _way(
 ) -> tuple[Array, Array, Array] | None:
     """Newton's step of the free displacements, of q where it is free, of the forces where it is held."""
     (gap, held), k = aim, body.components
-    dx = factor.step if found.free is factor.left else factor.solve(-found.free)
+    dx = factor.step if found.free is factor.left else factor.of_free.solve(-found.free)
     left = -(found.target + factor.side.T @ dx)
     matrix = factor.stiffness
     if held.any():
