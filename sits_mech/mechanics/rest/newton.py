@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.mechanics.element.target import moved
-from sits_mech.mechanics.rest.body import Bonded, State, rest
+from sits_mech.mechanics.rest.body import Bonded, State, deformed_state, rest
 from sits_mech.mechanics.rest.linearisation import (
     Aim,
     Arc,
@@ -96,7 +96,8 @@ def newton(
         A plane across a path from the goal on: how far to go on along the path is found, too.
     """
     held = np.zeros(body.components, dtype=bool) if held is None else held
-    here, near = replace(start, load=np.where(held, start.load, goal)), np.inf
+    here = replace(start, load=np.where(held, start.load, goal), known=deformed_state(body, start))
+    near = np.inf
     factor: Factor | None = None
     left: list[float] = []
     length = part = 0.0
@@ -130,7 +131,8 @@ def approached(body: Bonded, start: State, goal: Array, held: Held, enough: floa
     a corner inside out the place is that after the last whole step, a part of which is what it may be off by. Arguments
     as of `newton`; steps end where one would move the target's edge by no more than `enough` [thicknesses].
     """
-    here, gone = replace(start, load=np.where(held, start.load, goal)), [np.inf]
+    here = replace(start, load=np.where(held, start.load, goal), known=deformed_state(body, start))
+    gone = [np.inf]
     factor: Factor | None = None
     place: Approach | None = None
     for _ in range(_MOST_CORRECTIONS):
