@@ -28,7 +28,7 @@ from sits_mech.silicone.stability import layer_notes
 
 _LOOK = 2e-2  # smallest length of the path on the coarse mesh, over that so far
 _VERDICT = 60  # iterations that the finer mesh is given to locate a limit that the coarse one has found
-_LAST = 15  # and where it has found none, for a last state
+_LAST = 25  # and where it has found none, for a last state
 _STRETCHED = 0.001  # share of the silicone that may be stretched more than what is called its largest stretch
 
 
