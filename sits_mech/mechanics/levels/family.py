@@ -36,14 +36,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.memory import memory_of_box
 from sits_mech.mechanics.element.prolongation import Prolongation
 from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.rest.body import Bonded, State, rest
 from sits_mech.mechanics.rest.limit import Outcome
-from sits_mech.mechanics.rest.linearisation import Held
-from sits_mech.mechanics.rest.newton import Approach, approached, newton
+from sits_mech.mechanics.rest.linearisation import Held, drawn
+from sits_mech.mechanics.rest.newton import SETTLED, Approach, approached, newton
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.mechanics.rest.verdict import Way, verdict
 from sits_mech.memory import GIB, memory_limit
@@ -56,9 +55,9 @@ _UNSURE = 0.1  # of what extrapolation adds: the order may be off
 _SHOWN = 0.5  # of the order must be shown by three levels
 _ENOUGH = 0.02  # of the difference of two levels: a correction that is closer is not gone on with
 _LEAST_J = 0.15  # of a state that Newton's method begins with
+_CLOSE = 1e-2  # residual from which Newton's method goes on, though it took all its steps
 _GIVEN_UP = 0.25  # smallest increment of a path on a level that no state is carried to
 _MOST = 40  # iterations there
-_BLENDS = 12  # times that cells are drawn towards a safe state, by a quarter each
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,22 +199,9 @@ def prolonged(levels: Levels, level: int, state: State, safe: Array | None = Non
     bonded = bonded_displacement(body.X, state.q)[:, axes]
     for near in (even,) if safe is None else (safe, even):
         u[body.bonded] = near[body.bonded] = bonded
-        found = _drawn(body, u, near)
+        found = drawn(body, u, near, _LEAST_J)
         if found is not None:
             return State(found[0], state.q, way.pressures(state.p), state.load, min_J=found[1])
-    return None
-
-
-def _drawn(body: Bonded, u: Array, near: Array) -> tuple[Array, float] | None:
-    """Displacements, drawn to others where cells turn inside out, and their smallest J; None if that is no help."""
-    share = np.zeros(len(body.mesh.nodes))
-    for _ in range(_BLENDS):
-        blend = u + np.repeat(share, len(body.mesh.axes)) * (near - u)
-        J = deformation(body.mesh, blend)[1].min(axis=1)
-        if J.min() > _LEAST_J:
-            return blend, float(J.min())
-        touched = np.unique(body.mesh.cells[_LEAST_J >= J])
-        share[touched] = np.minimum(share[touched] + 0.25, 1.0)
     return None
 
 
@@ -225,6 +211,8 @@ def next_at_rest(levels: Levels, state: State, way: Way) -> Outcome | None:
     if start is None:
         return None
     found = newton(body, start, way.end, way.held)
+    if SETTLED < found.state.residual < _CLOSE:
+        found = newton(body, replace(found.state, iterations=0), way.end, way.held)
     said = verdict(body, way, found)
     return None if said.reason else Outcome(replace(found.state, min_J=said.min_J), 1.0)
 

@@ -56,6 +56,7 @@ from sits_mech.quantities import Array
 Held = NDArray[np.bool_]
 
 _SHORTEN = 0.5
+_BLENDS = 12  # times that cells are drawn towards a safe state, by a quarter each
 _MIN_J_KEPT = 0.2  # a step may not shrink the smallest volume ratio below this fraction of its value
 
 
@@ -178,24 +179,55 @@ def stepped(
     body: Bonded, here: State, factor: Factor, way: tuple[Array, Array, Array, float]
 ) -> tuple[State, float] | None:
     """State after the longest part of Newton's step that keeps every point well above inversion, and that part."""
-    dx, dq, forces, _ = way
-    mesh, axes = body.mesh, list(body.mesh.axes)
-    linear = np.zeros_like(here.u)
-    linear[body.pattern.free] = dx
-    linear[body.bonded.ravel()] = factor.made.T[: body.bonded.size, : body.components] @ dq
-    _, F, J = deformed_state(body, here)
-    volume = J - 1.0 + (kinematics(F).H * gradients(mesh, linear)).sum(axis=-1)
-    p_full, part = body.K * volumes(mesh, volume), 1.0
+    (linear, p_full), (_, dq, forces, _), part = _increments(body, here, factor, way), way, 1.0
     while part > 1e-3:
         u, q = here.u + part * linear, moved(here.q, part * dq)
-        u[body.bonded] = bonded_displacement(body.X, q)[:, axes]
-        known = deformed(mesh, u)
+        u[body.bonded] = bonded_displacement(body.X, q)[:, list(body.mesh.axes)]
+        known = deformed(body.mesh, u)
         min_J = smallest_volume(body, u, everywhere=False, known=known)
         if min_J > _MIN_J_KEPT * min(here.min_J, 1.0):
             p = here.p + part * (p_full - here.p)
             return replace(here, u=u, q=q, p=p, min_J=min_J, load=here.load + part * forces, known=known), part
         part *= _SHORTEN
     return None
+
+
+def stepped_around(
+    body: Bonded, here: State, factor: Factor, way: tuple[Array, Array, Array, float]
+) -> State | None:  # fmt: skip
+    """State after Newton's step, of which cells that it would turn inside out take a part only; None if that fails."""
+    (linear, p_full), (_, dq, forces, _) = _increments(body, here, factor, way), way
+    u, near, q = here.u + linear, here.u.copy(), moved(here.q, dq)
+    u[body.bonded] = near[body.bonded] = bonded_displacement(body.X, q)[:, list(body.mesh.axes)]
+    found = drawn(body, u, near, _MIN_J_KEPT * min(here.min_J, 1.0))
+    if found is None:
+        return None
+    return replace(here, u=found[0], q=q, p=p_full, min_J=found[1], load=here.load + forces, known=None)
+
+
+def drawn(body: Bonded, u: Array, near: Array, least: float) -> tuple[Array, float] | None:
+    """Displacements, those of cells with J below `least` drawn to others, and their smallest J; None in vain."""
+    share = np.zeros(len(body.mesh.nodes))
+    for _ in range(_BLENDS):
+        blend = u + np.repeat(share, len(body.mesh.axes)) * (near - u)
+        J = deformed(body.mesh, blend).J.min(axis=1)
+        if J.min() > least:
+            return blend, float(J.min())
+        touched = np.unique(body.mesh.cells[least >= J])
+        share[touched] = np.minimum(share[touched] + 0.25, 1.0)
+    return None
+
+
+def _increments(
+    body: Bonded, here: State, factor: Factor, way: tuple[Array, Array, Array, float]
+) -> tuple[Array, Array]:  # fmt: skip
+    """Newton's step of all displacements, and the pressures after it."""
+    linear = np.zeros_like(here.u)
+    linear[body.pattern.free] = way[0]
+    linear[body.bonded.ravel()] = factor.made.T[: body.bonded.size, : body.components] @ way[1]
+    _, F, J = deformed_state(body, here)
+    volume = J - 1.0 + (kinematics(F).H * gradients(body.mesh, linear)).sum(axis=-1)
+    return linear, body.K * volumes(body.mesh, volume)
 
 
 def bordered(body: Bonded, q: Array, stiffness: Array, held: Held, path: tuple[Array, Array]) -> Array:
