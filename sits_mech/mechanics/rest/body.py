@@ -13,8 +13,8 @@ too.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from sits_mech.mechanics.element.assembly import Part, Pattern, pattern
 from sits_mech.mechanics.element.kernel import Law, deformation, smallest_nodal_volume
 from sits_mech.mechanics.element.mesh import Indices, MixedMesh
 from sits_mech.mechanics.faces.face_contact import Faces
+from sits_mech.mechanics.faces.folds import SelfContact
 from sits_mech.quantities import Array
 
 
@@ -80,11 +81,30 @@ class Bonded:
         """Where the entries of the stiffnesses go."""
         if self.shared is not None:
             return self.shared()
+        return self._pattern(self.free)
+
+    def _pattern(self, free: Indices) -> Pattern:
+        """Where they go with some displacements free."""
         n = self.mesh.nodes.size
         terms = [part(np.zeros(n), np.zeros(6)) for part in self.parts]
         rows = np.concatenate([self.rows, *(term.rows for term in terms)])
         columns = np.concatenate([self.columns, *(term.columns for term in terms)])
-        return pattern(rows, columns, self.free, border(self.mesh, self.bonded))
+        return pattern(rows, columns, free, border(self.mesh, self.bonded))
+
+    def near(self, u: Array) -> Bonded:
+        """Return the body that holds those free faces against each other which are near in a state (faces/folds.py).
+
+        Itself, where it holds them already: only then its pattern stays.
+        """
+        parts = tuple(part.near(u) if isinstance(part, SelfContact) else part for part in self.parts)
+        if all(new is old for new, old in zip(parts, self.parts, strict=True)):
+            return self
+        found = replace(self, parts=parts)
+        if all(part.pairs is None or len(part.pairs) == 0 for part in parts if isinstance(part, SelfContact)):
+            return found
+        hidden = self.hidden
+        odd = None if hidden is None else cache(lambda: found._pattern(np.sort(hidden().free)))
+        return replace(found, shared=cache(lambda: found._pattern(self.free)), hidden=odd)
 
     @property
     def size(self) -> int:

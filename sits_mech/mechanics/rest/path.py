@@ -32,6 +32,7 @@ REASONS = {
 
 _EASY = 5  # iterations up to which the next increment grows
 _STEPS = 400
+_LOOKS = 3  # how often a step is solved with more and more faces that meet
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,7 @@ def follow(
     for _ in range(_STEPS):
         target = min(1.0, at + increment)
         goal = (1.0 - target) * goals[0] + target * goals[1]
-        found = newton(body, replace(here, iterations=0), goal, held)
+        body, found = _among_faces(body, replace(here, iterations=0), goal, held)
         trial = found.state
         spent += trial.iterations
         least, reason = _verdict(body, found, held, beside)
@@ -110,6 +111,18 @@ def follow(
             reason = "long"
             break
     return Outcome(replace(here, iterations=spent), at, reason)
+
+
+def _among_faces(body: Bonded, start: State, goal: Array, held: Held | None) -> tuple[Bonded, Settled]:
+    """Newton's method, and again where free faces met on the way that were not held against each other; the body."""
+    body = body.near(start.u)
+    for _ in range(_LOOKS):
+        found = newton(body, start, goal, held)
+        wider = body.near(found.state.u) if found.state.residual <= SETTLED else body
+        if wider is body:
+            break
+        body = wider
+    return body, found
 
 
 def _verdict(body: Bonded, found: Settled, held: Held | None, beside: Held | None) -> tuple[float, str]:

@@ -18,8 +18,7 @@ from functools import cache
 
 import numpy as np
 
-from sits_mech.mechanics.faces.contact import softened
-from sits_mech.mechanics.faces.face_contact import LEFT_OUT, face_contact
+from sits_mech.mechanics.faces.face_contact import LEFT_OUT, face_contact, softened
 from sits_mech.mechanics.rest.body import packed, unpacked
 from sits_mech.mechanics.rest.control import Control
 from sits_mech.mechanics.rest.newton import newton
@@ -151,7 +150,7 @@ def _tried(line: Line, number: int, start: Equilibrium | None, control: Control,
 
 
 def _touches(line: Line, found: Equilibrium) -> bool:
-    """Whether a free face lies on or behind ground or target."""
+    """Whether a free face lies on or behind ground or target, or touches another."""
     body = line[int(found.state[0])].fine
     n, k = body.mesh.nodes.size, body.components
     u, q = found.state[1 : 1 + n], found.state[1 + n : 1 + n + k]
@@ -182,7 +181,7 @@ def _nearly_settled(line: Line, twin: int, found: Equilibrium, control: Control)
     k, scales = before.components, line.scales
     here = unpacked(before, found.state[1:], scales.load(found.wrench)[:k])
     held, goal = aim(before, scales, control)
-    there = newton(after, here, goal, held, until=_NEARLY).state
+    there = newton(after.near(here.u), here, goal, held, until=_NEARLY).state
     if not there.residual <= _NEARLY:
         return None
     return (there.q - here.q) * scales.lengths[:k], (there.load - here.load) * scales.loads[:k]
