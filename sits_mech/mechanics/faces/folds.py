@@ -12,14 +12,16 @@ A pair of faces is pressed from both sides, so that half a depth holds what cont
 over the Gauss points of the curved faces, y over flat facets with corners in their nodes: what faces sag between
 them is missed, s^2/8 times the curvature for facets of size s, nothing where faces are flat.
 
-Which facets a point may meet: no facet of its own element or of one that shares a node with it; none that lay behind
-the point's face at rest or that it lay behind, for that is seen through the silicone; none that faces the same way.
-Behind a facet counts what is behind the nearest one, and no deeper than `_DEEPEST`. Which faces are near each other
+Which facets a point may meet: none of its own element or of one that shares a node with it; none that lay behind the
+point's face at rest or that it lay behind, for that is seen through the silicone; none that faces the same way. What
+presses faced each other at rest, as walls of a slot do, or is one face that has folded over: faces that meet in an
+inner corner do not press, for what the mesh makes of a corner that closes is no contact. Behind a facet counts what is
+behind the nearest one, and no deeper than `_DEEPEST`. Which faces are near each other
 changes as the pad moves, and the stiffness with it: `near` finds them in a state, with a margin, and the part holds
 these and no others.
 
 Unknowns: nodal displacements; energies in shear modulus times thickness to the power of the dimension. Neglected:
-friction, folds sharper than two elements. Source: P. Wriggers, Computational Contact Mechanics (2006), chapters 6, 9.
+friction, corners that close, folds sharper than two elements. Source: P. Wriggers, Computational Contact Mechanics (2006), chapters 6, 9.
 """
 
 from __future__ import annotations
@@ -50,6 +52,7 @@ _AT_ONCE = 0.02  # thicknesses between faces that must be looked at
 _DEEPEST = 0.3  # thicknesses behind a facet that a point may have come
 _ASIDE = 0.3  # cosine between normals of faces that are looked at; those of faces that press are opposed
 _SEEN = 0.2  # sine of the angle behind a face at rest from which another is seen through the silicone
+_CORNER, _SAME = 0.3, 0.7  # cosines between normals at rest: those of faces of a corner lie between -0.3 and 0.7
 _OPPOSED = -0.1  # cosine between normals of faces that press
 
 
@@ -281,7 +284,9 @@ def _meetings(skin: Skin, u: Array, points: Indices, facets: Indices) -> tuple[_
     every = _Meeting(points, facets, away, before)
     order = np.lexsort((away - 1e-7 * np.abs(before), points))
     first = order[np.flatnonzero(np.diff(points[order], prepend=-1))]
-    first = first[(facing[first] < _OPPOSED) & (away[first] < _DEEPEST)]
+    at_rest = (skin.rest[2][skin.own[points[first]]] * skin.rest[2][facets[first]]).sum(axis=1)
+    pressing = (at_rest < -_CORNER) | (at_rest > _SAME)
+    first = first[pressing & (facing[first] < _OPPOSED) & (away[first] < _DEEPEST)]
     return every.some(first), every
 
 
