@@ -25,7 +25,11 @@ from sits_mech.quantities import Array
 LEFT_OUT = "contact could not be followed to this load: the estimated error is the whole displacement"
 """What is said of an answer without the contact that it needs."""
 
+LEFT_SHARE = 0.5
+"""Share of what contact changes that is its error, where faces touch each other: folds.py on meshes that do not match."""
+
 _SEEN = 1e-6  # thicknesses behind a plane that count
+_SOFTER = 100.0  # times the depth of contact with planes, where both faces are bent: with less no rest is found
 _PRESSED = 1e-14  # energy of a contact that counts [shear modulus times thickness to the power of the dimension]
 
 
@@ -101,7 +105,7 @@ def contacts(faces: Faces, surfaces: tuple[tuple[Plane, Surface], ...], depth: f
         return ()
     level = faces.mirror if np.isfinite(faces.mirror) else 0.0
     planes = tuple(Contact(own, plane, depth, faces.target, level) for plane, own in surfaces)
-    return planes if faces.skin is None else (*planes, SelfContact(faces.skin, depth))
+    return planes if faces.skin is None else (*planes, SelfContact(faces.skin, _SOFTER * depth))
 
 
 def softened(parts: tuple[Part, ...], factor: float) -> tuple[Part, ...]:

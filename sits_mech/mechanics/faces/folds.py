@@ -10,7 +10,10 @@ and the other in turn, so that neither is preferred:
 phi that of contact.py, regularised over the depth h and with exact forces, tangent and work; the tangent is symmetric.
 A pair of faces is pressed from both sides, so that half a depth holds what contact with a plane holds at one. x runs
 over the Gauss points of the curved faces, y over flat facets with corners in their nodes: what faces sag between
-them is missed, s^2/8 times the curvature for facets of size s, nothing where faces are flat.
+them is missed, s^2/8 times the curvature for facets of size s, nothing where faces are flat. The loads on the corners
+of facets are not those of an even pressure on a quadratic face: where elements of both faces do not match they dent
+each other. Measured on two confined blocks, K = 50 shear moduli, pressed by 0.7 of one: matching meshes are 1.2 % too
+soft, others of 2 and 3 cells 40 %, of 4 and 5 cells 20 %. Users' pads must be fine where their faces touch.
 
 Which facets a point may meet: none of its own element or of one that shares a node with it; none that lay behind the
 point's face at rest or that it lay behind, for that is seen through the silicone; none that faces the same way. What
@@ -21,7 +24,8 @@ changes as the pad moves, and the stiffness with it: `near` finds them in a stat
 these and no others.
 
 Unknowns: nodal displacements; energies in shear modulus times thickness to the power of the dimension. Neglected:
-friction, corners that close, folds sharper than two elements. Source: P. Wriggers, Computational Contact Mechanics (2006), chapters 6, 9.
+friction, corners that close, folds sharper than two elements. Source: P. Wriggers, Computational Contact Mechanics
+(2006), chapters 6 and 9.
 """
 
 from __future__ import annotations

@@ -9,7 +9,8 @@ and the stiffer one for hexahedra, and half of what they differ by is its error,
 Measured on boxes in compression and shear: tetrahedra of 1/4 thickness at the bonded corners and 0.9 elsewhere come
 within some 2 % of the model's own mesh (the tilt by shear alone within 13 %, more than its error). Of one or two layers
 of hexahedra the stiffer answer is within 6 %, mostly 2 %, where the mean would sink 3 to 24 % too far. Contact with
-ground and target is that of block.py; free faces that touch each other, such as the walls of a slot, are named.
+ground and target is that of block.py; free faces that touch each other, such as the walls of a slot, are held apart
+(faces/folds.py); half a pad whose faces reach the plane of symmetry is held there.
 """
 
 from __future__ import annotations

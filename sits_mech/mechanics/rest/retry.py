@@ -18,7 +18,7 @@ from functools import cache
 
 import numpy as np
 
-from sits_mech.mechanics.faces.face_contact import LEFT_OUT, face_contact, softened
+from sits_mech.mechanics.faces.face_contact import LEFT_OUT, LEFT_SHARE, FaceContact, face_contact, softened
 from sits_mech.mechanics.rest.body import packed, unpacked
 from sits_mech.mechanics.rest.control import Control
 from sits_mech.mechanics.rest.newton import newton
@@ -151,10 +151,15 @@ def _tried(line: Line, number: int, start: Equilibrium | None, control: Control,
 
 def _touches(line: Line, found: Equilibrium) -> bool:
     """Whether a free face lies on or behind ground or target, or touches another."""
+    return _contact(line, found).touch
+
+
+def _contact(line: Line, found: Equilibrium) -> FaceContact:
+    """What the free faces of an equilibrium touch."""
     body = line[int(found.state[0])].fine
     n, k = body.mesh.nodes.size, body.components
     u, q = found.state[1 : 1 + n], found.state[1 + n : 1 + n + k]
-    return face_contact(body.faces, body.mesh, body.parts, u, q).touch
+    return face_contact(body.faces, body.mesh, body.parts, u, q)
 
 
 def _softly(line: Line, twin: int, found: Equilibrium, control: Control) -> Equilibrium:
@@ -210,7 +215,15 @@ def _chosen(line: Line, free: Solved, held: Solved) -> Solved:
         (held.found.pose.components - free.found.pose.components)[: line[0].fine.components],
         (held.found.wrench.components - free.found.wrench.components)[: line[0].fine.components],
     )
-    return _worth_little(line, free, change) if _effect(line, free.found, change) <= line.effect else held
+    effect = _effect(line, free.found, change)
+    if effect <= line.effect:
+        return _worth_little(line, free, change)
+    if not _contact(line, held.found).held:
+        return held
+    found, error = held.found, held.found.error.components
+    error[: len(change[0])] += LEFT_SHARE * np.abs(change[0])
+    report = replace(found.report, estimated_error=found.report.estimated_error + LEFT_SHARE * effect)
+    return held._replace(found=replace(found, error=Pose.of(error), report=report))
 
 
 def _worth_little(line: Line, free: Solved, change: tuple[Array, Array]) -> Solved:
