@@ -193,8 +193,8 @@ def _carried(
 ) -> tuple[Wrench, Wrench]:
     """Load at the limit and its error; of places that are given, the forces of the last equilibrium."""
     (begin, end, held), there = way, scales.load(found.wrench)[: len(way[0])]
-    load = np.where(held, there, begin + limit[0] * (end - begin))
-    return scales.wrench(load), scales.wrench(np.where(held, 0.0, limit[1] * np.abs(end - begin)))
+    load, way_off = np.where(held, there, begin + limit[0] * (end - begin)), np.abs(end - begin)
+    return scales.wrench(load), scales.wrench(np.where(held | (way_off == 0.0), 0.0, limit[1] * way_off))
 
 
 def aim(body: Bonded, scales: Scales, control: Control) -> tuple[Held, Array]:
