@@ -1,10 +1,10 @@
 """Does the mechanics deliver the error that is asked, and say the error that it has?
 
 Pads and layers of every kind (boxes and cylinders, five laws, flush and narrow targets, 1:1 to 1000:1, nu 0.45 to
-0.4999, pressed, pulled, sheared, turned) are asked for their pose to 1 %, 0.3 % and 0.1 %, from the scene on, with empty
-caches and one thread. True errors are against the references of common/reference_pads.json, made by an independent code
-(studies/reference_pads.py); each judges only what is five times its own error. Errors are over the size of the
-displacement, an angle counted at the target's end; times are processor time.
+0.4999, pressed, pulled, sheared, turned) are asked for their pose to 1 %, 0.3 % and 0.1 %, from the scene on, with
+empty caches, on one thread. True errors are against the references of common/reference_pads.json, made by an
+independent code (studies/reference_pads.py); each judges only what is five times its own error. Errors are over the
+size of the displacement, an angle counted at the target's end; times are processor time.
 
 Run ``python studies/mechanics_accuracy.py [--coarse] --output DIR``; `--only WORD` takes the pads whose names have that
 word in them, `--tolerance 1e-2` one tolerance. The picture in the README is its full run.

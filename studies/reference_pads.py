@@ -7,12 +7,12 @@ measured ratio of their differences where they shrink; its error is the larger o
 order changes, over the size of the displacement, an angle counted at the target's end. Small shear and moments are
 stiffnesses at rest: of round pads as waves around the axis, of boxes on quarters with the symmetry of the load.
 
-Where a load creases the free face next to the bond's edge, finer meshes follow the crease into ever smaller ones and stop
-carrying the load: such rows come from fewer layers, and their errors say so.
+Where a load creases the free face next to the bond's edge, finer meshes follow the crease into ever smaller ones and
+stop carrying the load: such rows come from fewer layers, and their errors say so.
 
-NGSolve is no dependency: ``pip install ngsolve`` beside the package; without it the study says so and ends. Run ``python
-studies/reference_pads.py [--coarse] --output DIR``; `--only WORD` makes the cases with that word in their names, added to
-what is in DIR. common/reference_pads.json is its full run: half an hour of processor time.
+NGSolve is no dependency: ``pip install ngsolve`` beside the package; without it the study says so and ends. Run
+``python studies/reference_pads.py [--coarse] --output DIR``; `--only WORD` makes the cases with that word in their
+names, added to what is in DIR. common/reference_pads.json is its full run: half an hour of processor time.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ from common.reference_cases import CASES, Case
 
 QUICK = ("flush disc 15 x 2, small shear", "flush disc 20 x 0.1, film")
 ABOUT = (
-    "Motion of the target [m, rad] on bonded pads under a load [N, N m], contact off; a layer in plane strain is 1 m long. "
-    "error: of the reference, over the size of the displacement, an angle counted at the target's end. Made by "
+    "Motion of the target [m, rad] on bonded pads under a load [N, N m], contact off; a layer in plane strain is 1 m "
+    "long. error: of the reference, over the size of the displacement, an angle counted at the target's end. Made by "
     "studies/reference_pads.py with NGSolve 6.2; source: elements and meshes, how their differences shrink."
 )
 

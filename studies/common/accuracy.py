@@ -91,7 +91,8 @@ def draw_ladders(
                 spot.plot(seconds, [rung.estimated for rung in own], f"C{number}o:", mfc="none", lw=0.6)
                 for rung in own if labelled else ():
                     place = (rung.seconds, max(rung.error, _LEAST))
-                    spot.annotate(rung.label, place, (3, -7), textcoords="offset points", fontsize=5, color=f"C{number}")
+                    words = {"textcoords": "offset points", "fontsize": 5, "color": f"C{number}"}
+                    spot.annotate(rung.label, place, (3, -7), **words)
             spot.set(xscale="log", yscale="log", ylabel="relative error [-]")
             spot.set_title(title, fontsize=8)
             spot.set_xlabel(axis)

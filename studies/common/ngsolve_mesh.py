@@ -2,8 +2,7 @@
 
 Towards an edge at which the bond ends, the cells shrink by a constant ratio over a number of layers: with elements of
 order p that resolves the edge's singular field exponentially in p (I. Babuska, B. Guo, SIAM J. Numer. Anal. 25 (1988)
-837). Boxes are products of lines; round pads and pads under discs are rings around a square core, whose chords are
-bent to circles by NGSolve's mesh deformation. Lengths in mm; the plan is cut by symmetry at x = 0, or y = 0, or both.
+837). All are products of lines. Lengths in mm; a plan is cut by symmetry at x = 0, or y = 0, or both.
 
 NGSolve is no dependency of the package: it is imported where a mesh is handed to it.
 """
@@ -30,15 +29,11 @@ class Plan:
     quads : ndarray, shape (m, 4)
     under : ndarray, shape (m,)
         Of a plan: whether the quadrilateral is bonded to the target.
-    arcs : tuple of float
-        Angle between neighbouring rays [rad], radius within which nothing is bent, radius from which on all is, and
-        the pair of radii over which that ends; empty for a plan without rings.
     """
 
     points: Array
     quads: Cells
     under: NDArray[np.bool_]
-    arcs: tuple[float, ...] = ()
 
 
 def graded(first: float, last: float, layers: tuple[int, int], size: float, ratio: float) -> Array:
@@ -87,58 +82,6 @@ def product_plan(x: Array, y: Array, under: tuple[float, float]) -> Plan:
     quads = np.stack([first, first + len(y), first + len(y) + 1, first + 1], axis=1)
     centre = np.abs(points[quads].mean(axis=1))
     return Plan(points, quads, (centre < np.array(under)).all(axis=1))
-
-
-def ring_plan(radius: float, pad: float, layers: int, size: float, *, box: bool, quarter: bool, rays: int = 4) -> Plan:
-    """Return the plan of a disc target of a radius on a round pad, or on a square box, of half width `pad` [mm].
-
-    Parameters
-    ----------
-    rays : int
-        Of the whole plan a quarter of a turn has as many sectors; an even number.
-    """
-    sectors = rays * (1 if quarter else 2)
-    core = 0.35 * radius
-    radii = graded(core, radius, (0, layers), size)
-    outside = graded(radius, pad, (layers, max(1, layers - 2)), size) if pad > radius * (1.0 + 1e-9) else radii[-1:]
-    angles = np.linspace(0.0, 0.5 * np.pi * sectors / rays, sectors + 1)
-    circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    edge = circle / np.abs(circle).max(axis=1, keepdims=True) if box else circle
-    share = np.clip((outside - radius) / max(pad - radius, 1e-300), 0.0, 1.0)[:, None, None]
-    far = (1.0 - share) * radius * circle + share * pad * edge
-    rings = np.concatenate([radii[:, None, None] * circle, far[1:]])
-    count = rays // 2
-    grid = np.linspace(-1.0, 1.0, rays + 1)
-    cut = grid[count:] if quarter else grid
-    inner = np.stack(np.meshgrid(cut, grid[count:], indexing="ij"), axis=-1).reshape(-1, 2)
-    largest = np.abs(inner).max(axis=1, keepdims=True)
-    round_ = largest * inner / np.maximum(np.linalg.norm(inner, axis=1, keepdims=True), 1e-300)
-    inner = 0.6 * core * (0.5 * inner + 0.5 * round_)
-    width = len(grid[count:])
-    first = (np.arange(len(cut) - 1)[:, None] * width + np.arange(width - 1)).ravel()
-    core_quads = np.stack([first, first + width, first + width + 1, first + 1], axis=1)
-    rim = _rim(cut, grid[count:], circle)
-    places = [rim, *(len(inner) + k * len(angles) + np.arange(len(angles)) for k in range(len(rings)))]
-    quads = [core_quads]
-    for low, high in zip(places[:-1], places[1:], strict=True):
-        quads.append(np.stack([low[:-1], high[:-1], high[1:], low[1:]], axis=1))
-    points = np.concatenate([inner, rings.reshape(-1, 2)])
-    every = np.concatenate(quads)
-    under = np.linalg.norm(points[every].mean(axis=1), axis=1) < radius
-    step = 0.5 * np.pi / rays
-    last = float(outside[-2]) if len(outside) > 1 else pad
-    ends = (last, 0.2 * last + 0.8 * pad) if box else (2.0 * pad, 3.0 * pad)
-    return Plan(points, every, under, (step, 0.6 * core, core, *ends))
-
-
-def _rim(x: Array, y: Array, circle: Array) -> Cells:
-    """Numbers of the core's outer points in the order of the rays."""
-    grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-    outer = np.flatnonzero(np.abs(grid).max(axis=1) > 1.0 - 1e-9)
-    order = np.argsort(np.arctan2(grid[outer, 1], grid[outer, 0]))
-    if len(order) != len(circle):
-        raise ValueError("core: its rim and the rays must be as many")
-    return np.asarray(outer[order])
 
 
 def section_mesh(x: Array, z: Array, half_target: float) -> Any:
@@ -201,25 +144,4 @@ def solid_mesh(plan: Plan, z: Array) -> Any:
             mesh.Add(Element2D(number, [points[low + a], points[low + b], points[high + b], points[high + a]]))
     for number, name in enumerate(names):
         mesh.SetBCName(number, name)
-    return bent(ngsolve.Mesh(mesh), plan)
-
-
-def bent(mesh: Any, plan: Plan) -> Any:
-    """Return a mesh whose chords between rays are bent to circles, between the core and the box around them."""
-    import ngsolve as ng
-
-    if not plan.arcs:
-        return mesh
-    step, none, full, ends, over = plan.arcs
-    angle = ng.atan2(ng.y, ng.x)
-    away = angle - step * (ng.floor(angle / step) + 0.5)
-    radius = ng.sqrt(ng.x**2 + ng.y**2) * ng.cos(away) / np.cos(0.5 * step)  # of the circle that the chord is of
-    share = ng.IfPos(radius - none, (radius - none) / (full - none), 0.0)
-    share = ng.IfPos(radius - full, 1.0, share)
-    share = ng.IfPos(radius - ends, 1.0 - (radius - ends) / (over - ends), share)
-    share = ng.IfPos(radius - over, 0.0, share)
-    scale = share * (ng.cos(away) / np.cos(0.5 * step) - 1.0)
-    shape = ng.GridFunction(ng.VectorH1(mesh, order=4))
-    shape.Set(ng.CF((scale * ng.x, scale * ng.y, 0.0)), bonus_intorder=6)
-    mesh.SetDeformation(shape)
-    return mesh
+    return ngsolve.Mesh(mesh)

@@ -1,19 +1,20 @@
-"""How is a reference pose found and how sure is it? Meshes and orders of one case, the limit of its poses, its error."""
+"""How is a reference pose found and how sure is it? Meshes and orders of a case, the limit of its poses, its error."""
 
 from __future__ import annotations
 
 import time
 from dataclasses import replace
 from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from common.ngsolve_mesh import Plan, graded, product_plan, section_mesh, side, solid_mesh
+from common.ngsolve_mesh import graded, product_plan, section_mesh, side, solid_mesh
 from common.ngsolve_pad import Law, Pad
 from common.ngsolve_wave import wave_stiffness
 from common.reference_cases import Case
 
 from sits_mech.quantities import Array
+
 
 class Ladder(NamedTuple):
     """Order of the elements and of those beside them, first and last number of layers, ratio, layers of the others."""
@@ -29,7 +30,7 @@ class Ladder(NamedTuple):
 LADDERS = {
     ("plane", False): Ladder(5, 4, 2, 4, 0.4, 4), ("plane", True): Ladder(5, 4, 3, 5, 0.2, 5),
     ("round", False): Ladder(5, 4, 2, 4, 0.4, 4), ("round", True): Ladder(5, 4, 3, 5, 0.2, 5),
-    ("box", False): Ladder(3, 4, 1, 3, 0.4, 1), ("box", True): Ladder(3, 4, 1, 3, 0.2, 2),
+    ("box", False): Ladder(3, 4, 1, 2, 0.3, 1), ("box", True): Ladder(3, 4, 1, 3, 0.2, 1),
 }  # fmt: skip
 POINTWISE = (0.0, 5.0)  # part of the bulk modulus at every point, in the order they are tried [shear moduli]
 

@@ -81,7 +81,8 @@ class Case:
         size = f'width="{x} mm", length="1 m"' if self.kind == "plane" else size
         pad = f'{size}, thickness="{self.thickness} mm", contact="never", material={self.material}'
         x, y = self.target[::-1] if self.turned else self.target
-        size = f'shape="disc", diameter="{x} mm"' if self.kind == "round" else f'shape="rectangle", width="{x} mm", length="{y} mm"'
+        rectangle = f'shape="rectangle", width="{x} mm", length="{y} mm"'
+        size = f'shape="disc", diameter="{x} mm"' if self.kind == "round" else rectangle
         target = f'material="copper", {size}, thickness="0.2 mm", load_height="{self.height} mm"'
         return [f"elastomer={{{pad}}}", f"target={{{target}}}"]
 

@@ -1,8 +1,8 @@
 """Which poses of loaded pads are known, and how far is a model from them? The stored references and the measure.
 
-reference_pads.json holds a scene (changes of the catalogue's biorob2018), a load, the target's motion and how sure it is;
-`reference_pads.py` says how it was made. The error of a pose is the largest of its components over the size of the
-displacement, an angle counted at the target's end.
+reference_pads.json holds scenes (changes of the catalogue's biorob2018), loads, the target's motions and how sure they
+are; studies/reference_pads.py says how they are made. The error of a pose is the largest of its components over the
+size of the displacement, an angle counted at the target's end.
 """
 
 from __future__ import annotations
@@ -132,9 +132,9 @@ def counts(every: Sequence[Judged]) -> list[str]:
         own = [one for one in every if one.tolerance == tolerance]
         seen = [one for one in own if one.sees_tolerance]
         met = sum(bool(one.true - one.reference.error <= tolerance) for one in seen)
-        lines.append(f"asked {tolerance:g}: met by {met} of {len(seen)} that the references can tell ({len(own)} asked)")
+        lines.append(f"asked {tolerance:g}: met by {met} of {len(seen)} that the references can tell, {len(own)} asked")
     told = [one for one in every if one.sees_ratio]
     good = sum(bool(0.2 <= one.ratio <= 2.0) for one in told)
+    high = sum(one.too_small for one in every)
     lines.append(f"true over estimated error from 0.2 to 2: {good} of {len(told)} that the references can tell")
-    lines.append(f"true error above three times the estimated one: {sum(one.too_small for one in every)} of {len(every)}")
-    return lines
+    return [*lines, f"true error above three times the estimated one: {high} of {len(every)}"]

@@ -1,4 +1,4 @@
-"""References of loaded pads: the stored file, the measure, what is counted, and the closed forms that it must hold to."""
+"""References of loaded pads: the stored file, the measure, what is counted, the closed forms that it holds to."""
 
 import numpy as np
 import pytest
@@ -73,9 +73,17 @@ def test_lines_shrink_towards_an_edge():
     assert steps[:3] == pytest.approx([0.7 * 0.2**3, 0.7 * 0.2**2 - 0.7 * 0.2**3, 0.7 * 0.2 - 0.7 * 0.2**2])
     both = side(15.0, 20.0, 2, 2.0, 0.2, whole=True)
     assert both == pytest.approx(-both[::-1]) and np.isin(7.5, np.round(both, 9)) and both[-1] == 10.0
-    plan = product_plan(both, side(15.0, 20.0, 2, 2.0, 0.2, whole=False), (7.5, 7.5))
+
+def test_a_plan_is_cells_in_one_sense():
+    """Areas above zero that fill the box, an edge for each cell of its border, the target's cells under the target."""
+    x, y = side(15.0, 20.0, 2, 2.0, 0.2, whole=True), side(8.0, 20.0, 2, 2.0, 0.2, whole=False)
+    plan = product_plan(x, y, (7.5, 4.0))
     a, b, c = (plan.points[plan.quads[:, k]] for k in range(3))
-    assert np.all(np.cross(b - a, c - b) > 0.0) and len(outer_edges(plan.quads)) == 2 * (len(both) - 1 + 7) or True
+    (p, q), (r, s) = (b - a).T, (c - b).T
+    area = p * s - q * r
+    assert area.min() > 0.0 and area.sum() == pytest.approx(20.0 * 10.0)
+    assert area[plan.under].sum() == pytest.approx(15.0 * 4.0)
+    assert len(outer_edges(plan.quads)) == 2 * (len(x) - 1 + len(y) - 1)
 
 
 @pytest.mark.parametrize("thickness", [0.1, 0.02])
