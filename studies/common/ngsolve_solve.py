@@ -30,7 +30,7 @@ class Ladder(NamedTuple):
 LADDERS = {
     ("plane", False): Ladder(5, 4, 2, 4, 0.4, 4), ("plane", True): Ladder(5, 4, 3, 5, 0.2, 5),
     ("round", False): Ladder(5, 4, 2, 4, 0.4, 4), ("round", True): Ladder(5, 4, 3, 5, 0.2, 5),
-    ("box", False): Ladder(3, 4, 1, 2, 0.3, 1), ("box", True): Ladder(3, 4, 1, 3, 0.2, 1),
+    ("box", False): Ladder(3, 4, 1, 3, 0.3, 2), ("box", True): Ladder(3, 4, 1, 3, 0.2, 2),
 }  # fmt: skip
 POINTWISE = (0.0, 5.0)  # part of the bulk modulus at every point, in the order they are tried [shear moduli]
 
