@@ -4,8 +4,8 @@ NGSolve's high-order mixed elements, graded geometrically towards the edges of t
 every pad and load of common/reference_cases.py. Each is solved on three meshes with more and more layers towards the
 edges, and on one of them with elements of another order. The value is the last of the three, carried on along the
 measured ratio of their differences where they shrink; its error is the larger of what that adds and of what the other
-order changes, over the size of the displacement, an angle counted at the target's end. Small shear and moments are
-stiffnesses at rest: of round pads as waves around the axis, of boxes on quarters with the symmetry of the load.
+order changes there, over the size of the displacement, an angle counted at the target's end. Small shear and moments
+are stiffnesses at rest: of round pads as waves around the axis, of boxes on quarters with the symmetry of the load.
 
 Where a load creases the free face next to the bond's edge, finer meshes follow the crease into ever smaller ones and
 stop carrying the load: such rows come from fewer layers, and their errors say so.

@@ -58,9 +58,7 @@ def pareto_front(rungs: Sequence[Rung]) -> list[Rung]:
     return front
 
 
-def draw_ladders(
-    panels: Mapping[str, Sequence[Rung]], path: Path, *, axis: str = "wall time [s]", labelled: bool = False
-) -> None:
+def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
     """Write error against seconds: full marks the true error, hollow ones the estimate, a grey line the Pareto front.
 
     A bar upwards from a true error: the error of the reference, below which no more is known.
@@ -71,10 +69,6 @@ def draw_ladders(
         Rungs by the title of their panel; in each one curve for each model, in the order given.
     path : Path
         The PNG to write.
-    axis : str
-        What the times are.
-    labelled : bool
-        Whether each rung's label stands beside its true error.
     """
     with new_figure(height=0.8 * len(panels), rows=len(panels)) as (figure, axes):
         for spot, (title, rungs) in zip(axes, panels.items(), strict=True):
@@ -89,13 +83,9 @@ def draw_ladders(
                 spread = [rung.resolved for rung in own]
                 spot.errorbar(seconds, errors, ([0.0] * len(own), spread), fmt="none", ecolor=f"C{number}", lw=0.6)
                 spot.plot(seconds, [rung.estimated for rung in own], f"C{number}o:", mfc="none", lw=0.6)
-                for rung in own if labelled else ():
-                    place = (rung.seconds, max(rung.error, _LEAST))
-                    words = {"textcoords": "offset points", "fontsize": 5, "color": f"C{number}"}
-                    spot.annotate(rung.label, place, (3, -7), **words)
             spot.set(xscale="log", yscale="log", ylabel="relative error [-]")
             spot.set_title(title, fontsize=8)
-            spot.set_xlabel(axis)
+            spot.set_xlabel("wall time [s]")
             spot.legend(loc="upper center", bbox_to_anchor=(0.5, -0.24), ncols=3, fontsize=5.5, handlelength=1.5)
         figure.suptitle("full: true error, bar: its reference's own, hollow: estimated, grey: Pareto front", fontsize=6)
         save_figure(figure, path)

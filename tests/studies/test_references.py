@@ -61,6 +61,8 @@ def test_the_limit_of_three_meshes():
     row = [np.array([0.0, 1.0 + 0.01 * 0.5**k, 0.0]) for k in range(3)]
     found = limit(case, row, np.array([0.0, 1e-4, 0.0]), ladder)
     assert found.pose == pytest.approx([0.0, 1.0, 0.0]) and found.error == pytest.approx(2.5e-3)
+    coarser = limit(case, row, np.array([0.0, 0.04, 0.0]), ladder, further=2)  # shrinks like the meshes' differences
+    assert coarser.error == pytest.approx(0.01)
     grows = limit(case, [row[2], row[1], row[0]], np.zeros(3), ladder)  # no limit: the last difference is the error
     assert grows.pose[1] == row[0][1] and grows.error == pytest.approx(5e-3 / 1.01)
 
