@@ -33,7 +33,7 @@ DRAWN = (
     "biorob2018-w15, 0.5 N and 2 N", "flush disc 15 x 2, pressed 1 %", "flush disc 15 x 2, pulled 8 %",
     "disc 8 on 12 x 3, gent", "disc 10 on 20 x 2, small shear",
 )  # fmt: skip
-QUICK = ("layer, sheared 10 %", "flush disc 20 x 0.1, film")  # the coarse run
+QUICK = ("layer, sheared 10 %", "flush disc 15 x 2, pressed 1 %")  # the coarse run
 
 
 def judged(reference: Reference, tolerance: float) -> Judged:
@@ -100,8 +100,9 @@ def main() -> None:
     asked = arguments()
     asked.output.mkdir(parents=True, exist_ok=True)
     tolerances = asked.tolerance or (TOLERANCES[:1] if asked.coarse else TOLERANCES)
-    words = list(QUICK) if asked.coarse else asked.only
-    chosen = [one for one in stored_references() if not words or any(word in one.name for word in words)]
+    stored = stored_references()
+    chosen = [one for one in stored if not asked.only or any(word in one.name for word in asked.only)]
+    chosen = [one for one in stored if one.name in QUICK] if asked.coarse else chosen
     every: list[Judged] = []
     with threadpool_limits(limits=1):
         for reference in chosen:
@@ -113,7 +114,7 @@ def main() -> None:
     said = "\n".join([*counts(every), machine()]) + "\n"
     (asked.output / "mechanics_accuracy.txt").write_text(said, encoding="utf-8")
     print(said)
-    names = DRAWN if not words else [one.name for one in chosen]
+    names = [one.name for one in chosen] if asked.only or asked.coarse else DRAWN
     draw(every, names, asked.output / "mechanics_accuracy.png")
 
 
