@@ -3,9 +3,11 @@
 Saddle point of   E(u, p) = int w(F) + p (J - 1) - p^2/(2 K),    F = 1 + grad u, J = det F,
 
 u in Q_k, continuous, p in Q_(k-2), not continuous: a stable pair on bricks (C. Bernardi, Y. Maday, Math. Models Methods
-Appl. Sci. 9 (1999) 395), whose inner unknowns and pressures are eliminated element by element. Energies w(I1, I2), and
-Ogden's of the exponents 2, -2 and 4 by the same invariants, are differentiated by NGSolve: nothing of this package's
-elements, laws or Newton's method is used. Sections in plane strain have F_yy = 1, of round pads F_tt = 1 + u_r/r.
+Appl. Sci. 9 (1999) 395); Q_3 takes Q_2, which is a little too stiff next to singular edges and far better elsewhere.
+Inner unknowns and pressures are eliminated element by element. Energies w(I1, I2) are differentiated by NGSolve:
+nothing of this package's elements, laws or Newton's method is used. Sections in plane strain have F_yy = 1, of round
+pads F_tt = 1 + u_r/r. Part of the bulk modulus may act at every point instead, ``k (J - 1)^2/2`` with ``p/(K - k)``:
+the same material, whose small elements at an edge turn over later.
 
 The target is exactly rigid: its motion q = (d_h, d_z, alpha) moves the bonded nodes, and is eliminated last, by the
 stiffness that it feels. Lengths in mm, forces in shear moduli times mm^2 (times mm in plane strain).
@@ -27,18 +29,18 @@ _LEAST = 2.0**-8  # share of the load below which a path is given up
 
 
 class Law(NamedTuple):
-    """A law over the initial shear modulus: energy of (I1, I2, J) with I isochoric; bulk over shear modulus."""
+    """A law over the initial shear modulus: energy of the isochoric (I1, I2); bulk over shear modulus."""
 
     energy: Callable[[Any, Any], Any]
     K: float
 
 
-class Found(NamedTuple):
-    """A pose q of the target, and what it cost and was found with."""
+class Linearised(NamedTuple):
+    """Step of all unknowns with the target at rest, what its motions take along, its forces and its stiffness."""
 
-    q: Array
-    unknowns: int
-    min_J: float
+    step: Any
+    ways: list[Any]
+    force: Array
     stiffness: Array
 
 
@@ -136,29 +138,12 @@ class Pad:
         at = self.mesh.MapToAllElements(ng.IntegrationRule(kind, 2 * self.order + 2), ng.VOL)
         return float(np.min(J(at)))
 
-    def at_rest(self) -> Found:
-        """Return the stiffness that the target feels at rest, for `motion`; no load, no Newton's method."""
-        self.form.AssembleLinearization(self.state.vec)
-        inverse = self.form.mat.Inverse(self.space.FreeDofs(True), inverse="sparsecholesky")
-        tangents, _ = self._tangents()
-        stiffness = np.zeros((len(tangents), len(tangents)))
-        for k, T in enumerate(tangents):
-            image = T.CreateVector()
-            image.data = self.form.mat * T
-            held = self.copied(T)
-            held.data -= inverse * image
-            stiffness[:, k] = [self._product(self.form.mat, held, S) for S in tangents]
-        return Found(self.q.copy(), int(self.space.ndof), 1.0, stiffness / self.share)
+    def at_rest(self) -> Array:
+        """Return the stiffness that the target feels at rest, for `motion`."""
+        return self._linearised().stiffness / self.share
 
-    def onto(self, other: Pad) -> None:
-        """Begin at the state of another discrete pad."""
-        for mine, old in zip(self.state.components, other.state.components, strict=True):
-            mine.Set(old)
-        self.q = other.q.copy()
-        self._bond(self.q)
-
-    def solve(self, load: Array, parts: int = 1) -> Found:
-        """Return the pose under a load (F_x, F_z down, M), in steps that halve where one does not converge."""
+    def solve(self, load: Array, parts: int = 1) -> Array:
+        """Return q under a load (F_x, F_z down, M), in steps that shrink where one does not converge."""
         done, step, began = 0.0, 1.0 / parts, time.process_time()
         kept, q = self.state.vec.CreateVector(), self.q.copy()
         kept.data = self.state.vec
@@ -176,7 +161,7 @@ class Pad:
                 past = past[-1:]
             if step < _LEAST or (done < 1.0 and time.process_time() - began > self.seconds):
                 raise ArithmeticError(f"reached {done:.1%} of the load")
-        return Found(self.q.copy(), int(self.space.ndof), self.least_J(), self.stiffness)
+        return self.q.copy()
 
     @staticmethod
     def copied(vector: Any) -> Any:
@@ -219,48 +204,20 @@ class Pad:
 
     def _newton(self, load: Array) -> bool:
         """Newton's method from the present state; whether it converged with volumes above zero."""
-        form, free = self.form, self.space.FreeDofs(True)
-        residual = self.state.vec.CreateVector()
         last = 1.0
         for _ in range(10):
-            form.Apply(self.state.vec, residual)
             try:
-                form.AssembleLinearization(self.state.vec)
+                at = self._linearised()
             except Exception:  # a singular element: its own type is not public
                 return False
-            inverse = form.mat.Inverse(free, inverse="sparsecholesky")
-            tangents, bend = self._tangents()
-            own = residual.CreateVector()
-            own.data = residual
-            own.data += form.harmonic_extension_trans * residual
-            down = residual.CreateVector()
-            down.data = inverse * own
-            inner = residual.CreateVector()
-            inner.data = form.inner_solve * residual
-            step = residual.CreateVector()
-            step.data = -1.0 * down - inner
-            step.data -= form.harmonic_extension * down
-            ways, moved = [], []
-            for T in tangents:
-                across = T.CreateVector()
-                across.data = form.mat * T
-                held = self.copied(T)
-                held.data -= inverse * across
-                w = self.copied(held)
-                w.data += form.harmonic_extension * held
-                moved.append(held)
-                ways.append(w)
-            stiffness = np.array([[self._product(form.mat, a, T) for T in tangents] for a in moved])
-            force = np.array([w.InnerProduct(residual) for w in ways])
             wanted, second = self._load(load)
             if 2 in self.motion:
                 k = self.motion.index(2)
-                stiffness[k, k] += bend.InnerProduct(own) - second
-            dq = np.linalg.solve(stiffness, wanted * self.share - force)
-            self.stiffness = stiffness / self.share
-            for w, size in zip(ways, dq, strict=True):
-                step.data += float(size) * w
-            self.state.vec.data += step
+                at.stiffness[k, k] -= second
+            dq = np.linalg.solve(at.stiffness, wanted * self.share - at.force)
+            self.state.vec.data += at.step
+            for way, part in zip(at.ways, dq, strict=True):
+                self.state.vec.data += float(part) * way
             self.q[list(self.motion)] += dq
             self._bond(self.q)
             size = float(np.abs(dq).max()) / max(float(np.abs(self.q).max()), 1e-300)
@@ -271,12 +228,35 @@ class Pad:
             last = min(last, size)
         return False
 
-    @staticmethod
-    def _product(matrix: Any, left: Any, right: Any) -> float:
-        """Bilinear form of two vectors."""
-        image = left.CreateVector()
-        image.data = matrix * right
-        return float(left.InnerProduct(image))
+    def _linearised(self) -> Linearised:
+        """Present state linearised: inner unknowns, then free nodes eliminated, for the motion of the target."""
+        form, residual = self.form, self.state.vec.CreateVector()
+        form.Apply(self.state.vec, residual)
+        form.AssembleLinearization(self.state.vec)
+        inverse = form.mat.Inverse(self.space.FreeDofs(True), inverse="sparsecholesky")
+        outer, down, step = (residual.CreateVector() for _ in range(3))
+        outer.data = residual
+        outer.data += form.harmonic_extension_trans * residual
+        down.data = inverse * outer
+        step.data = form.inner_solve * residual
+        step.data += down
+        step.data += form.harmonic_extension * down
+        step.data *= -1.0
+        tangents, bend = self._tangents()
+        ways, stiffness = [], np.zeros((len(tangents), len(tangents)))
+        for k, T in enumerate(tangents):
+            image = T.CreateVector()
+            image.data = form.mat * T
+            held = self.copied(T)
+            held.data -= inverse * image
+            image.data = form.mat * held
+            stiffness[k] = [image.InnerProduct(other) for other in tangents]
+            ways.append(self.copied(held))
+            ways[-1].data += form.harmonic_extension * held
+        if 2 in self.motion:
+            k = self.motion.index(2)
+            stiffness[k, k] += bend.InnerProduct(outer)
+        return Linearised(step, ways, np.array([way.InnerProduct(residual) for way in ways]), stiffness)
 
     def _load(self, load: Array) -> tuple[Array, float]:
         """Forces on the free components of q, and the second derivative of the work by alpha."""

@@ -112,8 +112,7 @@ def limit(case: Case, row: list[Array], beside: Array, ladder: Ladder, further: 
 
 def pose(case: Case, order: int, layers: int, pointwise: float) -> Array:
     """Return d_h, sink [mm] and alpha of a case on one mesh."""
-    scale = case.mu * (1.0 if case.kind != "plane" else 1.0)  # kPa = mN/mm^2
-    load = 1e3 * np.array(case.load) / scale
+    load = 1e3 * np.array(case.load) / case.mu  # kPa = mN/mm^2
     if case.kind == "plane":
         load *= 1e-3  # N/m = mN/mm
     if case.linear:
@@ -124,7 +123,7 @@ def pose(case: Case, order: int, layers: int, pointwise: float) -> Array:
     straight = load[0] == 0.0 and load[2] == 0.0
     pad = discrete(case, order, layers, straight)
     pad = replace(pad, pointwise=pointwise, seconds=240.0 if case.kind == "box" else 60.0)
-    q = pad.solve(load, 2).q
+    q = pad.solve(load, 2)
     return np.array([q[0], -q[1], q[2]])
 
 
@@ -171,7 +170,7 @@ def stiffness(case: Case, order: int, layers: int) -> Array:
 @cache
 def down(case: Case, order: int, layers: int) -> float:
     """Return the stiffness of a pad at rest along z."""
-    return float(discrete(case, order, layers, straight=True).at_rest().stiffness[0, 0])
+    return float(discrete(case, order, layers, straight=True).at_rest()[0, 0])
 
 
 @cache
@@ -179,4 +178,4 @@ def sideways(case: Case, order: int, layers: int) -> Array:
     """Return the stiffness (2, 2) of a pad at rest for (d_h, alpha)."""
     if case.kind == "round":
         return wave_stiffness(discrete(case, order, layers, straight=True).mesh, order, case.K)
-    return discrete(case, order, layers, straight=False, odd=True).at_rest().stiffness
+    return discrete(case, order, layers, straight=False, odd=True).at_rest()
