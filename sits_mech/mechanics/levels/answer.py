@@ -283,7 +283,7 @@ def _answer(
         if there is None:
             break
         values, spent = [*values, shown(there.q, there.load)], spent + there.iterations
-        limit = extrapolated(values, levels.sizes, levels.order, there.off / size[0])
+        limit = extrapolated(values, levels.sizes, levels.order, np.where(held, 0.0, there.off / unit))
         best = limit if np.max(limit.error) < np.max(best.error) else best
     error = np.where(held, 0.0, errors_of(best.error, np.ones(k), levels.share)) * unit * scales.lengths[:k]
     q, load = np.where(held, fine.q, best.value * unit), np.where(held, best.value * unit, fine.load)
