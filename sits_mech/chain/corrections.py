@@ -28,6 +28,7 @@ from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import POSE, Array, Wrench
 
 _DEGREE = 2
+_SAME = 1e-9  # of the largest, what is left of a monomial that others make
 _MORE = 2  # loads more than coefficients, so that misses can be seen
 _ERRORS = tuple(f"error_{name}" for name in POSE)
 
@@ -64,7 +65,7 @@ def corrected(
     good = [load for load, row in rows.items() if row["status"] == DONE]
     standard = [symmetry.standard(load) for load in good]
     x = np.array([load.components for load in good]).reshape(-1, len(POSE))
-    basis = _monomials(x / np.maximum(np.max(np.abs(x), axis=0, initial=0.0), 1e-300))
+    basis = _independent(_monomials(x / np.maximum(np.max(np.abs(x), axis=0, initial=0.0), 1e-300)))
     solved = {load for load in good if "state" in rows[load]}
     open_to = [k for k, (own, _) in enumerate(standard) if own in solved]
     found: dict[Wrench, Row] = {}
@@ -105,6 +106,15 @@ def _monomials(x: Array) -> Array:
     own = [k for k in range(x.shape[1]) if np.any(x[:, k])]
     terms = [list(each) for n in range(1, _DEGREE + 1) for each in combinations_with_replacement(own, n)]
     return np.stack([np.prod(x[:, each], axis=1) for each in terms], axis=1) if terms else np.zeros((len(x), 0))
+
+
+def _independent(basis: Array) -> Array:
+    """The monomials that the loads tell apart: with two values of a component its square is no other."""
+    if not basis.size:
+        return basis
+    _, triangle, order = qr(basis, mode="economic", pivoting=True)
+    size = np.abs(np.diag(triangle))
+    return np.asarray(basis[:, np.sort(order[: np.count_nonzero(size > _SAME * size[0])])])
 
 
 def _spanning(basis: Array, open_to: Sequence[int], standard: Sequence[Wrench]) -> list[Wrench]:

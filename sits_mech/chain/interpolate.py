@@ -25,6 +25,7 @@ from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, RefinedMo
 from sits_mech.scene.sensor import Sensor
 
 _UNSEEN = 0.1  # of the largest error, what a component has at least: symmetry may hide it from all loads solved
+_FEW = 12  # loads that are solved on all meshes each: about as many as a map of what finer ones change takes
 INTERPOLATED = "pose between solved loads, by a smooth map through them"
 
 
@@ -58,7 +59,8 @@ def poses_on_grid(
     """
     rows: dict[Wrench, Row] = {}
     asked: list[Wrench] = []
-    first = layer.rough if isinstance(layer, RefinedModel) else layer
+    few = len(symmetry.without_images(loads_of(grid))) <= _FEW
+    first = layer.rough if isinstance(layer, RefinedModel) and not few else layer
     folder, key = keep
     own = (folder, key if first is layer else f"{key} rough")
 
