@@ -30,8 +30,8 @@ from sits_mech.report.pictures.curves import COLUMN, new_figure, save_figure
 
 TOLERANCES = (1e-2, 3e-3, 1e-3)
 DRAWN = (
-    "biorob2018-w15, 0.5 N and 2 N", "flush disc 15 x 2, pressed 1 %", "flush disc 15 x 2, pulled 8 %",
-    "disc 8 on 12 x 3, gent", "disc 10 on 20 x 2, small shear",
+    "biorob2018-w15, small shear", "15 x 15 on 20 x 20 x 2, small shear", "disc 10 on 20 x 2, small shear",
+    "flush disc 15 x 2, pressed 1 %", "flush disc 15 x 2, pulled 8 %", "flush disc 10 x 10, pulled 10 %",
 )  # fmt: skip
 QUICK = ("layer, sheared 10 %", "flush disc 15 x 2, pressed 1 %")  # the coarse run
 
