@@ -37,7 +37,7 @@ from scipy.spatial import cKDTree
 
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import BRICK, Indices, MixedMesh
-from sits_mech.mechanics.pad.lines import flush, outlines
+from sits_mech.mechanics.pad.shapes import shape_of
 from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, pad_parts, pad_scales, pair_of
 from sits_mech.mechanics.pad.user import meshed_pad
 from sits_mech.mechanics.rest.body import Bonded, packed
@@ -176,7 +176,7 @@ def meshes_in_line(sensor: Sensor, tolerance: float, *, whole: bool) -> Line:
         if whole and share < 1.0:
             raise ValueError(f"{elastomer.mesh}: must be of the whole pad under F_y, M_x or M_z; got half of it")
     else:
-        kinds, share = _FLUSH if flush(*outlines(target, elastomer)) else _KINDS, 1.0 if whole else 0.5
+        kinds, share = _FLUSH if shape_of(target, elastomer).flush else _KINDS, 1.0 if whole else 0.5
         solids = [partial(_solids, sensor, cells, kind, whole) for kind in kinds]
     makers = [partial(_pair, maker, depth) for depth in depths for maker in solids]
     last = len(solids) - 1  # may be one that only a pad without contact needs: it has no twin

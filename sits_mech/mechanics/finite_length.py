@@ -20,7 +20,7 @@ from functools import lru_cache
 import numpy as np
 
 from sits_mech.mechanics.layer import linear_layer
-from sits_mech.mechanics.pad.lines import flush, outlines
+from sits_mech.mechanics.pad.shapes import shape_of
 from sits_mech.mechanics.pad.solid import bonded_block, pad_parts
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.newton import compliance
@@ -73,7 +73,7 @@ def finite_length_factor(sensor: Sensor) -> FiniteLength:
     """
     began = time.perf_counter()
     target, elastomer = pad_parts(sensor)
-    width, t = min(target.extent), elastomer.thickness
+    width, t = min(*target.extent, *elastomer.extent), elastomer.thickness
     if width <= _THIN * t:
         factors, error = _factors(sensor)
     else:
@@ -126,7 +126,7 @@ def small_strain_stiffness(sensor: Sensor, tolerance: float = 1e-2) -> tuple[Arr
     """
     target, elastomer = pad_parts(sensor)
     pair = next(cells for least, cells in _LADDER if tolerance >= least)
-    grading = _GRADING[flush(*outlines(target, elastomer))]
+    grading = _GRADING[shape_of(target, elastomer).flush]
     found = [bonded_block(sensor, cells, grading, 0.0) for cells in pair]
     fine, coarse = (compliance(each.body, rest(each.body), np.zeros(3)) * each.share for each in found)
     best = fine + (fine - coarse) / ((found[0].fineness / found[1].fineness) ** 2 - 1.0)
@@ -144,8 +144,8 @@ def _units(t: float) -> Array:
 def _shortened(sensor: Sensor) -> tuple[Sensor, float]:
     """A scene whose pad and target lost as much of their middle as plays no part, and how much that is [m]."""
     target, elastomer = pad_parts(sensor)
-    enough = max(_LONG[0] * elastomer.thickness, _LONG[1] * target.extent[0])
-    cut = target.extent[1] - enough
+    (width, length), t = map(min, target.extent, elastomer.extent), elastomer.thickness
+    cut = length - max(_LONG[0] * t, _LONG[1] * width)
     if target.length is None or elastomer.length is None or cut <= 0.0:
         return sensor, 0.0
     plate = Target.model_validate(target.model_dump() | {"length": target.length - cut})

@@ -12,6 +12,7 @@ are round. Source of the layout: the O-grid of structured meshing. Lengths in an
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from skfem.element import ElementHex1
 
 from sits_mech.quantities import Array
 
+_SAME = 1e-9  # by which sizes that are equal as written may differ, relative
 _CORE = 0.5  # where the core ends on the way from the middle to the target's outline
 _SHRUNK = 0.8  # size of the core of a disc over that of the square around it
 
@@ -36,6 +38,25 @@ def within(outline: Outline, points: Array, slack: float) -> Array:
     """Say which points, shape (n, 2 or more), lie in an outline with `slack` around it."""
     a, b = np.abs(points[:, 0]) / (outline.half_x + slack), np.abs(points[:, 1]) / (outline.half_y + slack)
     return np.asarray(np.hypot(a, b) < 1.0 if outline.is_round else np.maximum(a, b) < 1.0)
+
+
+def covered(plate: Outline, pad: Outline) -> Outline | None:
+    """Return the outline of what a target covers of its pad, both centred: there they are bonded.
+
+    Of two rectangles, or of two discs, the smaller size along each direction; of a disc and a rectangle the one that
+    lies within the other. None where those two cross.
+    """
+    if plate.is_round == pad.is_round:
+        return Outline(min(plate.half_x, pad.half_x), min(plate.half_y, pad.half_y), pad.is_round)
+    return next((inner for inner, outer in ((plate, pad), (pad, plate)) if _holds(outer, inner)), None)
+
+
+def _holds(outer: Outline, inner: Outline) -> bool:
+    """Whether a disc lies within a rectangle, or a rectangle within a disc."""
+    limit = 1.0 + _SAME
+    if outer.is_round:
+        return math.hypot(inner.half_x, inner.half_y) <= limit * outer.half_x
+    return inner.half_x <= limit * outer.half_x and inner.half_y <= limit * outer.half_y
 
 
 def box_bricks(x: Array, y: Array, z: Array) -> MeshHex:

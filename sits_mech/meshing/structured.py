@@ -81,3 +81,9 @@ def matched_cells(length: float, reference: float, cells: int, beta: float) -> i
         Strength of the grading.
     """
     return 2 * max(1, int(np.ceil(0.5 * cells * (length / reference) ** (1.0 / beta) - 1e-9)))
+
+
+def split_lines(lines: Array, factor: int) -> Array:
+    """Return mesh lines with each cell between them split evenly into `factor` cells."""
+    parts = np.arange(factor) / factor
+    return np.append((lines[:-1, None] + np.diff(lines)[:, None] * parts).ravel(), lines[-1])

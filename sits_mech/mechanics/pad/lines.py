@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sits_mech.meshing.bricks import Outline
+from sits_mech.meshing.bricks import Outline, covered
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Target
 
@@ -21,15 +21,16 @@ def outlines(target: Target, elastomer: Elastomer) -> tuple[Outline, Outline]:
     """Return target and pad seen from above, a box a little wider than a disc that touches its side [thicknesses]."""
     t = elastomer.thickness
     plate, pad = ([length / (2.0 * t) for length in part.extent] for part in (target, elastomer))
-    disc, cylinder = target.shape == "disc", elastomer.diameter is not None
-    if disc and not cylinder:
+    disc, cylinder = target.shape == "disc", elastomer.is_round
+    if disc and not cylinder and plate[0] < (1.0 + 1e-9) * min(pad):
         pad = [max(size, (1.0 + _CLEAR) * plate[0]) for size in pad]
     return Outline(plate[0], plate[1], disc), Outline(pad[0], pad[1], cylinder)
 
 
 def flush(plate: Outline, pad: Outline) -> bool:
-    """Say whether a target reaches a side of its pad."""
-    return pad.half_x - plate.half_x < 1e-9 or pad.half_y - plate.half_y < 1e-9
+    """Say whether a target reaches a side of its pad, or goes on beyond it."""
+    own = covered(plate, pad)
+    return own is None or pad.half_x - own.half_x < 1e-9 or pad.half_y - own.half_y < 1e-9
 
 
 def box_lines(plate: Outline, pad: Outline, cells: int, grading: float) -> tuple[Array, Array, Array]:

@@ -65,7 +65,8 @@ def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
     """Return the layer of a sensor with its target, meshed and scaled."""
     target, elastomer = layer_parts(sensor)
     t, silicone = elastomer.thickness, elastomer.silicone
-    half_layer, half_target = elastomer.extent[0] / (2 * t), target.extent[0] / (2 * t)
+    half_layer = elastomer.extent[0] / (2 * t)
+    half_target = min(target.extent[0] / (2 * t), half_layer)  # bonded over what lies under the target
     fillet = Fillet((elastomer.edge_radius or 0.0) / t, half_layer, half_target)
     fillet = checked(fillet, t) if fillet.radius > 0.0 else fillet
     own = _numbered(fillet, fineness.cells, fineness.grading, fineness.fan)

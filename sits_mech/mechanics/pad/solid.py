@@ -1,10 +1,9 @@
 """The pad as a body to solve in three dimensions: bricks, bonds, free faces, law, scales.
 
-Half the pad, y >= 0, is meshed: a box under a rectangle on a tensor grid, what is round in rings (meshing/bricks.py). A
-load that leaves the plane y = 0 takes both halves, the same bricks and their mirror image. Lines shrink towards the
-target's edge and the upper face, where the bonded corner is singular: the i-th of m lines of a segment of length l lies
-``l (i/m)**beta`` from the edge. Where the target covers the whole upper face the corner below is as singular as the one
-above, and the lines through the thickness shrink towards both.
+Half the pad, y >= 0, is meshed (pad/shapes.py). A load that leaves the plane y = 0 takes both halves, the same bricks
+and their mirror image. Lines shrink towards the target's edge and the upper face, where the bonded corner is singular:
+the i-th of m lines of a segment of length l lies ``l (i/m)**beta`` from the edge. Where the target covers the whole
+upper face the corner below is as singular as the one above, and the lines through the thickness shrink towards both.
 
 Scales: lengths by the thickness t, stresses by the initial shear modulus mu; forces by mu t^2, moments by mu t^3.
 """
@@ -15,8 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 
 import numpy as np
-from skfem import Basis, MeshHex, MeshHex2
-from skfem.assembly import Dofs
+from skfem import Basis
 
 from sits_mech.mechanics.element.assembly import Pattern, entries, pattern
 from sits_mech.mechanics.element.kernel import Law, element_forces
@@ -25,18 +23,19 @@ from sits_mech.mechanics.faces.contact import Plane, contacts
 from sits_mech.mechanics.faces.face_contact import Faces
 from sits_mech.mechanics.faces.self_contact import skin
 from sits_mech.mechanics.faces.surface import Surface, facets_of
-from sits_mech.mechanics.pad.lines import box_lines, flush, lines_through, outlines, ring_lines
+from sits_mech.mechanics.pad.lines import lines_through, outlines
 from sits_mech.mechanics.pad.section import layer_parts
+from sits_mech.mechanics.pad.shapes import Shape, half_bricks, shape_of
 from sits_mech.mechanics.rest.body import Bonded, State, border
 from sits_mech.mechanics.rest.pairs import Pair, Scales
-from sits_mech.meshing.bricks import Outline, box_bricks, ring_bricks, within
+from sits_mech.meshing.bricks import Outline, within
+from sits_mech.meshing.copies import both_halves
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
 from sits_mech.silicone.energy import isochoric_energy, isochoric_stress
 
 _GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
 _CONTACT_ORDER = 1.5  # of the error in contact and of flush pads: faces fold onto a plane cell by cell
-_AROUND = (2, 3)  # cells from a corner of the core to the next middle of a side: up to 2 through the thickness, more
 _SHARE = 0.25  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
 
 
@@ -140,40 +139,21 @@ def bonded_block(
     whole : bool
         Whether both halves are meshed: then all six components of the target's motion are free.
     """
-    return solid(sensor, _meshed(*outlines(*pad_parts(sensor)), cells, grading, whole), guard, depth)
+    return solid(sensor, _meshed(shape_of(*pad_parts(sensor)), cells, grading, whole), guard, depth)
 
 
 @lru_cache(maxsize=4)
-def _meshed(plate: Outline, pad: Outline, cells: int, grading: float, whole: bool) -> NumberedMesh:
+def _meshed(shape: Shape, cells: int, grading: float, whole: bool) -> NumberedMesh:
     """The mesh of a pad; what differs in law, guard or contact shares it."""
-    through = lines_through(cells, grading, flush(plate, pad))
-    if plate.is_round or pad.is_round:
-        mesh = ring_bricks(plate, pad, (*ring_lines(plate, pad, cells, grading), through), _AROUND[cells > 2])
-    else:
-        mesh = box_bricks(*box_lines(plate, pad, cells, grading))
+    mesh = half_bricks(shape, cells, grading)
     if whole:
         mesh = both_halves(mesh)
-    own, basis = solid_mesh(mesh, BRICK)
-    _, y, z = own.nodes.T
-    top = (z > 1.0 - 1e-9) & within(plate, own.nodes, 1e-9)
+    mixed, basis = solid_mesh(mesh, BRICK)
+    _, y, z = mixed.nodes.T
+    top = (z > 1.0 - 1e-9) & within(shape.plate, mixed.nodes, 1e-9)
     where = np.stack([z < 1e-9, top, (np.abs(y) < 1e-9) & (not whole)])
-    return numbered(own, where, len(through) - 1.0, basis, plate)
-
-
-def both_halves(half: MeshHex) -> MeshHex2:
-    """Return a mesh of 27-node bricks on y >= 0 with its mirror image, whose bricks are numbered alike."""
-    basis = Dofs(half, BRICK)
-    place = solid_mesh(half, BRICK)[0].nodes[basis.element_dofs.T]
-    points, corners = half.p.T, half.t.T
-    own = points[:, 1] > 1e-9
-    image = np.where(own, len(points) - 1 + np.cumsum(own), np.arange(len(points)))
-    flip = np.array([1.0, -1.0, 1.0])
-    each = (np.vstack([points, points[own] * flip]), np.vstack([corners, image[corners]]))
-    both = MeshHex(*(np.ascontiguousarray(part.T) for part in each))  # or it says that it has to turn them
-    whole = MeshHex2.from_mesh(both)
-    nodes = whole.doflocs.copy()
-    nodes[:, Dofs(whole, BRICK).element_dofs.T] = np.moveaxis(np.concatenate([place, place * flip]), -1, 0)
-    return MeshHex2(nodes, whole.t)
+    through = len(lines_through(cells, grading, shape.flush)) - 1.0
+    return numbered(mixed, where, through, basis, shape.plate, convex=not shape.middles)
 
 
 def numbered(

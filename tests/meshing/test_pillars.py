@@ -1,0 +1,27 @@
+"""Bricks of pillars: as many as stand at y >= 0, halves on the plane, nested when split."""
+
+import numpy as np
+import pytest
+from skfem import Basis
+from skfem.element import ElementHex2
+
+from sits_mech.meshing.bricks import Outline
+from sits_mech.meshing.pillars import pillar_bricks
+
+DISC = Outline(0.5, 0.5, True)
+LINES = (np.array([0.0, 0.6, 1.0]), np.array([0.0, 0.4, 1.0]))
+GRID = tuple((x, y) for x in (-2.0, 0.0, 2.0) for y in (-2.0, 0.0, 2.0))
+
+
+def test_nine_pillars_are_three_halves_and_three_whole_ones():
+    mesh = pillar_bricks(DISC, GRID, LINES, 2)
+    area = Basis(mesh, ElementHex2(), intorder=6).dx.sum()
+    assert area == pytest.approx(4.5 * np.pi * 0.25, rel=1e-4)
+    assert mesh.p[1].min() == 0.0 and mesh.p[1].max() == 2.5 and mesh.p[0].min() == -2.5
+
+
+def test_split_pillars_are_nested():
+    coarse, fine = (pillar_bricks(DISC, GRID[:2], LINES, 1, split) for split in (1, 2))
+    assert fine.nelements == 8 * coarse.nelements
+    near = np.linalg.norm(coarse.p[:, :, None] - fine.p[:, None, :], axis=0).min(axis=1)
+    assert near.max() < 1e-12
