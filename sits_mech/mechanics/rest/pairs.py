@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.faces.face_contact import face_notes
 from sits_mech.mechanics.rest.body import Bonded, State, packed, rest, unpacked
@@ -221,6 +222,9 @@ def _answer(
     error = errors_of(np.where(held, 0.0, pair.owned * np.abs(apart)), lever, pair.share)
     error = np.where(held, 0.0, error)
     best = fine.q + pair.added * np.where(held, 0.0, apart) / lengths
+    beneath = ground_notes(sensor, scales.pose(best))
+    if beneath:  # the true target is held there: the error is the whole displacement
+        error = np.where(held, 0.0, np.maximum(error, np.max(np.abs(best * lengths) * lever) / lever))
     off = relative(error, best * lengths, lever)
     if held.any():
         weight = 1.0 / (levers(body, 1.0)[:k])
@@ -228,7 +232,7 @@ def _answer(
         off = max(off, forces / max(float(np.max(np.abs(fine.load) * weight)), 1e-300))
     plate = sensor.target.thickness / t if sensor.target is not None else 0.0
     notes = face_notes(body.faces, body.mesh, body.parts, fine.u, fine.q, plate)
-    notes = (*notes, *law_notes(sensor, body, fine.u))
+    notes = (*notes, *beneath, *law_notes(sensor, body, fine.u))
     report = SolveReport(
         "", len(body.free) + k, fine.iterations + coarse.iterations, fine.residual, float(off), 0.0, notes=notes,
         min_J=fine.min_J,

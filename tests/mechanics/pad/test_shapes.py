@@ -158,3 +158,11 @@ def test_bulging_sides_lie_on_the_target_and_on_the_ground_beyond_the_pad():
     gap = found.pose.d_v / (2.0 * MM)
     assert place[:, 2].min() > -0.02 and place[:, 2].max() < gap + 0.02  # nodes beside the Gauss points
     assert np.abs(place[:, :2]).max() > 2.1  # thicknesses: beyond the pad's own half width of 2
+
+
+def test_a_wide_target_that_tilts_onto_the_ground_says_so_and_owns_to_it():
+    layer = planar_layer(scene((30, 80), (8, 80)))
+    gently, hard = (layer.equilibrium(Wrench(F_z=2.0, M=M)) for M in (0.02, 0.06))
+    assert not any("below the ground" in note for note in gently.report.notes)
+    assert any("below the ground" in note for note in hard.report.notes)
+    assert gently.report.estimated_error < 0.1 <= 1.0 <= hard.report.estimated_error
