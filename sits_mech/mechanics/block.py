@@ -246,7 +246,9 @@ def _slanted(mesh: MixedMesh, u: Array, way: Array) -> tuple[Array, Indices, Ind
     corners = mesh.nodes[mesh.cells]
     low, high = corners.min(axis=1), corners.max(axis=1)
     away = np.abs(grid[quads].mean(axis=1)[:, None] - (low + high) / 2) / (high - low)
-    return np.column_stack([places @ way, places[:, 2]]), quads, np.argmin(away.max(axis=2), axis=1)
+    nearest = away.max(axis=2)
+    filled = nearest.min(axis=1) < 1.0  # between pillars there is none
+    return np.column_stack([places @ way, places[:, 2]]), quads[filled], np.argmin(nearest[filled], axis=1)
 
 
 def deformed_pad(model: BlockPad, equilibrium: Equilibrium) -> tuple[Array, Indices, Array]:
