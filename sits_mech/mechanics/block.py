@@ -20,7 +20,7 @@ hexahedra the stiffer one, and half their difference, with contact all of it, it
 Contact of the free faces with ground and target (scene key `elastomer.contact`, faces/contact.py) is "never" solved,
 "always", or, "auto", where a free face folds onto one of them.
 
-Range: boxes, cylinders and meshes of the user's under rectangles and discs, every law. Neglected: viscosity, gravity,
+Range: boxes, cylinders, pillars and meshes of the user's under rectangles and discs, every law. Neglected: viscosity, gravity,
 friction, faces that touch themselves.
 """
 

@@ -14,6 +14,7 @@ from sits_mech.scene.sensor import Elastomer, Target
 _STRETCH = 3.0  # thicknesses of half target that one cell more than through the thickness is worth
 _REACH = 1.25  # thicknesses beside the target within which the pad is stressed: one cell does beyond
 _OUTER = 0.3  # of the outermost cell beside the target along x, split off: the tilt under shear hangs on it
+_FLUSH = 1e-4  # thicknesses between the rims of target and layer up to which the two are flush
 _CLEAR = 2.5e-3  # of a disc's radius that its rim keeps from the sides of a box: cells there would have no width
 
 
@@ -24,7 +25,14 @@ def outlines(target: Target, elastomer: Elastomer) -> tuple[Outline, Outline]:
     disc, cylinder = target.shape == "disc", elastomer.is_round
     if disc and not cylinder and plate[0] < (1.0 + 1e-9) * min(pad):
         pad = [max(size, (1.0 + _CLEAR) * plate[0]) for size in pad]
+    if disc == cylinder:
+        plate = [widened(*both) for both in zip(plate, pad, strict=True)]
     return Outline(plate[0], plate[1], disc), Outline(pad[0], pad[1], cylinder)
+
+
+def widened(half_target: float, half_layer: float) -> float:
+    """Return half the size of a target; its layer's where no cell has room between [thicknesses]."""
+    return half_layer if 0.0 < half_layer - half_target < _FLUSH else half_target
 
 
 def flush(plate: Outline, pad: Outline) -> bool:

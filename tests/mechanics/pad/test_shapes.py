@@ -166,3 +166,14 @@ def test_a_wide_target_that_tilts_onto_the_ground_says_so_and_owns_to_it():
     assert not any("below the ground" in note for note in gently.report.notes)
     assert any("below the ground" in note for note in hard.report.notes)
     assert gently.report.estimated_error < 0.1 <= 1.0 <= hard.report.estimated_error
+
+
+@pytest.mark.parametrize("gap", [1e-9, 1e-7, 3e-4])
+def test_a_rim_nearer_to_the_pads_than_any_cell_is_flush(gap):
+    """Cells of no width were refused by every load; gaps up to 1e-4 thicknesses count as none."""
+    for pad in ((8, 8), 8):
+        near = (8.0 - gap,) * 2 if isinstance(pad, tuple) else 8.0 - gap
+        flush = small(scene(pad, pad), 1)
+        np.testing.assert_allclose(small(scene(near, pad), 1), flush, rtol=1e-12, atol=1e-9 * flush[1, 1])
+    near, flush = (linear_layer(scene((size, 80), (8, 80))).compliance for size in (8.0 - gap, 8.0))
+    np.testing.assert_allclose(near, flush, rtol=1e-12)
