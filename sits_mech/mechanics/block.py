@@ -20,8 +20,8 @@ hexahedra the stiffer one, and half their difference, with contact all of it, it
 Contact of the free faces with ground and target (scene key `elastomer.contact`, faces/contact.py) is "never" solved,
 "always", or, "auto", where a free face folds onto one of them.
 
-Range: boxes, cylinders, pillars and meshes of the user's under rectangles and discs, every law. Neglected: viscosity, gravity,
-friction, faces that touch themselves.
+Range: boxes, cylinders, pillars and meshes of the user's under rectangles and discs, every law. Neglected: viscosity,
+gravity, friction, faces that touch themselves.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from scipy.spatial import cKDTree
 
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import BRICK, Indices, MixedMesh
-from sits_mech.mechanics.pad.shapes import shape_of
+from sits_mech.mechanics.pad.shapes import Shape, shape_of
 from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, pad_parts, pad_scales, pair_of
 from sits_mech.mechanics.pad.user import meshed_pad
 from sits_mech.mechanics.rest.body import Bonded, packed
@@ -214,7 +214,7 @@ def deformed_section(model: BlockPad, equilibrium: Equilibrium, angle: float = 0
     J : ndarray, shape (m,)
         Smallest volume ratio at any point of each one's cell.
     """
-    _, elastomer = pad_parts(model.sensor)
+    target, elastomer = pad_parts(model.sensor)
     body = solved_body(model, equilibrium)
     mesh, middle = body.mesh, body.faces.middle
     if middle is None:
@@ -226,12 +226,13 @@ def deformed_section(model: BlockPad, equilibrium: Equilibrium, angle: float = 0
         quads = np.concatenate([_quarters(mesh.nodes, middle[bent, 1:]), middle[~bent, 1:]])
         least = least[np.concatenate([np.repeat(middle[bent, 0], 4), middle[~bent, 0]])]
     else:
-        points, quads, cells = _slanted(mesh, u, np.array([np.cos(angle), np.sin(angle), 0.0]))
+        way = np.array([np.cos(angle), np.sin(angle), 0.0])
+        points, quads, cells = _slanted(mesh, u, way, shape_of(target, elastomer))
         least = least[cells]
     return points * elastomer.thickness + (0.0, elastomer.standoff), quads, least
 
 
-def _slanted(mesh: MixedMesh, u: Array, way: Array) -> tuple[Array, Indices, Indices]:
+def _slanted(mesh: MixedMesh, u: Array, way: Array, shape: Shape) -> tuple[Array, Indices, Indices]:
     """Deformed points along a direction and up, quadrilaterals of an even grid there, and the cell that each is in."""
     across, up = _GRID
     moved = LinearNDInterpolator(mesh.nodes, u)
@@ -242,13 +243,11 @@ def _slanted(mesh: MixedMesh, u: Array, way: Array) -> tuple[Array, Indices, Ind
     places = grid + moved(grid)
     first = ((up + 1) * np.arange(across)[:, None] + np.arange(up)).ravel()
     quads = first[:, None] + np.array([0, up + 1, up + 2, 1])
-    quads = quads[np.isfinite(places[quads]).all(axis=(1, 2))]
+    quads = quads[np.isfinite(places[quads]).all(axis=(1, 2)) & shape.holds(grid[quads].mean(axis=1))]
     corners = mesh.nodes[mesh.cells]
     low, high = corners.min(axis=1), corners.max(axis=1)
     away = np.abs(grid[quads].mean(axis=1)[:, None] - (low + high) / 2) / (high - low)
-    nearest = away.max(axis=2)
-    filled = nearest.min(axis=1) < 1.0  # between pillars there is none
-    return np.column_stack([places @ way, places[:, 2]]), quads[filled], np.argmin(nearest[filled], axis=1)
+    return np.column_stack([places @ way, places[:, 2]]), quads, np.argmin(away.max(axis=2), axis=1)
 
 
 def deformed_pad(model: BlockPad, equilibrium: Equilibrium) -> tuple[Array, Indices, Array]:

@@ -4,8 +4,8 @@ Lines are graded towards both faces and towards the target's and the layer's edg
 (exponent 0.5946 for an incompressible clamped right angle against a free face). Too strong a grading resolves a corner
 that finite strain then turns inside out: a nonlinear layer takes a milder one than a linear layer.
 
-A target wider than its layer is bonded over all of it, and the corners above are those below; free faces that rise at its
-edge lie on the target's plane, which goes on beyond.
+A target wider than its layer is bonded over all of it, and the corners above are those below; free faces that rise at
+its edge lie on the target's plane, which goes on beyond.
 
 Scales: lengths by the thickness t, stresses by the initial shear modulus mu; per depth, forces by mu t and moments by
 mu t^2.
@@ -68,6 +68,8 @@ class Fineness:
 def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
     """Return the layer of a sensor with its target, meshed and scaled."""
     target, elastomer = layer_parts(sensor)
+    if elastomer.kind == "pillars":
+        raise ValueError("elastomer.shape: must be 'box' or 'cylinder' for a layer in plane strain, got 'pillars'")
     t, silicone = elastomer.thickness, elastomer.silicone
     half_layer = elastomer.extent[0] / (2 * t)
     half_target = min(widened(target.extent[0] / (2 * t), half_layer), half_layer)  # bonded over what both share

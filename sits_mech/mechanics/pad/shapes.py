@@ -25,6 +25,7 @@ from sits_mech.meshing.bricks import Outline, box_bricks, covered, ring_bricks
 from sits_mech.meshing.crossing import crossing_bricks
 from sits_mech.meshing.pillars import pillar_bricks
 from sits_mech.meshing.structured import split_lines
+from sits_mech.quantities import Array
 from sits_mech.scene.elastomer import pillar_middles
 from sits_mech.scene.sensor import Elastomer, SceneError, Target
 
@@ -51,6 +52,13 @@ class Shape(NamedTuple):
     def flush(self) -> bool:
         """Whether the target reaches a side of the pad."""
         return bool(self.middles) or flush(self.plate, self.pad)
+
+    def holds(self, places: Array) -> Array:
+        """Say which places, shape (n, 2 or more), are in a pillar, seen from above; of a pad in one piece all are."""
+        if not self.middles:
+            return np.ones(len(places), dtype=bool)
+        away = np.linalg.norm(places[:, None, :2] - np.array(self.middles), axis=2)
+        return np.asarray(away.min(axis=1) < self.pad.half_x)
 
 
 def shape_of(target: Target, elastomer: Elastomer) -> Shape:

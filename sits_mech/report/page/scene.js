@@ -134,8 +134,10 @@ function sectionView() {
       const ends = [Math.max(from, pieces[0][0]), Math.min(to, pieces[pieces.length - 1][1])], [left, right] = ends.map((q) => place2(now, q, 0)).map(([q, z]) => [q, -z]);
       const low = -scene.pad.bottom, high = -scene.rest, shift = (left[0] + right[0] - ends[0] - ends[1]) / 2, sink = Math.max(0, (left[1] + right[1]) / 2 - high);
       const edge = 0.35 * shift, out = 0.5 * Math.min(sink, to - from);
-      return ["M", from, low, "Q", from - out + 0.3 * edge, (low + high) / 2, from + edge, high, "C", (from + left[0]) / 2, high, (from + left[0]) / 2, left[1], left[0], left[1],
-        "L", right[0], right[1], "C", (to + right[0]) / 2, right[1], (to + right[0]) / 2, high, to + edge, high, "Q", to + out + 0.3 * edge, (low + high) / 2, to, low, "Z"].join(" ");
+      const one = ends[0] > from + 1e-6 ? [from + edge, high, "C", (from + left[0]) / 2, high, (from + left[0]) / 2, left[1], ...left] : left;  // a rim on the layer, or a side that ends at the target
+      const other = ends[1] < to - 1e-6 ? ["C", (to + right[0]) / 2, right[1], (to + right[0]) / 2, high, to + edge, high] : [];
+      const [a, b] = [one === left ? (from + left[0]) / 2 : from + 0.3 * edge, other.length ? to + 0.3 * edge : (to + right[0]) / 2];
+      return ["M", from, low, "Q", a - out, (low + high) / 2, ...one, "L", ...right, ...other, "Q", b + out, (low + high) / 2, to, low, "Z"].join(" ");
     }).join(" "));
     const pull = [(c * wrench.F_x) / (most.F_x || 1) + (s * wrench.F_y) / (most.F_y || 1), wrench.F_z / (most.F_z || 1)], size = Math.hypot(...pull);
     const u = pull.map((v) => v / (size || 1)), length = 1.5 * Math.min(1, 0.35 + 0.65 * size), head = place2(now, 0, t);

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.block import block_pad, solved_body
+from sits_mech.mechanics.block import block_pad, deformed_section, solved_body
 from sits_mech.mechanics.layer import linear_layer, planar_layer
 from sits_mech.mechanics.pad.shapes import half_bricks, shape_of
 from sits_mech.mechanics.pad.solid import bonded_block
@@ -128,6 +128,17 @@ def test_pillars_bear_loads_beside_the_plane_as_a_square_does():
     assert -across.alpha_x == pytest.approx(along.alpha, rel=5e-3)
 
 
+def test_a_slanted_section_is_empty_between_pillars():
+    """Along the diagonal of two by two pillars, 3.5 mm apart: two of 1.5 mm, to a piece of the grid."""
+    pad = block_pad(scene((5, 5), pillars()), 0.5)
+    found = pad.equilibrium(Wrench(F_x=1e-6, F_y=1e-6))
+    points, quads, _ = deformed_section(pad, found, np.pi / 4)
+    s = points[quads][..., 0]
+    length = np.ptp(s, axis=1).sum() / 12  # as many pieces one above the other
+    assert length == pytest.approx(2 * DIAMETER * MM, rel=0.1)
+    assert not np.any(np.abs(s.mean(axis=1)) < (2.5 / np.sqrt(2.0) - 0.85) * MM)
+
+
 def test_pillars_that_touch_are_named():
     """Three in a row, 0.1 mm apart: of a pillar pressed by a tenth the middle grows by a thirtieth of its width."""
     pad = block_pad(scene((9.5, 3.1), pillars(3.1, 3.0)), 0.5)
@@ -177,3 +188,9 @@ def test_a_rim_nearer_to_the_pads_than_any_cell_is_flush(gap):
         np.testing.assert_allclose(small(scene(near, pad), 1), flush, rtol=1e-12, atol=1e-9 * flush[1, 1])
     near, flush = (linear_layer(scene((size, 80), (8, 80))).compliance for size in (8.0 - gap, 8.0))
     np.testing.assert_allclose(near, flush, rtol=1e-12)
+
+
+def test_pillars_have_no_section():
+    for model in (planar_layer, linear_layer):
+        with pytest.raises(ValueError, match="must be 'box' or 'cylinder' for a layer in plane strain, got 'pillars'"):
+            model(scene((8, 8), pillars()))
