@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from sits_mech.mechanics.block import block_pad, deformed_section, solved_body
 from sits_mech.mechanics.layer import linear_layer, planar_layer
@@ -122,7 +123,7 @@ def test_pressed_pillars_share_the_force():
 
 
 def test_pillars_bear_loads_beside_the_plane_as_a_square_does():
-    pad = block_pad(scene((8, 8), pillars()), 0.5)
+    pad = block_pad(scene((5, 5), pillars()), 0.5)
     along, across = pad.equilibrium(Wrench(F_x=0.01)).pose, pad.equilibrium(Wrench(F_y=0.01)).pose
     assert across.d_y == pytest.approx(along.d_h, rel=2e-3)
     assert -across.alpha_x == pytest.approx(along.alpha, rel=5e-3)
@@ -154,7 +155,7 @@ def test_a_split_mesh_is_nested_for_every_shape():
         shape = shape_of(sensor.target, sensor.elastomer)
         coarse, fine = (half_bricks(shape, 1, 2.0, split) for split in (1, 2))
         assert fine.nelements == 8 * coarse.nelements
-        near = np.linalg.norm(coarse.p[:, :, None] - fine.p[:, None, :], axis=0).min(axis=1)
+        near = cKDTree(fine.p.T).query(coarse.p.T)[0]
         assert near.max() < 1e-9
 
 
