@@ -116,13 +116,13 @@ def choose_mechanics(
             raise SceneError(f"model (mechanics) must be auto or block for {', '.join(beside)}; got {asked}")
         reason = f"{', '.join(beside)}: {_LEAVES}"
         return Choice("block", reason if asked == "auto" else "asked for")
-    meshed = sensor.elastomer is not None and sensor.elastomer.mesh is not None
-    if meshed and asked not in ("auto", "block"):
-        raise SceneError(f"{sensor.name}: model (mechanics) must be block for an elastomer.mesh; got {asked}")
+    own = _of_its_own(sensor)
+    if own and asked not in ("auto", "block"):
+        raise SceneError(f"{sensor.name}: model (mechanics) must be block for {own}; got {asked}")
     if asked != "auto":
         return Choice(asked, "asked for")
-    if meshed:
-        return Choice("block", "the layer has a mesh of its own")
+    if own:
+        return Choice("block", f"no section stands for {own}")
     finite = "block" in known and _is_finite(sensor)
     bound = strain_bound(sensor, loads) if loads and "linear" in known else tolerance
     if bound < tolerance:
@@ -131,6 +131,14 @@ def choose_mechanics(
     if finite:
         return Choice("block", "finite strain in three dimensions: the pad is too short for plane strain")
     return Choice("planar", _PLANE)
+
+
+def _of_its_own(sensor: Sensor) -> str:
+    """Name a layer that the 3D model alone holds; nothing for others."""
+    elastomer = sensor.elastomer
+    if elastomer is None or (elastomer.mesh is None and elastomer.kind != "pillars"):
+        return ""
+    return "pillars" if elastomer.mesh is None else "an elastomer.mesh"
 
 
 def _is_finite(sensor: Sensor) -> bool:

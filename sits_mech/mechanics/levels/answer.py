@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.faces.face_contact import face_notes
 from sits_mech.mechanics.levels.family import Levels, extrapolated, finer, next_at_rest
@@ -290,9 +291,13 @@ def _answer(
     error = np.where(held, 0.0, errors_of(best.error, np.ones(k), share)) * unit * scales.lengths[:k]
     q, load = np.where(held, fine.q, best.value * unit), np.where(held, best.value * unit, fine.load)
     off = float(np.max(best.error)) / max(float(np.max(np.abs(best.value))), 1e-300) if np.any(best.value) else 0.0
+    beneath = ground_notes(sensor, scales.pose(q))
+    if beneath:  # the true target is held there: the error is the whole displacement
+        whole = np.max(np.abs(q * scales.lengths[:k]) * lever) / lever
+        error, off = np.where(held, 0.0, np.maximum(error, whole)), max(off, 1.0)
     plate = sensor.target.thickness / t if sensor.target is not None else 0.0
     notes = face_notes(body.faces, body.mesh, body.parts, fine.u, fine.q, plate)
-    notes = (*notes, *law_notes(sensor, body, fine.u), *best.words(levels.order), *([large] if large else []))
+    notes = (*notes, *beneath, *law_notes(sensor, body, fine.u), *best.words(levels.order), *([large] if large else []))
     report = SolveReport(
         "", len(levels.maker(len(values) - 1).free) + k, spent, fine.residual, off, 0.0, notes=notes, min_J=fine.min_J
     )
