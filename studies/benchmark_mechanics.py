@@ -17,7 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from sits_mech.chain.interpolate import loads_of
-from sits_mech.mechanics.layer import PlanarLayer, linear_layer, planar_layer
+from sits_mech.mechanics.layer import PlanarLayer, planar_layer
+from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.loads import settle
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import SolveReport, Wrench

@@ -10,7 +10,8 @@ from sits_mech.mechanics.closed_form import (
     shear_stiffness,
     tilt_modulus,
 )
-from sits_mech.mechanics.layer import linear_layer, planar_layer
+from sits_mech.mechanics.layer import planar_layer
+from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.newton import compliance

@@ -19,7 +19,7 @@ def area(outline):
 
 @pytest.mark.parametrize(("target", "pad"), [(DISC, WIDE), (DISC, ROUND), (SQUARE, ROUND)])
 def test_rings_fill_half_the_pad(target, pad):
-    mesh = ring_bricks(target, pad, (np.array([0, 0.8, 1.0]), np.array([0, 0.3, 1.0]), Z), 2)
+    mesh, _ = ring_bricks(target, pad, (np.array([0, 0.8, 1.0]), np.array([0, 0.3, 1.0]), Z), 2)
     basis = Basis(mesh, ElementHex2(), intorder=5)
     assert basis.dx.min() > 0.0
     assert basis.dx.sum() == pytest.approx(area(pad) / 2, rel=2e-4 if pad.is_round else 1e-12)
@@ -32,12 +32,12 @@ def test_rings_fill_half_the_pad(target, pad):
 def test_round_volumes_converge_at_fourth_order():
     errors = []
     for around in (1, 2, 4):
-        mesh = ring_bricks(DISC, DISC, (np.array([0.0, 1.0]), np.zeros(1), Z), around)
+        mesh, _ = ring_bricks(DISC, DISC, (np.array([0.0, 1.0]), np.zeros(1), Z), around)
         errors.append(abs(Basis(mesh, ElementHex2(), intorder=5).dx.sum() / (area(DISC) / 2) - 1.0))
     rates = np.log2(np.array(errors[:-1]) / errors[1:])
     assert np.all(rates > 3.8)
 
 
 def test_box():
-    mesh = box_bricks(np.array([-1.0, 0.0, 2.0]), np.array([0.0, 1.0]), Z)
+    mesh, _ = box_bricks(np.array([-1.0, 0.0, 2.0]), np.array([0.0, 1.0]), Z)
     assert Basis(mesh, ElementHex2(), intorder=5).dx.sum() == pytest.approx(3.0)

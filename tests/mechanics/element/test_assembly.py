@@ -9,7 +9,8 @@ from sits_mech.mechanics.element.mesh import section_mesh
 from sits_mech.mechanics.element.target import work_of_load
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.mechanics.rest.body import rest
-from sits_mech.mechanics.rest.newton import _factored, _gradient, target_stiffness
+from sits_mech.mechanics.rest.linearisation import factored, gradient
+from sits_mech.mechanics.rest.newton import target_stiffness
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.scene.sensor import load_sensor
 
@@ -31,7 +32,7 @@ def whole_matrix(numbers, values, n):
 
 def test_equations_are_the_product_with_the_map_of_the_target(state):
     body, state = state
-    n, factor = state.u.size, _factored(body, state, _gradient(body, state))
+    n, factor = state.u.size, factored(body, state, gradient(body, state))
     found = factor.made
     K, m = whole_matrix(found.numbers, found.values, n + 6), len(body.free)
     P = np.zeros((n + 6, m + 3))

@@ -26,7 +26,7 @@ def curved_section():
 def rings():
     """Half a cylinder under a disc."""
     lines = np.array([0.0, 0.6, 1.0])
-    return ring_bricks(Outline(1.0, 1.0, True), Outline(1.4, 1.4, True), (lines, lines, Z), 1)
+    return ring_bricks(Outline(1.0, 1.0, True), Outline(1.4, 1.4, True), (lines, lines, Z), 1)[0]
 
 
 MESHES = {

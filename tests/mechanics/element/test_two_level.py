@@ -6,7 +6,6 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 from skfem import MeshHex, MeshQuad, MeshQuad2, MeshTet
 
-from sits_mech.mechanics.element.assembly import entries
 from sits_mech.mechanics.element.kernel import Law, element_stiffness
 from sits_mech.mechanics.element.mesh import BRICK, SQUARE, TETRAHEDRON, plane_mesh, solid_mesh
 from sits_mech.mechanics.element.prolongation import prolongation
@@ -30,7 +29,8 @@ def equations(mesh, element, K):
     silicone = silicone_from({"law": "neo-hookean", "shear_modulus": 3e4, "bulk_modulus": 3e4 * K})
     law = Law(isochoric_energy(silicone), isochoric_stress(silicone))
     each = element_stiffness(own, law, K, np.zeros(own.nodes.size), np.zeros(own.chi.shape[:2]))
-    whole = sparse.coo_matrix((each.ravel(), entries(own.dofs)), shape=(own.nodes.size,) * 2).tocsc()
+    rows, columns = (np.broadcast_to(own.dofs[at], each.shape).ravel() for at in (np.s_[:, :, None], np.s_[:, None]))
+    whole = sparse.coo_matrix((each.ravel(), (rows, columns)), shape=(own.nodes.size,) * 2).tocsc()
     z = own.nodes[:, -1]
     free = np.flatnonzero(np.repeat((z > 1e-9) & (z < 1.0 - 1e-9), own.nodes.shape[1]))
     return own, each, whole, free

@@ -8,12 +8,12 @@ import pytest
 from sits_mech.mechanics.block import block_pad, solved_body
 from sits_mech.mechanics.element.kernel import element_forces, summed
 from sits_mech.mechanics.element.target import moved
+from sits_mech.mechanics.levels.retry import settled
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.mechanics.pad.solid import bonded_block, pair_of
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.control import under
 from sits_mech.mechanics.rest.path import follow
-from sits_mech.mechanics.levels.retry import settled
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import Elastomer, Target, load_sensor
 

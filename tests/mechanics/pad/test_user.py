@@ -14,9 +14,9 @@ from skfem.io.meshio import to_meshio
 from sits_mech.chain.plan import choose_mechanics
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.element.target import bonded_displacement
+from sits_mech.mechanics.levels import retry
 from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.mechanics.pad.user import GROUPS, mesh_notes, meshed_pad, refined_pad
-from sits_mech.mechanics.rest import retry
 from sits_mech.mechanics.rest.body import State, rest
 from sits_mech.mechanics.rest.newton import compliance, newton
 from sits_mech.meshing.bricks import box_bricks
@@ -456,7 +456,7 @@ def test_no_mesh_and_no_solid(tmp_path):
 
 
 def test_lines_are_where_they_were_put():
-    assert box_bricks(np.array([0.0, 2.0]), np.array([0.0, 1.0]), np.array([0.0, 1.0])).p.max() == 2.0
+    assert box_bricks(np.array([0.0, 2.0]), np.array([0.0, 1.0]), np.array([0.0, 1.0]))[0].p.max() == 2.0
 
 
 
