@@ -8,9 +8,10 @@ import pytest
 from sits_mech.mechanics.block import block_pad, solved_body
 from sits_mech.mechanics.element.kernel import element_forces, summed
 from sits_mech.mechanics.element.target import moved
+from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.retry import settled
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
-from sits_mech.mechanics.pad.solid import bonded_block, pair_of
+from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.control import under
 from sits_mech.mechanics.rest.path import follow
@@ -161,7 +162,8 @@ def test_faces_of_a_flush_pad_lie_on_both_planes_whatever_the_contact_depth():
     assert 0.28 < -q[1] < 0.32
     poses = []
     for depth in (5e-5, 2e-4):
-        pair = pair_of(*(bonded_block(sensor, cells, 2.0, 0.0, d) for cells, d in ((2, depth), (1, 2 * depth))))
+        bodies = [bonded_block(sensor, split, 2.0, 0.0, d).body for split, d in ((1, 4 * depth), (2, depth))]
+        pair = Levels((1.0, 2.0), bodies.__getitem__, lambda level: None, 2.0, 0.1)
         other = settled(replace(pad.half, makers=(lambda pair=pair: pair,), twins=(None,)), None, under(wrench))
         assert other.part == 1.0
         poses.append(other.found.pose.d_v)
