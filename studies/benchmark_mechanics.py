@@ -2,7 +2,8 @@
 
 References: finite strain, NGSolve 6.2 (four families of elements, high order) and FElupe 11.3, median and largest
 deviation of a family, none with contact, which is left out here, too; small strain, graded P2-P1 linear finite
-elements (2e-5 or better at S = 2). Run
+elements (2e-5 or better at S = 2). The stiffnesses of layers and pads are factored and solved beside SuperLU, its order
+of elimination found once, too: processor time. Run
 ``python studies/benchmark_mechanics.py [--coarse] --output DIR``.
 """
 
@@ -11,20 +12,32 @@ from __future__ import annotations
 import argparse
 import csv
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
+from scipy.sparse.linalg import splu
 
 from sits_mech.chain.interpolate import loads_of
+from sits_mech.mechanics.element.assembly import pattern
+from sits_mech.mechanics.element.kernel import element_stiffness
+from sits_mech.mechanics.element.memory import memory_of
 from sits_mech.mechanics.layer import PlanarLayer, planar_layer
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.loads import settle
+from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.pad.solid import bonded_block
+from sits_mech.mechanics.rest.body import border, rest
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor, load_sensor
+from sits_mech.threads import one_thread
+
+Result = TypeVar("Result")
 
 MM = 1e-3
+SUPERLU = {"options": {"SymmetricMode": True}, "diag_pivot_thresh": 0.01}
 # W, w, t [mm]; F_x, F_z [N/m]; M clockwise [N]; d_h, sink [mm], alpha clockwise; their bars.
 POSES = [
     (20, 15, 2, 0, 1810, 0, (0.0, 0.100264069, 0.0), (0.0, 0.000508300, 0.0)),
@@ -45,6 +58,10 @@ STRIPS = [  # S, K / mu, E_c in shear moduli, E_b in shear moduli where it is kn
 POSE_HEADER = [
     "W_mm", "w_mm", "t_mm", "F_x", "F_z", "M", "tolerance", "d_h_over_bar", "sink_over_bar", "alpha_over_bar",
     "estimated", "min_J", "unknowns", "solves", "seconds",
+]
+SOLVER_HEADER = [
+    "model", "cells", "unknowns", "stiffness_s", "order_s", "factor_s", "solve_s", "factor_MB", "memory_MB",
+    "lu_order_s", "lu_factor_s", "lu_solve_s", "lu_factor_MB", "difference",
 ]
 STRIP_HEADER = ["S", "K_over_mu", "E_c_error", "k_x_error", "E_b_error", "unknowns", "seconds"]
 
@@ -76,7 +93,7 @@ def strip_row(S: float, K: float, E_c: float, E_b: float | None) -> list[object]
     """Return one row: relative errors of the stiffnesses at rest."""
     w, began = 2.0 * S, time.perf_counter()
     layer = linear_layer(make_pad(1e3 * w, 1e3 * w, 1e3, 1.0, K), 1e-3)
-    k = np.linalg.inv(layer.compliance)
+    k = layer.stiffness[0]
     seconds = time.perf_counter() - began
     turn = np.array([0.5, 0.0, 1.0])  # about mid-height
     shear = k[0, 0] / (w - 0.2308) - 1.0 if K >= 1e7 else np.nan
@@ -90,6 +107,44 @@ def grid_seconds(layer: PlanarLayer, points: int) -> tuple[float, float]:
     began = time.perf_counter()
     rows = settle(layer, loads_of(forces), symmetry=Symmetry())
     return time.perf_counter() - began, max(float(row["seconds"]) for row in rows.values())
+
+
+def timed(call: Callable[[], Result]) -> tuple[float, Result]:
+    """Return the processor time of the second call, and what it returns: the first one warms the caches."""
+    call()
+    began = time.process_time()
+    found = call()
+    return time.process_time() - began, found
+
+
+@one_thread
+def solver_row(model: str, cells: int) -> list[object]:
+    """Return one row: a stiffness at rest factored and solved for the three sides of the target, both ways."""
+    body = (
+        bonded_body(load_sensor("biorob2018"), Fineness(cells, 1.5)) if model == "section"
+        else bonded_block(load_sensor("biorob2018-w15"), cells, 2.5, 0.0).body
+    )  # fmt: skip
+    at_rest = rest(body)
+    stiffness, made = timed(lambda: element_stiffness(body.mesh, body.law, body.K, at_rest.u, at_rest.p))
+    numbers, (values, edge) = (body.mesh.dofs,), ((made,), border(body.mesh, body.bonded))
+    order, own = timed(lambda: pattern(body.mesh, numbers, body.free, edge))
+    sides, _ = own.sides(values, np.eye(len(edge))[:, :3])
+    factor, made_of = timed(lambda: own.factored(values))
+    if made_of is None:
+        raise ValueError(f"{model}, {cells} cells: the stiffness at rest is singular")
+    solving, found = timed(lambda: made_of.solve(sides))
+    memory = memory_of(own)
+    K = own.matrix(values)
+    lu_order, first = timed(lambda: splu(K, **SUPERLU, permc_spec="MMD_AT_PLUS_A"))
+    place = np.argsort(first.perm_c)
+    sorted_K = K[place][:, place].tocsc()
+    lu_factor, lu = timed(lambda: splu(sorted_K, **SUPERLU, permc_spec="NATURAL"))
+    lu_solving, other = timed(lambda: lu.solve(sides[place]))
+    away = float(np.abs(found[place] - other).max() / np.abs(other).max())
+    return [
+        model, cells, len(body.free), stiffness, order, factor, solving, memory.factor / 1e6, memory.total / 1e6,
+        lu_order - lu_factor, lu_factor, lu_solving, 12e-6 * lu.nnz, away,
+    ]  # fmt: skip
 
 
 def write(path: Path, header: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
@@ -114,6 +169,9 @@ def main() -> None:
     rows = [pose_row(tolerance, case[:6], case[6], case[7]) for tolerance in tolerances for case in poses]
     write(options.output / "mechanics_poses.csv", POSE_HEADER, rows)
     write(options.output / "mechanics_strips.csv", STRIP_HEADER, [strip_row(*strip) for strip in strips])
+    sizes = {"section": (4,), "block": (1, 2)} if options.coarse else {"section": (4, 8, 16), "block": (1, 2, 3, 4, 5)}
+    solved = [solver_row(model, cells) for model, every in sizes.items() for cells in every]
+    write(options.output / "mechanics_solver.csv", SOLVER_HEADER, solved)
     points = 3 if options.coarse else 9
     whole, slowest = grid_seconds(planar_layer(load_sensor("biorob2018"), 1e-2), points)
     print(f"{points} x {points} loads on biorob2018 at 1e-2: {whole:.2f} s, slowest {slowest:.2f} s")

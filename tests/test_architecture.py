@@ -14,7 +14,7 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 
 # a file or folder may import lower ranks, and siblings of its own folder (of its own rank, at the top level)
 RANKS = {
-    **dict.fromkeys(("version", "threads", "units", "quantities", "turns"), 0),
+    **dict.fromkeys(("version", "threads", "memory", "units", "quantities", "turns"), 0),
     **dict.fromkeys(("silicone", "maps"), 1),
     "scene": 2,
     **dict.fromkeys(("cases", "meshing"), 3),
@@ -84,9 +84,12 @@ UNMIRRORED = {
         "tests/mechanics/test_block.py: the pads on these meshes converge",
     ),
     **dict.fromkeys(
-        (f"mechanics/rest/{name}.py" for name in ("body", "newton", "linearisation", "path")),
+        (f"mechanics/rest/{name}.py" for name in ("body", "newton", "linearisation")),
         "tests/mechanics/test_layer.py: every rest is found by them",
     ),
+    "mechanics/rest/failure.py": "tests/mechanics/rest/test_limit.py: what is said of loads that are not carried",
+    "mechanics/rest/path.py": "tests/mechanics/rest/test_limit.py: paths that end at limits",
+    "mechanics/rest/verdict.py": "tests/mechanics/rest/test_limit.py: and what ends them",
     "mechanics/levels/retry.py": "tests/mechanics/test_block_whole.py: loads that need another mesh, or contact",
     "meshing/store.py": "tests/mechanics/pad/test_user.py: meshes read and refused",
     "readout/front_end.py": "tests/readout/test_converter.py: settings of the converter",

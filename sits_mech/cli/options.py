@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import App, Parameter
 
 from sits_mech.cli.console import warn
+from sits_mech.memory import limit_memory
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:
@@ -48,9 +49,15 @@ class Overrides:
         bool, Parameter(negative="", help="Merge duplicated nodes of elastomer.mesh, at which it would be cut.")
     ] = False
 
+    memory: Annotated[
+        float | None, Parameter(help="GiB that a solution may take: 4 unless SITS_MECH_MEMORY says otherwise.")
+    ] = None
+
     @property
     def all(self) -> tuple[str, ...]:
-        """The keys with their values."""
+        """The keys with their values; the limit of memory holds from here on."""
+        if self.memory is not None:
+            limit_memory(self.memory)
         return (*self.keys, *(("elastomer.weld=true",) if self.weld else ()))
 
 

@@ -45,6 +45,7 @@ from sits_mech.mechanics.pad.solid import (
     EXPONENTS,
     GRADING,
     Solid,
+    base_cells,
     bonded_block,
     edge_notes,
     mirrored,
@@ -217,7 +218,7 @@ def _family(sensor: Sensor, kind: tuple[float, float], whole: bool, depth: float
         return along_family(coarse.body.mesh, fine.body.mesh, (coarse.division, fine.division), BRICK)
 
     exponent = EXPONENTS[flush(*outlines(*pad_parts(sensor)))]
-    return Levels(_SIZES, lambda level: made(level).body, carrier, 2.0 * kind[0] * exponent, _SHARE)
+    return Levels(_SIZES, base_cells(sensor, whole), lambda level: made(level).body, carrier, 2.0 * kind[0] * exponent, _SHARE)
 
 
 def solved_body(model: BlockPad, equilibrium: Equilibrium) -> Bonded:

@@ -18,7 +18,7 @@ import numpy as np
 from sits_mech.mechanics.block import pad_family
 from sits_mech.mechanics.closed_form import finite_strain_model
 from sits_mech.mechanics.levels.answer import Scales, errors_of, levers, relative
-from sits_mech.mechanics.levels.family import FEWEST, Levels, Limit, extrapolated
+from sits_mech.mechanics.levels.family import Levels, Limit, extrapolated
 from sits_mech.mechanics.pad.edges import Edges, edge_effect, edge_notes
 from sits_mech.mechanics.pad.ladder import layer_family
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
@@ -134,13 +134,13 @@ def _compliant(
 ) -> SmallStrain:
     """The model with as many levels as the tolerance asks for, three at least where there are three."""
     asked, found = checked_tolerance(tolerance), list[Array]()
+    own = np.inf
     for level in range(len(levels.sizes)):
+        if (own <= asked and not levels.is_cheap(level)) or levels.check_memory(level):
+            break
         body = levels.maker(level)
         found.append(compliance(body, rest(body), np.zeros(body.components))[:3, :3])
-        if len(found) < min(FEWEST, len(levels.sizes)):
-            continue
-        limit = extrapolated([C.ravel() for C in found], levels.sizes, levels.order)
-        own = np.diag(limit.error.reshape(3, 3)) / np.diag(limit.value.reshape(3, 3))
-        if float(own.max()) <= asked:
-            break
+        if level > 0:
+            limit = extrapolated([C.ravel() for C in found], levels.sizes, levels.order)
+            own = float(np.max(np.diag(limit.error.reshape(3, 3)) / np.diag(limit.value.reshape(3, 3))))
     return SmallStrain(sensor, levels, scales, tuple(found), edges)

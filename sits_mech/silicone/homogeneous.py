@@ -132,6 +132,46 @@ def tangent(law: str, constants: Constants, stretches: Array) -> Array:
     return np.asarray(PLANE.T @ curvature @ PLANE)
 
 
+def shear_band_stiffness(law: str, constants: Constants, stretches: Array) -> Array:
+    """Return the smallest stiffness of an incompressible law against shear bands in its principal planes, shape (n,).
+
+    In a principal plane (i, j) a band of normal (cos a, sin a) that shears along itself meets
+
+        A cos^4 a + 2 B cos^2 a sin^2 a + C sin^4 a > 0    for every a  <=>  A > 0, C > 0, B + sqrt(A C) > 0,
+        A = l_i^2 Q,  C = l_j^2 Q,  Q = (g_i - g_j)/(l_i^2 - l_j^2),
+        2 B = h_ii + h_jj - 2 h_ij - g_i - g_j - 2 (l_j^2 Q - g_j)
+
+    with principal stretches l. Where it fails the equations of equilibrium are not elliptic: strain localises, and no
+    mesh converges. Source: M. A. Dowaikh, R. W. Ogden, IMA J. Appl. Math. 44 (1990) 261, for A, B, C.
+
+    Parameters
+    ----------
+    law, constants, stretches
+        As for `state_stress`.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        The shear modulus at rest [Pa].
+
+    Raises
+    ------
+    ValueError
+        When the law is unknown.
+    """
+    (g, h), square = _log_derivatives(law, constants, stretches), stretches**2
+    found = []
+    for i, j in ((0, 1), (1, 2), (2, 0)):
+        apart = square[:, i] - square[:, j]
+        same = np.abs(apart) < 1e-6 * square[:, i]
+        limit = 0.5 * (h[:, i, i] - h[:, i, j]) / square[:, i]
+        Q = np.where(same, limit, (g[:, i] - g[:, j]) / np.where(same, 1.0, apart))
+        A, C = square[:, i] * Q, square[:, j] * Q
+        B = 0.5 * (h[:, i, i] + h[:, j, j] - g[:, i] + g[:, j]) - h[:, i, j] - C
+        found.append(np.minimum(np.minimum(A, C), 0.5 * (B + np.sqrt(np.maximum(A * C, 0.0)))))
+    return np.asarray(np.min(found, axis=0))
+
+
 def _log_derivatives(law: str, constants: Constants, stretches: Array) -> tuple[Array, Array]:
     """Return gradient g, shape (n, 3), and Hessian h, shape (n, 3, 3), of the energy by the logarithmic strains."""
     energy = known_law(law).energy

@@ -1,13 +1,17 @@
-"""Up to which stretch is a law stable, and in which test does it fail first?
+"""Up to which stretch is a law stable and elliptic, and in which test does it fail first?
 
 Drucker's condition for an incompressible law: an increment of logarithmic strain ``de`` does positive work on the
 increment of Kirchhoff stress that it causes,
 
     de . D de > 0    for every de with de_1 + de_2 + de_3 = 0,      D = d2W/de2 (homogeneous.py),
 
-that is, D is positive definite on that plane. It is looked at along the uniaxial, planar and biaxial tests, in tension
-and in compression. Which laws pass at every strain, and where others end, each law's file says. A law without a state
-from a stretch on, such as Gent's, has its limit there. A falling engineering stress (necking) alone does not count.
+that is, D is positive definite on that plane. And strong ellipticity, without which strain localises in shear bands and
+no mesh converges: every band in a principal plane is stiff (homogeneous.py). In simple shear g, a planar test turned,
+that is W''(g) > 0: of Yeoh's law with c30 = 0, ``g^2 < -c10/(6 c20)``.
+
+Both are looked at along the uniaxial, planar and biaxial tests, in tension and in compression. Which laws pass at every
+strain, and where others end, each law's file says. A law without a state from a stretch on, such as Gent's, has its
+limit there. A falling engineering stress (necking) alone does not count.
 
 Range: uniform strain; a limit is found where it is wider than one of the 400 steps of ln(stretch). Source: the
 condition is D. C. Drucker's, J. Appl. Mech. 26 (1959) 101, for small increments about a finite strain.
@@ -15,14 +19,14 @@ condition is D. C. Drucker's, J. Appl. Mech. 26 (1959) 101, for small increments
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
 
 from sits_mech.quantities import Array
-from sits_mech.silicone.homogeneous import MODES, principal_stretches, tangent
+from sits_mech.silicone.homogeneous import MODES, principal_stretches, shear_band_stiffness, tangent
 from sits_mech.silicone.laws import known_law
 from sits_mech.silicone.material import Silicone
 
@@ -31,7 +35,7 @@ _STEPS = 400
 
 @dataclass(frozen=True)
 class Stability:
-    """Whether a law is stable over a range of stretches.
+    """Whether a law is stable, or elliptic, over a range of stretches.
 
     Attributes
     ----------
@@ -73,13 +77,28 @@ def stability(silicone: Silicone, stretch_range: tuple[float, float], modes: Seq
     ValueError
         When the range does not hold 1, is not positive and finite, or a test is unknown.
     """
+    return _first(silicone, stretch_range, modes, _smallest)
+
+
+def ellipticity(
+    silicone: Silicone, stretch_range: tuple[float, float], modes: Sequence[str] = tuple(MODES)
+) -> Stability:
+    """Tell whether shear bands are stiff in uniform tests over a range of stretches; all as of `stability`."""
+    return _first(silicone, stretch_range, modes, _bands)
+
+
+def _first(
+    silicone: Silicone, stretch_range: tuple[float, float], modes: Sequence[str],
+    measure: Callable[[Silicone, str, Array], Array],
+) -> Stability:  # fmt: skip
+    """Where a measure of stiffness first vanishes in uniform tests."""
     low, high = stretch_range
     if not 0.0 < low <= 1.0 <= high < np.inf:
         raise ValueError(f"stretch_range: must be positive, finite, with 1 between its ends; got {low:g} to {high:g}")
     found: list[tuple[float, str, float]] = []
     for mode in modes:
         for way, end in (("tension", high), ("compression", low)):
-            limit = _limit(silicone, mode, end)
+            limit = _limit(measure, silicone, mode, end)
             if limit is not None:
                 strain = float(np.abs(np.log(principal_stretches(mode, np.array([limit])))).max())
                 found.append((round(strain, 6), f"{mode} {way}", limit))
@@ -115,11 +134,11 @@ def layer_notes(silicone: Silicone, largest_stretch: float) -> tuple[str, ...]:
     if not 1.0 <= largest_stretch < np.inf:
         raise ValueError(f"largest_stretch: must be finite and at least 1; got {largest_stretch:g}")
     name = silicone.name or f"the {silicone.law} law"
-    found = stability(silicone, (1.0 / largest_stretch, largest_stretch), ("planar", "uniaxial"))
+    ends, tests = (1.0 / largest_stretch, largest_stretch), ("planar", "uniaxial")
     notes = []
-    if not found.stable:
+    if first := _earlier(stability(silicone, ends, tests), ellipticity(silicone, ends, tests)):
         notes.append(
-            f"{name} {known_law(silicone.law).limit} from stretch {found.first_unstable:.4g} on in {found.mode}; "
+            f"{name} {known_law(silicone.law).limit} from stretch {first.first_unstable:.4g} on in {first.mode}; "
             f"this solve reached {largest_stretch:.4g}"
         )
     if silicone.fitted_range is not None and largest_stretch > 1.0 + silicone.fitted_range[1]:
@@ -130,6 +149,19 @@ def layer_notes(silicone: Silicone, largest_stretch: float) -> tuple[str, ...]:
     return tuple(notes)
 
 
+def _earlier(*found: Stability) -> Stability | None:
+    """Return the one that fails at the smaller stretch or reciprocal of one, the first of equals; None if none does."""
+    failed = [each for each in found if each.first_unstable is not None]
+    return min(failed, key=lambda each: round(abs(np.log(each.first_unstable or 1.0)), 6), default=None)
+
+
+def _bands(silicone: Silicone, mode: str, stretch: Array) -> Array:
+    """Return the smallest stiffness of a shear band over the initial shear modulus' size."""
+    size = abs(silicone.shear_modulus) or 1.0
+    with np.errstate(invalid="ignore", over="ignore"):  # a law that locks has no state beyond
+        return shear_band_stiffness(silicone.law, silicone.constants, principal_stretches(mode, stretch)) / size
+
+
 def _smallest(silicone: Silicone, mode: str, stretch: Array) -> Array:
     """Return the smaller eigenvalue of the tangent over the initial shear modulus' size."""
     size = abs(silicone.shear_modulus) or 1.0
@@ -138,10 +170,12 @@ def _smallest(silicone: Silicone, mode: str, stretch: Array) -> Array:
     return values[:, 0]
 
 
-def _limit(silicone: Silicone, mode: str, end: float) -> float | None:
+def _limit(
+    measure: Callable[[Silicone, str, Array], Array], silicone: Silicone, mode: str, end: float
+) -> float | None:
     """Return the first stretch between 1 and `end` that is not stable."""
     stretch = np.geomspace(1.0, end, _STEPS + 1)
-    bad = ~(_smallest(silicone, mode, stretch) > 0.0)
+    bad = ~(measure(silicone, mode, stretch) > 0.0)
     if not bad.any():
         return None
     first = int(np.argmax(bad))
@@ -150,6 +184,6 @@ def _limit(silicone: Silicone, mode: str, end: float) -> float | None:
 
     def left(x: float) -> float:
         """Return the stiffness left at a stretch."""
-        return float(_smallest(silicone, mode, np.array([x]))[0])
+        return float(measure(silicone, mode, np.array([x]))[0])
 
     return float(brentq(left, stretch[first - 1], stretch[first], xtol=1e-12))

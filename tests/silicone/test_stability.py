@@ -6,7 +6,7 @@ from scipy.optimize import brentq
 
 from sits_mech.scene.materials import silicones
 from sits_mech.silicone.material import Silicone
-from sits_mech.silicone.stability import layer_notes, stability
+from sits_mech.silicone.stability import ellipticity, layer_notes, stability
 
 
 def law(name: str, fitted_range: tuple[float, float] | None = None, **constants: object) -> Silicone:
@@ -25,6 +25,34 @@ def uniaxial_limit(c10: float, c20: float) -> float:
         return (c10 + 2 * c20 * excess) * (4 * x**2 + 2 / x) + 2 * c20 * (2 * x**2 - 2 / x) ** 2
 
     return brentq(curvature, 1.0, 3.0)
+
+
+def planar_ellipticity_limit(c10: float, c20: float) -> float:
+    """W = c10 g^2 + c20 g^4 in simple shear g: W'' = 0 at g^2 = -c10/(6 c20); its stretch is g/2 + sqrt(1 + g^2/4)."""
+    g = np.sqrt(-c10 / (6 * c20))
+    return float(g / 2 + np.sqrt(1 + g**2 / 4))
+
+
+def test_shear_bands_are_as_soft_as_simple_shear_where_it_is_largest() -> None:
+    """Planar: the softest band is simple shear's, W''(g) = 0 by hand; the same in tension and compression."""
+    limits = dict(ellipticity(FALLING, (0.2, 4.0)).limits)
+    assert limits["planar tension"] == pytest.approx(planar_ellipticity_limit(10e3, -500.0), rel=1e-6)
+    assert limits["planar compression"] == pytest.approx(1 / limits["planar tension"], rel=1e-6)
+    assert limits["uniaxial tension"] == pytest.approx(limits["biaxial compression"] ** -2, rel=1e-6)
+
+
+def test_laws_of_growing_shear_stress_are_elliptic_and_flat_powers_are_not() -> None:
+    """Ogden, one term: simple shear's stress ~ sinh(alpha e)/cosh(e) grows for ever where |alpha| >= 1.
+
+    Where |alpha| < 1 it is largest at tanh(alpha e) tanh(e) = alpha, e the logarithmic strain.
+    """
+    for sound in (law("neo-hookean", shear_modulus=1.0), law("ogden", mu=(1.0, 1.0), alpha=(1.2, -2.0))):
+        assert ellipticity(sound, (0.05, 20.0)).stable
+    flat = law("ogden", mu=(1.0,), alpha=(0.5,))
+    assert stability(flat, (0.1, 10.0)).stable
+    e = brentq(lambda x: np.tanh(0.5 * x) * np.tanh(x) - 0.5, 0.1, 3.0)
+    found = ellipticity(flat, (1.0, 6.0), ("planar",))
+    assert found.first_unstable == pytest.approx(np.exp(e), rel=1e-6)
 
 
 def test_falling_yeoh_is_named_by_test_and_stretch() -> None:
@@ -105,7 +133,8 @@ def test_notes_for_a_solve_name_law_test_and_stretch() -> None:
     """Silent within the limits; beyond them one line each for stability, locking, and the end of the data."""
     assert layer_notes(FALLING, 1.2) == ()
     (note,) = layer_notes(FALLING, 3.0)
-    first = min(stability(FALLING, (1 / 3, 3.0), ("planar",)).first_unstable or 9, uniaxial_limit(10e3, -500.0))
+    first = planar_ellipticity_limit(10e3, -500.0)
+    assert first < min(stability(FALLING, (1.0, 3.0), ("planar",)).first_unstable or 9, uniaxial_limit(10e3, -500.0))
     assert note.startswith("the yeoh law is unstable from stretch") and "this solve reached 3" in note
     assert f"{first:.4g}" in note
     (note,) = layer_notes(law("gent", shear_modulus=30e3, j_m=5.0), 3.0)

@@ -33,9 +33,6 @@ from sits_mech.quantities import Array
 Stiffness = Sequence[Array]
 """Dense stiffnesses of each group, shape (e, k, k): of the elements, then of each part."""
 
-Solver = Callable[[Array], Array]
-"""Right-hand sides in, solutions out."""
-
 _POOR = 1e-6  # residual of a solution, over its right-hand side, above which one correction does not help enough
 
 
@@ -54,6 +51,16 @@ class Term(NamedTuple):
 
 Part = Callable[[Array, Array], Term]
 """Displacements and q in, a part of the energy with two derivatives out."""
+
+
+class Factored(NamedTuple):
+    """A factored K: its solver for right-hand sides (m,) or (m, k), and how many of its eigenvalues are negative.
+
+    The number is None where it is not known: K has been factored with pivots from all rows.
+    """
+
+    solve: Callable[[Array], Array]
+    negative: int | None
 
 
 class _Group(NamedTuple):
@@ -124,11 +131,13 @@ class Pattern:
             found = found + sparse.coo_matrix((each[on], (rows[on], columns[on])), shape=(m, m)).tocsc()
         return found
 
-    def factored(self, values: Stiffness) -> Solver | None:
-        """Return the solver of ``K x = b`` for b of shape (m,) or (m, k); None where K is singular."""
+    def factored(self, values: Stiffness) -> Factored | None:
+        """Return the factored K; None where it is singular or no number."""
         found = factor(self.dissection, values)
         if found is not None and found.safe:
-            return found.solve
+            return Factored(found.solve, found.negative)
+        if not all(np.all(np.isfinite(each)) for each in values):
+            return None
         probe = self.product(values, np.ones((len(self.free), 1)))
         left = np.inf if found is None else np.linalg.norm(probe - self.product(values, found.solve(probe)))
         if found is None or not left < _POOR * np.linalg.norm(probe):
@@ -141,7 +150,7 @@ class Pattern:
             left = b - self.product(values, x.reshape(len(b), -1)).reshape(b.shape)
             return np.asarray(x + solve(left))
 
-        return corrected
+        return Factored(corrected, found.negative)
 
 
 def pattern(mesh: MixedMesh, numbers: Sequence[Indices], free: Indices, border: Indices) -> Pattern:
@@ -172,9 +181,10 @@ def _summed(places: Indices, values: Array, size: int) -> Array:
     return np.stack([summed(places, column, size) for column in np.moveaxis(values, -1, 0)], axis=1)
 
 
-def _pivoted(K: sparse.csc_matrix) -> Solver | None:
-    """Solver with pivots from all rows; None where singular."""
+def _pivoted(K: sparse.csc_matrix) -> Factored | None:
+    """Factor with pivots from all rows; None where singular."""
     try:
-        return splu(K, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.01).solve
+        found = splu(K, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.01)
     except RuntimeError:
         return None
+    return Factored(found.solve, None)

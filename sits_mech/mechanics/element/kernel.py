@@ -36,6 +36,14 @@ class Law(NamedTuple):
     stress: Callable[[Kinematics], tuple[Array, Array]]
 
 
+class Deformed(NamedTuple):
+    """Nodal displacements (d n,) with what they make of the quadrature points: F, shape (e, q, d d), and J, (e, q)."""
+
+    u: Array
+    F: Array
+    J: Array
+
+
 class Forces(NamedTuple):
     """A deformed layer: energy, forces (d n,) on the nodes, pressures (e, m), smallest J."""
 
@@ -58,6 +66,11 @@ def deformation(mesh: MixedMesh, u: Array, at: Points | None = None) -> tuple[Ar
     """
     F = gradients(mesh, u, at) + np.eye(mesh.nodes.shape[1]).ravel()
     return F, volume_ratio(F)
+
+
+def deformed(mesh: MixedMesh, u: Array) -> Deformed:
+    """Return nodal displacements with the deformation at the quadrature points; arguments as of `deformation`."""
+    return Deformed(u, *deformation(mesh, u))
 
 
 def gradients(mesh: MixedMesh, u: Array, at: Points | None = None) -> Array:
@@ -85,7 +98,7 @@ def smallest_nodal_volume(mesh: MixedMesh, u: Array) -> float:
     return np.inf if mesh.nodal is None else float(deformation(mesh, u, mesh.nodal)[1].min())
 
 
-def element_forces(mesh: MixedMesh, law: Law, K: float, u: Array) -> Forces:
+def element_forces(mesh: MixedMesh, law: Law, K: float, u: Array, known: Deformed | None = None) -> Forces:
     """Return energy, forces and pressures of a deformed layer.
 
     Parameters
@@ -96,8 +109,10 @@ def element_forces(mesh: MixedMesh, law: Law, K: float, u: Array) -> Forces:
         Bulk modulus [shear moduli].
     u : ndarray, shape (d n,)
         Nodal displacements [thicknesses].
+    known : Deformed, optional
+        Their deformation where it was looked at before.
     """
-    F, J = deformation(mesh, u)
+    _, F, J = known or deformed(mesh, u)
     if not J.min() > 0.0:
         return Forces(np.inf, np.full(len(u), np.nan), np.full(mesh.chi.shape[:2], np.nan), float(J.min()))
     state = kinematics(F)
@@ -109,17 +124,19 @@ def element_forces(mesh: MixedMesh, law: Law, K: float, u: Array) -> Forces:
     return Forces(energy, forces, p, float(J.min()))
 
 
-def element_stiffness(mesh: MixedMesh, law: Law, K: float, u: Array, pressure: Array) -> Array:
+def element_stiffness(
+    mesh: MixedMesh, law: Law, K: float, u: Array, pressure: Array, known: Deformed | None = None
+) -> Array:
     """Return the elements' stiffnesses about a deformed state, shape (e, d k, d k); the first arguments as above.
 
     Parameters
     ----------
-    mesh, law, K, u
+    mesh, law, K, u, known
         As of `element_forces`.
     pressure : ndarray, shape (e, m)
         Pressures of the geometric stiffness.
     """
-    F, (e, q, d, k) = deformation(mesh, u)[0], mesh.inside.slope.shape
+    (_, F, _), (e, q, d, k) = known or deformed(mesh, u), mesh.inside.slope.shape
     stiffness, count = np.empty((e, d * k, d * k)), max(1, POINTS * 81 // (q * d**4))
     for start in range(0, e, count):
         some = slice(start, start + count)
@@ -138,11 +155,10 @@ def summed(places: Indices, values: Array, size: int) -> Array:
 
 
 def _along(mesh: MixedMesh, P: Array) -> Array:
-    """``int P : dF`` by an element's displacements, (..., d k), of stresses times weights, shape (e, ..., q, d d)."""
+    """``int P : dF`` by an element's displacements, shape (e, d k), of stresses times weights, shape (e, q, d d)."""
     e, q, d, k = mesh.inside.slope.shape
-    rows = P.reshape(*P.shape[:-1], d, d).swapaxes(-3, -2).reshape(*P.shape[:-2], d, q * d)
-    slope = mesh.inside.slope.reshape(e, *[1] * (P.ndim - 3), q * d, k)
-    return np.asarray((rows @ slope).reshape(*P.shape[:-2], d * k))
+    rows = P.reshape(e, q, d, d).swapaxes(1, 2).reshape(e, d, q * d)
+    return np.asarray((rows @ mesh.inside.slope.reshape(e, q * d, k)).reshape(e, d * k))
 
 
 def _write_stiffness(stiffness: Array, mesh: MixedMesh, law: Law, K: float, at: tuple[Array, Array]) -> None:
@@ -151,7 +167,7 @@ def _write_stiffness(stiffness: Array, mesh: MixedMesh, law: Law, K: float, at: 
     A = law.tangent(state)[2]
     A *= mesh.inside.weights[..., None, None]
     state.add_L(A, (at[1][:, None] @ mesh.chi)[:, 0])
-    b = _along(mesh, mesh.chi[..., None] * state.H[:, None])
+    b = mesh.chi @ (state.H.reshape(e, q, d, d) @ slope).reshape(e, q, d * k)  # pi(H : dF) by the displacements
     left, volume, by_pressure = slope.reshape(e, q * d, k).swapaxes(1, 2), b.swapaxes(1, 2), K * b
     for i in range(d):
         own, after = slice(i * k, (i + 1) * k), slice((i + 1) * k, None)

@@ -15,7 +15,7 @@ import numpy as np
 
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.faces.face_contact import face_notes
-from sits_mech.mechanics.levels.family import FEWEST, Levels, extrapolated, finer, next_at_rest
+from sits_mech.mechanics.levels.family import Levels, extrapolated, finer, next_at_rest
 from sits_mech.mechanics.rest.body import Bonded, State, packed, rest, unpacked
 from sits_mech.mechanics.rest.control import Control
 from sits_mech.mechanics.rest.limit import Outcome, carried
@@ -28,7 +28,7 @@ from sits_mech.silicone.stability import layer_notes
 
 _LOOK = 2e-2  # smallest length of the path on the coarse mesh, over that so far
 _VERDICT = 60  # iterations that the finer mesh is given to locate a limit that the coarse one has found
-_LAST = 15  # and where it has found none, for a last state
+_LAST = 25  # and where it has found none, for a last state
 _STRETCHED = 0.001  # share of the silicone that may be stretched more than what is called its largest stretch
 
 
@@ -103,6 +103,8 @@ class Solved(NamedTuple):
 
 def first_look(levels: Levels, scales: Scales, start: Equilibrium | None, control: Control, most: float) -> Outcome:
     """Follow the way to what is given on the coarse mesh alone; arguments as of `solve_levels`."""
+    for level in (0, 1):
+        levels.check_memory(level)
     state, (held, end) = starts(levels, scales, start)[1], aim(levels.coarse, scales, control)
     begin = np.where(held, state.q, state.load)
     spend = most / len(levels.coarse.free)
@@ -266,8 +268,12 @@ def _answer(
 
     values, walk = [shown(state.q, state.load) for state in states], finer(levels, states, (held, goal))
     spent, best = fine.iterations + coarse.iterations, extrapolated(values, levels.sizes, levels.order)
-    while len(values) < len(levels.sizes) and (len(values) < FEWEST or float(np.max(best.error)) > asked):
-        there = None if asked == np.inf else next(walk, None)
+    large = ""
+    for level in range(2, len(levels.sizes) if asked < np.inf else 0):
+        if np.max(best.error) <= asked and not levels.is_cheap(level):
+            break
+        large = levels.check_memory(level)
+        there = None if large else next(walk, None)
         if there is None:
             break
         values, spent = [*values, shown(there.q, there.load)], spent + there.iterations
@@ -278,7 +284,7 @@ def _answer(
     off = float(np.max(best.error)) / max(float(np.max(np.abs(best.value))), 1e-300) if np.any(best.value) else 0.0
     plate = sensor.target.thickness / t if sensor.target is not None else 0.0
     notes = face_notes(body.faces, body.mesh, body.parts, fine.u, fine.q, plate)
-    notes = (*notes, *law_notes(sensor, body, fine.u), *best.words(levels.order))
+    notes = (*notes, *law_notes(sensor, body, fine.u), *best.words(levels.order), *([large] if large else []))
     report = SolveReport(
         "", len(levels.maker(len(values) - 1).free) + k, spent, fine.residual, off, 0.0, notes=notes, min_J=fine.min_J
     )

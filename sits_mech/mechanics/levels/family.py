@@ -31,30 +31,33 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.element.kernel import deformation
+from sits_mech.mechanics.element.memory import memory_of_box
 from sits_mech.mechanics.element.prolongation import Prolongation
 from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.rest.body import Bonded, State, rest
 from sits_mech.mechanics.rest.limit import Outcome
-from sits_mech.mechanics.rest.linearisation import Held
-from sits_mech.mechanics.rest.newton import Approach, approached, newton
+from sits_mech.mechanics.rest.linearisation import Held, drawn
+from sits_mech.mechanics.rest.newton import SETTLED, Approach, approached, newton
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.mechanics.rest.verdict import Way, verdict
+from sits_mech.memory import GIB, memory_limit
 from sits_mech.quantities import Array
 
 FEWEST = 3
 """Levels of an answer, if they can be had."""
+_CHEAP = 1500  # cells
 _UNSURE = 0.1  # of what extrapolation adds: the order may be off
 _SHOWN = 0.5  # of the order must be shown by three levels
 _ENOUGH = 0.02  # of the difference of two levels: a correction that is closer is not gone on with
 _LEAST_J = 0.15  # of a state that Newton's method begins with
+_CLOSE = 1e-2  # residual from which Newton's method goes on, though it took all its steps
 _GIVEN_UP = 0.25  # smallest increment of a path on a level that no state is carried to
 _MOST = 40  # iterations there
-_BLENDS = 12  # times that cells are drawn towards a safe state, by a quarter each
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +68,8 @@ class Levels:
     ----------
     sizes : tuple of float
         m of each level, rising; two or more.
+    cells : tuple of int
+        Along each axis, for m = 1.
     maker : callable
         Level -> meshed layer; remembers what it made.
     carrier : callable
@@ -76,6 +81,7 @@ class Levels:
     """
 
     sizes: tuple[float, ...]
+    cells: tuple[int, ...]
     maker: Callable[[int], Bonded]
     carrier: Callable[[int], Prolongation | None]
     order: float
@@ -95,6 +101,34 @@ class Levels:
     def size(self) -> int:
         """Length of the packed states of the first two."""
         return self.fine.size + self.coarse.size
+
+    def numbers(self, level: int) -> tuple[int, ...]:
+        """Return the cells of a level along each axis."""
+        return tuple(round(count * self.sizes[level]) for count in self.cells)
+
+    def is_cheap(self, level: int) -> bool:
+        """Say whether a level is solved though the error is small enough without it, to see the order."""
+        return level < FEWEST and prod(self.numbers(level)) <= _CHEAP
+
+    def check_memory(self, level: int) -> str:
+        """Return what is to be said of a level that takes more memory than it may; "" of one that does not.
+
+        Raises
+        ------
+        ValueError
+            For one of the first two levels, without which there is no answer.
+        """
+        needed, limit = memory_of_box(self.numbers(level)).total, memory_limit()
+        if needed <= limit:
+            return ""
+        words = f"some {needed / GIB:.2g} GiB, more than the limit of {limit / GIB:.3g} GiB"
+        if level > 1:
+            return f"a finer mesh would take {words}: raise it (--memory) for a smaller error"
+        cells = " x ".join(map(str, self.numbers(level)))
+        raise ValueError(
+            f"memory: a mesh of {cells} cells takes {words} (--memory): a thicker or smaller pad, or a mesh of "
+            "your own with fewer cells, would fit"
+        )
 
 
 class Limit(NamedTuple):
@@ -165,22 +199,9 @@ def prolonged(levels: Levels, level: int, state: State, safe: Array | None = Non
     bonded = bonded_displacement(body.X, state.q)[:, axes]
     for near in (even,) if safe is None else (safe, even):
         u[body.bonded] = near[body.bonded] = bonded
-        found = _drawn(body, u, near)
+        found = drawn(body, u, near, _LEAST_J)
         if found is not None:
             return State(found[0], state.q, way.pressures(state.p), state.load, min_J=found[1])
-    return None
-
-
-def _drawn(body: Bonded, u: Array, near: Array) -> tuple[Array, float] | None:
-    """Displacements, drawn to others where cells turn inside out, and their smallest J; None if that is no help."""
-    share = np.zeros(len(body.mesh.nodes))
-    for _ in range(_BLENDS):
-        blend = u + np.repeat(share, len(body.mesh.axes)) * (near - u)
-        J = deformation(body.mesh, blend)[1].min(axis=1)
-        if J.min() > _LEAST_J:
-            return blend, float(J.min())
-        touched = np.unique(body.mesh.cells[_LEAST_J >= J])
-        share[touched] = np.minimum(share[touched] + 0.25, 1.0)
     return None
 
 
@@ -190,6 +211,8 @@ def next_at_rest(levels: Levels, state: State, way: Way) -> Outcome | None:
     if start is None:
         return None
     found = newton(body, start, way.end, way.held)
+    if SETTLED < found.state.residual < _CLOSE:
+        found = newton(body, replace(found.state, iterations=0), way.end, way.held)
     said = verdict(body, way, found)
     return None if said.reason else Outcome(replace(found.state, min_J=said.min_J), 1.0)
 

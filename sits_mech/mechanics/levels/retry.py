@@ -143,9 +143,10 @@ def _refused(line: Line, looks: dict[int, Outcome], start: Equilibrium | None, c
     """
     number = max(looks, key=lambda each: looks[each].reached)
     body, last = line[number].coarse, looks[number].state
-    others = looks[number].limit is None and len(line) - line.free > line.free
-    if line.free < len(line) and (others or face_contact(body.faces, body.mesh, body.parts, last.u, last.q).touch):
-        held = _first_good(line, range(line.free, len(line)), start, control, looks)
+    touches = face_contact(body.faces, body.mesh, body.parts, last.u, last.q).touch
+    others = [n for n in range(line.free, len(line)) if touches or not (looks[number].limit or n in line.twins)]
+    if others:
+        held = _first_good(line, others, start, control, looks)
         if held is not None:
             return held
         number = max(looks, key=lambda each: looks[each].reached)
@@ -154,7 +155,7 @@ def _refused(line: Line, looks: dict[int, Outcome], start: Equilibrium | None, c
 
 
 def _first_good(
-    line: Line, numbers: range, start: Equilibrium | None, control: Control, looks: dict[int, Outcome]
+    line: Line, numbers: Sequence[int], start: Equilibrium | None, control: Control, looks: dict[int, Outcome]
 ) -> Solved | None:
     """Of some pairs of meshes, the first good answer, or else the farthest and best; None if no coarse mesh gets there.
 
@@ -175,6 +176,9 @@ def _first_good(
         touches = number < line.free < len(line) and _touches(line, own.found)
         if best.part == 1.0 and (_error(best) <= line.good or touches):
             break
+    if best is not None and best.part < 1.0 and looks[numbers[-1]].reached < 1.0:  # it was left early for others
+        number = max(numbers, key=lambda each: looks[each].reached)
+        return _tried(line, number, start, control, 0, looks[number])
     return best
 
 

@@ -94,4 +94,6 @@ def _family(sensor: Sensor, kind: _Kind, depth: float) -> Levels:
         own = depth * (SIZES[1] / size) ** 2
         return bonded_body(sensor, Fineness(int(size), kind.grading, True, kind.guard, own))
 
-    return Levels(SIZES, made, lambda level: None, order_of(sensor, kind.grading), SHARE)
+    _, elastomer = layer_parts(sensor)
+    wide = max(1, round(elastomer.extent[0] / elastomer.thickness))
+    return Levels(SIZES, (wide, 1), made, lambda level: None, order_of(sensor, kind.grading), SHARE)

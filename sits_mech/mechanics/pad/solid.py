@@ -135,6 +135,17 @@ def bonded_block(
     return solid(sensor, _meshed(*outlines(*pad_parts(sensor)), split, grading, whole), guard, depth)
 
 
+def base_cells(sensor: Sensor, whole: bool) -> tuple[int, int, int]:
+    """Return the numbers of base cells of a pad along x, y and z, of what is round outwards, around and along z."""
+    plate, pad = outlines(*pad_parts(sensor))
+    through = len(lines_through(1, GRADING, flush(plate, pad))) - 1
+    if plate.is_round or pad.is_round:
+        inside, beside = ring_lines(plate, pad, 1, GRADING)
+        return len(inside) + len(beside) - 1, (2 if whole else 1) * 4 * _AROUND, through
+    x, y, _ = box_lines(plate, pad, 1, GRADING)
+    return len(x) - 1, (2 if whole else 1) * (len(y) - 1), through
+
+
 @lru_cache(maxsize=8)
 def _meshed(plate: Outline, pad: Outline, split: int, grading: float, whole: bool) -> NumberedMesh:
     """The mesh of a pad; what differs in law, guard or contact shares it."""

@@ -102,7 +102,8 @@ def meshed_family(sensor: Sensor, guard: float, share: float, depth: float = 0.0
         return prolongation(made(level - 1).mesh, made(level).mesh, once, element)
 
     sizes = tuple(2.0**level for level in range(max(count, 2)))
-    return Levels(sizes, made, carrier, _ORDER if count > 1 else np.inf, share)
+    along = max(1, round(cells ** (1.0 / 3.0)))
+    return Levels(sizes, (along, along, along), made, carrier, _ORDER if count > 1 else np.inf, share)
 
 
 def _tetrahedral(mesh: MixedMesh) -> bool:

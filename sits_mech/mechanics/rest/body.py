@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from sits_mech.mechanics.element.assembly import Part, Pattern, pattern
-from sits_mech.mechanics.element.kernel import Law, deformation, smallest_nodal_volume
+from sits_mech.mechanics.element.kernel import Deformed, Law, deformation, deformed, smallest_nodal_volume
 from sits_mech.mechanics.element.mesh import Indices, MixedMesh
 from sits_mech.mechanics.faces.face_contact import Faces
 from sits_mech.quantities import Array
@@ -116,6 +116,8 @@ class State:
         Linear solves spent.
     min_J : float
         Smallest volume ratio at a quadrature point; of a state at rest, at the elements' nodes too.
+    known : Deformed or None
+        The deformation of `u`, or of others, where it was looked at; see `deformed_state`.
     """
 
     u: Array
@@ -125,6 +127,7 @@ class State:
     residual: float = 0.0
     iterations: int = 0
     min_J: float = 1.0
+    known: Deformed | None = field(default=None, repr=False)
 
 
 def border(mesh: MixedMesh, bonded: Indices) -> Indices:
@@ -136,6 +139,12 @@ def rest(body: Bonded) -> State:
     """Return the undeformed state."""
     zero = np.zeros(body.components)
     return State(np.zeros(body.mesh.nodes.size), zero, np.zeros(body.mesh.chi.shape[:2]), zero)
+
+
+def deformed_state(body: Bonded, state: State) -> Deformed:
+    """Return a state's deformation at the quadrature points, once more only where it is not known."""
+    known = state.known
+    return known if known is not None and known.u is state.u else deformed(body.mesh, state.u)
 
 
 def packed(state: State) -> Array:
@@ -151,7 +160,7 @@ def unpacked(body: Bonded, array: Array, load: Array) -> State:
     return State(u, q, p.reshape(body.mesh.chi.shape[:2]), load, min_J=least)
 
 
-def smallest_volume(body: Bonded, u: Array, *, everywhere: bool) -> float:
+def smallest_volume(body: Bonded, u: Array, *, everywhere: bool, known: Deformed | None = None) -> float:
     """Return the smallest J at the quadrature points and, everywhere or where guarded, at the elements' nodes."""
-    least = float(deformation(body.mesh, u)[1].min())
+    least = float((known or deformed(body.mesh, u)).J.min())
     return min(least, smallest_nodal_volume(body.mesh, u)) if everywhere or body.guarded else least

@@ -33,6 +33,9 @@ PRECISE = 2e-3
 """Share of the limit within which it is bracketed."""
 
 _EASY = 5  # iterations up to which the next length grows
+_GONE = 1e-3  # of it: what is left of the stiffness where a slightly crooked layer buckles into a bent one
+_STRAIGHT, _CORNER = 0.5, 1e-4  # cosine up to which a path may turn in a step, and length that is not resolved
+_LITTLE = 0.03  # of it: a path that is lost there was about to lose its stability
 _SMALL = 0.3  # of the stiffness at the beginning: a stiffness above it has not gone to zero
 _BEYOND = 1.1  # times the length at which the stiffness seems to vanish that is gone at once
 _MOST = 80  # steps
@@ -128,12 +131,12 @@ def pursued(
     Outcome
     """
     here = _place(body, way, *start, verdict(body, way, Settled(start[0], None)))
-    end, reason = None, "lost"
+    end, reason, before = None, "lost", here
     begun, spent, first = body.length(start[0].q) + length, start[0].iterations, here.stiffness
     for _ in range(_MOST):
         if end is None and length < smallest * max(begun, body.length(here.state.q)):
             break
-        if end is not None and _located(here, end):
+        if end is not None and _located(here, end, first):
             return _limited(here, end, spent, first)
         if spent - start[0].iterations >= most:
             reason = "long"
@@ -145,21 +148,34 @@ def pursued(
             spent += step.iterations
             if not said.reason:
                 return Outcome(replace(step, iterations=spent), 1.0)
-        if said.reason in ("lost", "inverted"):
-            reason, length = said.reason, 0.25 * length
+        if said.reason in ("lost", "inverted") or (not said.reason and to <= here.part):  # stable: another branch
+            reason, length = said.reason or "lost", 0.25 * length
             if end is not None and length < PRECISE * smallest * begun:
                 break
-        elif said.reason or to <= here.part:
-            end = _End(length, to, said.stiffness, said.reason or "turned")
+        elif said.reason or said.stiffness <= _GONE * first:
+            end = _End(length, to, said.stiffness - _GONE * first, said.reason or "buckled")
             length = _next(here, end, beyond=False)
         else:
-            before, here = here, _place(body, way, step, to, said)
+            there = _place(body, way, step, to, said)
+            if _angle(body, here, there) < _STRAIGHT and length > _CORNER * begun:
+                length *= 0.25
+                continue
+            before, here = here, there
             end = None if end is None or length >= end.ahead else replace(end, ahead=end.ahead - length)
             length *= 2.0 if step.iterations <= _EASY else 1.0
             length = min(length, LONGEST, _vanishing(before, here)) if end is None else _next(here, end, beyond=True)
     else:
         reason = "long"
-    return Outcome(replace(here.state, iterations=spent), here.part, reason)
+    return _left(before, here, replace(here.state, iterations=spent), first, reason)
+
+
+def _left(before: _Place, here: _Place, state: State, first: float, reason: str) -> Outcome:
+    """Where a path is lost; with little stiffness left, the limit is where that vanishes if it goes on as it does."""
+    fall, ahead = before.stiffness - here.stiffness, here.part - before.part
+    if not (here.stiffness <= _LITTLE * first and fall > 0.0 and ahead > 0.0):
+        return Outcome(state, here.part, reason)
+    further = ahead * here.stiffness / fall
+    return Outcome(state, here.part, "buckled", (here.part + further, further))
 
 
 def _place(body: Bonded, way: Way, state: State, part: float, said: Verdict) -> _Place:
@@ -168,6 +184,13 @@ def _place(body: Bonded, way: Way, state: State, part: float, said: Verdict) -> 
     size = body.length(ahead)
     normal = body.levers**2 * ahead / size if 0.0 < size < np.inf else np.zeros_like(ahead)
     return _Place(state, part, said.stiffness, size, normal)
+
+
+def _angle(body: Bonded, before: _Place, here: _Place) -> float:
+    """Cosine of the angle between the directions of the path at two places."""
+    one, other = before.normal / body.levers, here.normal / body.levers
+    size = float(np.linalg.norm(one)) * float(np.linalg.norm(other))
+    return float(one @ other) / max(size, 1e-300)
 
 
 def _ahead(body: Bonded, way: Way, here: _Place, length: float) -> tuple[State, float, Verdict]:
@@ -217,18 +240,19 @@ def _value(here: _Place, end: _End) -> float:
     return here.part + m * s + c * s**2
 
 
-def _located(here: _Place, end: _End) -> bool:
+def _located(here: _Place, end: _End, first: float) -> bool:
     """Whether the bracket is narrow enough."""
     value = _value(here, end)
-    return max(abs(end.part - here.part), abs(value - here.part)) <= PRECISE * abs(value)
+    near = here.stiffness <= _SMALL * first or end.ahead <= _CORNER
+    return near and max(abs(end.part - here.part), abs(value - here.part)) <= PRECISE * abs(value)
 
 
 def _limited(here: _Place, end: _End, spent: int, first: float) -> Outcome:
     """Where the path ends: at a limit, or lost where the stiffness jumps."""
     value, state = _value(here, end), replace(here.state, iterations=spent)
-    if here.stiffness > _SMALL * first and end.part > here.part:
+    if here.stiffness > _SMALL * first:
         return Outcome(state, here.part, "lost")
     m, c = _parabola(here, end)
-    turned = end.reason == "turned" or (end.reason == "buckled" and c < 0.0 and -0.5 * m / c < end.ahead)
+    turned = end.reason == "buckled" and c < 0.0 and -0.5 * m / c < end.ahead
     error = max(abs(end.part - here.part), abs(value - here.part))
     return Outcome(state, here.part, "turned" if turned else end.reason, (value, error))

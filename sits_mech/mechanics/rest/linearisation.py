@@ -26,16 +26,15 @@ control; E. Riks, Int. J. Solids Struct. 15 (1979) 529, for the plane across the
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sits_mech.mechanics.element.assembly import Pattern, Stiffness, Term
+from sits_mech.mechanics.element.assembly import Factored, Pattern, Stiffness, Term
 from sits_mech.mechanics.element.kernel import (
-    deformation,
+    deformed,
     element_forces,
     element_stiffness,
     gradients,
@@ -51,12 +50,13 @@ from sits_mech.mechanics.element.target import (
     turning,
     work_of_load,
 )
-from sits_mech.mechanics.rest.body import Bonded, State, smallest_volume
+from sits_mech.mechanics.rest.body import Bonded, State, deformed_state, smallest_volume
 from sits_mech.quantities import Array
 
 Held = NDArray[np.bool_]
 
 _SHORTEN = 0.5
+_BLENDS = 12  # times that cells are drawn towards a safe state, by a quarter each
 _MIN_J_KEPT = 0.2  # a step may not shrink the smallest volume ratio below this fraction of its value
 
 
@@ -101,12 +101,12 @@ class _Linear(NamedTuple):
 
 
 class Factor(NamedTuple):
-    """A factored linearisation: solver of the free displacements, these by q, the side C, the stiffness on q.
+    """A linearisation, factored on the free displacements: these by q, the side C, the stiffness on q.
 
     Then what was left on the free displacements, and the step that takes it away while q stays; what it was made of.
     """
 
-    solve: Callable[[Array], Array]
+    of_free: Factored
     by_q: Array
     side: Array
     stiffness: Array
@@ -125,7 +125,7 @@ def aim_of(here: State, goal: Array, held: Held, arc: Arc | None) -> Aim:
 
 def gradient(body: Bonded, here: State) -> Gradient:
     """Forces of a layer with its parts, and what is left of them."""
-    found = element_forces(body.mesh, body.law, body.K, here.u)
+    found = element_forces(body.mesh, body.law, body.K, here.u, deformed_state(body, here))
     terms = [part(here.u, here.q) for part in body.parts]
     forces = np.concatenate([found.forces, np.zeros(6)]) + sum(term.forces for term in terms)
     pattern, k = body.pattern, body.components
@@ -137,7 +137,7 @@ def gradient(body: Bonded, here: State) -> Gradient:
 
 def factored(body: Bonded, here: State, found: Gradient) -> Factor | None:
     """Linearise about a state and eliminate the free displacements; None if singular."""
-    stiffness = element_stiffness(body.mesh, body.law, body.K, here.u, here.p)
+    stiffness = element_stiffness(body.mesh, body.law, body.K, here.u, here.p, deformed_state(body, here))
     values = (stiffness, *(term.stiffness for term in found.terms))
     on_bonded = np.zeros((len(body.bonded), 3))
     on_bonded[:, list(body.mesh.axes)] = found.forces[body.bonded]
@@ -162,7 +162,7 @@ def way_of(
     """Newton's step of the free displacements, of q, of the forces on the target, of the part of the path."""
     k = body.components
     slope, across = (np.zeros(k), np.zeros(k)) if aim.arc is None else (aim.arc.slope, aim.arc.normal)
-    dx = factor.step if found.free is factor.left else factor.solve(-found.free)
+    dx = factor.step if found.free is factor.left else factor.of_free.solve(-found.free)
     matrix = bordered(body, here.q, factor.stiffness, aim.held, (slope, across))
     try:
         step = np.linalg.solve(matrix, [*-(found.target + factor.side.T @ dx), *aim.gap, aim.ahead])
@@ -179,23 +179,55 @@ def stepped(
     body: Bonded, here: State, factor: Factor, way: tuple[Array, Array, Array, float]
 ) -> tuple[State, float] | None:
     """State after the longest part of Newton's step that keeps every point well above inversion, and that part."""
-    dx, dq, forces, _ = way
-    mesh, axes = body.mesh, list(body.mesh.axes)
-    linear = np.zeros_like(here.u)
-    linear[body.pattern.free] = dx
-    linear[body.bonded.ravel()] = factor.made.T[: body.bonded.size, : body.components] @ dq
-    F, J = deformation(mesh, here.u)
-    volume = J - 1.0 + (kinematics(F).H * gradients(mesh, linear)).sum(axis=-1)
-    p_full, part = body.K * volumes(mesh, volume), 1.0
+    (linear, p_full), (_, dq, forces, _), part = _increments(body, here, factor, way), way, 1.0
     while part > 1e-3:
         u, q = here.u + part * linear, moved(here.q, part * dq)
-        u[body.bonded] = bonded_displacement(body.X, q)[:, axes]
-        min_J = smallest_volume(body, u, everywhere=False)
+        u[body.bonded] = bonded_displacement(body.X, q)[:, list(body.mesh.axes)]
+        known = deformed(body.mesh, u)
+        min_J = smallest_volume(body, u, everywhere=False, known=known)
         if min_J > _MIN_J_KEPT * min(here.min_J, 1.0):
             p = here.p + part * (p_full - here.p)
-            return replace(here, u=u, q=q, p=p, min_J=min_J, load=here.load + part * forces), part
+            return replace(here, u=u, q=q, p=p, min_J=min_J, load=here.load + part * forces, known=known), part
         part *= _SHORTEN
     return None
+
+
+def stepped_around(
+    body: Bonded, here: State, factor: Factor, way: tuple[Array, Array, Array, float]
+) -> State | None:  # fmt: skip
+    """State after Newton's step, of which cells that it would turn inside out take a part only; None if that fails."""
+    (linear, p_full), (_, dq, forces, _) = _increments(body, here, factor, way), way
+    u, near, q = here.u + linear, here.u.copy(), moved(here.q, dq)
+    u[body.bonded] = near[body.bonded] = bonded_displacement(body.X, q)[:, list(body.mesh.axes)]
+    found = drawn(body, u, near, _MIN_J_KEPT * min(here.min_J, 1.0))
+    if found is None:
+        return None
+    return replace(here, u=found[0], q=q, p=p_full, min_J=found[1], load=here.load + forces, known=None)
+
+
+def drawn(body: Bonded, u: Array, near: Array, least: float) -> tuple[Array, float] | None:
+    """Displacements, those of cells with J below `least` drawn to others, and their smallest J; None in vain."""
+    share = np.zeros(len(body.mesh.nodes))
+    for _ in range(_BLENDS):
+        blend = u + np.repeat(share, len(body.mesh.axes)) * (near - u)
+        J = deformed(body.mesh, blend).J.min(axis=1)
+        if J.min() > least:
+            return blend, float(J.min())
+        touched = np.unique(body.mesh.cells[least >= J])
+        share[touched] = np.minimum(share[touched] + 0.25, 1.0)
+    return None
+
+
+def _increments(
+    body: Bonded, here: State, factor: Factor, way: tuple[Array, Array, Array, float]
+) -> tuple[Array, Array]:  # fmt: skip
+    """Newton's step of all displacements, and the pressures after it."""
+    linear = np.zeros_like(here.u)
+    linear[body.pattern.free] = way[0]
+    linear[body.bonded.ravel()] = factor.made.T[: body.bonded.size, : body.components] @ way[1]
+    _, F, J = deformed_state(body, here)
+    volume = J - 1.0 + (kinematics(F).H * gradients(body.mesh, linear)).sum(axis=-1)
+    return linear, body.K * volumes(body.mesh, volume)
 
 
 def bordered(body: Bonded, q: Array, stiffness: Array, held: Held, path: tuple[Array, Array]) -> Array:
@@ -219,12 +251,12 @@ def _border_by_q(body: Bonded, q: Array) -> Array:
 def _eliminated(pattern: Pattern, made: _Linear, freed: slice, left: Array) -> Factor | None:
     """Eliminate the free displacements, and what is left on them, from the freed components of (dc, dw)."""
     pattern = pattern.following(made.numbers)
-    solve = pattern.factored(made.values)
-    if solve is None:
+    of_free = pattern.factored(made.values)
+    if of_free is None:
         return None
     C, D = pattern.sides(made.values, made.T[:, freed])
-    found = solve(-np.column_stack([C, left]))
+    found = of_free.solve(-np.column_stack([C, left]))
     by_q, step = found[:, :-1], found[:, -1]
     if not np.all(np.isfinite(by_q)):
         return None
-    return Factor(solve, by_q, C, D + made.turning[freed, freed] + C.T @ by_q, left, step, made)
+    return Factor(of_free, by_q, C, D + made.turning[freed, freed] + C.T @ by_q, left, step, made)

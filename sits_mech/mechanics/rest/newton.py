@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.mechanics.element.target import moved
-from sits_mech.mechanics.rest.body import Bonded, State, rest
+from sits_mech.mechanics.rest.body import Bonded, State, deformed_state, rest
 from sits_mech.mechanics.rest.linearisation import (
     Aim,
     Arc,
@@ -29,6 +29,7 @@ from sits_mech.mechanics.rest.linearisation import (
     gradient,
     hidden_stiffness,
     stepped,
+    stepped_around,
     way_of,
 )
 from sits_mech.quantities import Array
@@ -46,7 +47,7 @@ _AGAIN = 0.1  # share of the residual that a step with an older factor must leav
 _PATIENCE = 8  # iterations after which the residual must lie below its first value
 _CHORD = 0.3  # a step that is shorter than this share of the one before is followed by one with the same factor
 _MOST_CORRECTIONS = 6  # steps
-_WHOLE, _WILD = 0.2, 3.0  # a part of a step, and times the first one, at which corrections have come to a corner's fold
+_WILD = 3.0  # times the first step, at which a corner folds rather than the target moves
 _LINEAR = 0.3  # of a step that no other could follow, what it may be off by
 
 
@@ -96,7 +97,8 @@ def newton(
         A plane across a path from the goal on: how far to go on along the path is found, too.
     """
     held = np.zeros(body.components, dtype=bool) if held is None else held
-    here, near = replace(start, load=np.where(held, start.load, goal)), np.inf
+    here = replace(start, load=np.where(held, start.load, goal), known=deformed_state(body, start))
+    near = np.inf
     factor: Factor | None = None
     left: list[float] = []
     length = part = 0.0
@@ -126,11 +128,13 @@ def newton(
 def approached(body: Bonded, start: State, goal: Array, held: Held, enough: float) -> Approach | None:
     """Return where the target of a body rests, near a state that is not far from rest; None without a step to go.
 
-    For corrections from a coarser mesh: the target is where it rests long before the last corner is. Where a step turns
-    a corner inside out the place is that after the last whole step, a part of which is what it may be off by. Arguments
-    as of `newton`; steps end where one would move the target's edge by no more than `enough` [thicknesses].
+    For corrections from a coarser mesh: the target is where it rests long before the last corner is. Corners that a
+    step would turn inside out take a part of it. Where steps do not get shorter the place is that after the shortest, a
+    part of which is what it may be off by. Arguments as of `newton`; steps end where one would move the target's edge
+    by no more than `enough` [thicknesses].
     """
-    here, gone = replace(start, load=np.where(held, start.load, goal)), [np.inf]
+    here = replace(start, load=np.where(held, start.load, goal), known=deformed_state(body, start))
+    gone = [np.inf]
     factor: Factor | None = None
     place: Approach | None = None
     for _ in range(_MOST_CORRECTIONS):
@@ -142,14 +146,16 @@ def approached(body: Bonded, start: State, goal: Array, held: Held, enough: floa
         if factor is None or way is None:
             break
         gone.append(body.length(way[1]))
-        after = stepped(body, here, factor, way)
-        if place is None or (after is not None and after[1] == 1.0 and gone[-1] < gone[-2]):
-            off = _LINEAR * gone[-1] if place is None else gone[-1] * min(1.0, gone[-1] / gone[-2])
+        if gone[-1] < 0.5 * min(gone[:-1]):
+            off = _LINEAR * gone[-1] if place is None else gone[-1] ** 2 / gone[-2]
             place = Approach(None, moved(here.q, way[1]), here.load + way[2], off, here.iterations + 1)
-        if after is None or after[1] < _WHOLE or gone[-1] > _WILD * gone[1]:
+        elif gone[-1] > _WILD * gone[1]:
             break
-        here = replace(after[0], iterations=here.iterations + 1)
-        if after[1] == 1.0 and len(gone) > 2 and place.off <= enough:
+        after = stepped_around(body, here, factor, way)
+        if after is None:
+            break
+        here = replace(after, iterations=here.iterations + 1)
+        if len(gone) > 2 and place is not None and place.off <= enough:
             return place._replace(state=here)
     return place
 

@@ -1,14 +1,17 @@
 """Stiffnesses assembled straight into the equations: against the dense product with the map of the target's motion."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sits_mech.mechanics.element.assembly import pattern
 from sits_mech.mechanics.element.fronts import factor
+from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import section_mesh
 from sits_mech.mechanics.element.target import work_of_load
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
-from sits_mech.mechanics.rest.body import rest
+from sits_mech.mechanics.rest.body import deformed_state, rest
 from sits_mech.mechanics.rest.linearisation import factored, gradient
 from sits_mech.mechanics.rest.newton import target_stiffness
 from sits_mech.mechanics.rest.path import follow
@@ -93,7 +96,8 @@ def test_singular_equations_have_no_answer():
     np.testing.assert_array_equal(found.sides(values, np.ones((1, 3)))[1], np.ones((3, 3)))
 
 
-def test_a_matrix_without_a_pivot_inside_of_a_front_is_factored_all_the_same():
+@pytest.mark.parametrize("own", [0.0, 1e-13])
+def test_a_matrix_without_a_pivot_inside_of_a_front_is_factored_all_the_same(own):
     """One displacement of the first front is held by the front's border alone, as a constraint by its multiplier."""
     mesh = section_mesh(np.linspace(0.0, 1.0, 41), np.linspace(0.0, 1.0, 5))
     free = np.arange(mesh.nodes.size)
@@ -105,8 +109,55 @@ def test_a_matrix_without_a_pivot_inside_of_a_front_is_factored_all_the_same():
     values = np.random.default_rng(2).normal(size=(len(mesh.cells), 18, 18))
     values = values + values.swapaxes(1, 2)
     values[(alone[:, :, None] & ~border[:, None]) | (~border[:, :, None] & alone[:, None])] = 0.0
-    assert factor(found.dissection, (values,)) is None
+    values[alone[:, :, None] & alone[:, None]] = own
+    assert (factor(found.dissection, (values,)) is None) == (own == 0.0)
     b = np.random.default_rng(3).normal(size=(len(free), 2))
-    x = found.factored((values,))(b)
+    x = found.factored((values,)).solve(b)
     expected = np.linalg.solve(whole_matrix((mesh.dofs,), (values,), len(free)), b)
     np.testing.assert_allclose(x, expected, rtol=1e-7, atol=1e-9 * np.abs(x).max())
+
+
+def test_a_deformation_is_known_of_its_own_displacements_alone(state):
+    body, state = state
+    other = replace(state, u=0.5 * state.u)
+    assert state.known is not None and deformed_state(body, state) is state.known
+    np.testing.assert_array_equal(deformed_state(body, other).F, deformation(body.mesh, other.u)[0])
+
+
+def test_a_stiffness_that_is_no_number_has_no_answer():
+    found, numbers = one_square(3, 8)
+    assert found.factored(stiffness(numbers, {(3, 3): 1.0, (8, 8): np.nan})) is None
+    assert found.factored(stiffness(numbers, {(3, 3): -1.0, (8, 8): np.inf})) is None
+
+
+def chain():
+    """A row of squares, and symmetric stiffnesses of which as many eigenvalues are negative as positive."""
+    mesh = section_mesh(np.linspace(0.0, 1.0, 61), np.array([0.0, 1.0]))
+    free = np.arange(6, mesh.nodes.size)
+    values = np.random.default_rng(4).normal(size=(len(mesh.cells), 18, 18))
+    return mesh, free, values + values.swapaxes(1, 2)
+
+
+def test_an_indefinite_matrix_is_solved_to_rounding_and_its_inertia_told():
+    mesh, free, values = chain()
+    found = pattern(mesh, (mesh.dofs,), free, np.array([mesh.nodes.size])).factored((values,))
+    K = whole_matrix((mesh.dofs,), (values,), mesh.nodes.size)[np.ix_(free, free)]
+    assert found.negative == np.count_nonzero(np.linalg.eigvalsh(K) < 0.0) > 100
+    b = np.random.default_rng(5).normal(size=len(free))
+    np.testing.assert_allclose(K @ found.solve(b), b, atol=1e-10)
+
+
+def test_what_touches_in_one_state_need_not_touch_in_the_next():
+    """Springs between far nodes, other ones in each state; the pattern of the same ones is itself."""
+    mesh, free, values = chain()
+    values = values @ values
+    one, other = (np.array([[8, mesh.nodes.size - k], [9, mesh.nodes.size - k + 1]]) for k in (4, 40))
+    spring = np.tile(50.0 * np.array([[1.0, -1.0], [-1.0, 1.0]]), (2, 1, 1))
+    first = pattern(mesh, (mesh.dofs, one), free, np.array([mesh.nodes.size]))
+    assert first.following((mesh.dofs, one.copy())) is first
+    b = np.random.default_rng(5).normal(size=len(free))
+    for numbers in ((mesh.dofs, one), (mesh.dofs, other), (mesh.dofs,)):
+        each = (values, spring)[: len(numbers)]
+        x = first.following(numbers).factored(each).solve(b)
+        K = whole_matrix(numbers, each, mesh.nodes.size)[np.ix_(free, free)]
+        np.testing.assert_allclose(K @ x, b, atol=1e-9)

@@ -1,0 +1,165 @@
+"""Loads that cannot be carried: limits against closed forms, the same by every way of asking; what is said of them."""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+from sits_mech.mechanics.layer import planar_layer
+from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_scales
+from sits_mech.mechanics.rest.body import rest
+from sits_mech.mechanics.rest.control import Control
+from sits_mech.mechanics.rest.failure import carried_words
+from sits_mech.mechanics.rest.limit import PRECISE, Outcome, carried
+from sits_mech.mechanics.rest.newton import Arc, newton, rate
+from sits_mech.mechanics.rest.path import follow
+from sits_mech.mechanics.rest.verdict import REASONS, reason_words, stable
+from sits_mech.quantities import SolveFailed, Wrench
+from sits_mech.report.records import failure_record
+from sits_mech.scene.sensor import load_sensor
+
+MU, C10, C20 = 3e4, 1.5e4, -3e3
+NEO_HOOKEAN = f'elastomer.material={{law="neo-hookean", shear_modulus={MU}, bulk_modulus=3e7}}'
+SOFTENS = f'elastomer.material={{law="yeoh", c10={C10}, c20={C20}, c30=0.0, bulk_modulus=3e7}}'
+
+
+def scene(W, t, law=NEO_HOOKEAN):
+    """A flush layer [mm] whose forces are per metre and act at the bonded face."""
+    sizes = [f'elastomer.width="{W} mm"', f'elastomer.thickness="{t} mm"', f'target.width="{W} mm"']
+    more = ["elastomer.length=1.0", 'target.load_height="0 mm"', 'elastomer.contact="never"']
+    return load_sensor("biorob2018", [law, *sizes, *more])
+
+
+def layer(W, t, law=NEO_HOOKEAN):
+    return planar_layer(scene(W, t, law), 2e-2)
+
+
+def refused(model, control, start=None):
+    with pytest.raises(SolveFailed) as caught:
+        model.controlled(control, start=start)
+    return caught.value
+
+
+def pushed(sensor, cells, force):
+    """Where a normal force [N/m] ends on a mesh with so many cells through the thickness."""
+    body, load = bonded_body(sensor, Fineness(cells, 1.5)), layer_scales(sensor).load(Wrench(F_z=force))[:3]
+    return follow(body, rest(body), (0.0 * load, load), smallest=1e-2)
+
+
+@pytest.fixture(scope="module")
+def column():
+    """Six times as high as wide: it buckles like a cantilever."""
+    return layer(2, 12)
+
+
+def column_load(w=2e-3, t=12e-3):
+    """J. A. Haringx (1948): P = S/2 (sqrt(1 + 4 P_E/S) - 1), S = mu w, Euler's P_E = pi^2 E I/(2 t)^2, E = 4 mu."""
+    S, euler = MU * w, np.pi**2 * 4 * MU * w**3 / 12 / (2 * t) ** 2
+    return S / 2 * (np.sqrt(1 + 4 * euler / S) - 1)
+
+
+@pytest.mark.parametrize("factor", [1.3, 40.0])
+def test_a_column_buckles_under_eulers_load(factor):
+    """Clamped below, free above. What is bonded cannot widen, which stiffens the ends: less so, the slenderer it is."""
+    found = []
+    for t in (12, 16):
+        P = column_load(t=t * 1e-3)
+        end = pushed(scene(2, t), 16, factor * P)
+        assert end.reason == "buckled" and end.reached <= end.limit[0] and end.limit[1] < 3 * PRECISE * end.limit[0]
+        found.append(end.limit[0] * factor - 1.0)
+    assert 0.0 < found[1] < 0.75 * found[0] < 0.05
+
+
+@pytest.mark.parametrize("factor", [1.1, 3.0])
+def test_a_column_of_a_law_that_softens_is_pulled_to_its_largest_force(factor):
+    """Plane strain, W = c10 i + c20 i^2, i = l^2 + l^-2 - 2: the force W'(l) w is largest at l = 1.498."""
+
+    def force(stretch):
+        i = stretch**2 + stretch**-2 - 2.0
+        return 2.0 * (stretch - stretch**-3) * (C10 + 2.0 * C20 * i)
+
+    best = minimize_scalar(lambda stretch: -force(stretch), bounds=(1.0, 3.0), method="bounded")
+    end = pushed(scene(2, 12, SOFTENS), 16, factor * best.fun * 2e-3)
+    assert end.limit[0] * factor == pytest.approx(1.0, rel=0.01)
+    assert 1.0 + end.state.q[1] < best.x + 0.01
+
+
+def test_a_limit_is_the_same_by_every_way_of_asking(column):
+    """Whatever is asked in that direction, from rest or from a neighbour, with a little shear beside."""
+    P, near = column_load(), column.equilibrium(Wrench(F_x=0.001, F_z=0.5 * column_load()))
+    ways = [(Control(F_z=factor * P), None) for factor in (3.0, 7.0, 300.0)]
+    ways += [(Control(F_z=5 * P), near), (Control(F_x=1e-7 * P, F_z=5 * P), None)]
+    errors = [refused(column, control, start) for control, start in ways]
+    loads, off = ([error.carried[k].F_z for error in errors] for k in (0, 1))
+    assert np.ptp(loads) < 2 * PRECISE * loads[0]
+    assert all(abs(load - 1.048 * P) < own for load, own in zip(loads, off, strict=True))  # finer: the test above
+    assert all("carried up to" in str(error) and "buckles" in str(error) for error in errors)
+
+
+@pytest.mark.parametrize("factor", [1.2, 50.0])
+def test_a_law_that_loses_ellipticity_is_named(factor):
+    """Wide and held flat: tau = 2 g (c10 + 2 c20 g^2) is largest at g^2 = -c10/(6 c20), with 4/3 c10 g.
+
+    The free ends take k_x = mu (w - 0.2308 t)/t of the width (design, section 4), here 1.2 %; at them the law fails
+    first, some percent before all of it does.
+    """
+    g = np.sqrt(-C10 / (6 * C20))
+    largest = 4 / 3 * C10 * g * (40e-3 - 0.2308 * 2e-3)
+    error = refused(layer(40, 2, SOFTENS), Control(F_x=factor * largest, sink=0.0, alpha=0.0))
+    assert "unstable from stretch 1.556 on in planar tension" in str(error)
+    got = float(str(error).split("a coarse mesh could be followed to F_x = ")[1].split(" N")[0])
+    assert 0.93 * largest < got < largest
+
+
+def test_a_limit_is_told_in_seconds_and_in_the_record(column):
+    began = time.process_time()
+    error = refused(column, Control(F_z=1e3 * column_load()))
+    assert time.process_time() - began < 3.0
+    record = failure_record(error)
+    assert record["carried"]["F_z"] == error.carried[0].F_z and record["error_carried"]["F_x"] == 0.0
+    assert any("carried up to" in note for note in error.report.notes)
+    assert error.last.report.min_J > 0.0 and error.last.wrench.F_z < error.carried[0].F_z * (1 + PRECISE)
+
+
+def test_arc_lies_in_its_plane_and_on_the_path(column):
+    body, load = column.line[0].coarse, np.array([0.02, 0.05, 0.0])
+    normal = np.array([1.0, -0.5, 0.3])
+    found = newton(body, rest(body), np.zeros(3), arc=Arc(np.zeros(3), normal, 0.01, load))
+    assert found.state.residual < 1e-9 and 0.0 < found.part < 1.0
+    assert normal @ found.state.q == pytest.approx(0.01, rel=1e-8)
+    np.testing.assert_allclose(found.state.load, found.part * load, atol=1e-15)
+    direct = newton(body, rest(body), found.part * load).state
+    np.testing.assert_allclose(direct.q, found.state.q, rtol=1e-6, atol=1e-10)
+
+
+def test_rate_is_the_derivative_along_the_path(column):
+    body, load, h = column.line[0].coarse, np.array([0.01, 0.05, 0.0]), 1e-4
+    held = np.array([False, True, False])
+    slope = np.where(held, -0.01, load)
+    here = follow(body, rest(body), (np.zeros(3), 0.5 * slope), held=held).state
+    there = [newton(body, here, (0.5 + s) * slope, held).state.q for s in (h, -h)]
+    S = newton(body, here, (0.5 + 1e-9) * slope, held, until=1e-14).stiffness
+    np.testing.assert_allclose(rate(body, here, S, held, slope), (there[0] - there[1]) / (2 * h), rtol=2e-3, atol=1e-6)
+
+
+def test_what_two_meshes_say_of_a_limit():
+    """Both found it: they differ by the error. One alone: by how far the other got; not followed to its end: nan."""
+    state = object.__new__(type("Nothing", (), {}))
+    coarse, fine = (Outcome(state, t, "buckled", (t, 1e-3)) for t in (0.50, 0.46))
+    assert carried(coarse, fine) == pytest.approx((0.46, 0.042))
+    assert carried(coarse, Outcome(state, 0.4, "lost")) == pytest.approx((0.5, 0.101))
+    assert carried(Outcome(state, 1.0), fine) == pytest.approx((0.46, 0.541))
+    assert np.isnan(carried(coarse, Outcome(state, 0.1, "long"))[1])
+    assert carried(Outcome(state, 0.3, "lost"), Outcome(state, 0.2, "lost")) is None
+    assert replace(coarse, limit=(0.5, 0.1)).over(0.5, 1.0).limit == pytest.approx((0.75, 0.05))
+
+
+def test_words_and_stability():
+    words = carried_words((Wrench(F_z=27.9), Wrench(F_z=0.3)), (0.465, 0.005))
+    assert words == "carried up to F_z = 27.9 +- 0.3 N (46.50% +- 0.50% of the path)"
+    assert "its error is not known" in carried_words((Wrench(M=0.02), Wrench()), (0.4, np.nan))
+    assert {reason_words(reason) for reason in REASONS} == set(REASONS.values())
+    assert stable(np.diag([1.0, 2.0])) and not stable(np.diag([1.0, -2.0])) and not stable(np.full((2, 2), np.nan))
+    assert stable(np.diag([1.0, -2.0]), np.array([False, True])) and stable(np.eye(2), np.array([True, True]))
