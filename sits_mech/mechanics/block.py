@@ -17,11 +17,11 @@ Deformation and `min_J` are those of the finer mesh. On a mesh of the user's own
 with constant pressures: one too stiff, the other too soft, in every case that was tried; the pose is their mean, of
 hexahedra the stiffer one, and half their difference, with contact all of it, its error (pad/user.py).
 
-Contact of the free faces with ground and target (scene key `elastomer.contact`, faces/contact.py) is "never" solved,
-"always", or, "auto", where a free face folds onto one of them.
+Contact of the free faces with ground, target (scene key `elastomer.contact`, faces/contact.py) and each other
+(faces/folds.py) is "never" solved, "always", or, "auto", where a free face folds onto one of them.
 
 Range: boxes, cylinders and meshes of the user's under rectangles and discs, every law. Neglected: viscosity, gravity,
-friction, faces that touch themselves.
+friction.
 """
 
 from __future__ import annotations
@@ -218,7 +218,8 @@ def _family(sensor: Sensor, kind: tuple[float, float], whole: bool, depth: float
         return along_family(coarse.body.mesh, fine.body.mesh, (coarse.division, fine.division), BRICK)
 
     exponent = EXPONENTS[flush(*outlines(*pad_parts(sensor)))]
-    return Levels(_SIZES, base_cells(sensor, whole), lambda level: made(level).body, carrier, 2.0 * kind[0] * exponent, _SHARE)
+    cells, order = base_cells(sensor, whole), 2.0 * kind[0] * exponent
+    return Levels(_SIZES, cells, lambda level: made(level).body, carrier, order, _SHARE)
 
 
 def solved_body(model: BlockPad, equilibrium: Equilibrium) -> Bonded:

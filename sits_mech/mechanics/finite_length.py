@@ -3,11 +3,12 @@
     factor = k_planar / k_3D,    k in shear (tilt locked), in compression and in tilt, about the bonded face's centre.
 
 The planar model spreads a force over the elastomer's length, a target that is shorter or narrower than its pad makes it
-too stiff by the factor. Both are extrapolated from families of meshes (linear.py). What goes on at the ends of a long pad does not depend on its length: beyond 20 thicknesses and three
-of the target's widths only the ends are meshed, and the middle is plane strain. Under a target wider than 30
-thicknesses the pad is lubricated: with ``K t^2`` kept the factors depend on t/w by the edges alone, so that they are
-found at 1/24 and 1/16 of the width and extrapolated along a straight line; what that adds is called their error as
-well. Neglected: finite strain, where the factors shrink or grow with the load; meshes of the user's own.
+too stiff by the factor. Both are extrapolated from families of meshes (linear.py). What goes on at the ends of a long
+pad does not depend on its length: beyond 20 thicknesses and three of the target's widths only the ends are meshed, and
+the middle is plane strain. Under a target wider than 30 thicknesses the pad is lubricated: with ``K t^2`` kept the
+factors depend on t/w by the edges alone, so that they are found at 1/24 and 1/16 of the width and extrapolated along a
+straight line; what that adds is called their error as well. Neglected: finite strain, where the factors shrink or grow
+with the load; meshes of the user's own.
 """
 
 from __future__ import annotations

@@ -32,17 +32,18 @@ which is not symmetric in w alone, where w has three components: finite turns do
 
 Unknowns: nodal displacements and the target's motion; energies in shear modulus times thickness to the power of the
 dimension. Source: P. Wriggers, Computational Contact Mechanics (2006), chapter 6. Neglected: friction, adhesion, the
-target's top face (its sides go on upwards), faces that touch themselves (face_contact.py finds them).
+target's top face (its sides go on upwards). Faces that touch each other: folds.py; those of half a pad that meet their
+own image meet in the plane of symmetry, which is one more plane, d = level - y, "mirror".
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
-from sits_mech.mechanics.element.assembly import Part, Term
+from sits_mech.mechanics.element.assembly import Term
 from sits_mech.mechanics.element.kernel import summed
 from sits_mech.mechanics.element.mesh import Indices
 from sits_mech.mechanics.element.target import placed
@@ -51,7 +52,7 @@ from sits_mech.meshing.bricks import Outline
 from sits_mech.quantities import Array
 from sits_mech.turns import cross_matrix
 
-Plane = Literal["ground", "plane", "wall"]
+Plane = Literal["ground", "plane", "wall", "mirror"]
 Jet = tuple[Array, Array, Array]
 """A function at m points: value (m,), slope (m, k) and curvature (m, k, k) in k variables."""
 
@@ -67,17 +68,20 @@ class Contact:
     ----------
     surface : Surface
     plane : str
-        "ground", "plane" (the target's) or "wall" (the target's sides).
+        "ground", "plane" (the target's), "wall" (the target's sides) or "mirror" (that of symmetry).
     depth : float
         Over which the pressure builds up [thicknesses].
     plate : Outline
         Half the target's sizes [thicknesses].
+    level : float
+        Where the plane of symmetry is along y [thicknesses].
     """
 
     surface: Surface
     plane: Plane
     depth: float
     plate: Outline
+    level: float = 0.0
 
     def __call__(self, u: Array, q: Array) -> Term:
         """Return energy, forces and stiffness of the contact at displacements `u` and the target's motion `q`."""
@@ -89,7 +93,7 @@ class Contact:
 
     def _pushed(self, u: Array, q: Array) -> tuple[Indices, float, Array, Array]:
         """Which faces are pushed; energy, forces (f, d k + 6) and stiffnesses on their displacements and q."""
-        faces, held = self.surface, self.plane == "ground"
+        faces, held = self.surface, self.plane in ("ground", "mirror")
         centre, turn = placed(q)
         place = faces.places(u)
         r, R = (place, np.eye(3)) if held else (place - centre - (0.0, 0.0, 1.0), turn)
@@ -117,23 +121,15 @@ class Contact:
         """Energy per area in the place, (x, y, z) before the ground and (a, e, b) before the target, of every point."""
         if self.plane == "ground":
             return pressed(_linear(-y[:, 2], (0.0, 0.0, -1.0)), self.depth)
+        if self.plane == "mirror":
+            return pressed(_linear(self.level - y[:, 1], (0.0, -1.0, 0.0)), self.depth)
         above = _linear(y[:, 2], (0.0, 0.0, 1.0))
         if self.plane == "plane":
             return pressed(above, self.depth)
         return pressed(_depth_inside(self.plate, y), self.depth, above)
 
 
-def contacts(surfaces: tuple[tuple[Plane, Surface], ...], depth: float, plate: Outline) -> tuple[Part, ...]:
-    """Return the contacts of a layer's faces; none without a contact depth."""
-    return tuple(Contact(own, plane, depth, plate) for plane, own in surfaces if depth > 0.0)
-
-
-def softened(parts: tuple[Part, ...], factor: float) -> tuple[Part, ...]:
-    """Return contacts of `factor` times the depth."""
-    return tuple(replace(part, depth=factor * part.depth) if isinstance(part, Contact) else part for part in parts)
-
-
-def _pressure(d: Array) -> tuple[Array, Array, Array]:
+def pressure(d: Array) -> tuple[Array, Array, Array]:
     """Energy, pressure and its slope at depths in units of the length over which the pressure builds up."""
     d = np.maximum(d, 0.0)
     small = d < 1.0
@@ -153,7 +149,7 @@ def pressed(depth: Jet, reach: float, above: Jet | None = None) -> Jet:
     above : Jet, optional
         b, in the same variables: phi(d) s(b) instead of phi(d).
     """
-    phi, p, k = _pressure(depth[0] / reach)
+    phi, p, k = pressure(depth[0] / reach)
     phi, k = phi * reach, k / reach
     square = depth[1][:, :, None] * depth[1][:, None, :]
     if above is None:

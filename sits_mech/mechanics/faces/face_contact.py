@@ -1,13 +1,13 @@
 """What do the free faces of a layer do: do they lie on the ground, rise at the target, touch themselves?
 
 Read off the deformed nodes and the contacts' energy. Where contact is solved, a face lies on its plane within the
-contact depth; where it is not, it may have gone through. Self-contact and the target's top face are solved nowhere:
-they are found here and named.
+contact depth, or on another face (folds.py); where it is not, it may have gone through. The target's top face is solved
+nowhere: what reaches it is found here and named.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,15 +15,21 @@ from sits_mech.mechanics.element.assembly import Part
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import Indices, MixedMesh
 from sits_mech.mechanics.element.target import placed
-from sits_mech.mechanics.faces.contact import Contact
+from sits_mech.mechanics.faces.contact import Contact, Plane
+from sits_mech.mechanics.faces.folds import SelfContact, Skin
 from sits_mech.mechanics.faces.self_contact import is_monotone, lines_cross, triangles_cross
+from sits_mech.mechanics.faces.surface import Surface
 from sits_mech.meshing.bricks import Outline, within
 from sits_mech.quantities import Array
 
 LEFT_OUT = "contact could not be followed to this load: the estimated error is the whole displacement"
 """What is said of an answer without the contact that it needs."""
 
+LEFT_SHARE = 0.5
+"""Share of what contact changes that is its error, where faces touch each other on meshes that do not match."""
+
 _SEEN = 1e-6  # thicknesses behind a plane that count
+_SOFTER = 100.0  # times the depth of contact with planes, where both faces are bent: with less no rest is found
 _PRESSED = 1e-14  # energy of a contact that counts [shear modulus times thickness to the power of the dimension]
 
 
@@ -41,8 +47,8 @@ class Faces:
         Half the target's sizes [thicknesses].
     lines : tuple of ndarray
         Of a section: the nodes of its faces in order.
-    skin : ndarray, shape (f, m, 3), or None
-        Of a solid: nodes of the triangles of each element's free face.
+    skin : Skin or None
+        Points and facets of the free faces; None where they are not held against each other.
     convex : bool
         Whether the layer at rest is known to be convex.
     mirror : float
@@ -57,7 +63,7 @@ class Faces:
     beside: Indices
     target: Outline
     lines: tuple[Indices, ...] = ()
-    skin: Indices | None = None
+    skin: Skin | None = None
     convex: bool = True
     mirror: float = -np.inf
     middle: Indices | None = None
@@ -74,17 +80,39 @@ class FaceContact:
         narrower one.
     rise : float
         How far a face that is at the target's sides stands above the target's bottom face [thicknesses].
+    held : bool
+        Whether free faces lie on each other, or on their own image, in contact.
+    crossing : bool
+        Whether they pass through one another without any.
     """
 
     ground: bool
     target: bool
     walls: bool
     rise: float
+    held: bool = False
+    crossing: bool = False
 
     @property
     def touch(self) -> bool:
-        """Whether a plane is touched at all."""
-        return self.ground or self.target or self.walls
+        """Whether anything is touched at all."""
+        return self.ground or self.target or self.walls or self.held or self.crossing
+
+
+def contacts(faces: Faces, surfaces: tuple[tuple[Plane, Surface], ...], depth: float) -> tuple[Part, ...]:
+    """Return the contacts of a layer's faces with planes, and with each other; none without a contact depth."""
+    if depth == 0.0:
+        return ()
+    level = faces.mirror if np.isfinite(faces.mirror) else 0.0
+    planes = tuple(Contact(own, plane, depth, faces.target, level) for plane, own in surfaces)
+    return planes if faces.skin is None else (*planes, SelfContact(faces.skin, _SOFTER * depth))
+
+
+def softened(parts: tuple[Part, ...], factor: float) -> tuple[Part, ...]:
+    """Return contacts of `factor` times the depth."""
+    return tuple(
+        replace(part, depth=factor * part.depth) if isinstance(part, Contact | SelfContact) else part for part in parts
+    )
 
 
 def face_contact(faces: Faces, mesh: MixedMesh, parts: tuple[Part, ...], u: Array, q: Array) -> FaceContact:
@@ -110,12 +138,15 @@ def face_contact(faces: Faces, mesh: MixedMesh, parts: tuple[Part, ...], u: Arra
         "ground": bool(np.any(place[faces.nodes, 2] < -_SEEN)),
         "plane": bool(np.any(above[faces.under])),
         "wall": bool(np.any(inside)),
+        "mirror": False,
     }
     for part in parts:
         if isinstance(part, Contact):
             behind[part.plane] |= part(u, q).energy > _PRESSED
+    held = behind["mirror"] or any(isinstance(part, SelfContact) and part(u, q).energy > _PRESSED for part in parts)
     rise = float(seen[faces.beside][inside, 2].max()) if np.any(inside) else 0.0
-    return FaceContact(behind["ground"], behind["plane"], behind["wall"], rise)
+    crossing = not held and crosses_itself(faces, mesh, u)
+    return FaceContact(behind["ground"], behind["plane"], behind["wall"], rise, held, crossing)
 
 
 def face_notes(
@@ -134,19 +165,21 @@ def face_notes(
     notes = [f"a free face {begin} {name}: {end}" for name, own in names.items() if own]
     if found.walls and found.rise > plate:
         notes.append("silicone rises above the target's top face: its sides are taken to go on upwards")
-    if crosses_itself(faces, mesh, u):
-        notes.append("a free face touches itself: that contact is not solved, the true layer is stiffer")
+    if found.held:
+        notes.append("free faces lie on each other: frictionless contact")
+    if found.crossing:
+        notes.append("free faces pass through one another: that contact is not in this answer, the true pad is stiffer")
     return tuple(notes)
 
 
 def crosses_itself(faces: Faces, mesh: MixedMesh, u: Array) -> bool:
     """Say whether free faces pass through one another; arguments as of `face_contact`."""
     place = _places(mesh, u)
-    if faces.skin is None:
+    if faces.lines:
         return lines_cross([place[line][:, [0, 2]] for line in faces.lines])
-    if faces.convex and is_monotone(deformation(mesh, u)[0]):
+    if faces.skin is None or faces.convex and is_monotone(deformation(mesh, u)[0]):
         return False
-    return triangles_cross(faces.skin, place, faces.mirror)
+    return triangles_cross(faces.skin.facets, place, faces.mirror)
 
 
 def _places(mesh: MixedMesh, u: Array) -> Array:

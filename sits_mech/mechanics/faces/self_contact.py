@@ -1,4 +1,4 @@
-"""Do the free faces of a pad pass through one another? They are found and named; that contact is solved nowhere.
+"""Do the free faces of a pad pass through one another, where no contact holds them (folds.py)?
 
 A section's faces are lines, held against each other segment by segment. The free faces of a solid's elements are cut
 into triangles around their middle nodes. Of two triangles whose bounding balls meet, each side of one is held against

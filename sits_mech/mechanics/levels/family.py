@@ -14,8 +14,8 @@ which the second term leaves off by b/(m_k m_(k-1))**p, so that two of them tell
 
 s what the order may be off by. The order that three levels show, from the ratio of their differences, must not lie
 far below p, or the sequence is not there yet: then the error is all of the two differences, and is said. With two
-levels alone the error is ``|Y - y|``. The smallest error counts. No component is called better than a share of the worst, an angle counted at the
-target's end; of forces that hold the target, likewise.
+levels alone the error is ``|Y - y|``. The smallest error counts. No component is called better than a share of the
+worst, an angle counted at the target's end; of forces that hold the target, likewise.
 
 The first two levels are brought to rest (path.py), the second from the first one's state. On finer ones the target's
 place is corrected by Newton steps from the state of the level before, until it stays; corners need not come to rest
@@ -42,8 +42,8 @@ from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.rest.body import Bonded, State, rest
 from sits_mech.mechanics.rest.limit import Outcome
 from sits_mech.mechanics.rest.linearisation import Held, drawn
-from sits_mech.mechanics.rest.newton import SETTLED, Approach, approached, newton
-from sits_mech.mechanics.rest.path import follow
+from sits_mech.mechanics.rest.newton import SETTLED, Approach, approached
+from sits_mech.mechanics.rest.path import among_faces, follow
 from sits_mech.mechanics.rest.verdict import Way, verdict
 from sits_mech.memory import GIB, memory_limit
 from sits_mech.quantities import Array
@@ -207,12 +207,12 @@ def prolonged(levels: Levels, level: int, state: State, safe: Array | None = Non
 
 def next_at_rest(levels: Levels, state: State, way: Way) -> Outcome | None:
     """Return the second level at rest at the end of a path, from the first one's state there; None where it is not."""
-    body, start = levels.fine, prolonged(levels, 1, state)
+    start = prolonged(levels, 1, state)
     if start is None:
         return None
-    found = newton(body, start, way.end, way.held)
+    body, found = among_faces(levels.fine, start, way.end, way.held)
     if SETTLED < found.state.residual < _CLOSE:
-        found = newton(body, replace(found.state, iterations=0), way.end, way.held)
+        body, found = among_faces(body, replace(found.state, iterations=0), way.end, way.held)
     said = verdict(body, way, found)
     return None if said.reason else Outcome(replace(found.state, min_J=said.min_J), 1.0)
 

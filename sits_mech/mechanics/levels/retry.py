@@ -18,8 +18,7 @@ from functools import cache
 
 import numpy as np
 
-from sits_mech.mechanics.faces.contact import softened
-from sits_mech.mechanics.faces.face_contact import LEFT_OUT, face_contact
+from sits_mech.mechanics.faces.face_contact import LEFT_OUT, LEFT_SHARE, FaceContact, face_contact, softened
 from sits_mech.mechanics.levels.answer import Scales, Solved, aim, first_look, levers, solve_levels, starts
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.rest.body import packed, unpacked
@@ -207,11 +206,16 @@ def _tried(
 
 
 def _touches(line: Line, found: Equilibrium) -> bool:
-    """Whether a free face lies on or behind ground or target."""
+    """Whether a free face lies on or behind ground or target, or touches another."""
+    return _contact(line, found).touch
+
+
+def _contact(line: Line, found: Equilibrium) -> FaceContact:
+    """What the free faces of an equilibrium touch."""
     body = line[int(found.state[0])].fine
     n, k = body.mesh.nodes.size, body.components
     u, q = found.state[1 : 1 + n], found.state[1 + n : 1 + n + k]
-    return face_contact(body.faces, body.mesh, body.parts, u, q).touch
+    return face_contact(body.faces, body.mesh, body.parts, u, q)
 
 
 def _softly(line: Line, twin: int, found: Equilibrium, control: Control) -> Equilibrium:
@@ -238,7 +242,7 @@ def _nearly_settled(line: Line, twin: int, found: Equilibrium, control: Control)
     k, scales = before.components, line.scales
     here = unpacked(before, found.state[1:], scales.load(found.wrench)[:k])
     held, goal = aim(before, scales, control)
-    there = newton(after, here, goal, held, until=_NEARLY).state
+    there = newton(after.near(here.u), here, goal, held, until=_NEARLY).state
     if not there.residual <= _NEARLY:
         return None
     return (there.q - here.q) * scales.lengths[:k], (there.load - here.load) * scales.loads[:k]
@@ -267,7 +271,15 @@ def _chosen(line: Line, free: Solved, held: Solved) -> Solved:
         (held.found.pose.components - free.found.pose.components)[: line[0].fine.components],
         (held.found.wrench.components - free.found.wrench.components)[: line[0].fine.components],
     )
-    return _worth_little(line, free, change) if _effect(line, free.found, change) <= line.effect else held
+    effect = _effect(line, free.found, change)
+    if effect <= line.effect:
+        return _worth_little(line, free, change)
+    if not _contact(line, held.found).held:
+        return held
+    found, error = held.found, held.found.error.components
+    error[: len(change[0])] += LEFT_SHARE * np.abs(change[0])
+    report = replace(found.report, estimated_error=found.report.estimated_error + LEFT_SHARE * effect)
+    return held._replace(found=replace(found, error=Pose.of(error), report=report))
 
 
 def _worth_little(line: Line, free: Solved, change: tuple[Array, Array]) -> Solved:

@@ -20,8 +20,9 @@ from sits_mech.mechanics.element.fan import fanned
 from sits_mech.mechanics.element.guard import Guard
 from sits_mech.mechanics.element.kernel import Law
 from sits_mech.mechanics.element.mesh import Indices, MixedMesh, section_mesh
-from sits_mech.mechanics.faces.contact import Plane, contacts
-from sits_mech.mechanics.faces.face_contact import Faces
+from sits_mech.mechanics.faces.contact import Plane
+from sits_mech.mechanics.faces.face_contact import Faces, contacts
+from sits_mech.mechanics.faces.folds import section_skin
 from sits_mech.mechanics.faces.surface import Surface, edges
 from sits_mech.mechanics.levels.answer import Scales
 from sits_mech.mechanics.pad.fillet import Fillet, checked, drawn_in, fillet_lines
@@ -142,7 +143,7 @@ def _numbered(fillet: Fillet, cells: int, grading: float, fan: bool) -> _Numbere
     under = inner if not beside else above[:0]
     pairs = zip(sides, beside or sides, strict=True)
     lines = tuple(np.concatenate([side, face[::-1][1:]]) if beside else side for side, face in pairs)
-    faces = Faces(inner, under, above, Outline(half, _ENDLESS, False), lines)
+    faces = Faces(inner, under, above, Outline(half, _ENDLESS, False), lines, section_skin(mesh, lines))
     ground, other = edges(mesh, sides), edges(mesh, beside) if beside else edges(mesh, sides)
     surfaces: tuple[tuple[Plane, Surface], ...] = (("ground", ground), ("wall" if beside else "plane", other))
     return _Numbered(mesh, free, bonded, X, faces, surfaces)
@@ -150,7 +151,7 @@ def _numbered(fillet: Fillet, cells: int, grading: float, fan: bool) -> _Numbere
 
 def _parts(own: _Numbered, guard: float, depth: float) -> tuple[Part, ...]:
     """Guard and contacts of a body on a mesh."""
-    return (*((Guard(own.mesh, guard),) if guard > 0.0 else ()), *contacts(own.surfaces, depth, own.faces.target))
+    return (*((Guard(own.mesh, guard),) if guard > 0.0 else ()), *contacts(own.faces, own.surfaces, depth))
 
 
 @lru_cache(maxsize=32)

@@ -26,9 +26,9 @@ from skfem.assembly import Dofs
 from sits_mech.mechanics.element.assembly import Pattern, pattern
 from sits_mech.mechanics.element.kernel import Law, element_forces
 from sits_mech.mechanics.element.mesh import BRICK, Indices, MixedMesh, solid_mesh
-from sits_mech.mechanics.faces.contact import Plane, contacts
-from sits_mech.mechanics.faces.face_contact import Faces
-from sits_mech.mechanics.faces.self_contact import skin
+from sits_mech.mechanics.faces.contact import Plane
+from sits_mech.mechanics.faces.face_contact import Faces, contacts
+from sits_mech.mechanics.faces.folds import solid_skin
 from sits_mech.mechanics.faces.surface import Surface, facets_of
 from sits_mech.mechanics.levels.answer import Scales
 from sits_mech.mechanics.pad.lines import box_lines, flush, lines_through, outlines, ring_lines
@@ -199,28 +199,30 @@ def numbered(
     facets = _free_facets(basis, where)
     found = basis.get_dofs(facets=facets).all()
     nodes = np.asarray(found[~np.any(where[:2, found], axis=0)])
-    surfaces = _surfaces(basis, facets, plate)
+    surfaces, around = _surfaces(basis, facets, plate), solid_skin(basis, facets)
     below = [own.nodes.ravel() for plane, own in surfaces if plane == "plane"]
     under = np.intersect1d(np.concatenate([np.zeros(0, dtype=np.int64), *below]), nodes)
     mirror = min(0.0, float(mesh.nodes[:, 1].min())) if np.any(where[2]) else -np.inf
     beside = np.setdiff1d(nodes, under)
     level = np.asarray(where[2] if np.any(where[2]) else np.abs(mesh.nodes[:, 1]) < 1e-9)
     middle = _middle_faces(basis, level)
-    faces = Faces(nodes, under, beside, plate, (), skin(basis, facets), convex, mirror, middle)
+    faces = Faces(nodes, under, beside, plate, (), around, convex, mirror, middle)
+    if np.isfinite(mirror) and not convex:
+        surfaces = (*surfaces, ("mirror", around.surface))
     return NumberedMesh(mesh, where, faces, surfaces)
 
 
 def solid(sensor: Sensor, own: NumberedMesh, guard: float, depth: float) -> Solid:
     """Return a pad on its mesh; guard and contact depth as of `bonded_block`."""
     target, elastomer = pad_parts(sensor)
-    silicone, plate = elastomer.silicone, outlines(target, elastomer)[0]
+    silicone = elastomer.silicone
     K = silicone.bulk_modulus / silicone.shear_modulus
     guard = min(guard, _GUARD_SHARE * K)
     X = own.mesh.nodes[own.where[1]] * (1.0, 1.0, 0.0)
     body = Bonded(
         own.mesh, Law(isochoric_energy(silicone, guard), isochoric_stress(silicone, guard)), K - guard,
         target.load_height / elastomer.thickness, own.free(), own.bonded, X, own.faces,
-        components=3 if own.half else 6, parts=contacts(own.surfaces, depth, plate),
+        components=3 if own.half else 6, parts=contacts(own.faces, own.surfaces, depth),
         shared=partial(_pattern, own, depth > 0.0),
         hidden=partial(_pattern, own, depth > 0.0, True) if own.half else None,
     )  # fmt: skip

@@ -10,9 +10,10 @@ hexahedra, and half of what they differ by is its error, with contact all of it 
 Measured on boxes in compression and shear: tetrahedra of 1/4 thickness at the bonded corners and 0.9 elsewhere come
 within some 2 % of the model's own mesh (the tilt by shear alone within 13 %, more than its error). Of one or two layers
 of hexahedra the stiffer answer is within 6 %, mostly 2 %, where the mean would sink 3 to 24 % too far. With the cells
-divided (`refined_pad`) tetrahedra converge from the stiff side: 431 of them on a box of 20 x 20 x 2 mm by 3.2, 1.7 and
-0.9 % in shear, 13, 6 and 3 % in compression, 32, 17 and 9 % in tilt. Contact with ground and target is that of
-block.py; free faces that touch each other, such as the walls of a slot, are named.
+divided tetrahedra converge from the stiff side: 431 of them on a box of 20 x 20 x 2 mm by 3.2, 1.7 and 0.9 % in shear,
+13, 6 and 3 % in compression, 32, 17 and 9 % in tilt. Contact with ground and target is that of block.py; free faces
+that touch each other, such as the walls of a slot, are held apart (faces/folds.py); half a pad whose faces reach the
+plane of symmetry is held there.
 """
 
 from __future__ import annotations

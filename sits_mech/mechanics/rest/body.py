@@ -13,8 +13,8 @@ too.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from sits_mech.mechanics.element.assembly import Part, Pattern, pattern
 from sits_mech.mechanics.element.kernel import Deformed, Law, deformation, deformed, smallest_nodal_volume
 from sits_mech.mechanics.element.mesh import Indices, MixedMesh
 from sits_mech.mechanics.faces.face_contact import Faces
+from sits_mech.mechanics.faces.folds import SelfContact
 from sits_mech.quantities import Array
 
 
@@ -76,9 +77,28 @@ class Bonded:
         """Where the entries of the stiffnesses go."""
         if self.shared is not None:
             return self.shared()
+        return self._made(self.free)
+
+    def _made(self, free: Indices) -> Pattern:
+        """Where they go with some displacements free."""
         terms = [part(np.zeros(self.mesh.nodes.size), np.zeros(6)) for part in self.parts]
-        numbers = (self.mesh.dofs, *(term.numbers for term in terms))
-        return pattern(self.mesh, numbers, self.free, border(self.mesh, self.bonded))
+        numbers = (self.mesh.dofs, *(term.numbers for term in terms if len(term.numbers)))
+        return pattern(self.mesh, numbers, free, border(self.mesh, self.bonded))
+
+    def near(self, u: Array) -> Bonded:
+        """Return the body that holds those free faces against each other which are near in a state (faces/folds.py).
+
+        Itself, where it holds them already: only then its pattern stays.
+        """
+        parts = tuple(part.near(u) if isinstance(part, SelfContact) else part for part in self.parts)
+        if all(new is old for new, old in zip(parts, self.parts, strict=True)):
+            return self
+        found = replace(self, parts=parts)
+        if all(part.pairs is None or len(part.pairs) == 0 for part in parts if isinstance(part, SelfContact)):
+            return found
+        hidden = self.hidden
+        odd = None if hidden is None else cache(lambda: found._made(np.sort(hidden().free)))
+        return replace(found, shared=cache(lambda: found._made(self.free)), hidden=odd)
 
     @cached_property
     def levers(self) -> Array:

@@ -126,7 +126,7 @@ def aim_of(here: State, goal: Array, held: Held, arc: Arc | None) -> Aim:
 def gradient(body: Bonded, here: State) -> Gradient:
     """Forces of a layer with its parts, and what is left of them."""
     found = element_forces(body.mesh, body.law, body.K, here.u, deformed_state(body, here))
-    terms = [part(here.u, here.q) for part in body.parts]
+    terms = [term for part in body.parts if len((term := part(here.u, here.q)).numbers)]
     forces = np.concatenate([found.forces, np.zeros(6)]) + sum(term.forces for term in terms)
     pattern, k = body.pattern, body.components
     on_target = _border_by_q(body, here.q)[:, :k].T @ forces[pattern.border]

@@ -18,13 +18,14 @@ import numpy as np
 from sits_mech.mechanics.rest.body import Bonded, State
 from sits_mech.mechanics.rest.limit import Outcome, pursued
 from sits_mech.mechanics.rest.linearisation import Held
-from sits_mech.mechanics.rest.newton import LONGEST, newton
+from sits_mech.mechanics.rest.newton import LONGEST, SETTLED, Settled, newton
 from sits_mech.mechanics.rest.verdict import Way, verdict
 from sits_mech.quantities import Array
 
 _EASY = 5  # iterations up to which the next increment grows
 _STEPS = 400
 _CUT = 0.25  # of an increment that fails, where the path goes on by its length
+_LOOKS = 3  # how often a step is solved with more and more faces that meet
 
 
 def follow(
@@ -60,7 +61,7 @@ def follow(
     length = 0.0
     for _ in range(_STEPS):
         target = min(1.0, at + increment)
-        found = newton(body, replace(here, iterations=0), way.goal(target), held)
+        body, found = among_faces(body, replace(here, iterations=0), way.goal(target), held)
         spent = here.iterations + found.state.iterations
         if found.length > LONGEST:
             increment, here = 0.9 * (target - at) * LONGEST / found.length, replace(here, iterations=spent)
@@ -82,3 +83,15 @@ def follow(
         return Outcome(here, at, said.reason)
     left = most - (here.iterations - start.iterations)
     return pursued(body, way, (here, at), length, smallest=smallest, most=left)
+
+
+def among_faces(body: Bonded, start: State, goal: Array, held: Held | None) -> tuple[Bonded, Settled]:
+    """Return a body and its rest under a goal, once more where free faces met on the way that it did not hold apart."""
+    body = body.near(start.u)
+    for _ in range(_LOOKS):
+        found = newton(body, start, goal, held)
+        wider = body.near(found.state.u) if found.state.residual <= SETTLED else body
+        if wider is body:
+            break
+        body = wider
+    return body, found
