@@ -107,10 +107,10 @@ def test_a_whole_mesh_bears_all_six_components(tmp_path, box):
 
 
 def test_pose_and_its_error(box):
-    """13 N sink 0.09766 mm to 0.6 %: NGSolve and FElupe. Two layers of hexahedra are within 2 %, and own to more."""
+    """13 N sink 0.09766 mm to 0.6 %: NGSolve and FElupe; two layers of hexahedra, divided."""
     found = block_pad(scene(box)).equilibrium(Wrench(F_z=13.0))
     sink = (2.0 * MM - found.pose.d_v) / MM
-    assert abs(sink - 0.09766) < 0.02 * sink < found.error.d_v / MM < 0.2 * sink
+    assert abs(sink - 0.09766) < found.error.d_v / MM + 0.006 * sink and found.error.d_v / MM < 0.02 * sink
     assert found.report.min_J > 0.0
 
 
