@@ -171,7 +171,8 @@ def solve_levels(
         given = {name: value for name in WRENCH if (value := getattr(control, name)) is not None}
         found = replace(found, wrench=replace(found.wrench, **given))
     load = None if limit is None else _carried(found, scales, (begin, end, held), limit)
-    return Solved(found, part, reason, load, limit, law_notes(sensor, levels.coarse, first.state.u), first.reached)
+    laws = law_notes(sensor, levels.coarse, first.state.u, apart=0.0) if part < 1.0 else ()  # one point can end a path
+    return Solved(found, part, reason, load, limit, laws, first.reached)
 
 
 def _carried(
@@ -179,8 +180,8 @@ def _carried(
 ) -> tuple[Wrench, Wrench]:
     """Load at the limit and its error; of places that are given, the forces of the last equilibrium."""
     (begin, end, held), there = way, scales.load(found.wrench)[: len(way[0])]
-    load = np.where(held, there, begin + limit[0] * (end - begin))
-    return scales.wrench(load), scales.wrench(np.where(held, 0.0, limit[1] * np.abs(end - begin)))
+    load, way_off = np.where(held, there, begin + limit[0] * (end - begin)), np.abs(end - begin)
+    return scales.wrench(load), scales.wrench(np.where(held | (way_off == 0.0), 0.0, limit[1] * way_off))
 
 
 def aim(body: Bonded, scales: Scales, control: Control) -> tuple[Held, Array]:
@@ -223,8 +224,8 @@ def relative(error: Array, moved: Array, lever: Array) -> float:
     return float(np.max(error * lever)) / size if size > 0.0 else 0.0
 
 
-def largest_stretch(body: Bonded, u: Array) -> float:
-    """Return the largest principal stretch, or reciprocal of one, that all but 0.1 % of the silicone stays below."""
+def largest_stretch(body: Bonded, u: Array, *, apart: float = _STRETCHED) -> float:
+    """Return the largest principal stretch, or reciprocal of one, that all but a share of the silicone stays below."""
     F, J = deformation(body.mesh, u)
     if F.shape[-1] == 4:
         half = 0.5 * (F**2).sum(axis=-1)
@@ -235,12 +236,17 @@ def largest_stretch(body: Bonded, u: Array) -> float:
     stretch = np.maximum(greater, 1.0 / smaller).ravel()
     order = np.argsort(stretch)
     below = np.cumsum(body.mesh.inside.weights.ravel()[order])
-    return max(1.0, float(stretch[order][np.searchsorted(below, (1.0 - _STRETCHED) * below[-1])]))
+    return max(1.0, float(stretch[order][np.searchsorted(below, min((1.0 - apart) * below[-1], below[-1]))]))
 
 
-def law_notes(sensor: Sensor, body: Bonded, u: Array) -> tuple[str, ...]:
-    """Return what is to be said of the silicone's law in a deformed state: its stability, the range of its data."""
-    return () if sensor.elastomer is None else layer_notes(sensor.elastomer.silicone, largest_stretch(body, u))
+def law_notes(sensor: Sensor, body: Bonded, u: Array, *, apart: float = _STRETCHED) -> tuple[str, ...]:
+    """Return what is to be said of the silicone's law in a deformed state: its stability, the range of its data.
+
+    `apart` is the share of the silicone that may be stretched further.
+    """
+    if sensor.elastomer is None:
+        return ()
+    return layer_notes(sensor.elastomer.silicone, largest_stretch(body, u, apart=apart))
 
 
 def load_words(load: Mapping[str, float]) -> str:
@@ -277,7 +283,7 @@ def _answer(
         if there is None:
             break
         values, spent = [*values, shown(there.q, there.load)], spent + there.iterations
-        limit = extrapolated(values, levels.sizes, levels.order, there.off / size[0])
+        limit = extrapolated(values, levels.sizes, levels.order, np.where(held, 0.0, there.off / unit))
         best = limit if np.max(limit.error) < np.max(best.error) else best
     error = np.where(held, 0.0, errors_of(best.error, np.ones(k), levels.share)) * unit * scales.lengths[:k]
     q, load = np.where(held, fine.q, best.value * unit), np.where(held, best.value * unit, fine.load)

@@ -10,12 +10,13 @@ with p the order that the singular edges and the grading towards them decide (pa
 
 which the second term leaves off by b/(m_k m_(k-1))**p, so that two of them tell what is left in the later:
 
-    error = |Y_k - Y_(k-1)| / ((m_k/m_(k-2))**p - 1)  +  s |Y_k - y_k|,
+    error = 2 |Y_k - Y_(k-1)| / ((m_k/m_(k-2))**p - 1)  +  s |Y_k - y_k|,
 
-s what the order may be off by. The order that three levels show, from the ratio of their differences, must not lie
-far below p, or the sequence is not there yet: then the error is all of the two differences, and is said. With two
-levels alone the error is ``|Y - y|``. The smallest error counts. No component is called better than a share of the
-worst, an angle counted at the target's end; of forces that hold the target, likewise.
+s what the order may be off by; the 2 is measured (studies/mechanics_accuracy.py). The order that three levels show,
+from the ratio of their differences, must not lie far below p, or the sequence is not there yet: then the error is all
+of the two differences, and is said. With two levels alone the error is ``|Y - y|``. The smallest error counts. No
+component is called better than a share of the worst, an angle counted at the target's end; of forces that hold the
+target, likewise.
 
 The first two levels are brought to rest (path.py), the second from the first one's state. On finer ones the target's
 place is corrected by Newton steps from the state of the level before, until it stays; corners need not come to rest
@@ -51,7 +52,8 @@ from sits_mech.quantities import Array
 FEWEST = 3
 """Levels of an answer, if they can be had."""
 _CHEAP = 1500  # cells
-_UNSURE = 0.1  # of what extrapolation adds: the order may be off
+_SAFE = 2.0  # times what the second term leaves: against references of an independent code half of that is too little
+_UNSURE = 0.15  # of what extrapolation adds: the order may be off
 _SHOWN = 0.5  # of the order must be shown by three levels
 _ENOUGH = 0.02  # of the difference of two levels: a correction that is closer is not gone on with
 _LEAST_J = 0.15  # of a state that Newton's method begins with
@@ -146,7 +148,7 @@ class Limit(NamedTuple):
         return (f"{seen}; the error covers it",)
 
 
-def extrapolated(values: list[Array], sizes: tuple[float, ...], order: float, off: float = 0.0) -> Limit:
+def extrapolated(values: list[Array], sizes: tuple[float, ...], order: float, off: Array | float = 0.0) -> Limit:
     """Return the limit of what some levels gave, two or more, the last of which may be off.
 
     Parameters
@@ -170,7 +172,8 @@ def extrapolated(values: list[Array], sizes: tuple[float, ...], order: float, of
     shown = shown_order(float(np.linalg.norm(values[-2] - values[-3])), float(np.linalg.norm(gone)), m[-3:])
     if shown < _SHOWN * order:
         return Limit(ends[-1], np.abs(apart) + np.abs(added[-1]), shown)
-    left = np.abs(apart) / ((m[-1] / m[-3]) ** order - 1.0) + off * (1.0 + 1.0 / ((m[-1] / m[-2]) ** order - 1.0))
+    left = _SAFE * np.abs(apart) / ((m[-1] / m[-3]) ** order - 1.0)
+    left += off * ratios[-1] ** order / (ratios[-1] ** order - 1.0)
     return Limit(ends[-1], left + _UNSURE * np.abs(added[-1]), shown)
 
 
@@ -251,4 +254,4 @@ def _from_rest(body: Bonded, held: Held, goal: Array) -> Approach | None:
     """A body under what is given, along a path from rest; None where that ends before."""
     found = follow(body, rest(body), (np.zeros_like(goal), goal), smallest=_GIVEN_UP, held=held, most=_MOST)
     state = found.state
-    return Approach(state, state.q, state.load, 0.0, state.iterations) if found.reached == 1.0 else None
+    return Approach(state, state.q, state.load, np.zeros(body.components), state.iterations) if found.reached == 1.0 else None

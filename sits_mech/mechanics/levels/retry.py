@@ -7,7 +7,8 @@ contact those with it stand in line. A rest whose free faces fold onto the groun
 contact, from the rest without it where that mesh has a twin with contact: let in softly first where faces stand deep
 behind planes, or else along a path of its own. Where contact moves the target by no more than the line allows it is
 left out, and what it is worth is in the error. Where the load cannot be reached with it, the answer is that without,
-and its error the whole displacement. The notes say which.
+and its error the whole displacement. The notes say which. The coarse mesh of each pair is asked first: where none gets
+there, the farthest pair alone says what is carried (limit.py).
 """
 
 from __future__ import annotations

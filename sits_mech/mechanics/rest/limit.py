@@ -132,6 +132,7 @@ def pursued(
     """
     here = _place(body, way, *start, verdict(body, way, Settled(start[0], None)))
     end, reason, before = None, "lost", here
+    gone = _GONE * here.stiffness if np.isfinite(here.stiffness) else 0.0  # it is infinite where every place is held
     begun, spent, first = body.length(start[0].q) + length, start[0].iterations, here.stiffness
     for _ in range(_MOST):
         if end is None and length < smallest * max(begun, body.length(here.state.q)):
@@ -152,8 +153,8 @@ def pursued(
             reason, length = said.reason or "lost", 0.25 * length
             if end is not None and length < PRECISE * smallest * begun:
                 break
-        elif said.reason or said.stiffness <= _GONE * first:
-            end = _End(length, to, said.stiffness - _GONE * first, said.reason or "buckled")
+        elif said.reason or said.stiffness <= gone:
+            end = _End(length, to, said.stiffness - gone, said.reason or "buckled")
             length = _next(here, end, beyond=False)
         else:
             there = _place(body, way, step, to, said)

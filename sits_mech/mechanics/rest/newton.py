@@ -66,7 +66,7 @@ class Settled(NamedTuple):
 
 
 class Approach(NamedTuple):
-    """Where a target nearly rests: motion, load, by how much its edge may be off [thicknesses], steps.
+    """Where a target nearly rests: motion, load, by how much the motion may be off, steps.
 
     The state is None where it is no good to go on from.
     """
@@ -74,7 +74,7 @@ class Approach(NamedTuple):
     state: State | None
     q: Array
     load: Array
-    off: float
+    off: Array
     iterations: int
 
 
@@ -147,7 +147,7 @@ def approached(body: Bonded, start: State, goal: Array, held: Held, enough: floa
             break
         gone.append(body.length(way[1]))
         if gone[-1] < 0.5 * min(gone[:-1]):
-            off = _LINEAR * gone[-1] if place is None else gone[-1] ** 2 / gone[-2]
+            off = np.abs(way[1]) * (_LINEAR if place is None else gone[-1] / gone[-2])
             place = Approach(None, moved(here.q, way[1]), here.load + way[2], off, here.iterations + 1)
         elif gone[-1] > _WILD * gone[1]:
             break
@@ -155,7 +155,7 @@ def approached(body: Bonded, start: State, goal: Array, held: Held, enough: floa
         if after is None:
             break
         here = replace(after, iterations=here.iterations + 1)
-        if len(gone) > 2 and place is not None and place.off <= enough:
+        if len(gone) > 2 and place is not None and body.length(place.off) <= enough:
             return place._replace(state=here)
     return place
 

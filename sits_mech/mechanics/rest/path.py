@@ -42,7 +42,8 @@ def follow(
     goals : tuple of ndarray, shape (k,)
         F_x, F_z, M, ... at the start and at the end; where `held`, d_h, d_z, alpha, ... instead; scaled.
     smallest : float
-        Increment, as a fraction of the path, below which the path is given up.
+        Length of a step, over that of the path so far, below which the path is given up; above a quarter it is given up
+        at the first increment that fails.
     held : ndarray of bool, shape (k,), optional
         Which of the target's places are given instead of the force.
     beside : ndarray of bool, shape (3,), optional

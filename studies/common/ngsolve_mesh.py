@@ -1,0 +1,147 @@
+"""Which meshes do the reference pads have? Quadrilaterals and bricks, geometrically graded towards bonded edges.
+
+Towards an edge at which the bond ends, the cells shrink by a constant ratio over a number of layers: with elements of
+order p that resolves the edge's singular field exponentially in p (I. Babuska, B. Guo, SIAM J. Numer. Anal. 25 (1988)
+837). All are products of lines. Lengths in mm; a plan is cut by symmetry at x = 0, or y = 0, or both.
+
+NGSolve is no dependency of the package: it is imported where a mesh is handed to it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sits_mech.quantities import Array
+
+Cells = NDArray[np.int64]
+
+@dataclass(frozen=True)
+class Plan:
+    """Points and counter-clockwise quadrilaterals of a plan, or of a section, and which are under the target.
+
+    Attributes
+    ----------
+    points : ndarray, shape (n, 2)
+    quads : ndarray, shape (m, 4)
+    under : ndarray, shape (m,)
+        Of a plan: whether the quadrilateral is bonded to the target.
+    """
+
+    points: Array
+    quads: Cells
+    under: NDArray[np.bool_]
+
+
+def graded(first: float, last: float, layers: tuple[int, int], size: float, ratio: float) -> Array:
+    """Return lines from `first` to `last` with geometric layers at each end, cells between them no longer than `size`.
+
+    Parameters
+    ----------
+    layers : (int, int)
+        Geometric layers at the first and at the last end.
+    size : float
+        Largest cell [mm]; the layers begin at 0.7 of it from their end, or at the middle.
+    ratio : float
+        Of the sizes of neighbouring layers.
+    """
+    length = last - first
+    ends = sum(1 for count in layers if count)
+    reach = min(0.7 * size, length / max(1, ends)) if ends else 0.0
+    own = [reach * ratio ** np.arange(count, 0, -1) for count in layers]
+    left = np.concatenate([[0.0], own[0], [reach]]) if layers[0] else np.zeros(1)
+    right = length - (np.concatenate([[0.0], own[1], [reach]]) if layers[1] else np.zeros(1))
+    middle = right.min() - left.max()
+    count = int(np.ceil(middle / size - 1e-9)) if middle > 1e-9 * length else 0
+    between = np.linspace(left.max(), right.min(), count + 1) if count else np.zeros(0)
+    lines = np.unique(np.round(np.concatenate([left, between, right]) / length, 12))
+    return np.asarray(first + length * lines)
+
+
+def joined(*parts: Array) -> Array:
+    """Return lines of neighbouring stretches as one."""
+    return np.asarray(np.unique(np.round(np.concatenate(parts), 12)))
+
+
+def side(target: float, pad: float, layers: int, size: float, ratio: float, *, whole: bool) -> Array:
+    """Return lines across half a pad, or the whole, graded towards the target's edge and the pad's [mm]."""
+    half = graded(0.0, 0.5 * target, (0, layers), size, ratio)
+    if pad > target * (1.0 + 1e-9):
+        far = max(1, layers - 2) if pad - target > 0.5 * size else layers
+        half = joined(half, graded(0.5 * target, 0.5 * pad, (layers, far), size, ratio))
+    return joined(-half, half) if whole else half
+
+
+def product_plan(x: Array, y: Array, under: tuple[float, float]) -> Plan:
+    """Return the plan of a box, from lines along x and y and the half widths of the target."""
+    points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    first = (np.arange(len(x) - 1)[:, None] * len(y) + np.arange(len(y) - 1)).ravel()
+    quads = np.stack([first, first + len(y), first + len(y) + 1, first + 1], axis=1)
+    centre = np.abs(points[quads].mean(axis=1))
+    return Plan(points, quads, (centre < np.array(under)).all(axis=1))
+
+
+def section_mesh(x: Array, z: Array, half_target: float) -> Any:
+    """Return NGSolve's mesh of a section, from lines across and up; boundaries ground, target, free, mirror_x."""
+    import ngsolve
+    from netgen.meshing import Element1D, Element2D, FaceDescriptor, Mesh, MeshPoint, Pnt
+
+    mesh, plan = Mesh(dim=2), product_plan(x, z, (np.inf, np.inf))
+    points = [mesh.Add(MeshPoint(Pnt(float(a), float(b), 0.0))) for a, b in plan.points]
+    mesh.Add(FaceDescriptor(surfnr=1, domin=1, bc=1))
+    for quad in plan.quads:
+        mesh.Add(Element2D(1, [points[k] for k in quad]))
+    names = ("ground", "target", "free", "mirror_x")
+    for number, name in enumerate(names):
+        mesh.SetBCName(number, name)
+    for a, b in outer_edges(plan.quads):
+        middle = plan.points[[a, b]].mean(axis=0)
+        name = "free"
+        if abs(middle[1] - z[0]) < 1e-9:
+            name = "ground"
+        elif abs(middle[1] - z[-1]) < 1e-9 and abs(middle[0]) < half_target:
+            name = "target"
+        elif x[0] == 0.0 and abs(middle[0]) < 1e-12:
+            name = "mirror_x"
+        mesh.Add(Element1D([points[a], points[b]], index=1 + names.index(name)))
+    return ngsolve.Mesh(mesh)
+
+
+def outer_edges(quads: Cells) -> list[tuple[int, int]]:
+    """Return the edges that only one quadrilateral has, in its own sense."""
+    edges = [(int(quad[k]), int(quad[(k + 1) % 4])) for quad in quads for k in range(4)]
+    own = set(edges)
+    return [(a, b) for a, b in edges if (b, a) not in own]
+
+
+def solid_mesh(plan: Plan, z: Array) -> Any:
+    """Return NGSolve's mesh of a pad, a plan drawn up along lines; boundaries as of `section_mesh`, and mirror_y."""
+    import ngsolve
+    from netgen.meshing import Element2D, Element3D, FaceDescriptor, Mesh, MeshPoint, Pnt
+
+    mesh, count = Mesh(dim=3), len(plan.points)
+    points = [mesh.Add(MeshPoint(Pnt(float(a), float(b), float(c)))) for c in z for a, b in plan.points]
+    names = ("ground", "target", "free", "mirror_x", "mirror_y")
+    for number in range(len(names)):
+        mesh.Add(FaceDescriptor(surfnr=number + 1, domin=1, domout=0, bc=number + 1))
+    for level in range(len(z) - 1):
+        for quad in plan.quads:
+            low = [points[level * count + k] for k in quad]
+            high = [points[(level + 1) * count + k] for k in quad]
+            mesh.Add(Element3D(1, low + high))
+    top = (len(z) - 1) * count
+    for quad, under in zip(plan.quads, plan.under, strict=True):
+        mesh.Add(Element2D(1, [points[k] for k in quad[::-1]]))
+        mesh.Add(Element2D(2 if under else 3, [points[top + k] for k in quad]))
+    for a, b in outer_edges(plan.quads):
+        places = np.abs(plan.points[[a, b]]).max(axis=0)
+        number = 4 if places[0] < 1e-9 else 5 if places[1] < 1e-9 else 3
+        for level in range(len(z) - 1):
+            low, high = level * count, (level + 1) * count
+            mesh.Add(Element2D(number, [points[low + a], points[low + b], points[high + b], points[high + a]]))
+    for number, name in enumerate(names):
+        mesh.SetBCName(number, name)
+    return ngsolve.Mesh(mesh)

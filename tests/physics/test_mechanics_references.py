@@ -1,0 +1,28 @@
+"""Poses beside those of an independent code: the error that an answer says it has is one that it has."""
+
+import pytest
+from common.references import STORED, stored_references
+from mechanics_accuracy import judged
+
+REFERENCES = {one.name: one for one in stored_references(STORED)}
+QUICK = (
+    "flush disc 15 x 2, small shear", "disc 10 on 20 x 2, small press", "disc 6 on 12 x 6, sheared little",
+    "flush disc 15 x 2, pulled 8 %", "disc 8 on 20 x 2, ecoflex", "disc 8 on 12 x 3, ogden, pulled",
+    "layer, sheared 10 %", "square section, pulled", "layer, gent",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", [name for name in QUICK if name in REFERENCES])
+def test_the_true_error_is_at_most_three_times_the_estimated_one(name):
+    """NGSolve 6.2, Q5 on graded meshes (studies/reference_pads.py), each with an error of its own."""
+    one = judged(REFERENCES[name], 1e-2)
+    assert one.status == "converged" and one.reference.error < 2e-3
+    assert one.true - one.reference.error <= 3.0 * one.estimated
+    assert one.estimated < 0.05
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(REFERENCES))
+def test_no_pad_is_three_times_worse_than_it_says(name):
+    """Every pad to 1 %; one that has no answer says so, which is no wrong answer."""
+    assert not judged(REFERENCES[name], 1e-2).too_small
