@@ -29,11 +29,12 @@ def sequence(p, count, second=0.0):
 @pytest.mark.parametrize("p", [1.2, 2.0, 2.378, 4.0])
 @pytest.mark.parametrize("count", [2, 3, 5])
 def test_one_power_is_extrapolated_exactly(p, count):
-    """What is left is what the order may be off by: a tenth of what extrapolation adds, all of it of two levels."""
+    """What is left is what the order may be off by: a part of what extrapolation adds, all of it of two levels."""
     found = extrapolated(sequence(p, count), SIZES, p)
     np.testing.assert_allclose(found.value, LIMIT, rtol=1e-13)
     added = np.abs(FIRST) * SIZES[count - 1] ** -p
-    np.testing.assert_allclose(found.error, added if count == 2 else 0.1 * added, rtol=1e-9)
+    low, high = (1.0, 1.0) if count == 2 else (0.05, 0.2)
+    assert np.all(found.error > (low - 1e-9) * added) and np.all(found.error < (high + 1e-9) * added)
     assert np.isnan(found.order) if count == 2 else found.order == pytest.approx(p, abs=2e-3)
     assert found.words(p) == ()
 
@@ -79,7 +80,7 @@ def test_order_of_three_levels(sizes, p):
 
 
 def scene(size=15.0, *, disc=False):
-    """A pad of 20 x 20 x 2 mm under a square target, or a cylinder of 15 mm under a disc; the force acts at its face."""
+    """A pad of 20 x 20 x 2 mm under a square target, or a cylinder under a disc; the force acts at the bonded face."""
     base = load_sensor(
         "biorob2018", ["target.load_height=0", *(f'target.{side}="{size} mm"' for side in ("width", "length")),
                        NEO_HOOKEAN])  # fmt: skip
@@ -159,8 +160,8 @@ def test_cells_that_would_turn_inside_out_are_drawn_towards_a_safe_state():
     assert prolonged(alone, 1, state) is None
 
 
-# kz, kx, ka of a pad of 20 x 20 x 2 mm under 15 x 15 mm, K/mu = 1000: NGSolve 6.2 and FElupe 11.3, 0.1 to 0.15 %.
-BOX = np.array([4.482e3, 120.67e3, 1.0695])
+# d_h, sink, alpha of a pad of 20 x 20 x 2 mm under 15 x 15 mm, K/mu = 1000: NGSolve 6.2 and FElupe 11.3, to 0.1 %.
+BOX = np.array([[4.482e3, 0.0, 6.915], [0.0, 120.67e3, 0.0], [6.915, 0.0, 1.0695]])
 
 
 def test_a_pad_shows_its_order_and_its_error_covers_the_truth():
@@ -173,7 +174,7 @@ def test_a_pad_shows_its_order_and_its_error_covers_the_truth():
         2.0, abs=0.35
     )  # fmt: skip
     unit = np.diag(np.outer(pad.scales.loads[:3], 1.0 / pad.scales.lengths[:3]))
-    known = unit / BOX  # near enough: d_h and alpha are coupled by less than 1 % of the root of their stiffnesses
+    known = unit * np.diag(np.linalg.inv(BOX))
     for count in range(2, len(each) + 1):
         found = extrapolated(list(each[:count]), pad.levels.sizes, 2.0)
         off = np.abs(found.value / known - 1.0)
