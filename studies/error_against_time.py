@@ -28,7 +28,8 @@ from threadpoolctl import threadpool_limits
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import MAGNETICS
 from sits_mech.mechanics.block import block_pad
-from sits_mech.mechanics.layer import linear_layer, planar_layer
+from sits_mech.mechanics.layer import planar_layer
+from sits_mech.mechanics.linear import linear_layer
 from sits_mech.quantities import MechanicalModel, Pose, Wrench
 from sits_mech.scene.sensor import Sensor, load_sensor
 

@@ -79,10 +79,7 @@ UNMIRRORED = {
         (f"mechanics/pad/{name}.py" for name in ("edges", "ladder", "section")),
         "tests/mechanics/test_layer.py: the layers on these meshes converge",
     ),
-    **dict.fromkeys(
-        (f"mechanics/pad/{name}.py" for name in ("lines", "solid")),
-        "tests/mechanics/test_block.py: the pads on these meshes converge",
-    ),
+    "mechanics/pad/solid.py": "tests/mechanics/test_block.py: the pads on these meshes converge",
     **dict.fromkeys(
         (f"mechanics/rest/{name}.py" for name in ("body", "newton", "linearisation")),
         "tests/mechanics/test_layer.py: every rest is found by them",

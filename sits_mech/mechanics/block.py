@@ -56,6 +56,7 @@ _KINDS = ((GRADING, 0.0), (1.5, 0.0), (GRADING, 5.0))
 _GUARDS = (0.0, 5.0)  # on J, on a mesh of the user's own
 _SIZES = (1.0, 2.0, 3.0, 4.0, 6.0)  # parts of a base cell along each axis, level by level
 _SHARE = 0.1  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
+_ROUGH = 1.0  # error of an answer on two levels that is not spoken of
 _MOST = 1.5e6  # iterations times unknowns that a load path is given: a minute on the largest mesh
 _SMALLEST = (1e-2, 0.6)  # increment of the load path where no other mesh waits, and where one does
 _DEPTH = 1e-4  # thicknesses over which the pressure of contact builds up
@@ -73,20 +74,32 @@ class BlockPad:
     sensor : Sensor
     tolerance : float
         Asked error of the pose over the size of the displacement; an answer that misses it says so.
+    finer : BlockPad or None
+        Of a rough model the one with all of its meshes.
     """
 
     sensor: Sensor
     tolerance: float
+    finer: BlockPad | None = None
 
     @cached_property
     def half(self) -> Line:
         """Meshes of half the pad in the order they are tried; of the whole one where the user's mesh is."""
+        if self.finer is not None:
+            return replace(self.finer.half, asked=np.inf)
         return meshes_in_line(self.sensor, self.tolerance, whole=False)
 
     @cached_property
     def whole(self) -> Line:
         """Meshes of the whole pad."""
+        if self.finer is not None:
+            return replace(self.finer.whole, asked=np.inf)
         return meshes_in_line(self.sensor, self.tolerance, whole=True)
+
+    @cached_property
+    def rough(self) -> BlockPad:
+        """The model that answers on the first two levels alone, of the same meshes."""
+        return replace(self, tolerance=_ROUGH, finer=self)
 
     @one_thread
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:

@@ -8,7 +8,7 @@ import pytest
 
 from sits_mech.cases import Row
 from sits_mech.chain.interpolate import INTERPOLATED, loads_of, poses_on_grid
-from sits_mech.mechanics.layer import linear_layer
+from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import POSE, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.scene.sensor import load_sensor

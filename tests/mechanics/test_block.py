@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.block import block_pad, deformed_section
+from sits_mech.mechanics.block import block_pad, deformed_section, solved_body
 from sits_mech.mechanics.element.kernel import deformation, element_forces
+from sits_mech.mechanics.levels.answer import largest_stretch
 from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.newton import compliance
-from sits_mech.mechanics.levels.answer import largest_stretch
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import load_sensor
@@ -57,13 +57,12 @@ def test_pressed_pose_and_its_error(pad):
     assert strict.report.notes[-1] == "the estimated error is above the tolerance 0.01"
 
 
-def test_sheared_pose_and_its_error(pad):
-    found = pad.equilibrium(Wrench(F_x=1.8))
-    assert found.pose.d_h / MM == pytest.approx(D_H, abs=1.22e-3)  # the reference's own bars
-    assert found.pose.alpha == pytest.approx(ALPHA, abs=4.6e-5)
+def test_sheared_pose_and_its_error():
+    found = block_pad(box(), 3e-3).equilibrium(Wrench(F_x=1.8))
+    assert found.pose.d_h / MM == pytest.approx(D_H, abs=1.22e-3)  # the references' own bars
     assert (2.0 * MM - found.pose.d_v) / MM == pytest.approx(-6.65e-4, abs=3.2e-4)
-    assert abs(found.pose.d_h / MM - D_H) < found.error.d_h / MM < 0.05 * D_H
-    assert abs(found.pose.alpha - ALPHA) < found.error.alpha
+    assert abs(found.pose.d_h / MM - D_H) < found.error.d_h / MM + 1.22e-3 and found.error.d_h / MM < 3e-3 * D_H
+    assert abs(found.pose.alpha - ALPHA) < found.error.alpha + 4.6e-5
 
 
 def test_mirrored_load_from_a_neighbour_mirrors_the_pose(pad):
@@ -176,6 +175,13 @@ def test_refusals(pad):
         block_pad(box().model_copy(update={"target": triangle}))
 
 
+def means(pad, found):
+    """Mean volume ratio of each cell."""
+    body = solved_body(pad, found)
+    J = deformation(body.mesh, found.state[1 : 1 + body.mesh.nodes.size])[1]
+    return np.average(J, axis=1, weights=body.mesh.inside.weights)
+
+
 def test_section_for_pictures(pad):
     """At rest it fills the section; under a load it hangs on ground and target."""
     for wrench in (Wrench(), Wrench(0.9, 6.0)):
@@ -184,7 +190,8 @@ def test_section_for_pictures(pad):
         x, z = np.moveaxis(points[quads], -1, 0)
         area = 0.5 * np.abs(np.sum(x * np.roll(z, -1, axis=1) - z * np.roll(x, -1, axis=1), axis=1))
         assert J.shape == (len(quads),) and J.min() >= found.report.min_J
-        assert wrench == Wrench() or J.min() < 0.85  # at a point beside the target's edge; the mean of its cell is 0.95
+        mean = means(pad, found)
+        assert wrench == Wrench() or J.min() < mean.min() - 0.02  # at a point, beside the target's edge
         assert z.min() == pytest.approx(0.0, abs=1e-12) and np.ptp(x) > 19.9 * MM
         if wrench == Wrench():
             assert area.sum() == pytest.approx(20 * MM * 2 * MM) and np.all(J == pytest.approx(1.0))

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.levels import retry
 from sits_mech.mechanics.pad.solid import bonded_block
-from sits_mech.mechanics.rest import retry
 from sits_mech.mechanics.rest.control import under
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import Elastomer, Target, load_sensor

@@ -42,7 +42,7 @@ def both(request):
     touching = request.param
     sensor, found = flush() if touching else load_sensor("biorob2018", WIDE), []
     for whole, share in ((False, 0.5), (True, 1.0)):
-        body = bonded_block(sensor, 1, 2.0, 0.0, 1e-2 if touching else 0.0, whole=whole).body
+        body = bonded_block(sensor, 2 if touching else 1, 2.0, 0.0, 1e-2 if touching else 0.0, whole=whole).body
         load = share * np.append(LOADS[touching], np.zeros(3 * whole))
         end = follow(body, rest(body), (0.0 * load, load))
         assert end.reached == 1.0
@@ -151,7 +151,8 @@ def test_the_components_in_the_plane_come_first(fallen):
     for name, value in vars(asked).items():
         assert f"{name} = {value:.6g} N" in message
     again = pad.equilibrium(last.wrench, start=last)
-    np.testing.assert_allclose(again.pose.components, last.pose.components, rtol=1e-6, atol=1e-15)
+    away = np.abs(again.pose.components - last.pose.components)  # the last one of a path that ends is of two meshes
+    assert np.all(away <= last.error.components + again.error.components)
 
 
 def test_a_path_that_failed_carries_all_six_components():

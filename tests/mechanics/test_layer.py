@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.layer import deformed_mesh, linear_layer, planar_layer, stored
+from sits_mech.mechanics.layer import deformed_mesh, planar_layer, stored
+from sits_mech.mechanics.levels.family import Levels
+from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.mechanics.rest.body import rest
-from sits_mech.mechanics.levels.answer import Pair
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import load_sensor
@@ -16,16 +17,17 @@ from sits_mech.scene.sensor import load_sensor
 MM = 1e-3
 NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
 
-# NGSolve 6.2 (four families of elements, high order) and FElupe 11.3: median, and largest deviation of a family.
-# W, w, t [mm]; F_x, F_z [N/m]; M clockwise [N]; d_h, sink [mm], alpha clockwise; their bars.
+# NGSolve 6.2, Q5 on graded meshes of 2 to 4 layers, extrapolated, and Q4 on the last: W, w, t [mm]; F_x, F_z [N/m];
+# M clockwise [N]; d_h, sink [mm], alpha clockwise; their error over the displacement, an angle as the way of the
+# target's end.
 ROWS = [
-    (20, 15, 2, 0, 1810, 0, (0.0, 0.100264, 0.0), (0.0, 0.000508, 0.0)),
-    (20, 15, 2, 267, 4050, 0, (0.985278, 0.203231, 0.002045), (0.004515, 0.003999, 0.000502)),
-    (20, 15, 2, 0, 0, -1.75, (0.045158, -0.0045113, -0.0203196), (0.000537, 0.000038, 0.0001295)),
-    (20, 15, 2, 53.9, 0, 0, (0.2005838, -0.00012146, -0.00135658), (7.98e-5, 9.754e-6, 8.543e-6)),
-    (15, 15, 3, 0, 709, 0, (0.0, 0.153379, 0.0), (0.0, 0.000564, 0.0)),
-    (15, 15, 3, 42.5, 0, 0, (0.3008289, 0.00073582, 0.00252618), (0.000136, 4.51e-6, 5.25e-6)),
-    (15, 15, 3, 213, 0, 0, (1.502045, 0.0181765, 0.0137246), (0.000703, 0.000523, 0.0001705)),
+    (20, 15, 2, 0, 1810, 0, (0.0, 0.101035, 0.0), 7.3e-4),
+    (20, 15, 2, 267, 4050, 0, (0.988421, 0.204690, 0.0020143), 2.8e-3),
+    (20, 15, 2, 0, 0, -1.75, (0.0452983, -0.0044793, -0.0203692), 5.1e-4),
+    (20, 15, 2, 53.9, 0, 0, (0.2006323, -0.00011333, -0.00135077), 8.1e-4),
+    (15, 15, 3, 0, 709, 0, (0.0, 0.153829, 0.0), 2.4e-3),
+    (15, 15, 3, 42.5, 0, 0, (0.3008076, 0.0007446, 0.00252573), 3e-5),
+    (15, 15, 3, 213, 0, 0, (1.5030336, 0.0188445, 0.0139664), 8.2e-4),
 ]
 
 
@@ -45,17 +47,18 @@ def test_pose_against_independent_codes(row):
     W, w, t, F_x, F_z, M, expected, bar = row
     sensor = pad(W, w, t)
     found = planar_layer(sensor, 1e-3).equilibrium(Wrench(F_x, F_z, M))
-    allowed = np.maximum(np.maximum(bar, 0.005 * np.abs(expected)), 1e-9)
-    assert np.all(np.abs(pose_of(sensor, found) - expected) <= allowed)
+    lever = np.array([1.0, 1.0, w / 2])
+    bar = bar * np.max(np.abs(expected) * lever) / lever
+    assert np.all(np.abs(pose_of(sensor, found) - expected) <= np.maximum(bar, 0.005 * np.abs(expected)))
     assert found.report.status == "converged" and found.report.min_J > 0.0
 
 
 def test_combined_load_at_default_tolerance():
     sensor = pad(20, 15, 2)
     d_h, sink, alpha = pose_of(sensor, planar_layer(sensor).equilibrium(Wrench(267.0, 4050.0)))
-    assert d_h == pytest.approx(0.985278, rel=0.01)
-    assert sink == pytest.approx(0.203231, rel=0.01)
-    assert alpha == pytest.approx(0.002045, abs=5e-4)
+    assert d_h == pytest.approx(0.988421, rel=0.01)
+    assert sink == pytest.approx(0.204690, rel=0.01)
+    assert alpha == pytest.approx(0.0020143, abs=5e-4)
 
 
 # Bonded strips, incompressible, graded P2-P1 linear FEM (2e-5 or better at S = 2): E_c, E_b in shear moduli.
@@ -65,13 +68,18 @@ STRIPS = [
 ]
 
 
+def unknowns(layer):
+    """Of the finest mesh of a linear layer."""
+    return len(layer.levels.maker(len(layer.compliances) - 1).free) + 3
+
+
 @pytest.mark.parametrize(("S", "E_c", "E_b"), STRIPS)
 def test_small_strain_stiffness(S, E_c, E_b):
     w = 2.0 * S
     material = 'elastomer.material={law="neo-hookean", shear_modulus=1.0, bulk_modulus=1e7}'
     layer = linear_layer(pad(w * 1e3, w * 1e3, 1e3, material), 1e-3)
-    assert len(layer.body.free) <= 3000
-    k = np.linalg.inv(layer.compliance)
+    assert unknowns(layer) <= 3000
+    k, _ = layer.stiffness
     assert k[1, 1] / w == pytest.approx(E_c, rel=1e-3)
     assert k[0, 0] == pytest.approx(w - 0.2308, rel=1e-3)
     turn = np.array([0.5, 0.0, 1.0])  # about mid-height, a clockwise turn carries the plate along +x
@@ -84,8 +92,8 @@ def test_small_strain_stiffness_at_the_finest_rung(S, E_c, E_b):
     w = 2.0 * S
     material = 'elastomer.material={law="neo-hookean", shear_modulus=1.0, bulk_modulus=1e7}'
     layer = linear_layer(pad(w * 1e3, w * 1e3, 1e3, material), 1e-4)
-    assert len(layer.body.free) + 3 <= 7500
-    k, turn = np.linalg.inv(layer.compliance), np.array([0.5, 0.0, 1.0])
+    assert unknowns(layer) <= 7500
+    k, turn = layer.stiffness[0], np.array([0.5, 0.0, 1.0])
     assert k[1, 1] / w == pytest.approx(E_c, rel=1.5e-4)
     assert k[0, 0] == pytest.approx(w - 0.2308, rel=1.5e-4)
     assert 12 * turn @ k @ turn / w**3 == pytest.approx(E_b, rel=1.5e-4)
@@ -95,43 +103,33 @@ def test_small_strain_stiffness_at_the_finest_rung(S, E_c, E_b):
 def test_small_strain_compressible(S, K, E_c):
     material = f'elastomer.material={{law="neo-hookean", shear_modulus=1.0, bulk_modulus={K}}}'
     layer = linear_layer(pad(2e3 * S, 2e3 * S, 1e3, material), 1e-3)
-    assert np.linalg.inv(layer.compliance)[1, 1] / (2 * S) == pytest.approx(E_c, rel=1e-3)
+    assert layer.stiffness[0][1, 1] / (2 * S) == pytest.approx(E_c, rel=1e-3)
 
 
-@pytest.mark.parametrize("wrench", [Wrench(100.0, 500.0), Wrench(-150.0, 200.0)])
-def test_moment_about_the_plate_of_a_symmetric_block_is_exact(wrench):
-    """A block symmetric about its centre: with the tilt held by M, |M| = (F_x (t - sink) + F_z d_h) / 2, any law.
-
-    Free tilt is the same statement with M = 0 only where d_h and the sink solve it; so a moment is searched.
-    """
+@pytest.mark.parametrize("load", [(1.1, 5.5), (-1.7, 2.2)])
+def test_moment_about_the_plate_of_a_symmetric_block_is_exact(load):
+    """A block symmetric about its centre: with the tilt held by M, |M| = (F_x (t - sink) + F_z d_h) / 2, any law."""
     sensor = pad(15, 15, 3, 'elastomer.material={law="yeoh", c10=1.5e4, c20=500.0, c30=10.0, bulk_modulus=3e7}')
-    layer = planar_layer(sensor, 1e-2)
-    low, start = (-1.0, 1.0), None
-    for _ in range(8):  # secant on alpha(M)
-        ends = [layer.equilibrium(Wrench(wrench.F_x, wrench.F_z, M), start=start) for M in low]
-        slope = (ends[1].pose.alpha - ends[0].pose.alpha) / (low[1] - low[0])
-        M = low[0] - ends[0].pose.alpha / slope
-        start, low = ends[1], (M, M + 1e-3 * abs(M) + 1e-9)
-        if abs(ends[0].pose.alpha) < 1e-12:
-            break
-    held = layer.equilibrium(Wrench(wrench.F_x, wrench.F_z, low[0]), start=start)
-    assert abs(held.pose.alpha) < 1e-9
-    expected = (wrench.F_x * held.pose.d_v + wrench.F_z * held.pose.d_h) / 2
-    assert abs(low[0]) == pytest.approx(abs(expected), rel=1e-6)
+    body = bonded_body(sensor, Fineness(6, 2.0, fan=True))
+    goal, held = np.array([*load, 0.0]), np.array([False, False, True])
+    found = follow(body, rest(body), (np.zeros(3), goal), held=held)
+    assert found.reached == 1.0 and found.state.q[2] == 0.0
+    F_x, F_z, M = found.state.load
+    assert abs(M) == pytest.approx(abs(F_x * (1.0 + found.state.q[1]) + F_z * found.state.q[0]) / 2, rel=1e-6)
 
 
 def test_work_is_the_energy_stored():
-    sensor = pad(20, 15, 2)
-    layer, steps = planar_layer(sensor, 2e-2), 24
+    """Of the mesh whose state is kept; the pose is extrapolated from it and others."""
+    layer, steps = planar_layer(pad(20, 15, 2), 2e-2), 24
+    scales, size = layer.line.scales, layer.line[0].fine.mesh.nodes.size
     factor, weight = np.polynomial.legendre.leggauss(steps)
-    path, work, found = [], 0.0, None
+    load, path, found = np.array([150.0, -1500.0]), [], None
     for s in (factor + 1) / 2:
         found = layer.equilibrium(Wrench(150.0 * s, 1500.0 * s), start=found)
-        path.append((found.pose.d_h, sensor.elastomer.thickness - found.pose.d_v))
+        path.append(load @ found.state[1 + size : 3 + size] * scales.thickness)
     end = layer.equilibrium(Wrench(150.0, 1500.0), start=found)
-    d_h, sink = np.array(path).T
-    total = 150.0 * end.pose.d_h + 1500.0 * (sensor.elastomer.thickness - end.pose.d_v)
-    work = total - np.sum(weight / 2 * (150.0 * d_h + 1500.0 * sink))  # int F du = F u - int u dF
+    assert end.state[0] == 0
+    work = load @ end.state[1 + size : 3 + size] * scales.thickness - np.sum(weight / 2 * path)  # F u - int u dF
     assert stored(layer, end) == pytest.approx(work, rel=1e-6)
 
 
@@ -156,10 +154,10 @@ DRIVEN = ((Wrench(0.0, 900.0), "d_v"), (Wrench(50.0, 0.0), "d_h"), (Wrench(0.0, 
 
 @pytest.fixture(scope="module")
 def best():
-    """Driven components on a strongly graded mesh, twelve cells through the thickness."""
+    """Driven components on strongly graded meshes, eight and sixteen cells through the thickness, extrapolated."""
     sensor = pad(20, 15, 2)
-    bodies = (bonded_body(sensor, Fineness(cells, 2.5, fan=True)) for cells in (12, 2))
-    pair = Pair(*bodies, added=0.0, owned=1.0, share=0.05)
+    bodies = [bonded_body(sensor, Fineness(cells, 2.5, fan=True)) for cells in (8, 16)]
+    pair = Levels((8.0, 16.0), (10, 1), bodies.__getitem__, lambda level: None, 2.5, 0.05)
     layer = planar_layer(sensor)
     layer = replace(layer, tolerance=1.0, line=replace(layer.line, makers=(lambda: pair,), twins=(None,)))
     return [getattr(layer.equilibrium(wrench).pose, component) for wrench, component in DRIVEN]

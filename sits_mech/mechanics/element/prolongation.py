@@ -17,6 +17,7 @@ Unknowns as in mesh.py. Source: multigrid, W. Hackbusch, Multi-Grid Methods and 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from scipy import sparse
@@ -37,9 +38,9 @@ class Prolongation:
     ----------
     nodes : sparse matrix, shape (n_fine, n_coarse)
         Values at the nodes.
-    linear : ndarray, shape (f, m_fine, m_coarse)
-        Coefficients of a fine cell's pressure from its parent's.
-    parents : ndarray, shape (f,)
+    linear : ndarray, shape (s, f, m_fine, m_coarse)
+        Coefficients of a fine cell's pressure from each of its s parents', which count alike.
+    parents : ndarray, shape (s, f)
     """
 
     nodes: sparse.csr_matrix
@@ -59,7 +60,7 @@ class Prolongation:
 
     def pressures(self, p: Array) -> Array:
         """Return coefficients of the fine cells' pressures, shape (f, m), of the coarse ones', shape (e, m)."""
-        return np.asarray((self.linear @ p[self.parents, :, None])[..., 0])
+        return np.asarray((self.linear @ p[self.parents, :, None])[..., 0].mean(axis=0))
 
 
 def prolongation(coarse: MixedMesh, fine: MixedMesh, refinement: Refinement, element: Element) -> Prolongation:
@@ -83,7 +84,8 @@ def prolongation(coarse: MixedMesh, fine: MixedMesh, refinement: Refinement, ele
     shape = (len(fine.nodes), len(coarse.nodes))
     nodes = sparse.csr_matrix((weights.ravel(), (rows, columns.ravel())), shape=shape)
     nodes.eliminate_zeros()
-    return Prolongation(nodes, _linear(coarse, fine, refinement.parents, element), refinement.parents)
+    parents = refinement.parents[None]
+    return Prolongation(nodes, _linear(coarse, fine, parents, element), parents)
 
 
 def along_family(
@@ -110,7 +112,9 @@ def along_family(
     shape = (len(fine.nodes), len(coarse.nodes))
     nodes = sparse.csr_matrix((weights.ravel(), (rows, coarse.cells[owner].ravel())), shape=shape)
     nodes.eliminate_zeros()
-    parents, _ = _located(own, new.base, 0.5 * (new.low + new.high))
+    beside = 1e-6 * np.array(list(product((-1.0, 1.0), repeat=own.low.shape[1])))  # a middle may lie between parents
+    middle = 0.5 * (new.low + new.high)
+    parents = np.stack([_located(own, new.base, middle + away)[0] for away in beside])
     return Prolongation(nodes, _linear(coarse, fine, parents, element), parents)
 
 
@@ -128,7 +132,7 @@ def _located(own: Division, base: Indices, places: Array) -> tuple[Indices, Arra
 
 
 def _linear(coarse: MixedMesh, fine: MixedMesh, own: Indices, element: Element) -> Array:
-    """Coefficients of a fine cell's pressure from its parent's: the polynomials as affine functions of the place."""
+    """Coefficients of a fine cell's pressure from its parents': the polynomials as affine functions of the place."""
     points = GAUSS if isinstance(element, ElementQuad2) else get_quadrature(element, ORDER)[0]
     values = shape_values(element, points.T)
     here, there = (values @ mesh.nodes[mesh.cells] for mesh in (coarse, fine))
@@ -137,7 +141,8 @@ def _linear(coarse: MixedMesh, fine: MixedMesh, own: Indices, element: Element) 
     basis = _affine((here - centre) / size)
     moments = (basis * coarse.inside.weights[..., None]).swapaxes(1, 2) @ basis
     affine = np.linalg.solve(moments, basis.swapaxes(1, 2) @ coarse.chi.swapaxes(1, 2))
-    return np.asarray(fine.chi @ _affine((there - centre[own]) / size[own]) @ affine[own])
+    each = [fine.chi @ _affine((there - centre[cell]) / size[cell]) @ affine[cell] for cell in own]
+    return np.stack(each)
 
 
 def _affine(places: Array) -> Array:

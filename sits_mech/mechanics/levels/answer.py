@@ -30,6 +30,7 @@ from sits_mech.silicone.stability import layer_notes
 _LOOK = 2e-2  # smallest length of the path on the coarse mesh, over that so far
 _VERDICT = 60  # iterations that the finer mesh is given to locate a limit that the coarse one has found
 _LAST = 25  # and where it has found none, for a last state
+_UNSEEN = 0.25  # of the worst component's error that every component owns to, where two levels alone tell it
 _STRETCHED = 0.001  # share of the silicone that may be stretched more than what is called its largest stretch
 
 
@@ -286,7 +287,8 @@ def _answer(
         values, spent = [*values, shown(there.q, there.load)], spent + there.iterations
         limit = extrapolated(values, levels.sizes, levels.order, np.where(held, 0.0, there.off / unit))
         best = limit if np.max(limit.error) < np.max(best.error) else best
-    error = np.where(held, 0.0, errors_of(best.error, np.ones(k), levels.share)) * unit * scales.lengths[:k]
+    share = levels.share if np.isfinite(best.order) else max(levels.share, _UNSEEN)
+    error = np.where(held, 0.0, errors_of(best.error, np.ones(k), share)) * unit * scales.lengths[:k]
     q, load = np.where(held, fine.q, best.value * unit), np.where(held, best.value * unit, fine.load)
     off = float(np.max(best.error)) / max(float(np.max(np.abs(best.value))), 1e-300) if np.any(best.value) else 0.0
     beneath = ground_notes(sensor, scales.pose(q))

@@ -12,7 +12,8 @@ from sits_mech.mechanics.element.mesh import section_mesh
 from sits_mech.mechanics.element.target import work_of_load
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.mechanics.rest.body import deformed_state, rest
-from sits_mech.mechanics.rest.newton import _factored, _gradient, target_stiffness
+from sits_mech.mechanics.rest.linearisation import factored, gradient
+from sits_mech.mechanics.rest.newton import target_stiffness
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.scene.sensor import load_sensor
 
@@ -34,17 +35,17 @@ def whole_matrix(numbers, values, n):
 
 def test_equations_are_the_product_with_the_map_of_the_target(state):
     body, state = state
-    n, factor = state.u.size, _factored(body, state, _gradient(body, state))
-    found = factor.made
+    n, factor = state.u.size, factored(body, state, gradient(body, state))
+    found, own = factor.made, body.pattern.following(factor.made.numbers)
     K, m = whole_matrix(found.numbers, found.values, n + 6), len(body.free)
     P = np.zeros((n + 6, m + 3))
     P[body.free, np.arange(m)] = 1.0
-    P[body.pattern.border, -3:] = found.T[:, :3]
+    P[own.border, -3:] = found.T[:, :3]
     A = P.T @ K @ P
     close = {"atol": 1e-11 * np.abs(A).max()}
-    C, D = body.pattern.sides(found.values, found.T[:, :3])
-    np.testing.assert_allclose(body.pattern.matrix(found.values).toarray(), A[:m, :m], **close)
-    np.testing.assert_allclose(body.pattern.product(found.values, np.eye(m)), A[:m, :m], **close)
+    C, D = own.sides(found.values, found.T[:, :3])
+    np.testing.assert_allclose(own.matrix(found.values).toarray(), A[:m, :m], **close)
+    np.testing.assert_allclose(own.product(found.values, np.eye(m)), A[:m, :m], **close)
     np.testing.assert_allclose(C, A[:m, m:], **close)
     np.testing.assert_allclose(D, A[m:, m:], **close)
     np.testing.assert_allclose(A[:m, :m] @ factor.by_q, -C, atol=1e-9 * np.abs(C).max())

@@ -26,7 +26,7 @@ def curved_section():
 def rings():
     """Half a cylinder under a disc."""
     lines = np.array([0.0, 0.6, 1.0])
-    return ring_bricks(Outline(1.0, 1.0, True), Outline(1.4, 1.4, True), (lines, lines, Z), 1)
+    return ring_bricks(Outline(1.0, 1.0, True), Outline(1.4, 1.4, True), (lines, lines, Z), 1)[0]
 
 
 MESHES = {
@@ -117,7 +117,7 @@ def test_linear_pressures_are_exact(name):
     np.testing.assert_allclose(one[:, 1:], 0.0, atol=1e-12)
     p = np.random.default_rng(2).normal(size=first.shape)
     found = onto.pressures(p)
-    squares, totals = (np.bincount(onto.parents, each) for each in (
+    squares, totals = (np.bincount(onto.parents[0], each) for each in (
         (found**2).sum(axis=1), (found[:, None] @ fine.chi)[:, 0].sum(axis=1)
     ))  # fmt: skip
     np.testing.assert_allclose(squares, (p**2).sum(axis=1), rtol=within)

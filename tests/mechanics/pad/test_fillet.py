@@ -6,7 +6,8 @@ import pytest
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.faces.surface import edges
-from sits_mech.mechanics.layer import linear_layer, planar_layer
+from sits_mech.mechanics.layer import planar_layer
+from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, side_faces
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.newton import compliance

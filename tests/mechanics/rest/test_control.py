@@ -26,7 +26,10 @@ def only(layer, number):
 
 @pytest.mark.parametrize("given", [("d_h",), ("sink", "alpha"), ("d_h", "sink", "alpha"), ("alpha",)])
 def test_places_found_under_forces_give_the_forces_back(given):
-    """The force acts above the bonded face: what is held must know its lever."""
+    """The force acts above the bonded face: what is held must know its lever.
+
+    Exact on each mesh; of what is extrapolated, to second order in the error.
+    """
     layer, wrench = planar_layer(pad(20, 15, 2), 2e-2), Wrench(60.0, 800.0, 0.2)
     free = layer.equilibrium(wrench)
     places = {"d_h": free.pose.d_h, "sink": 2.0 * MM - free.pose.d_v, "alpha": free.pose.alpha}
@@ -34,9 +37,10 @@ def test_places_found_under_forces_give_the_forces_back(given):
     control = {place: places[place] for place in given}
     control |= {force: getattr(wrench, force) for place, force in forces.items() if place not in given}
     held = layer.controlled(Control(**control))
+    near = 0.05 * (free.report.estimated_error + held.report.estimated_error)
     for force in forces.values():
-        assert getattr(held.wrench, force) == pytest.approx(getattr(wrench, force), rel=1e-6)
-    assert held.pose.alpha == pytest.approx(free.pose.alpha, rel=1e-6)
+        assert getattr(held.wrench, force) == pytest.approx(getattr(wrench, force), rel=near)
+    assert held.pose.alpha == pytest.approx(free.pose.alpha, rel=near)
 
 
 @pytest.mark.slow
@@ -58,14 +62,15 @@ def test_tilt_is_given_and_the_moment_found():
     layer = planar_layer(pad(20, 15, 2), 2e-2)
     held = layer.controlled(Control(alpha=0.02))
     free = layer.equilibrium(Wrench(M=held.wrench.M))
-    assert free.pose.alpha == pytest.approx(0.02, rel=1e-6)
+    near = 0.05 * (free.report.estimated_error + held.report.estimated_error)
+    assert free.pose.alpha == pytest.approx(0.02, rel=near)
     assert held.error.alpha == 0.0 and held.report.estimated_error > 0.0
 
 
 def test_a_held_path_that_ends_gives_back_the_last_state():
     layer = planar_layer(pad(15, 15, 3, 'elastomer.contact="always"'), 2e-2)
     with pytest.raises(SolveFailed, match="sink = 0.00294") as caught:
-        only(layer, 0).controlled(Control(d_h=0.0, sink=2.94 * MM, alpha=0.0))
+        only(layer, 1).controlled(Control(d_h=0.0, sink=2.94 * MM, alpha=0.0))
     last = caught.value.last
     assert last.report.min_J > 0.0 and 0.5 * MM < 3.0 * MM - last.pose.d_v < 2.94 * MM
     assert any(word in " ".join(last.report.notes) for word in ("inside out", "no state at rest"))

@@ -1,0 +1,92 @@
+"""Poses from levels: scales there and back, errors that fall with the tolerance, states that do not change with it."""
+
+import numpy as np
+import pytest
+
+from sits_mech.mechanics.layer import planar_layer
+from sits_mech.mechanics.levels.answer import Scales, aim, errors_of, levers, load_words, relative
+from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.rest.control import Control
+from sits_mech.quantities import Wrench
+from sits_mech.scene.sensor import load_sensor
+
+MM = 1e-3
+NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
+
+
+def pad(W, w, t):
+    """A pad a metre long; the force acts at the bonded face."""
+    sizes = [f'elastomer.width="{W} mm"', f'elastomer.thickness="{t} mm"', f'target.width="{w} mm"']
+    return load_sensor("biorob2018", ["elastomer.length=1.0", "target.load_height=0", NEO_HOOKEAN, *sizes])
+
+
+def test_scales_lead_there_and_back():
+    """A load on half a body is half the target's; forces in mu t^2, moments in mu t^3, places in t above the film."""
+    scales, wrench = Scales(2 * MM, 0.12, 1e-4, 0.5), Wrench(1.0, 2.0, 3e-3, 4.0, 5e-3, 6e-3)
+    load = scales.load(wrench)
+    np.testing.assert_allclose(load, 0.5 * np.array([1.0, 2.0, 1.5, 4.0, 2.5, 3.0]) / 0.12)
+    np.testing.assert_allclose(scales.wrench(load).components, wrench.components, rtol=1e-14)
+    pose = scales.pose(np.array([0.1, -0.2, 0.05]))
+    assert (pose.d_h, pose.d_v, pose.alpha) == pytest.approx((0.2 * MM, 1.7 * MM, 0.05))
+
+
+def test_no_component_is_called_better_than_a_share_of_the_worst():
+    """An angle counts as the way of the target's end."""
+    lever = np.array([1.0, 1.0, 7.5 * MM])
+    found = errors_of(np.array([1e-6, 0.0, 0.0]), lever, 0.05)
+    np.testing.assert_allclose(found, [1e-6, 5e-8, 5e-8 / (7.5 * MM)])
+    assert relative(found, np.array([1e-4, 0.0, 0.0]), lever) == pytest.approx(0.01)
+    assert relative(found, np.array([0.0, 0.0, 0.1]), lever) == pytest.approx(1e-6 / (0.1 * 7.5 * MM))
+    assert relative(np.zeros(3), np.zeros(3), lever) == 0.0
+
+
+def test_lever_is_half_the_target():
+    body = bonded_body(pad(20, 15, 2), Fineness(2, 1.5))
+    np.testing.assert_allclose(levers(body, 2 * MM), [1.0, 1.0, 7.5 * MM, 1.0, 7.5 * MM, 7.5 * MM])
+
+
+def test_what_is_given_and_what_is_free():
+    body = bonded_body(pad(20, 15, 2), Fineness(2, 1.5))
+    held, goal = aim(body, Scales(2 * MM, 60.0, 0.0), Control(F_x=30.0, sink=0.2 * MM, alpha=0.01))
+    assert held.tolist() == [False, True, True]
+    np.testing.assert_allclose(goal, [0.5, -0.1, 0.01])
+
+
+def test_words_of_a_load_leave_out_what_is_not_there():
+    assert load_words({"F_x": 0.0, "F_z": 1.5, "M": 0.0, "F_y": 0.0}) == "F_x = 0 N, F_z = 1.5 N, M = 0 N m"
+    assert load_words({"F_x": 0.1, "M_x": 2e-3}) == "F_x = 0.1 N, M_x = 0.002 N m"
+
+
+@pytest.fixture(scope="module")
+def answers():
+    """One load at falling tolerances."""
+    return [planar_layer(pad(20, 15, 2), each).equilibrium(Wrench(100.0, 1500.0, 0.2)) for each in (5e-2, 3e-3, 1e-3)]
+
+
+def test_the_error_never_rises_when_the_tolerance_falls(answers):
+    errors = [found.report.estimated_error for found in answers]
+    assert errors == sorted(errors, reverse=True) and errors[-1] < 0.7 * errors[0]
+    sizes = [found.report.unknowns for found in answers]
+    assert sizes == sorted(sizes) and sizes[0] < sizes[-1]
+
+
+def test_poses_at_two_tolerances_are_within_both_errors(answers):
+    *rough, best = answers
+    for found in rough:
+        away = np.abs(found.pose.components - best.pose.components)
+        lever = np.array([1.0, 1.0, 7.5 * MM])
+        assert np.max(away[:3] * lever) < np.max((found.error.components + best.error.components)[:3] * lever)
+
+
+def test_the_state_that_is_kept_is_that_of_the_first_two_levels(answers):
+    """So that a neighbour can start from it, whatever the tolerance."""
+    for found in answers[1:]:
+        np.testing.assert_array_equal(found.state, answers[0].state)
+
+
+def test_forces_that_hold_the_target_have_the_error_of_forces():
+    layer = planar_layer(pad(20, 15, 2), 1e-2)
+    found = layer.controlled(Control(d_h=0.1 * MM, sink=0.02 * MM, alpha=0.0))
+    assert (found.pose.d_h, found.pose.alpha) == (pytest.approx(0.1 * MM), 0.0)
+    np.testing.assert_array_equal(found.error.components[:3], 0.0)
+    assert 0.0 < found.report.estimated_error < 1e-2 and found.wrench.F_x > 0.0
