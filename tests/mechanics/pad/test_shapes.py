@@ -58,8 +58,8 @@ def test_what_is_beyond_the_pad_takes_no_part_until_silicone_gets_there(wide, fl
 
 
 def test_in_the_plane_as_well():
-    wide, flush = (linear_layer(scene((size, 80), (8, 80))) for size in (10, 8))
-    np.testing.assert_allclose(wide.compliance, flush.compliance, rtol=1e-12)
+    wide, flush = (linear_layer(scene((size, 80), (8, 80))).stiffness[0] for size in (10, 8))
+    np.testing.assert_allclose(wide, flush, rtol=1e-12)
     load = Wrench(F_x=0.2, F_z=2.0)
     wide, flush = (planar_layer(scene((size, 80), (8, 80))).equilibrium(load).pose for size in (10, 8))
     np.testing.assert_allclose(wide.components, flush.components, rtol=1e-12)
@@ -69,7 +69,7 @@ def test_a_disc_over_a_box_lies_between_its_limits():
     """From the disc within the box to the one that covers it the pad grows stiffer, and nothing jumps at either end."""
     k = np.array([np.diag(small(scene(size, (8, 8)), 1)) for size in (7.9, 8.3, 9.0, 10.0, 11.0, 11.4)])
     assert np.all(np.diff(k[:-1, 1:], axis=0) > 0.0)
-    np.testing.assert_allclose(k[-2, :2], k[-1, :2], rtol=0.012)  # one cell each, of other kinds
+    np.testing.assert_allclose(k[-2, :2], k[-1, :2], rtol=0.025)  # the coarsest meshes, of other kinds
 
 
 def test_a_rectangle_over_a_cylinder_lies_between_its_limits():
@@ -121,7 +121,7 @@ def test_one_pillar_is_a_flush_cylinder():
 def test_pressed_pillars_share_the_force():
     one, nine = (block_pad(scene(size, pillars())) for size in ((1.6, 1.6), (8, 8)))
     single, all_nine = one.equilibrium(Wrench(F_z=0.01)), nine.equilibrium(Wrench(F_z=0.09))
-    assert all_nine.pose.d_v == pytest.approx(single.pose.d_v, rel=1e-9)
+    assert abs(all_nine.pose.d_v - single.pose.d_v) < all_nine.error.d_v + single.error.d_v  # of one level more or less
     assert single.pose.d_v < 1.9 * MM
 
 
@@ -143,13 +143,13 @@ def test_a_slanted_section_is_empty_between_pillars():
     assert not np.any(np.abs(s.mean(axis=1)) < (2.5 / np.sqrt(2.0) - 0.85) * MM)
 
 
-def test_pillars_that_touch_are_named():
+def test_pillars_that_touch_are_held_against_each_other():
     """Three in a row, 0.1 mm apart: of a pillar pressed by a tenth the middle grows by a thirtieth of its width."""
     pad = block_pad(scene((9.5, 3.1), pillars(3.1, 3.0)), 0.5)
-    gently, hard = (pad.equilibrium(Wrench(F_z=force)) for force in (0.05, 0.5))
+    gently, hard = (pad.equilibrium(Wrench(F_z=force)) for force in (0.05, 0.3))
     assert hard.pose.d_v < 1.8 * MM
-    assert not any("touches itself" in note for note in gently.report.notes)
-    assert any("touches itself" in note for note in hard.report.notes)
+    assert not any("lie on each other" in note for note in gently.report.notes)
+    assert any("lie on each other" in note for note in hard.report.notes)
 
 
 SHAPES = (((8, 8), (20, 20)), ((10, 6), (8, 8)), (8, 10), (10, (8, 8)), ((7, 7), 8), ((4.5, 2), pillars()))
@@ -181,7 +181,7 @@ def test_a_split_mesh_is_nested_for_every_shape():
         shape = shape_of(sensor.target, sensor.elastomer)
         coarse, fine = (half_bricks(shape, split, 2.0)[0] for split in (1, 2))
         assert fine.nelements == 8 * coarse.nelements
-        near = cKDTree(fine.p.T).query(coarse.p.T)[0]
+        near = cKDTree(fine.p.T).query(coarse.p[:, np.unique(coarse.t)].T)[0]
         assert near.max() < 1e-9
 
 
@@ -213,7 +213,7 @@ def test_a_rim_nearer_to_the_pads_than_any_cell_is_flush(gap):
         near = (8.0 - gap,) * 2 if isinstance(pad, tuple) else 8.0 - gap
         flush = small(scene(pad, pad), 1)
         np.testing.assert_allclose(small(scene(near, pad), 1), flush, rtol=1e-12, atol=1e-9 * flush[1, 1])
-    near, flush = (linear_layer(scene((size, 80), (8, 80))).compliance for size in (8.0 - gap, 8.0))
+    near, flush = (linear_layer(scene((size, 80), (8, 80))).stiffness[0] for size in (8.0 - gap, 8.0))
     np.testing.assert_allclose(near, flush, rtol=1e-12)
 
 
