@@ -162,7 +162,9 @@ def test_faces_of_a_flush_pad_lie_on_both_planes():
     never = block_pad(sensor.model_copy(update={"elastomer": sensor.elastomer.model_copy(update={"contact": "never"})}))
     free = never.equilibrium(Wrench(F_z=28.0))
     assert any("its contact is not in this answer" in note for note in free.report.notes)
-    assert free.pose.d_v < pad.equilibrium(Wrench(F_z=28.0)).pose.d_v  # contact stiffens
+    touching, size = pad.equilibrium(Wrench(F_z=28.0)), body.mesh.nodes.size
+    assert free.state[2 + size] < touching.state[2 + size] < 0.0  # contact stiffens, on one mesh
+    assert abs(free.pose.d_v - touching.pose.d_v) < free.error.d_v + touching.error.d_v
 
 
 @pytest.mark.slow

@@ -42,7 +42,7 @@ def test_small_strain_stiffness_of_a_cylinder(cells, allowed):
 
 @pytest.mark.parametrize(("F_z", "sink"), [(1.2, 0.0194572), (-10.0, -0.2005098)])
 def test_a_cylinder_pressed_and_pulled(F_z, sink):
-    """NGSolve 6.2, axisymmetric, Q5 on graded meshes extrapolated, to 5e-5 (studies/common/reference_pads.json); errors to a factor of two."""
+    """NGSolve 6.2, Q5 on graded meshes, to 5e-5 (studies/common/reference_pads.json); errors to a factor of two."""
     found = block_pad(CYLINDER).equilibrium(Wrench(F_z=F_z))
     away = abs(2.0 - found.pose.d_v / MM - sink)
     assert away < 2.0 * found.error.d_v / MM + 5e-5 * abs(sink) and found.report.estimated_error < 0.01
