@@ -10,7 +10,7 @@ Phasors go as ``exp(+j omega t)``: an impedance is ``R + j omega L`` and an indu
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -271,6 +271,15 @@ class MechanicalModel(Protocol):
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the equilibrium under `wrench`, reached from `start`; raise SolveFailed if there is none."""
         ...
+
+
+@runtime_checkable
+class RefinedModel(Protocol):
+    """A mechanical model that answers on a few meshes, and has another on the first of them alone, for a first look."""
+
+    @property
+    def rough(self) -> MechanicalModel:
+        """The model on the first meshes."""
 
 
 class MagneticModel(Protocol):

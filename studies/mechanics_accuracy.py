@@ -30,8 +30,8 @@ from sits_mech.report.pictures.curves import COLUMN, new_figure, save_figure
 
 TOLERANCES = (1e-2, 3e-3, 1e-3)
 DRAWN = (
-    "biorob2018-w15, 0.5 N and 2 N", "flush disc 15 x 2, pressed 1 %", "flush disc 15 x 2, pulled 8 %",
-    "disc 8 on 12 x 3, gent", "disc 10 on 20 x 2, small shear",
+    "15 x 15 on 20 x 20 x 2, small shear", "disc 10 on 20 x 2, small shear", "flush disc 15 x 2, small shear",
+    "flush disc 15 x 2, pressed 1 %", "flush disc 15 x 2, pulled 8 %", "flush disc 10 x 10, pulled 10 %",
 )  # fmt: skip
 QUICK = ("layer, sheared 10 %", "flush disc 15 x 2, pressed 1 %")  # the coarse run
 
@@ -63,12 +63,15 @@ def row_of(one: Judged) -> dict[str, object]:
 def draw(every: Sequence[Judged], names: Sequence[str], path: Path) -> None:
     """Write the picture: true (full) and estimated errors (hollow) of pads, a mark for each tolerance.
 
-    A point whose reference is not five times better is left out.
+    A point whose reference is not five times better is left out; of none there is no picture.
     """
+    drawn = [one for one in every if one.reference.name in names and FINER * one.reference.error <= one.true]
+    if not drawn:
+        return
     marks = dict(zip(TOLERANCES, "os^", strict=True))
     with new_figure(height=0.6, width=1.6 * COLUMN) as (figure, (spot,)):
         for number, name in enumerate(names):
-            own = [one for one in every if one.reference.name == name and FINER * one.reference.error <= one.true]
+            own = [one for one in drawn if one.reference.name == name]
             for one in own:
                 mark, colour = marks.get(one.tolerance, "d"), f"C{number}"
                 words = name if one is own[0] else None

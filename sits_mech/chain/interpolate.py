@@ -11,18 +11,21 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from sits_mech.cases import DONE, Progress, Row
+from sits_mech.chain.corrections import corrected
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
-from sits_mech.mechanics.loads import settle, upright
+from sits_mech.mechanics.loads import settle, settled_again, upright
 from sits_mech.mechanics.symmetry import Symmetry
-from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, Wrench
+from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, RefinedModel, Wrench
 from sits_mech.scene.sensor import Sensor
 
 _UNSEEN = 0.1  # of the largest error, what a component has at least: symmetry may hide it from all loads solved
+_FEW = 12  # loads that are solved on all meshes each: about as many as a map of what finer ones change takes
 INTERPOLATED = "pose between solved loads, by a smooth map through them"
 
 
@@ -56,12 +59,16 @@ def poses_on_grid(
     """
     rows: dict[Wrench, Row] = {}
     asked: list[Wrench] = []
+    few = len(symmetry.without_images(loads_of(grid))) <= _FEW
+    first = layer.rough if isinstance(layer, RefinedModel) and not few else layer
+    folder, key = keep
+    own = (folder, key if first is layer else f"{key} rough")
 
     def poses(points: Sequence[tuple[float, ...]]) -> Array:
         """Return the poses at points of the grid; NaN where there is none, or nothing is known of its error."""
         loads = [Wrench(**dict(zip(grid, point, strict=True))) for point in points]
         asked.extend(loads)
-        rows.update(settle(layer, asked, symmetry=symmetry, keep=keep, known=rows, progress=progress))
+        rows.update(settle(first, asked, symmetry=symmetry, keep=own, known=rows, progress=progress))
         found = [rows[load] for load in loads]
         good = [row["status"] == DONE and np.isfinite(row["error_mechanics"]) for row in found]
         return np.array([[row[name] if own else np.nan for name in POSE] for row, own in zip(found, good, strict=True)])
@@ -70,12 +77,15 @@ def poses_on_grid(
     part = solve_part(poses, grid, tolerance=tolerance, weights=levers)
     loads = loads_of(grid)
     if part is None:
-        rows.update(settle(layer, loads, symmetry=symmetry, keep=keep, known=rows, progress=progress))
+        rows.update(settle(first, loads, symmetry=symmetry, keep=own, known=rows, progress=progress))
     else:
         error = np.maximum(part.error, _UNSEEN * np.max(part.error * levers) / levers)
         rows.update(_between(replace(part, error=error), rows, symmetry))
         if progress is not None:
             progress(len(loads), len(loads))
+    if first is not layer:
+        again = partial(settled_again, layer, rows, keep=keep)
+        rows = corrected(rows, again, symmetry, levers, _at_rest(sensor))
     return {load: rows[load] for load in loads}
 
 
@@ -90,6 +100,12 @@ def solved_likely(loads: Sequence[Wrench]) -> list[Wrench]:
     if np.prod([len(values) for values in axes.values()]) != len(set(loads)):
         return list(loads)
     return [Wrench(**dict(zip(axes, point, strict=True))) for point in likely_part(axes)]
+
+
+def _at_rest(sensor: Sensor) -> Array:
+    """Return the pose without load."""
+    layer = sensor.elastomer
+    return np.array([0.0, 0.0 if layer is None else layer.standoff + layer.thickness, 0.0, 0.0, 0.0, 0.0])
 
 
 def _levers(sensor: Sensor) -> Array:

@@ -3,7 +3,8 @@
 Sizes are of the answer's relative change: of the target's displacement for what the mechanics leave out, of the change
 of inductance for the magnetics, of L0 for idle coils; zero where nothing changes at all.
 
-Small strain. A bonded strip of width w, thickness t, depth L, shape factor S = w/(2 t) under the load
+Small strain. A bonded strip of width w, the target's or the layer's, whichever is narrower, of thickness t, depth L and
+shape factor S = w/(2 t) under the load
 
     sink/t = F_z/(E_c w L),   shear = F_x/(mu w L),   edge = alpha w/(2 t),   alpha = M_o t/(E_b w^3 L/12)
 
@@ -78,7 +79,9 @@ def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
     target, elastomer = sensor.target, sensor.elastomer
     if target is None or elastomer is None or elastomer.mesh is not None or target.shape == "outline":
         return math.inf
-    (w, length), t = target.extent, elastomer.thickness
+    if elastomer.kind == "pillars":
+        return math.inf
+    (w, length), t = map(min, target.extent, elastomer.extent), elastomer.thickness
     shape, mu = w / (2.0 * t), elastomer.silicone.shear_modulus
     if shape < _SLENDER:
         return math.inf

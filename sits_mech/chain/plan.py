@@ -19,9 +19,9 @@ from sits_mech.units import SceneError
 _SHARE = 0.1  # of the tolerance that is asked of the magnetics where they are much the cheaper half
 COSTS: dict[tuple[str, str], tuple[tuple[float, float, float], ...]] = {
     ("mechanics", "closed-form"): ((0.0, 0.0, 1e-5),),
-    ("mechanics", "linear"): ((1e-2, 0.04, 1e-3), (0.0, 0.4, 1e-3)),
-    ("mechanics", "planar"): ((1e-2, 0.1, 0.06), (0.0, 0.3, 0.6)),
-    ("mechanics", "block"): ((1e-2, 0.5, 0.25), (3e-3, 5.0, 5.0), (0.0, 20.0, 20.0)),
+    ("mechanics", "linear"): ((0.0, 0.5, 0.02),),
+    ("mechanics", "planar"): ((1e-2, 0.1, 0.1), (0.0, 0.1, 0.6)),
+    ("mechanics", "block"): ((1e-2, 0.2, 0.35), (1e-3, 0.2, 0.5), (0.0, 0.5, 5.0)),
     ("magnetics", "planar"): ((1e-2, 0.04, 1e-5), (1e-3, 0.1, 2e-5), (1e-4, 0.5, 2e-5), (0.0, 3.2, 6e-5)),
     ("magnetics", "planar-fem"): ((1e-2, 0.1, 0.12), (1e-3, 0.2, 0.22), (1e-4, 0.1, 0.75), (0.0, 0.1, 3.2)),
     ("magnetics", "axisymmetric"): ((1e-2, 0.06, 2e-6), (1e-3, 0.13, 2e-6), (0.0, 1.1, 2e-6)),
@@ -30,9 +30,9 @@ COSTS: dict[tuple[str, str], tuple[tuple[float, float, float], ...]] = {
 """Seconds by half and model: from each tolerance on, once for a scene and for each load or pose; as measured."""
 REACHED: dict[tuple[str, str], float] = {
     ("mechanics", "closed-form"): 6e-2,
-    ("mechanics", "linear"): 1e-3,
-    ("mechanics", "planar"): 3e-4,
-    ("mechanics", "block"): 3e-3,
+    ("mechanics", "linear"): 5e-4,
+    ("mechanics", "planar"): 2e-4,
+    ("mechanics", "block"): 5e-4,
     ("magnetics", "planar"): 3e-6,
     ("magnetics", "planar-fem"): 1e-6,
     ("magnetics", "axisymmetric"): 4e-7,
@@ -116,13 +116,13 @@ def choose_mechanics(
             raise SceneError(f"model (mechanics) must be auto or block for {', '.join(beside)}; got {asked}")
         reason = f"{', '.join(beside)}: {_LEAVES}"
         return Choice("block", reason if asked == "auto" else "asked for")
-    meshed = sensor.elastomer is not None and sensor.elastomer.mesh is not None
-    if meshed and asked not in ("auto", "block"):
-        raise SceneError(f"{sensor.name}: model (mechanics) must be block for an elastomer.mesh; got {asked}")
+    own = _of_its_own(sensor)
+    if own and asked not in ("auto", "block"):
+        raise SceneError(f"{sensor.name}: model (mechanics) must be block for {own}; got {asked}")
     if asked != "auto":
         return Choice(asked, "asked for")
-    if meshed:
-        return Choice("block", "the layer has a mesh of its own")
+    if own:
+        return Choice("block", f"no section stands for {own}")
     finite = "block" in known and _is_finite(sensor)
     bound = strain_bound(sensor, loads) if loads and "linear" in known else tolerance
     if bound < tolerance:
@@ -131,6 +131,14 @@ def choose_mechanics(
     if finite:
         return Choice("block", "finite strain in three dimensions: the pad is too short for plane strain")
     return Choice("planar", _PLANE)
+
+
+def _of_its_own(sensor: Sensor) -> str:
+    """Name a layer that the 3D model alone holds; nothing for others."""
+    elastomer = sensor.elastomer
+    if elastomer is None or (elastomer.mesh is None and elastomer.kind != "pillars"):
+        return ""
+    return "pillars" if elastomer.mesh is None else "an elastomer.mesh"
 
 
 def _is_finite(sensor: Sensor) -> bool:

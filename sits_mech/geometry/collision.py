@@ -73,6 +73,19 @@ def check_clearance(sensor: Sensor, pose: Pose) -> None:
         )
 
 
+def ground_notes(sensor: Sensor, pose: Pose) -> tuple[str, ...]:
+    """Say that a pose has the target's rim below the ground that the layer stands on: a wide target, tilted."""
+    if sensor.elastomer is None or sensor.target is None:
+        return ()
+    gap = float(clearance(sensor, pose)) - sensor.elastomer.standoff
+    if gap > -_TOUCH * max(sensor.target.extent):
+        return ()
+    return (
+        f"the target's rim is {-1e3 * gap:.3g} mm below the ground that the layer stands on: it would lie on the "
+        "substrate there, which is not solved: the error is the whole displacement",
+    )
+
+
 def _words(pose: Pose, index: int) -> str:
     """Say which of some poses, counted flat, it is: the plane's components and those beside it that are not zero."""
     values = pose.components.reshape(-1, len(POSE))[index]

@@ -16,6 +16,7 @@ from scipy.spatial import Delaunay, cKDTree
 
 from sits_mech.geometry.sheet_plan import Grading, Integers, Plan, graded_axis
 from sits_mech.quantities import Array
+from sits_mech.scene.elastomer import pillar_middles
 from sits_mech.scene.outlines import Loop, edges, first_crossing, inside_loops, read_loops, signed_area
 from sits_mech.scene.sensor import Elastomer, Target
 
@@ -51,9 +52,15 @@ def target_outline(target: Target, outline: Outline | None = None) -> Outline:
     return _simple_outline(target.extent, target.shape == "disc")
 
 
-def pad_outline(layer: Elastomer) -> Outline:
-    """Return the outline of an elastomer, from its centre."""
-    return _simple_outline(layer.extent, layer.diameter is not None)
+def pad_outlines(layer: Elastomer, target: Target | None) -> tuple[Outline, ...]:
+    """Return the outlines of an elastomer's pieces, from its centre: of a pad in one piece, or of pillars each."""
+    if layer.kind != "pillars":
+        return (_simple_outline(layer.extent, layer.is_round),)
+    extent, is_round = (layer.extent, False) if target is None else (target.extent, target.shape == "disc")
+    d = layer.diameter or 0.0
+    rim = np.array(_simple_outline((d, d), True).loops[0])
+    middles = pillar_middles(layer, extent, is_round)
+    return tuple(Outline((tuple(map(tuple, (rim + middle).tolist())),)) for middle in middles)
 
 
 def _simple_outline(extent: tuple[float, float], is_round: bool) -> Outline:

@@ -20,8 +20,8 @@ hexahedra the stiffer one, and half their difference, with contact all of it, it
 Contact of the free faces with ground, target (scene key `elastomer.contact`, faces/contact.py) and each other
 (faces/folds.py) is "never" solved, "always", or, "auto", where a free face folds onto one of them.
 
-Range: boxes, cylinders and meshes of the user's under rectangles and discs, every law. Neglected: viscosity, gravity,
-friction.
+Range: boxes, cylinders, pillars and meshes of the user's under rectangles and discs, every law. Neglected: viscosity,
+gravity, friction.
 """
 
 from __future__ import annotations
@@ -40,18 +40,8 @@ from sits_mech.mechanics.element.prolongation import Prolongation, along_family
 from sits_mech.mechanics.levels.answer import Solved, load_words, starts
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.retry import Line, settled
-from sits_mech.mechanics.pad.lines import flush, outlines
-from sits_mech.mechanics.pad.solid import (
-    EXPONENTS,
-    GRADING,
-    Solid,
-    base_cells,
-    bonded_block,
-    edge_notes,
-    mirrored,
-    pad_parts,
-    pad_scales,
-)
+from sits_mech.mechanics.pad.shapes import GRADING, Shape, base_cells, shape_of
+from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, pad_parts, pad_scales
 from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
 from sits_mech.mechanics.rest.body import Bonded, packed
 from sits_mech.mechanics.rest.control import Control, under
@@ -66,6 +56,7 @@ _KINDS = ((GRADING, 0.0), (1.5, 0.0), (GRADING, 5.0))
 _GUARDS = (0.0, 5.0)  # on J, on a mesh of the user's own
 _SIZES = (1.0, 2.0, 3.0, 4.0, 6.0)  # parts of a base cell along each axis, level by level
 _SHARE = 0.1  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
+_ROUGH = 1.0  # error of an answer on two levels that is not spoken of
 _MOST = 1.5e6  # iterations times unknowns that a load path is given: a minute on the largest mesh
 _SMALLEST = (1e-2, 0.6)  # increment of the load path where no other mesh waits, and where one does
 _DEPTH = 1e-4  # thicknesses over which the pressure of contact builds up
@@ -83,20 +74,32 @@ class BlockPad:
     sensor : Sensor
     tolerance : float
         Asked error of the pose over the size of the displacement; an answer that misses it says so.
+    finer : BlockPad or None
+        Of a rough model the one with all of its meshes.
     """
 
     sensor: Sensor
     tolerance: float
+    finer: BlockPad | None = None
 
     @cached_property
     def half(self) -> Line:
         """Meshes of half the pad in the order they are tried; of the whole one where the user's mesh is."""
+        if self.finer is not None:
+            return replace(self.finer.half, asked=np.inf)
         return meshes_in_line(self.sensor, self.tolerance, whole=False)
 
     @cached_property
     def whole(self) -> Line:
         """Meshes of the whole pad."""
+        if self.finer is not None:
+            return replace(self.finer.whole, asked=np.inf)
         return meshes_in_line(self.sensor, self.tolerance, whole=True)
+
+    @cached_property
+    def rough(self) -> BlockPad:
+        """The model that answers on the first two levels alone, of the same meshes."""
+        return replace(self, tolerance=_ROUGH, finer=self)
 
     @one_thread
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
@@ -217,8 +220,9 @@ def _family(sensor: Sensor, kind: tuple[float, float], whole: bool, depth: float
             return None
         return along_family(coarse.body.mesh, fine.body.mesh, (coarse.division, fine.division), BRICK)
 
-    exponent = EXPONENTS[flush(*outlines(*pad_parts(sensor)))]
-    cells, order = base_cells(sensor, whole), 2.0 * kind[0] * exponent
+    shape = shape_of(*pad_parts(sensor))
+    along, across, through = base_cells(shape)
+    cells, order = (along, (2 if whole else 1) * across, through), 2.0 * kind[0] * shape.exponent
     return Levels(_SIZES, cells, lambda level: made(level).body, carrier, order, _SHARE)
 
 
@@ -250,7 +254,7 @@ def deformed_section(model: BlockPad, equilibrium: Equilibrium, angle: float = 0
     J : ndarray, shape (m,)
         Smallest volume ratio at any point of each one's cell.
     """
-    _, elastomer = pad_parts(model.sensor)
+    target, elastomer = pad_parts(model.sensor)
     body = solved_body(model, equilibrium)
     mesh, middle = body.mesh, body.faces.middle
     if middle is None:
@@ -262,12 +266,13 @@ def deformed_section(model: BlockPad, equilibrium: Equilibrium, angle: float = 0
         quads = np.concatenate([_quarters(mesh.nodes, middle[bent, 1:]), middle[~bent, 1:]])
         least = least[np.concatenate([np.repeat(middle[bent, 0], 4), middle[~bent, 0]])]
     else:
-        points, quads, cells = _slanted(mesh, u, np.array([np.cos(angle), np.sin(angle), 0.0]))
+        way = np.array([np.cos(angle), np.sin(angle), 0.0])
+        points, quads, cells = _slanted(mesh, u, way, shape_of(target, elastomer))
         least = least[cells]
     return points * elastomer.thickness + (0.0, elastomer.standoff), quads, least
 
 
-def _slanted(mesh: MixedMesh, u: Array, way: Array) -> tuple[Array, Indices, Indices]:
+def _slanted(mesh: MixedMesh, u: Array, way: Array, shape: Shape) -> tuple[Array, Indices, Indices]:
     """Deformed points along a direction and up, quadrilaterals of an even grid there, and the cell that each is in."""
     across, up = _GRID
     moved = LinearNDInterpolator(mesh.nodes, u)
@@ -278,7 +283,7 @@ def _slanted(mesh: MixedMesh, u: Array, way: Array) -> tuple[Array, Indices, Ind
     places = grid + moved(grid)
     first = ((up + 1) * np.arange(across)[:, None] + np.arange(up)).ravel()
     quads = first[:, None] + np.array([0, up + 1, up + 2, 1])
-    quads = quads[np.isfinite(places[quads]).all(axis=(1, 2))]
+    quads = quads[np.isfinite(places[quads]).all(axis=(1, 2)) & shape.holds(grid[quads].mean(axis=1))]
     corners = mesh.nodes[mesh.cells]
     low, high = corners.min(axis=1), corners.max(axis=1)
     away = np.abs(grid[quads].mean(axis=1)[:, None] - (low + high) / 2) / (high - low)

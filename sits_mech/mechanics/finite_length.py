@@ -68,7 +68,7 @@ def finite_length_factor(sensor: Sensor) -> FiniteLength:
     """
     began = time.perf_counter()
     target, elastomer = pad_parts(sensor)
-    width, t = min(target.extent), elastomer.thickness
+    width, t = min(*target.extent, *elastomer.extent), elastomer.thickness
     if width <= _THIN * t:
         factors, error = _factors(sensor)
     else:
@@ -103,8 +103,8 @@ def _thicker(sensor: Sensor, thickness: float) -> Sensor:
 def _shortened(sensor: Sensor) -> tuple[Sensor, float]:
     """A scene whose pad and target lost as much of their middle as plays no part, and how much that is [m]."""
     target, elastomer = pad_parts(sensor)
-    enough = max(_LONG[0] * elastomer.thickness, _LONG[1] * target.extent[0])
-    cut = target.extent[1] - enough
+    (width, length), t = map(min, target.extent, elastomer.extent), elastomer.thickness
+    cut = length - max(_LONG[0] * t, _LONG[1] * width)
     if target.length is None or elastomer.length is None or cut <= 0.0:
         return sensor, 0.0
     plate = Target.model_validate(target.model_dump() | {"length": target.length - cut})

@@ -58,6 +58,11 @@ class PlanarLayer:
     line: Line
     edges: Edges | None = None
 
+    @property
+    def rough(self) -> PlanarLayer:
+        """The model that answers on the first two levels alone, of the same meshes."""
+        return replace(self, tolerance=1.0, line=replace(self.line, asked=np.inf))
+
     @one_thread
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the equilibrium under `wrench` [N, N m], reached from `start` or from rest.

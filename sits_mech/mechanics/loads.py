@@ -68,6 +68,18 @@ def settle(
     return rows
 
 
+def settled_again(
+    layer: MechanicalModel, rows: Mapping[Wrench, Row], load: Wrench, keep: tuple[Path | None, str] = (None, "")
+) -> Row:
+    """Return the row of a load that was settled before, by another model on the same meshes, from its state there."""
+    path = _path(load, keep)
+    kept = read_case(path)
+    if kept is not None:
+        return kept
+    start = _equilibrium(load, rows[load])
+    return finish(path, attempt(lambda **_: _settled(layer, load, start), {}))
+
+
 def kept_key(sensor: Sensor, mechanics: str, tolerance: float) -> str:
     """Return what stands, in the names of kept loads, for everything besides the load that their rest depends on."""
     return f"{__version__} {scene_hash(sensor)} {mechanics} {tolerance}"

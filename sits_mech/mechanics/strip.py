@@ -1,6 +1,6 @@
 """How does a flush layer move, by formula? The fastest rung of the mechanics: no mesh, microseconds a load.
 
-A strip of width w, thickness t and length L between two rigid plates as wide as itself, plane strain, small strain.
+A strip of width w, thickness t and length L between rigid plates as wide or wider, plane strain, small strain.
 About the layer's mid-height the three stiffnesses are uncoupled (closed_form.py; 4 mu beside the thin limits E_c, E_b
 of lubrication is what a long column has):
 
@@ -92,7 +92,7 @@ def strip_layer(sensor: Sensor, tolerance: float = 0.1) -> Strip:
     Parameters
     ----------
     sensor : Sensor
-        With a rectangular target exactly as wide as its layer, and w/(2 t) of one at least.
+        With a rectangular target as wide as its layer or wider, and w/(2 t) of one at least.
     tolerance : float
         Plays no part: there is one rung.
 
@@ -104,11 +104,11 @@ def strip_layer(sensor: Sensor, tolerance: float = 0.1) -> Strip:
     target, elastomer = sensor.target, sensor.elastomer
     if target is None or elastomer is None:
         raise SceneError(f"{sensor.name}: target and elastomer must be given for a force to move the target")
-    w, t, length = target.extent[0], elastomer.thickness, elastomer.extent[1]
-    if elastomer.mesh is not None or elastomer.diameter is not None or target.shape != "rectangle":
+    (w, length), t = elastomer.extent, elastomer.thickness
+    if elastomer.mesh is not None or elastomer.kind != "box" or target.shape != "rectangle":
         raise SceneError(f"{sensor.name}: closed-form must have a box under a rectangle; take linear, planar or block")
-    if abs(w - elastomer.extent[0]) > _FLUSH * w or w < 2.0 * _LEAST * t:
-        got = f"target {w:g} m, layer {elastomer.extent[0]:g} m wide and {t:g} m thick"
+    if w - target.extent[0] > _FLUSH * w or w < 2.0 * _LEAST * t:
+        got = f"target {target.extent[0]:g} m, layer {w:g} m wide and {t:g} m thick"
         raise SceneError(f"{sensor.name}: closed-form must have a flush layer twice as wide as thick; got {got}")
     mu, K, S = elastomer.silicone.shear_modulus, elastomer.silicone.bulk_modulus, w / (2.0 * t)
     k_x = shear_stiffness(mu, w, t) * length

@@ -101,7 +101,7 @@ def symmetry_of(sensor: Sensor) -> Symmetry:
     if target is None or target.shape == "outline" or (elastomer is not None and elastomer.mesh is not None):
         return Symmetry()
     parts = [(target.extent, target.shape == "disc")]
-    parts += [] if elastomer is None else [(elastomer.extent, elastomer.diameter is not None)]
+    parts += [] if elastomer is None else [(elastomer.extent, elastomer.is_round)]
     if all(is_round for _, is_round in parts):
         return Symmetry("disc")
     return Symmetry("square" if all(size[0] == size[1] for size, _ in parts) else "rectangle")

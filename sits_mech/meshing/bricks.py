@@ -15,6 +15,8 @@ are round. Source of the layout: the O-grid of structured meshing. Lengths in an
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +28,7 @@ from sits_mech.quantities import Array
 
 Indices = NDArray[np.int64]
 
+_SAME = 1e-9  # by which sizes that are equal as written may differ, relative
 _CORE = 0.5  # where the core ends on the way from the middle to the target's outline
 _SHRUNK = 0.8  # size of the core of a disc over that of the square around it
 
@@ -42,6 +45,25 @@ def within(outline: Outline, points: Array, slack: float) -> Array:
     """Say which points, shape (n, 2 or more), lie in an outline with `slack` around it."""
     a, b = np.abs(points[:, 0]) / (outline.half_x + slack), np.abs(points[:, 1]) / (outline.half_y + slack)
     return np.asarray(np.hypot(a, b) < 1.0 if outline.is_round else np.maximum(a, b) < 1.0)
+
+
+def covered(plate: Outline, pad: Outline) -> Outline | None:
+    """Return the outline of what a target covers of its pad, both centred: there they are bonded.
+
+    Of two rectangles, or of two discs, the smaller size along each direction; of a disc and a rectangle the one that
+    lies within the other. None where those two cross.
+    """
+    if plate.is_round == pad.is_round:
+        return Outline(min(plate.half_x, pad.half_x), min(plate.half_y, pad.half_y), pad.is_round)
+    return next((inner for inner, outer in ((plate, pad), (pad, plate)) if _holds(outer, inner)), None)
+
+
+def _holds(outer: Outline, inner: Outline) -> bool:
+    """Whether a disc lies within a rectangle, or a rectangle within a disc."""
+    limit = 1.0 + _SAME
+    if outer.is_round:
+        return math.hypot(inner.half_x, inner.half_y) <= limit * outer.half_x
+    return inner.half_x <= limit * outer.half_x and inner.half_y <= limit * outer.half_y
 
 
 class Division(NamedTuple):
@@ -70,16 +92,39 @@ class Division(NamedTuple):
     @property
     def doubled(self) -> Division:
         """Of these cells and as many others, in base cells of their own."""
-        return Division(
-            np.concatenate([self.base, self.base + self.bases]), *(np.concatenate([own, own]) for own in self[1:])
-        )
+        return joined([self, self])
+
+
+def joined(divisions: Sequence[Division]) -> Division:
+    """Return the division of cells that come one after the other, each in base cells of their own."""
+    first = np.cumsum([0, *(own.bases for own in divisions)])
+    numbered = [own._replace(base=own.base + start) for own, start in zip(divisions, first[:-1], strict=True)]
+    return Division(*(np.concatenate(parts) for parts in zip(*numbered, strict=True)))
+
+
+def divided(lines: Array, split: int) -> Division:
+    """Return the division of the cells between lines along one axis, every `split`-th of which is of the base."""
+    cell = np.arange(len(lines) - 1)
+    start = lines[cell - cell % split]
+    size = lines[cell - cell % split + split] - start
+    low, high = (((lines[cell + k] - start) / size)[:, None] for k in (0, 1))
+    return Division(cell // split, (cell % split)[:, None], low, high)
+
+
+def crossed(first: Division, second: Division) -> Division:
+    """Return the division of the products of two sets of cells, the second running faster."""
+    i, j = (part.ravel() for part in np.indices((len(first.base), len(second.base))))
+    base = first.base[i] * second.bases + second.base[j]
+    part = np.hstack([first.part[i], second.part[j]])
+    low, high = np.hstack([first.low[i], second.low[j]]), np.hstack([first.high[i], second.high[j]])
+    return Division(base, part, low, high)
 
 
 def box_bricks(x: Array, y: Array, z: Array, split: int = 1) -> tuple[MeshHex, Division]:
     """Return the bricks between given lines, and their division; every `split`-th line is one of the base."""
     flat = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     quads = _quads(np.arange(len(flat)).reshape(len(x), len(y)))
-    return _extruded(flat, quads, _crossed(_divided(x, split), _divided(y, split)), z, split)
+    return _extruded(flat, quads, crossed(divided(x, split), divided(y, split)), z, split)
 
 
 def ring_bricks(
@@ -121,37 +166,16 @@ def _extruded(flat: Array, quads: Indices, across: Division, z: Array, split: in
     layers = np.arange(len(z) - 1)[:, None] * len(flat)
     corners = ElementHex1().doflocs.astype(int)
     hexes = np.stack([(layers + up * len(flat) + quads[:, i + 2 * j]).ravel() for i, j, up in corners])
-    found = _crossed(_divided(z, split), across)  # z runs slowest, but comes last
+    found = crossed(divided(z, split), across)  # z runs slowest, but comes last
     part, (low, high) = np.roll(found.part, -1, axis=1), (np.roll(ends, -1, axis=1) for ends in found[2:])
     mesh = MeshHex(np.ascontiguousarray(points.T), np.ascontiguousarray(hexes))
     return mesh, Division(found.base, part, low, high)
 
 
-def _divided(lines: Array, split: int) -> Division:
-    """Division of the cells between lines along one axis."""
-    cell = np.arange(len(lines) - 1)
-    start = lines[cell - cell % split]
-    size = lines[cell - cell % split + split] - start
-    low, high = (((lines[cell + k] - start) / size)[:, None] for k in (0, 1))
-    return Division(cell // split, (cell % split)[:, None], low, high)
-
-
-def _crossed(first: Division, second: Division) -> Division:
-    """Division of the products of two sets of cells, the second running faster."""
-    i, j = (part.ravel() for part in np.indices((len(first.base), len(second.base))))
-    base = first.base[i] * second.bases + second.base[j]
-    part = np.hstack([first.part[i], second.part[j]])
-    low, high = np.hstack([first.low[i], second.low[j]]), np.hstack([first.high[i], second.high[j]])
-    return Division(base, part, low, high)
-
-
 def _rings_divided(rho: Array, around: int, split: int) -> Division:
     """Division of the cells of `_square`."""
-    core, half, walk = (_divided(np.arange(count + 1.0), split) for count in (2 * around, around, 4 * around))
-    inner = _crossed(core, half)
-    outer = _crossed(_divided(rho, split), walk)
-    outer = outer._replace(base=outer.base + inner.bases)
-    return Division(*(np.concatenate(parts) for parts in zip(inner, outer, strict=True)))
+    core, half, walk = (divided(np.arange(count + 1.0), split) for count in (2 * around, around, 4 * around))
+    return joined([crossed(core, half), crossed(divided(rho, split), walk)])
 
 
 def _square(rho: Array, around: int) -> tuple[Array, Indices]:

@@ -6,8 +6,8 @@ taken to the box |x| <= a, |y| <= b of the boxes' half sizes together, and r the
 
     gap = hypot(max(|x| - a, 0), max(|y| - b, 0)) + min(max(|x| - a, |y| - b), 0) - r,
 
-exact. Beside an outline a cylinder is a polygon of 128 corners. Coils count with the hole in their middle; on a curved
-substrate as boxes of 1/256 of their width.
+exact. Pillars count with their field. Beside an outline a cylinder is a polygon of 128 corners. Coils count with the
+hole in their middle; on a curved substrate as boxes of 1/256 of their width.
 """
 
 from __future__ import annotations
@@ -20,8 +20,9 @@ from itertools import combinations
 import numpy as np
 
 from sits_mech.quantities import Array
+from sits_mech.scene.elastomer import Elastomer, pillar_middles
 from sits_mech.scene.outlines import Loop, edges, first_crossing, inside_loops
-from sits_mech.scene.parts import Coil, Conductor, Elastomer, Target
+from sits_mech.scene.parts import Coil, Conductor, Target
 from sits_mech.units import SceneError
 
 _SLACK = 1.0 + 1e-9  # sizes that are equal as written may differ by rounding
@@ -68,8 +69,8 @@ def check_parts(
     """
     for coil, other in combinations(coils, 2):
         _check_side_by_side(coil, other)
-    if target is not None and elastomer is not None:
-        _check_on_layer(target, elastomer)
+    if target is not None and elastomer is not None and elastomer.kind == "pillars":
+        pillar_middles(elastomer, target.extent, target.shape == "disc")
     if substrate_radius is not None:
         _check_round(substrate_radius, coils)
     fixed = [_conductor(part) for part in conductors]
@@ -109,7 +110,7 @@ def _layer_and_target(target: Target | None, elastomer: Elastomer | None) -> lis
     if elastomer is None:
         return []
     top = elastomer.standoff + elastomer.thickness
-    found = [Prism("elastomer", (0.0, 0.0), elastomer.extent, 0.0, top, elastomer.diameter is not None)]
+    found = [Prism("elastomer", (0.0, 0.0), elastomer.extent, 0.0, top, elastomer.is_round)]
     if target is not None:
         loops = () if target.points is None else (target.points, *target.holes)
         is_round = target.diameter is not None
@@ -176,18 +177,6 @@ def _check_side_by_side(coil: Coil, other: Coil) -> None:
             f"coils.{coil.name} and coils.{other.name} overlap: their centres must be at least {needed:g} m apart for "
             f"outer diameters of {coil.outer_diameter:g} m and {other.outer_diameter:g} m; got {distance:g} m"
         )
-
-
-def _check_on_layer(target: Target, elastomer: Elastomer) -> None:
-    """Refuse a target that sticks out beyond the layer it is bonded to."""
-    (width, length), (layer_width, layer_length) = target.extent, elastomer.extent
-    sizes = [("width", width, layer_width), ("length", length, layer_length)]
-    if elastomer.diameter is not None:
-        corners = target.points or ((0.5 * width, 0.0 if target.diameter else 0.5 * length),)
-        sizes = [("diameter", 2.0 * max(math.hypot(x, y) for x, y in corners), elastomer.diameter)]
-    for name, size, allowed in sizes:
-        if size > allowed * _SLACK:
-            raise SceneError(f"target must be no larger than elastomer.{name} ({allowed:g} m); got {size:g} m")
 
 
 def _check_round(radius: float, coils: Sequence[Coil]) -> None:

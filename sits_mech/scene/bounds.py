@@ -1,6 +1,7 @@
 """Within which bounds does an input make sense? One annotated type per kind of input, each refusing the rest by itself.
 
-The bounds are wide: they catch slips of unit and values that would only overflow later, not unusual designs.
+The bounds are wide: they catch slips of unit and values that would only overflow later, not unusual designs. A part has
+the sizes that its shape needs, and no others.
 """
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated
 
-from pydantic import BeforeValidator, InstanceOf
+from pydantic import BaseModel, BeforeValidator, InstanceOf
 
 from sits_mech.scene.materials import metals, silicones, unknown
 from sits_mech.silicone.material import Silicone, silicone_from
@@ -71,3 +72,20 @@ Name = Annotated[str, BeforeValidator(_name)]
 MetalName = Annotated[str, BeforeValidator(_metal_name)]
 Point = tuple[Coordinate, Coordinate]
 SiliconeOrName = Annotated[InstanceOf[str] | InstanceOf[Silicone], BeforeValidator(_silicone)]
+_SIZES = ("width", "length", "diameter", "pitch", "points")
+
+
+def check_sizes(part: BaseModel, needed: tuple[str, ...], shape: str) -> None:
+    """Refuse a part without the sizes of its shape, or with those of another one."""
+    for key in _SIZES:
+        value = getattr(part, key, None)
+        if (value is not None) != (key in needed):
+            come = "it is missing" if key in needed else f"got {shown(value)}"
+            raise SceneError(f"{key} must {'' if key in needed else 'not '}be given for {shape}; {come}")
+
+
+def extent_of(width: float | None, length: float | None, diameter: float | None) -> tuple[float, float]:
+    """Return the size along x and y [m] of a rectangle or a disc."""
+    if diameter is not None:
+        return diameter, diameter
+    return width or 0.0, length or 0.0

@@ -1,4 +1,4 @@
-"""What are the parts of a sensor? Coil, target, elastomer, other conductors, readout.
+"""What are the parts of a sensor besides its layer (elastomer.py)? Coil, target, other conductors, readout.
 
 Every part is frozen, checked when it is made, and holds SI numbers under the scene file's own keys. Lengths [m];
 x is shear, y out of plane, z up, ``z = 0`` the top face of the uppermost track layer.
@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, field_serializer, model_validator
+from pydantic import BaseModel, ConfigDict, model_validator
 
 from sits_mech.scene.bounds import (
     Capacitance,
@@ -25,12 +25,12 @@ from sits_mech.scene.bounds import (
     Permeability,
     Point,
     Resistance,
-    SiliconeOrName,
+    check_sizes,
+    extent_of,
 )
-from sits_mech.scene.materials import Metal, metals, silicones
+from sits_mech.scene.materials import Metal, metals
 from sits_mech.scene.outlines import check_rims, with_rims_of_mesh
-from sits_mech.silicone.material import Silicone, table_of
-from sits_mech.units import SceneError, shown
+from sits_mech.units import SceneError
 
 _FROZEN = ConfigDict(frozen=True, extra="forbid")
 
@@ -47,23 +47,6 @@ def _metal(material: str | None, conductivity: float | None, relative_permeabili
     changes: dict[str, Any] = {"conductivity": conductivity, "relative_permeability": relative_permeability}
     changes = {key: number for key, number in changes.items() if number is not None}
     return replace(found, **changes, source="the scene") if changes else found
-
-
-def _check_sizes(part: BaseModel, needed: tuple[str, ...]) -> None:
-    """Refuse a part without the sizes of its shape, or with those of another one."""
-    for key in ("width", "length", "diameter", "points"):
-        value = getattr(part, key, None)
-        if (value is not None) != (key in needed):
-            come = "it is missing" if key in needed else f"got {shown(value)}"
-            shape = getattr(part, "shape", "box" if "width" in needed else "cylinder")
-            raise SceneError(f"{key} must {'' if key in needed else 'not '}be given for a {shape}; {come}")
-
-
-def _extent(width: float | None, length: float | None, diameter: float | None) -> tuple[float, float]:
-    """Return the size along x and y [m] of a rectangle or a disc."""
-    if diameter is not None:
-        return diameter, diameter
-    return width or 0.0, length or 0.0
 
 
 class Coil(BaseModel):
@@ -189,9 +172,8 @@ class Target(BaseModel):
     def _whole(self) -> Target:
         """Refuse a target without material, without its sizes, or without the boundary its current returns at."""
         _check_metal(self.material, self.conductivity)
-        _check_sizes(
-            self, {"rectangle": ("width", "length"), "disc": ("diameter",), "outline": ("points",)}[self.shape]
-        )
+        needed = {"rectangle": ("width", "length"), "disc": ("diameter",), "outline": ("points",)}[self.shape]
+        check_sizes(self, needed, f"a {self.shape}")
         check_rims(self.points, self.holes)
         if self.net_current == "free" and self.planar_boundary_radius is None:
             raise SceneError('planar_boundary_radius must be given with net_current = "free"; it is missing')
@@ -208,67 +190,7 @@ class Target(BaseModel):
         if self.points is not None:
             x, y = zip(*self.points, strict=True)
             return 2.0 * max(map(abs, x)), 2.0 * max(map(abs, y))
-        return _extent(self.width, self.length, self.diameter)
-
-
-class Elastomer(BaseModel):
-    """The silicone layer, centred between substrate and target, bonded to both.
-
-    Attributes
-    ----------
-    material : str or Silicone
-        A silicone of the catalogue, or one of the scene's own.
-    width, length : float or None
-        Of a box, along x and y [m].
-    diameter : float or None
-        Of a cylinder, instead of width and length [m].
-    thickness, standoff : float
-        Height of the layer; rigid film between ``z = 0`` and the layer [m].
-    contact : str
-        Whether free faces that fold onto the ground or the target are held there, "never", "always" or, "auto", where
-        it matters: in plane strain where it moves the target by more than 1 %, in 3D wherever a face folds.
-    edge_radius : float or None
-        Planar models: radius of the fillets with which the free side faces meet the plates; they are drawn in by half
-        of it, bonded widths stay. By default corners are sharp, and singular [m].
-    mesh, weld : str or None, bool
-        File of a mesh of the layer in those sizes, with the groups `ground`, `target`, `free` (3D models only); whether
-        its duplicated nodes are merged, not refused.
-    """
-
-    model_config = _FROZEN
-    material: SiliconeOrName
-    width: Length | None = None
-    length: Length | None = None
-    diameter: Length | None = None
-    thickness: Length
-    standoff: Offset = 0.0
-    contact: Literal["auto", "always", "never"] = "auto"
-    edge_radius: Length | None = None
-    mesh: str | None = None
-    weld: bool = False
-
-    @model_validator(mode="after")
-    def _whole(self) -> Elastomer:
-        """Refuse a layer that is neither a box nor a cylinder."""
-        _check_sizes(self, ("width", "length") if self.diameter is None else ("diameter",))
-        if self.weld and self.mesh is None:
-            raise SceneError("weld must be false without a mesh; got true")
-        return self
-
-    @field_serializer("material")
-    def _written(self, material: str | Silicone) -> str | dict[str, Any]:
-        """Write a name, or the scene's own table."""
-        return table_of(material) if isinstance(material, Silicone) else material
-
-    @property
-    def silicone(self) -> Silicone:
-        """What the layer is made of."""
-        return self.material if isinstance(self.material, Silicone) else silicones()[self.material]
-
-    @property
-    def extent(self) -> tuple[float, float]:
-        """Size along x and y [m]."""
-        return _extent(self.width, self.length, self.diameter)
+        return extent_of(self.width, self.length, self.diameter)
 
 
 class Conductor(BaseModel):
@@ -313,7 +235,7 @@ class Conductor(BaseModel):
     def _whole(self) -> Conductor:
         """Refuse a plate without material or sizes."""
         _check_metal(self.material, self.conductivity)
-        _check_sizes(self, ("width", "length") if self.shape == "rectangle" else ("diameter",))
+        check_sizes(self, ("width", "length") if self.shape == "rectangle" else ("diameter",), f"a {self.shape}")
         return self
 
     @property
@@ -324,7 +246,7 @@ class Conductor(BaseModel):
     @property
     def extent(self) -> tuple[float, float]:
         """Size along x and y [m]."""
-        return _extent(self.width, self.length, self.diameter)
+        return extent_of(self.width, self.length, self.diameter)
 
 
 class Readout(BaseModel):

@@ -17,9 +17,10 @@ from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from sits_mech.scene.apart import check_parts
 from sits_mech.scene.bounds import Frequency, Length, Name
+from sits_mech.scene.elastomer import Elastomer
 from sits_mech.scene.files import overridden, read_table, write_text, written
 from sits_mech.scene.materials import Metal, unknown
-from sits_mech.scene.parts import Coil, Conductor, Elastomer, Readout, Target
+from sits_mech.scene.parts import Coil, Conductor, Readout, Target
 from sits_mech.silicone.material import Silicone
 from sits_mech.units import SceneError, printable, quantity, shown
 
@@ -49,7 +50,7 @@ class Sensor(BaseModel):
     coils : tuple of Coil
         At least one; they must not overlap.
     target : Target or None
-        Centred on the elastomer at rest, and no larger.
+        Centred on the elastomer at rest, smaller or larger than it.
     elastomer : Elastomer or None
         The layer that a force acts against.
     conductors : tuple of Conductor
@@ -69,6 +70,19 @@ class Sensor(BaseModel):
     conductors: tuple[Conductor, ...] = ()
     readout: Readout = Readout()
     substrate_radius: Length | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _pillars_under_the_target(cls, given: Any) -> Any:
+        """Let pillars fill what is under the target unless the scene says otherwise."""
+        layer, target = (given.get(key) for key in ("elastomer", "target")) if isinstance(given, Mapping) else (0, 0)
+        if not (isinstance(layer, Mapping) and isinstance(target, Mapping) and layer.get("shape") == "pillars"):
+            return given
+        sizes = ("width", "length")
+        if any(layer.get(key) is not None for key in sizes):
+            return given
+        field = {key: target.get(key, target.get("diameter")) for key in sizes}
+        return dict(given) | {"elastomer": dict(layer) | field}
 
     @model_validator(mode="after")
     def _fits_together(self) -> Sensor:
@@ -222,7 +236,15 @@ def _table(sensor: Sensor) -> dict[str, Any]:
         del target["holes"]
     if table.get("elastomer") is not None and not table["elastomer"]["weld"]:
         del table["elastomer"]["weld"]
+    if target is not None and _fills_the_target(sensor):
+        del table["elastomer"]["width"], table["elastomer"]["length"]
     return {key: item for key, item in table.items() if item != ()}
+
+
+def _fills_the_target(sensor: Sensor) -> bool:
+    """Whether the layer is of pillars in the field that they have by default."""
+    layer, target = sensor.elastomer, sensor.target
+    return layer is not None and target is not None and layer.kind == "pillars" and layer.extent == target.extent
 
 
 def scene_text(sensor: Sensor) -> str:

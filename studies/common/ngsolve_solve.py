@@ -29,9 +29,9 @@ class Ladder(NamedTuple):
 
 
 LADDERS = {
-    ("plane", False): Ladder(5, 4, 2, 4, 0.4, 4), ("plane", True): Ladder(5, 4, 3, 5, 0.2, 5),
-    ("round", False): Ladder(5, 4, 2, 4, 0.4, 4), ("round", True): Ladder(5, 4, 3, 5, 0.2, 5),
-    ("box", False): Ladder(3, 4, 1, 2, 0.3, 1), ("box", True): Ladder(3, 4, 1, 3, 0.2, 1),
+    ("plane", False): Ladder(6, 5, 2, 4, 0.4, 4), ("plane", True): Ladder(5, 4, 3, 5, 0.2, 5),
+    ("round", False): Ladder(6, 5, 2, 4, 0.4, 4), ("round", True): Ladder(5, 4, 3, 5, 0.2, 5),
+    ("box", False): Ladder(4, 3, 1, 3, 0.3, 3), ("box", True): Ladder(3, 4, 1, 3, 0.2, 1),
 }  # fmt: skip
 # Parts of the bulk modulus that act at every point [shear moduli]; the one with the smaller error is taken
 POINTWISE = {"plane": (0.0, 5.0), "round": (0.0, 5.0), "box": (5.0,)}

@@ -152,6 +152,8 @@ def _round() -> list[Case]:
     add("disc 10 on 20 x 2, small press", 20.0, 10.0, 2.0, (0.0, 1e-4, 0.0), linear=True)
     add("disc 10 on 15 x 2, pressed 8 %", 15.0, 10.0, 2.0, (0.0, 4.0, 0.0))
     add("disc 5 on 10 x 5, nu 0.45", 10.0, 5.0, 5.0, (0.0, 1.0, 0.0), bulk=9.7)
+    add("flush disc 8 x 4, nu 0.45, pressed 3 %", 8.0, 8.0, 4.0, (0.0, 0.4, 0.0), bulk=9.7)
+    add("flush disc 10 x 10, pulled 10 %", 10.0, 10.0, 10.0, (0.0, -0.8, 0.0), bulk=50.0)
     add("disc 8 on 20 x 2, ecoflex", 20.0, 8.0, 2.0, (0.0, 2.0, 0.0), law="ecoflex", height=0.2)
     add("flush disc 20 x 1, nu 0.4999", 20.0, 20.0, 1.0, (0.0, 20.0, 0.0), bulk=5000.0)
     add("disc 8 on 12 x 3, gent", 12.0, 8.0, 3.0, (0.0, 1.5, 0.0), law="gent")

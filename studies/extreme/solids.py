@@ -1,4 +1,4 @@
-"""Pads in three dimensions: soft and stiff, thin and tall, box, cylinder and dome; pressed, pulled, sheared, tilted.
+"""Pads in three dimensions: soft and stiff, thin and tall, of many shapes; pressed, pulled, sheared, tilted.
 
 Neo-Hookean but for one of Gent's law, the force at the bonded face, which leads: the model takes no places.
 Held against each other: work and energy of the mesh that answers; no load and no motion; the way back; all six
@@ -61,6 +61,24 @@ def dome() -> Sensor:
     return load_sensor("biorob2018", [disc, f"elastomer={{material={SILICONE}, {pad}}}"])
 
 
+def shaped(target: str, pad: str) -> Sensor:
+    """Return a pad 2 mm thick of some shape under a target of some shape, both as in a scene."""
+    plate = f'target={{material="copper", {target}, thickness="0.2 mm", load_height=0}}'
+    return load_sensor("biorob2018", [plate, f'elastomer={{material={SILICONE}, thickness="2 mm", {pad}}}'])
+
+
+def shapes() -> dict[str, Sensor]:
+    """Return targets wider than their pad, and pillars."""
+    coin, square = 'shape="disc", diameter="10 mm"', 'shape="rectangle", width="8 mm", length="8 mm"'
+    box, bar = 'width="8 mm", length="8 mm"', 'shape="rectangle", width="10 mm", length="6 mm"'
+    return {
+        "coin of 10 mm over a cylinder of 8": shaped(coin, 'diameter="8 mm"'),
+        "coin of 10 mm over a box of 8": shaped(coin, box),
+        "10 x 6 mm over a box of 8": shaped(bar, box),
+        "nine pillars of 2 mm": shaped(square, 'shape="pillars", pitch="2.8 mm", diameter="2 mm"'),
+    }
+
+
 def solids(coarse: bool) -> Iterator[Row]:
     """Yield the rows of pads in three dimensions."""
     if coarse:
@@ -80,6 +98,8 @@ def solids(coarse: bool) -> Iterator[Row]:
         yield from led(f"3D box, {name}", block_pad(sensor, 2e-2), SHORT)
     yield from led("3D box, Gent j_m = 2 (locks at shear 1.41)", block_pad(pad(j_m=2.0), 2e-2), (LOCKING,))
     yield from led("3D flush 8/8/2", block_pad(flush(), 2e-2), (WAYS[0], SHORT[1]))
+    for name, sensor in shapes().items():
+        yield from led(f"3D {name}", block_pad(sensor, 2e-2), SHORT)
     yield from led("3D dome on a mesh of the user's", block_pad(dome(), 2e-2), DOME)
     for name, sensor, loads in (("3D box", pad(), (0.3, 3.0)), ("3D flush 8/8/2", flush(), (2.0, 8.0))):
         for F_z in loads:

@@ -12,7 +12,7 @@ from sits_mech.chain.omissions import idle_coupling, omissions, skin_depths, str
 from sits_mech.chain.plan import REACHED, choose_magnetics, choose_mechanics, cost
 from sits_mech.chain.simulate import simulate
 from sits_mech.quantities import Pose, Wrench
-from sits_mech.scene.sensor import Sensor, load_sensor
+from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
 
 LONG = 'elastomer.length="200 mm"'
 COAXIAL = (
@@ -37,6 +37,16 @@ def test_choices_have_reasons() -> None:
     assert choose_mechanics(long, "auto", ("planar", "linear", "block"), loads).name == "linear"
     bare = sensor.model_copy(update={"target": None})
     assert "no target" in choose_magnetics(bare, "auto", ("planar",)).reason
+
+
+def test_pillars_are_solved_in_space_alone() -> None:
+    """No section, no strip and no small-strain bound stands for them."""
+    keys = ['elastomer.shape="pillars"', 'elastomer.pitch="2.5 mm"', 'elastomer.diameter="1.5 mm"', LONG]
+    sensor, known = load_sensor("biorob2018", keys), ("planar", "linear", "block")
+    assert choose_mechanics(sensor, "auto", known, [Wrench(1e-6)]).name == "block"
+    assert math.isinf(strain_bound(sensor, [Wrench(1e-6)]))
+    with pytest.raises(SceneError, match=r"model \(mechanics\) must be block for pillars; got linear"):
+        choose_mechanics(sensor, "linear", known)
 
 
 def test_five_scenes_have_five_plans() -> None:

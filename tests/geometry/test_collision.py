@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.geometry.collision import Collision, check_clearance, clearance, room
+from sits_mech.geometry.collision import Collision, check_clearance, clearance, ground_notes, room
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.magnetics.sheets import sheets
@@ -85,3 +85,12 @@ def test_room_is_the_nearest_of_all():
     sensor = with_plate(plate(6.0, 2.6))
     poses = Pose(np.array([0.0, 0.5 * MM, -9.0 * MM]), np.array([2.5, 2.5, 0.3]) * MM)
     np.testing.assert_allclose(room(sensor, poses), [1.0 * MM, 0.5 * MM, 0.3 * MM], rtol=1e-9)
+
+
+def test_a_wide_target_that_tilts_onto_the_substrate_is_told():
+    """30 mm wide, 2.1 mm up on a film of 0.1 mm: the rim reaches the ground at sin(alpha) = 2/15, the coils later."""
+    sensor = load_sensor("biorob2018", ['target.width="30 mm"', 'elastomer.standoff="0.1 mm"'])
+    slope = np.array([0.99, 1.01]) * 2.0 / 15.0
+    above, below = (ground_notes(sensor, Pose(0.0, 2.1 * MM, float(np.arcsin(each)))) for each in slope)
+    assert above == () and "0.02 mm below the ground" in below[0]
+    assert ground_notes(sensor.model_copy(update={"elastomer": None}), Pose(0.0, 0.1 * MM, 1.0)) == ()

@@ -35,6 +35,11 @@ def test_within_its_error_of_finite_elements(shape: float, ratio: float) -> None
     assert found.report.estimated_error < 0.07
 
 
+def test_a_target_wider_than_its_layer_is_as_a_flush_one() -> None:
+    wide, own = flush(3.75, extra=('target.width="40 mm"',)), flush(3.75)
+    assert strip_layer(wide).stiffness == strip_layer(own).stiffness
+
+
 def test_small_strain_is_part_of_the_error() -> None:
     """At some percent of strain the nonlinear layer is still within it."""
     sensor = flush(3.75)

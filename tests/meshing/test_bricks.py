@@ -5,7 +5,7 @@ import pytest
 from skfem import Basis
 from skfem.element import ElementHex2
 
-from sits_mech.meshing.bricks import Outline, box_bricks, ring_bricks
+from sits_mech.meshing.bricks import Outline, box_bricks, covered, ring_bricks
 
 SQUARE, DISC, WIDE = Outline(2.0, 2.0, False), Outline(2.0, 2.0, True), Outline(5.0, 4.0, False)
 ROUND = Outline(3.0, 3.0, True)
@@ -27,6 +27,23 @@ def test_rings_fill_half_the_pad(target, pad):
     size = np.hypot(x, y) / 2.0 if target.is_round else np.maximum(np.abs(x), np.abs(y)) / 2.0
     assert (np.abs(size - 1.0) < 1e-12).sum() >= 17 * 5  # 8 cells around, 2 through: the nodes on the target's edge
     assert y.min() > -1e-12
+
+
+@pytest.mark.parametrize(
+    ("plate", "pad", "shared"),
+    [
+        (Outline(5.0, 5.0, True), Outline(3.0, 4.0, False), Outline(3.0, 4.0, False)),  # 3-4-5: corners on the rim
+        (Outline(3.0, 4.0, False), Outline(5.0, 5.0, True), Outline(3.0, 4.0, False)),
+        (DISC, WIDE, DISC),
+        (WIDE, DISC, DISC),
+        (ROUND, Outline(2.5, 2.5, False), None),
+        (Outline(2.5, 7.0, False), ROUND, None),
+        (Outline(6.0, 3.0, False), WIDE, Outline(5.0, 3.0, False)),
+        (ROUND, DISC, DISC),
+    ],
+)
+def test_what_a_target_covers_of_its_pad(plate, pad, shared):
+    assert covered(plate, pad) == shared
 
 
 def test_round_volumes_converge_at_fourth_order():

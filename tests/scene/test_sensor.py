@@ -194,8 +194,6 @@ REFUSED = {
     "target.width=0": r"target.width: must be a length from 1 nm.*got 0",
     "target.width=-1e-3": r"target.width: must be a length.*got -0.001",
     "target.width=1e200": r"target.width: must be a length.*got 1e\+200",
-    "target.width=30 mm": r"target must be no larger than elastomer.width \(0.02 m\); got 0.03 m",
-    "target.length=30 mm": r"target must be no larger than elastomer.length",
     "target.widht=3": r'target.widht: the key must be one of .*did you mean "width"',
     "target.diameter=3 mm": r"target: diameter must not be given for a rectangle",
     "target.shape=disc": r"target: width must not be given for a disc",
@@ -223,6 +221,9 @@ REFUSED = {
     "frequency=5 mm": r"frequency: must be a frequency",
     "elastomer.thickness=0 mm": r"elastomer.thickness: must be a length",
     "elastomer.standoff=-1 mm": r"elastomer.standoff: must be zero or a length",
+    "elastomer.standoff=2.1 mm": r"elastomer: standoff must be a film no thicker than .*0.002 m.; got 0.0021 m",
+    "elastomer.pitch=3 mm": r"elastomer: pitch must not be given for a box; got 0.003",
+    "elastomer.shape=pillars": r"elastomer: diameter must be given for pillars; it is missing",
     "elastomer.material=ecoflex": r'elastomer.material: must be one of .*got "ecoflex"',
     'elastomer.material={law="yeoh", c10=1e4}': r"elastomer.material: c20 must be given for a yeoh material",
     'elastomer.material={law="hooke"}': r"elastomer.material: law must be one of",
@@ -266,16 +267,15 @@ def test_missing_key_is_named(key: str) -> None:
     ("shape", "elastomer", "fits"),
     [
         ({"shape": "disc", "diameter": 15e-3}, {"diameter": 15e-3}, True),
-        ({"shape": "disc", "diameter": 15.1e-3}, {"diameter": 15e-3}, False),
-        ({"shape": "rectangle", "width": 12e-3, "length": 9e-3}, {"diameter": 15e-3}, True),  # 3-4-5: diagonal 15 mm
-        ({"shape": "rectangle", "width": 12e-3, "length": 9.1e-3}, {"diameter": 15e-3}, False),
+        ({"shape": "disc", "diameter": 15.1e-3}, {"diameter": 15e-3}, True),
+        ({"shape": "rectangle", "width": 12e-3, "length": 9e-3}, {"diameter": 15e-3}, True),
+        ({"shape": "rectangle", "width": 22e-3, "length": 9e-3}, {"width": 20e-3, "length": 20e-3}, True),
         ({"shape": "outline", "points": [[0, 6e-3], [-5e-3, -3e-3], [5e-3, -3e-3]]}, {"diameter": 12e-3}, True),
-        ({"shape": "outline", "points": [[0, 6e-3], [-5e-3, -3e-3], [5e-3, -3e-3]]}, {"diameter": 11e-3}, False),
         ({"shape": "outline", "points": [[0, 0], [1e-3, 1e-3], [2e-3, 2e-3]]}, {"diameter": 11e-3}, False),
     ],
 )
 def test_targets_of_every_shape_fit_or_not(shape: dict[str, Any], elastomer: dict[str, Any], fits: bool) -> None:
-    """On a cylinder pad what counts is the farthest corner; an outline needs an area."""
+    """A target may be wider than its layer; an outline needs an area."""
     layer = {"material": "rtv615", "thickness": 2e-3} | elastomer
     table = scene(target={"material": "copper", "thickness": 1e-4} | shape, elastomer=layer)
     if fits:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.faces.face_contact import face_notes
 from sits_mech.mechanics.levels.family import Levels, extrapolated, finer, next_at_rest
@@ -29,6 +30,7 @@ from sits_mech.silicone.stability import layer_notes
 _LOOK = 2e-2  # smallest length of the path on the coarse mesh, over that so far
 _VERDICT = 60  # iterations that the finer mesh is given to locate a limit that the coarse one has found
 _LAST = 25  # and where it has found none, for a last state
+_UNSEEN = 0.25  # of the worst component's error that every component owns to, where two levels alone tell it
 _STRETCHED = 0.001  # share of the silicone that may be stretched more than what is called its largest stretch
 
 
@@ -285,12 +287,17 @@ def _answer(
         values, spent = [*values, shown(there.q, there.load)], spent + there.iterations
         limit = extrapolated(values, levels.sizes, levels.order, np.where(held, 0.0, there.off / unit))
         best = limit if np.max(limit.error) < np.max(best.error) else best
-    error = np.where(held, 0.0, errors_of(best.error, np.ones(k), levels.share)) * unit * scales.lengths[:k]
+    share = levels.share if np.isfinite(best.order) else max(levels.share, _UNSEEN)
+    error = np.where(held, 0.0, errors_of(best.error, np.ones(k), share)) * unit * scales.lengths[:k]
     q, load = np.where(held, fine.q, best.value * unit), np.where(held, best.value * unit, fine.load)
     off = float(np.max(best.error)) / max(float(np.max(np.abs(best.value))), 1e-300) if np.any(best.value) else 0.0
+    beneath = ground_notes(sensor, scales.pose(q))
+    if beneath:  # the true target is held there: the error is the whole displacement
+        whole = np.max(np.abs(q * scales.lengths[:k]) * lever) / lever
+        error, off = np.where(held, 0.0, np.maximum(error, whole)), max(off, 1.0)
     plate = sensor.target.thickness / t if sensor.target is not None else 0.0
     notes = face_notes(body.faces, body.mesh, body.parts, fine.u, fine.q, plate)
-    notes = (*notes, *law_notes(sensor, body, fine.u), *best.words(levels.order), *([large] if large else []))
+    notes = (*notes, *beneath, *law_notes(sensor, body, fine.u), *best.words(levels.order), *([large] if large else []))
     report = SolveReport(
         "", len(levels.maker(len(values) - 1).free) + k, spent, fine.residual, off, 0.0, notes=notes, min_J=fine.min_J
     )

@@ -254,4 +254,6 @@ def _from_rest(body: Bonded, held: Held, goal: Array) -> Approach | None:
     """A body under what is given, along a path from rest; None where that ends before."""
     found = follow(body, rest(body), (np.zeros_like(goal), goal), smallest=_GIVEN_UP, held=held, most=_MOST)
     state = found.state
-    return Approach(state, state.q, state.load, np.zeros(body.components), state.iterations) if found.reached == 1.0 else None
+    if found.reached < 1.0:
+        return None
+    return Approach(state, state.q, state.load, np.zeros(body.components), state.iterations)

@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.retry import Line
+from sits_mech.mechanics.pad.lines import widened
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_parts, layer_scales
 from sits_mech.mechanics.rest.body import Bonded
 from sits_mech.scene.sensor import Sensor
@@ -77,7 +78,8 @@ def layer_family(sensor: Sensor) -> Levels:
 def order_of(sensor: Sensor, grading: float) -> float:
     """Return the order with which poses converge on lines of some grading."""
     target, elastomer = layer_parts(sensor)
-    if elastomer.extent[0] - target.extent[0] > 1e-9 * elastomer.thickness:
+    half_target, half_layer = (0.5 * part.extent[0] / elastomer.thickness for part in (target, elastomer))
+    if widened(half_target, half_layer) < half_layer:
         exponent = _EDGE
     else:
         exponent = _CORNER if elastomer.edge_radius is None else _FILLET

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sits_mech.meshing.bricks import Outline
+from sits_mech.meshing.bricks import Outline, covered
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Target
 
@@ -19,6 +19,7 @@ _STRETCH = 3.0  # thicknesses of half target that one base cell more than one is
 _LONG = 6.0  # thicknesses from the target's edge from which on cells grow,
 _GROWTH = 3.0  # by so much each
 _REACH = 1.25  # thicknesses beside the target within which the pad is stressed: one base cell does beyond
+_FLUSH = 1e-4  # thicknesses between the rims of target and layer up to which the two are flush
 _CLEAR = 2.5e-3  # of a disc's radius that its rim keeps from the sides of a box: cells there would have no width
 
 
@@ -26,15 +27,23 @@ def outlines(target: Target, elastomer: Elastomer) -> tuple[Outline, Outline]:
     """Return target and pad seen from above, a box a little wider than a disc that touches its side [thicknesses]."""
     t = elastomer.thickness
     plate, pad = ([length / (2.0 * t) for length in part.extent] for part in (target, elastomer))
-    disc, cylinder = target.shape == "disc", elastomer.diameter is not None
-    if disc and not cylinder:
+    disc, cylinder = target.shape == "disc", elastomer.is_round
+    if disc and not cylinder and plate[0] < (1.0 + 1e-9) * min(pad):
         pad = [max(size, (1.0 + _CLEAR) * plate[0]) for size in pad]
+    if disc == cylinder:
+        plate = [widened(*both) for both in zip(plate, pad, strict=True)]
     return Outline(plate[0], plate[1], disc), Outline(pad[0], pad[1], cylinder)
 
 
+def widened(half_target: float, half_layer: float) -> float:
+    """Return half the size of a target; its layer's where no cell has room between [thicknesses]."""
+    return half_layer if 0.0 < half_layer - half_target < _FLUSH else half_target
+
+
 def flush(plate: Outline, pad: Outline) -> bool:
-    """Say whether a target reaches a side of its pad."""
-    return pad.half_x - plate.half_x < 1e-9 or pad.half_y - plate.half_y < 1e-9
+    """Say whether a target reaches a side of its pad, or goes on beyond it."""
+    own = covered(plate, pad)
+    return own is None or pad.half_x - own.half_x < 1e-9 or pad.half_y - own.half_y < 1e-9
 
 
 def box_lines(plate: Outline, pad: Outline, split: int, grading: float) -> tuple[Array, Array, Array]:

@@ -4,6 +4,9 @@ Lines are graded towards both faces and towards the target's and the layer's edg
 (exponent 0.5946 for an incompressible clamped right angle against a free face). Too strong a grading resolves a corner
 that finite strain then turns inside out: a nonlinear layer takes a milder one than a linear layer.
 
+A target wider than its layer is bonded over all of it, and the corners above are those below; free faces that rise at
+its edge lie on the target's plane, which goes on beyond.
+
 Scales: lengths by the thickness t, stresses by the initial shear modulus mu; per depth, forces by mu t and moments by
 mu t^2.
 """
@@ -26,6 +29,7 @@ from sits_mech.mechanics.faces.folds import section_skin
 from sits_mech.mechanics.faces.surface import Surface, edges
 from sits_mech.mechanics.levels.answer import Scales
 from sits_mech.mechanics.pad.fillet import Fillet, checked, drawn_in, fillet_lines
+from sits_mech.mechanics.pad.lines import widened
 from sits_mech.mechanics.rest.body import Bonded, border
 from sits_mech.meshing.bricks import Outline
 from sits_mech.meshing.structured import graded_lines, matched_cells
@@ -65,8 +69,11 @@ class Fineness:
 def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
     """Return the layer of a sensor with its target, meshed and scaled."""
     target, elastomer = layer_parts(sensor)
+    if elastomer.kind == "pillars":
+        raise ValueError("elastomer.shape: must be 'box' or 'cylinder' for a layer in plane strain, got 'pillars'")
     t, silicone = elastomer.thickness, elastomer.silicone
-    half_layer, half_target = elastomer.extent[0] / (2 * t), target.extent[0] / (2 * t)
+    half_layer = elastomer.extent[0] / (2 * t)
+    half_target = min(widened(target.extent[0] / (2 * t), half_layer), half_layer)  # bonded over what both share
     fillet = Fillet((elastomer.edge_radius or 0.0) / t, half_layer, half_target)
     fillet = checked(fillet, t) if fillet.radius > 0.0 else fillet
     own = _numbered(fillet, fineness.cells, fineness.grading, fineness.fan)

@@ -1,15 +1,7 @@
 """The pad as a body to solve in three dimensions: bricks, bonds, free faces, law, scales.
 
-Half the pad, y >= 0, is meshed: a box under a rectangle on a tensor grid, what is round in rings (meshing/bricks.py). A
-load that leaves the plane y = 0 takes both halves, the same bricks and their mirror image. Lines shrink towards the
-target's edge and the upper face, where the bonded corner is singular, and towards the lower face where the corner there
-is as singular (lines.py).
-
-Order. At the edge of a target in the middle of a face displacements go as ``r**0.5``, whatever Poisson's ratio; at the
-corner of a flush pad, an incompressible right angle, as ``r**0.5946``. What a pad does for its target, an energy,
-converges on lines graded with beta as ``m**(-2 k beta)``, k that exponent, as far as the elements' own order of 4
-allows: with beta = 2 as ``m**-2`` and ``m**-2.38``. (Compliances of `biorob2018-w15` from m = 2 and 3 extrapolated so
-are within 3e-4 of those of m = 4 on stronger gradings.)
+Half the pad, y >= 0, is meshed (pad/shapes.py). A load that leaves the plane y = 0 takes both halves, the same bricks
+and their mirror image.
 
 Scales: lengths by the thickness t, stresses by the initial shear modulus mu; forces by mu t^2, moments by mu t^3.
 """
@@ -20,8 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
 
 import numpy as np
-from skfem import Basis, MeshHex, MeshHex2
-from skfem.assembly import Dofs
+from skfem import Basis
 
 from sits_mech.mechanics.element.assembly import Pattern, pattern
 from sits_mech.mechanics.element.kernel import Law, element_forces
@@ -31,20 +22,16 @@ from sits_mech.mechanics.faces.face_contact import Faces, contacts
 from sits_mech.mechanics.faces.folds import solid_skin
 from sits_mech.mechanics.faces.surface import Surface, facets_of
 from sits_mech.mechanics.levels.answer import Scales
-from sits_mech.mechanics.pad.lines import box_lines, flush, lines_through, outlines, ring_lines
 from sits_mech.mechanics.pad.section import layer_parts
+from sits_mech.mechanics.pad.shapes import GRADING, Shape, half_bricks, shape_of
 from sits_mech.mechanics.rest.body import Bonded, State, border
-from sits_mech.meshing.bricks import Division, Outline, box_bricks, ring_bricks, within
+from sits_mech.meshing.bricks import Division, Outline, within
+from sits_mech.meshing.copies import both_halves
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
 from sits_mech.silicone.energy import isochoric_energy, isochoric_stress
 
 _GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
-GRADING = 2.0
-"""Power of the lines' spacing of a pad."""
-EXPONENTS = (0.5, 0.5946)
-"""Of the displacements at the target's edge, in the middle of a face and at the corner of a flush pad."""
-_AROUND = 1  # base cells from a corner of the core to the next middle of a side
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,52 +119,20 @@ def bonded_block(
     whole : bool
         Whether both halves are meshed: then all six components of the target's motion are free.
     """
-    return solid(sensor, _meshed(*outlines(*pad_parts(sensor)), split, grading, whole), guard, depth)
-
-
-def base_cells(sensor: Sensor, whole: bool) -> tuple[int, int, int]:
-    """Return the numbers of base cells of a pad along x, y and z, of what is round outwards, around and along z."""
-    plate, pad = outlines(*pad_parts(sensor))
-    through = len(lines_through(1, GRADING, flush(plate, pad))) - 1
-    if plate.is_round or pad.is_round:
-        inside, beside = ring_lines(plate, pad, 1, GRADING)
-        return len(inside) + len(beside) - 1, (2 if whole else 1) * 4 * _AROUND, through
-    x, y, _ = box_lines(plate, pad, 1, GRADING)
-    return len(x) - 1, (2 if whole else 1) * (len(y) - 1), through
+    return solid(sensor, _meshed(shape_of(*pad_parts(sensor)), split, grading, whole), guard, depth)
 
 
 @lru_cache(maxsize=8)
-def _meshed(plate: Outline, pad: Outline, split: int, grading: float, whole: bool) -> NumberedMesh:
+def _meshed(shape: Shape, split: int, grading: float, whole: bool) -> NumberedMesh:
     """The mesh of a pad; what differs in law, guard or contact shares it."""
-    mesh: MeshHex
-    if plate.is_round or pad.is_round:
-        lines = (*ring_lines(plate, pad, split, grading), lines_through(split, grading, flush(plate, pad)))
-        mesh, division = ring_bricks(plate, pad, lines, _AROUND * split, split)
-    else:
-        mesh, division = box_bricks(*box_lines(plate, pad, split, grading), split)
+    mesh, division = half_bricks(shape, split, grading)
     if whole:
         mesh, division = both_halves(mesh), division.doubled
     own, basis = solid_mesh(mesh, BRICK)
     _, y, z = own.nodes.T
-    top = (z > 1.0 - 1e-9) & within(plate, own.nodes, 1e-9)
+    top = (z > 1.0 - 1e-9) & within(shape.plate, own.nodes, 1e-9)
     where = np.stack([z < 1e-9, top, (np.abs(y) < 1e-9) & (not whole)])
-    return replace(numbered(own, where, basis, plate), division=division)
-
-
-def both_halves(half: MeshHex) -> MeshHex2:
-    """Return a mesh of 27-node bricks on y >= 0 with its mirror image, whose bricks are numbered alike."""
-    basis = Dofs(half, BRICK)
-    place = solid_mesh(half, BRICK)[0].nodes[basis.element_dofs.T]
-    points, corners = half.p.T, half.t.T
-    own = points[:, 1] > 1e-9
-    image = np.where(own, len(points) - 1 + np.cumsum(own), np.arange(len(points)))
-    flip = np.array([1.0, -1.0, 1.0])
-    each = (np.vstack([points, points[own] * flip]), np.vstack([corners, image[corners]]))
-    both = MeshHex(*(np.ascontiguousarray(part.T) for part in each))  # or it says that it has to turn them
-    whole = MeshHex2.from_mesh(both)
-    nodes = whole.doflocs.copy()
-    nodes[:, Dofs(whole, BRICK).element_dofs.T] = np.moveaxis(np.concatenate([place, place * flip]), -1, 0)
-    return MeshHex2(nodes, whole.t)
+    return replace(numbered(own, where, basis, shape.plate, convex=not shape.middles), division=division)
 
 
 def numbered(

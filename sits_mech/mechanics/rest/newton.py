@@ -162,10 +162,14 @@ def approached(body: Bonded, start: State, goal: Array, held: Held, enough: floa
 
 def compliance(body: Bonded, state: State, load: Array) -> Array:
     """Return d(motion) by the target's forces and moments about a state at rest, shape (k, k); nan where none."""
+    there = replace(state, load=load)
+    factor = factored(body, there, gradient(body, there))
     try:
-        return np.asarray(np.linalg.inv(target_stiffness(body, replace(state, load=load))[0]))
+        if factor is not None:
+            return np.asarray(np.linalg.inv(factor.stiffness))
     except np.linalg.LinAlgError:
-        return np.full((body.components, body.components), np.nan)
+        pass
+    return np.full((body.components, body.components), np.nan)
 
 
 def target_stiffness(body: Bonded, state: State) -> tuple[Array, Array | None]:

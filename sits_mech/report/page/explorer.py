@@ -18,7 +18,7 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.codes import Readings
-from sits_mech.geometry.outline import pad_outline, target_outline
+from sits_mech.geometry.outline import pad_outlines, target_outline
 from sits_mech.geometry.solids import as_plate
 from sits_mech.geometry.windings import layer_heights, turn_radii
 from sits_mech.quantities import POSE, UNITS, Array, shown_unit
@@ -225,7 +225,8 @@ def parts_of(sensor: Sensor) -> Record:
     rest = 0.0 if layer is None else _MM * (layer.standoff + layer.thickness)
     pad = plate = None
     if layer is not None:
-        pad = {"loop": (_MM * pad_outline(layer).rim).round(6).tolist(), "bottom": _MM * layer.standoff}
+        rims = [(_MM * own.rim).round(6).tolist() for own in pad_outlines(layer, target)]
+        pad = {"loops": rims, "bottom": _MM * layer.standoff}
     if target is not None:
         loops = [(_MM * np.array(loop)).round(6).tolist() for loop in target_outline(target).loops]
         plate = {"loops": loops, "thickness": _MM * target.thickness}

@@ -44,13 +44,13 @@ function chords(loops, angle, offset = 0) {
 
 // ---- the plan ----
 function planView() {
-  const svg = byId("plan"), loops = [...(scene.pad ? [scene.pad.loop] : []), ...(scene.target ? scene.target.loops : []), ...scene.fixed.map((part) => part.loop)];
+  const svg = byId("plan"), loops = [...(scene.pad ? scene.pad.loops : []), ...(scene.target ? scene.target.loops : []), ...scene.fixed.map((part) => part.loop)];
   let [x, y] = reaches(loops);
   for (const coil of scene.coils) [x, y] = [Math.max(x, Math.abs(coil.centre[0]) + outer(coil)), Math.max(y, Math.abs(coil.centre[1]) + outer(coil))];
   [x, y] = [1.12 * x + 0.3, 1.12 * y + 0.3];
   svg.setAttribute("viewBox", [-x, -y, 2 * x, 2 * y].join(" "));
   const thin = x / 260, size = x / 13;
-  if (scene.pad) svgNode("path", { d: toPath([scene.pad.loop]), fill: INK.pad, stroke: INK.padRim, "stroke-width": thin, opacity: 0.75 }, svg);
+  if (scene.pad) svgNode("path", { d: toPath(scene.pad.loops), fill: INK.pad, stroke: INK.padRim, "stroke-width": thin, opacity: 0.75 }, svg);
   for (const part of scene.fixed) svgNode("path", { d: toPath([part.loop]), fill: INK.fixed, opacity: 0.5 }, svg);
   const many = scene.coils.length > 9;
   for (const coil of scene.coils) {
@@ -90,8 +90,8 @@ function planView() {
 // ---- the section ----
 function sectionView() {
   const svg = byId("stage"), deep = Math.max(...scene.coils.map((coil) => coil.thickness / 2 - Math.min(...coil.heights)));
-  const width = Math.max(...(scene.pad ? scene.pad.loop.map((p) => Math.hypot(...p)) : [0])), flat = !place.has("F_y") && !place.has("M_x");
-  const reach = Math.max(scene.pad ? (flat ? reaches([scene.pad.loop])[0] : width) * 1.12 : 0, ...scene.coils.map((coil) => Math.abs(coil.centre[0]) + outer(coil)), ...(scene.target ? reaches(scene.target.loops) : [])) + 0.3;
+  const width = Math.max(...(scene.pad ? scene.pad.loops.flat().map((p) => Math.hypot(...p)) : [0])), flat = !place.has("F_y") && !place.has("M_x");
+  const reach = Math.max(scene.pad ? (flat ? reaches(scene.pad.loops)[0] : width) * 1.12 : 0, ...scene.coils.map((coil) => Math.abs(coil.centre[0]) + outer(coil)), ...(scene.target ? reaches(scene.target.loops) : [])) + 0.3;
   const thick = scene.target ? scene.target.thickness : 0, top = scene.rest + thick + 2.4, bend = scene.substrate ? reach * reach / scene.substrate / 2 : 0;
   const view = { x: -reach, y: -top, width: 2 * reach, height: top + deep + 0.5 + bend };
   svg.setAttribute("viewBox", [view.x, view.y, view.width, view.height].join(" "));
@@ -130,13 +130,15 @@ function sectionView() {
     plate.setAttribute("d", toPath(boxes(now)));
     ghost.setAttribute("d", toPath(boxes(still)));
     if (!pieces.length) return;
-    const ends = [pieces[0][0], pieces[pieces.length - 1][1]], [left, right] = ends.map((q) => place2(now, q, 0)).map(([q, z]) => [q, -z]);
-    if (scene.pad) {
-      const [from, to] = chords([scene.pad.loop], angle)[0], low = -scene.pad.bottom, high = -scene.rest, shift = (left[0] + right[0] - ends[0] - ends[1]) / 2, sink = Math.max(0, (left[1] + right[1]) / 2 - high);
-      const edge = 0.35 * shift, out = 0.5 * sink;
-      layer.setAttribute("d", ["M", from, low, "Q", from - out + 0.3 * edge, (low + high) / 2, from + edge, high, "C", (from + left[0]) / 2, high, (from + left[0]) / 2, left[1], left[0], left[1],
-        "L", right[0], right[1], "C", (to + right[0]) / 2, right[1], (to + right[0]) / 2, high, to + edge, high, "Q", to + out + 0.3 * edge, (low + high) / 2, to, low, "Z"].join(" "));
-    }
+    if (scene.pad) layer.setAttribute("d", chords(scene.pad.loops, angle).map(([from, to]) => {  // bonded where the target is
+      const ends = [Math.max(from, pieces[0][0]), Math.min(to, pieces[pieces.length - 1][1])], [left, right] = ends.map((q) => place2(now, q, 0)).map(([q, z]) => [q, -z]);
+      const low = -scene.pad.bottom, high = -scene.rest, shift = (left[0] + right[0] - ends[0] - ends[1]) / 2, sink = Math.max(0, (left[1] + right[1]) / 2 - high);
+      const edge = 0.35 * shift, out = 0.5 * Math.min(sink, to - from);
+      const one = ends[0] > from + 1e-6 ? [from + edge, high, "C", (from + left[0]) / 2, high, (from + left[0]) / 2, left[1], ...left] : left;  // a rim on the layer, or a side that ends at the target
+      const other = ends[1] < to - 1e-6 ? ["C", (to + right[0]) / 2, right[1], (to + right[0]) / 2, high, to + edge, high] : [];
+      const [a, b] = [one === left ? (from + left[0]) / 2 : from + 0.3 * edge, other.length ? to + 0.3 * edge : (to + right[0]) / 2];
+      return ["M", from, low, "Q", a - out, (low + high) / 2, ...one, "L", ...right, ...other, "Q", b + out, (low + high) / 2, to, low, "Z"].join(" ");
+    }).join(" "));
     const pull = [(c * wrench.F_x) / (most.F_x || 1) + (s * wrench.F_y) / (most.F_y || 1), wrench.F_z / (most.F_z || 1)], size = Math.hypot(...pull);
     const u = pull.map((v) => v / (size || 1)), length = 1.5 * Math.min(1, 0.35 + 0.65 * size), head = place2(now, 0, t);
     arrow([head[0] - u[0] * (length + 0.08), -head[1] - u[1] * (length + 0.08) - (u[1] < 0.2 ? 0.35 : 0)], u, size > 1e-9 ? length : 0);

@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from sits_mech.geometry.outline import pad_outline, target_outline
+from sits_mech.geometry.outline import pad_outlines, target_outline
 from sits_mech.geometry.solids import as_plate
 from sits_mech.geometry.windings import kinds_of, turn_radii
 from sits_mech.quantities import Array
 from sits_mech.report.pictures.curves import COLUMN, add_polygons, new_figure
 from sits_mech.report.pictures.cuts import Plane, chords, coil_cut, names_cut, upright
+from sits_mech.scene.outlines import inside_loops
 from sits_mech.scene.sensor import Coil, Conductor, Elastomer, Sensor, Target
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ Span = tuple[float, float, str]  # from where to where, and what stands at it
 
 
 class Plate(NamedTuple):
-    """A flat part at rest [mm]: rim and holes (k, 2), bottom and top (NaN where no pad carries it), sizes, colour."""
+    """A flat part at rest [mm]: rim and holes (k, 2), or rims; bottom, top (NaN where no pad is), sizes, colour."""
 
     name: str
     loops: tuple[Array, ...]
@@ -86,7 +87,7 @@ def _drawing(sensor: Sensor) -> Drawing:
     plates = _plates(sensor)
     middle = min((coil.centre[1] for coil in sensor.coils), key=lambda y: (abs(y), y))
     plane = Plane() if names_cut(sensor)[0] else Plane(0.0, middle)
-    corners = np.vstack([loop for plate in plates for loop in plate.loops[:1]] + [_disc(coil) for coil in sensor.coils])
+    corners = np.vstack([loop for plate in plates for loop in plate.loops] + [_disc(coil) for coil in sensor.coils])
     tracks = [z for coil in sensor.coils for z in (-_MM * coil.height, 0.0)]
     if sensor.substrate_radius is not None:
         tracks.append(float(np.min(_tracks(sensor, plane)[0][..., 1], initial=0.0)))
@@ -106,7 +107,9 @@ def _plates(sensor: Sensor) -> list[Plate]:
     layer, target = sensor.elastomer, sensor.target
     if layer is not None:
         bottom, rest = _MM * layer.standoff, _MM * (layer.standoff + layer.thickness)
-        found.append(Plate("pad", (_MM * pad_outline(layer).rim,), bottom, rest, _sizes(layer), "#efcf9f"))
+        rims = tuple(_MM * own.rim for own in pad_outlines(layer, target))
+        sizes = _sizes(layer) if layer.kind != "pillars" else f"{len(rims)} pillars {_sizes(layer)}"
+        found.append(Plate("pad", rims, bottom, rest, sizes, "#efcf9f"))
     if target is not None:
         own = tuple(_MM * np.array(loop) for loop in target_outline(target).loops)
         where = "" if layer is not None else "; no pad: its height is that of a pose"
@@ -126,7 +129,15 @@ def _sizes(part: Target | Elastomer | Conductor) -> str:
     if isinstance(part, Target) and part.points is not None:
         extent = tuple(np.ptp(np.array(part.points), axis=0))
     across = " x ".join(f"{_MM * size:.4g}" for size in extent)
-    return f"{across if part.diameter is None else f'⌀ {_MM * part.diameter:.4g}'}, {_MM * part.thickness:.4g} thick"
+    across = across if part.diameter is None else f"⌀ {_MM * part.diameter:.4g}"
+    if isinstance(part, Elastomer) and part.pitch is not None:
+        across += f" every {_MM * part.pitch:.4g}"
+    return f"{across}, {_MM * part.thickness:.4g} thick"
+
+
+def _is_round(part: Target | Elastomer) -> bool:
+    """Whether a part is a disc or a cylinder."""
+    return part.is_round if isinstance(part, Elastomer) else part.diameter is not None
 
 
 def _rows(it: Drawing, axis: int) -> list[list[Span]]:
@@ -135,10 +146,10 @@ def _rows(it: Drawing, axis: int) -> list[list[Span]]:
     found = [] if axis else [[_across(min(it.sensor.coils, key=lambda coil: (coil.centre[1], coil.centre[0])))]]
     found += [[(a, b, f"{b - a:.4g}") for a, b in pairwise(places)]] if 1 < len(places) <= _MOST + 1 else []
     for part, plate in ((it.sensor.target, "target"), (it.sensor.elastomer, "pad")):
-        if part is not None and not (part.diameter is not None and axis == 1):
-            rim = next(each.loops[0] for each in it.plates if each.name == plate)
-            low, high = float(rim[:, axis].min()), float(rim[:, axis].max())
-            found.append([(low, high, f"{plate} {'⌀ ' if part.diameter is not None else ''}{high - low:.4g}")])
+        if part is not None and not (_is_round(part) and axis == 1):
+            rims = np.vstack(next(each.loops for each in it.plates if each.name == plate))
+            low, high = float(rims[:, axis].min()), float(rims[:, axis].max())
+            found.append([(low, high, f"{plate} {'⌀ ' if _is_round(part) else ''}{high - low:.4g}")])
     return found
 
 
@@ -154,8 +165,10 @@ def _draw_plan(axes: Axes, it: Drawing, rows: list[list[list[Span]]]) -> None:
     for plate in it.plates:
         rim, *holes = plate.loops
         add_polygons(axes, rim[None], facecolors=(plate.shade, 0.45), edgecolors=plate.shade, linewidth=0.9)
-        for hole in holes:
-            add_polygons(axes, hole[None], facecolors="white", edgecolors=plate.shade, linewidth=0.9)
+        for other in holes:
+            inside = inside_loops([rim], other[:1])[0]
+            shade = "white" if inside else (plate.shade, 0.45)
+            add_polygons(axes, other[None], facecolors=shade, edgecolors=plate.shade, linewidth=0.9)
     for coil in it.sensor.coils:
         x, y = (_MM * place for place in coil.centre)
         for radius in _MM * turn_radii(coil):

@@ -36,7 +36,9 @@ def plan_rows(sensor: Sensor, found: Plan) -> list[tuple[str, str]]:
 def plane_strain(sensor: Sensor) -> FiniteLength | None:
     """Return what the planar layer is worth for a pad; None where no planar layer stands for it at all."""
     target, elastomer = sensor.target, sensor.elastomer
-    if target is None or elastomer is None or target.shape == "outline" or elastomer.mesh is not None:
+    if target is None or elastomer is None or target.shape == "outline":
+        return None
+    if elastomer.mesh is not None or elastomer.kind == "pillars":
         return None
     return finite_length_factor(sensor)
 

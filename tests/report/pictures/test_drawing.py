@@ -27,6 +27,19 @@ def test_sizes_are_written() -> None:
     assert "section A, y = 0" in texts(figure) and figure.axes[0].get_aspect() == 1.0 == figure.axes[1].get_aspect()
 
 
+def test_pillars_are_drawn_one_by_one() -> None:
+    """Nine, three of them cut at y = 0, of 6.5 mm from rim to rim; wide targets beside narrower pads."""
+    keys = ['elastomer.shape="pillars"', 'elastomer.pitch="2.5 mm"', 'elastomer.diameter="1.5 mm"']
+    small = ['target.width="8 mm"', 'elastomer.width="8 mm"', 'elastomer.length="8 mm"']
+    figure = scene_drawing(changed(PAIR, [*small, *keys]))
+    assert {"target 8", "pad 6.5"} <= texts(figure)
+    assert "pad: 9 pillars ⌀ 1.5 every 2.5, 2 thick" in figure.get_supxlabel()
+    pillars = [np.ptp(path.vertices[:, 0]) for path in figure.axes[1].collections[0].get_paths()]
+    np.testing.assert_allclose(pillars, 1.5, atol=2e-3)
+    assert len(pillars) == 3
+    assert {"target 15", "pad 8"} <= texts(scene_drawing(changed(PAIR, small[1:])))
+
+
 def test_a_metre_for_a_millimetre_shows() -> None:
     figure = scene_drawing(changed(PAIR, ['elastomer.thickness="2 m"']))
     low, high = figure.axes[1].get_ylim()

@@ -1,0 +1,145 @@
+"""What do finer meshes change over a grid of loads? A few loads tell, and a smooth map carries it to the others.
+
+All loads of a grid are answered on the same two meshes, and so err alike: what finer meshes change of a pose is a small
+and smooth function of the load, unlike what is left of each load by itself. With x the loads' components over their
+largest values, and D the change of a component of the pose,
+
+    D(x) = sum_(1 <= |k| <= 2) c_k x^k,
+
+by least squares, weighted with the finer answers' errors, through loads whose monomials span the space best (QR with
+pivoting), some more than there are coefficients, and all their images by symmetry. Error, over the size of the
+displacement: the median of the finer answers', and what the map misses at loads that it was made without. The first is
+common to neighbouring loads, and cancels where they are compared.
+
+Source: multi-fidelity correction, A. I. J. Forrester, A. Keane, Prog. Aerosp. Sci. 45 (2009) 50, section 2.3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from itertools import combinations_with_replacement
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import qr
+
+from sits_mech.cases import DONE, Row
+from sits_mech.mechanics.symmetry import Symmetry
+from sits_mech.quantities import POSE, Array, Wrench
+
+_DEGREE = 2
+_SAME = 1e-9  # of the largest, what is left of a monomial that others make
+_MORE = 2  # loads more than coefficients, so that misses can be seen
+_ERRORS = tuple(f"error_{name}" for name in POSE)
+
+
+class _Map(NamedTuple):
+    """Coefficients of the change, shape (c, 6), and what they miss at loads that they were made without, shape (6,)."""
+
+    weights: Array
+    missed: Array
+
+
+def corrected(
+    rows: Mapping[Wrench, Row], finer: Callable[[Wrench], Row], symmetry: Symmetry, levers: Array, at_rest: Array
+) -> dict[Wrench, Row]:
+    """Return the rows of loads with what finer meshes change of their poses.
+
+    Parameters
+    ----------
+    rows : mapping
+        By load, as of `settle`; those with a state were solved.
+    finer : callable
+        The row of a solved load on finer meshes.
+    symmetry : Symmetry
+    levers : ndarray, shape (6,)
+        What turns the components of a pose into displacements [1, m].
+    at_rest : ndarray, shape (6,)
+        The pose without load.
+
+    Returns
+    -------
+    dict
+        Rows that failed, and all of them where too few loads were solved for a map, come back as they are.
+    """
+    good = [load for load, row in rows.items() if row["status"] == DONE]
+    standard = [symmetry.standard(load) for load in good]
+    x = np.array([load.components for load in good]).reshape(-1, len(POSE))
+    basis = _independent(_monomials(x / np.maximum(np.max(np.abs(x), axis=0, initial=0.0), 1e-300)))
+    solved = {load for load in good if "state" in rows[load]}
+    open_to = [k for k, (own, _) in enumerate(standard) if own in solved]
+    found: dict[Wrench, Row] = {}
+    for load in _spanning(basis, open_to, [own for own, _ in standard]):
+        row = finer(load)
+        if row["status"] == DONE:
+            found[load] = row
+    known = [k for k in open_to if standard[k][0] in found]
+    change = np.array([standard[k][1] @ (_pose(found[standard[k][0]]) - _pose(rows[standard[k][0]])) for k in known])
+    if not known or np.linalg.matrix_rank(basis[known]) < basis.shape[1]:
+        return dict(rows)
+    own_errors = [np.max(np.array([found[standard[k][0]][name] for name in _ERRORS]) * levers) for k in known]
+    weight = np.median(own_errors) / np.maximum(own_errors, 0.1 * np.median(own_errors) + 1e-300)
+    fitted = _fitted(basis[known], change, [standard[k][0] for k in known], weight)
+    size = np.max(np.abs(np.array([_pose(rows[load]) for load in good]) - at_rest) * levers, axis=1)
+    sizes = dict(zip(good, size, strict=True))
+    shares = [[row[name] for name in _ERRORS] / sizes[load] for load, row in found.items() if sizes[load] > 0.0]
+    share = np.median(np.array(shares), axis=0) + fitted.missed / size.max()
+    return dict(rows) | {
+        load: _moved(rows[load], symmetry.projection(load), step, share * own)
+        for load, step, own in zip(good, basis @ fitted.weights, size, strict=True)
+    }
+
+
+def _pose(row: Row) -> Array:
+    """Components of the pose of a row."""
+    return np.array([float(row[name]) for name in POSE])
+
+
+def _moved(row: Row, own: Array, step: Array, error: Array) -> Row:
+    """A row whose pose is corrected by a step, of which `own` leaves what its load may cause."""
+    pose, errors = _pose(row) + own @ step, np.abs(own) @ error
+    return row | dict(zip((*POSE, *_ERRORS), (*pose.tolist(), *errors.tolist()), strict=True))
+
+
+def _monomials(x: Array) -> Array:
+    """Products of one or two of the components that are there, shape (n, c): without load nothing changes."""
+    own = [k for k in range(x.shape[1]) if np.any(x[:, k])]
+    terms = [list(each) for n in range(1, _DEGREE + 1) for each in combinations_with_replacement(own, n)]
+    return np.stack([np.prod(x[:, each], axis=1) for each in terms], axis=1) if terms else np.zeros((len(x), 0))
+
+
+def _independent(basis: Array) -> Array:
+    """The monomials that the loads tell apart: with two values of a component its square is no other."""
+    if not basis.size:
+        return basis
+    _, triangle, order = qr(basis, mode="economic", pivoting=True)
+    size = np.abs(np.diag(triangle))
+    return np.asarray(basis[:, np.sort(order[: np.count_nonzero(size > _SAME * size[0])])])
+
+
+def _spanning(basis: Array, open_to: Sequence[int], standard: Sequence[Wrench]) -> list[Wrench]:
+    """The loads to be solved: those, and some more, whose monomials and their images' span the space best."""
+    left, chosen = list(open_to), list[Wrench]()
+    for count in (basis.shape[1], _MORE):
+        if not left or not basis.shape[1]:
+            break
+        _, _, order = qr(basis[left].T, mode="economic", pivoting=True)
+        new = dict.fromkeys(standard[left[k]] for k in order[:count])
+        chosen += list(new)
+        left = [k for k in left if standard[k] not in new]
+    return chosen
+
+
+def _fitted(basis: Array, change: Array, standard: Sequence[Wrench], weight: Array) -> _Map:
+    """The map through what is known, by weights, and the root mean square of what it misses without one load."""
+    left, right = basis * weight[:, None], change * weight[:, None]
+    weights = np.linalg.lstsq(left, right, rcond=None)[0]
+    missed = []
+    for load in dict.fromkeys(standard):
+        out = np.array([own == load for own in standard])
+        if np.linalg.matrix_rank(basis[~out]) == basis.shape[1]:
+            others = np.linalg.lstsq(left[~out], right[~out], rcond=None)[0]
+            missed.append(np.max(np.abs(left[out] @ others - right[out]), axis=0))
+    worst = np.max(np.abs(left @ weights - right), axis=0)
+    within = np.sqrt(np.mean(np.square(missed), axis=0)) if missed else worst
+    return _Map(np.asarray(weights, dtype=float), np.asarray(within, dtype=float))

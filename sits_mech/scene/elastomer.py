@@ -1,0 +1,157 @@
+"""What is the silicone layer of a sensor? A box, a cylinder, or pillars on a pitch.
+
+It stands centred between the rigid ground and the target, bonded to both where it lies under the target. Pillars are
+round, all alike, on a square grid that fills a field of ``width`` by ``length``, as many as there is room for,
+
+    n = 1 + floor((size - diameter)/pitch) along each side,    middles at (k - (n - 1)/2) pitch,  k = 0 .. n - 1,
+
+those of them that stand wholly under the target: the others would carry nothing. Lengths [m].
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, field_serializer, model_validator
+
+from sits_mech.scene.bounds import Length, Offset, SiliconeOrName, check_sizes, extent_of
+from sits_mech.scene.materials import silicones
+from sits_mech.silicone.material import Silicone, table_of
+from sits_mech.units import SceneError
+
+_SLACK = 1e-9  # by which sizes that are equal as written may differ
+
+Shape = Literal["box", "cylinder", "pillars"]
+Place = tuple[float, float]
+_SIZES: dict[Shape, tuple[str, ...]] = {
+    "box": ("width", "length"),
+    "cylinder": ("diameter",),
+    "pillars": ("width", "length", "diameter", "pitch"),
+}
+
+
+class Elastomer(BaseModel):
+    """The silicone layer, centred between substrate and target, bonded to both.
+
+    Attributes
+    ----------
+    material : str or Silicone
+        A silicone of the catalogue, or one of the scene's own.
+    shape : str or None
+        "box" (width, length), "cylinder" (diameter) or "pillars" (pitch, diameter; `width` and `length` of the field
+        that they fill, in a scene by default the target's; 3D models only). By default a box or, with a diameter, a
+        cylinder.
+    width, length : float or None
+        Of a box or of a field of pillars, along x and y [m].
+    diameter : float or None
+        Of a cylinder, or of each pillar [m].
+    pitch : float or None
+        Between the middles of neighbouring pillars, along x and y alike [m].
+    thickness, standoff : float
+        Height of the layer; rigid film between ``z = 0`` and the layer, no thicker than the layer [m].
+    contact : str
+        Whether free faces that fold onto the ground or the target are held there, "never", "always" or, "auto", where
+        it matters: in plane strain where it moves the target by more than 1 %, in 3D wherever a face folds.
+    edge_radius : float or None
+        Planar models: radius of the fillets with which the free side faces meet the plates; they are drawn in by half
+        of it, bonded widths stay. By default corners are sharp, and singular [m].
+    mesh, weld : str or None, bool
+        File of a mesh of the layer in those sizes, with the groups `ground`, `target`, `free` (3D models only); whether
+        its duplicated nodes are merged, not refused.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    material: SiliconeOrName
+    shape: Shape | None = None
+    width: Length | None = None
+    length: Length | None = None
+    diameter: Length | None = None
+    pitch: Length | None = None
+    thickness: Length
+    standoff: Offset = 0.0
+    contact: Literal["auto", "always", "never"] = "auto"
+    edge_radius: Length | None = None
+    mesh: str | None = None
+    weld: bool = False
+
+    @model_validator(mode="after")
+    def _whole(self) -> Elastomer:
+        """Refuse sizes of another shape, pillars that overlap, a film thicker than the layer, no mesh to weld."""
+        check_sizes(self, _SIZES[self.kind], "pillars" if self.kind == "pillars" else f"a {self.kind}")
+        if self.pitch is not None and self.diameter is not None and not self.pitch > self.diameter:
+            raise SceneError(f"pitch must be larger than diameter ({self.diameter:g} m); got {self.pitch:g} m")
+        if self.standoff > self.thickness:
+            raise SceneError(
+                f"standoff must be a film no thicker than the layer (thickness {self.thickness:g} m); got "
+                f"{self.standoff:g} m"
+            )
+        if self.weld and self.mesh is None:
+            raise SceneError("weld must be false without a mesh; got true")
+        return self
+
+    @field_serializer("material")
+    def _written(self, material: str | Silicone) -> str | dict[str, Any]:
+        """Write a name, or the scene's own table."""
+        return table_of(material) if isinstance(material, Silicone) else material
+
+    @property
+    def kind(self) -> Shape:
+        """Its shape: as given, or as its sizes tell."""
+        return self.shape or ("box" if self.diameter is None else "cylinder")
+
+    @property
+    def is_round(self) -> bool:
+        """Whether it is a cylinder."""
+        return self.kind == "cylinder"
+
+    @property
+    def silicone(self) -> Silicone:
+        """What the layer is made of."""
+        return self.material if isinstance(self.material, Silicone) else silicones()[self.material]
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Size along x and y [m]; of pillars, that of their field."""
+        return extent_of(self.width, self.length, self.diameter if self.is_round else None)
+
+
+def pillar_middles(elastomer: Elastomer, extent: Place, is_round: bool) -> tuple[Place, ...]:
+    """Return the middles x, y of the pillars that stand wholly under a target [m].
+
+    Parameters
+    ----------
+    elastomer : Elastomer
+        Pillars.
+    extent : tuple of float
+        Sizes of the target along x and y [m].
+    is_round : bool
+        Whether the target is a disc.
+
+    Raises
+    ------
+    SceneError
+        When none does.
+    """
+    d, pitch = elastomer.diameter or 0.0, elastomer.pitch or 1.0
+    along = [_row(size, d, pitch) for size in elastomer.extent]
+    found = tuple((x, y) for x in along[0] for y in along[1] if _under(x, y, 0.5 * d, extent, is_round))
+    if not found:
+        raise SceneError(
+            f"elastomer: must have a pillar of diameter {d:g} m wholly under the target, {extent[0]:g} m x "
+            f"{extent[1]:g} m, and within its field, {elastomer.extent[0]:g} m x {elastomer.extent[1]:g} m; it has none"
+        )
+    return found
+
+
+def _row(size: float, diameter: float, pitch: float) -> tuple[float, ...]:
+    """Middles of the pillars along one side of their field."""
+    count = 1 + math.floor((size - diameter) / pitch + _SLACK)
+    return tuple((k - 0.5 * (count - 1)) * pitch for k in range(count))
+
+
+def _under(x: float, y: float, radius: float, extent: Place, is_round: bool) -> bool:
+    """Whether a circle lies within a rectangle or a disc."""
+    if is_round:
+        return math.hypot(x, y) + radius <= 0.5 * extent[0] * (1.0 + _SLACK)
+    return all(abs(at) + radius <= 0.5 * size * (1.0 + _SLACK) for at, size in zip((x, y), extent, strict=True))

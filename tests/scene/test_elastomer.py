@@ -1,0 +1,61 @@
+"""Layers of every shape: where pillars stand, by hand; what is refused."""
+
+import pytest
+
+from sits_mech.scene.elastomer import Elastomer, pillar_middles
+from sits_mech.scene.sensor import SceneError, changed, load_sensor, scene_text
+
+PILLARS = 'elastomer={material="rtv615", shape="pillars", pitch="2.5 mm", diameter="1.5 mm", thickness="2 mm"}'
+
+
+def pillars(**keys):
+    table = {"material": "rtv615", "shape": "pillars", "pitch": 2.5e-3, "diameter": 1.5e-3, "thickness": 2e-3}
+    return Elastomer.model_validate({"width": 8e-3, "length": 8e-3} | table | keys)
+
+
+@pytest.mark.parametrize(
+    ("keys", "extent", "is_round", "count"),
+    [
+        ({}, (8e-3, 8e-3), False, 9),  # 1.5 + 2 * 2.5 = 6.5 mm of 8
+        ({"width": 9e-3}, (9e-3, 8e-3), False, 12),  # 1.5 + 3 * 2.5 = 9.0 mm: they just fit
+        ({"width": 8.99e-3}, (9e-3, 8e-3), False, 9),
+        ({}, (8e-3, 8e-3), True, 5),  # a corner's reaches to 3.54 + 0.75 = 4.29 mm
+        ({}, (8.58e-3, 8.58e-3), True, 9),
+        ({"width": 20e-3, "length": 20e-3}, (8e-3, 8e-3), False, 4),  # eight by eight, four of them under the target
+    ],
+)
+def test_pillars_that_stand_wholly_under_the_target(keys, extent, is_round, count):
+    found = pillar_middles(pillars(**keys), extent, is_round)
+    assert len(found) == count
+    assert {(-x, y) for x, y in found} == {(x, -y) for x, y in found} == set(found)
+
+
+def test_pillars_fill_what_is_under_the_target_and_follow_it():
+    sensor = load_sensor("biorob2018", [PILLARS])
+    assert sensor.elastomer.extent == sensor.target.extent == (8e-3, 8e-3)
+    wider = changed(sensor, ['target.width="12 mm"'])
+    assert wider.elastomer.extent == (12e-3, 8e-3)
+    kept = changed(changed(sensor, ['elastomer.width="6 mm"', 'elastomer.length="8 mm"']), ['target.width="12 mm"'])
+    assert kept.elastomer.extent == (6e-3, 8e-3)
+    assert "width" not in scene_text(sensor).split("[elastomer]")[1]
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"pitch": None}, "pitch must be given for pillars; it is missing"),
+        ({"diameter": None}, "diameter must be given for pillars; it is missing"),
+        ({"pitch": 1.5e-3}, r"pitch must be larger than diameter \(0.0015 m\); got 0.0015 m"),
+        ({"shape": "box"}, "diameter must not be given for a box; got 0.0015"),
+        ({"shape": None}, "width must not be given for a cylinder"),
+        ({"standoff": 2.1e-3}, r"no thicker than the layer \(thickness 0.002 m\); got 0.0021 m"),
+    ],
+)
+def test_refusals(keys, said):
+    with pytest.raises(ValueError, match=said):
+        pillars(**keys)
+
+
+def test_a_target_over_no_pillar_is_refused():
+    with pytest.raises(SceneError, match="must have a pillar of diameter 0.0015 m wholly under the target, 0.001 m"):
+        load_sensor("biorob2018", [PILLARS, 'target.width="1 mm"'])
