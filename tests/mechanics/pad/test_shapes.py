@@ -172,7 +172,7 @@ def test_as_many_cells_are_counted_as_there_are():
         sensor = scene(target, pad)
         shape = shape_of(sensor.target, sensor.elastomer)
         true, counted = half_bricks(shape, 1, 2.0)[1].bases, np.prod(base_cells(shape))
-        assert true <= counted <= 1.4 * true
+        assert true <= counted <= 1.5 * true
 
 
 def test_a_split_mesh_is_nested_for_every_shape():
