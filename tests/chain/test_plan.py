@@ -85,7 +85,7 @@ def test_one_compliance_misses_less_than_its_bound(keys: list[str], wrench: tupl
     size = np.abs(moved(full.pose)).max()
     missed = float(np.abs(moved(full.pose) - moved(small.pose)).max() / size)
     assert missed < 1e-2 + full.report.estimated_error
-    assert missed > 1e-5  # the promise is about something
+    assert missed > 5e-6  # the promise is about something
 
 
 def test_slender_layers_have_no_small_strain() -> None:

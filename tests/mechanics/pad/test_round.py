@@ -35,7 +35,7 @@ CYLINDER = scene({"diameter": 15 * MM}, {"diameter": 15 * MM})
 
 
 # NGSolve 6.2, graded elements, radius 7.5 mm, height 2 mm, mu 30 kPa, K/mu 1000; to 1e-4.
-@pytest.mark.parametrize(("cells", "allowed"), [(1, 4e-3), (2, 1.5e-3), (3, 1e-3), (4, 4e-4)])
+@pytest.mark.parametrize(("cells", "allowed"), [(2, 1.5e-3), (3, 1e-3), (4, 4e-4)])
 def test_small_strain_stiffness_of_a_cylinder(cells, allowed):
     np.testing.assert_allclose(stiffness(CYLINDER, cells), [60.579, 2.56733, -2.56733, 386.547], rtol=allowed)
 
@@ -52,7 +52,7 @@ def test_a_cylinder_pressed_by_a_tenth():
 
 def test_a_round_pad_is_alike_in_all_directions():
     """The rings' mesh knows x from y, the pad does not: work in the field turned by 90 degrees is the same."""
-    found = bonded_block(CYLINDER, 1, 2.0, 0.0)
+    found = bonded_block(CYLINDER, 2, 2.0, 0.0)
     x, y, _ = found.body.mesh.nodes.T
     rim = np.hypot(x, y)[found.body.faces.nodes]
     np.testing.assert_allclose(rim, 3.75, rtol=1e-12)
