@@ -33,7 +33,7 @@ def bricks_of(mesh: MeshHex) -> Bricks:
     """Return the bricks of a mesh, straight or curved."""
     curved = mesh if isinstance(mesh, MeshHex2) else MeshHex2.from_mesh(mesh)
     nodes = curved.doflocs.T[Dofs(curved, _BRICK).element_dofs.T]
-    return Bricks(mesh.p.T, mesh.t.T, nodes)
+    return Bricks(mesh.p.T[: mesh.t.max() + 1], mesh.t.T, nodes)  # of curved ones other nodes come after
 
 
 def mesh_of(bricks: Bricks) -> MeshHex2:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from skfem import Basis, MeshHex
+from skfem.assembly import Dofs
 from skfem.element import ElementHex2
 
 from sits_mech.meshing.bricks import Outline, ring_bricks
@@ -35,6 +36,7 @@ def test_a_mesh_and_its_image_are_twice_as_large_and_share_the_mirror(axis):
 def test_copies_touch_nowhere_and_keep_their_round_sides():
     row = side_by_side([(HALF, (0.0, 0.0)), (HALF, (3.0, 0.0)), (both_halves(HALF), (0.0, 4.0))])
     assert row.nelements == 4 * HALF.nelements
+    assert row.doflocs.shape[1] == len(np.unique(Dofs(row, ElementHex2()).element_dofs))  # no node is of no brick
     assert volume(row) == pytest.approx(4.0 * volume(HALF), rel=1e-12)
     assert volume(HALF) == pytest.approx(np.pi / 2.0, rel=2e-3)  # parabolas for eighths of a circle
     assert len(row.boundary_facets()) == 2 * len(HALF.boundary_facets()) + len(both_halves(HALF).boundary_facets())

@@ -126,7 +126,8 @@ def half_bricks(shape: Shape, split: int, grading: float) -> tuple[MeshHex, Divi
 def base_cells(shape: Shape) -> tuple[int, int, int]:
     """Return the numbers of base cells of half a pad: along x, y and z of a box, else outwards, around and along z.
 
-    Of pillars those around all of them; where rims cross so many around that all are counted.
+    Of pillars those around all of them. Where rims cross all are counted, and one more outwards: three-sided pieces
+    take more memory than rings.
     """
     plate, pad, middles = shape
     own, through = covered(plate, pad), len(lines_through(1, GRADING, shape.flush)) - 1
@@ -135,7 +136,7 @@ def base_cells(shape: Shape) -> tuple[int, int, int]:
     if own is None:
         outwards = sum(len(lines) for lines in _crossing_lines(plate, pad, 1, GRADING)) - 1
         _, division = half_bricks(shape, 1, GRADING)
-        return outwards, -(-division.bases // (outwards * through)), through
+        return outwards + 1, -(-division.bases // (outwards * through)), through
     if own.is_round or pad.is_round:
         inside, beside = ring_lines(own, pad, 1, GRADING)
         return len(inside) + len(beside) - 1, 4 * _AROUND, through
