@@ -80,10 +80,9 @@ def test_contact_is_exact_and_in_balance(state):
     found, up, down = (contact(u + step * v[:n], q) for step in (0.0, h, -h))
     assert found.energy > 0.0 and contact.near(u) is contact and SelfContact(skin, DEPTH)(u, q).energy == found.energy
     assert (up.energy - down.energy) / (2 * h) == pytest.approx(found.forces @ v, rel=1e-5)
-    product = summed(found.rows, found.values * v[found.columns], n + 6)
+    product = summed(found.numbers, found.stiffness @ v[found.numbers][..., None], n + 6)
     np.testing.assert_allclose(product, (up.forces - down.forces) / (2 * h), atol=1e-4 * np.abs(product).max())
-    back = summed(found.columns, found.values * v[found.rows], n + 6)
-    np.testing.assert_allclose(back, product, atol=1e-10 * np.abs(product).max())
+    np.testing.assert_allclose(found.stiffness, found.stiffness.swapaxes(1, 2), atol=1e-12 * np.abs(found.stiffness).max())
     forces, places = found.forces[:n].reshape(-1, d), section.nodes + u.reshape(-1, d)
     size = np.abs(forces).sum()
     np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=1e-13 * size)
