@@ -41,7 +41,7 @@ def joined(one, other):
 
 def slotted():
     """The slotted pad of the meshes' folder, its walls drawn over each other a little."""
-    mesh = read_solid(SLOTTED, ("ground", "target", "free")).scaled(1e3)
+    mesh = read_solid(SLOTTED, ("ground", "target", "free")).mesh.scaled(1e3)
     section, basis = solid_mesh(mesh, TETRAHEDRON)
     x, _, z = section.nodes.T
     drawn = np.where((np.abs(x) < 2.0) & (z < 1.0), 0.52 * np.minimum(1.0, (2.0 - np.abs(x)) / 1.5), 0.0)
@@ -82,7 +82,8 @@ def test_contact_is_exact_and_in_balance(state):
     assert (up.energy - down.energy) / (2 * h) == pytest.approx(found.forces @ v, rel=1e-5)
     product = summed(found.numbers, found.stiffness @ v[found.numbers][..., None], n + 6)
     np.testing.assert_allclose(product, (up.forces - down.forces) / (2 * h), atol=1e-4 * np.abs(product).max())
-    np.testing.assert_allclose(found.stiffness, found.stiffness.swapaxes(1, 2), atol=1e-12 * np.abs(found.stiffness).max())
+    own = found.stiffness
+    np.testing.assert_allclose(own, own.swapaxes(1, 2), atol=1e-12 * np.abs(own).max())
     forces, places = found.forces[:n].reshape(-1, d), section.nodes + u.reshape(-1, d)
     size = np.abs(forces).sum()
     np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=1e-13 * size)
@@ -111,7 +112,7 @@ def pad_of(mesh, sensor, depth, half=False):
     _, y, z = section.nodes.T
     where = np.stack([z < 1e-9, z > 1.0 - 1e-9, (np.abs(y) < 1e-9) & half])
     plate, _ = outlines(sensor.target, sensor.elastomer)
-    own = numbered(section, where, 1.0, basis, plate, convex=False)
+    own = numbered(section, where, basis, plate, convex=False)
     if half:  # whose faces do not reach the plane of symmetry
         faces = replace(own.faces, mirror=0.0)
         own = replace(own, faces=faces, surfaces=(*own.surfaces, ("mirror", own.faces.skin.surface)))
