@@ -43,6 +43,7 @@ GROUPS = ("ground", "target", "free")
 _SYMMETRY = "symmetry"  # group that half a pad's mesh must name, too
 
 _ORDER = 1.2  # of errors with even division: edges are singular
+_PER_BRICK = 6.0  # tetrahedra that take about what a brick does
 _MOST_BRICKS, _MOST_TETRAHEDRA = 4000, 12000  # cells of a divided mesh
 _SLACK = 1e-3  # by which a mesh may miss the sizes that the scene gives, relative
 
@@ -103,7 +104,7 @@ def meshed_family(sensor: Sensor, guard: float, share: float, depth: float = 0.0
         return prolongation(made(level - 1).mesh, made(level).mesh, once, element)
 
     sizes = tuple(2.0**level for level in range(max(count, 2)))
-    along = max(1, round(cells ** (1.0 / 3.0)))
+    along = max(1, round((cells / (_PER_BRICK if element is TETRAHEDRON else 1.0)) ** (1.0 / 3.0)))
     return Levels(sizes, (along, along, along), made, carrier, _ORDER if count > 1 else np.inf, share)
 
 
