@@ -130,7 +130,8 @@ def _meshed(shape: Shape, split: int, grading: float, whole: bool) -> NumberedMe
     _, y, z = own.nodes.T
     top = (z > 1.0 - 1e-9) & within(shape.plate, own.nodes, 1e-9)
     where = np.stack([z < 1e-9, top, (np.abs(y) < 1e-9) & (not whole)])
-    return replace(numbered(own, where, basis, shape.plate, half=not whole, convex=not shape.middles), division=division)
+    found = numbered(own, where, basis, shape.plate, half=not whole, convex=not shape.middles)
+    return replace(found, division=division)
 
 
 def numbered(
