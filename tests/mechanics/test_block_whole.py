@@ -48,6 +48,7 @@ def test_a_load_in_the_plane_is_that_of_the_half_model(sensor, combined):
 TURNED = Wrench(F_y=1.2, F_z=6.0, M_x=-2e-3)
 
 
+@pytest.mark.slow
 def test_a_turned_load_turns_the_pose():
     """A square pad and its mesh that are their own image under a quarter turn about z: x to y, y to -x."""
     square = load_sensor("biorob2018", ['target.width="12 mm"', 'target.length="12 mm"', NEO_HOOKEAN])

@@ -120,7 +120,7 @@ def test_moment_about_the_plate_of_a_symmetric_block_is_exact(load):
 
 def test_work_is_the_energy_stored():
     """Of the mesh whose state is kept; the pose is extrapolated from it and others."""
-    layer, steps = planar_layer(pad(20, 15, 2), 2e-2), 24
+    layer, steps = planar_layer(pad(20, 15, 2), 2e-2), 12
     scales, size = layer.line.scales, layer.line[0].fine.mesh.nodes.size
     factor, weight = np.polynomial.legendre.leggauss(steps)
     load, path, found = np.array([150.0, -1500.0]), [], None

@@ -1,6 +1,7 @@
 """What do the fillets of `elastomer.edge_radius` (fillet.py) do to the pose? An estimate at small strain.
 
-The layer's compliance at rest, with fillets and with sharp edges, on one coarse mesh each, applied to one load.
+The layer's compliance at rest, with fillets and with sharp edges, each extrapolated from its first three meshes
+(ladder.py), applied to one load.
 """
 
 from __future__ import annotations
@@ -9,13 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.levels.family import FEWEST, extrapolated
+from sits_mech.mechanics.pad.ladder import layer_family
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.newton import compliance
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor
-
-_COARSE = Fineness(4, 2.5)
 
 
 class Edges(NamedTuple):
@@ -34,10 +34,17 @@ def edge_effect(sensor: Sensor) -> Edges | None:
     if elastomer is None or target is None or elastomer.edge_radius is None:
         return None
     plain = Elastomer.model_validate(elastomer.model_dump() | {"edge_radius": None})
-    bodies = [bonded_body(scene, _COARSE) for scene in (sensor, sensor.model_copy(update={"elastomer": plain}))]
-    rounded, sharp = (compliance(body, rest(body), np.zeros(3)) for body in bodies)
+    rounded, sharp = (_compliance(scene) for scene in (sensor, sensor.model_copy(update={"elastomer": plain})))
     flush = elastomer.extent[0] - target.extent[0] < 1e-9 * elastomer.thickness
-    return Edges(rounded, sharp, bodies[0].height, flush, elastomer.edge_radius)
+    return Edges(rounded, sharp, target.load_height / elastomer.thickness, flush, elastomer.edge_radius)
+
+
+def _compliance(sensor: Sensor) -> Array:
+    """That of a layer at rest, scaled, shape (3, 3)."""
+    levels = layer_family(sensor)
+    bodies = [levels.maker(level) for level in range(FEWEST)]
+    found = [compliance(body, rest(body), np.zeros(3)).ravel() for body in bodies]
+    return extrapolated(found, levels.sizes, levels.order).value.reshape(3, 3)
 
 
 def edge_notes(edges: Edges, load: Array, thickness: float) -> tuple[str, ...]:

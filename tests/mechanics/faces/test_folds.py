@@ -41,7 +41,7 @@ def joined(one, other):
 
 def slotted():
     """The slotted pad of the meshes' folder, its walls drawn over each other a little."""
-    mesh = read_solid(SLOTTED, ("ground", "target", "free")).scaled(1e3)
+    mesh = read_solid(SLOTTED, ("ground", "target", "free")).mesh.scaled(1e3)
     section, basis = solid_mesh(mesh, TETRAHEDRON)
     x, _, z = section.nodes.T
     drawn = np.where((np.abs(x) < 2.0) & (z < 1.0), 0.52 * np.minimum(1.0, (2.0 - np.abs(x)) / 1.5), 0.0)
@@ -80,9 +80,12 @@ def test_contact_is_exact_and_in_balance(state):
     found, up, down = (contact(u + step * v[:n], q) for step in (0.0, h, -h))
     assert found.energy > 0.0 and contact.near(u) is contact and SelfContact(skin, DEPTH)(u, q).energy == found.energy
     assert (up.energy - down.energy) / (2 * h) == pytest.approx(found.forces @ v, rel=1e-5)
-    product = summed(found.rows, found.values * v[found.columns], n + 6)
+    own = v[found.numbers][..., None]
+    product, back = (
+        summed(found.numbers, (each @ own)[..., 0], n + 6)
+        for each in (found.stiffness, found.stiffness.swapaxes(1, 2))
+    )
     np.testing.assert_allclose(product, (up.forces - down.forces) / (2 * h), atol=1e-4 * np.abs(product).max())
-    back = summed(found.columns, found.values * v[found.rows], n + 6)
     np.testing.assert_allclose(back, product, atol=1e-10 * np.abs(product).max())
     forces, places = found.forces[:n].reshape(-1, d), section.nodes + u.reshape(-1, d)
     size = np.abs(forces).sum()
@@ -112,7 +115,7 @@ def pad_of(mesh, sensor, depth, half=False):
     _, y, z = section.nodes.T
     where = np.stack([z < 1e-9, z > 1.0 - 1e-9, (np.abs(y) < 1e-9) & half])
     plate, _ = outlines(sensor.target, sensor.elastomer)
-    own = numbered(section, where, 1.0, basis, plate, convex=False)
+    own = numbered(section, where, basis, plate, convex=False)
     if half:  # whose faces do not reach the plane of symmetry
         faces = replace(own.faces, mirror=0.0)
         own = replace(own, faces=faces, surfaces=(*own.surfaces, ("mirror", own.faces.skin.surface)))

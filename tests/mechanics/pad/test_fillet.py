@@ -56,12 +56,13 @@ def test_uniform_meshes_converge_as_at_a_smooth_edge():
 
 @pytest.mark.parametrize("r", [0.2, 0.9])
 def test_pose_moves_as_the_note_says(r):
-    wrench = Wrench(50.0, 300.0)
-    sharp, rounded = (planar_layer(pad(15, 15, 3, *more), 1e-2).equilibrium(wrench) for more in ((), (radius(r),)))
+    """At 1 % of strain, as the note is of small strain."""
+    wrench = Wrench(5.0, 30.0)
+    sharp, rounded = (planar_layer(pad(15, 15, 3, *more), 1e-3).equilibrium(wrench) for more in ((), (radius(r),)))
     assert max(rounded.report.estimated_error, sharp.report.estimated_error) < 1e-3
     told = next(note for note in rounded.report.notes if note.startswith("edge radius"))
     d_h, sink = (1e-6 * float(told.split(word)[0].split()[-1]) for word in (" um along", " um down"))
-    assert d_h == pytest.approx(rounded.pose.d_h - sharp.pose.d_h, rel=0.35)
+    assert d_h == pytest.approx(rounded.pose.d_h - sharp.pose.d_h, rel=0.1)
     assert sink == pytest.approx(sharp.pose.d_v - rounded.pose.d_v, rel=0.5)
     assert not any(note.startswith("edge radius") for note in sharp.report.notes)
 
