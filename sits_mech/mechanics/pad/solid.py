@@ -65,6 +65,8 @@ class NumberedMesh:
     faces : Faces
     surfaces : tuple
         Faces before a plane.
+    half : bool
+        Whether half a pad is meshed; pillars may leave no node in its plane of symmetry.
     division : Division or None
         As of `Solid`.
     """
@@ -73,12 +75,8 @@ class NumberedMesh:
     where: Array
     faces: Faces
     surfaces: tuple[tuple[Plane, Surface], ...]
+    half: bool
     division: Division | None = None
-
-    @property
-    def half(self) -> bool:
-        """Whether half a pad is meshed."""
-        return bool(np.any(self.where[2]))
 
     def free(self, hidden: bool = False) -> Indices:
         """Numbers of the displacements that are unknown; `hidden` those that are odd in y, of half a pad."""
@@ -132,11 +130,12 @@ def _meshed(shape: Shape, split: int, grading: float, whole: bool) -> NumberedMe
     _, y, z = own.nodes.T
     top = (z > 1.0 - 1e-9) & within(shape.plate, own.nodes, 1e-9)
     where = np.stack([z < 1e-9, top, (np.abs(y) < 1e-9) & (not whole)])
-    return replace(numbered(own, where, basis, shape.plate, convex=not shape.middles), division=division)
+    found = numbered(own, where, basis, shape.plate, half=not whole, convex=not shape.middles)
+    return replace(found, division=division)
 
 
 def numbered(
-    mesh: MixedMesh, where: Array, basis: Basis, plate: Outline, *, convex: bool = True
+    mesh: MixedMesh, where: Array, basis: Basis, plate: Outline, *, half: bool, convex: bool = True
 ) -> NumberedMesh:
     """Return a mesh with its faces under a target's outline.
 
@@ -148,6 +147,8 @@ def numbered(
         As of `NumberedMesh`.
     plate : Outline
         Half the target's sizes [thicknesses].
+    half : bool
+        As of `NumberedMesh`.
     convex : bool
         Whether the pad at rest is known to be convex.
     """
@@ -157,14 +158,14 @@ def numbered(
     surfaces, around = _surfaces(basis, facets, plate), solid_skin(basis, facets)
     below = [own.nodes.ravel() for plane, own in surfaces if plane == "plane"]
     under = np.intersect1d(np.concatenate([np.zeros(0, dtype=np.int64), *below]), nodes)
-    mirror = min(0.0, float(mesh.nodes[:, 1].min())) if np.any(where[2]) else -np.inf
+    mirror = min(0.0, float(mesh.nodes[:, 1].min())) if half else -np.inf
     beside = np.setdiff1d(nodes, under)
-    level = np.asarray(where[2] if np.any(where[2]) else np.abs(mesh.nodes[:, 1]) < 1e-9)
+    level = np.asarray(where[2] if half else np.abs(mesh.nodes[:, 1]) < 1e-9)
     middle = _middle_faces(basis, level)
     faces = Faces(nodes, under, beside, plate, (), around, convex, mirror, middle)
     if np.isfinite(mirror) and not convex:
         surfaces = (*surfaces, ("mirror", around.surface))
-    return NumberedMesh(mesh, where, faces, surfaces)
+    return NumberedMesh(mesh, where, faces, surfaces, half)
 
 
 def solid(sensor: Sensor, own: NumberedMesh, guard: float, depth: float) -> Solid:

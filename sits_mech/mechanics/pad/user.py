@@ -141,7 +141,7 @@ def _divided(
             f"{name}: the group target must lie under the target, {_words(sizes.target)}; got {reach[0]:.4g} x "
             f"{reach[1]:.4g} mm"
         )
-    return numbered(own, where, basis, plate, convex=False), refinement
+    return numbered(own, where, basis, plate, half=bool(np.any(where[2])), convex=False), refinement
 
 
 def mesh_notes(sensor: Sensor) -> tuple[str, ...]:

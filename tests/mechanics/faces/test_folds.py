@@ -112,7 +112,7 @@ def pad_of(mesh, sensor, depth, half=False):
     _, y, z = section.nodes.T
     where = np.stack([z < 1e-9, z > 1.0 - 1e-9, (np.abs(y) < 1e-9) & half])
     plate, _ = outlines(sensor.target, sensor.elastomer)
-    own = numbered(section, where, basis, plate, convex=False)
+    own = numbered(section, where, basis, plate, half=bool(np.any(where[2])), convex=False)
     if half:  # whose faces do not reach the plane of symmetry
         faces = replace(own.faces, mirror=0.0)
         own = replace(own, faces=faces, surfaces=(*own.surfaces, ("mirror", own.faces.skin.surface)))
