@@ -34,7 +34,7 @@ def sensor() -> Sensor:
 @pytest.fixture(scope="module")
 def data(sensor: Sensor) -> xr.Dataset:
     """Its calibration."""
-    return calibrate(sensor, F_x=np.linspace(-1.0, 1.0, 5), F_z=np.linspace(0.0, 4.0, 5), mechanics="planar", tolerance=1e-3)
+    return calibrate(sensor, F_x=np.linspace(-1.0, 1.0, 5), F_z=np.linspace(0.0, 4.0, 5), mechanics="planar")
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,7 @@ def bench(sensor: Sensor) -> Measured:
     written = ", ".join(f"{key} = {value!r}" for key, value in soft.items())
     other = changed(sensor, [f'elastomer.material={{law = "yeoh", {written}}}', f"elastomer.standoff={GAP}"])
     F_x, F_z = [-0.7, -0.2, 0.3, 0.8], [0.2, 1.2, 2.2, 3.2]
-    shown = calibrate(other, F_x=F_x, F_z=F_z, mechanics="planar", tolerance=1e-3)
+    shown = calibrate(other, F_x=F_x, F_z=F_z, mechanics="planar")
     L = terminals(other, shown)[0]["L"].transpose("F_x", "F_z", "coil").to_numpy()
     loads = np.stack(np.meshgrid(F_x, F_z, indexing="ij"), -1).reshape(-1, 2)
     noise = NOISE * np.random.default_rng(5).standard_normal((16, 2))
@@ -54,12 +54,15 @@ def bench(sensor: Sensor) -> Measured:
 
 
 def test_modulus_gap_and_lead_come_back(sensor: Sensor, data: xr.Dataset, bench: Measured) -> None:
-    """Each inside its 95 % interval (gap and lead hardly differ: their own intervals are wide); the misfit falls."""
+    """Each within three sigma, 1.5 of its 95 % interval: one draw of noise; the misfit falls.
+
+    Gap and lead hardly differ: their own intervals are wide.
+    """
     found = compare(sensor, data, bench)
     for name, value, width, true in zip(
         found.fit.names, found.fit.values, found.fit.half_widths, (FACTOR, GAP, LEAD), strict=True
     ):
-        assert abs(value - true) <= width, (name, value, width, true)
+        assert abs(value - true) <= 1.5 * width, (name, value, width, true)
     assert found.fit.half_widths[0] < 0.01 and found.fit.rms < 0.1 * found.fit.rms_before
     assert sensor.elastomer is not None
     assert found.shear_modulus == pytest.approx(FACTOR * sensor.elastomer.silicone.shear_modulus, rel=0.01)
