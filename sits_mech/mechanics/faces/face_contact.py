@@ -26,7 +26,7 @@ LEFT_OUT = "contact could not be followed to this load: the estimated error is t
 """What is said of an answer without the contact that it needs."""
 
 LEFT_SHARE = 0.5
-"""Share of what contact changes that is its error, where faces touch each other: folds.py on meshes that do not match."""
+"""Share of what contact changes that is its error where faces touch each other: their meshes need not match."""
 
 _SEEN = 1e-6  # thicknesses behind a plane that count
 _SOFTER = 100.0  # times the depth of contact with planes, where both faces are bent: with less no rest is found
