@@ -225,8 +225,9 @@ class Elastomer(BaseModel):
     thickness, standoff : float
         Height of the layer; rigid film between ``z = 0`` and the layer [m].
     contact : str
-        Whether free faces that fold onto the ground or the target are held there, "never", "always" or, "auto", where
-        it matters: in plane strain where it moves the target by more than 1 %, in 3D wherever a face folds.
+        Whether free faces that fold onto the ground, the target or each other are held there, "never", "always" or,
+        "auto", where it matters: in plane strain where it moves the target by more than 1 %, in 3D wherever a face
+        folds.
     edge_radius : float or None
         Planar models: radius of the fillets with which the free side faces meet the plates; they are drawn in by half
         of it, bonded widths stay. By default corners are sharp, and singular [m].
