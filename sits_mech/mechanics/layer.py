@@ -138,10 +138,10 @@ def deformed_mesh(model: PlanarLayer, equilibrium: Equilibrium) -> tuple[Array, 
     return points, quads, np.concatenate(every, axis=1).min(axis=1)
 
 
-def stored(model: PlanarLayer, equilibrium: Equilibrium) -> float:
+def stored(model: PlanarLayer, equilibrium: Equilibrium, *, limit: bool = False) -> float:
     """Return the energy of a layer at rest [J], that of its contacts included: the work of the target's forces.
 
-    Extrapolated from the first two meshes, as the pose is.
+    Of the mesh whose state is kept, or, for the `limit`, extrapolated from the first two as the pose is.
     """
     levels, scales = model.line[int(equilibrium.state[0])], model.line.scales
     fine, coarse = levels.fine, levels.coarse
@@ -151,7 +151,8 @@ def stored(model: PlanarLayer, equilibrium: Equilibrium) -> float:
         state = unpacked(body, half, scales.load(equilibrium.wrench)[:3])
         parts = sum(part(state.u, state.q).energy for part in body.parts)
         energies.append(np.array([element_forces(body.mesh, body.law, body.K, state.u).energy + parts]))
-    return scales.force * scales.thickness * float(extrapolated(energies, levels.sizes, levels.order).value[0])
+    found = extrapolated(energies, levels.sizes, levels.order).value if limit else energies[-1]
+    return scales.force * scales.thickness * float(found[0])
 
 
 def _edge_notes(sensor: Sensor, edges: Edges | None, wrench: Wrench) -> tuple[str, ...]:

@@ -71,7 +71,7 @@ def places(model: PlanarLayer | BlockPad, found: Equilibrium) -> Array:
 def energy_of(model: PlanarLayer | BlockPad, found: Equilibrium) -> float:
     """Return the energy stored on the mesh that answers [J]."""
     if isinstance(model, PlanarLayer):
-        return stored(model, found)
+        return stored(model, found, limit=True)
     elastomer, body = elastomer_of(model), solved_body(model, found)
     u = found.state[1 : 1 + body.mesh.nodes.size]
     energy, share = element_forces(body.mesh, body.law, body.K, u).energy, model.half.scales.share

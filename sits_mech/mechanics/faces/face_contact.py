@@ -26,7 +26,7 @@ LEFT_OUT = "contact could not be followed to this load: the estimated error is t
 """What is said of an answer without the contact that it needs."""
 
 LEFT_SHARE = 0.5
-"""Share of what contact changes that is its error, where faces touch each other on meshes that do not match."""
+"""Share of what contact changes that is its error where faces touch each other: their meshes need not match."""
 
 _SEEN = 1e-6  # thicknesses behind a plane that count
 _SOFTER = 100.0  # times the depth of contact with planes, where both faces are bent: with less no rest is found
@@ -84,6 +84,8 @@ class FaceContact:
         Whether free faces lie on each other, or on their own image, in contact.
     crossing : bool
         Whether they pass through one another without any.
+    missed : bool
+        Whether that is where contact would hold them: it holds no inner corners.
     """
 
     ground: bool
@@ -92,11 +94,12 @@ class FaceContact:
     rise: float
     held: bool = False
     crossing: bool = False
+    missed: bool = False
 
     @property
     def touch(self) -> bool:
-        """Whether anything is touched at all."""
-        return self.ground or self.target or self.walls or self.held or self.crossing
+        """Whether anything is touched that contact holds."""
+        return self.ground or self.target or self.walls or self.held or self.missed
 
 
 def contacts(faces: Faces, surfaces: tuple[tuple[Plane, Surface], ...], depth: float) -> tuple[Part, ...]:
@@ -146,7 +149,10 @@ def face_contact(faces: Faces, mesh: MixedMesh, parts: tuple[Part, ...], u: Arra
     held = behind["mirror"] or any(isinstance(part, SelfContact) and part(u, q).energy > _PRESSED for part in parts)
     rise = float(seen[faces.beside][inside, 2].max()) if np.any(inside) else 0.0
     crossing = not held and crosses_itself(faces, mesh, u)
-    return FaceContact(behind["ground"], behind["plane"], behind["wall"], rise, held, crossing)
+    missed = crossing and faces.skin is not None
+    if missed and not np.any(place[faces.nodes, 1] < faces.mirror - _SEEN):
+        missed = faces.skin is not None and SelfContact(faces.skin, 1.0)(u, q).energy > 0.0
+    return FaceContact(behind["ground"], behind["plane"], behind["wall"], rise, held, crossing, missed)
 
 
 def face_notes(

@@ -10,6 +10,7 @@ from skfem import MeshHex
 
 from sits_mech.mechanics.element.kernel import element_forces, summed
 from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, section_mesh, solid_mesh
+from sits_mech.mechanics.faces.face_contact import contacts, face_contact, face_notes
 from sits_mech.mechanics.faces.folds import SelfContact, Skin, section_skin, solid_skin
 from sits_mech.mechanics.faces.surface import Surface
 from sits_mech.mechanics.pad.lines import outlines
@@ -177,6 +178,25 @@ def test_meshes_that_do_not_match_converge():
     expected = uniaxial(0.12, 1e-2)
     rough, fine = (confined(counts, n, 1e-2, 0.09, 0.11, 0.12) for counts, n in (((2, 3), 1), ((4, 5), 2)))
     assert expected - rough > 1.9 * (expected - fine) > 0.0
+
+
+def test_what_passes_through_without_contact_is_seen_and_named():
+    """As in "never", and by what decides that "auto" solves it again."""
+    gap, sensor = 0.05, scene(1.0, 1.7)
+    both = MeshHex(*joined(block_of((gap, 0.85)), block_of((-0.85, -gap))))
+    body = pad_of(both, sensor, 0.0)
+    u, q = np.zeros(body.mesh.nodes.shape), np.zeros(6)
+    found = face_contact(body.faces, body.mesh, body.parts, u.ravel(), q)
+    assert not (found.crossing or found.missed or found.touch)
+    y, z = body.mesh.nodes[:, 1:].T
+    u[:, 1] = -0.3 * np.sign(y) * z * (1.0 - z)
+    found = face_contact(body.faces, body.mesh, body.parts, u.ravel(), q)
+    assert found.crossing and found.missed and found.touch and not found.held
+    notes = face_notes(body.faces, body.mesh, body.parts, u.ravel(), q, 0.1)
+    assert any("free faces pass through one another" in note for note in notes)
+    parts = contacts(body.faces, (), 1e-4)
+    notes = face_notes(body.faces, body.mesh, parts, u.ravel(), q, 0.1)
+    assert notes == ("free faces lie on each other: frictionless contact",)
 
 
 def block_of(ends):
