@@ -14,9 +14,9 @@ which the second term leaves off by b/(m_k m_(k-1))**p, so that two of them tell
 
 s what the order may be off by; the 2 is measured (studies/mechanics_accuracy.py). The order that three levels show,
 from the ratio of their differences, must not lie far below p, or the sequence is not there yet: then the error is all
-of the two differences, and is said. With two levels alone the error is ``|Y - y|``. The smallest error counts. No
-component is called better than a share of the worst, an angle counted at the target's end; of forces that hold the
-target, likewise.
+of the two differences, and is said. Where it lies far above p, what is added is in doubt and part of the error. With
+two levels alone the error is ``|Y - y|``. The smallest error counts. No component is called better than a share of the
+worst, an angle counted at the target's end; of forces that hold the target, likewise.
 
 The first two levels are brought to rest (path.py), the second from the first one's state. On finer ones the target's
 place is corrected by Newton steps from the state of the level before, until it stays; corners need not come to rest
@@ -54,7 +54,7 @@ FEWEST = 3
 _CHEAP = 1500  # cells
 _SAFE = 2.0  # times what the second term leaves: against references of an independent code half of that is too little
 _UNSURE = 0.15  # of what extrapolation adds: the order may be off
-_SHOWN = 0.5  # of the order must be shown by three levels
+_SHOWN, _HIGH = 0.5, 1.4  # of the order must be shown by three levels, and no more than so many times of it
 _ENOUGH = 0.02  # of the difference of two levels: a correction that is closer is not gone on with
 _LEAST_J = 0.15  # of a state that Newton's method begins with
 _CLOSE = 1e-2  # residual from which Newton's method goes on, though it took all its steps
@@ -173,6 +173,7 @@ def extrapolated(values: list[Array], sizes: tuple[float, ...], order: float, of
     if shown < _SHOWN * order:
         return Limit(ends[-1], np.abs(apart) + np.abs(added[-1]), shown)
     left = _SAFE * np.abs(apart) / ((m[-1] / m[-3]) ** order - 1.0)
+    left += np.abs(added[-1]) if shown > _HIGH * order else 0.0
     left += off * ratios[-1] ** order / (ratios[-1] ** order - 1.0)
     return Limit(ends[-1], left + _UNSURE * np.abs(added[-1]), shown)
 
