@@ -6,16 +6,14 @@ is meshed, the target moves by (d_h, d_z) and turns by alpha about y; what that 
 sideways, too. F_y, M_x or M_z take the whole pad, the same cells and their mirror image. Equations: element/kernel.py
 (pad), element/target.py (rigid target), rest/ (solution). Pose: ``d_v = standoff + t - sink``.
 
-Meshes: pad/solid.py, graded towards the bonded corners. Where such a mesh does not carry a load at once, a milder one
-is tried, and at last one with a guard on J, in steps as small as it needs (levels/retry.py).
+Meshes: families of a base whose cells are divided (pad/shapes.py), graded towards the bonded edges. Where the first
+family does not carry a load, one of a milder grading is tried, and at last one with a guard on J (levels/retry.py).
 
-Error. Every pose is solved on two meshes of graded cells and extrapolated from both, as if the error went with the
-square of the size of the cells; what that adds to the finer mesh's pose is called its error, that of order 1.5 with
-contact and of flush pads, which may fold, and no component is called better than a quarter of the worst.
-`report.estimated_error` is the largest over the target's displacement, an angle counted at the target's end.
-Deformation and `min_J` are those of the finer mesh. On a mesh of the user's own the two are one mesh with linear and
-with constant pressures: one too stiff, the other too soft, in every case that was tried; the pose is their mean, of
-hexahedra the stiffer one, and half their difference, with contact all of it, its error (pad/user.py).
+Error. The pose is extrapolated from the levels of its family, as many as the tolerance asks for and memory allows, and
+its error is what they tell of the limit (levels/family.py). `report.estimated_error` is the largest over the target's
+displacement, an angle counted at the target's end. Deformation and `min_J` are those of the second level. A mesh of the
+user's own is the first level of a family whose cells are each divided into eight, or, where that is too many, stands
+beside itself with constant pressures (pad/user.py).
 
 Contact of the free faces with ground, target (scene key `elastomer.contact`, faces/contact.py) and each other
 (faces/folds.py) is "never" solved, "always", or, "auto", where a free face folds onto one of them.
@@ -157,8 +155,7 @@ def block_pad(sensor: Sensor, tolerance: float = 2e-2) -> BlockPad:
     sensor : Sensor
         With a target, a rectangle or a disc, and an elastomer.
     tolerance : float
-        Asked error of the pose over the size of the displacement; picks the mesh. Three rungs: 1 %,
-        0.3 %, and what is finer: six times the unknowns of the first, 1.5 GB and a minute a load for a wide pad.
+        Asked error of the pose over the size of the displacement: levels are added until the estimate is as small.
 
     Raises
     ------
@@ -172,7 +169,7 @@ def block_pad(sensor: Sensor, tolerance: float = 2e-2) -> BlockPad:
 
 
 def meshes_in_line(sensor: Sensor, tolerance: float, *, whole: bool) -> Line:
-    """Return the pairs of meshes of a pad in the order they are tried; arguments as of `block_pad`.
+    """Return the families of meshes of a pad in the order they are tried; arguments as of `block_pad`.
 
     Raises
     ------

@@ -5,9 +5,9 @@ bonded over the middle of its top face; the wrench is a dead load in newtons, sp
 Equations: element/kernel.py (layer), element/target.py (rigid target), faces/contact.py (free faces), rest/ (solution).
 Pose: ``d_v = standoff + t - sink``. Any mix of forces and places of the target can be given (rest/control.py).
 
-Meshes. Several pairs stand in line, each tougher and a little less accurate than the one before (pad/ladder.py). The
+Meshes. Several families stand in line, each tougher and a little less accurate than the one before (pad/ladder.py). The
 first that gets there, J positive at every quadrature point and node, with an error near the tolerance gives the answer,
-or else the one with the smallest error. The error is that between the two meshes of a pair (levels/answer.py).
+or else the one with the smallest error. Pose and error are extrapolated from the levels of a family (levels/family.py).
 
 Contact of the free faces with the ground and the target (scene key `elastomer.contact`) is "never" solved, "always",
 or, "auto", where it matters: a load whose free faces fold onto the ground or the target is solved again with contact,

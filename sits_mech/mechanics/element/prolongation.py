@@ -52,12 +52,6 @@ class Prolongation:
         fine, coarse = self.nodes.shape
         return np.asarray(self.nodes @ u.reshape(coarse, -1)).reshape(len(u) // coarse * fine, *u.shape[1:])
 
-    def gathered(self, forces: Array) -> Array:
-        """Return forces on the coarse mesh's displacements that do the work of those on the fine one's: P^T."""
-        fine, coarse = self.nodes.shape
-        found = self.nodes.T @ forces.reshape(fine, -1)
-        return np.asarray(found).reshape(len(forces) // fine * coarse, *forces.shape[1:])
-
     def pressures(self, p: Array) -> Array:
         """Return coefficients of the fine cells' pressures, shape (f, m), of the coarse ones', shape (e, m)."""
         return np.asarray((self.linear @ p[self.parents, :, None])[..., 0].mean(axis=0))

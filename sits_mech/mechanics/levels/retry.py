@@ -1,14 +1,14 @@
-"""On which mesh does a layer come to rest, and with which contact? Pairs of meshes stand in line, and the first good
-one answers.
+"""On which mesh does a layer come to rest, and with which contact? Families of meshes stand in line, and the first
+good one answers.
 
-Each pair is tougher and a little less accurate than the one before: the first that gets to the load with an error near
-what is asked gives the answer, or else the one that gets farthest, with the smallest error. After the pairs without
-contact those with it stand in line. A rest whose free faces fold onto the ground or the target is solved again with
-contact, from the rest without it where that mesh has a twin with contact: let in softly first where faces stand deep
-behind planes, or else along a path of its own. Where contact moves the target by no more than the line allows it is
-left out, and what it is worth is in the error. Where the load cannot be reached with it, the answer is that without,
-and its error the whole displacement. The notes say which. The coarse mesh of each pair is asked first: where none gets
-there, the farthest pair alone says what is carried (limit.py).
+Each family is tougher and a little less accurate than the one before: the first that gets to the load with an error
+near what is asked gives the answer, or else the one that gets farthest, with the smallest error. After the families
+without contact those with it stand in line. A rest whose free faces fold onto the ground or the target is solved again
+with contact, from the rest without it where that mesh has a twin with contact: let in softly first where faces stand
+deep behind planes, or else along a path of its own. Where contact moves the target by no more than the line allows it
+is left out, and what it is worth is in the error. Where the load cannot be reached with it, the answer is that without,
+and its error the whole displacement. The notes say which. The coarse mesh of each family is asked first: where none
+gets there, the farthest family alone says what is carried (limit.py).
 """
 
 from __future__ import annotations
@@ -43,16 +43,16 @@ class Line:
     sensor : Sensor
     scales : Scales
     makers : sequence of callable
-        One for each pair.
+        One for each family.
     twins : tuple
-        For each pair without contact, the number of that with contact on the same meshes, or None; those with contact
+        For each family without contact, the number of that with contact on the same meshes, or None; those with contact
         come after.
     smallest : tuple of float
-        Smallest increments of a load path: where no other pair waits, where one does, ...
+        Smallest increments of a load path: where no other family waits, where one does, ...
     asked : float
         Estimated error at which no finer level is tried.
     good : float
-        Estimated error up to which no other pair is tried.
+        Estimated error up to which no other family is tried.
     effect : float
         Share of the displacement that contact may be worth and still be left out.
     softly : tuple of float
@@ -84,7 +84,7 @@ class Line:
 
     @property
     def free(self) -> int:
-        """How many pairs at the beginning are without contact, while others have it."""
+        """How many families at the beginning are without contact, while others have it."""
         return len(self.twins) if len(self.twins) < len(self) else len(self)
 
 
@@ -98,10 +98,10 @@ def settled(line: Line, start: Equilibrium | None, control: Control, first: int 
     ----------
     line : Line
     start : Equilibrium or None
-        Of a neighbour, its state beginning with the number of its pair.
+        Of a neighbour, its state beginning with the number of its family.
     control : Control
     first : int
-        Number of the first pair that is tried.
+        Number of the first family that is tried.
     """
     found = _settled(line, start, control, first)
     if found.part < 1.0 and start is not None and not control.beside:
@@ -158,7 +158,7 @@ def _refused(line: Line, looks: dict[int, Outcome], start: Equilibrium | None, c
 def _first_good(
     line: Line, numbers: Sequence[int], start: Equilibrium | None, control: Control, looks: dict[int, Outcome]
 ) -> Solved | None:
-    """Of some pairs of meshes, the first good answer, or else the farthest and best; None if no coarse mesh gets there.
+    """Of some families, the first good answer, or else the farthest and best; None if no coarse mesh gets there.
 
     Where the coarse meshes got to is written to `looks`.
     """
@@ -166,8 +166,8 @@ def _first_good(
     for number in numbers:
         if best is not None and best.part == 1.0 and line[number].fine.guarded:
             continue
-        pair = line[number]
-        look = first_look(pair, line.scales, _own(pair, number, start), control, line.most)
+        family = line[number]
+        look = first_look(family, line.scales, _own(family, number, start), control, line.most)
         looks[number] = look
         if look.reached < 1.0:
             continue
@@ -188,9 +188,9 @@ def _error(solved: Solved) -> float:
     return solved.found.report.estimated_error
 
 
-def _own(pair: Levels, number: int, start: Equilibrium | None) -> Equilibrium | None:
-    """A start where it is on the same pair of meshes."""
-    if start is None or start.state.size != 1 + pair.size or start.state[0] != number:
+def _own(family: Levels, number: int, start: Equilibrium | None) -> Equilibrium | None:
+    """A start where it is on the same family of meshes."""
+    if start is None or start.state.size != 1 + family.size or start.state[0] != number:
         return None
     return replace(start, state=start.state[1:])
 
@@ -198,11 +198,11 @@ def _own(pair: Levels, number: int, start: Equilibrium | None) -> Equilibrium | 
 def _tried(
     line: Line, number: int, start: Equilibrium | None, control: Control, waiting: int, look: Outcome | None = None
 ) -> Solved:
-    """The last equilibrium on one pair of meshes, while some others wait."""
-    pair, own = line[number], _own(line[number], number, start)
+    """The last equilibrium on one family of meshes, while some others wait."""
+    family, own = line[number], _own(line[number], number, start)
     smallest = line.smallest[min(waiting, len(line.smallest) - 1)]
     solved = solve_levels(
-        line.sensor, pair, line.scales, own, control, smallest=smallest, asked=line.asked, most=line.most, coarse=look
+        line.sensor, family, line.scales, own, control, smallest=smallest, asked=line.asked, most=line.most, coarse=look
     )  # fmt: skip
     return solved._replace(found=replace(solved.found, state=np.concatenate([[number], solved.found.state])))
 
@@ -222,10 +222,10 @@ def _contact(line: Line, found: Equilibrium) -> FaceContact:
 
 def _softly(line: Line, twin: int, found: Equilibrium, control: Control) -> Equilibrium:
     """An equilibrium without contact as a start on the twin of its meshes that has it, let in softly."""
-    pair = line[twin]
-    states, (held, goal) = [], aim(pair.fine, line.scales, control)
-    bodies = (pair.fine, pair.coarse)
-    for body, state in zip(bodies, starts(pair, line.scales, replace(found, state=found.state[1:])), strict=True):
+    family = line[twin]
+    states, (held, goal) = [], aim(family.fine, line.scales, control)
+    bodies = (family.fine, family.coarse)
+    for body, state in zip(bodies, starts(family, line.scales, replace(found, state=found.state[1:])), strict=True):
         here = state
         for factor in line.softly:
             soft = replace(body, parts=softened(body.parts, factor))

@@ -3,17 +3,15 @@
 The mesh, in metres and in the pad's own place (x, y from the target's centre, ``z = 0`` on the ground), names groups of
 faces: `ground` and `target` are bonded, `free` is free, as are faces in no group, which the answer says; `symmetry`,
 where it is given, lies in the plane y = 0 and says that half the pad is meshed. It is watertight, and each of its
-pieces is bonded to ground and target. Tetrahedra or hexahedra, see element/mesh.py. The error comes from the same nodes
-with pressures constant in each element, a softer answer; the pose is the mean for tetrahedra and the stiffer one for
-hexahedra, and half of what they differ by is its error, with contact all of it (block.py).
+pieces is bonded to ground and target. Tetrahedra or hexahedra, see element/mesh.py. It is the first level of a family
+whose cells are each divided into eight; edges are singular and cells even, so that errors go down with little more than
+the first power of the cells' size. A mesh that is too large for that stands beside itself with pressures constant in
+each element: its own answer counts, and what they differ by is the error.
 
-Measured on boxes in compression and shear: tetrahedra of 1/4 thickness at the bonded corners and 0.9 elsewhere come
-within some 2 % of the model's own mesh (the tilt by shear alone within 13 %, more than its error). Of one or two layers
-of hexahedra the stiffer answer is within 6 %, mostly 2 %, where the mean would sink 3 to 24 % too far. With the cells
-divided tetrahedra converge from the stiff side: 431 of them on a box of 20 x 20 x 2 mm by 3.2, 1.7 and 0.9 % in shear,
-13, 6 and 3 % in compression, 32, 17 and 9 % in tilt. Contact with ground and target is that of block.py; free faces
-that touch each other, such as the walls of a slot, are held apart (faces/folds.py); half a pad whose faces reach the
-plane of symmetry is held there.
+Measured: with the cells divided tetrahedra converge from the stiff side, 431 of them on a box of 20 x 20 x 2 mm by 3.2,
+1.7 and 0.9 % in shear, 13, 6 and 3 % in compression, 32, 17 and 9 % in tilt. Contact with ground and target is that of
+block.py; free faces that touch each other, such as the walls of a slot, are held apart (faces/folds.py); half a pad
+whose faces reach the plane of symmetry is held there.
 """
 
 from __future__ import annotations
