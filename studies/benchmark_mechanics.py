@@ -98,7 +98,8 @@ def strip_row(S: float, K: float, E_c: float, E_b: float | None) -> list[object]
     turn = np.array([0.5, 0.0, 1.0])  # about mid-height
     shear = k[0, 0] / (w - 0.2308) - 1.0 if K >= 1e7 else np.nan
     tilt = 12.0 * turn @ k @ turn / w**3 / E_b - 1.0 if E_b is not None else np.nan
-    return [S, K, float(k[1, 1] / w / E_c - 1.0), float(shear), float(tilt), len(layer.levels.maker(len(layer.compliances) - 1).free) + 3, seconds]
+    unknowns = len(layer.levels.maker(len(layer.compliances) - 1).free) + 3
+    return [S, K, float(k[1, 1] / w / E_c - 1.0), float(shear), float(tilt), unknowns, seconds]
 
 
 def grid_seconds(layer: PlanarLayer, points: int) -> tuple[float, float]:
