@@ -80,6 +80,8 @@ class Levels:
         p; infinite where there are two meshes of one fineness, the later one the better.
     share : float
         Of the worst component's error that every component owns to.
+    eager : bool
+        Whether a third level is solved even where two are enough.
     """
 
     sizes: tuple[float, ...]
@@ -88,6 +90,7 @@ class Levels:
     carrier: Callable[[int], Prolongation | None]
     order: float
     share: float
+    eager: bool = True
 
     @cached_property
     def coarse(self) -> Bonded:
@@ -110,7 +113,7 @@ class Levels:
 
     def is_cheap(self, level: int) -> bool:
         """Say whether a level is solved though the error is small enough without it, to see the order."""
-        return level < FEWEST and prod(self.numbers(level)) <= _CHEAP
+        return self.eager and level < FEWEST and prod(self.numbers(level)) <= _CHEAP
 
     def check_memory(self, level: int) -> str:
         """Return what is to be said of a level that takes more memory than it may; "" of one that does not.

@@ -98,4 +98,4 @@ def _family(sensor: Sensor, kind: _Kind, depth: float) -> Levels:
 
     _, elastomer = layer_parts(sensor)
     wide = max(1, round(elastomer.extent[0] / elastomer.thickness))
-    return Levels(SIZES, (wide, 1), made, lambda level: None, order_of(sensor, kind.grading), SHARE)
+    return Levels(SIZES, (wide, 1), made, lambda level: None, order_of(sensor, kind.grading), SHARE, kind is _KINDS[0])
