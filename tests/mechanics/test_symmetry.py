@@ -112,6 +112,7 @@ def _turned(name: str, load: Wrench) -> float:
     return float(np.max(np.abs(off) / stated))
 
 
+@pytest.mark.slow
 def test_a_quarter_turn_of_the_real_pad() -> None:
     """Shear along y of the whole square pad is shear along x of half of it: the meshes are images, to rounding."""
     assert _turned("biorob2018", Wrench(0.0, 1.0, F_y=-0.3, M_x=2e-4)) < 1e-6

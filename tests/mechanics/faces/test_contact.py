@@ -225,6 +225,7 @@ def test_a_face_that_crosses_itself_is_seen(body):
     assert crosses_itself(body.faces, body.mesh, u)
 
 
+@pytest.mark.slow
 def test_overhanging_layer_is_sheared_by_its_own_thickness_by_force_alone():
     """Tilt and sink free. A neo-Hookean layer's shear is nearly linear: 0.2005838 mm at 53.9 N/m (NGSolve, FElupe)."""
     layer = planar_layer(pad(20, 15, 2), 2e-2)

@@ -143,6 +143,7 @@ def test_a_slanted_section_is_empty_between_pillars():
     assert not np.any(np.abs(s.mean(axis=1)) < (2.5 / np.sqrt(2.0) - 0.85) * MM)
 
 
+@pytest.mark.slow
 def test_pillars_that_touch_are_held_against_each_other():
     """Three in a row, 0.1 mm apart: of a pillar pressed by a tenth the middle grows by a thirtieth of its width."""
     pad = block_pad(scene((9.5, 3.1), pillars(3.1, 3.0)), 0.5)

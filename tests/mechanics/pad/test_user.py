@@ -154,6 +154,7 @@ def test_contact_is_that_of_the_models_own_mesh(tmp_path, tetrahedra):
     assert any("lies on the target's plane" in note for note in found.report.notes)
 
 
+@pytest.mark.slow
 def test_a_top_that_is_not_bonded_lies_on_the_target(tmp_path):
     """Of 8 x 8 mm under the target the middle is bonded; the rest is held by its plane, and is stiffer for it."""
     mesh = f'elastomer.mesh="{flush_file(tmp_path / "part.msh", False, 32 / 9)}"'
