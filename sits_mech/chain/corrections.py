@@ -24,13 +24,13 @@ import numpy as np
 from scipy.linalg import qr
 
 from sits_mech.cases import DONE, Row
+from sits_mech.mechanics.loads import ERRORS
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import POSE, Array, Wrench
 
 _DEGREE = 2
 _SAME = 1e-9  # of the largest, what is left of a monomial that others make
 _MORE = 2  # loads more than coefficients, so that misses can be seen
-_ERRORS = tuple(f"error_{name}" for name in POSE)
 
 
 class _Map(NamedTuple):
@@ -77,12 +77,12 @@ def corrected(
     change = np.array([standard[k][1] @ (_pose(found[standard[k][0]]) - _pose(rows[standard[k][0]])) for k in known])
     if not known or np.linalg.matrix_rank(basis[known]) < basis.shape[1]:
         return dict(rows)
-    own_errors = [np.max(np.array([found[standard[k][0]][name] for name in _ERRORS]) * levers) for k in known]
+    own_errors = [np.max(np.array([found[standard[k][0]][name] for name in ERRORS]) * levers) for k in known]
     weight = np.median(own_errors) / np.maximum(own_errors, 0.1 * np.median(own_errors) + 1e-300)
     fitted = _fitted(basis[known], change, [standard[k][0] for k in known], weight)
     size = np.max(np.abs(np.array([_pose(rows[load]) for load in good]) - at_rest) * levers, axis=1)
     sizes = dict(zip(good, size, strict=True))
-    shares = [[row[name] for name in _ERRORS] / sizes[load] for load, row in found.items() if sizes[load] > 0.0]
+    shares = [[row[name] for name in ERRORS] / sizes[load] for load, row in found.items() if sizes[load] > 0.0]
     share = np.median(np.array(shares), axis=0) + fitted.missed / size.max()
     return dict(rows) | {
         load: _moved(rows[load], symmetry.projection(load), step, share * own)
@@ -98,7 +98,7 @@ def _pose(row: Row) -> Array:
 def _moved(row: Row, own: Array, step: Array, error: Array) -> Row:
     """A row whose pose is corrected by a step, of which `own` leaves what its load may cause."""
     pose, errors = _pose(row) + own @ step, np.abs(own) @ error
-    return row | dict(zip((*POSE, *_ERRORS), (*pose.tolist(), *errors.tolist()), strict=True))
+    return row | dict(zip((*POSE, *ERRORS), (*pose.tolist(), *errors.tolist()), strict=True))
 
 
 def _monomials(x: Array) -> Array:

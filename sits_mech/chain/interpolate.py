@@ -3,7 +3,8 @@
 Which loads are solved, and what stands between them, is told by `maps.grid`: the map of the poses must be within the
 tolerance of the range of each of their components, the target's edges included. The error of the map is added to the
 solver's, which goes straight from load to load. A grid is solved whole where it is small, where a load fails, or where
-nothing is known of its error.
+nothing is known of its error. A model of several meshes answers more than a few loads on the first of them; what finer
+ones change is a map of its own (corrections.py).
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import numpy as np
 from sits_mech.cases import DONE, Progress, Row
 from sits_mech.chain.corrections import corrected
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
-from sits_mech.mechanics.loads import settle, settled_again, upright
+from sits_mech.mechanics.loads import ERRORS, settle, settled_again, upright
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, RefinedModel, Wrench
 from sits_mech.scene.sensor import Sensor
@@ -126,17 +127,16 @@ def _between(part: SolvedPart, rows: Mapping[Wrench, Row], symmetry: Symmetry) -
 
     solved = [row for row in rows.values() if row["status"] == DONE]
     worst = max(row["error_mechanics"] for row in solved)
-    errors = [f"error_{name}" for name in POSE]
-    own = np.array([[row[name] for name in errors] for row in solved])
+    own = np.array([[row[name] for name in ERRORS] for row in solved])
     places = on_grid((*POSE, "min_J"))
-    sizes = np.clip(on_grid(errors, degree=1), own.min(axis=0), own.max(axis=0)) + part.error
+    sizes = np.clip(on_grid(ERRORS, degree=1), own.min(axis=0), own.max(axis=0)) + part.error
     plane = np.arange(len(POSE)) < 3
     sizes = np.where(plane | np.array([load.beside != () for load in loads])[:, None], sizes, 0.0)
     more: dict[Wrench, Row] = {}
     for load, place, size in zip(loads, places.tolist(), sizes.tolist(), strict=True):
         if load not in rows:
             row: Row = {"status": DONE, "reason": "", "lasting": True}
-            row |= dict(zip((*POSE, "min_J", *errors), (*place, *size), strict=True))
+            row |= dict(zip((*POSE, "min_J", *ERRORS), (*place, *size), strict=True))
             row |= {"error_mechanics": worst, "iterations": 0, "notes": INTERPOLATED, "seconds": 0.0}
             more[load] = upright(row, load, symmetry)
     return more

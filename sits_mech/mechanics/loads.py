@@ -20,7 +20,8 @@ from sits_mech.scene.sensor import Sensor, scene_hash
 from sits_mech.version import __version__
 
 _ORDER = ("M_z", "M_x", "F_y", "M", "F_x", "F_z")  # of a load's components in the walk, the last running fastest
-_ERRORS = tuple(f"error_{name}" for name in POSE)
+ERRORS = tuple(f"error_{name}" for name in POSE)
+"""Names of the errors of a pose's components in a row."""
 
 
 def settle(
@@ -109,7 +110,7 @@ def _moved(row: Row, matrix: Array) -> Row:
     if row["status"] != DONE or np.array_equal(matrix, np.eye(len(POSE))):
         return row
     moved: Row = {}
-    for names, signed in ((POSE, matrix), (_ERRORS, np.abs(matrix))):
+    for names, signed in ((POSE, matrix), (ERRORS, np.abs(matrix))):
         moved |= dict(zip(names, image_of(signed, [row[name] for name in names]).tolist(), strict=True))
     return row | moved
 

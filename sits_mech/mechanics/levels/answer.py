@@ -1,4 +1,4 @@
-"""How does a layer solved on a family of meshes (levels.py) become a pose with its errors?
+"""How does a layer solved on a family of meshes (family.py) become a pose with its errors?
 
 The first level follows the load, the second comes to rest from there, finer ones correct the target's place until the
 estimated error is what is asked for. No component is called better than a share of the worst, an angle counted at the
@@ -265,7 +265,7 @@ def _answer(
     body, t = levels.fine, scales.thickness
     k, (held, goal) = body.components, aim(body, scales, control)
     lever = levers(body, t)[:k]
-    weight = lever / t * scales.lengths[:k]  # of q in thicknesses at the target's end, 1 over that of a load
+    weight = body.levers  # of q in thicknesses at the target's end, 1 over that of a load
     moved, holding = (fine.q * weight)[~held], (fine.load / weight)[held]
     size = [max(float(np.max(np.abs(own), initial=0.0)), 1e-300) for own in (moved, holding)]
     unit = np.where(held, size[1] * weight, size[0] / weight)

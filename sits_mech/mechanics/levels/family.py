@@ -235,14 +235,14 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array]) 
     aim : ndarray and ndarray
         Which places are held, and what is given.
     """
-    (before, state), (held, goal), safe = states, aim, states[0].u
+    (before, state), (held, goal), way = states, aim, levels.carrier(1)
+    safe = before.u if way is None else np.asarray(way.displacements(before.u))
     for level in range(2, len(levels.sizes)):
         body, way = levels.maker(level), levels.carrier(level)
         if way is None:
             found = _from_rest(body, held, goal)
         else:
-            for each in [levels.carrier(1), way] if level == 2 else [way]:
-                safe = safe if each is None else np.asarray(each.displacements(safe))
+            safe = np.asarray(way.displacements(safe))
             start = prolonged(levels, level, state, safe)
             enough = _ENOUGH * body.length(state.q - before.q)
             found = None if start is None else approached(body, start, goal, held, enough)

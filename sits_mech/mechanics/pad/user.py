@@ -56,7 +56,7 @@ class _Sizes(NamedTuple):
 
 def meshed_share(sensor: Sensor) -> float:
     """Return the share of the pad that the mesh of its scene stands for, a half or 1; errors as of `meshed_family`."""
-    return solid(sensor, _level(sensor, 0)[0], 0.0, 0.0).share
+    return 0.5 if _level(sensor, 0)[0].half else 1.0
 
 
 def meshed_family(sensor: Sensor, guard: float, share: float, depth: float = 0.0) -> Levels:
