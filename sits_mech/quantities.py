@@ -252,6 +252,18 @@ def shown_unit(name: str) -> str:
     return UNITS[name].replace("*", " ")
 
 
+def refuse_infinite(wrench: Wrench) -> None:
+    """Refuse a load that is not a number.
+
+    Raises
+    ------
+    ValueError
+        For a component that is not finite.
+    """
+    if not np.all(np.isfinite(wrench.components)):
+        raise ValueError(f"wrench: must be finite numbers, got {wrench}")
+
+
 def refuse_beside(model: str, given: Wrench | Pose, other: str) -> None:
     """Refuse components that leave the plane y = 0, by name, for a model that cannot; `other` is the one that can.
 

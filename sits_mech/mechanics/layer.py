@@ -34,7 +34,7 @@ from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.mechanics.rest.body import unpacked
 from sits_mech.mechanics.rest.control import Control, under
 from sits_mech.mechanics.rest.failure import ended
-from sits_mech.quantities import Array, Equilibrium, Wrench, refuse_beside
+from sits_mech.quantities import Array, Equilibrium, Wrench, refuse_beside, refuse_infinite
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
 
@@ -73,7 +73,7 @@ class PlanarLayer:
         SolveFailed
             If the load path ends before the wrench; its `last` is the last equilibrium on the way.
         """
-        _check_load(wrench)
+        refuse_infinite(wrench)
         refuse_beside("planar", wrench, "block")
         return self.controlled(under(wrench), start=start)
 
@@ -161,9 +161,3 @@ def _edge_notes(sensor: Sensor, edges: Edges | None, wrench: Wrench) -> tuple[st
         return ()
     scales = layer_scales(sensor)
     return edge_notes(edges, scales.load(wrench)[:3], scales.thickness)
-
-
-def _check_load(wrench: Wrench) -> None:
-    """Refuse a wrench that is not a number."""
-    if not np.all(np.isfinite(wrench.components)):
-        raise ValueError(f"wrench: must be finite numbers, got {wrench}")

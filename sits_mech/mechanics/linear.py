@@ -25,7 +25,16 @@ from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.mechanics.pad.solid import pad_scales
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.newton import compliance, correction
-from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench, refuse_beside
+from sits_mech.quantities import (
+    Array,
+    Equilibrium,
+    Pose,
+    SolveFailed,
+    SolveReport,
+    Wrench,
+    refuse_beside,
+    refuse_infinite,
+)
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
 from sits_mech.units import checked_tolerance
@@ -65,8 +74,7 @@ class SmallStrain:
             Where that error is as large as the displacement: the load is none for a linear layer.
         """
         began = time.perf_counter()
-        if not np.all(np.isfinite(wrench.components)):
-            raise ValueError(f"wrench: must be finite numbers, got {wrench}")
+        refuse_infinite(wrench)
         refuse_beside("linear", wrench, "block")
         scales, body = self.scales, self.levels.coarse
         load = scales.load(wrench)[:3]
