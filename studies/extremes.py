@@ -1,10 +1,11 @@
 """Does every extreme case give a consistent answer, or a refusal with its name? Both physics and the chain.
 
 What is asked and held against what: extreme/layers.py and extreme/solids.py (stiff, thin, tall, pressed, pulled,
-sheared, tilted, overloaded layers and pads: work = energy, moment identity, path), extreme/plates.py (skin depth over
-thickness 1e-3 to 1e3, gaps from 0.05 mm, 1 Hz to 100 MHz: reciprocity, passivity, growth with frequency; whole
-sensors). Each row is converged and within what is allowed, or, where it is an extreme indeed, refused by name; any
-other ends the study with exit code 1.
+sheared, tilted, overloaded layers and pads: work = energy, moment identity, path), extreme/films.py and walls.py (pads
+of 0.02 mm: thin-layer limit; columns that fall over: beams), extreme/plates.py (skin depth over thickness 1e-3 to 1e3,
+gaps from 0.05 mm, 1 Hz to 100 MHz: reciprocity, passivity, growth with frequency; whole sensors). Each row is
+converged and within what is allowed, or, where it is an extreme indeed, refused by name; any other ends the study with
+exit code 1.
 
 Run ``python studies/extremes.py [--coarse] [--only mechanics,magnetics,chain] --output DIR``: a table as CSV and
 Markdown, written anew after every row, and a picture of violations beside what is allowed.
@@ -21,10 +22,12 @@ from pathlib import Path
 
 import numpy as np
 from common.outputs import write_rows
+from extreme.films import films
 from extreme.layers import layers
 from extreme.plates import chain, plates
 from extreme.rows import DONE, Row
 from extreme.solids import solids
+from extreme.walls import walls
 from threadpoolctl import threadpool_limits
 
 from sits_mech.report.pictures.curves import new_figure, save_figure
@@ -32,7 +35,7 @@ from sits_mech.report.pictures.curves import new_figure, save_figure
 
 def mechanics(coarse: bool) -> Iterator[Row]:
     """Yield the rows of layers in plane strain and of pads in three dimensions."""
-    return joined(layers(coarse), solids(coarse))
+    return joined(layers(coarse), solids(coarse), films(coarse), walls(coarse))
 
 
 PARTS = {"mechanics": mechanics, "magnetics": plates, "chain": chain}

@@ -61,10 +61,10 @@ def dome() -> Sensor:
     return load_sensor("biorob2018", [disc, f"elastomer={{material={SILICONE}, {pad}}}"])
 
 
-def shaped(target: str, pad: str) -> Sensor:
-    """Return a pad 2 mm thick of some shape under a target of some shape, both as in a scene."""
+def shaped(target: str, pad: str, t: float = 2.0) -> Sensor:
+    """Return a pad of some shape and thickness [mm] under a target of some shape, both as in a scene."""
     plate = f'target={{material="copper", {target}, thickness="0.2 mm", load_height=0}}'
-    return load_sensor("biorob2018", [plate, f'elastomer={{material={SILICONE}, thickness="2 mm", {pad}}}'])
+    return load_sensor("biorob2018", [plate, f'elastomer={{material={SILICONE}, thickness="{t} mm", {pad}}}'])
 
 
 def shapes() -> dict[str, Sensor]:

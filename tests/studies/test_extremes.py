@@ -9,7 +9,7 @@ from pathlib import Path
 import extremes
 import numpy as np
 import pytest
-from extreme import checks, driven, layers, plates, solids
+from extreme import checks, driven, films, layers, plates, solids, walls
 from extreme.rows import DONE, Row, measured
 
 from sits_mech.chain.models import MAGNETICS
@@ -89,6 +89,30 @@ def test_a_plate_that_is_not_passive_is_seen() -> None:
     for wrong in (replace(z, R=-z.R), replace(z, L=z.L0 * 1.001), replace(z, L=lopsided), replace(z, R=z.R * np.nan)):
         assert plates.worst(wrong, None, False) > plates.ROUNDING
     assert plates.worst(before, z, False) > plates.ROUNDING  # shrinks with frequency
+
+
+def test_the_limit_of_thin_layers() -> None:
+    """A thousandth of a millimetre is compressed as a whole, M A/t; 5 mm are squeezed out as if incompressible."""
+    square, disc = (films.PARTS[name] for name in ("flush 20 x 20 mm", "flush disc of 20 mm"))
+    for part, area in ((square, 4e-4), (disc, np.pi * 1e-4)):
+        assert films.stiffness_down(solids.shaped(*part, 1e-3)) == pytest.approx(3.004e7 * area / 1e-6, rel=2e-3)
+    squeezed = [films.stiffness_down(solids.shaped(*part, 5.0)) * 0.005**3 / 3e4 for part in (square, disc)]
+    assert squeezed[0] == pytest.approx(12 * 0.140577 * 0.02**4 / 4, rel=0.02)  # as Saint-Venant's torsion of a square
+    assert squeezed[1] == pytest.approx(1.5 * np.pi * 0.01**4, rel=0.02)  # J. Stefan 1874
+
+
+def test_a_column_falls_over_under_eulers_load() -> None:
+    slim = walls.Column(1.0, 1.0, 100.0)
+    assert slim.carried == pytest.approx(np.pi**2 * 9e4 * 1e-12 / 12.0 / 4.0 / 0.1**2, rel=1e-3)
+    assert walls.Column(2.0, 20.0, 10.0).carried == walls.Column(20.0, 2.0, 10.0).carried
+
+
+@pytest.mark.parametrize("rows", [pytest.param(films.films, marks=pytest.mark.slow), walls.walls])
+def test_rows_of_films_and_walls_hold_and_see_what_is_wrong(rows, monkeypatch: pytest.MonkeyPatch) -> None:  # type: ignore[no-untyped-def]
+    assert all(row.holds for row in rows(True))
+    monkeypatch.setattr(films, "stiffness_down", lambda sensor, own=films.stiffness_down: 1.1 * own(sensor))
+    monkeypatch.setattr(walls, "MU", 1.3 * walls.MU)
+    assert not any(row.holds for row in rows(True) if row.status == DONE)
 
 
 @pytest.mark.parametrize("name", ["no load", "load to and fro", "moment identity, sheared by half"])
