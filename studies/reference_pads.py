@@ -8,11 +8,13 @@ order changes there, over the size of the displacement, an angle counted at the 
 are stiffnesses at rest: of round pads as waves around the axis, of boxes on quarters with the symmetry of the load.
 
 Where a load creases the free face next to the bond's edge, finer meshes follow the crease into ever smaller ones and
-stop carrying the load: such rows come from fewer layers, and their errors say so.
+stop carrying the load: such rows come from fewer layers, and their errors say so. Boxes at finite strain, and films
+under rectangles, stand on families of meshes instead, on the lines of the package's own: value and error are the limits
+of two orders of elements, each by the order that its last three meshes show.
 
 NGSolve is no dependency: ``pip install ngsolve`` beside the package; without it the study says so and ends. Run
 ``python studies/reference_pads.py [--coarse] --output DIR``; `--only WORD` makes the cases with that word in their
-names, added to what is in DIR. common/reference_pads.json is its full run: half an hour of processor time.
+names, added to what is in DIR. common/reference_pads.json is its full run: half an hour of processor time and more.
 """
 
 from __future__ import annotations

@@ -2,7 +2,9 @@
 
 Towards an edge at which the bond ends, the cells shrink by a constant ratio over a number of layers: with elements of
 order p that resolves the edge's singular field exponentially in p (I. Babuska, B. Guo, SIAM J. Numer. Anal. 25 (1988)
-837). All are products of lines. Lengths in mm; a plan is cut by symmetry at x = 0, or y = 0, or both.
+837). Boxes under a load that creases such small cells, and films, stand on the lines of the package's own families
+instead, spaced by a power: errors go with a power of their number, which is measured. All are products of lines.
+Lengths in mm; a plan is cut by symmetry at x = 0, or y = 0, or both.
 
 NGSolve is no dependency of the package: it is imported where a mesh is handed to it.
 """
@@ -15,8 +17,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sits_mech.mechanics.pad.lines import box_lines
+from sits_mech.mechanics.pad.shapes import GRADING
+from sits_mech.meshing.bricks import Outline
 from sits_mech.quantities import Array
 
+Sizes = tuple[float, float]
 Cells = NDArray[np.int64]
 
 @dataclass(frozen=True)
@@ -73,6 +79,15 @@ def side(target: float, pad: float, layers: int, size: float, ratio: float, *, w
         far = max(1, layers - 2) if pad - target > 0.5 * size else layers
         half = joined(half, graded(0.5 * target, 0.5 * pad, (layers, far), size, ratio))
     return joined(-half, half) if whole else half
+
+
+def family_lines(
+    pad: Sizes, target: Sizes, t: float, split: int, grading: float = GRADING
+) -> tuple[Array, Array, Array]:
+    """Return the lines of half a box along x, along y from the middle on, and through the thickness t."""
+    plate, outer = (Outline(0.5 * w / t, 0.5 * b / t, False) for w, b in (target, pad))
+    x, y, z = box_lines(plate, outer, split, grading)
+    return t * x, t * y, t * z
 
 
 def product_plan(x: Array, y: Array, under: tuple[float, float]) -> Plan:

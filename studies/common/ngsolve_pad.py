@@ -4,6 +4,7 @@ Saddle point of   E(u, p) = int w(F) + p (J - 1) - p^2/(2 K),    F = 1 + grad u,
 
 u in Q_k, continuous, p in Q_(k-2), not continuous: a stable pair on bricks (C. Bernardi, Y. Maday, Math. Models Methods
 Appl. Sci. 9 (1999) 395); Q_3 takes Q_2, which is a little too stiff next to singular edges and far better elsewhere.
+Or p in P_(k-1), complete polynomials of one order less: the pair of the package for k = 2, stable for every k.
 Inner unknowns and pressures are eliminated element by element. Energies w(I1, I2) are differentiated by NGSolve:
 nothing of this package's elements, laws or Newton's method is used. Sections in plane strain have F_yy = 1, of round
 pads F_tt = 1 + u_r/r. Part of the bulk modulus may act at every point instead, ``k (J - 1)^2/2`` with ``p/(K - k)``:
@@ -44,6 +45,23 @@ class Linearised(NamedTuple):
     stiffness: Array
 
 
+def complete_polynomials(mesh: Any, order: int) -> Any:
+    """Return the space of complete polynomials of each quadrilateral or brick, not continuous.
+
+    NGSolve's own takes every product of Legendre polynomials: those of a higher total order are left out.
+    """
+    import ngsolve as ng
+
+    products = ng.L2(mesh, order=order)
+    low = [sum(powers) <= order for powers in np.ndindex(*(order + 1,) * mesh.dim)]
+    kept = ng.BitArray(products.ndof)
+    kept.Clear()
+    for element in products.Elements(ng.VOL):
+        for number, is_low in zip(element.dofs, low, strict=True):
+            kept[number] = is_low
+    return ng.Compress(products, active_dofs=kept)
+
+
 @dataclass
 class Pad:
     """A discrete pad that NGSolve moves.
@@ -68,6 +86,8 @@ class Pad:
         Part of the bulk modulus that acts at every point [shear moduli].
     seconds : float
         Processor time after which a load path is given up.
+    complete : bool
+        Whether pressures are complete polynomials of one order less.
     """
 
     kind: str
@@ -80,6 +100,7 @@ class Pad:
     odd: bool = False
     pointwise: float = 0.0
     seconds: float = 60.0
+    complete: bool = False
     q: Array = field(init=False)
 
     def __post_init__(self) -> None:
@@ -92,8 +113,10 @@ class Pad:
             fixed["dirichlety"] = "mirror_y"
         if self.odd:
             fixed |= {"dirichletx": "", "dirichlety": "mirror_y|mirror_x", "dirichletz": "mirror_x"}
-        V, Q = ng.VectorH1(self.mesh, order=self.order, **fixed), ng.L2(self.mesh, order=max(2, self.order - 2))
-        self.space = V * Q
+        Q = complete_polynomials(self.mesh, self.order - 1) if self.complete else ng.L2(
+            self.mesh, order=max(2, self.order - 2)
+        )  # fmt: skip
+        self.space = ng.VectorH1(self.mesh, order=self.order, **fixed) * Q
         u, p = self.space.TrialFunction()
         self.form, self.state = ng.BilinearForm(self.space, symmetric=True, condense=True), ng.GridFunction(self.space)
         self.form += ng.Variation(self._energy(ng, u, p).Compile() * ng.dx(bonus_intorder=2))

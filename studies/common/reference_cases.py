@@ -74,6 +74,11 @@ class Case:
         return ECOFLEX[2] / self.mu if self.law == "ecoflex" else self.bulk
 
     @property
+    def on_family(self) -> bool:
+        """Whether its meshes are those of a family whose cells are divided: boxes at finite strain, and films."""
+        return self.kind == "box" and (not self.linear or self.target[0] > 50.0 * self.thickness)
+
+    @property
     def changes(self) -> list[str]:
         """What makes the scene of it from the catalogue's biorob2018."""
         x, y = self.pad[::-1] if self.turned else self.pad

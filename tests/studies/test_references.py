@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from common.ngsolve_mesh import graded, outer_edges, product_plan, side
-from common.ngsolve_solve import LADDERS, limit
+from common.ngsolve_mesh import graded, outer_edges, product_plan, section_mesh, side
+from common.ngsolve_pad import complete_polynomials
+from common.ngsolve_solve import LADDERS, family_limit, limit, measured_order
 from common.reference_cases import CASES, Case
 from common.references import Judged, Reference, counts, stored_references
 from scipy.special import ive
@@ -65,6 +66,37 @@ def test_the_limit_of_three_meshes():
     assert coarser.error == pytest.approx(0.01)
     grows = limit(case, [row[2], row[1], row[0]], np.zeros(3), ladder)  # no limit: the last difference is the error
     assert grows.pose[1] == row[0][1] and grows.error == pytest.approx(5e-3 / 1.01)
+
+
+def test_the_limit_of_a_family_by_the_order_it_shows():
+    """Errors as ``m**-2.3`` and ``m**-2``: one limit; the error is what order 2 and the others say."""
+    case = Case("", "box", (2.0, 1.0), (2.0, 1.0), 1.0, (0.0, 1.0, 0.0))
+
+    def row(sizes, p, end=1.0):
+        return list(sizes), [np.array([0.0, end - 0.1 * m**-p, 0.0]) for m in sizes]
+
+    sizes = (2, 3, 4)
+    assert measured_order(sizes, row(sizes, 2.3)[1]) == pytest.approx(2.3)
+    found = family_limit(case, row(sizes, 2.3), row(sizes, 2.0, 1.0002))
+    assert found.pose == pytest.approx([0.0, 1.0, 0.0])
+    by_two = row(sizes, 2.3)[1][2] + np.diff([q[1] for q in row(sizes, 2.3)[1]])[1] / ((4 / 3) ** 2 - 1)
+    assert found.error == pytest.approx(max(2e-4, by_two[1] - 1.0))
+    with pytest.raises(ArithmeticError, match="show no order"):
+        measured_order(sizes, [np.array([x]) for x in (0.0, 1.0, 3.0)])
+    with pytest.raises(ArithmeticError, match="2 meshes of three"):
+        family_limit(case, row(sizes[:2], 2.0), row(sizes, 2.0))
+
+
+def test_pressures_are_complete_polynomials():
+    """Of order 1 a constant and a slope along each axis: three on a quadrilateral, exact for planes, not for x z."""
+    ngsolve = pytest.importorskip("ngsolve")
+    mesh = section_mesh(np.array([0.0, 1.0, 3.0]), np.array([0.0, 2.0]), 1.0)
+    space = complete_polynomials(mesh, 1)
+    assert space.ndof == 2 * 3
+    for function, exact in ((1.0 + ngsolve.x - 2.0 * ngsolve.y, True), (ngsolve.x * ngsolve.y, False)):
+        found = ngsolve.GridFunction(space)
+        found.Set(function)
+        assert (ngsolve.Integrate((found - function) ** 2, mesh) < 1e-20) == exact
 
 
 def test_lines_shrink_towards_an_edge():
