@@ -58,8 +58,9 @@ def draw(rows: Sequence[Row], path: Path) -> None:
                 axes.plot(seconds[stopped], share[stopped], f"C{number}x")
         wrong = [row for row in rows if not row.holds]
         right.plot([max(row.seconds, 1e-2) for row in wrong], [1.0] * len(wrong), "r*")
-        left.set(xscale="log", yscale="log", xlabel="wall time [s]", ylabel="estimated error [-]", ylim=(1e-6, 0.3))
-        right.set(xscale="log", yscale="log", xlabel="wall time [s]", ylabel="violation over allowance [-]")
+        for axes, words in ((left, "estimated error [-]"), (right, "violation over allowance [-]")):
+            axes.set(xscale="log", yscale="log", xlabel="processor time [s]", ylabel=words)
+        left.set_ylim(1e-6, 0.3)
         figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3, title=MARKS)
         save_figure(figure, path)
 

@@ -4,7 +4,7 @@ The published coils at 5 MHz, 2 mm below copper 0.2 mm thick; the errors are tho
 References: planar, NGSolve 6.2, p = 5, plate 8 mm wide (1e-6); axisymmetric, NGSolve 6.2, p = 6, coaxial disc of
 3.5 mm radius (1e-6); three-dimensional, NGSolve 6.2 on two kinds of mesh, plate 8 x 8 mm (2e-4 of Delta L, 1e-3 of R).
 
-Seconds are wall time on one core. One pose: everything from the scene on, caches empty. A thousand: the same plus a
+Seconds are processor time. One pose: everything from the scene on, caches empty. A thousand: the same plus a
 thousand poses within 5 % of the gap; a model that meshes every pose anew is timed on three and scaled.
 
 Run ``python studies/work_precision.py [--coarse] --output DIR``: writes CSV, Markdown and a picture.
@@ -57,14 +57,14 @@ class Line:
 def measure(name: str, sensor: Sensor, tolerance: float, delta_L: float, R: float) -> Line:
     """Return a model's line at a tolerance."""
     forget()
-    began = time.perf_counter()
+    began = time.process_time()
     model = MAGNETICS[name](sensor, tolerance)
     z = model.impedance(Pose(0.0, GAP), FREQUENCY)
-    one = time.perf_counter() - began
+    one = time.process_time() - began
     count = 3 if name == "planar-fem" else POSES
-    began = time.perf_counter()
+    began = time.process_time()
     model.impedance(Pose(0.0, GAP * np.linspace(1.0, 1.05, count)), FREQUENCY)
-    many = one + (time.perf_counter() - began) * POSES / count
+    many = one + (time.process_time() - began) * POSES / count
     errors = (abs((z.L - z.L0)[0, 0] / delta_L - 1), z.error_L.max() / abs(delta_L))
     errors += (abs(z.R[0, 0] / R - 1), z.error_R.max() / R)
     return Line(name, tolerance, z.report.unknowns, *(float(error) for error in errors), one, many)

@@ -28,7 +28,7 @@ class Rung:
     model, label : str
         The curve it belongs to, and what distinguishes it there.
     seconds : float
-        Wall time.
+        Processor time.
     error, estimated : float
         Relative error against the reference, and what the solve itself said.
     resolved : float
@@ -85,7 +85,7 @@ def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
                 spot.plot(seconds, [rung.estimated for rung in own], f"C{number}o:", mfc="none", lw=0.6)
             spot.set(xscale="log", yscale="log", ylabel="relative error [-]")
             spot.set_title(title, fontsize=8)
-            spot.set_xlabel("wall time [s]")
+            spot.set_xlabel("processor time [s]")
             spot.legend(loc="upper center", bbox_to_anchor=(0.5, -0.24), ncols=3, fontsize=5.5, handlelength=1.5)
         figure.suptitle("full: true error, bar: its reference's own, hollow: estimated, grey: Pareto front", fontsize=6)
         save_figure(figure, path)
