@@ -30,32 +30,27 @@ friction, corners that close, folds sharper than two elements. Source: P. Wrigge
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
-from skfem import Basis
 
 from sits_mech.mechanics.element.assembly import Term
 from sits_mech.mechanics.element.kernel import summed
-from sits_mech.mechanics.element.mesh import Indices, MixedMesh
-from sits_mech.mechanics.faces.closest import behind, gaps, nearest, normals
+from sits_mech.mechanics.element.mesh import Indices
+from sits_mech.mechanics.faces.closest import behind, nearest, normals
 from sits_mech.mechanics.faces.contact import pressure
-from sits_mech.mechanics.faces.self_contact import skin
-from sits_mech.mechanics.faces.surface import Surface, edges, facets_of
+from sits_mech.mechanics.faces.curved import Jet, Nearest, before, gaps, nearest_on, shapes
+from sits_mech.mechanics.faces.skin import Flags, Skin
 from sits_mech.quantities import Array
-
-Flags = NDArray[np.bool_]
 
 _MARGIN = 0.1  # thicknesses between faces that are looked at
 _AT_ONCE = 0.02  # thicknesses between faces that must be looked at
 _DEEPEST = 0.3  # thicknesses behind a facet that a point may have come
 _ASIDE = 0.3  # cosine between normals of faces that are looked at; those of faces that press are opposed
-_SEEN = 0.2  # sine of the angle behind a face at rest from which another is seen through the silicone
+_SLACK = 0.1  # of a facet's size, by which a curved face may be nearer than another whose facets are
 _CORNER, _SAME = 0.3, 0.7  # cosines between normals at rest: those of faces of a corner lie between -0.3 and 0.7
 _OPPOSED = -0.1  # cosine between normals of faces that press
 
@@ -73,68 +68,19 @@ class _Meeting(NamedTuple):
         return _Meeting(self.points[which], self.facets[which], self.away[which], self.before[which])
 
 
-@dataclass(frozen=True, eq=False)
-class Skin:
-    """The free faces of a pad, as points and as facets.
+class _Met(NamedTuple):
+    """Points with the curved face nearest to each: numbers, where, shape functions there, place along the normal."""
 
-    Attributes
-    ----------
-    surface : Surface
-        Their Gauss points.
-    facets : ndarray, shape (f, m, d)
-        Nodes of the flat facets of each face, in the order that turns their normals outwards.
-    nodes : ndarray, shape (n, d)
-        Of the mesh [thicknesses].
-    """
+    points: Indices
+    faces: Indices
+    near: Nearest
+    jet: Jet
+    before: Array
 
-    surface: Surface
-    facets: Indices
-    nodes: Array
-
-    @cached_property
-    def corners(self) -> Indices:
-        """Nodes of all facets, shape (f m, d)."""
-        return self.facets.reshape(-1, self.facets.shape[2])
-
-    @cached_property
-    def local(self) -> Indices:
-        """Which of their face's nodes they are, shape (f m, d)."""
-        same = self.facets[..., None] == self.surface.nodes[:, None, None, :]
-        return np.asarray(same.argmax(axis=3).reshape(self.corners.shape))
-
-    @cached_property
-    def own(self) -> Indices:
-        """The facet of its own face that each point lies on, shape (f p,)."""
-        f, p, _ = self.surface.shape.shape
-        m = self.facets.shape[1]
-        x = np.repeat(self.points(np.zeros(self.nodes.size)), m, axis=0)
-        facets = (m * np.repeat(np.arange(f), p)[:, None] + np.arange(m)).ravel()
-        corners = self.nodes[self.corners[facets]]
-        away, _ = behind(x, corners, nearest(x, corners), normals(corners))
-        return np.asarray(facets.reshape(-1, m)[np.arange(f * p), away.reshape(-1, m).argmin(axis=1)])
-
-    @cached_property
-    def rest(self) -> tuple[Array, Array, Array]:
-        """Points, middles of facets and normals of facets at rest, shape (.., d) each."""
-        corners = self.nodes[self.corners]
-        return self.points(np.zeros(self.nodes.size)), corners.mean(axis=1), normals(corners)
-
-    def points(self, u: Array) -> Array:
-        """Return where the points are, shape (f p, d)."""
-        place = self.surface.places(u)[..., list(self.surface.axes)]
-        return np.asarray(place.reshape(-1, place.shape[-1]))
-
-    def apart(self, points: Indices, facets: Indices) -> Flags:
-        """Say of pairs whether they may meet: by no common node, and not through the silicone."""
-        p, m = self.surface.shape.shape[1], self.facets.shape[1]
-        x, y, n = self.rest
-        way = x[points] - y[facets]
-        least = -_SEEN * np.linalg.norm(way, axis=1)
-        open_ = ((way * n[facets]).sum(axis=1) >= least) & (-(way * n[self.own[points]]).sum(axis=1) >= least)
-        found = np.flatnonzero(open_)
-        one, other = self.surface.nodes[points[found] // p], self.surface.nodes[facets[found] // m]
-        open_[found] = ~np.any(one[:, :, None] == other[:, None, :], axis=(1, 2))
-        return np.asarray(open_)
+    def some(self, which: Indices) -> _Met:
+        """Return some of them."""
+        near, jet = Nearest(*(each[which] for each in self.near)), Jet(*(each[which] for each in self.jet))
+        return _Met(self.points[which], self.faces[which], near, jet, self.before[which])
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,17 +103,12 @@ class SelfContact:
     def __call__(self, u: Array, q: Array) -> Term:
         """Return energy, forces and stiffness of the contact at displacements `u`; `q` plays no part."""
         here = self if self.pairs is not None else self.near(u)
-        faces, size = self.skin.surface, len(u) + 6
-        numbers = here._numbers
-        met = here._met(u)
-        on = np.flatnonzero(met.before < 0.0)
-        met = met.some(on)
-        pair = here._pair_of(met)
+        faces, size, numbers = self.skin.surface, len(u) + 6, here._numbers
+        met = _curved(self.skin, u, *here._candidates)
+        met = met.some(np.flatnonzero(met.before < 0.0))
         p, k = faces.shape.shape[1:]
-        shape = np.zeros((len(on), 2 * k))
-        shape[:, :k] = faces.shape.reshape(-1, k)[met.points]
-        x, corners = self.skin.points(u)[met.points], _placed(self.skin, u)[met.facets]
-        found = gaps(x, corners, nearest(x, corners), shape, k + self.skin.local[met.facets])
+        nodes = _nodes(self.skin, u)[faces.nodes[met.faces]]
+        found = gaps(self.skin.points(u)[met.points], met.jet, met.near, nodes, faces.shape.reshape(-1, k)[met.points])
         phi, push, slope = pressure(-found.value / self.depth)
         weight = faces.weight.ravel()[met.points]
         forces = (-weight * push)[:, None] * found.slope
@@ -175,16 +116,20 @@ class SelfContact:
         stiffness = (weight * slope / self.depth)[:, None, None] * square
         stiffness -= (weight * push)[:, None, None] * found.curvature
         values = np.zeros((len(numbers), *stiffness.shape[1:]))
+        pair = here._pair_of(met.points // p, met.faces)
         np.add.at(values, pair, stiffness)
         energy = self.depth * float((weight * phi).sum())
         return Term(energy, summed(numbers[pair], forces, size), numbers, values)
 
     def near(self, u: Array) -> SelfContact:
         """Return the contact of the faces that are near each other in a state: itself, where it holds them already."""
-        skin = self.skin
-        met, every = _meetings(skin, u, *_in_reach(skin, u))
-        at_once = (met.away < _AT_ONCE) | (met.before < 0.0)
-        needed = _faces(skin, met.points[at_once], met.facets[at_once])
+        skin, every = self.skin, _meetings(self.skin, u, *_in_reach(self.skin, u))
+        behind_ = _curved(skin, u, every.points, every.facets)
+        behind_ = behind_.some(np.flatnonzero(behind_.before < 0.0))
+        at_once = every.away < _AT_ONCE
+        needed = _faces(skin, every.points[at_once], every.facets[at_once])
+        met = np.stack([behind_.points // skin.surface.shape.shape[1], behind_.faces], axis=1)
+        needed = np.unique(np.concatenate([needed, met]), axis=0)
         if self.pairs is not None and np.all(_within(needed, self.pairs)):
             return self
         close = every.away < _MARGIN
@@ -194,7 +139,8 @@ class SelfContact:
 
     def deepest(self, u: Array) -> float:
         """Return how deep the faces stand behind one another [thicknesses]."""
-        return float(np.maximum(-self.near(u)._met(u).before, 0.0).max(initial=0.0))
+        met = _curved(self.skin, u, *self.near(u)._candidates)
+        return float(np.maximum(-met.before, 0.0).max(initial=0.0))
 
     @cached_property
     def _numbers(self) -> Indices:
@@ -219,40 +165,20 @@ class SelfContact:
         """The pairs; none where they are not found."""
         return np.zeros((0, 2), dtype=np.int64) if self.pairs is None else self.pairs
 
-    def _met(self, u: Array) -> _Meeting:
-        """The facet nearest to each point of the pairs."""
-        return _meetings(self.skin, u, *self._candidates)[0]
-
-    def _pair_of(self, met: _Meeting) -> Indices:
-        """The pair that each meeting is one of."""
+    def _pair_of(self, own: Indices, other: Indices) -> Indices:
+        """The pair that faces of points and faces are."""
         key = np.array([len(self.skin.facets), 1])
-        found = _faces(self.skin, met.points, met.facets, unique=False)
-        return np.asarray(np.searchsorted(self._of_pairs @ key, found @ key))
+        return np.asarray(np.searchsorted(self._of_pairs @ key, np.stack([own, other], axis=1) @ key))
 
 
-def section_skin(mesh: MixedMesh, lines: Sequence[Indices]) -> Skin:
-    """Return the faces of a section, lines through nodes from the ground on, the left one first."""
-    left, right = lines
-    surface = edges(mesh, [left, right[::-1]])
-    return Skin(surface, np.stack([surface.nodes[:, :2], surface.nodes[:, 1:]], axis=1), mesh.nodes)
-
-
-def solid_skin(basis: Basis, facets: Indices) -> Skin:
-    """Return the faces of a solid, on some facets of its mesh; `basis` as of `solid_mesh`."""
-    mesh, nodes = basis.mesh, basis.doflocs.T
-    cells = mesh.f2t[0, facets]
-    facets = facets[np.argsort(np.argmax(mesh.t2f[:, cells] == facets, axis=0), kind="stable")]  # as `facets_of` goes
-    cells, triangles = mesh.f2t[0, facets], skin(basis, facets)
-    corners = nodes[triangles.reshape(-1, 3)]
-    out = corners.mean(axis=1) - np.repeat(mesh.p[:, mesh.t[:, cells]].mean(axis=1).T, triangles.shape[1], axis=0)
-    turned = ((normals(corners) * out).sum(axis=1) < 0.0).reshape(triangles.shape[:2])
-    triangles[turned] = triangles[turned][:, [1, 0, 2]]
-    return Skin(facets_of(basis, facets), triangles, nodes)
+def _nodes(skin: Skin, u: Array) -> Array:
+    """Where the nodes are, shape (n, d)."""
+    return np.asarray(skin.nodes + u.reshape(skin.nodes.shape))
 
 
 def _placed(skin: Skin, u: Array) -> Array:
     """Corners of all facets, shape (f m, d, d)."""
-    return np.asarray((skin.nodes + u.reshape(skin.nodes.shape))[skin.corners])
+    return np.asarray(_nodes(skin, u)[skin.corners])
 
 
 def _in_reach(skin: Skin, u: Array) -> tuple[Indices, Indices]:
@@ -269,30 +195,55 @@ def _in_reach(skin: Skin, u: Array) -> tuple[Indices, Indices]:
     return points[apart], facets[apart]
 
 
-def _meetings(skin: Skin, u: Array, points: Indices, facets: Indices) -> tuple[_Meeting, _Meeting]:
-    """The facet nearest to each point of some pairs, that press or may; and all pairs that do not face one way.
-
-    Of facets with one nearest point the one that it is most nearly before or behind says on which side it is.
-    """
+def _meetings(skin: Skin, u: Array, points: Indices, facets: Indices) -> _Meeting:
+    """The pairs of some points and facets that do not face one way."""
     corners = _placed(skin, u)
     n = normals(corners)
-    facing = (n[skin.own[points]] * n[facets]).sum(axis=1)
-    points, facets, facing = (each[facing < _ASIDE] for each in (points, facets, facing))
+    turned = (n[skin.own[points]] * n[facets]).sum(axis=1) < _ASIDE
+    points, facets = points[turned], facets[turned]
     x, own = skin.points(u)[points], corners[facets]
-    away, before = behind(x, own, nearest(x, own), n[facets])
-    every = _Meeting(points, facets, away, before)
-    order = np.lexsort((away - 1e-7 * np.abs(before), points))
-    first = order[np.flatnonzero(np.diff(points[order], prepend=-1))]
-    at_rest = (skin.rest[2][skin.own[points[first]]] * skin.rest[2][facets[first]]).sum(axis=1)
-    pressing = (at_rest < -_CORNER) | (at_rest > _SAME)
-    first = first[pressing & (facing[first] < _OPPOSED) & (away[first] < _DEEPEST)]
-    return every.some(first), every
+    away, front = behind(x, own, nearest(x, own), n[facets])
+    return _Meeting(points, facets, away, front)
 
 
-def _faces(skin: Skin, points: Indices, facets: Indices, unique: bool = True) -> Indices:
+def _pressing(skin: Skin, u: Array, points: Indices, facets: Indices) -> Flags:
+    """Say of points and facets whether they may press: as they lay at rest, and as they lie."""
+    corners, own = _placed(skin, u), skin.own[points]
+    n, at_rest = normals(corners), (skin.rest[2][own] * skin.rest[2][facets]).sum(axis=1)
+    opposed = (n[own] * n[facets]).sum(axis=1) < _OPPOSED
+    return np.asarray(opposed & ((at_rest < -_CORNER) | (at_rest > _SAME)))
+
+
+def _curved(skin: Skin, u: Array, points: Indices, facets: Indices) -> _Met:
+    """The face nearest to each point of some pairs of points and facets, where the two may press.
+
+    Of faces with one nearest point the one that it is most nearly before or behind says on which side it is.
+    """
+    flat, m = _meetings(skin, u, points, facets), skin.facets.shape[1]
+    flat = flat.some(np.lexsort((flat.away, flat.facets // m, flat.points)))
+    first = (np.diff(flat.points, prepend=-1) != 0) | (np.diff(flat.facets // m, prepend=-1) != 0)
+    flat = flat.some(np.flatnonzero(first))
+    least = np.full(len(skin.own), np.inf)
+    np.minimum.at(least, flat.points, flat.away)
+    corners = _placed(skin, u)[flat.facets]
+    size = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)
+    flat = flat.some(np.flatnonzero((flat.away < least[flat.points] + _SLACK * size) & (flat.away < _DEEPEST)))
+    corners, faces, x = _placed(skin, u)[flat.facets], flat.facets // m, skin.points(u)[flat.points]
+    start = (nearest(x, corners)[:, None] @ skin.places[flat.facets])[:, 0]
+    form, nodes = skin.form[faces], _nodes(skin, u)[skin.surface.nodes[faces]]
+    near = nearest_on(x, form, nodes, start, skin.sides)
+    jet = shapes(form, near.place)
+    away, front, _ = before(x, jet, nodes)
+    order = np.lexsort((away - 1e-7 * np.abs(front), flat.points))
+    order = order[np.flatnonzero(np.diff(flat.points[order], prepend=-1))]
+    order = order[_pressing(skin, u, flat.points[order], flat.facets[order])]
+    return _Met(flat.points, faces, near, jet, front).some(order)
+
+
+def _faces(skin: Skin, points: Indices, facets: Indices) -> Indices:
     """Faces of points and of facets, shape (n, 2), each pair once."""
     both = np.stack([points // skin.surface.shape.shape[1], facets // skin.facets.shape[1]], axis=1)
-    return np.unique(both, axis=0) if unique else both
+    return np.unique(both, axis=0)
 
 
 def _within(some: Indices, pairs: Indices) -> Flags:

@@ -11,8 +11,8 @@ from skfem import MeshHex
 from sits_mech.mechanics.element.kernel import element_forces, summed
 from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, section_mesh, solid_mesh
 from sits_mech.mechanics.faces.face_contact import contacts, face_contact, face_notes
-from sits_mech.mechanics.faces.folds import SelfContact, Skin, section_skin, solid_skin
-from sits_mech.mechanics.faces.surface import Surface
+from sits_mech.mechanics.faces.folds import SelfContact
+from sits_mech.mechanics.faces.skin import section_skin, solid_skin
 from sits_mech.mechanics.pad.lines import outlines
 from sits_mech.mechanics.pad.solid import numbered, solid
 from sits_mech.mechanics.rest.body import rest
@@ -125,9 +125,7 @@ def before_gap(body):
     contact = body.parts[-1]
     skin = contact.skin
     on = np.abs(skin.rest[2][:, 2]).reshape(len(skin.facets), -1).min(axis=1) > 0.5
-    own = skin.surface
-    flat = Surface(own.nodes[on], own.shape[on], own.rest[on], own.weight[on], own.size)
-    return (SelfContact(Skin(flat, skin.facets[on], skin.nodes), contact.depth),)
+    return (SelfContact(skin.some(on), contact.depth),)
 
 
 def held_at(body, *places):
