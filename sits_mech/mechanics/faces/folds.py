@@ -51,7 +51,8 @@ _AT_ONCE = 0.02  # thicknesses between faces that must be looked at
 _DEEPEST = 0.3  # thicknesses behind a facet that a point may have come
 _ASIDE = 0.3  # cosine between normals of faces that are looked at; those of faces that press are opposed
 _SLACK = 0.1  # of a facet's size, by which a curved face may be nearer than another whose facets are
-_CORNER, _SAME = 0.3, 0.7  # cosines between normals at rest: those of faces of a corner lie between -0.3 and 0.7
+_SAME = 0.7  # cosine between normals at rest of what is one face, which may fold over
+_THINNEST = 0.1  # of their distance at rest, how near points of one face come through the silicone of a bulge
 _OPPOSED = -0.1  # cosine between normals of faces that press
 
 
@@ -206,12 +207,14 @@ def _meetings(skin: Skin, u: Array, points: Indices, facets: Indices) -> _Meetin
     return _Meeting(points, facets, away, front)
 
 
-def _pressing(skin: Skin, u: Array, points: Indices, facets: Indices) -> Flags:
-    """Say of points and facets whether they may press: as they lay at rest, and as they lie."""
-    corners, own = _placed(skin, u), skin.own[points]
-    n, at_rest = normals(corners), (skin.rest[2][own] * skin.rest[2][facets]).sum(axis=1)
-    opposed = (n[own] * n[facets]).sum(axis=1) < _OPPOSED
-    return np.asarray(opposed & ((at_rest < -_CORNER) | (at_rest > _SAME)))
+def _pressing(skin: Skin, u: Array, met: _Meeting) -> Flags:
+    """Say of points and facets whether they may press: they lie opposed, and not with silicone between them."""
+    own = skin.own[met.points]
+    n, (x, y, at_rest) = normals(_placed(skin, u)), skin.rest
+    opposed = (n[own] * n[met.facets]).sum(axis=1) < _OPPOSED
+    folded = (at_rest[own] * at_rest[met.facets]).sum(axis=1) > _SAME
+    thin = met.away < _THINNEST * np.linalg.norm(x[met.points] - y[met.facets], axis=1)
+    return np.asarray(opposed & (thin | ~folded))
 
 
 def _curved(skin: Skin, u: Array, points: Indices, facets: Indices) -> _Met:
@@ -236,7 +239,7 @@ def _curved(skin: Skin, u: Array, points: Indices, facets: Indices) -> _Met:
     away, front, _ = before(x, jet, nodes)
     order = np.lexsort((away - 1e-7 * np.abs(front), flat.points))
     order = order[np.flatnonzero(np.diff(flat.points[order], prepend=-1))]
-    order = order[_pressing(skin, u, flat.points[order], flat.facets[order])]
+    order = order[_pressing(skin, u, flat.some(order))]
     return _Met(flat.points, faces, near, jet, front).some(order)
 
 

@@ -4,8 +4,8 @@ Points are Gauss points of the quadratic faces, more of them than contact with p
 other face is a load on all of that one's nodes, and what an even pressure leaves there for want of points dents it.
 Flat facets through a face's nodes, segments or triangles, say which faces a point is near and about where.
 
-Which facets a point may meet: none of its own element or of one that shares a node with it; none that lay behind the
-point's face at rest or that it lay behind, for that is seen through the silicone.
+Which facets a point may meet: none that lay behind the point's face at rest or that it lay behind, for that is seen
+through the silicone; and of faces that share a node with its own those only that stand before it in an inner corner.
 
 Lengths in thicknesses.
 """
@@ -104,16 +104,24 @@ class Skin:
         return np.asarray(place.reshape(-1, place.shape[-1]))
 
     def apart(self, points: Indices, facets: Indices) -> Flags:
-        """Say of pairs whether they may meet: by no common node, and not through the silicone."""
+        """Say of pairs whether they may meet: not through the silicone, and by a common node in an inner corner only."""
         p, m = self.surface.shape.shape[1], self.facets.shape[1]
         x, y, n = self.rest
-        way = x[points] - y[facets]
-        least = -_SEEN * np.linalg.norm(way, axis=1)
-        open_ = ((way * n[facets]).sum(axis=1) >= least) & (-(way * n[self.own[points]]).sum(axis=1) >= least)
+        open_ = _before(x[points], n[self.own[points]], y[facets], n[facets], -_SEEN)
         found = np.flatnonzero(open_)
-        one, other = self.surface.nodes[points[found] // p], self.surface.nodes[facets[found] // m]
-        open_[found] = ~np.any(one[:, :, None] == other[:, None, :], axis=(1, 2))
+        one, other = points[found] // p, facets[found] // m
+        common = np.any(self.surface.nodes[one][:, :, None] == self.surface.nodes[other][:, None, :], axis=(1, 2))
+        found, one, other = found[common], one[common], other[common]
+        middle, out = (each.reshape(-1, m, each.shape[1]).mean(axis=1) for each in (y, n))
+        open_[found] = _before(middle[one], out[one], middle[other], out[other], _SEEN)
         return np.asarray(open_)
+
+
+def _before(x: Array, own: Array, y: Array, other: Array, least: float) -> Flags:
+    """Say of points x and y with normals whether each lies before the other, by more than a sine."""
+    way = x - y
+    size = least * np.linalg.norm(way, axis=1)
+    return np.asarray(((way * other).sum(axis=1) >= size) & (-(way * own).sum(axis=1) >= size))
 
 
 def section_skin(mesh: MixedMesh, lines: Sequence[Indices]) -> Skin:
