@@ -29,6 +29,7 @@ from sits_mech.quantities import Array
 _STEPS = 12  # of Newton's method for the nearest point; it ends where it stays
 _STAYS = 1e-13  # of a face's parameters
 _BEYOND = 0.5  # of a face's parameters, by which its polynomials are followed beyond it
+_ORDERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))  # of derivatives by two parameters
 _SIDES = {
     1: np.zeros((0, 2, 2)),
     3: np.array([[(0.0, 0.0), (1.0, 0.0)], [(1.0, 0.0), (-1.0, 1.0)], [(0.0, 1.0), (0.0, -1.0)]]),
@@ -74,19 +75,14 @@ def shapes(form: Array, place: Array) -> Jet:
         Parameters.
     """
     one, zero = np.ones(len(place)), np.zeros(len(place))
-    own = [np.stack([[one, s, s**2], [zero, one, 2.0 * s], [zero, zero, 2.0 * one]]) for s in place.T]
+    own = [np.stack([[one, s, s**2], [zero, one, 2.0 * s], [zero, zero, 2.0 * one]]).T for s in place.T]
+    n, k = form.shape[:2]
     if place.shape[1] == 1:
-        value, slope, bent = (np.einsum("nki,in->nk", form, powers) for powers in own[0])
-        return Jet(value, slope[:, None], bent[:, None, None])
-
-    def by(i: int, j: int) -> Array:
-        half = np.einsum("nkij,jn->nki", form, own[1][j])
-        return np.asarray(np.einsum("nki,in->nk", half, own[0][i]))
-
-    mixed = by(1, 1)
-    slope = np.stack([by(1, 0), by(0, 1)], axis=1)
-    bent = np.stack([np.stack([by(2, 0), mixed], axis=1), np.stack([mixed, by(0, 2)], axis=1)], axis=1)
-    return Jet(by(0, 0), slope, bent)
+        found = (form @ own[0]).swapaxes(1, 2)
+        return Jet(found[:, 0], found[:, 1:2], found[:, 2:, None])
+    powers = np.stack([own[0][..., i, None] * own[1][:, None, :, j] for i, j in _ORDERS], axis=-1)
+    found = (form.reshape(n, k, 9) @ powers.reshape(n, 9, len(_ORDERS))).swapaxes(1, 2)
+    return Jet(found[:, 0], found[:, 1:3], found[:, [[3, 4], [4, 5]]])
 
 
 def nearest_on(x: Array, form: Array, nodes: Array, start: Array, sides: int) -> Nearest:
@@ -196,20 +192,20 @@ def _gaps(x: Array, found: Jet, ways: Array, nodes: Array, shape: Array) -> Gap:
 
 def _inside(x: Array, form: Array, nodes: Array, start: Array) -> Array:
     """Parameters at which the distance from faces, followed a little beyond their sides, is least."""
-    place = start.copy()
+    place, on = start.copy(), np.arange(len(x))
     for _ in range(_STEPS):
-        found = shapes(form, place)
-        r = x - _places(found.value, nodes)
-        Y = found.slope @ nodes
+        found = shapes(form[on], place[on])
+        r = x[on] - _places(found.value, nodes[on])
+        Y = found.slope @ nodes[on]
         m = Y @ Y.swapaxes(1, 2)
-        A = m - (found.curvature @ (nodes @ r[:, :, None])[:, None])[..., 0]
-        least = 0.1 * np.linalg.det(m)
-        good = (np.linalg.det(A) > least) & (np.trace(A, axis1=1, axis2=2) > 0.0)
+        A = m - (found.curvature @ (nodes[on] @ r[:, :, None])[:, None])[..., 0]
+        good = (np.linalg.det(A) > 0.1 * np.linalg.det(m)) & (np.trace(A, axis1=1, axis2=2) > 0.0)
         step = (_inverse(np.where(good[:, None, None], A, m)) @ (Y @ r[:, :, None]))[..., 0]
-        after = np.clip(place + step, -_BEYOND, 1.0 + _BEYOND)
-        stays = np.abs(after - place).max(initial=0.0) < _STAYS
-        place = after
-        if stays:
+        after = np.clip(place[on] + step, -_BEYOND, 1.0 + _BEYOND)
+        goes = np.abs(after - place[on]).max(axis=1) > _STAYS
+        place[on] = after
+        on = on[goes]
+        if not on.size:
             break
     return place
 

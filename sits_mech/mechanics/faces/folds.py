@@ -226,11 +226,13 @@ def _curved(skin: Skin, u: Array, points: Indices, facets: Indices) -> _Met:
     flat = flat.some(np.lexsort((flat.away, flat.facets // m, flat.points)))
     first = (np.diff(flat.points, prepend=-1) != 0) | (np.diff(flat.facets // m, prepend=-1) != 0)
     flat = flat.some(np.flatnonzero(first))
-    least = np.full(len(skin.own), np.inf)
-    np.minimum.at(least, flat.points, flat.away)
     corners = _placed(skin, u)[flat.facets]
-    size = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)
-    flat = flat.some(np.flatnonzero((flat.away < least[flat.points] + _SLACK * size) & (flat.away < _DEEPEST)))
+    size = _SLACK * np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)
+    least, lowest = np.full((2, len(skin.own)), np.inf)
+    np.minimum.at(least, flat.points, flat.away)
+    np.minimum.at(lowest, flat.points, flat.before - size)
+    close = (flat.away < least[flat.points] + size) & (flat.away < _DEEPEST) & (lowest[flat.points] < 0.0)
+    flat = flat.some(np.flatnonzero(close))
     corners, faces, x = _placed(skin, u)[flat.facets], flat.facets // m, skin.points(u)[flat.points]
     start = (nearest(x, corners)[:, None] @ skin.places[flat.facets])[:, 0]
     form, nodes = skin.form[faces], _nodes(skin, u)[skin.surface.nodes[faces]]
