@@ -43,7 +43,7 @@ from sits_mech.mechanics.element.mesh import Indices
 from sits_mech.mechanics.faces.closest import behind, nearest, normals
 from sits_mech.mechanics.faces.contact import pressure
 from sits_mech.mechanics.faces.curved import Jet, Nearest, before, gaps, nearest_on, shapes
-from sits_mech.mechanics.faces.skin import Flags, Skin
+from sits_mech.mechanics.faces.skin import SAME, Flags, Skin
 from sits_mech.quantities import Array
 
 _MARGIN = 0.1  # thicknesses between faces that are looked at
@@ -51,7 +51,6 @@ _AT_ONCE = 0.02  # thicknesses between faces that must be looked at
 _DEEPEST = 0.3  # thicknesses behind a facet that a point may have come
 _ASIDE = 0.3  # cosine between normals of faces that are looked at; those of faces that press are opposed
 _SLACK = 0.1  # of a facet's size, by which a curved face may be nearer than another whose facets are
-_SAME = 0.7  # cosine between normals at rest of what is one face, which may fold over
 _THINNEST = 0.1  # of their distance at rest, how near points of one face come through the silicone of a bulge
 _OPPOSED = -0.1  # cosine between normals of faces that press
 
@@ -212,7 +211,7 @@ def _pressing(skin: Skin, u: Array, met: _Meeting) -> Flags:
     own = skin.own[met.points]
     n, (x, y, at_rest) = normals(_placed(skin, u)), skin.rest
     opposed = (n[own] * n[met.facets]).sum(axis=1) < _OPPOSED
-    folded = (at_rest[own] * at_rest[met.facets]).sum(axis=1) > _SAME
+    folded = (at_rest[own] * at_rest[met.facets]).sum(axis=1) > SAME
     thin = met.away < _THINNEST * np.linalg.norm(x[met.points] - y[met.facets], axis=1)
     return np.asarray(opposed & (thin | ~folded))
 

@@ -30,7 +30,9 @@ Flags = NDArray[np.bool_]
 
 _ORDER = 9  # of the polynomials that the quadrature on a face integrates
 _COUNT = 5  # points on an edge
-_SEEN = 0.2  # sine of the angle behind a face at rest from which another is seen through the silicone
+_SEEN = 0.2  # sine of the angle by which parts of a face may lie behind each other, or before in an inner corner
+SAME = 0.7
+"""Cosine between normals at rest of what is one face, which may fold over."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,18 +109,21 @@ class Skin:
         """Say of pairs whether they may meet: not through the silicone, and by a common node in an inner corner only."""
         p, m = self.surface.shape.shape[1], self.facets.shape[1]
         x, y, n = self.rest
-        open_ = _before(x[points], n[self.own[points]], y[facets], n[facets], -_SEEN)
+        own = n[self.own[points]]
+        least = np.where((own * n[facets]).sum(axis=1) > SAME, -_SEEN, -1e-9)
+        open_ = _before(x[points], own, y[facets], n[facets], least)
         found = np.flatnonzero(open_)
         one, other = points[found] // p, facets[found] // m
         common = np.any(self.surface.nodes[one][:, :, None] == self.surface.nodes[other][:, None, :], axis=(1, 2))
         found, one, other = found[common], one[common], other[common]
         middle, out = (each.reshape(-1, m, each.shape[1]).mean(axis=1) for each in (y, n))
-        open_[found] = _before(middle[one], out[one], middle[other], out[other], _SEEN)
+        corner = _before(middle[one], out[one], middle[other], out[other], np.full(len(one), _SEEN))
+        open_[found] = corner & (one != other)
         return np.asarray(open_)
 
 
-def _before(x: Array, own: Array, y: Array, other: Array, least: float) -> Flags:
-    """Say of points x and y with normals whether each lies before the other, by more than a sine."""
+def _before(x: Array, own: Array, y: Array, other: Array, least: Array) -> Flags:
+    """Say of points x and y with normals whether each lies before the other, by at least a sine."""
     way = x - y
     size = least * np.linalg.norm(way, axis=1)
     return np.asarray(((way * other).sum(axis=1) >= size) & (-(way * own).sum(axis=1) >= size))
