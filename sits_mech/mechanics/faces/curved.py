@@ -24,6 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sits_mech.mechanics.element.mesh import Indices
 from sits_mech.quantities import Array
 
 _STEPS = 12  # of Newton's method for the nearest point; it ends where it stays
@@ -53,7 +54,11 @@ class Nearest(NamedTuple):
 
     place: Array
     ways: Array
-    count: Array
+    free: Indices
+
+    def some(self, which: Indices) -> Nearest:
+        """Return some of them."""
+        return Nearest(self.place[which], self.ways[which], self.free[which])
 
 
 class Jet(NamedTuple):
@@ -105,8 +110,8 @@ def nearest_on(x: Array, form: Array, nodes: Array, start: Array, sides: int) ->
     if sides == 1:
         s = _along(x, form, nodes, np.zeros((n, 1)), np.ones((n, 1)), start[:, 0])
         inside = (s > 0.0) & (s < 1.0)
-        return Nearest(s[:, None], 1.0 * inside[:, None, None], 1 * inside)
-    place, ways, count = _inside(x, form, nodes, start), np.tile(np.eye(p), (n, 1, 1)), np.full(n, p)
+        return Nearest(s[:, None], np.where(inside, 1.0, 0.0)[:, None, None], inside.astype(np.int64))
+    place, ways, count = _inside(x, form, nodes, start), np.tile(np.eye(p), (n, 1, 1)), np.full(n, p, dtype=np.int64)
     beyond = np.any(place < 0.0, axis=1) | np.any(place > 1.0, axis=1)
     out = np.flatnonzero(beyond | ((sides == 3) & (place.sum(axis=1) > 1.0)))
     best = np.full(len(out), np.inf)
@@ -154,7 +159,7 @@ def gaps(x: Array, found: Jet, near: Nearest, nodes: Array, shape: Array) -> Gap
     size = d * (shape.shape[1] + nodes.shape[1])
     value, slope, curvature = np.zeros(n), np.zeros((n, size)), np.zeros((n, size, size))
     for count in range(d):
-        on = np.flatnonzero(near.count == count)
+        on = np.flatnonzero(near.free == count)
         own, ways = Jet(*(each[on] for each in found)), near.ways[on][:, :, :count]
         value[on], slope[on], curvature[on] = _gaps(x[on], own, ways, nodes[on], shape[on])
     return Gap(value, slope, curvature)
@@ -162,7 +167,7 @@ def gaps(x: Array, found: Jet, near: Nearest, nodes: Array, shape: Array) -> Gap
 
 def _gaps(x: Array, found: Jet, ways: Array, nodes: Array, shape: Array) -> Gap:
     """Gaps where the same number c of directions is free, ways (n, p, c)."""
-    (n, p, c), d, k = ways.shape, x.shape[1], shape.shape[1] + nodes.shape[1]
+    (n, _, c), d, k = ways.shape, x.shape[1], shape.shape[1] + nodes.shape[1]
     away, front, normal = before(x, found, nodes)
     g = front if c == d - 1 else np.where(front < 0.0, -1.0, 1.0) * np.maximum(away, 1e-300)
     out = normal if c == d - 1 else (x - _places(found.value, nodes)) / g[:, None]

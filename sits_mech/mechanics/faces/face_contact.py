@@ -17,8 +17,8 @@ from sits_mech.mechanics.element.mesh import Indices, MixedMesh
 from sits_mech.mechanics.element.target import placed
 from sits_mech.mechanics.faces.contact import Contact, Plane
 from sits_mech.mechanics.faces.folds import SelfContact
-from sits_mech.mechanics.faces.skin import Skin
 from sits_mech.mechanics.faces.self_contact import is_monotone, lines_cross, triangles_cross
+from sits_mech.mechanics.faces.skin import Skin
 from sits_mech.mechanics.faces.surface import Surface
 from sits_mech.meshing.bricks import Outline, within
 from sits_mech.quantities import Array
@@ -30,7 +30,7 @@ LEFT_SHARE = 0.5
 """Share of what contact changes that is its error where faces touch each other: their meshes need not match."""
 
 _SEEN = 1e-6  # thicknesses behind a plane that count
-_SOFTER = 100.0  # times the depth of contact with planes, where both faces are bent: with less no rest is found
+_SOFTER = 30.0  # times the depth of contact with planes, where both faces are bent: with less they are hard to follow
 _PRESSED = 1e-14  # energy of a contact that counts [shear modulus times thickness to the power of the dimension]
 
 

@@ -79,8 +79,8 @@ class _Met(NamedTuple):
 
     def some(self, which: Indices) -> _Met:
         """Return some of them."""
-        near, jet = Nearest(*(each[which] for each in self.near)), Jet(*(each[which] for each in self.jet))
-        return _Met(self.points[which], self.faces[which], near, jet, self.before[which])
+        jet = Jet(*(each[which] for each in self.jet))
+        return _Met(self.points[which], self.faces[which], self.near.some(which), jet, self.before[which])
 
 
 @dataclass(frozen=True, eq=False)

@@ -106,7 +106,7 @@ class Skin:
         return np.asarray(place.reshape(-1, place.shape[-1]))
 
     def apart(self, points: Indices, facets: Indices) -> Flags:
-        """Say of pairs whether they may meet: not through the silicone, and by a common node in an inner corner only."""
+        """Say of pairs whether they may meet: not through silicone, and by a common node only in an inner corner."""
         p, m = self.surface.shape.shape[1], self.facets.shape[1]
         x, y, n = self.rest
         own = n[self.own[points]]
@@ -133,10 +133,12 @@ def section_skin(mesh: MixedMesh, lines: Sequence[Indices]) -> Skin:
     """Return the faces of a section, lines through nodes from the ground on, the left one first."""
     left, right = lines
     surface = edges(mesh, [left, right[::-1]], _COUNT)
-    form = np.linalg.inv(np.vander([0.0, 0.5, 1.0], increasing=True)).T
-    every = (np.broadcast_to(each, (len(surface.nodes), *each.shape)) for each in (form, np.array([[0.0], [0.5], [1.0]])))
+    every = (len(surface.nodes), 1, 1)
+    powers: Array = np.vander([0.0, 0.5, 1.0], increasing=True)
+    form: Array = np.asarray(np.tile(np.linalg.inv(powers).T, every), dtype=np.float64)
+    corner = np.tile([[0.0], [0.5], [1.0]], every)
     facets = np.stack([surface.nodes[:, :2], surface.nodes[:, 1:]], axis=1)
-    return Skin(surface, *every, facets, mesh.nodes)
+    return Skin(surface, form, corner, facets, mesh.nodes)
 
 
 def solid_skin(basis: Basis, facets: Indices) -> Skin:

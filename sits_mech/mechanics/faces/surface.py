@@ -120,15 +120,15 @@ def facet_forms(basis: Basis, facets: Indices) -> tuple[Array, Array]:
     a, b = (each.ravel() for each in np.meshgrid([0.0, 0.5, 1.0], [0.0, 0.5, 1.0], indexing="ij"))
     forms, places, inverse = [], [], np.linalg.inv(powers)
     for local in range(len(basis.mesh.t2f)):
-        own = np.count_nonzero(basis.mesh.t2f[local, cells] == facets)
+        own = int(np.count_nonzero(basis.mesh.t2f[local, cells] == facets))
         element, (origin, way) = basis.elem, _parameters(basis.elem, local)
         X = origin[:, None] + way.T @ np.stack([a, b])
         values = np.stack([np.broadcast_to(element.lbasis(X, i)[0], 9) for i in range(len(element.doflocs))])
         there = np.abs(values).max(axis=1) > 1e-9
         form = inverse @ values[there].reshape(-1, 3, 3) @ inverse.T
         place = (element.doflocs[there] - origin) @ np.linalg.pinv(way)
-        forms.append(np.broadcast_to(form, (own, *form.shape)))
-        places.append(np.broadcast_to(place, (own, *place.shape)))
+        forms.append(np.tile(form, (own, 1, 1, 1)))
+        places.append(np.tile(place, (own, 1, 1)))
     return np.concatenate(forms), np.concatenate(places)
 
 

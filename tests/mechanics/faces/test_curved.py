@@ -55,7 +55,7 @@ def test_nearest_points_are_nearer_than_any_of_a_grid(kind):
     away, front, _ = before(x, shapes(every, near.place), own)
     grid = np.linalg.norm(x[:, None] - surface, axis=2).min(axis=1)
     assert np.all(away <= grid + 1e-9) and np.max(grid - away) < 0.05
-    assert (front > 0.0).any() and (front < 0.0).any() and set(near.count) >= {p, p - 1}
+    assert (front > 0.0).any() and (front < 0.0).any() and set(near.free) >= {p, p - 1}
 
 
 def test_an_edge_that_follows_a_circle_has_its_distance():
@@ -69,7 +69,7 @@ def test_an_edge_that_follows_a_circle_has_its_distance():
     near = nearest_on(x, every, own, np.full((len(x), 1), 0.5), 1)
     _, front, _ = before(x, shapes(every, near.place), own)
     np.testing.assert_allclose(np.abs(front), np.abs(radii.ravel() - 1.0), atol=1e-5)
-    assert np.all(near.count == 1) and len(set(np.sign(front * (radii.ravel() - 1.0)))) == 1
+    assert np.all(near.free == 1) and len(set(np.sign(front * (radii.ravel() - 1.0)))) == 1
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
@@ -77,7 +77,7 @@ def test_an_edge_that_follows_a_circle_has_its_distance():
 def test_gaps_have_two_exact_derivatives_and_turn_with_the_face(kind, side):
     """Inside, before a side and before a corner, of a point between two nodes."""
     form, nodes, corner, sides = faces(kind)
-    (k, d), p, h, rng = nodes.shape, corner.shape[1], 1e-5, np.random.default_rng(1)
+    d, p, h, rng = nodes.shape[1], corner.shape[1], 1e-5, np.random.default_rng(1)
     shape, seen = np.array([[0.3, 0.7]]), set()
     for place in ([0.3, 0.2], [0.3, 0.0], [0.0, 0.0]):
         there = shapes(form, np.array([place[:p]]))
@@ -87,10 +87,10 @@ def test_gaps_have_two_exact_derivatives_and_turn_with_the_face(kind, side):
         start = np.concatenate([rng.normal(size=(2, d)), nodes])
         start[1] = (x - 0.3 * start[0]) / 0.7
 
-        def gap(moved):
+        def gap(moved, place=place):
             point, own = shape @ moved[:2], moved[None, 2:]
             near = nearest_on(point, form, own, np.array([place[:p]]), sides)
-            return gaps(point, shapes(form, near.place), near, own, shape), near.count[0]
+            return gaps(point, shapes(form, near.place), near, own, shape), near.free[0]
 
         v = rng.normal(size=start.shape)
         (here, count), (up, _), (down, _) = (gap(start + step * v) for step in (0.0, h, -h))
@@ -101,4 +101,4 @@ def test_gaps_have_two_exact_derivatives_and_turn_with_the_face(kind, side):
         if d == 3:
             turn = rotation_matrix(np.array([0.4, -0.3, 0.8]))
             assert gap(start @ turn.T + 0.3)[0].value[0] == pytest.approx(here.value[0], rel=1e-9)
-    assert p in seen and 0 in seen and k in (3, 7, 9)
+    assert {0, p} <= seen
