@@ -10,9 +10,9 @@ and the other in turn, so that neither is preferred:
 phi that of contact.py, regularised over the depth h and with exact forces, tangent and work; the tangent is symmetric.
 A pair of faces is pressed from both sides, so that half a depth holds what contact with a plane holds at one. What a
 point presses on the other face is a load on all of its nodes, so that an even pressure stays one where meshes do not
-match, but for its 5 Gauss points along an edge: up to 7 % of the loads of single nodes. Measured on two confined blocks,
-K = 50 shear moduli, pressed by 0.7 of one, against uniaxial strain: matching meshes 1e-9, others of 2 and 3 cells
-0.16 %, of 4 and 5 cells 0.025 % too soft (flat facets in the place of the faces: 40 and 20 %).
+match, but for its 5 Gauss points along an edge: up to 7 % of the loads of single nodes. Measured on two confined
+blocks, K = 50 shear moduli, pressed by 0.7 of one, against uniaxial strain: matching meshes 1e-9, others of 2 and 3
+cells 0.16 %, of 4 and 5 cells 0.025 % too soft (flat facets in the place of the faces: 40 and 20 %).
 What the depth itself costs: face_contact.py.
 
 Which faces a point may meet: skin.py. Walls of a slot and its roof press each other, and so does one face that has
