@@ -15,7 +15,6 @@ from sits_mech.mechanics.element.target import ORDER
 from sits_mech.quantities import Array
 
 _ORDER = 5  # of the polynomials that the quadrature on a face integrates
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,26 +74,33 @@ class Surface:
         return np.asarray(d * self.nodes[:, :, None] + np.arange(d))
 
 
-def edges(mesh: MixedMesh, lines: list[Indices]) -> Surface:
-    """Return the points of faces of a section that run through nodes in order: every other node is an edge's end."""
+def edges(mesh: MixedMesh, lines: list[Indices], count: int = 3) -> Surface:
+    """Return the points of faces of a section that run through nodes in order: every other node is an edge's end.
+
+    `count` is the number of points on each edge.
+    """
     own = np.concatenate([np.stack([line[:-2:2], line[1:-1:2], line[2::2]], axis=1) for line in lines])
-    s = 0.5 * (_POINTS + 1.0)
+    points, weights = np.polynomial.legendre.leggauss(count)
+    s = 0.5 * (points + 1.0)
     shape = np.stack([(1.0 - s) * (1.0 - 2.0 * s), 4.0 * s * (1.0 - s), s * (2.0 * s - 1.0)], axis=1)
     slope = np.stack([4.0 * s - 3.0, 4.0 - 8.0 * s, 4.0 * s - 1.0], axis=1)
     length = np.linalg.norm(slope @ mesh.nodes[own], axis=2)
     rest = np.zeros((len(own), len(s), 3))
     rest[..., list(PLANE)] = shape @ mesh.nodes[own]
     every = np.broadcast_to(shape, (len(own), *shape.shape))
-    return Surface(own, every, rest, length * (0.5 * _WEIGHTS), len(mesh.nodes), PLANE)
+    return Surface(own, every, rest, length * (0.5 * weights), len(mesh.nodes), PLANE)
 
 
-def facets_of(basis: Basis, facets: Indices) -> Surface:
-    """Return the points of some boundary faces of a solid; `basis` as of `solid_mesh`, its nodes all nodal."""
+def facets_of(basis: Basis, facets: Indices, order: int = _ORDER) -> Surface:
+    """Return the points of some boundary faces of a solid; `basis` as of `solid_mesh`, its nodes all nodal.
+
+    The quadrature integrates polynomials of an order exactly.
+    """
     nodes, cells = basis.doflocs.T, basis.mesh.f2t[0, facets]
     found = []
     for local in range(len(basis.mesh.t2f)):
         own = cells[basis.mesh.t2f[local, cells] == facets]
-        shape, slope, weight = _reference_face(basis.elem, local)
+        shape, slope, weight = _reference_face(basis.elem, local, order)
         there = np.abs(shape).max(axis=0) > 1e-9
         each = basis.element_dofs[there][:, own].T
         along = np.einsum("dpk,fki->dfpi", slope[:, :, there], nodes[each])
@@ -104,12 +110,39 @@ def facets_of(basis: Basis, facets: Indices) -> Surface:
     return Surface(own_nodes, shapes, shapes @ nodes[own_nodes], weights, len(nodes))
 
 
-def _reference_face(element: Element, local: int) -> tuple[Array, Array, Array]:
-    """Shape functions (p, n), slopes along the face (2, p, n), weights (p,) at an element's face's Gauss points."""
+def facet_forms(basis: Basis, facets: Indices) -> tuple[Array, Array]:
+    """Return the shape functions of some boundary faces as polynomials, and where their nodes are.
+
+    Coefficients by the powers of two parameters, shape (f, k, 3, 3), and the nodes' parameters, (f, k, 2), faces and
+    nodes in the order of `facets_of`.
+    """
+    cells, powers = basis.mesh.f2t[0, facets], np.vander([0.0, 0.5, 1.0], increasing=True)
+    a, b = (each.ravel() for each in np.meshgrid([0.0, 0.5, 1.0], [0.0, 0.5, 1.0], indexing="ij"))
+    forms, places, inverse = [], [], np.linalg.inv(powers)
+    for local in range(len(basis.mesh.t2f)):
+        own = int(np.count_nonzero(basis.mesh.t2f[local, cells] == facets))
+        element, (origin, way) = basis.elem, _parameters(basis.elem, local)
+        X = origin[:, None] + way.T @ np.stack([a, b])
+        values = np.stack([np.broadcast_to(element.lbasis(X, i)[0], 9) for i in range(len(element.doflocs))])
+        there = np.abs(values).max(axis=1) > 1e-9
+        form = inverse @ values[there].reshape(-1, 3, 3) @ inverse.T
+        place = (element.doflocs[there] - origin) @ np.linalg.pinv(way)
+        forms.append(np.tile(form, (own, 1, 1, 1)))
+        places.append(np.tile(place, (own, 1, 1)))
+    return np.concatenate(forms), np.concatenate(places)
+
+
+def _parameters(element: Element, local: int) -> tuple[Array, Array]:
+    """Where the parameters of an element's face are zero, and their directions (2, 3): a triangle's sides, or two."""
     corners = element.doflocs[element.refdom.facets[local]]
-    way = corners[[1, -1]] - corners[0]  # a triangle's sides, or two of a parallelogram's
-    points, weight = get_quadrature(element.refdom.brefdom, _ORDER)
-    X = corners[0][:, None] + way.T @ points
+    return corners[0], corners[[1, -1]] - corners[0]  # of a parallelogram
+
+
+def _reference_face(element: Element, local: int, order: int) -> tuple[Array, Array, Array]:
+    """Shape functions (p, n), slopes along the face (2, p, n), weights (p,) at an element's face's Gauss points."""
+    origin, way = _parameters(element, local)
+    points, weight = get_quadrature(element.refdom.brefdom, order)
+    X = origin[:, None] + way.T @ points
     values = [element.lbasis(X, i) for i in range(len(element.doflocs))]
     shape = np.stack([np.broadcast_to(value, weight.shape) for value, _ in values], axis=-1)
     slope = np.stack([way @ np.asarray(each) for _, each in values], axis=-1)

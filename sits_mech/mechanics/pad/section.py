@@ -25,7 +25,7 @@ from sits_mech.mechanics.element.kernel import Law
 from sits_mech.mechanics.element.mesh import Indices, MixedMesh, section_mesh
 from sits_mech.mechanics.faces.contact import Plane
 from sits_mech.mechanics.faces.face_contact import Faces, contacts
-from sits_mech.mechanics.faces.folds import section_skin
+from sits_mech.mechanics.faces.skin import section_skin
 from sits_mech.mechanics.faces.surface import Surface, edges
 from sits_mech.mechanics.levels.answer import Scales
 from sits_mech.mechanics.pad.fillet import Fillet, checked, drawn_in, fillet_lines

@@ -19,7 +19,7 @@ from sits_mech.mechanics.element.kernel import Law, element_forces
 from sits_mech.mechanics.element.mesh import BRICK, Indices, MixedMesh, solid_mesh
 from sits_mech.mechanics.faces.contact import Plane
 from sits_mech.mechanics.faces.face_contact import Faces, contacts
-from sits_mech.mechanics.faces.folds import solid_skin
+from sits_mech.mechanics.faces.skin import solid_skin
 from sits_mech.mechanics.faces.surface import Surface, facets_of
 from sits_mech.mechanics.levels.answer import Scales
 from sits_mech.mechanics.pad.section import layer_parts

@@ -155,7 +155,7 @@ def test_moment_identity_holds_with_contact():
 
 FAR = [
     ((15, 15, 3), 1.0, 0.0, (12, 0.0)),
-    pytest.param((20, 15, 2), 0.5, 0.15, (8, 0.5), marks=pytest.mark.slow),
+    pytest.param((20, 15, 2), 0.5, 0.15, (16, 0.5), marks=pytest.mark.slow),
     ((15, 15, 3), 0.0, 0.3, (12, 0.5)),
 ]
 
@@ -165,7 +165,8 @@ def test_far_states_are_reached_and_one_refinement_stays_within_the_tolerance(si
     """Forces of a finer mesh than that of the default tolerance, with contact; no more than three times the error off.
 
     The small force across a shear of 100 % is 107.1 N/m at the default tolerance, with 0.3 as its error, and 107.53,
-    107.60 and 107.77 on 12, 16 and 24 cells.
+    107.60 and 107.77 on 12, 16 and 24 cells. Of shear with compression 8, 12 and 16 cells of this grading and guard
+    give 6581, 6527 and 6506 N/m, on their way to 6474 by the order they show: coarser ones are no reference for 6490.
     """
     t = sizes[2]
     layer = planar_layer(pad(*sizes, 'elastomer.contact="always"'), 1e-2)
