@@ -17,8 +17,7 @@ beside itself with constant pressures (pad/user.py).
 
 Contact of the free faces with ground, target (scene key `elastomer.contact`, faces/contact.py) and each other
 (faces/folds.py) is "never" solved, "always", or, "auto", where a free face folds onto one of them. With friction on
-ground and target (`elastomer.friction`) the answer is that of a path of loads, straight from rest where no other is
-given (levels/history.py).
+ground and target the answer is that of a path of loads, straight from rest by default (levels/history.py).
 
 Range: boxes, cylinders, pillars and meshes of the user's under rectangles and discs, every law. Neglected: viscosity,
 gravity, friction of faces on each other.
@@ -115,25 +114,21 @@ class BlockPad:
         refuse_infinite(wrench)
         return self.controlled(under(wrench), start=start)
 
-    @one_thread
     def along(self, loads: Sequence[Wrench]) -> Equilibrium:
-        """Return the equilibrium under the last of some loads, passed from rest one after the other; see `PathModel`."""
-        for wrench in loads:
-            refuse_infinite(wrench)
-        return self._arrived([under(wrench) for wrench in loads], None)
+        """Return the equilibrium under the last of some loads, passed one after the other; see `PathModel`."""
+        *via, control = map(under, loads)
+        return self.controlled(control, via=via)
 
     @one_thread
-    def controlled(self, control: Control, *, start: Equilibrium | None = None) -> Equilibrium:
+    def controlled(
+        self, control: Control, *, start: Equilibrium | None = None, via: Sequence[Control] = ()
+    ) -> Equilibrium:  # fmt: skip
         """Return the equilibrium with forces or places of the target given, reached from `start` or from rest.
 
-        Its `wrench` holds the forces, given or found. Errors as of `equilibrium`.
+        Its `wrench` holds the forces, given or found; `via` is passed on the way. Errors as of `equilibrium`.
         """
-        return self._arrived([control], start)
-
-    def _arrived(self, controls: Sequence[Control], start: Equilibrium | None) -> Equilibrium:
-        """The equilibrium at the end of a path, or from a start."""
         began = time.perf_counter()
-        line, solved = self._settled(controls, start)
+        line, solved = self._settled((*via, control), start)
         found = solved.found
         report = replace(found.report, model="block", seconds=time.perf_counter() - began)
         report = replace(report, notes=(*report.notes, *edge_notes(self.sensor), *mesh_notes(self.sensor)))
@@ -141,18 +136,16 @@ class BlockPad:
             missed = report.estimated_error > self.tolerance
             notes = (f"the estimated error is above the tolerance {self.tolerance:g}",) if missed else ()
             return replace(found, report=replace(report, notes=(*report.notes, *notes)))
-        raise ended(line, controls[-1], solved._replace(found=replace(found, report=report)), "pad")
+        raise ended(line, control, solved._replace(found=replace(found, report=report)), "pad")
 
     def _settled(self, controls: Sequence[Control], start: Equilibrium | None) -> tuple[Line, Solved]:
         """The last equilibrium towards what is given, and the line of meshes it is on.
 
         A load that leaves the plane goes on from that of its components that do not: half the pad gets there first.
         """
-        control = controls[-1]
-        if not any(each.beside for each in controls):
-            return self.half, arrived(self.half, start, controls)
-        if depends_on_path(self.sensor):
-            return self.whole, arrived(self.whole, start, controls)
+        control, beside = controls[-1], any(each.beside for each in controls)
+        if not beside or depends_on_path(self.sensor):
+            return (line := self.whole if beside else self.half), arrived(line, start, controls)
         free = self.whole.free
         if start is None or start.state.size - 1 != self.whole[int(start.state[0])].size:
             plane = settled(self.half, start, control.in_plane)

@@ -81,33 +81,30 @@ class PlanarLayer:
         refuse_beside("planar", wrench, "block")
         return self.controlled(under(wrench), start=start)
 
-    @one_thread
     def along(self, loads: Sequence[Wrench]) -> Equilibrium:
         """Return the equilibrium under the last of some loads, passed one after the other from rest; see `PathModel`.
 
         Errors as of `equilibrium`.
         """
         for wrench in loads:
-            refuse_infinite(wrench)
             refuse_beside("planar", wrench, "block")
-        return self._arrived([under(wrench) for wrench in loads], None)
+        *via, control = map(under, loads)
+        return self.controlled(control, via=via)
 
     @one_thread
-    def controlled(self, control: Control, *, start: Equilibrium | None = None) -> Equilibrium:
+    def controlled(
+        self, control: Control, *, start: Equilibrium | None = None, via: Sequence[Control] = ()
+    ) -> Equilibrium:  # fmt: skip
         """Return the equilibrium with forces or places of the target given, reached from `start` or from rest.
 
-        Its `wrench` holds the forces, given or found; `report.estimated_error` covers the forces found too. Errors as
-        of `equilibrium`.
+        Its `wrench` holds the forces, given or found; `report.estimated_error` covers the forces found too. What `via`
+        gives is passed on the way. Errors as of `equilibrium`.
         """
-        return self._arrived([control], start)
-
-    def _arrived(self, controls: Sequence[Control], start: Equilibrium | None) -> Equilibrium:
-        """The equilibrium at the end of a path, or from a start."""
         began = time.perf_counter()
-        solved = arrived(self.line, start, controls)
+        solved = arrived(self.line, start, (*via, control))
         report = replace(solved.found.report, model="planar", seconds=time.perf_counter() - began)
         if solved.part < 1.0:
-            raise ended(self.line, controls[-1], solved._replace(found=replace(solved.found, report=report)), "layer")
+            raise ended(self.line, control, solved._replace(found=replace(solved.found, report=report)), "layer")
         notes = (*report.notes, *_edge_notes(self.sensor, self.edges, solved.found.wrench))
         if report.estimated_error > self.tolerance:
             missed = f"estimated error {report.estimated_error:.2g}: the tolerance {self.tolerance:g} is missed"

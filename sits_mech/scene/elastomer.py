@@ -91,7 +91,7 @@ class Elastomer(BaseModel):
                 f"{self.standoff:g} m"
             )
         if self.friction > 0.0 and self.contact == "never":
-            raise SceneError(f'friction must be 0 where contact is "never": faces are held nowhere; got {self.friction:g}')
+            raise SceneError(f'friction must be 0 where contact is "never"; got {self.friction:g}')
         if self.weld and self.mesh is None:
             raise SceneError("weld must be false without a mesh; got true")
         return self

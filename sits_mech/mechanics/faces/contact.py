@@ -108,7 +108,8 @@ class Contact:
         jet = pressed(*self._depths(y))
         on = np.flatnonzero(jet[0].reshape(f, p).any(axis=1))
         if self.grip is not None:
-            jet = tuple(a + b for a, b in zip(jet, self.grip(y), strict=True))
+            more = self.grip(y)
+            jet = jet[0] + more[0], jet[1] + more[1], jet[2] + more[2]
             on = np.flatnonzero(jet[2].reshape(f, -1).any(axis=1))
         energy, g, H = (each.reshape(f, p, *each.shape[1:]) for each in jet)
         h, bent = g[on] @ R.T, R @ H[on] @ R.T

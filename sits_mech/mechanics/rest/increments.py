@@ -6,7 +6,9 @@ contacts as they were at its beginning, then with those found, pass by pass, unt
 
     sum w |p_new - p|  <=  1e-3 sum w p_new
 
-on every surface, w the areas of its points. An increment whose passes do not settle, or that comes to no rest that
+on every surface, w the areas of its points. Newton's method goes on from the pass before, or else from the increment's
+beginning, where no point has slipped yet. The elastic slip s_0 goes down with the number of increments, so that one
+comparison of two numbers tells of both. An increment whose passes do not settle, or that comes to no rest that
 counts (verdict.py), is halved. Tractions and places at its end are the beginning of the next one. The method is of
 first order in the increments: twice as many halve what is left (measured: tests). Source: J. C. Simo, T. A. Laursen,
 Comput. Struct. 42 (1992) 97, increments of frictional contact.
@@ -18,6 +20,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -99,25 +102,33 @@ def followed(
         end = min(at + step, Fraction(leg + 1))
         share = float(end - leg)
         goal = (1.0 - share) * goals[leg] + share * goals[leg + 1]
-        body, found, reason, work = _increment(body, states[-1], way, goal, _SLIP / parts)
-        if found is None:
+        body, state, reason, work = _increment(body, states[-1], way, goal, _SLIP / parts)
+        if state is None:
             step /= 2
             if step < _SMALLEST / parts:
                 return Track(tuple(states), float(at), reason, lost)
             continue
-        states, at, lost = [*states, found], end, lost + work
+        states, at, lost = [*states, state], end, lost + work
         step = min(2 * step, Fraction(1, parts))
     return Track(tuple(states), float(at), "", lost)
 
 
-def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) -> tuple[Bonded, State | None, str, float]:
-    """The rest at the end of an increment, or what speaks against it, and the work that slip has lost."""
+class _End(NamedTuple):
+    """The end of an increment: the body there, its rest or None and what speaks against it, work that slip has lost."""
+
+    body: Bonded
+    state: State | None
+    reason: str
+    lost: float = 0.0
+
+
+def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) -> _End:
+    """The rest at the end of an increment."""
     before = _looked_at(body, here)
     tractions = here.grip or tuple(np.zeros_like(place) for place, _, _ in before)
     starts = [(place, traction) for (place, _, _), traction in zip(before, tractions, strict=True)]
-    guess, pressures, spent = replace(here, iterations=0), [p for _, p, _ in before], 0
+    seen, pressures, spent, guess = before, [p for _, p, _ in before], 0, here
     for _ in range(_PASSES):
-        seen = _looked_at(body, guess)
         grips = [
             gripped(part.friction * p, start, normal, slip)
             for part, p, start, (_, _, normal) in zip(_rough(body), pressures, starts, seen, strict=True)
@@ -128,17 +139,16 @@ def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) ->
             if found.state.residual <= SETTLED:
                 break
         if not found.state.residual <= SETTLED:
-            return body, None, "lost", 0.0
-        guess, after = found.state, _looked_at(body, found.state)
-        new = [p for _, p, _ in after]
+            return _End(body, None, "lost")
+        guess, seen = found.state, _looked_at(body, found.state)
+        new = [p for _, p, _ in seen]
         if all(_settled(part, p, own) for part, p, own in zip(_rough(body), pressures, new, strict=True)):
             said = verdict(body, way, found)
-            places = [place for place, _, _ in after]
-            grip = tuple(own.traction(place) for own, place in zip(grips, places, strict=True))
+            grip = tuple(own.traction(place) for own, (place, _, _) in zip(grips, seen, strict=True))
             state = replace(guess, iterations=spent, min_J=said.min_J, grip=grip)
-            return body, None if said.reason else state, said.reason, _lost(body, grips, places)
+            return _End(body, None if said.reason else state, said.reason, _lost(body, grips, seen))
         pressures = new
-    return body, None, "slipping", 0.0
+    return _End(body, None, "slipping")
 
 
 def _rough(body: Bonded) -> list[Contact]:
@@ -168,7 +178,7 @@ def _settled(part: Contact, before: Array, after: Array) -> bool:
     return float(weight @ np.abs(after - before)) <= _SAME * float(weight @ after)
 
 
-def _lost(body: Bonded, grips: Sequence[Grip], places: Sequence[Array]) -> float:
+def _lost(body: Bonded, grips: Sequence[Grip], seen: Sequence[tuple[Array, Array, Array]]) -> float:
     """Work that the slip of an increment has lost."""
-    each = zip(_rough(body), grips, places, strict=True)
-    return sum(float(part.surface.weight.ravel() @ grip.lost(place)) for part, grip, place in each)
+    each = zip(_rough(body), grips, seen, strict=True)
+    return sum(float(part.surface.weight.ravel() @ grip.lost(place)) for part, grip, (place, _, _) in each)

@@ -202,8 +202,13 @@ def stepped(
 
 
 def _overshot(body: Bonded, states: tuple[State, State], way: tuple[Array, Array, Array, float], held: Held) -> float:
-    """Share of a step to a new state that the potential asks for: 1 where it does not rise too steeply there."""
-    dx, dq = way[0], np.where(held, 0.0, way[1])
+    """Share of a step to a new state that the potential asks for: 1 where it does not rise too steeply there.
+
+    A step that moves places which are held does not go down the potential, and is left alone.
+    """
+    dx, dq = way[0], way[1]
+    if np.any(dq[held]):
+        return 1.0
     before, after = (float(dx @ found.free + dq @ found.target) for found in (gradient(body, each) for each in states))
     if before >= 0.0 or after <= -_STEEP * before:
         return 1.0
