@@ -24,8 +24,9 @@ The choice. A potential of each increment, rather than the equations of Coulomb'
 symmetric and the line of solvers as it is; the price are passes over the pressure. The bend of D at x = 1 is left as it
 is: all points are stiff at the beginning of an increment, also those that slipped before and turn back now, which a
 smooth D would not hold. An elastic slip of one length, rather than of one stiffness, makes points stick where they are
-hardly pressed as well. Tractions are carried, and not slips: pressing then changes no traction. Neglected: what s_0 lets a point creep, O(s_0), like the
-depth of contact; another coefficient at rest than in motion; friction of faces on each other.
+hardly pressed as well. Tractions are carried, and not slips: pressing then changes no traction. Neglected: what s_0
+lets a point creep, O(s_0), like the depth of contact; another coefficient at rest than in motion; friction of faces on
+each other.
 
 Unknowns: none of its own. Units as in contact.py. Source: P. Wriggers, Computational Contact Mechanics (2006), chapters
 4 and 10; M. Li et al., ACM Trans. Graph. 39 (2020) 49, section 5, the potential with the pressure of before.

@@ -107,7 +107,8 @@ def _along(line: Line, number: int, controls: Sequence[Control]) -> Solved:
     )  # fmt: skip
     given = {name: value for name, value in controls[-1].given.items() if name in WRENCH}
     found = replace(found, wrench=replace(found.wrench, **given))
-    return Solved(_with_steps(line, number, found, steps), 1.0)
+    way = "straight from rest" if len(controls) == 1 else "by way of the loads that were given"
+    return Solved(_with_steps(line, number, found, steps, way), 1.0)
 
 
 def _in_steps(line: Line, levels: Levels, controls: Sequence[Control]) -> _Steps:
@@ -147,11 +148,11 @@ def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) 
         yield Approach(track.state, track.state.q, track.state.load, np.zeros(body.components), track.iterations)
 
 
-def _with_steps(line: Line, number: int, found: Equilibrium, steps: _Steps) -> Equilibrium:
-    """An equilibrium with what its increments are worth in its errors, said of them, and the number of its family."""
+def _with_steps(line: Line, number: int, found: Equilibrium, steps: _Steps, way: str) -> Equilibrium:
+    """An equilibrium with what its increments are worth in its errors, said of its way, the number of its family."""
     k, error = len(steps.off), found.error.components
     error[:k] += steps.off * line.scales.lengths[:k]
-    said = f"friction: {steps.parts} increments of each leg of the path; half as many change it by {steps.share:.1g}"
+    said = f"friction: the load came {way} in {steps.parts} steps a leg; half as many change this by {steps.share:.1g}"
     report = found.report
     report = replace(
         report, estimated_error=report.estimated_error + steps.share, notes=(*report.notes, said)

@@ -36,7 +36,7 @@ from sits_mech.quantities import Array
 _SLIP = 2e-3  # thicknesses over the number of increments of a leg: elastic slip before a point slides
 _SAME = 1e-3  # of the pressures on a surface, by which they may still change
 _PASSES = 12
-_SMALLEST = Fraction(1, 64)  # of an increment, below which a path is given up
+_SMALLEST = Fraction(1, 16)  # of an increment, below which a path is given up
 
 
 @dataclass(frozen=True)
