@@ -81,18 +81,25 @@ def test_more_increments_stay_within_the_error():
 
 @pytest.mark.slow
 def test_a_slab_that_cannot_move_sideways_is_the_layer_in_plane_strain():
-    """Forces of a flush pad pressed and drawn on both planes with friction, y held; the layer's own error is 1 %."""
-    sizes = ['elastomer.width="15 mm"', 'target.width="15 mm"', 'elastomer.thickness="3 mm"', ROUGH]
-    space = load_sensor("biorob2018", ["target.load_height=0", NEO_HOOKEAN, *sizes, 'elastomer.length="15 mm"',
-                                       'target.length="15 mm"'])  # fmt: skip
-    solid = bonded_block(space, 2, 1.5, 0.0, 1e-4).body
-    flat = replace(solid, free=solid.free[solid.free % 3 != 1], shared=None, hidden=None)
-    section = bonded_body(pad(15, 15, 3, ROUGH), Fineness(6, 1.5, fan=True, depth=1e-5))
+    """Forces of a flush pad pressed and drawn on both planes with friction, y held; the layer's own error is 1 %.
+
+    Without friction it takes 3 % less to press both; that is seen in space within a fifth of it.
+    """
+    sizes = ['elastomer.width="15 mm"', 'target.width="15 mm"', 'elastomer.thickness="3 mm"', 'elastomer.length="15 mm"',
+             'target.length="15 mm"']  # fmt: skip
     way, held = [np.zeros(3), np.array([0.0, -0.2, 0.0]), np.array([0.3, -0.2, 0.0])], np.ones(3, dtype=bool)
-    found, expected = (followed(body, rest(body), way, 4, held=held) for body in (flat, section))
-    assert found.reached == expected.reached == 2.0 and found.lost > 0.0
-    np.testing.assert_allclose(found.state.load[:2] / 2.5, expected.state.load[:2], rtol=0.04)
-    np.testing.assert_allclose(found.lost / 2.5, expected.lost, rtol=0.3)
+    found = {}
+    for friction in ("elastomer.friction=0", ROUGH):
+        scene = load_sensor("biorob2018", ["target.load_height=0", NEO_HOOKEAN, *sizes, friction])
+        solid = bonded_block(scene, 3, 1.5, 0.0, 1e-4).body
+        flat = replace(solid, free=solid.free[solid.free % 3 != 1], shared=None, hidden=None)
+        section = bonded_body(pad(15, 15, 3, friction), Fineness(8, 1.5, fan=True, depth=1e-5))
+        tracks = [followed(body, rest(body), way, 4, held=held) for body in (flat, section)]
+        assert all(track.reached == 2.0 for track in tracks)
+        found[friction] = [track.state.load[:2] / depth for track, depth in zip(tracks, (2.5, 1.0), strict=True)]
+        np.testing.assert_allclose(*found[friction], rtol=0.02)
+    stiffer = [with_it[1] - without[1] for without, with_it in zip(*found.values(), strict=True)]
+    assert stiffer[0] == pytest.approx(stiffer[1], rel=0.2) and stiffer[1] > 1.0
 
 
 def test_places_of_the_way_must_be_those_of_the_end():
@@ -104,7 +111,7 @@ def test_places_of_the_way_must_be_those_of_the_end():
 def test_friction_without_contact_is_refused():
     with pytest.raises(SceneError, match=r'friction must be 0 where contact is "never"'):
         pad(9, 9, 3, ROUGH, 'elastomer.contact="never"')
-    with pytest.raises(SceneError, match="friction must be zero or a coefficient"):
+    with pytest.raises(SceneError, match="friction: must be zero or a coefficient"):
         pad(9, 9, 3, "elastomer.friction=-0.1")
 
 
