@@ -85,8 +85,8 @@ def test_a_slab_that_cannot_move_sideways_is_the_layer_in_plane_strain():
 
     Without friction it takes 3 % less to press both; that is seen in space within a fifth of it.
     """
-    sizes = ['elastomer.width="15 mm"', 'target.width="15 mm"', 'elastomer.thickness="3 mm"', 'elastomer.length="15 mm"',
-             'target.length="15 mm"']  # fmt: skip
+    sides = [f'{part}.{side}="15 mm"' for part in ("elastomer", "target") for side in ("width", "length")]
+    sizes = [*sides, 'elastomer.thickness="3 mm"']
     way, held = [np.zeros(3), np.array([0.0, -0.2, 0.0]), np.array([0.3, -0.2, 0.0])], np.ones(3, dtype=bool)
     found = {}
     for friction in ("elastomer.friction=0", ROUGH):
