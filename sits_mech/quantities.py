@@ -9,6 +9,7 @@ Phasors go as ``exp(+j omega t)``: an impedance is ``R + j omega L`` and an indu
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
@@ -292,6 +293,18 @@ class RefinedModel(Protocol):
     @property
     def rough(self) -> MechanicalModel:
         """The model on the first meshes."""
+
+
+@runtime_checkable
+class PathModel(Protocol):
+    """A mechanical model whose answer may depend on the way of the load."""
+
+    def along(self, loads: Sequence[Wrench]) -> Equilibrium:
+        """Return the equilibrium under the last of some loads, reached from rest straight from each to the next.
+
+        `equilibrium` of one load goes there straight from rest. Raise SolveFailed as it does.
+        """
+        ...
 
 
 class MagneticModel(Protocol):

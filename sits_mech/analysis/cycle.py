@@ -140,12 +140,14 @@ def load_cycle(
 
 
 def _notes(sensor: Sensor) -> tuple[str, ...]:
-    """Return why there is no loop, where the silicone can show none."""
+    """Return why there is no loop, where the silicone can show none, and that friction is not in it."""
     silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
+    rough = sensor.elastomer is not None and sensor.elastomer.friction > 0.0
+    slips = ("elastomer.friction: every load comes straight from rest; what slips there and back is not in the loop",)
     if silicone is None or silicone.prony or silicone.mullins is not None:
-        return ()
+        return slips * rough
     elastic = "the silicone has neither prony nor mullins, so it is elastic; widths other than zero are rounding"
-    return (f"no loop: {elastic}",)
+    return (f"no loop: {elastic}", *slips * rough)
 
 
 def _check(programme: Programme) -> None:

@@ -116,6 +116,9 @@ def choose_mechanics(
             raise SceneError(f"model (mechanics) must be auto or block for {', '.join(beside)}; got {asked}")
         reason = f"{', '.join(beside)}: {_LEAVES}"
         return Choice("block", reason if asked == "auto" else "asked for")
+    rough = sensor.elastomer is not None and sensor.elastomer.friction > 0.0
+    if rough and asked in ("linear", "closed-form"):
+        raise SceneError(f"model (mechanics) must be auto, block or planar with elastomer.friction; got {asked}")
     own = _of_its_own(sensor)
     if own and asked not in ("auto", "block"):
         raise SceneError(f"{sensor.name}: model (mechanics) must be block for {own}; got {asked}")
@@ -124,7 +127,7 @@ def choose_mechanics(
     if own:
         return Choice("block", f"no section stands for {own}")
     finite = "block" in known and _is_finite(sensor)
-    bound = strain_bound(sensor, loads) if loads and "linear" in known else tolerance
+    bound = strain_bound(sensor, loads) if loads and "linear" in known and not rough else tolerance
     if bound < tolerance:
         where = "three dimensions" if finite else "plane strain"
         return Choice("linear", f"small strain in {where}: one compliance is off by less than {bound:.1g}")

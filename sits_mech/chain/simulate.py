@@ -7,6 +7,7 @@ The models keep linear algebra to one thread (`threads`); nothing here is large 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,12 +23,13 @@ from sits_mech.quantities import (
     Impedance,
     MagneticModel,
     MechanicalModel,
+    PathModel,
     Pose,
     SolveFailed,
     Wrench,
 )  # fmt: skip
 from sits_mech.readout.signals import Signals
-from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.sensor import SceneError, Sensor
 
 
 @dataclass(frozen=True)
@@ -50,8 +52,9 @@ class Simulation:
 
 
 def simulate(
-    sensor: Sensor, wrench: Wrench, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto"
-) -> Simulation:
+    sensor: Sensor, wrench: Wrench, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto",
+    via: Sequence[Wrench] = (),
+) -> Simulation:  # fmt: skip
     """Return what the sensor shows under a load.
 
     Parameters
@@ -64,6 +67,8 @@ def simulate(
         Asked relative error of the pose; of the change of inductance a tenth of it, by sheets as much.
     mechanics, magnetics : str
         Names of the models.
+    via : sequence of Wrench
+        Loads that are passed on the way from rest, for a layer with friction.
 
     Returns
     -------
@@ -79,12 +84,12 @@ def simulate(
     SolveFailed
         When the layer has no equilibrium that could be reached, or the coils cannot be solved at the pose.
     """
-    field, _ = loaded_model(sensor, magnetics, tolerance, [wrench])
-    layer, _ = mechanical_model(sensor, mechanics, tolerance, [wrench])
-    return _simulated(sensor, layer, field, wrench)
+    field, _ = loaded_model(sensor, magnetics, tolerance, [*via, wrench])
+    layer, _ = mechanical_model(sensor, mechanics, tolerance, [*via, wrench])
+    return _simulated(sensor, field, at_rest(sensor, layer, wrench, via))
 
 
-def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench) -> Equilibrium:
+def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench, via: Sequence[Wrench] = ()) -> Equilibrium:
     """Return where a target rests; what symmetry forbids of its pose is zero without error.
 
     Of the images of a load that leaves the plane one is solved, as for `calibrate`: half the pad where it is in the
@@ -98,12 +103,18 @@ def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench) -> Equilibri
         Of the sensor.
     wrench : Wrench
         The load [N, N m].
+    via : sequence of Wrench
+        Loads that are passed on the way from rest, for a layer with friction.
 
     Raises
     ------
+    SceneError
+        When loads are passed that make no difference to the layer.
     SolveFailed
         When the layer has no equilibrium that could be reached.
     """
+    if via:
+        return _passed(sensor, layer, [*via, wrench])
     solved, back = symmetry_of(sensor).standard(wrench) if wrench.beside else (wrench, np.eye(len(WRENCH)))
     if solved == wrench:
         return with_symmetry(sensor, layer.equilibrium(wrench))
@@ -120,6 +131,15 @@ def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench) -> Equilibri
     return _turned(found, wrench, back)
 
 
+def _passed(sensor: Sensor, layer: MechanicalModel, loads: Sequence[Wrench]) -> Equilibrium:
+    """Return where a target rests at the end of a path of loads, without what the symmetry of all of them forbids."""
+    if sensor.elastomer is None or sensor.elastomer.friction == 0.0 or not isinstance(layer, PathModel):
+        raise SceneError("via: must be left out without elastomer.friction: the way of the load makes no difference")
+    kept = symmetry_of(sensor).projection(*loads)
+    found = layer.along(loads)
+    return replace(_turned(found, found.wrench, kept), state=found.state)
+
+
 def with_symmetry(sensor: Sensor, found: Equilibrium) -> Equilibrium:
     """Return an equilibrium without what the symmetry of scene and load forbids of its pose, and errors of that."""
     kept = symmetry_of(sensor).projection(found.wrench)
@@ -134,9 +154,8 @@ def _turned(found: Equilibrium, wrench: Wrench, matrix: Array) -> Equilibrium:
     return replace(found, wrench=wrench, pose=Pose.of(pose), error=Pose.of(error), state=np.zeros(0))
 
 
-def _simulated(sensor: Sensor, layer: MechanicalModel, field: MagneticModel, wrench: Wrench) -> Simulation:
-    """Return what the sensor shows under a load by given models."""
-    equilibrium = at_rest(sensor, layer, wrench)
+def _simulated(sensor: Sensor, field: MagneticModel, equilibrium: Equilibrium) -> Simulation:
+    """Return what the sensor shows of a target at rest."""
     check_clearance(sensor, equilibrium.pose)
     try:
         reading = read_poses(sensor, field, stacked([equilibrium.pose]), stacked([equilibrium.error]))

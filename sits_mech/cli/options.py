@@ -83,6 +83,20 @@ class Load:
 
 @Parameter(name="*")
 @dataclass(frozen=True)
+class Way:
+    """Where the load passes on its way from rest; by default it grows straight."""
+
+    via: Annotated[
+        tuple[str, ...], Parameter(negative="", help='With elastomer.friction: a load passed, "fz=4 N, fx=0 N".')
+    ] = ()
+
+    def loads(self) -> list[Wrench]:
+        """Return the loads in SI, in their order; components that are not written are zero."""
+        return [_written_load(text) for text in self.via]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
 class LoadGrid:
     """The loads of a grid; each one quantity, the same for all, or a range "first:last:count"."""
 
@@ -137,6 +151,23 @@ class Models:
     mechanics: Annotated[str, Parameter(help="auto, block, planar, linear or closed-form.")] = "auto"
     magnetics: Annotated[str, Parameter(help="auto, planar, planar-fem, axisymmetric or sheets.")] = "auto"
     tolerance: Tolerance = 1e-2
+
+
+def _written_load(text: str) -> Wrench:
+    """Return the load of ``--via "F_x=0 N, F_z=4 N"``, components by the names of their options or of a wrench."""
+    from sits_mech.quantities import LOAD_ARGUMENTS, UNITS, Wrench
+    from sits_mech.units import SceneError, quantity
+
+    names = {**LOAD_ARGUMENTS, **{name: name for name in LOAD_ARGUMENTS.values()}}
+    found: dict[str, float] = {}
+    for part in text.split(","):
+        name, equals, value = (word.strip() for word in part.partition("="))
+        if not (equals and value and name in names):
+            raise SceneError(f'--via: must be a load such as "fz=4 N, fx=0 N", of {", ".join(names)}; got {part!r}')
+        if names[name] in found:
+            raise SceneError(f"--via: must give {names[name]} once; got {text!r}")
+        found[names[name]] = quantity(value, UNITS[names[name]], f"--via {name}")
+    return Wrench(**found)
 
 
 def _in_si(given: Any, arguments: Mapping[str, str], read: Callable[[str, str, str], Any]) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from sits_mech.cli.options import (
     Quantity,
     Scene,
     Tolerance,
+    Way,
     app,
     sensor_of,
 )  # fmt: skip
@@ -23,7 +24,7 @@ from sits_mech.cli.options import (
 
 @app.command
 def pose(
-    scene: Scene, *, load: Load = Load(), model: str = "auto", tolerance: Tolerance = 1e-2,
+    scene: Scene, *, load: Load = Load(), way: Way = Way(), model: str = "auto", tolerance: Tolerance = 1e-2,
     overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
     """Where the target comes to rest under a load.
@@ -37,10 +38,11 @@ def pose(
     from sits_mech.report.records import equilibrium_record
     from sits_mech.report.tables.solves import equilibrium_table
 
-    sensor, loads = sensor_of(scene, overrides), [load.wrench()]
+    sensor, via = sensor_of(scene, overrides), way.loads()
+    loads = [*via, load.wrench()]
     layer, choice = mechanical_model(sensor, model, tolerance, loads)
     try:
-        found = at_rest(sensor, layer, *loads)
+        found = at_rest(sensor, layer, loads[-1], via)
     except SolveFailed as error:
         return not_converged(error, as_json)
     unsolved = tuple(item.text for item in omissions(sensor, loads, choice.name, None))
@@ -86,7 +88,7 @@ def inductance(
 
 @app.command
 def simulate(
-    scene: Scene, *, load: Load = Load(), models: Models = Models(),
+    scene: Scene, *, load: Load = Load(), way: Way = Way(), models: Models = Models(),
     overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
     """What the sensor shows under a load.
@@ -100,9 +102,10 @@ def simulate(
     from sits_mech.report.tables.solves import equilibrium_table, impedance_table, signal_table
 
     sensor, wrench = sensor_of(scene, overrides), load.wrench()
-    unsolved = plan(sensor, [wrench], **asdict(models)).left_out
+    via = way.loads()
+    unsolved = plan(sensor, [*via, wrench], **asdict(models)).left_out
     try:
-        found = simulated(sensor, wrench, **asdict(models))
+        found = simulated(sensor, wrench, via=via, **asdict(models))
     except SolveFailed as error:
         return not_converged(error, as_json, True)
     tables = [

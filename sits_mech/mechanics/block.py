@@ -16,15 +16,17 @@ user's own is the first level of a family whose cells are each divided into eigh
 beside itself with constant pressures (pad/user.py).
 
 Contact of the free faces with ground, target (scene key `elastomer.contact`, faces/contact.py) and each other
-(faces/folds.py) is "never" solved, "always", or, "auto", where a free face folds onto one of them.
+(faces/folds.py) is "never" solved, "always", or, "auto", where a free face folds onto one of them. With friction on
+ground and target the answer is that of a path of loads, straight from rest by default (levels/history.py).
 
 Range: boxes, cylinders, pillars and meshes of the user's under rectangles and discs, every law. Neglected: viscosity,
-gravity, friction.
+gravity, friction of faces on each other.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 
@@ -35,8 +37,9 @@ from scipy.spatial import cKDTree
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import BRICK, Indices, MixedMesh
 from sits_mech.mechanics.element.prolongation import Prolongation, along_family
-from sits_mech.mechanics.levels.answer import Solved, load_words, starts
+from sits_mech.mechanics.levels.answer import Solved, starts
 from sits_mech.mechanics.levels.family import Levels
+from sits_mech.mechanics.levels.history import arrived, depends_on_path
 from sits_mech.mechanics.levels.retry import Line, settled
 from sits_mech.mechanics.pad.shapes import GRADING, Shape, base_cells, shape_of
 from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, pad_parts, pad_scales
@@ -44,7 +47,7 @@ from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
 from sits_mech.mechanics.rest.body import Bonded, packed
 from sits_mech.mechanics.rest.control import Control, under
 from sits_mech.mechanics.rest.failure import ended
-from sits_mech.quantities import Array, Equilibrium, Wrench
+from sits_mech.quantities import Array, Equilibrium, Wrench, refuse_infinite
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
 from sits_mech.units import checked_tolerance
@@ -108,18 +111,24 @@ class BlockPad:
         SolveFailed
             If the load path ends before the wrench; its `last` is the last equilibrium on the way.
         """
-        if not np.all(np.isfinite(wrench.components)):
-            raise ValueError(f"wrench: must be finite numbers, got {load_words(vars(wrench))}")
+        refuse_infinite(wrench)
         return self.controlled(under(wrench), start=start)
 
+    def along(self, loads: Sequence[Wrench]) -> Equilibrium:
+        """Return the equilibrium under the last of some loads, passed one after the other; see `PathModel`."""
+        *via, control = map(under, loads)
+        return self.controlled(control, via=via)
+
     @one_thread
-    def controlled(self, control: Control, *, start: Equilibrium | None = None) -> Equilibrium:
+    def controlled(
+        self, control: Control, *, start: Equilibrium | None = None, via: Sequence[Control] = ()
+    ) -> Equilibrium:  # fmt: skip
         """Return the equilibrium with forces or places of the target given, reached from `start` or from rest.
 
-        Its `wrench` holds the forces, given or found. Errors as of `equilibrium`.
+        Its `wrench` holds the forces, given or found; `via` is passed on the way. Errors as of `equilibrium`.
         """
         began = time.perf_counter()
-        line, solved = self._settled(control, start)
+        line, solved = self._settled((*via, control), start)
         found = solved.found
         report = replace(found.report, model="block", seconds=time.perf_counter() - began)
         report = replace(report, notes=(*report.notes, *edge_notes(self.sensor), *mesh_notes(self.sensor)))
@@ -129,13 +138,14 @@ class BlockPad:
             return replace(found, report=replace(report, notes=(*report.notes, *notes)))
         raise ended(line, control, solved._replace(found=replace(found, report=report)), "pad")
 
-    def _settled(self, control: Control, start: Equilibrium | None) -> tuple[Line, Solved]:
+    def _settled(self, controls: Sequence[Control], start: Equilibrium | None) -> tuple[Line, Solved]:
         """The last equilibrium towards what is given, and the line of meshes it is on.
 
         A load that leaves the plane goes on from that of its components that do not: half the pad gets there first.
         """
-        if not control.beside:
-            return self.half, settled(self.half, start, control)
+        control, beside = controls[-1], any(each.beside for each in controls)
+        if not beside or depends_on_path(self.sensor):
+            return (line := self.whole if beside else self.half), arrived(line, start, controls)
         free = self.whole.free
         if start is None or start.state.size - 1 != self.whole[int(start.state[0])].size:
             plane = settled(self.half, start, control.in_plane)

@@ -12,14 +12,17 @@ or else the one with the smallest error. Pose and error are extrapolated from th
 Contact of the free faces with the ground and the target (scene key `elastomer.contact`) is "never" solved, "always",
 or, "auto", where it matters: a load whose free faces fold onto the ground or the target is solved again with contact,
 and where that moves the target by more than 1 % of its displacement, or the layer could not be followed without, it
-is the answer; otherwise its effect is part of the error (levels/retry.py). The notes say which.
+is the answer; otherwise its effect is part of the error (levels/retry.py). The notes say which. With friction on them
+(`elastomer.friction`) the answer is that of a path of loads, straight from rest where no other is given
+(levels/history.py).
 
-Range: plane strain (the true pad is softer by its ends). Neglected: viscosity, gravity, friction.
+Range: plane strain (the true pad is softer by its ends). Neglected: viscosity, gravity.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,7 +30,8 @@ import numpy as np
 from sits_mech.mechanics.element.kernel import deformation, element_forces
 from sits_mech.mechanics.element.mesh import Indices
 from sits_mech.mechanics.levels.family import extrapolated
-from sits_mech.mechanics.levels.retry import Line, settled
+from sits_mech.mechanics.levels.history import arrived
+from sits_mech.mechanics.levels.retry import Line
 from sits_mech.mechanics.pad.edges import Edges, edge_effect, edge_notes
 from sits_mech.mechanics.pad.ladder import meshes_in_line
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
@@ -77,15 +81,27 @@ class PlanarLayer:
         refuse_beside("planar", wrench, "block")
         return self.controlled(under(wrench), start=start)
 
+    def along(self, loads: Sequence[Wrench]) -> Equilibrium:
+        """Return the equilibrium under the last of some loads, passed one after the other from rest; see `PathModel`.
+
+        Errors as of `equilibrium`.
+        """
+        for wrench in loads:
+            refuse_beside("planar", wrench, "block")
+        *via, control = map(under, loads)
+        return self.controlled(control, via=via)
+
     @one_thread
-    def controlled(self, control: Control, *, start: Equilibrium | None = None) -> Equilibrium:
+    def controlled(
+        self, control: Control, *, start: Equilibrium | None = None, via: Sequence[Control] = ()
+    ) -> Equilibrium:  # fmt: skip
         """Return the equilibrium with forces or places of the target given, reached from `start` or from rest.
 
-        Its `wrench` holds the forces, given or found; `report.estimated_error` covers the forces found too. Errors as
-        of `equilibrium`.
+        Its `wrench` holds the forces, given or found; `report.estimated_error` covers the forces found too. What `via`
+        gives is passed on the way. Errors as of `equilibrium`.
         """
         began = time.perf_counter()
-        solved = settled(self.line, start, control)
+        solved = arrived(self.line, start, (*via, control))
         report = replace(solved.found.report, model="planar", seconds=time.perf_counter() - began)
         if solved.part < 1.0:
             raise ended(self.line, control, solved._replace(found=replace(solved.found, report=report)), "layer")

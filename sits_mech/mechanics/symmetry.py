@@ -66,10 +66,10 @@ class Symmetry:
         """Return loads, as they are solved, without those that are images of others."""
         return list(dict.fromkeys(self.standard(load)[0] for load in loads))
 
-    def projection(self, load: Wrench) -> Array:
-        """Return the matrix that leaves of a pose what a load may cause that is some of its own images."""
-        own = [image for image in self.images if np.array_equal(image @ load.components, load.components)]
-        return np.asarray(np.mean(own, axis=0))
+    def projection(self, *loads: Wrench) -> Array:
+        """Return the matrix that leaves of a pose what loads may cause that are all some of their own images."""
+        each = np.array([load.components for load in loads])
+        return np.asarray(np.mean([image for image in self.images if np.array_equal(each @ image.T, each)], axis=0))
 
     def _foremost(self, load: Wrench) -> tuple[Wrench, Array]:
         """Return the image by `images` that comes first: in the plane, then by F_x, M, F_y, M_x, M_z, the largest."""

@@ -67,6 +67,7 @@ Permeability = Annotated[float, _within("", 1.0, 1e7, "a relative permeability f
 Capacitance = Annotated[float, _within("F", 1e-15, 1.0, 'a capacitance from 1 fF to 1 F, such as "330 pF"')]
 Inductance = Annotated[float, _within("H", 0.0, 1.0, 'zero or an inductance up to 1 H, such as "10 nH"')]
 Resistance = Annotated[float, _within("ohm", 0.0, 1e6, 'zero or a resistance up to 1 Mohm, such as "0.1 ohm"')]
+Friction = Annotated[float, _within("", 0.0, 10.0, "zero or a coefficient of friction up to 10")]
 Count = Annotated[int, BeforeValidator(_count)]
 Name = Annotated[str, BeforeValidator(_name)]
 MetalName = Annotated[str, BeforeValidator(_metal_name)]

@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, field_serializer, model_validator
 
-from sits_mech.scene.bounds import Length, Offset, SiliconeOrName, check_sizes, extent_of
+from sits_mech.scene.bounds import Friction, Length, Offset, SiliconeOrName, check_sizes, extent_of
 from sits_mech.scene.materials import silicones
 from sits_mech.silicone.material import Silicone, table_of
 from sits_mech.units import SceneError
@@ -53,6 +53,9 @@ class Elastomer(BaseModel):
     contact : str
         Whether free faces that fold onto the ground or the target are held there, "never", "always" or, "auto", where
         it matters: in plane strain where it moves the target by more than 1 %, in 3D wherever a face folds.
+    friction : float
+        Coefficient of Coulomb's friction of free faces on ground and target, zero for none. The answer then depends on
+        the way of the load (planar and 3D models at finite strain); contact may not be "never".
     edge_radius : float or None
         Planar models: radius of the fillets with which the free side faces meet the plates; they are drawn in by half
         of it, bonded widths stay. By default corners are sharp, and singular [m].
@@ -71,6 +74,7 @@ class Elastomer(BaseModel):
     thickness: Length
     standoff: Offset = 0.0
     contact: Literal["auto", "always", "never"] = "auto"
+    friction: Friction = 0.0
     edge_radius: Length | None = None
     mesh: str | None = None
     weld: bool = False
@@ -86,6 +90,8 @@ class Elastomer(BaseModel):
                 f"standoff must be a film no thicker than the layer (thickness {self.thickness:g} m); got "
                 f"{self.standoff:g} m"
             )
+        if self.friction > 0.0 and self.contact == "never":
+            raise SceneError(f'friction must be 0 where contact is "never"; got {self.friction:g}')
         if self.weld and self.mesh is None:
             raise SceneError("weld must be false without a mesh; got true")
         return self

@@ -7,7 +7,7 @@ import pytest
 
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.chain.interpolate import solved_likely
-from sits_mech.chain.models import magnetic_model, mechanical_model, plan
+from sits_mech.chain.models import MECHANICS, magnetic_model, mechanical_model, plan
 from sits_mech.chain.omissions import idle_coupling, omissions, skin_depths, strain_bound
 from sits_mech.chain.plan import REACHED, choose_magnetics, choose_mechanics, cost
 from sits_mech.chain.simulate import simulate
@@ -192,3 +192,14 @@ def test_a_pose_among_conductors_costs_more() -> None:
     far = near.model_copy(update={"conductors": (near.conductors[0].model_copy(update={"centre": (0.3, 0.0, 0.0)}),)})
     bare, some, more = (plan(sensor, [Wrench(0.3, 1.0)]) for sensor in (load_sensor("biorob2018"), far, near))
     assert bare.seconds == some.seconds < more.seconds - 5.0
+
+
+def test_a_layer_with_friction_is_left_to_models_at_finite_strain() -> None:
+    """However small the load: others know nothing of faces that touch."""
+    load, names = [Wrench(F_z=1e-3)], tuple(MECHANICS)
+    smooth, rough = load_sensor("biorob2018-w15"), load_sensor("biorob2018-w15", ["elastomer.friction=0.5"])
+    assert choose_mechanics(smooth, "auto", names, load).name == "linear"
+    assert choose_mechanics(rough, "auto", names, load).name == "block"
+    for name in ("linear", "closed-form"):
+        with pytest.raises(SceneError, match=f"must be auto, block or planar with elastomer.friction; got {name}"):
+            choose_mechanics(rough, name, names, load)

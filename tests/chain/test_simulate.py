@@ -1,8 +1,8 @@
 """The bridge: with models whose answers are known by hand, and with the real ones."""
 
 import json
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ from sits_mech.chain import models
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.chain.pose_errors import read_poses
-from sits_mech.chain.simulate import simulate
+from sits_mech.chain.simulate import at_rest, simulate
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.space.rungs import prepared
 from sits_mech.mechanics.loads import kept_key, kept_rest
@@ -263,3 +263,33 @@ def test_what_is_prepared_ahead_fails_in_silence(sensor: Sensor, monkeypatch: py
     monkeypatch.setattr(grid, "_predicted", lambda sensor, loads: Pose(0.0, -1e-3))
     data = calibrate(sensor, F_x=[0.5], F_z=[2.0], tolerance=5e-2)
     assert data["status"].item() == "converged"
+
+
+@dataclass(frozen=True)
+class Sliding:
+    """A spring that remembers where it was drawn first: d_h of the first load of the way stays."""
+
+    height: float
+
+    def along(self, loads: Sequence[Wrench]) -> Equilibrium:
+        """Return the spring's pose under the last load, d_h under the first."""
+        spring = Spring(self.height)
+        first, last = spring.equilibrium(loads[0]), spring.equilibrium(loads[-1])
+        return replace(last, pose=replace(last.pose, d_h=first.pose.d_h))
+
+    def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
+        """Return the pose straight from rest."""
+        return self.along([wrench])
+
+
+def test_the_way_of_the_load_is_asked_of_a_layer_with_friction_alone() -> None:
+    """What is left of shear that has gone is not taken for rounding by the symmetry of the last load."""
+    rough = load_sensor("biorob2018", ["elastomer.friction=0.3"])
+    via, load = [Wrench(F_x=0.5)], Wrench(F_z=1.0)
+    found = at_rest(rough, Sliding(2e-3), load, via)
+    assert found.wrench == load and found.pose.d_h == 0.5 / 2500
+    assert at_rest(rough, Sliding(2e-3), load).pose.d_h == 0.0
+    assert at_rest(rough, Sliding(2e-3), Wrench(F_z=2.0), [load]).pose.d_h == 0.0
+    for sensor, layer in ((load_sensor("biorob2018"), Sliding(2e-3)), (rough, Spring(2e-3))):
+        with pytest.raises(SceneError, match=r"via: must be left out without elastomer\.friction"):
+            at_rest(sensor, layer, load, via)

@@ -114,6 +114,13 @@ def test_explain_and_fit_name_what_cannot_be(capsys: Capture, tmp_path: Path) ->
     assert "implausible" in answer(capsys, "fit", str(path), "--law", "neo-hookean")["notes"][-1]
 
 
+def test_loads_that_are_passed_on_the_way_are_read(capsys: Capture) -> None:
+    """With friction; where nothing is touched on the way, the answer is that without."""
+    rough = ("--set", "elastomer.friction=0.5", "--via", "fx=0.2 N, fz=0 N", "--via", "F_z=1 N, F_x=0.2 N")
+    plain, found = (answer(capsys, "pose", "biorob2018-w15", "--fz", "1 N", *more) for more in ((), rough))
+    assert found["wrench"] == plain["wrench"] and found["pose"]["d_v"] == pytest.approx(plain["pose"]["d_v"], rel=1e-4)
+
+
 def test_what_symmetry_forbids_is_zero(capsys: Capture) -> None:
     """A load straight down on a scene that is its own mirror image: neither shift nor tilt, without error."""
     found = answer(capsys, "pose", "biorob2018", "--fz", "2 N")
@@ -157,6 +164,10 @@ def test_doctor_knows_what_is_installed(capsys: Capture) -> None:
     (("pose", "biorob2018", "--model", "blok"), "must be one of auto, planar, linear"),
     (("pose", "biorob2018", "--tolerance", "two"), "tolerance"),
     (("pose", "biorob2018", "--set", "target.wdth=1"), "wdth"),
+    (("pose", "biorob2018", "--via", "fz=4 N"), "via: must be left out without elastomer.friction"),
+    (("pose", "biorob2018", "--via", "4 N"), "--via: must be a load such as"),
+    (("simulate", "biorob2018", "--via", "F_z=4 mm"), "--via F_z: must be a force"),
+    (("pose", "biorob2018", "--via", "fz=4 N, F_z=2 N"), "--via: must give F_z once"),
     (("pose", "biorob2018", "--weld"), "elastomer: weld must be false without a mesh; got true"),
     (("inductance", "biorob2018"), "--dv"),
     (("inductance", "biorob2018", "--dv", "2 N"), "--dv: must be a length"),

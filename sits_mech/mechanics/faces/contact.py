@@ -1,4 +1,4 @@
-"""What keeps the free faces of a layer off the ground and the target? A part of its energy, frictionless.
+"""What keeps the free faces of a layer off the ground and the target? A part of its energy.
 
 A point at depth d behind a rigid surface is pressed back, per reference area, with
 
@@ -31,9 +31,10 @@ and since dh = R H dy + w x h, the stiffness in (x, c, w) is
 which is not symmetric in w alone, where w has three components: finite turns do not commute. In the plane it is.
 
 Unknowns: nodal displacements and the target's motion; energies in shear modulus times thickness to the power of the
-dimension. Source: P. Wriggers, Computational Contact Mechanics (2006), chapter 6. Neglected: friction, adhesion, the
-target's top face (its sides go on upwards). Faces that touch each other: folds.py; those of half a pad that meet their
-own image meet in the plane of symmetry, which is one more plane, d = level - y, "mirror".
+dimension. Source: P. Wriggers, Computational Contact Mechanics (2006), chapter 6. Friction is one more energy in y, of
+one increment of a load path (friction.py); without a coefficient there is none. Neglected: adhesion, the target's top
+face (its sides go on upwards). Faces that touch each other: folds.py; those of half a pad that meet their own image
+meet in the plane of symmetry, which is one more plane, d = level - y, "mirror", and has no friction.
 """
 
 from __future__ import annotations
@@ -47,6 +48,7 @@ from sits_mech.mechanics.element.assembly import Term
 from sits_mech.mechanics.element.kernel import summed
 from sits_mech.mechanics.element.mesh import Indices
 from sits_mech.mechanics.element.target import placed
+from sits_mech.mechanics.faces.friction import Grip
 from sits_mech.mechanics.faces.surface import Surface
 from sits_mech.meshing.bricks import Outline
 from sits_mech.quantities import Array
@@ -75,6 +77,10 @@ class Contact:
         Half the target's sizes [thicknesses].
     level : float
         Where the plane of symmetry is along y [thicknesses].
+    friction : float
+        Coefficient.
+    grip : Grip or None
+        Friction of its points in one increment of a load path; None: they slip freely.
     """
 
     surface: Surface
@@ -82,6 +88,8 @@ class Contact:
     depth: float
     plate: Outline
     level: float = 0.0
+    friction: float = 0.0
+    grip: Grip | None = None
 
     def __call__(self, u: Array, q: Array) -> Term:
         """Return energy, forces and stiffness of the contact at displacements `u` and the target's motion `q`."""
@@ -94,12 +102,16 @@ class Contact:
     def _pushed(self, u: Array, q: Array) -> tuple[Indices, float, Array, Array]:
         """Which faces are pushed; energy, forces (f, d k + 6) and stiffnesses on their displacements and q."""
         faces, held = self.surface, self.plane in ("ground", "mirror")
-        centre, turn = placed(q)
-        place = faces.places(u)
-        r, R = (place, np.eye(3)) if held else (place - centre - (0.0, 0.0, 1.0), turn)
+        r, R = self._frame(u, q)
         f, p, _ = faces.shape.shape
-        energy, g, H = (each.reshape(f, p, *each.shape[1:]) for each in self._of_place((r @ R).reshape(-1, 3)))
-        on = np.flatnonzero(energy.any(axis=1))
+        y = (r @ R).reshape(-1, 3)
+        jet = pressed(*self._depths(y))
+        on = np.flatnonzero(jet[0].reshape(f, p).any(axis=1))
+        if self.grip is not None:
+            more = self.grip(y)
+            jet = jet[0] + more[0], jet[1] + more[1], jet[2] + more[2]
+            on = np.flatnonzero(jet[2].reshape(f, -1).any(axis=1))
+        energy, g, H = (each.reshape(f, p, *each.shape[1:]) for each in jet)
         h, bent = g[on] @ R.T, R @ H[on] @ R.T
         A = np.zeros((len(on), p, 3, 9))
         A[..., :3] = np.eye(3)
@@ -117,16 +129,33 @@ class Contact:
         stiffness = ((weight[..., None, None] * stiffness) @ spread).reshape(across.shape)
         return on, float((weight * energy[on]).sum()), forces[:, 0], across.swapaxes(1, 2) @ stiffness
 
-    def _of_place(self, y: Array) -> Jet:
-        """Energy per area in the place, (x, y, z) before the ground and (a, e, b) before the target, of every point."""
+    def looked_at(self, u: Array, q: Array) -> tuple[Array, Array, Array]:
+        """Return places of the points in the surface's frame, pressures [shear moduli], normals into the surface."""
+        r, R = self._frame(u, q)
+        y = (r @ R).reshape(-1, 3)
+        depth, reach, above = self._depths(y)
+        share = 1.0 if above is None else _risen(above[0])[0]
+        normal = depth[1] / np.maximum(np.linalg.norm(depth[1], axis=1), 1e-12)[:, None]
+        return y, pressure(depth[0] / reach)[1] * share, normal
+
+    def _frame(self, u: Array, q: Array) -> tuple[Array, Array]:
+        """Places of the points from the surface's origin, shape (f, p, 3), and the turn of its frame."""
+        place = self.surface.places(u)
+        if self.plane in ("ground", "mirror"):
+            return place, np.eye(3)
+        centre, turn = placed(q)
+        return place - centre - (0.0, 0.0, 1.0), turn
+
+    def _depths(self, y: Array) -> tuple[Jet, float, Jet | None]:
+        """What `pressed` takes in the place, (x, y, z) before the ground and (a, e, b) before the target, of points."""
         if self.plane == "ground":
-            return pressed(_linear(-y[:, 2], (0.0, 0.0, -1.0)), self.depth)
+            return _linear(-y[:, 2], (0.0, 0.0, -1.0)), self.depth, None
         if self.plane == "mirror":
-            return pressed(_linear(self.level - y[:, 1], (0.0, -1.0, 0.0)), self.depth)
+            return _linear(self.level - y[:, 1], (0.0, -1.0, 0.0)), self.depth, None
         above = _linear(y[:, 2], (0.0, 0.0, 1.0))
         if self.plane == "plane":
-            return pressed(above, self.depth)
-        return pressed(_depth_inside(self.plate, y), self.depth, above)
+            return above, self.depth, None
+        return _depth_inside(self.plate, y), self.depth, above
 
 
 def pressure(d: Array) -> tuple[Array, Array, Array]:
@@ -154,15 +183,20 @@ def pressed(depth: Jet, reach: float, above: Jet | None = None) -> Jet:
     square = depth[1][:, :, None] * depth[1][:, None, :]
     if above is None:
         return phi, p[:, None] * depth[1], k[:, None, None] * square + p[:, None, None] * depth[2]
-    r = np.clip(above[0] / _RISE, 0.0, 1.0)
-    s = r**3 * (10.0 - 15.0 * r + 6.0 * r**2)
-    s_b, s_bb = 30.0 * r**2 * (1.0 - r) ** 2 / _RISE, 60.0 * r * (1.0 - r) * (1.0 - 2.0 * r) / _RISE**2
+    s, s_b, s_bb = _risen(above[0])
     mixed = depth[1][:, :, None] * above[1][:, None, :]
     curvature = (k * s)[:, None, None] * square + (p * s)[:, None, None] * depth[2]
     curvature += (p * s_b)[:, None, None] * (mixed + mixed.transpose(0, 2, 1))
     curvature += (phi * s_bb)[:, None, None] * above[1][:, :, None] * above[1][:, None, :]
     curvature += (phi * s_b)[:, None, None] * above[2]
     return phi * s, (p * s)[:, None] * depth[1] + (phi * s_b)[:, None] * above[1], curvature
+
+
+def _risen(above: Array) -> tuple[Array, Array, Array]:
+    """How much of a wall there is at heights above its edge, s, with slope and curvature."""
+    r = np.clip(above / _RISE, 0.0, 1.0)
+    s = r**3 * (10.0 - 15.0 * r + 6.0 * r**2)
+    return s, 30.0 * r**2 * (1.0 - r) ** 2 / _RISE, 60.0 * r * (1.0 - r) * (1.0 - 2.0 * r) / _RISE**2
 
 
 def _linear(value: Array, slope: tuple[float, float, float]) -> Jet:

@@ -109,12 +109,19 @@ class FaceContact:
         return self.ground or self.target or self.walls or self.held or self.missed
 
 
-def contacts(faces: Faces, surfaces: tuple[tuple[Plane, Surface], ...], depth: float) -> tuple[Part, ...]:
-    """Return the contacts of a layer's faces with planes, and with each other; none without a contact depth."""
+def contacts(
+    faces: Faces, surfaces: tuple[tuple[Plane, Surface], ...], depth: float, friction: float = 0.0
+) -> tuple[Part, ...]:  # fmt: skip
+    """Return the contacts of a layer's faces with planes, and with each other; none without a contact depth.
+
+    `friction` is the coefficient on planes; faces slide on each other, and images on images, without any.
+    """
     if depth == 0.0:
         return ()
     level = faces.mirror if np.isfinite(faces.mirror) else 0.0
-    planes = tuple(Contact(own, plane, depth, faces.target, level) for plane, own in surfaces)
+    planes = tuple(
+        Contact(own, plane, depth, faces.target, level, friction * (plane != "mirror")) for plane, own in surfaces
+    )
     return planes if faces.skin is None else (*planes, SelfContact(faces.skin, _SOFTER * depth))
 
 
@@ -174,7 +181,8 @@ def face_notes(
     }
     begin, end = ("folds onto", "its contact is not in this answer, the true layer is stiffer")
     if any(isinstance(part, Contact) for part in parts):
-        begin, end = "lies on", "frictionless contact"
+        rough = max(part.friction for part in parts if isinstance(part, Contact))
+        begin, end = "lies on", f"contact with friction {rough:g}" if rough > 0.0 else "frictionless contact"
     notes = [f"a free face {begin} {name}: {end}" for name, own in names.items() if own]
     if found.walls and found.rise > plate:
         notes.append("silicone rises above the target's top face: its sides are taken to go on upwards")

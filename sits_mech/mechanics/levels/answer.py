@@ -7,7 +7,7 @@ target's end; of forces that hold the target, likewise. A state that is kept is 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -21,6 +21,7 @@ from sits_mech.mechanics.rest.body import Bonded, State, packed, rest, unpacked
 from sits_mech.mechanics.rest.control import Control
 from sits_mech.mechanics.rest.limit import Outcome, carried
 from sits_mech.mechanics.rest.linearisation import Held
+from sits_mech.mechanics.rest.newton import Approach
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.mechanics.rest.verdict import Way
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport, Wrench
@@ -168,7 +169,7 @@ def solve_levels(
         second = followed(levels.coarse, coarse_start, begin + fine.reached * (end - begin), np.inf).state
     part, limit = fine.reached, carried(first, there)
     reason = (there if there.limit is not None or first.reached == 1.0 else first).reason
-    found = _answer(sensor, levels, scales, control, (second, fine.state), asked if part == 1.0 else np.inf)
+    found = answer(sensor, levels, scales, control, (second, fine.state), asked if part == 1.0 else np.inf)
     if part == 1.0:
         given = {name: value for name in WRENCH if (value := getattr(control, name)) is not None}
         found = replace(found, wrench=replace(found.wrench, **given))
@@ -257,10 +258,14 @@ def load_words(load: Mapping[str, float]) -> str:
     return ", ".join(f"{name} = {value:.6g} N{' m' * name.startswith('M')}" for name, value in shown.items())
 
 
-def _answer(
-    sensor: Sensor, levels: Levels, scales: Scales, control: Control, states: tuple[State, State], asked: float
-) -> Equilibrium:
-    """Equilibrium with its errors from the first two levels at rest, and from as many finer ones as are needed."""
+def answer(
+    sensor: Sensor, levels: Levels, scales: Scales, control: Control, states: tuple[State, State], asked: float,
+    walk: Iterator[Approach] | None = None,
+) -> Equilibrium:  # fmt: skip
+    """Return the equilibrium with its errors from the first two levels at rest, and from as many finer as are needed.
+
+    `walk` gives the finer ones, `finer` by default.
+    """
     coarse, fine = states
     body, t = levels.fine, scales.thickness
     k, (held, goal) = body.components, aim(body, scales, control)
@@ -274,7 +279,7 @@ def _answer(
         """What is found, over the largest of its kind."""
         return np.where(held, load, q) / unit
 
-    values, walk = [shown(state.q, state.load) for state in states], finer(levels, states, (held, goal))
+    values, walk = [shown(state.q, state.load) for state in states], walk or finer(levels, states, (held, goal))
     spent, best = fine.iterations + coarse.iterations, extrapolated(values, levels.sizes, levels.order)
     large = ""
     for level in range(2, len(levels.sizes) if asked < np.inf else 0):

@@ -109,6 +109,16 @@ def settled(line: Line, start: Equilibrium | None, control: Control, first: int 
     return found
 
 
+def untouched(line: Line, controls: Sequence[Control]) -> Solved | None:
+    """Return the answer to the last of some loads, where free faces touch nothing under any of them; None otherwise."""
+    found: Solved | None = None
+    for control in controls if line.free < len(line) else ():
+        found = _first_good(line, range(line.free), None, control, {})
+        if found is None or found.part < 1.0 or _touches(line, found.found):
+            return None
+    return found
+
+
 def _settled(line: Line, start: Equilibrium | None, control: Control, first: int) -> Solved:
     """The last equilibrium on the way from a start."""
     count = len(line)

@@ -79,7 +79,7 @@ def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
     own = _numbered(fillet, fineness.cells, fineness.grading, fineness.fan)
     K = silicone.bulk_modulus / silicone.shear_modulus
     guard = min(fineness.guard, _GUARD_SHARE * K)
-    parts = _parts(own, guard, fineness.depth)
+    parts = _parts(own, guard, fineness.depth, elastomer.friction)
     law = Law(isochoric_energy(silicone), isochoric_stress(silicone))
     kind = (fillet, fineness.cells, fineness.grading, fineness.fan, guard > 0.0, fineness.depth > 0.0)
     return Bonded(
@@ -156,9 +156,9 @@ def _numbered(fillet: Fillet, cells: int, grading: float, fan: bool) -> _Numbere
     return _Numbered(mesh, free, bonded, X, faces, surfaces)
 
 
-def _parts(own: _Numbered, guard: float, depth: float) -> tuple[Part, ...]:
+def _parts(own: _Numbered, guard: float, depth: float, friction: float = 0.0) -> tuple[Part, ...]:
     """Guard and contacts of a body on a mesh."""
-    return (*((Guard(own.mesh, guard),) if guard > 0.0 else ()), *contacts(own.faces, own.surfaces, depth))
+    return (*((Guard(own.mesh, guard),) if guard > 0.0 else ()), *contacts(own.faces, own.surfaces, depth, friction))
 
 
 @lru_cache(maxsize=32)

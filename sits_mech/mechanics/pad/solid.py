@@ -178,7 +178,7 @@ def solid(sensor: Sensor, own: NumberedMesh, guard: float, depth: float) -> Soli
     body = Bonded(
         own.mesh, Law(isochoric_energy(silicone, guard), isochoric_stress(silicone, guard)), K - guard,
         target.load_height / elastomer.thickness, own.free(), own.bonded, X, own.faces,
-        components=3 if own.half else 6, parts=contacts(own.faces, own.surfaces, depth),
+        components=3 if own.half else 6, parts=contacts(own.faces, own.surfaces, depth, elastomer.friction),
         shared=partial(_pattern, own, depth > 0.0),
         hidden=partial(_pattern, own, depth > 0.0, True) if own.half else None,
     )  # fmt: skip

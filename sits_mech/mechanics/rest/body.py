@@ -21,6 +21,7 @@ import numpy as np
 from sits_mech.mechanics.element.assembly import Part, Pattern, pattern
 from sits_mech.mechanics.element.kernel import Deformed, Law, deformation, deformed, smallest_nodal_volume
 from sits_mech.mechanics.element.mesh import Indices, MixedMesh
+from sits_mech.mechanics.faces.contact import Contact
 from sits_mech.mechanics.faces.face_contact import Faces
 from sits_mech.mechanics.faces.folds import SelfContact
 from sits_mech.quantities import Array
@@ -101,6 +102,11 @@ class Bonded:
         return replace(found, shared=cache(lambda: found._made(self.free)), hidden=odd)
 
     @cached_property
+    def slips(self) -> bool:
+        """Whether friction holds points of its faces, in one increment of a path."""
+        return any(isinstance(part, Contact) and part.grip is not None for part in self.parts)
+
+    @cached_property
     def levers(self) -> Array:
         """What turns the components of a motion into the way of the target's edge, shape (k,) [thicknesses]."""
         x, y = (float(reach) for reach in np.abs(self.X[:, :2]).max(axis=0))
@@ -138,6 +144,9 @@ class State:
         Smallest volume ratio at a quadrature point; of a state at rest, at the elements' nodes too.
     known : Deformed or None
         The deformation of `u`, or of others, where it was looked at; see `deformed_state`.
+    grip : tuple of ndarray, shape (m, 3) each
+        Tractions of friction at the points of each contact that has some, in its surface's frame, as the way here left
+        them; none before a way with friction (increments.py) [shear moduli].
     """
 
     u: Array
@@ -148,6 +157,7 @@ class State:
     iterations: int = 0
     min_J: float = 1.0
     known: Deformed | None = field(default=None, repr=False)
+    grip: tuple[Array, ...] = field(default=(), repr=False)
 
 
 def border(mesh: MixedMesh, bonded: Indices) -> Indices:

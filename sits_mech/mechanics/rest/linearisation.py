@@ -18,7 +18,7 @@ the path. With S, the stiffness that is left when all but q is eliminated, a ste
     dt = 0    or, where t is found,    normal . dq = what is left of the way to a plane across the path (`Arc`),
 
 so that turning points of the load are nothing special. A step that would turn a quadrature point inside out is
-shortened.
+shortened, and one that overshoots the least potential along it where friction makes the tangent change abruptly.
 
 Source: R. de Borst et al., Non-linear Finite Element Analysis of Solids and Structures (2012), chapter 4, for mixed
 control; E. Riks, Int. J. Solids Struct. 15 (1979) 529, for the plane across the path.
@@ -56,6 +56,7 @@ from sits_mech.quantities import Array
 Held = NDArray[np.bool_]
 
 _SHORTEN = 0.5
+_STEEP, _LEAST_STEP = 0.5, 0.05  # slope at the end of a step over that at its beginning; smallest share of it at once
 _BLENDS = 12  # times that cells are drawn towards a safe state, by a quarter each
 _MIN_J_KEPT = 0.2  # a step may not shrink the smallest volume ratio below this fraction of its value
 
@@ -176,9 +177,12 @@ def way_of(
 
 
 def stepped(
-    body: Bonded, here: State, factor: Factor, way: tuple[Array, Array, Array, float]
+    body: Bonded, here: State, factor: Factor, way: tuple[Array, Array, Array, float], held: Held
 ) -> tuple[State, float] | None:
-    """State after the longest part of Newton's step that keeps every point well above inversion, and that part."""
+    """State after the longest part of Newton's step that keeps every point well above inversion, and that part.
+
+    Where points slip with friction, whose tangent changes within a hair of slip, nor may the potential rise steeply.
+    """
     (linear, p_full), (_, dq, forces, _), part = _increments(body, here, factor, way), way, 1.0
     while part > 1e-3:
         u, q = here.u + part * linear, moved(here.q, part * dq)
@@ -187,9 +191,28 @@ def stepped(
         min_J = smallest_volume(body, u, everywhere=False, known=known)
         if min_J > _MIN_J_KEPT * min(here.min_J, 1.0):
             p = here.p + part * (p_full - here.p)
-            return replace(here, u=u, q=q, p=p, min_J=min_J, load=here.load + part * forces, known=known), part
-        part *= _SHORTEN
+            there = replace(here, u=u, q=q, p=p, min_J=min_J, load=here.load + part * forces, known=known)
+            shorter = _overshot(body, (here, there), way, held) if body.slips else 1.0
+            if shorter == 1.0:
+                return there, part
+            part *= shorter
+        else:
+            part *= _SHORTEN
     return None
+
+
+def _overshot(body: Bonded, states: tuple[State, State], way: tuple[Array, Array, Array, float], held: Held) -> float:
+    """Share of a step to a new state that the potential asks for: 1 where it does not rise too steeply there.
+
+    A step that moves places which are held does not go down the potential, and is left alone.
+    """
+    dx, dq = way[0], way[1]
+    if np.any(dq[held]):
+        return 1.0
+    before, after = (float(dx @ found.free + dq @ found.target) for found in (gradient(body, each) for each in states))
+    if before >= 0.0 or after <= -_STEEP * before:
+        return 1.0
+    return min(max(before / (before - after), _LEAST_STEP), _SHORTEN)
 
 
 def stepped_around(

@@ -107,14 +107,14 @@ def newton(
         aim = aim_of(here, goal if arc is None else goal + part * arc.slope, held, arc)
         left.append(_residual(body, here, found, aim, until))
         here = replace(here, residual=left[-1], iterations=count)
-        if left[-1] <= until or count == MOST or _hopeless(left):
+        if left[-1] <= until or count == MOST or _hopeless(left, body.slips):
             break
         if factor is None or near > _NEAR or left[-1] > _AGAIN * left[-2]:
             factor = None  # its memory is needed for the next one
             factor, near = factored(body, here, found), left[-1]
         way = None if factor is None else way_of(body, here, found, factor, aim)
         length = body.length(way[1]) if way is not None and not count else length
-        gone = None if factor is None or way is None or length > LONGEST else stepped(body, here, factor, way)
+        gone = None if factor is None or way is None or length > LONGEST else stepped(body, here, factor, way, held)
         if gone is None or way is None:
             here = replace(here, residual=np.inf, iterations=count + 1)
             break
@@ -211,7 +211,7 @@ def correction(body: Bonded, load: Array) -> tuple[Array, float]:
             break
         if again:
             return way[1], here.min_J
-        after = stepped(body, here, factor, way)
+        after = stepped(body, here, factor, way, aim.held)
         if after is None or after[1] < 1.0:
             break
         here = after[0]
@@ -226,6 +226,6 @@ def _residual(body: Bonded, here: State, found: Gradient, aim: Aim, until: float
     return left if left > until or np.isfinite(found.energy) else np.inf
 
 
-def _hopeless(left: list[float]) -> bool:
-    """Whether the residuals so far lead nowhere."""
-    return not np.isfinite(left[-1]) or (len(left) > _PATIENCE and left[-1] > left[0])
+def _hopeless(left: list[float], slips: bool) -> bool:
+    """Whether the residuals so far lead nowhere; while points slip with friction the potential falls, they need not."""
+    return not np.isfinite(left[-1]) or (not slips and len(left) > _PATIENCE and left[-1] > left[0])

@@ -31,6 +31,7 @@ REASONS = {
     "turned": "this is the largest load of its kind that the layer carries: beyond it there is no state at rest nearby",
     "inverted": "beyond this load the mesh turns inside out at a corner",
     "lost": "beyond this load no state at rest was found, though the target stands stable: a nearer load may converge",
+    "slipping": "beyond this load the pressures of faces that slip with friction do not settle",
     "long": "beyond this load more iterations were needed than a mesh this large is given",
 }
 """What is said of a path that ended, by the reason of its `Outcome` (path.py); see `reason_words`."""

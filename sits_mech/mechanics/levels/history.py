@@ -1,0 +1,171 @@
+"""Where does a layer with friction come to rest? At the end of its path of loads, followed on each level by itself.
+
+Friction remembers (faces/friction.py): the answer belongs to a path from rest, through loads that are passed, to the
+last one, straight from each to the next. No state is taken from another load or a coarser mesh, and no chord closes a
+gap: every level of a family follows the whole path (rest/increments.py), and the pose is extrapolated as it is without
+friction (answer.py), from two levels, or three where the third is cheap. The number of increments is found on the first
+level: it is doubled until that moves the target by less than a share of the tolerance. As the method is of first order,
+what the last doubling changed is about what is left, and is added to the errors.
+
+Where no free face touches anything under any of the loads, without contact, friction plays no part: the answer is that
+without friction, to all digits. Source: family.py, rest/increments.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from math import prod
+from typing import NamedTuple
+
+import numpy as np
+
+from sits_mech.mechanics.levels.answer import Solved, aim, answer, levers
+from sits_mech.mechanics.levels.family import FEWEST, Levels
+from sits_mech.mechanics.levels.retry import Line, settled, untouched
+from sits_mech.mechanics.rest.body import Bonded, rest
+from sits_mech.mechanics.rest.control import Control
+from sits_mech.mechanics.rest.increments import Track, followed
+from sits_mech.mechanics.rest.newton import Approach
+from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport
+from sits_mech.scene.sensor import Sensor
+
+_FIRST, _MOST = 4, 64  # increments of each leg
+_SHARE = 0.3  # of the tolerance that the increments may be worth
+_CHEAP = 1500  # cells of a level beyond the second
+
+
+class _Steps(NamedTuple):
+    """The path on the first level and the increments of each leg.
+
+    Then what half as many change: the motion where it is found, shape (k,) [thicknesses, rad]; over the displacement.
+    """
+
+    track: Track
+    parts: int
+    off: Array
+    share: float
+
+
+def depends_on_path(sensor: Sensor) -> bool:
+    """Say whether the answer of a scene's layer depends on the way of its load."""
+    return sensor.elastomer is not None and sensor.elastomer.friction > 0.0
+
+
+def arrived(line: Line, start: Equilibrium | None, controls: Sequence[Control]) -> Solved:
+    """Return the last equilibrium on a path of loads, which counts where the layer has friction.
+
+    Parameters
+    ----------
+    line : Line
+    start : Equilibrium or None
+        Of a neighbour, from which a layer without friction may start, as for `settled`.
+    controls : sequence of Control
+        From rest: what is passed on the way, and the end; all hold the same places.
+
+    Raises
+    ------
+    ValueError
+        Where they hold different places.
+    """
+    if not depends_on_path(line.sensor):
+        return settled(line, start, controls[-1])
+    if any(np.any(each.held != controls[-1].held) for each in controls):
+        raise ValueError("via: must give the same forces and places as the end of the path")
+    free = untouched(line, controls)
+    if free is not None:
+        return free
+    best: Solved | None = None
+    for number in range(line.free % len(line), len(line)):
+        found = _along(line, number, controls)
+        if best is None or found.part > best.part or (found.part == best.part == 1.0 and _error(found) < _error(best)):
+            best = found
+        if best.part == 1.0 and _error(best) <= line.good:
+            break
+    return found if best is None else best
+
+
+def _error(solved: Solved) -> float:
+    """Estimated error of an answer."""
+    return solved.found.report.estimated_error
+
+
+def _along(line: Line, number: int, controls: Sequence[Control]) -> Solved:
+    """The last equilibrium on the path, on one family of meshes."""
+    levels = line[number]
+    for level in (0, 1):
+        levels.check_memory(level)
+    steps = _in_steps(line, levels, controls)
+    if steps.track.reason:
+        return _ended(line, number, steps.track, controls)
+    second = _followed(line, levels.fine, controls, steps.parts)
+    if second.reason:
+        return _ended(line, number, second, controls)
+    states = (steps.track.state, second.state)
+    found = answer(
+        line.sensor, levels, line.scales, controls[-1], states, line.asked, _finer(line, levels, controls, steps.parts)
+    )  # fmt: skip
+    given = {name: value for name, value in controls[-1].given.items() if name in WRENCH}
+    found = replace(found, wrench=replace(found.wrench, **given))
+    way = "straight from rest" if len(controls) == 1 else "by way of the loads that were given"
+    return Solved(_with_steps(line, number, found, steps, way), 1.0)
+
+
+def _in_steps(line: Line, levels: Levels, controls: Sequence[Control]) -> _Steps:
+    """The path on the first level with as many increments as the tolerance takes."""
+    k, parts = levels.coarse.components, _FIRST
+    weight, held = levels.coarse.levers, controls[-1].held[:k]
+    track, before = _followed(line, levels.coarse, controls, parts), rest(levels.coarse)
+    while not track.reason and parts < _MOST:
+        before, parts = track.state, 2 * parts
+        track = _followed(line, levels.coarse, controls, parts)
+        found, old = (np.where(held, each.load / weight, each.q * weight) for each in (track.state, before))
+        size = np.where(held, *(np.max(np.abs(found[own]), initial=1e-300) for own in (held, ~held)))
+        share = float(np.max(np.abs(found - old) / size))
+        if share <= _SHARE * line.asked or parts >= _MOST:
+            return _Steps(track, parts, np.where(held, 0.0, np.abs(found - old) / weight), share)
+    return _Steps(track, parts, np.zeros(k), 1.0)
+
+
+def _followed(line: Line, body: Bonded, controls: Sequence[Control], parts: int) -> Track:
+    """A path of loads from rest on one mesh; a whole one may leave the plane where any of them does."""
+    farthest = next((control for control in controls if control.beside), controls[-1])
+    held, _ = aim(body, line.scales, farthest)
+    k = body.components
+    goals = [np.zeros(k), *(aim(body, line.scales, control)[1] for control in controls)]
+    return followed(body, rest(body), goals, parts, held=held, beside=controls[-1].held[3:])
+
+
+def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) -> Iterator[Approach]:
+    """Yield where the target rests on the levels beyond the second, as long as they are cheap."""
+    for level in range(2, len(levels.sizes)):
+        if level >= FEWEST or prod(levels.numbers(level)) > _CHEAP:
+            return
+        body = levels.maker(level)
+        track = _followed(line, body, controls, parts)
+        if track.reason:
+            return
+        yield Approach(track.state, track.state.q, track.state.load, np.zeros(body.components), track.iterations)
+
+
+def _with_steps(line: Line, number: int, found: Equilibrium, steps: _Steps, way: str) -> Equilibrium:
+    """An equilibrium with what its increments are worth in its errors, said of its way, the number of its family."""
+    k, error = len(steps.off), found.error.components
+    error[:k] += steps.off * line.scales.lengths[:k]
+    said = f"friction: the load came {way} in {steps.parts} steps a leg; half as many change this by {steps.share:.1g}"
+    report = found.report
+    report = replace(
+        report, estimated_error=report.estimated_error + steps.share, notes=(*report.notes, said)
+    )  # fmt: skip
+    return replace(found, error=Pose.of(error), report=report, state=np.concatenate([[number], found.state]))
+
+
+def _ended(line: Line, number: int, track: Track, controls: Sequence[Control]) -> Solved:
+    """What is said of a path that ended before its goal: the last rest on it, known to nothing better than its size."""
+    state, scales = track.state, line.scales
+    k, lever = len(state.q), levers(line[number].fine, scales.thickness)
+    size = float(np.max(np.abs(state.q * scales.lengths[:k]) * lever[:k]))
+    error = Pose.of(np.where(np.arange(6) < k, size / lever, 0.0))
+    report = SolveReport("", state.u.size, track.iterations, state.residual, 1.0, 0.0, min_J=state.min_J)
+    found = Equilibrium(scales.wrench(state.load), scales.pose(state.q), error, np.array([float(number)]), report)
+    return Solved(found, track.reached / len(controls), track.reason)

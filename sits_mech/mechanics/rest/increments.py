@@ -1,0 +1,184 @@
+"""How does a layer follow a path of loads with friction? Increment by increment, each from where the last one ended.
+
+The path goes straight from load to load, each leg of it in a number of equal increments. In each of them the potential
+of the layer with friction (faces/friction.py) is brought to rest by Newton's method, with the pressures p of the
+contacts as they were at its beginning, then with those found, pass by pass, until
+
+    sum w |p_new - p|  <=  1e-3 sum w p_new
+
+on every surface, w the areas of its points. Newton's method goes on from the pass before, or else from the increment's
+beginning, where no point has slipped yet. The elastic slip s_0 goes down with the number of increments, so that one
+comparison of two numbers tells of both. An increment whose passes do not settle, or that comes to no rest that
+counts (verdict.py), is halved. Tractions and places at its end are the beginning of the next one. The method is of
+first order in the increments: twice as many halve what is left (measured: tests). Source: J. C. Simo, T. A. Laursen,
+Comput. Struct. 42 (1992) 97, increments of frictional contact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from sits_mech.mechanics.faces.contact import Contact
+from sits_mech.mechanics.faces.friction import Grip, gripped
+from sits_mech.mechanics.rest.body import Bonded, State
+from sits_mech.mechanics.rest.linearisation import Held
+from sits_mech.mechanics.rest.newton import SETTLED
+from sits_mech.mechanics.rest.path import among_faces
+from sits_mech.mechanics.rest.verdict import Way, verdict
+from sits_mech.quantities import Array
+
+_SLIP = 2e-3  # thicknesses over the number of increments of a leg: elastic slip before a point slides
+_SAME = 1e-3  # of the pressures on a surface, by which they may still change
+_PASSES = 12
+_SMALLEST = Fraction(1, 16)  # of an increment, below which a path is given up
+
+
+@dataclass(frozen=True)
+class Track:
+    """What a path of loads left behind.
+
+    Attributes
+    ----------
+    states : tuple of State
+        At rest: the start, then the end of each increment.
+    reached : float
+        How many legs of the path were gone.
+    reason : str
+        What ended a path before its goal, as of `Outcome`; "slipping" where pressures did not settle.
+    lost : float
+        Work that slip has lost [shear modulus times thickness to the power of the dimension].
+    """
+
+    states: tuple[State, ...]
+    reached: float
+    reason: str = ""
+    lost: float = 0.0
+
+    @property
+    def state(self) -> State:
+        """The last state."""
+        return self.states[-1]
+
+    @property
+    def iterations(self) -> int:
+        """Linear solves spent."""
+        return sum(state.iterations for state in self.states)
+
+
+def has_friction(body: Bonded) -> bool:
+    """Say whether the answer of a body depends on the way of its load."""
+    return bool(_rough(body))
+
+
+def followed(
+    body: Bonded, start: State, goals: Sequence[Array], parts: int, *, held: Held | None = None,
+    beside: Held | None = None,
+) -> Track:  # fmt: skip
+    """Follow a path of loads with friction.
+
+    Parameters
+    ----------
+    body : Bonded
+    start : State
+        At rest under the first goal, with the tractions of the way there.
+    goals : sequence of ndarray, shape (k,)
+        F_x, F_z, M, ... at the start, at each load that is passed, at the end; where `held`, d_h, d_z, ... instead.
+    parts : int
+        Increments of each leg.
+    held, beside
+        As of `follow`.
+    """
+    held = np.zeros(body.components, dtype=bool) if held is None else held
+    way = Way(goals[0], goals[-1], held, beside)
+    states, at, step, lost = [start], Fraction(0), Fraction(1, parts), 0.0
+    while at < len(goals) - 1:
+        leg = int(at)
+        end = min(at + step, Fraction(leg + 1))
+        share = float(end - leg)
+        goal = (1.0 - share) * goals[leg] + share * goals[leg + 1]
+        body, state, reason, work = _increment(body, states[-1], way, goal, _SLIP / parts)
+        if state is None:
+            step /= 2
+            if step < _SMALLEST / parts:
+                return Track(tuple(states), float(at), reason, lost)
+            continue
+        states, at, lost = [*states, state], end, lost + work
+        step = min(2 * step, Fraction(1, parts))
+    return Track(tuple(states), float(at), "", lost)
+
+
+class _End(NamedTuple):
+    """The end of an increment: the body there, its rest or None and what speaks against it, work that slip has lost."""
+
+    body: Bonded
+    state: State | None
+    reason: str
+    lost: float = 0.0
+
+
+def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) -> _End:
+    """The rest at the end of an increment."""
+    before = _looked_at(body, here)
+    tractions = here.grip or tuple(np.zeros_like(place) for place, _, _ in before)
+    starts = [(place, traction) for (place, _, _), traction in zip(before, tractions, strict=True)]
+    seen, pressures, spent, guess = before, [p for _, p, _ in before], 0, here
+    for _ in range(_PASSES):
+        grips = [
+            gripped(part.friction * p, start, normal, slip)
+            for part, p, start, (_, _, normal) in zip(_rough(body), pressures, starts, seen, strict=True)
+        ]
+        for begin in (guess, here):  # from its beginning points come out of sticking, which is the surer way
+            body, found = among_faces(_with(body, grips), replace(begin, iterations=0), goal, way.held)
+            spent += found.state.iterations
+            if found.state.residual <= SETTLED:
+                break
+        if not found.state.residual <= SETTLED:
+            return _End(body, None, "lost")
+        guess, seen = found.state, _looked_at(body, found.state)
+        new = [p for _, p, _ in seen]
+        if all(_settled(part, p, own) for part, p, own in zip(_rough(body), pressures, new, strict=True)):
+            said = verdict(body, way, found)
+            grip = tuple(own.traction(place) for own, (place, _, _) in zip(grips, seen, strict=True))
+            state = replace(guess, iterations=spent, min_J=said.min_J, grip=grip)
+            return _End(body, None if said.reason else state, said.reason, _lost(body, grips, seen))
+        pressures = new
+    return _End(body, None, "slipping")
+
+
+def _rough(body: Bonded) -> list[Contact]:
+    """The contacts of a body that have friction."""
+    return [part for part in body.parts if isinstance(part, Contact) and part.friction > 0.0]
+
+
+def _looked_at(body: Bonded, state: State) -> list[tuple[Array, Array, Array]]:
+    """Places, pressures and normals at the points of the contacts that have friction."""
+    return [part.looked_at(state.u, state.q) for part in _rough(body)]
+
+
+def _with(body: Bonded, grips: Sequence[Grip]) -> Bonded:
+    """A body whose contacts hold their points; its pattern stays."""
+    left = iter(grips)
+    parts = tuple(
+        replace(part, grip=next(left)) if isinstance(part, Contact) and part.friction > 0.0 else part
+        for part in body.parts
+    )
+    shared = body.shared or cache(lambda: body.pattern)
+    return replace(body, parts=parts, shared=shared)
+
+
+def _settled(part: Contact, before: Array, after: Array) -> bool:
+    """Whether the pressures on a surface have stopped to change."""
+    weight = part.surface.weight.ravel()
+    return float(weight @ np.abs(after - before)) <= _SAME * float(weight @ after)
+
+
+def _lost(body: Bonded, grips: Sequence[Grip], seen: Sequence[tuple[Array, Array, Array]]) -> float:
+    """Work that the slip of an increment has lost."""
+    each = zip(_rough(body), grips, seen, strict=True)
+    return sum(float(part.surface.weight.ravel() @ grip.lost(place)) for part, grip, (place, _, _) in each)
