@@ -7,7 +7,8 @@ sideways, too. F_y, M_x or M_z take the whole pad, the same cells and their mirr
 (pad), element/target.py (rigid target), rest/ (solution). Pose: ``d_v = standoff + t - sink``.
 
 Meshes: families of a base whose cells are divided (pad/shapes.py), graded towards the bonded edges. Where the first
-family does not carry a load, one of a milder grading is tried, and at last one with a guard on J (levels/retry.py).
+family does not carry a load, one of a milder grading is tried, one of even lines, and at last one with a guard on J
+(levels/retry.py).
 
 Error. The pose is extrapolated from the levels of its family, as many as the tolerance asks for and memory allows, and
 its error is what they tell of the limit (levels/family.py). `report.estimated_error` is the largest over the target's
@@ -53,7 +54,7 @@ from sits_mech.threads import one_thread
 from sits_mech.units import checked_tolerance
 
 # Grading towards the target's edge and guard on J, in the order they are tried.
-_KINDS = ((GRADING, 0.0), (1.5, 0.0), (GRADING, 5.0))
+_KINDS = ((GRADING, 0.0), (1.5, 0.0), (1.0, 0.0), (GRADING, 5.0))
 _GUARDS = (0.0, 5.0)  # on J, on a mesh of the user's own
 _SIZES = (1.0, 2.0, 3.0, 4.0, 6.0)  # parts of a base cell along each axis, level by level
 _SHARE = 0.1  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.geometry.collision import ground_notes
-from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.faces.face_contact import face_notes
+from sits_mech.mechanics.levels.creases import hidden_by_creases, outer_stretches
 from sits_mech.mechanics.levels.family import Levels, extrapolated, finer, next_at_rest
 from sits_mech.mechanics.rest.body import Bonded, State, packed, rest, unpacked
 from sits_mech.mechanics.rest.control import Control
@@ -32,6 +32,7 @@ _LOOK = 2e-2  # smallest length of the path on the coarse mesh, over that so far
 _VERDICT = 60  # iterations that the finer mesh is given to locate a limit that the coarse one has found
 _LAST = 25  # and where it has found none, for a last state
 _UNSEEN = 0.25  # of the worst component's error that every component owns to, where two levels alone tell it
+_ROUNDING = 1e-6  # of the largest force: forces that hold a target below it are rounding
 _STRETCHED = 0.001  # share of the silicone that may be stretched more than what is called its largest stretch
 
 
@@ -229,13 +230,7 @@ def relative(error: Array, moved: Array, lever: Array) -> float:
 
 def largest_stretch(body: Bonded, u: Array, *, apart: float = _STRETCHED) -> float:
     """Return the largest principal stretch, or reciprocal of one, that all but a share of the silicone stays below."""
-    F, J = deformation(body.mesh, u)
-    if F.shape[-1] == 4:
-        half = 0.5 * (F**2).sum(axis=-1)
-        greater = np.sqrt(half + np.sqrt(np.maximum(half**2 - J**2, 0.0)))
-        smaller = J / greater
-    else:
-        smaller, _, greater = np.moveaxis(np.linalg.svd(F.reshape(*J.shape, 3, 3), compute_uv=False), -1, 0)[::-1]
+    smaller, greater = outer_stretches(body.mesh, u)
     stretch = np.maximum(greater, 1.0 / smaller).ravel()
     order = np.argsort(stretch)
     below = np.cumsum(body.mesh.inside.weights.ravel()[order])
@@ -273,6 +268,7 @@ def answer(
     weight = body.levers  # of q in thicknesses at the target's end, 1 over that of a load
     moved, holding = (fine.q * weight)[~held], (fine.load / weight)[held]
     size = [max(float(np.max(np.abs(own), initial=0.0)), 1e-300) for own in (moved, holding)]
+    size[1] = max(size[1], _ROUNDING * float(np.max(np.abs(fine.load / weight))))
     unit = np.where(held, size[1] * weight, size[0] / weight)
 
     def shown(q: Array, load: Array) -> Array:
@@ -293,6 +289,8 @@ def answer(
         limit = extrapolated(values, levels.sizes, levels.order, np.where(held, 0.0, there.off / unit))
         best = limit if np.max(limit.error) < np.max(best.error) else best
     share = levels.share if np.isfinite(best.order) else max(levels.share, _UNSEEN)
+    creases = hidden_by_creases(body, fine, levels.numbers(len(values) - 1)[-1])
+    best = best._replace(error=best.error + creases * np.abs(best.value))
     error = np.where(held, 0.0, errors_of(best.error, np.ones(k), share)) * unit * scales.lengths[:k]
     q, load = np.where(held, fine.q, best.value * unit), np.where(held, best.value * unit, fine.load)
     off = float(np.max(best.error)) / max(float(np.max(np.abs(best.value))), 1e-300) if np.any(best.value) else 0.0

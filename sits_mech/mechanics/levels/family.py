@@ -20,8 +20,9 @@ worst, an angle counted at the target's end; of forces that hold the target, lik
 
 The first two levels are brought to rest (path.py), the second from the first one's state. On finer ones the target's
 place is corrected by Newton steps from the state of the level before, until it stays; corners need not come to rest
-for that. A step that no other can follow, as one would turn a corner inside out, is the last: what it may be off by is
-in the error.
+for that. Where no state is carried to a level, or none can be followed by another step, it is brought to rest from the
+start, along a path whose increments are halved; where that fails, too, a step that no other can follow, as one would
+turn a corner inside out, is the last: what it may be off by is in the error. What creases hide: creases.py.
 
 Source: L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307; J. Xu, SIAM J. Numer. Anal. 33 (1996) 1759, Newton
 steps from coarse solutions.
@@ -44,7 +45,7 @@ from sits_mech.mechanics.rest.body import Bonded, State, rest
 from sits_mech.mechanics.rest.limit import Outcome
 from sits_mech.mechanics.rest.linearisation import Held, drawn
 from sits_mech.mechanics.rest.newton import SETTLED, Approach, approached
-from sits_mech.mechanics.rest.path import among_faces, follow
+from sits_mech.mechanics.rest.path import among_faces
 from sits_mech.mechanics.rest.verdict import Way, verdict
 from sits_mech.memory import GIB, memory_limit
 from sits_mech.quantities import Array
@@ -58,8 +59,8 @@ _SHOWN, _HIGH = 0.5, 1.4  # of the order must be shown by three levels, and no m
 _ENOUGH = 0.02  # of the difference of two levels: a correction that is closer is not gone on with
 _LEAST_J = 0.15  # of a state that Newton's method begins with
 _CLOSE = 1e-2  # residual from which Newton's method goes on, though it took all its steps
-_GIVEN_UP = 0.25  # smallest increment of a path on a level that no state is carried to
-_MOST = 40  # iterations there
+_EASY = 6  # iterations up to which the next increment of a path on a level that no state is carried to grows
+_FEW, _MOST, _WORK = 10, 80, (8e5, 2e5)  # iterations there; times unknowns, of sections and of solids
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,13 +240,14 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array]) 
     safe = before.u if way is None else np.asarray(way.displacements(before.u))
     for level in range(2, len(levels.sizes)):
         body, way = levels.maker(level), levels.carrier(level)
-        if way is None:
-            found = _from_rest(body, held, goal)
-        else:
+        found = None
+        if way is not None:
             safe = np.asarray(way.displacements(safe))
             start = prolonged(levels, level, state, safe)
             enough = _ENOUGH * body.length(state.q - before.q)
             found = None if start is None else approached(body, start, goal, held, enough)
+        if found is None or found.state is None:
+            found = _from_rest(body, held, goal) or found
         if found is None:
             return
         yield found
@@ -255,9 +257,22 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array]) 
 
 
 def _from_rest(body: Bonded, held: Held, goal: Array) -> Approach | None:
-    """A body under what is given, along a path from rest; None where that ends before."""
-    found = follow(body, rest(body), (np.zeros_like(goal), goal), smallest=_GIVEN_UP, held=held, most=_MOST)
-    state = found.state
-    if found.reached < 1.0:
-        return None
-    return Approach(state, state.q, state.load, np.zeros(body.components), state.iterations)
+    """A body under what is given, along a path from rest whose increments are halved; None where that ends before.
+
+    What is asked is where the target goes: the nodes of an element at a corner may lie where J is below zero, its
+    points not.
+    """
+    body = replace(body, mesh=replace(body.mesh, nodal=None)) if not body.guarded else body
+    state, way, spent = rest(body), Way(np.zeros_like(goal), goal, held), 0
+    most, at, increment = min(_MOST, _WORK[len(body.mesh.axes) - 2] / len(body.free)), 0.0, 1.0
+    while _FEW <= most and spent < most:
+        body, found = among_faces(body, replace(state, iterations=0), way.goal(at + increment), held)
+        spent += found.state.iterations
+        if verdict(body, way, found).reason:
+            increment *= 0.5
+            continue
+        state, at = found.state, at + increment
+        increment = min(increment * (1.5 if state.iterations <= _EASY else 1.0), 1.0 - at)
+        if at == 1.0:
+            return Approach(state, state.q, state.load, np.zeros(body.components), spent)
+    return None

@@ -2,7 +2,8 @@
 
 A family of meshes (levels/family.py) has cells at the singular corners that are split into triangles (fan.py), which
 follow a corner that opens at finite strain, and lines graded towards it. Where the first family does not get to a load,
-tougher and less accurate ones stand in line: mildly graded; with a guard on J; even, with a stronger guard.
+tougher and less accurate ones stand in line: mildly graded; with a guard on J; even, with a stronger guard. The first
+two levels alone are guarded: finer ones correct the target's place, and an order is seen on meshes of one kind.
 
 Order. With exponent k of the displacements at the corner and lines graded with beta, poses converge as ``m**(-2 k
 beta)``: k = 0.5 at the edge of a target in the middle of a face, 0.5946 at the corner of a flush layer, an
@@ -46,7 +47,7 @@ class _Kind(NamedTuple):
     guard: float
 
 
-_KINDS = (_Kind(GRADING, 0.0), _Kind(1.5, 0.0), _Kind(1.5, 0.5))
+_KINDS = (_Kind(GRADING, 0.0), _Kind(1.5, 0.0), _Kind(1.5, 2.0))
 _EVEN = _Kind(1.0, 5.0)
 
 
@@ -94,7 +95,8 @@ def _family(sensor: Sensor, kind: _Kind, depth: float) -> Levels:
         """One of them."""
         size = SIZES[level]
         own = depth * (SIZES[1] / size) ** 2
-        return bonded_body(sensor, Fineness(int(size), kind.grading, True, kind.guard, own))
+        guard = kind.guard if level < 2 else 0.0
+        return bonded_body(sensor, Fineness(int(size), kind.grading, True, guard, own))
 
     _, elastomer = layer_parts(sensor)
     wide = max(1, round(elastomer.extent[0] / elastomer.thickness))

@@ -8,10 +8,12 @@ import pytest
 from sits_mech.mechanics.block import pad_family
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.target import bonded_displacement
-from sits_mech.mechanics.levels.family import Levels, extrapolated, prolonged, shown_order
+from sits_mech.mechanics.levels.family import Levels, _from_rest, extrapolated, prolonged, shown_order
 from sits_mech.mechanics.linear import linear_pad
+from sits_mech.mechanics.pad.ladder import layer_family
 from sits_mech.mechanics.rest.body import State, rest
 from sits_mech.mechanics.rest.newton import newton
+from sits_mech.mechanics.rest.path import follow
 from sits_mech.scene.sensor import Elastomer, Target, load_sensor
 
 MM = 1e-3
@@ -180,3 +182,14 @@ def test_a_pad_shows_its_order_and_its_error_covers_the_truth():
         off = np.abs(found.value / known - 1.0)
         trust = 2.0 if count == 2 else 1.0  # two levels cannot see their order
         assert np.max(off) < trust * np.max(found.error / found.value) + 1.5e-3
+
+
+def test_a_level_that_no_state_is_carried_to_is_brought_to_rest_by_halved_increments():
+    """As along a path that ends at the same load; a load that is not carried gives nothing."""
+    sensor = load_sensor("biorob2018", ['target.width="4 mm"', NEO_HOOKEAN])
+    body = layer_family(sensor).maker(0)
+    held, goal = np.zeros(3, dtype=bool), np.array([2.0, 3.0, 0.0])
+    there, path = _from_rest(body, held, goal), follow(body, rest(body), (0.0 * goal, goal))
+    assert there is not None and there.state is not None and path.reached == 1.0
+    np.testing.assert_allclose(there.q, path.state.q, rtol=1e-7, atol=1e-10)
+    assert _from_rest(body, held, 50.0 * goal) is None
