@@ -25,7 +25,7 @@ from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, RefinedModel, Wrench
 from sits_mech.scene.sensor import Sensor
 
-_BETWEEN = 0.25  # of the tolerance, what the map between solved loads is given: neighbours do not share its error
+_BETWEEN = 0.4  # of the tolerance, what the map between solved loads is given: neighbours do not share its error
 _UNSEEN = 0.1  # of the largest error, what a component has at least: symmetry may hide it from all loads solved
 _FEW = 12  # loads that are solved on all meshes each: about as many as a map of what finer ones change takes
 INTERPOLATED = "pose between solved loads, by a smooth map through them"

@@ -35,7 +35,7 @@ from scipy.spatial import cKDTree
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.mesh import BRICK, Indices, MixedMesh
 from sits_mech.mechanics.element.prolongation import Prolongation, along_family
-from sits_mech.mechanics.levels.answer import Solved, load_words, starts
+from sits_mech.mechanics.levels.answer import Solved, starts
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.retry import Line, settled
 from sits_mech.mechanics.pad.shapes import GRADING, Shape, base_cells, shape_of
@@ -44,7 +44,7 @@ from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
 from sits_mech.mechanics.rest.body import Bonded, packed
 from sits_mech.mechanics.rest.control import Control, under
 from sits_mech.mechanics.rest.failure import ended
-from sits_mech.quantities import Array, Equilibrium, Wrench
+from sits_mech.quantities import Array, Equilibrium, Wrench, refuse_infinite
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
 from sits_mech.units import checked_tolerance
@@ -108,8 +108,7 @@ class BlockPad:
         SolveFailed
             If the load path ends before the wrench; its `last` is the last equilibrium on the way.
         """
-        if not np.all(np.isfinite(wrench.components)):
-            raise ValueError(f"wrench: must be finite numbers, got {load_words(vars(wrench))}")
+        refuse_infinite(wrench)
         return self.controlled(under(wrench), start=start)
 
     @one_thread
