@@ -34,7 +34,7 @@ def three_forces(calibrated: Path, tmp_path_factory: pytest.TempPathFactory) -> 
         wide[f"error_{name}"] = wide["error_d_h"]
     folder = tmp_path_factory.mktemp("three") / "made"
     (folder / "cases").mkdir(parents=True)
-    write_calibration(sensor, wide.transpose("F_x", "F_z", "F_y", "coil", "coil_2"), folder)
+    write_calibration(sensor, wide.transpose("F_x", "F_z", "F_y", "coil", "coil_2", ...), folder)
     return folder
 
 
