@@ -179,6 +179,9 @@ class Equilibrium:
         The discrete solution, to start a neighbouring load from; its layout belongs to the model that made it.
     report : SolveReport
         ``estimated_error`` is the largest error of a component over the size of the displacement.
+    shared : ndarray, shape (m, 6)
+        Parts of the error with their signs, each of which neighbouring loads have in common up to one factor between -1
+        and 1 [m, rad]; m is 0 where no such part is known.
     """
 
     wrench: Wrench
@@ -186,6 +189,7 @@ class Equilibrium:
     error: Pose
     state: Array = field(repr=False)
     report: SolveReport
+    shared: Array = field(default_factory=lambda: np.zeros((0, len(POSE))), repr=False)
 
 
 @dataclass(frozen=True)
@@ -209,6 +213,9 @@ class Impedance:
         "H" or "H/m" (planar models are per metre of depth); the unit of resistance follows.
     report : SolveReport
         ``estimated_error`` is relative to the largest change of inductance.
+    shared_L : ndarray, shape (m, ..., n, n), or None
+        Parts of the error of L with their signs, each of which poses have in common up to one factor between -1 and 1
+        [unit_L]; None where no such part is known.
     """
 
     frequency: float
@@ -220,6 +227,7 @@ class Impedance:
     error_R: Array
     unit_L: str
     report: SolveReport
+    shared_L: Array | None = None
 
 
 class SolveFailed(Exception):

@@ -38,7 +38,6 @@ UNMIRRORED = {
     "batch/study.py": "tests/batch/test_run.py: studies read and refused",
     "chain/models.py": "tests/chain/test_plan.py: the models that it makes are the plan's",
     "chain/omissions.py": "tests/chain/test_plan.py: what is left out, and its size",
-    "chain/pose_errors.py": "tests/chain/test_simulate.py: what a pose's error is worth in the signals",
     **dict.fromkeys(
         (f"cli/{name}.py" for name in ("console", "grids", "inform", "options", "products", "read", "solve")),
         "tests/cli/test_main.py: through the command line",
@@ -84,10 +83,8 @@ UNMIRRORED = {
         (f"mechanics/rest/{name}.py" for name in ("body", "newton", "linearisation")),
         "tests/mechanics/test_layer.py: every rest is found by them",
     ),
-    "mechanics/rest/failure.py": "tests/mechanics/rest/test_limit.py: what is said of loads that are not carried",
     "mechanics/rest/path.py": "tests/mechanics/rest/test_limit.py: paths that end at limits",
     "mechanics/rest/verdict.py": "tests/mechanics/rest/test_limit.py: and what ends them",
-    "mechanics/levels/retry.py": "tests/mechanics/test_block_whole.py: loads that need another mesh, or contact",
     "meshing/store.py": "tests/mechanics/pad/test_user.py: meshes read and refused",
     "readout/front_end.py": "tests/readout/test_converter.py: settings of the converter",
     "report/page/parts.py": "tests/report/page/test_html.py: the page's sections",

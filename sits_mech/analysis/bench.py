@@ -145,12 +145,16 @@ def own_inductances(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     Dataset, dims (*varied(data), coil)
-        ``L`` and ``error_L`` [H], NaN where a load has no result; ``L0`` (coil) [H].
+        ``L`` and ``error_L`` [H], NaN where a load has no result; ``L0`` (coil) [H]; where the table has them the
+        signed parts of the errors, ``shared_L`` (part, ...) and ``alone_L`` (cause, ...) [H].
     """
     found, good = absolute(sensor, table_impedance(data))[0], _converged(data)[..., None]
     L, error_L, L0 = (np.diagonal(part, axis1=-2, axis2=-1) for part in (found.L, found.error_L, found.L0))
     each = {name: np.where(good, part, np.nan) for name, part in (("L", L), ("error_L", error_L))}
-    return _over_loads(sensor, data, **each).assign(L0=("coil", L0))
+    scale = ("coil", L0 / np.diagonal(data["L0"].to_numpy()))
+    parts = {name: data[name] for name in ("shared_L", "alone_L") if name in data}
+    own = _over_loads(sensor, data, **each).assign(L0=("coil", L0), scale=scale)
+    return own.assign({name: part * own["scale"] for name, part in parts.items()}).drop_vars("scale")
 
 
 def _converged(data: xr.Dataset) -> NDArray[np.bool_]:

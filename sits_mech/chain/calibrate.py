@@ -23,19 +23,21 @@ from sits_mech.cases import DONE, Progress, Row, table
 from sits_mech.chain.interpolate import loads_of, poses_on_grid
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.plan import leaving
-from sits_mech.chain.pose_errors import read_poses, signals_at, stacked
+from sits_mech.chain.pose_errors import Reading, read_poses, signal_weights, signals_at, stacked
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.mechanics.linear import linear_pad
-from sits_mech.mechanics.loads import kept_key
+from sits_mech.mechanics.loads import kept_key, shared_of
 from sits_mech.mechanics.pad.solid import pad_parts
 from sits_mech.mechanics.symmetry import symmetry_of
-from sits_mech.quantities import POSE, WRENCH, Impedance, MagneticModel, Pose, Wrench
-from sits_mech.readout.signals import Signals
+from sits_mech.quantities import POSE, WRENCH, Array, Impedance, MagneticModel, Pose, Wrench
+from sits_mech.readout.signals import Signals, signal_changes, signals
 from sits_mech.scene.sensor import SceneError, Sensor, scene_hash, scene_text
 from sits_mech.units import shown
 from sits_mech.version import __version__
 
+_UNTILTED = {"dL_x": "dL_x_untilted", "dL_y": "dL_y_untilted", "L_h_percent": "L_h_untilted_percent"}
 _SAME = 1e-9  # of the largest value of a component: what is closer is twice the same
+_ROUGH = 0.1  # error of the stiffness that predicts where the plate will be
 _MOST = 100_000  # loads: minutes to fill in between those that are solved
 
 Loads = float | Sequence[float]
@@ -164,7 +166,7 @@ def _predicted(sensor: Sensor, loads: Sequence[Wrench]) -> Pose:
     ends = [sorted({float(values.min()), float(values.max())}) for values in plane.T]
     corners = [Wrench(*load) for load in itertools.product(*ends)]
     forces = [(load.F_x, -load.F_z, load.M + load.F_x * target.load_height) for load in corners]
-    d_h, d_z, alpha = np.linalg.solve(linear_pad(sensor).stiffness[0], np.transpose(forces))
+    d_h, d_z, alpha = np.linalg.solve(linear_pad(sensor, _ROUGH, eager=False).stiffness[0], np.transpose(forces))
     return Pose(d_h, elastomer.standoff + elastomer.thickness + d_z, alpha)
 
 
@@ -173,8 +175,10 @@ def _read_rows(sensor: Sensor, model: MagneticModel, rows: Sequence[Row]) -> tup
     checked = [_guarded(sensor, row) for row in rows]
     good = [row for row in checked if row["status"] == DONE]
     poses, errors = (stacked([_pose(row, prefix) for row in good]) for prefix in ("", "error_"))
-    reading = read_poses(sensor, model, poses, errors)
-    found, coils = reading.impedance, ("coil", "coil_2")
+    count = min((len(shared_of(row)) for row in good), default=0)
+    parts = np.array([shared_of(row)[:count] for row in good]).reshape(len(good), count, len(POSE)).swapaxes(0, 1)
+    reading = read_poses(sensor, model, poses, errors, parts)
+    found, coils, shared = reading.impedance, ("coil", "coil_2"), _shared(sensor, reading, parts)
     share = found.report.seconds / max(len(good), 1)
     numbers = iter(range(len(good)))
     done = []
@@ -185,15 +189,35 @@ def _read_rows(sensor: Sensor, model: MagneticModel, rows: Sequence[Row]) -> tup
             i = next(numbers)
             shown = {name: (coils, getattr(found, name)[i]) for name in ("L", "R", "error_L", "error_R")}
             shown |= signals_at(reading.signals, i).known | _untilted(signals_at(reading.untilted, i))
+            shown |= {name: (dims, values[i]) if dims else float(values[i]) for name, (dims, values) in shared.items()}
             shown |= {"error_magnetics": found.report.estimated_error, "seconds": row["seconds"] + share}
-        done.append(row | shown)
+        done.append({name: item for name, item in row.items() if name != "shared"} | shown)
     return found, done
 
 
 def _untilted(found: Signals) -> dict[str, Any]:
     """Return the shear signals that a place would show without rotation, under the names of a table."""
-    named = {"dL_x": "dL_x_untilted", "dL_y": "dL_y_untilted", "L_h_percent": "L_h_untilted_percent"}
-    return {name: found.known[key] for key, name in named.items() if key in found.known}
+    return {name: found.known[key] for key, name in _UNTILTED.items() if key in found.known}
+
+
+def _shared(sensor: Sensor, reading: Reading, parts: Array) -> dict[str, tuple[tuple[str, ...], Array]]:
+    """Return the signed parts of errors that loads share, the magnetic model's at last, and those that each has for
+    itself, of what the rotation does to a signal as well: dimensions and values, (p, ...), under the names of a table.
+    """
+    weights, L0 = signal_weights(sensor), np.diagonal(reading.impedance.L0)
+    own, level = (signal_changes(change, L0, weights) for change in (reading.shared, reading.shared_untilted))
+    shared = {name: values.T for name, values in own.items()}
+    shared |= {name: level[key].T for key, name in _UNTILTED.items() if key in level}
+    poses = np.pad(parts, ((0, len(reading.shared) - len(parts)), (0, 0), (0, 0)))  # magnetics moves nothing
+    shared |= {name: poses[..., k].T for k, name in enumerate(POSE)}
+    turned = signals(np.broadcast_to(L0, (len(reading.turned), len(L0))), L0, weights, reading.turned).known
+    found: dict[str, tuple[tuple[str, ...], Array]] = {
+        f"shared_{name}": (("part",), values) for name, values in shared.items()
+    }
+    found["shared_L"] = ("part", "coil"), reading.shared.swapaxes(0, 1)
+    found["alone_L"] = ("cause", "coil"), reading.alone.swapaxes(0, 1)
+    known = {name: np.asarray(turned[f"error_{name}"]) for name in _UNTILTED if name in turned}
+    return found | {f"error_{name.removesuffix('_percent')}_turned": ((), values) for name, values in known.items()}
 
 
 def _guarded(sensor: Sensor, row: Row) -> Row:

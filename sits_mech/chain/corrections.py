@@ -7,9 +7,11 @@ largest values, and D the change of a component of the pose,
     D(x) = sum_(1 <= |k| <= 2) c_k x^k,
 
 by least squares, weighted with the finer answers' errors, through loads whose monomials span the space best (QR with
-pivoting), some more than there are coefficients, and all their images by symmetry. Error, over the size of the
-displacement: the median of the finer answers', and what the map misses at loads that it was made without. The first is
-common to neighbouring loads, and cancels where they are compared.
+pivoting), some more than there are coefficients, and all their images by symmetry: where they suffice of loads that
+move the target less than nine tenths of the farthest, whose finer answers are better and cheaper. The signed parts of
+the finer answers' errors, which neighbouring loads share, go with the load by such a map as well. The rest of the error
+goes with the displacement, of each component, of which a tenth of the largest counts at least: the median of the finer
+answers', and what the map misses at loads that it was made without.
 
 Source: multi-fidelity correction, A. I. J. Forrester, A. Keane, Prog. Aerosp. Sci. 45 (2009) 50, section 2.3.
 """
@@ -24,12 +26,14 @@ import numpy as np
 from scipy.linalg import qr
 
 from sits_mech.cases import DONE, Row
-from sits_mech.mechanics.loads import ERRORS
+from sits_mech.mechanics.loads import ERRORS, shared_of, with_shared
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import POSE, Array, Wrench
 
 _DEGREE = 2
 _SAME = 1e-9  # of the largest, what is left of a monomial that others make
+_NEAR = 0.9  # of the largest displacement
+_LITTLE = 0.1  # of the largest displacement, what every component counts for at least
 _MORE = 2  # loads more than coefficients, so that misses can be seen
 
 
@@ -68,6 +72,10 @@ def corrected(
     basis = _independent(_monomials(x / np.maximum(np.max(np.abs(x), axis=0, initial=0.0), 1e-300)))
     solved = {load for load in good if "state" in rows[load]}
     open_to = [k for k, (own, _) in enumerate(standard) if own in solved]
+    moved = np.abs(np.array([_pose(rows[load]) for load in good]).reshape(-1, len(POSE)) - at_rest)
+    size = np.max(moved * levers, axis=1)
+    near = [k for k in open_to if size[k] <= _NEAR * size.max()]
+    open_to = near if np.linalg.matrix_rank(basis[near]) == basis.shape[1] else open_to
     found: dict[Wrench, Row] = {}
     for load in _spanning(basis, open_to, [own for own, _ in standard]):
         row = finer(load)
@@ -80,14 +88,22 @@ def corrected(
     own_errors = [np.max(np.array([found[standard[k][0]][name] for name in ERRORS]) * levers) for k in known]
     weight = np.median(own_errors) / np.maximum(own_errors, 0.1 * np.median(own_errors) + 1e-300)
     fitted = _fitted(basis[known], change, [standard[k][0] for k in known], weight)
-    size = np.max(np.abs(np.array([_pose(rows[load]) for load in good]) - at_rest) * levers, axis=1)
-    sizes = dict(zip(good, size, strict=True))
-    shares = [[row[name] for name in ERRORS] / sizes[load] for load, row in found.items() if sizes[load] > 0.0]
-    share = np.median(np.array(shares), axis=0) + fitted.missed / size.max()
+    scales = dict(zip(good, np.maximum(moved, _LITTLE * size[:, None] / levers), strict=True))
+    shares = np.array([_alone(row) / scales[load] for load, row in found.items() if np.any(scales[load])])
+    share = np.median(shares, axis=0) + fitted.missed / np.max([scales[load] for load in found], axis=0)
+    count = min(len(shared_of(row)) for row in found.values())
+    parts = np.array([(shared_of(found[standard[k][0]])[:count] @ standard[k][1].T).ravel() for k in known])
+    shared = (basis @ np.linalg.lstsq(basis[known], parts, rcond=None)[0]).reshape(len(good), count, len(POSE))
     return dict(rows) | {
-        load: _moved(rows[load], symmetry.projection(load), step, share * own)
-        for load, step, own in zip(good, basis @ fitted.weights, size, strict=True)
+        load: _moved(rows[load], symmetry.projection(load), step, common, share * scales[load])
+        for load, step, common in zip(good, basis @ fitted.weights, shared, strict=True)
     }
+
+
+def _alone(row: Row) -> Array:
+    """Errors of the components of the pose of a row, less what it shares with its neighbours."""
+    own = np.array([float(row[name]) for name in ERRORS]) - np.abs(shared_of(row)).sum(axis=0)
+    return np.asarray(np.maximum(own, 0.0))
 
 
 def _pose(row: Row) -> Array:
@@ -95,10 +111,11 @@ def _pose(row: Row) -> Array:
     return np.array([float(row[name]) for name in POSE])
 
 
-def _moved(row: Row, own: Array, step: Array, error: Array) -> Row:
-    """A row whose pose is corrected by a step, of which `own` leaves what its load may cause."""
-    pose, errors = _pose(row) + own @ step, np.abs(own) @ error
-    return row | dict(zip((*POSE, *ERRORS), (*pose.tolist(), *errors.tolist()), strict=True))
+def _moved(row: Row, own: Array, step: Array, shared: Array, alone: Array) -> Row:
+    """A row whose pose is corrected by a step, of which `own` leaves what its load may cause, by its errors' parts."""
+    kept = shared @ own.T
+    pose, errors = _pose(row) + own @ step, np.abs(kept).sum(axis=0) + np.abs(own) @ alone
+    return with_shared(row, kept) | dict(zip((*POSE, *ERRORS), (*pose.tolist(), *errors.tolist()), strict=True))
 
 
 def _monomials(x: Array) -> Array:

@@ -2,9 +2,9 @@
 
 Which loads are solved, and what stands between them, is told by `maps.grid`: the map of the poses must be within the
 tolerance of the range of each of their components, the target's edges included. The error of the map is added to the
-solver's, which goes straight from load to load. A grid is solved whole where it is small, where a load fails, or where
-nothing is known of its error. A model of several meshes answers more than a few loads on the first of them; what finer
-ones change is a map of its own (corrections.py).
+solver's, which goes straight from load to load, as its signed parts do. A grid is solved whole where it is small, where
+a load fails, or where nothing is known of its error. A model of several meshes answers more than a few loads on the
+first of them; what finer ones change, and share of their errors, is a map of its own (corrections.py).
 """
 
 from __future__ import annotations
@@ -20,11 +20,12 @@ import numpy as np
 from sits_mech.cases import DONE, Progress, Row
 from sits_mech.chain.corrections import corrected
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
-from sits_mech.mechanics.loads import ERRORS, settle, settled_again, upright
+from sits_mech.mechanics.loads import ERRORS, first_key, settle, settled_again, shared_of, upright, with_shared
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, RefinedModel, Wrench
 from sits_mech.scene.sensor import Sensor
 
+_BETWEEN = 0.4  # of the tolerance, what the map between solved loads is given: neighbours do not share its error
 _UNSEEN = 0.1  # of the largest error, what a component has at least: symmetry may hide it from all loads solved
 _FEW = 12  # loads that are solved on all meshes each: about as many as a map of what finer ones change takes
 INTERPOLATED = "pose between solved loads, by a smooth map through them"
@@ -51,7 +52,7 @@ def poses_on_grid(
     grid : mapping of str to sequence of float
         Values of components of a load, by the names of `WRENCH` [N, N m]; others are zero.
     tolerance : float
-        Of the map, relative to the range of each component of the pose.
+        Of the poses; the map is given a share of it, relative to the range of each component.
 
     Returns
     -------
@@ -63,7 +64,7 @@ def poses_on_grid(
     few = len(symmetry.without_images(loads_of(grid))) <= _FEW
     first = layer.rough if isinstance(layer, RefinedModel) and not few else layer
     folder, key = keep
-    own = (folder, key if first is layer else f"{key} rough")
+    own = (folder, key if first is layer else first_key(key))
 
     def poses(points: Sequence[tuple[float, ...]]) -> Array:
         """Return the poses at points of the grid; NaN where there is none, or nothing is known of its error."""
@@ -75,7 +76,7 @@ def poses_on_grid(
         return np.array([[row[name] if own else np.nan for name in POSE] for row, own in zip(found, good, strict=True)])
 
     levers = _levers(sensor)
-    part = solve_part(poses, grid, tolerance=tolerance, weights=levers)
+    part = solve_part(poses, grid, tolerance=_BETWEEN * tolerance, weights=levers)
     loads = loads_of(grid)
     if part is None:
         rows.update(settle(first, loads, symmetry=symmetry, keep=own, known=rows, progress=progress))
@@ -87,6 +88,7 @@ def poses_on_grid(
     if first is not layer:
         again = partial(settled_again, layer, rows, keep=keep)
         rows = corrected(rows, again, symmetry, levers, _at_rest(sensor))
+        rows |= {} if part is None else _with_error(rows, error, symmetry)
     return {load: rows[load] for load in loads}
 
 
@@ -115,28 +117,41 @@ def _levers(sensor: Sensor) -> Array:
     return np.array([1.0, 1.0, 0.5 * width, 1.0, 0.5 * length, 0.5 * max(width, length)])
 
 
+def _with_error(rows: Mapping[Wrench, Row], error: Array, symmetry: Symmetry) -> dict[Wrench, Row]:
+    """Return the rows between solved loads with the error of the map that they are by, added."""
+    between = [load for load, row in rows.items() if row["notes"] == INTERPOLATED]
+    own = {load: np.array([rows[load][name] for name in ERRORS]) for load in between}
+    more = {load: own[load] + np.abs(symmetry.projection(load)) @ error for load in between}
+    return {load: rows[load] | dict(zip(ERRORS, more[load].tolist(), strict=True)) for load in between}
+
+
 def _between(part: SolvedPart, rows: Mapping[Wrench, Row], symmetry: Symmetry) -> dict[Wrench, Row]:
     """Return the rows of a grid's loads between the solved ones."""
     loads = loads_of(part.axes)
 
+    solved = [row for row in rows.values() if row["status"] == DONE]
+    count = min(len(shared_of(row)) for row in solved)
+
     def on_grid(names: Sequence[str], **degree: int) -> Array:
-        """Return numbers of every solved load on all of the grid; one that is missing counts as one."""
-        own = [[rows[load][name] if load in rows else np.nan for name in names] for load in loads]
-        known = np.nan_to_num(np.array(own), nan=1.0).reshape(*part.values.shape[:-1], -1)
+        """Return numbers of every solved load on all of the grid, and the shared parts; one that is missing is one."""
+        own = np.ones((len(loads), len(names) + count * len(POSE)))
+        for k, load in enumerate(loads):
+            if load in rows:
+                own[k] = [*(rows[load][name] for name in names), *shared_of(rows[load])[:count].ravel()]
+        known = np.nan_to_num(own, nan=1.0).reshape(*part.values.shape[:-1], -1)
         return interpolated(part, known, **degree).reshape(len(loads), -1)
 
-    solved = [row for row in rows.values() if row["status"] == DONE]
     worst = max(row["error_mechanics"] for row in solved)
     own = np.array([[row[name] for name in ERRORS] for row in solved])
-    places = on_grid((*POSE, "min_J"))
-    sizes = np.clip(on_grid(ERRORS, degree=1), own.min(axis=0), own.max(axis=0)) + part.error
+    places, straight = on_grid((*POSE, "min_J")), on_grid(ERRORS, degree=1)
+    sizes = np.clip(straight[:, : len(POSE)], own.min(axis=0), own.max(axis=0)) + part.error
     plane = np.arange(len(POSE)) < 3
     sizes = np.where(plane | np.array([load.beside != () for load in loads])[:, None], sizes, 0.0)
     more: dict[Wrench, Row] = {}
-    for load, place, size in zip(loads, places.tolist(), sizes.tolist(), strict=True):
+    for load, place, size, shared in zip(loads, places, sizes, straight[:, len(POSE) :], strict=True):
         if load not in rows:
-            row: Row = {"status": DONE, "reason": "", "lasting": True}
-            row |= dict(zip((*POSE, "min_J", *ERRORS), (*place, *size), strict=True))
+            row = with_shared({"status": DONE, "reason": "", "lasting": True}, shared)
+            row |= dict(zip((*POSE, "min_J", *ERRORS), (*place[: 1 + len(POSE)].tolist(), *size.tolist()), strict=True))
             row |= {"error_mechanics": worst, "iterations": 0, "notes": INTERPOLATED, "seconds": 0.0}
             more[load] = upright(row, load, symmetry)
     return more

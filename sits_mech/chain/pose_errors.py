@@ -1,13 +1,18 @@
 """What do the coils show at poses that are known within errors? Impedance and signals, all errors with them.
 
-The error of a result is the magnetic model's own plus what the error of the pose makes of it, added without sign:
+The error of the component k of a pose has signed parts m_jk that neighbouring loads share, up to one factor each, and
+an own part a_k = e_k - sum_j |m_jk|. With the magnetic model's error, of which b is shared with its sign,
 
-    error(y) = error_magnetics(y) + sum_k |y(p + s_k) - y(p - s_k)| / 2  e_k / s_k
+    y_jk = (y(p + s_k) - y(p - s_k)) / 2  m_jk / s_k,
+
+    error(y) = error_magnetics(y) + sum_j |sum_k y_jk| + sum_k |y(p + s_k) - y(p - s_k)| / 2  a_k / s_k
 
 with steps s_k = e_k, or less near a collision; places that no pose of a batch has an error in are not evaluated (a
-symmetric load is neither sheared nor turned).
+symmetric load is neither sheared nor turned). sum_k y_jk and b are told beside the error: where loads are compared,
+what they share cancels as far as it is alike (readout/crosstalk.py).
 
-For a signal the pose's part is taken of the signal itself: what moves all coils alike leaves their differences.
+For a signal both parts are taken of the signal itself: what moves all coils alike leaves their differences. What is
+left unrotated has the same derivatives by the target's place, and none by its rotation, to first order.
 """
 
 from __future__ import annotations
@@ -23,16 +28,65 @@ from sits_mech.readout.signals import Signals, combine, rows_of, signals, weight
 from sits_mech.scene.sensor import Sensor
 
 _ROUNDING = 1e-12  # a pose, or an error of it, that is none [m, rad]
+_ROTATION = tuple(POSE.index(name) for name in ("alpha", "alpha_x", "alpha_z"))
 _SMALLEST = 1e-9  # step of a difference quotient [m, rad]: far below any pose, far above rounding
 
 
 @dataclass(frozen=True)
 class Reading:
-    """Impedance and signals of many poses with all errors; ``untilted`` are the signals there unrotated."""
+    """Impedance and signals of many poses with all errors.
+
+    Attributes
+    ----------
+    impedance : Impedance
+    signals, untilted : Signals
+        Those there, and those unrotated, without errors.
+    shared, shared_untilted : ndarray, shape (m, p, n)
+        Signed parts of the errors of each coil's own inductance, each of which all poses share up to one factor [unit].
+    alone : ndarray, shape (k, p, n)
+        Signed parts of them that each pose has for itself, by what is left of the errors of its components [unit].
+    turned : ndarray, shape (p, r)
+        Errors of what `combine` makes of the inductances less the unrotated ones, beside what is shared [unit].
+    """
 
     impedance: Impedance
     signals: Signals
     untilted: Signals
+    shared: Array
+    shared_untilted: Array
+    alone: Array
+    turned: Array
+
+
+@dataclass(frozen=True)
+class _Uncertain:
+    """What poses are shifted by: numbers of the components, shape (k,); errors over shifts, (k, p); of the errors what
+    is shared, (m, k, p).
+    """
+
+    components: tuple[int, ...]
+    gain: Array
+    shares: Array
+
+    def parts(self, values: Array) -> Array:
+        """Return half of what the errors of each component change of values on the shifted poses, shape (k, p, ...)."""
+        end = 1 + 2 * len(self.components)
+        half = (values[1:end:2] - values[2:end:2]) / 2.0
+        return np.asarray(half * self.gain.reshape(*self.gain.shape, *[1] * (half.ndim - 2)))
+
+    def shared(self, parts: Array) -> Array:
+        """Return the shared parts of the errors, with their signs, shape (m, p, ...)."""
+        return np.asarray(np.einsum("kp...,mkp->mp...", parts, self.shares))
+
+    def alone(self, parts: Array) -> Array:
+        """Return the rest of the errors by each component, with their signs, shape (k, p, ...)."""
+        left = np.maximum(1.0 - np.abs(self.shares).sum(axis=0), 0.0)
+        return np.asarray(np.einsum("kp...,kp->kp...", parts, left))
+
+    def total(self, values: Array) -> Array:
+        """Return the errors of values on the shifted poses, shape (p, ...)."""
+        parts = self.parts(values)
+        return np.asarray(np.abs(self.shared(parts)).sum(axis=0) + np.abs(self.alone(parts)).sum(axis=0))
 
 
 def stacked(poses: Sequence[Pose]) -> Pose:
@@ -45,7 +99,9 @@ def signals_at(found: Signals, index: int) -> Signals:
     return Signals(**{name: float(np.asarray(value)[index]) for name, value in found.known.items()})
 
 
-def read_poses(sensor: Sensor, model: MagneticModel, pose: Pose, error: Pose) -> Reading:
+def read_poses(
+    sensor: Sensor, model: MagneticModel, pose: Pose, error: Pose, shared: Array | None = None
+) -> Reading:  # fmt: skip
     """Return impedance and signals of many poses in one call of the model, their errors by the errors of the poses.
 
     Parameters
@@ -56,6 +112,8 @@ def read_poses(sensor: Sensor, model: MagneticModel, pose: Pose, error: Pose) ->
         Of the sensor.
     pose, error : Pose of ndarray, shape (p,)
         Poses above the coil plane, and their estimated absolute errors [m, rad].
+    shared : ndarray, shape (m, p, 6), optional
+        Signed parts of those errors, each of which all poses share up to one factor [m, rad].
 
     Returns
     -------
@@ -63,33 +121,29 @@ def read_poses(sensor: Sensor, model: MagneticModel, pose: Pose, error: Pose) ->
         With leading axis (p,).
     """
     tilted = bool(np.any(np.abs(pose.rotation) > _ROUNDING))
-    shifted, gain = _shifted(sensor, pose, error, tilted)
-    found = model.impedance(shifted, sensor.frequency)
-    level = np.diagonal(found.L[-1 if tilted else 0], axis1=-2, axis2=-1)
-    untilted = signals(level, np.diagonal(found.L0), signal_weights(sensor))
-    return Reading(*with_pose_errors(sensor, found, gain), untilted)
+    parts = np.zeros((0, *error.components.shape)) if shared is None else shared
+    shifted, unsure = _shifted(sensor, pose, error, parts)
+    found, weights = model.impedance(shifted, sensor.frequency), signal_weights(sensor)
+    L, L0, last = _own(found.L), np.diagonal(found.L0), -1 if tilted else 0
+    known = np.zeros((0, *L.shape)) if found.shared_L is None else _own(found.shared_L)
+    alone = np.maximum(_own(found.error_L)[0] - np.abs(known[:, 0]).sum(axis=0), 0.0) @ np.abs(rows_of(weights)).T
+    parts, each = unsure.parts(L), unsure.parts(combine(L, weights))
+    turns = np.isin(unsure.components, _ROTATION)
+    by_model = np.abs(combine(known[:, 0], weights)).sum(axis=0) + alone
+    errors = by_model + unsure.total(combine(L, weights))
+    error_L, error_R = found.error_L[0] + unsure.total(found.L), found.error_R[0] + unsure.total(found.R)
+    impedance = replace(found, L=found.L[0], R=found.R[0], error_L=error_L, error_R=error_R, shared_L=None)
+    return Reading(
+        impedance, signals(L[0], L0, weights, errors), signals(L[last], L0, weights),
+        np.concatenate([unsure.shared(parts), known[:, 0]]),
+        np.concatenate([unsure.shared(np.where(turns[:, None, None], 0.0, parts)), known[:, last]]),
+        unsure.alone(parts), alone + np.abs(unsure.alone(each)[turns]).sum(axis=0),
+    )  # fmt: skip
 
 
-def with_pose_errors(sensor: Sensor, found: Impedance, gain: Array) -> tuple[Impedance, Signals]:
-    """Return impedance and signals of poses, with what the errors of the poses make of them.
-
-    Parameters
-    ----------
-    sensor : Sensor
-        The scene.
-    found : Impedance
-        With leading axes (1 + 2 k or more, p): the poses, and then shifted up and down along one component after the
-        other; what follows plays no part.
-    gain : ndarray, shape (k, p)
-        Errors of the components over the shifts.
-    """
-    weights = signal_weights(sensor)
-    own, L0 = np.diagonal(found.L, axis1=-2, axis2=-1), np.diagonal(found.L0)
-    by_pose = [_spread(values, gain) for values in (found.L, found.R, combine(own, weights))]
-    error_L, error_R = found.error_L[0] + by_pose[0], found.error_R[0] + by_pose[1]
-    by_model = np.diagonal(found.error_L[0], axis1=-2, axis2=-1) @ np.abs(rows_of(weights)).T
-    shown = signals(own[0], L0, weights, by_model + by_pose[2])
-    return replace(found, L=found.L[0], R=found.R[0], error_L=error_L, error_R=error_R), shown
+def _own(matrices: Array) -> Array:
+    """Return the diagonals of matrices (..., n, n)."""
+    return np.asarray(np.diagonal(matrices, axis1=-2, axis2=-1))
 
 
 def signal_weights(sensor: Sensor) -> Array:
@@ -98,29 +152,25 @@ def signal_weights(sensor: Sensor) -> Array:
     return weights_of([coil.centre for coil in sensor.coils], radius)
 
 
-def _shifted(sensor: Sensor, pose: Pose, error: Pose, tilted: bool) -> tuple[Pose, Array]:
-    """Return the poses, shifted both ways along each component with an error, and untilted; errors over steps.
+def _shifted(sensor: Sensor, pose: Pose, error: Pose, shared: Array) -> tuple[Pose, _Uncertain]:
+    """Return the poses, shifted both ways along each component with an error, and untilted where any is tilted.
 
-    The shapes are (1 + 2 k + tilted, p) and (k, p); the last ones, untilted, are there only where poses are `tilted`.
+    The shape is (1 + 2 k + tilted, p).
     """
     centre, errors = pose.components.T, error.components.T
+    tilted = bool(np.any(np.abs(pose.rotation) > _ROUNDING))
     room = 0.1 * room_around(sensor, pose)
     reach = 1.0 if sensor.target is None else max(sensor.target.extent)
     aside, turn = np.full_like(room, 0.1 * reach), room / reach
     steps = np.minimum(np.maximum(errors, _SMALLEST), np.stack([aside, room, turn, aside, turn, turn]))
     count = len(POSE) if pose.beside or error.beside else 3
-    uncertain = [k for k in range(count) if np.any(errors[k] > _ROUNDING)]
+    uncertain = tuple(k for k in range(count) if np.any(errors[k] > _ROUNDING))
     stack = np.repeat(centre[None], 1 + 2 * len(uncertain) + tilted, axis=0)
     for row, k in enumerate(uncertain):
         stack[1 + 2 * row, k] += steps[k]
         stack[2 + 2 * row, k] -= steps[k]
     if tilted:
-        stack[-1, [2, 4, 5]] = 0.0
-    return Pose.of(np.moveaxis(stack, 1, -1)), (errors / steps)[uncertain]
-
-
-def _spread(values: Array, gain: Array) -> Array:
-    """Return what the pose's error makes of values on the shifted poses, shape (p, ...)."""
-    end = 1 + 2 * len(gain)
-    half = np.abs(values[1:end:2] - values[2:end:2]) / 2.0
-    return np.asarray(np.einsum("kp...,kp->p...", half, gain))
+        stack[-1, list(_ROTATION)] = 0.0
+    ratios = np.moveaxis(shared, -1, 1) / np.maximum(errors, 1e-300)
+    chosen = list(uncertain)
+    return Pose.of(np.moveaxis(stack, 1, -1)), _Uncertain(uncertain, (errors / steps)[chosen], ratios[:, chosen])

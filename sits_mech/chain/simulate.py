@@ -151,14 +151,16 @@ def with_symmetry(sensor: Sensor, found: Equilibrium) -> Equilibrium:
 def _turned(found: Equilibrium, wrench: Wrench, matrix: Array) -> Equilibrium:
     """Return the image of an equilibrium, without state; errors have no sign."""
     pose, error = image_of(matrix, found.pose.components), image_of(np.abs(matrix), found.error.components)
-    return replace(found, wrench=wrench, pose=Pose.of(pose), error=Pose.of(error), state=np.zeros(0))
+    shared = found.shared @ matrix.T
+    return replace(found, wrench=wrench, pose=Pose.of(pose), error=Pose.of(error), state=np.zeros(0), shared=shared)
 
 
 def _simulated(sensor: Sensor, field: MagneticModel, equilibrium: Equilibrium) -> Simulation:
     """Return what the sensor shows of a target at rest."""
     check_clearance(sensor, equilibrium.pose)
     try:
-        reading = read_poses(sensor, field, stacked([equilibrium.pose]), stacked([equilibrium.error]))
+        shared = equilibrium.shared[:, None]
+        reading = read_poses(sensor, field, stacked([equilibrium.pose]), stacked([equilibrium.error]), shared)
     except SolveFailed as error:  # the target rests, the coils are not solved
         raise SolveFailed(str(error), error.report, equilibrium, "magnetics") from error
     found = reading.impedance

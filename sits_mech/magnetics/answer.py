@@ -56,6 +56,8 @@ class Reaction:
     residual : float
         Of these, relative.
     notes, left_out : tuple of str
+    shared : ndarray of complex, shape (m, p, n, n), or None
+        Parts of the error with their signs, each of which poses have in common up to one factor; None: none is known.
     """
 
     change: Complex
@@ -66,6 +68,7 @@ class Reaction:
     residual: float = 0.0
     notes: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
+    shared: Complex | None = None
 
 
 def check_asked(kind: Kind, sensor: Sensor, pose: Pose, frequency: float) -> None:
@@ -125,7 +128,8 @@ def answer(
         notes=found.notes, left_out=found.left_out,
     )  # fmt: skip
     values = (L0 + change.imag / omega, change.real.copy(), L0, R_dc, error.imag / omega, error.real.copy())
-    return Impedance(frequency, *values, kind.unit_L, report)
+    shared = None if found.shared is None else (found.shared.imag / omega).reshape(-1, *shape)
+    return Impedance(frequency, *values, kind.unit_L, report, shared)
 
 
 def sizes(Z: Complex) -> Array:

@@ -11,7 +11,8 @@ stream function, joined at the rim by loops that pass from sheet to sheet. Two d
 of the other halved along each axis, differ by errors of second order: ``(4 Z_fine - Z_coarse) / 3`` is returned.
 Its distance from Z_fine is the estimated error; a third of it in the thin regime, where nothing but the smooth flow
 along the plate has to be resolved. In the thick regime uniform current in the first cell, of size h, has an error of
-(h/delta)^2 / 12 of the resistance, which is added.
+(h/delta)^2 / 12 of the resistance, which is added. The extrapolation's step and the energy of the coils' field that the
+polynomials miss, a share of the change, go smoothly with the pose: poses share these errors.
 
 Small gaps under wide plates (`space.near`): the plate is lifted to where its division carries the coils' field, and
 its answer carried down along the infinite plate; the estimated error holds what that leaves uncertain.
@@ -141,7 +142,8 @@ class Sheets:
         error_R = largest(step.real) + largest(found.near.real) + (worst.unseen + worst.skin) * largest(change.real)
         relative = float(np.max(error_X / np.where(scale > 0.0, scale, 1.0), initial=0.0))
         notes = (*found.notes, *self._winding_notes())
-        return Reaction(change, error_R + 1j * error_X, relative, found.unknowns, 1, notes=notes)
+        shared = np.stack([step, worst.unseen * change])
+        return Reaction(change, error_R + 1j * error_X, relative, found.unknowns, 1, notes=notes, shared=shared)
 
     def _winding_notes(self) -> tuple[str, ...]:
         """Say how far spiral windings are from rings."""

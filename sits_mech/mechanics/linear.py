@@ -93,7 +93,8 @@ class SmallStrain:
             report = replace(report, status="strains too large")
             ask = f"ask for {finite_strain_model(self.sensor)}"
             raise SolveFailed(f"wrench: strains are too large for one compliance, got {wrench}: {ask}", report)
-        return Equilibrium(wrench, scales.pose(q), Pose.of(error), q, report)
+        shared = np.pad(limit.parts / lever, ((0, 0), (0, 3)))
+        return Equilibrium(wrench, scales.pose(q), Pose.of(error), q, report, shared)
 
     def limit(self, values: list[Array]) -> Limit:
         """Return what values of the levels, of one shape, tend to."""
@@ -124,10 +125,13 @@ def linear_layer(sensor: Sensor, tolerance: float = 1e-2) -> SmallStrain:
 
 
 @one_thread
-def linear_pad(sensor: Sensor, tolerance: float = 1e-2) -> SmallStrain:
-    """Return the small-strain model of a sensor's pad in space; arguments and errors as of `block_pad`."""
+def linear_pad(sensor: Sensor, tolerance: float = 1e-2, *, eager: bool = True) -> SmallStrain:
+    """Return the small-strain model of a sensor's pad in space; arguments and errors as of `block_pad`.
+
+    One that is not `eager` sees to no third level for the sake of its order.
+    """
     levels, share = pad_family(sensor)
-    return _compliant(sensor, levels, pad_scales(sensor, share), tolerance)
+    return _compliant(sensor, replace(levels, eager=eager), pad_scales(sensor, share), tolerance)
 
 
 def small_strain(sensor: Sensor, tolerance: float = 1e-2) -> SmallStrain:

@@ -86,10 +86,16 @@ def kept_key(sensor: Sensor, mechanics: str, tolerance: float) -> str:
     return f"{__version__} {scene_hash(sensor)} {mechanics} {tolerance}"
 
 
+def first_key(key: str) -> str:
+    """Return the same for rests by a model's first meshes alone."""
+    return f"{key} rough"
+
+
 def kept_rest(keep: tuple[Path | None, str], wrench: Wrench) -> Equilibrium | None:
     """Return the equilibrium of a load that was settled in a folder, `keep` as of `settle`; None where it has none."""
-    row = read_case(_path(wrench, keep))
-    return None if row is None or row["status"] != DONE or "state" not in row else _equilibrium(wrench, row)
+    rows = (read_case(_path(wrench, (keep[0], key))) for key in (keep[1], first_key(keep[1])))
+    found = (row for row in rows if row is not None and row["status"] == DONE and "state" in row)
+    return next((_equilibrium(wrench, row) for row in found), None)
 
 
 def upright(row: Row, load: Wrench, symmetry: Symmetry) -> Row:
@@ -109,10 +115,20 @@ def _moved(row: Row, matrix: Array) -> Row:
     """Return a row with the image of its pose; errors have no sign."""
     if row["status"] != DONE or np.array_equal(matrix, np.eye(len(POSE))):
         return row
-    moved: Row = {}
+    moved = with_shared({}, np.array([image_of(matrix, part) for part in shared_of(row)]))
     for names, signed in ((POSE, matrix), (ERRORS, np.abs(matrix))):
         moved |= dict(zip(names, image_of(signed, [row[name] for name in names]).tolist(), strict=True))
     return row | moved
+
+
+def shared_of(row: Row) -> Array:
+    """Return the parts of the error that a row has in common with its neighbours, as of `Equilibrium`, shape (m, 6)."""
+    return np.asarray(row["shared"][1] if "shared" in row else [], dtype=float).reshape(-1, len(POSE))
+
+
+def with_shared(row: Row, shared: Array) -> Row:
+    """Return a row with the parts of the error of its pose that it has in common with its neighbours."""
+    return row | {"shared": (("part", "component"), shared.reshape(-1, len(POSE)))}
 
 
 def _image(row: Row, solved: Wrench, back: Array) -> Row:
@@ -143,6 +159,7 @@ def _settled(layer: MechanicalModel, wrench: Wrench, start: Equilibrium | None) 
     row |= {f"error_{name}": float(getattr(found.error, name)) for name in POSE}
     row |= {"min_J": np.nan if found.report.min_J is None else found.report.min_J}
     row |= {"error_mechanics": found.report.estimated_error, "iterations": found.report.iterations}
+    row = with_shared(row, found.shared)
     return row | {"notes": "; ".join(found.report.notes), "state": ("unknown", found.state)}
 
 

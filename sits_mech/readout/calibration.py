@@ -149,15 +149,15 @@ class Calibration:
         ndarray, shape (..., d)
         """
         wrong = np.asarray(L_error, dtype=float)
-        spread = np.abs(self._answers(forces)) @ wrong.reshape(-1, wrong.shape[-1], 1)
+        spread = np.abs(self.answers(forces)) @ wrong.reshape(-1, wrong.shape[-1], 1)
         return np.asarray(spread.reshape(np.shape(forces)))
 
     def force_noise(self, forces: ArrayLike, L_noise: ArrayLike) -> Array:
         """Return the standard deviation of each force for independent noise of the inductances; as `force_error`."""
-        spread = np.sqrt(self._answers(forces) ** 2 @ np.asarray(L_noise, dtype=float) ** 2)
+        spread = np.sqrt(self.answers(forces) ** 2 @ np.asarray(L_noise, dtype=float) ** 2)
         return np.asarray(spread.reshape(np.shape(forces)))
 
-    def _answers(self, forces: ArrayLike) -> Array:
+    def answers(self, forces: ArrayLike) -> Array:
         """Return the derivatives of the inverse by the inductances (m, d, n) at forces of m points [N / unit]."""
         answers = self.search.answers(self.map.scaled(forces).reshape(-1, len(self.low)))
         return np.asarray(answers * self._half[:, None])

@@ -12,13 +12,21 @@ where the coils' places give it one: coils that share a coordinate have no signa
                     rotation: as a force e / (ds/dF_x), as a displacement e (dd_h/dF_x) / (ds_untilted/dF_x); in y alike
 
 where 0 stands for the table's load nearest to it. Derivatives are second-order differences on the grid. A point that
-is missing stays missing, and takes the derivatives next to it with it. The error of a figure is the largest it can be
-when every signal is off by its own estimated error. Numbers only, no physics.
+is missing stays missing, and takes the derivatives next to it with it.
+
+The error e of a value y at a load has signed parts m_j, variables ``shared_...`` of the table, which all loads share up
+to one factor between -1 and 1 each, and a rest a = e - sum_j |m_j| of its own. A figure f of many values y_i is off by
+
+    sum_j |f(y + m_j) - f(y)|  +  (sum_i (df/dy_i a_i)^2)^1/2,
+
+so that what is alike at the loads that a figure compares cancels. Of a table without such parts nothing is known of how
+its errors go together: a = e, and the worst of all signs counts, sum_i |df/dy_i| a_i. Numbers only.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
@@ -87,17 +95,52 @@ def slope(values: xr.DataArray, along: str) -> xr.DataArray:
     return values.copy(data=np.asarray(rates))
 
 
-def slope_error(errors: xr.DataArray, along: str) -> xr.DataArray:
-    """Return how far `slope` can be off when each value is off by its error, of either sign."""
+def slope_error(errors: xr.DataArray, along: str, *, independent: bool = False) -> xr.DataArray:
+    """Return how far `slope` can be off when each value is off by its error: of the worst sign, or independently."""
     coordinate = errors[along].to_numpy().astype(float)
     if coordinate.size < 2:
         return xr.full_like(errors, np.nan)
     weights = np.gradient(np.eye(coordinate.size), coordinate, axis=0, edge_order=2 if coordinate.size > 2 else 1)
-    reach = np.abs(np.asarray(weights))
+    reach, power = np.abs(np.asarray(weights)), 2.0 if independent else 1.0
     sizes = np.moveaxis(np.abs(errors.to_numpy()), errors.get_axis_num(along), 0)
-    found = np.tensordot(reach, np.where(np.isfinite(sizes), sizes, 0.0), axes=1)
+    found = np.tensordot(reach**power, np.where(np.isfinite(sizes), sizes, 0.0) ** power, axes=1) ** (1.0 / power)
     found[np.tensordot(reach, np.isinf(sizes), axes=1) > 0.0] = np.inf
     return errors.copy(data=np.moveaxis(found, 0, errors.get_axis_num(along)))
+
+
+def shared_parts(data: xr.Dataset) -> Iterator[xr.Dataset]:
+    """Give a table with each of the shared parts of its errors added to all values that have such parts."""
+    shared = {str(name).removeprefix("shared_"): name for name in data.data_vars if str(name).startswith("shared_")}
+    pairs = {name: data[key] for name, key in shared.items() if name in data and "coil" not in data[key].dims}
+    for k in range(data.sizes.get("part", 0)):
+        yield data.assign({name: data[name] + part.isel(part=k, drop=True) for name, part in pairs.items()})
+
+
+def own_errors(data: xr.Dataset, name: str) -> xr.DataArray:
+    """Return what is left of the errors of a variable without the parts that loads share; NaN where none is known."""
+    if f"error_{name}" not in data:
+        return xr.full_like(data[name], np.nan)
+    errors = data[f"error_{name}"]
+    if f"shared_{name}" not in data:
+        return errors
+    return (errors - abs(data[f"shared_{name}"]).sum("part")).clip(min=0.0).transpose(*errors.dims)
+
+
+def slope_doubt(data: xr.Dataset, name: str, along: str) -> xr.DataArray:
+    """Return how far the `slope` of a variable can be off by the errors of a table."""
+    found, shared = own_slope_error(data, name, along), data.get(f"shared_{name}")
+    parts = [] if shared is None else [shared.isel(part=k).transpose(*found.dims) for k in range(shared.sizes["part"])]
+    return found + sum(abs(slope(part, along)) for part in parts)
+
+
+def own_slope_error(data: xr.Dataset, name: str, along: str) -> xr.DataArray:
+    """Return how far the `slope` of a variable can be off by what is left of its errors without shared parts."""
+    return slope_error(own_errors(data, name), along, independent=f"shared_{name}" in data)
+
+
+def _both(data: xr.Dataset, name: str, one: xr.DataArray, other: xr.DataArray) -> xr.DataArray:
+    """Return how far a difference of values of a variable can be off by what each has of an error of its own."""
+    return (one**2 + other**2) ** 0.5 if f"shared_{name}" in data else one + other
 
 
 def nearest_none(values: xr.DataArray | xr.Dataset, force: str) -> int:
@@ -107,7 +150,12 @@ def nearest_none(values: xr.DataArray | xr.Dataset, force: str) -> int:
 
 def response(values: xr.DataArray, force: str) -> xr.DataArray:
     """Return what a component of the load does to values: values less those at the load nearest to none of it."""
-    return (values - values.isel({force: nearest_none(values, force)}, drop=True)).transpose(*values.dims)
+    return (values - _at_none(values, force)).transpose(*values.dims)
+
+
+def _at_none(values: xr.DataArray, force: str) -> xr.DataArray:
+    """Return values at the load nearest to none of a component."""
+    return values.isel({force: nearest_none(values, force)}, drop=True)
 
 
 def crosstalk(data: xr.Dataset) -> xr.Dataset:
@@ -127,21 +175,35 @@ def crosstalk(data: xr.Dataset) -> xr.Dataset:
     """
     maps: dict[str, xr.DataArray] = {}
     attributes: dict[str, float] = {}
-    for own, name in signals_of(data).items():
-        if own not in data.dims:
+    for force, name in signals_of(data).items():
+        if force not in data.dims:
             continue
-        signal, values = short_name(name), data[name]
-        others = [force for force in components_of(data) if force != own]
-        line = values.isel({force: nearest_none(data, force) for force in others})
-        full_scale, error = float(line.max() - line.min()), 2.0 * _largest(data, f"error_{name}")
-        attributes |= {f"full_scale_{signal}": full_scale, f"error_full_scale_{signal}": error}
+        signal, values, own = short_name(name), data[name], own_errors(data, name)
+        others = [other for other in components_of(data) if other != force]
+        at = {other: nearest_none(data, other) for other in others}
+        shifted = [part[name] for part in shared_parts(data)]
+        full_scale, error = _range(values.isel(at)), _largest(_both(data, name, own, own).isel(at))
+        moved = sum(abs(_range(part.isel(at)) - full_scale) for part in shifted)
+        attributes |= {f"full_scale_{signal}": full_scale, f"error_full_scale_{signal}": error + moved}
         for other in others:
-            moved = response(values, other)
-            share = moved / full_scale * 100.0 if full_scale > 0.0 else xr.full_like(values, np.nan)
-            largest, pair = float(np.abs(share).max()), f"{signal}_from_{other}"
+            share, pair = _share(values, other, full_scale), f"{signal}_from_{other}"
+            largest = float(np.abs(share).max())
+            dividend = 100.0 * _largest(_both(data, name, own, _at_none(own, other)))
+            unsure = _quotient_error(largest, full_scale, (dividend, error))
+            parts = [abs(float(np.abs(_share(part, other, _range(part.isel(at)))).max()) - largest) for part in shifted]
             maps[pair], attributes[f"largest_{pair}"] = share, largest
-            attributes[f"error_largest_{pair}"] = _quotient_error(largest, full_scale, (100.0 * error, error))
+            attributes[f"error_largest_{pair}"] = unsure + sum(parts)
     return xr.Dataset(maps, attrs=attributes)
+
+
+def _range(line: xr.DataArray) -> float:
+    """Return the range of values."""
+    return float(line.max() - line.min())
+
+
+def _share(values: xr.DataArray, other: str, full_scale: float) -> xr.DataArray:
+    """Return the response of a signal to a component that is not its own [% of full scale]."""
+    return response(values, other) / full_scale * 100.0 if full_scale > 0.0 else xr.full_like(values, np.nan)
 
 
 def rotation_error(data: xr.Dataset) -> xr.Dataset:
@@ -184,6 +246,7 @@ def largest_rotation(data: xr.Dataset) -> dict[str, tuple[float, float]]:
         As for `rotation_error`, with the errors of the signals; a force of one value has none.
     """
     wrong, found = rotation_error(data), {}
+    shifted = [rotation_error(part) for part in shared_parts(data)]
     for force, (place, signal, level) in _turned(data).items():
         for name, shown in ((force, signal), (place, level)):
             size = abs(wrong[f"{name}_error"])
@@ -192,10 +255,13 @@ def largest_rotation(data: xr.Dataset) -> dict[str, tuple[float, float]]:
             at = dict(zip(size.dims, np.unravel_index(int(np.nanargmax(size)), size.shape), strict=True))
             rate = abs(float(slope(data[shown], force).isel(at)))
             reach = 1.0 if name == force else abs(float(slope(data[place], force).isel(at)))
-            unsure = data[f"error_{signal}"]
-            errors = (2.0 * float(unsure.isel(at)), float(slope_error(unsure, force).isel(at)))
+            unsure, turned = own_errors(data, signal), data.get(f"error_{short_name(signal)}_turned")
+            beside = 2.0 * unsure if turned is None else turned
+            errors = (float(beside.isel(at)), float(own_slope_error(data, signal, force).isel(at)))
             value = float(size.isel(at))
-            found[name] = (value, reach * _quotient_error(value / reach if reach > 0.0 else 0.0, rate, errors))
+            error = reach * _quotient_error(value / reach if reach > 0.0 else 0.0, rate, errors)
+            moved = [abs(abs(float(part[f"{name}_error"].isel(at))) - value) for part in shifted]
+            found[name] = (value, error + sum(moved))
     return found
 
 
@@ -207,6 +273,7 @@ def _quotient_error(quotient: float, divisor: float, errors: tuple[float, float]
     return (errors[0] + abs(quotient) * errors[1]) / left if left > 0.0 else math.inf
 
 
-def _largest(data: xr.Dataset, name: str) -> float:
-    """Return the largest value of a variable, zero where none is a number; NaN where there is no such variable."""
-    return float(np.max(np.nan_to_num(data[name].to_numpy()))) if name in data else math.nan
+def _largest(errors: xr.DataArray) -> float:
+    """Return the largest of some errors, zero where a load has none; NaN where none has."""
+    sizes = errors.to_numpy()
+    return math.nan if np.isnan(sizes).all() else float(np.max(np.nan_to_num(sizes, posinf=np.inf)))

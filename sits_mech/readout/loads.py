@@ -30,9 +30,10 @@ def fixed(data: xr.Dataset) -> dict[str, float]:
 
 
 def over_loads(data: xr.Dataset) -> tuple[str, ...]:
-    """Return the names of the variables that each load of a table has."""
+    """Return the names of the variables that each load of a table has; parts of errors that loads share are none."""
     loads = set(data["status"].dims)
-    return tuple(str(name) for name, item in data.data_vars.items() if name != "L0" and loads <= set(item.dims))
+    own = {str(name): set(item.dims) for name, item in data.data_vars.items() if name != "L0"}
+    return tuple(name for name, dims in own.items() if loads <= dims and not dims & {"part", "cause"})
 
 
 def points(data: xr.Dataset) -> Iterator[xr.Dataset]:

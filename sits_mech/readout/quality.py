@@ -10,7 +10,8 @@ Of a calibration L(F) with the slopes dL/dF, over the loads where it has an inve
                      most, at its own; of a plane-fitted readout, F = A (L - mean L), and of the inverse at the loads
                      that were solved (of each component's own signal: see `crosstalk`)
     resolution       standard deviation of each component for the given noise of the inductances, by the slopes
-    error by model   the most that the estimated errors of the loads' inductances allow, and those of the map
+    error by model   the most that the estimated errors of the loads' inductances allow, and those of the map; of errors
+                     the signed parts that coils, and loads, have in common count with their signs (crosstalk.py)
     condition        of the slopes, components over full scale and inductances over the larger range: how much worse the
                      poorest direction is seen than the best one
     hysteresis       largest difference of a component between loading and unloading branches at one load, where both
@@ -30,7 +31,7 @@ from numpy.typing import ArrayLike
 
 from sits_mech.quantities import Array
 from sits_mech.readout.calibration import OK, Calibration
-from sits_mech.readout.crosstalk import FORCES, nearest_none, response, slope_error
+from sits_mech.readout.crosstalk import FORCES, nearest_none, response, slope_doubt
 from sits_mech.readout.observability import Observability, observability
 
 _FINE = {1: 33, 2: 33, 3: 17, 4: 9}  # loads along each component, by their number
@@ -115,7 +116,8 @@ def quality(
         Standard deviation of each inductance [unit].
     table : Dataset, optional
         ``L`` and ``error_L`` over (*forces, coil), NaN where a load has none [unit]; ``weights`` (signal, coil) of the
-        signals of F_z, F_x and F_y, as from `weights_of`.
+        signals of F_z, F_x and F_y, as from `weights_of`. Signed parts of the errors, ``shared_L`` (part, ...) and
+        ``alone_L`` (cause, ...), where they are known.
     branches : tuple of array_like, optional
         Inductances (m, n) at the same loads, loading and unloading [unit].
 
@@ -196,8 +198,26 @@ def _linear_error(table: xr.Dataset | None, sums: Array) -> Array:
     """Return how far differences of sums (k, n) of inductances can be off by the errors of a table, shape (k,)."""
     if table is None:
         return np.full(len(sums), np.nan)
-    wrong = table["error_L"].transpose(..., "coil").to_numpy().reshape(-1, sums.shape[1])
-    return np.asarray(2.0 * np.max(wrong[np.isfinite(wrong).all(axis=-1)] @ np.abs(sums).T, axis=0))
+    shared, alone, rest = _parts(table, tuple(str(name) for name in table["error_L"].dims[:-1]))
+    good = np.isfinite(rest).all(axis=-1)
+    rest = rest[good]
+    known = shared[:, good] @ sums.T, alone[:, good] @ sums.T
+    own = np.max(np.abs(known[1]).sum(axis=0) + rest @ np.abs(sums).T, axis=0)
+    return np.asarray((np.sqrt(2.0) if len(shared) else 2.0) * own + np.ptp(known[0], axis=1).sum(axis=0))
+
+
+def _parts(table: xr.Dataset, forces: tuple[str, ...]) -> tuple[Array, Array, Array]:
+    """Return the errors of the inductances at m loads: the parts that loads share (j, m, n), those that each has for
+    itself (k, m, n), both with their signs, and the rest (m, n).
+    """
+    whole = table["error_L"].transpose(*forces, "coil").to_numpy()
+    n = whole.shape[-1]
+    shared, alone = (
+        table[name].transpose(dim, *forces, "coil").to_numpy().reshape(-1, whole.size // n, n) if name in table
+        else np.zeros((0, whole.size // n, n)) for name, dim in (("shared_L", "part"), ("alone_L", "cause"))
+    )  # fmt: skip
+    rest = whole.reshape(-1, n) - np.abs(shared).sum(axis=0) - np.abs(alone).sum(axis=0)
+    return shared, alone, np.maximum(rest, 0.0)
 
 
 def _slope_errors(cal: Calibration, table: xr.Dataset | None) -> Array:
@@ -205,7 +225,7 @@ def _slope_errors(cal: Calibration, table: xr.Dataset | None) -> Array:
     if table is None:
         return np.full((len(cal.coils), len(cal.forces)), np.nan)
     at = {name: nearest_none(table, name) for name in cal.forces}
-    each = [slope_error(table["error_L"], name).isel(at).to_numpy() for name in cal.forces]
+    each = [slope_doubt(table, "L", name).isel(at).to_numpy() for name in cal.forces]
     return np.asarray(np.stack(each, -1) / cal.L0[:, None])
 
 
@@ -244,12 +264,14 @@ def _at_the_loads(cal: Calibration, table: xr.Dataset | None) -> tuple[Array, Ar
     if table is None or cal.share == 0.0:
         return np.full((d, d), np.nan), np.full((d, 3), np.nan)
     loads = _named_loads(cal, [table[name].to_numpy() for name in cal.forces])
-    L, error = (table[name].transpose(*cal.forces, "coil").to_numpy() for name in ("L", "error_L"))
-    found = cal.inverse(L)
+    found = cal.inverse(table["L"].transpose(*cal.forces, "coil").to_numpy())
     good = found.status == OK
     if not good.any():
         return np.full((d, d), np.nan), np.full((d, 3), np.nan)
-    worth = cal.force_error(loads.to_numpy()[good], error[good])
+    at, (shared, alone, rest) = loads.to_numpy()[good], _parts(table, cal.forces)
+    known = np.concatenate([shared, alone])[:, good.ravel()]
+    worth = cal.force_error(at, rest[good.ravel()])
+    worth += np.abs(np.einsum("mdn,kmn->kmd", cal.answers(at), known)).sum(axis=0)
     return _misread(loads.copy(data=found.forces) - loads, cal.high - cal.low), _spread(worth)
 
 

@@ -117,6 +117,12 @@ def combine(L: Array, weights: Array) -> Array:
     return np.asarray(L @ rows_of(weights).T)
 
 
+def signal_changes(change: Array, L0: Array, weights: Array) -> dict[str, Array]:
+    """Return what changes of the inductances, shape (..., n), make of each signal, shape (...), by its name."""
+    known, before = signals(L0 + change, L0, weights).known, signals(L0, L0, weights).known
+    return {name: np.asarray(value - before[name]) for name, value in known.items() if not name.startswith("error_")}
+
+
 def signals(L: Array, L0: Array, weights: Array, errors: ArrayLike = 0.0) -> Signals:
     """Return the signals with their errors.
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from sits_mech.cases import DONE
 from sits_mech.chain.corrections import corrected
+from sits_mech.mechanics.loads import ERRORS, shared_of, with_shared
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import POSE, Wrench
 
@@ -82,3 +83,21 @@ def test_two_values_of_a_component_tell_no_square():
 def test_finer_meshes_that_fail_change_nothing():
     before = rows_of(np.linspace(-1, 1, 5), np.linspace(0, 4, 5))
     assert corrected(before, lambda load: {"status": "failed"}, RECTANGLE, LEVERS, AT_REST) == before
+
+
+def test_what_the_finer_answers_share_goes_with_the_load():
+    """A part of their errors that is linear in the load is so everywhere, with its sign, and counts in full."""
+    before, (finer, _) = rows_of(np.linspace(-1, 1, 7), np.linspace(0, 4, 7)), asked()
+
+    def part(load):
+        return np.array([[3e-8 * load.F_x, -1e-8 * load.F_z, 2e-7 * load.F_x, 0.0, 0.0, 0.0]])
+
+    def told(load):
+        found = with_shared(finer(load), part(load))
+        errors = 1e-8 + np.abs(part(load))[0]
+        return found | dict(zip(ERRORS, errors.tolist(), strict=True))
+
+    for load, found in corrected(before, told, RECTANGLE, LEVERS, AT_REST).items():
+        np.testing.assert_allclose(shared_of(found), part(load), atol=1e-20)
+        assert found["error_d_v"] >= abs(part(load)[0, 1]) and found["error_d_h"] >= abs(part(load)[0, 0])
+    assert corrected(before, told, RECTANGLE, LEVERS, AT_REST)[Wrench(1.0, 4.0)]["error_d_h"] < 3e-8 + 1e-7

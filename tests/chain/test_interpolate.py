@@ -56,7 +56,7 @@ def between(rows: dict[Wrench, Row]) -> list[Wrench]:
     ("grid", "symmetry", "most"),
     [
         (GRID, NONE, 21), (GRID, MIRRORS, 14), (SPACE, NONE, 60), (SPACE, MIRRORS, 22), (SPACE, SQUARE, 14),
-        (SPACE, DISC, 12), (TWIST, MIRRORS, 60), (TWIST, DISC, 30),
+        (SPACE, DISC, 13), (TWIST, MIRRORS, 60), (TWIST, DISC, 30),
     ],
 )  # fmt: skip
 def test_a_smooth_pad_is_solved_at_some_loads(grid: dict[str, list[float]], symmetry: Symmetry, most: int) -> None:
@@ -76,7 +76,7 @@ def test_a_smooth_pad_is_solved_at_some_loads(grid: dict[str, list[float]], symm
 
 def test_a_round_pad_takes_shear_in_any_direction_as_a_load_in_the_plane() -> None:
     """No load leaves it; a square pad swaps F_x and F_y, and what is solved is what a table over them shares."""
-    for symmetry, beside in ((DISC, 0), (SQUARE, 1)):
+    for symmetry, beside in ((DISC, 0), (SQUARE, 2)):
         layer = Spring()
         poses_on_grid(load_sensor("triaxial-3"), layer, SPACE, symmetry=symmetry, tolerance=1e-2)
         leaving = {(load.F_x, load.F_y) for load in layer.solved if load.beside}
@@ -180,7 +180,7 @@ def test_a_stopped_run_goes_on(tmp_path: Path) -> None:
         )
     )
     assert not set(first.solved) & set(second.solved) and third.solved == []
-    drop = {"seconds", "state"}
+    drop = {"seconds", "state", "shared"}
     kept = [[{k: v for k, v in row.items() if k not in drop} for row in each.values()] for each in (rows, again, plain)]
     assert kept[0] == kept[1] == kept[2]
     assert seen[-1] == (125, 125) and all(done <= of <= 125 for done, of in seen)

@@ -287,7 +287,8 @@ def test_calibrate_leaves_everything(capsys: Capture, tmp_path: Path) -> None:
     names = {"L_h.png", "L_v.png", "cases", "crosstalk.png", "layer.png", "result.csv", "result.nc", "scene.toml"}
     assert set(os.listdir(folder)) == names
     data = read_table(folder / "result.nc")
-    assert dict(data.sizes) == {"F_x": 3, "F_z": 2, "coil": 2, "coil_2": 2} and np.all(data["status"] == "converged")
+    sizes = {"F_x": 3, "F_z": 2, "coil": 2, "coil_2": 2}
+    assert sizes.items() <= dict(data.sizes).items() and np.all(data["status"] == "converged")
     lines = (folder / "result.csv").read_text().splitlines()
     assert len(lines) == 7 and lines[0].startswith("F_x,F_z,status")
     assert load_sensor(folder / "scene.toml") == load_sensor("biorob2018")

@@ -11,6 +11,7 @@ from sits_mech.readout.crosstalk import (
     sensitivity,
     signals_of,
     slope,
+    slope_doubt,
     slope_error,
 )
 
@@ -159,3 +160,47 @@ def test_an_unknown_error_spreads_to_its_neighbours() -> None:
     errors = xr.DataArray([0.1, 0.1, 0.1, 0.1, np.inf], {"F_x": [0.0, 1.0, 2.0, 3.0, 4.0]}, ["F_x"])
     found = slope_error(errors, "F_x").to_numpy()
     assert found[:3] == pytest.approx([0.4, 0.1, 0.1]) and np.isinf(found[3:]).all()
+
+
+def shared(kind: str, size: float, own: float) -> xr.Dataset:
+    """The pair's signals with errors that all loads share, an offset or a gain of both, beside some of their own."""
+    data = made(0.5)
+    for name in ("L_v_percent", "L_h_percent", "L_h_untilted_percent"):
+        part = size * (data[name] if kind == "gain" else xr.ones_like(data[name]))
+        data[f"shared_{name}"] = part.expand_dims("part")
+        data[f"error_{name}"] = abs(part) + own
+    data["error_L_h_turned"] = xr.full_like(data["L_h_percent"], own)
+    return data
+
+
+def test_an_offset_of_all_loads_cancels() -> None:
+    """In ranges, slopes, crosstalk and what the rotation does."""
+    data = shared("offset", 0.3, 0.0)
+    found = crosstalk(data).attrs
+    errors = [value for name, value in found.items() if name.startswith("error_")]
+    errors += [error for _, error in largest_rotation(data).values()]
+    assert len(errors) == 6 and np.all(np.array(errors) < 1e-12)
+    assert float(abs(slope_doubt(data, "L_v_percent", "F_z")).max()) < 1e-12
+
+
+def test_a_gain_of_all_loads_is_one_of_full_scale_and_slope_not_of_crosstalk() -> None:
+    data = shared("gain", 0.02, 0.0)
+    found = crosstalk(data).attrs
+    assert found["error_full_scale_L_v"] == pytest.approx(0.02 * 16.0)
+    assert found["error_largest_L_h_from_F_z"] < 1e-12 and found["error_largest_L_v_from_F_x"] < 1e-12
+    assert max(error for _, error in largest_rotation(data).values()) < 1e-12  # signal and slope have the same gain
+    np.testing.assert_allclose(
+        slope_doubt(data, "L_v_percent", "F_z"), 0.02 * abs(slope(data["L_v_percent"], "F_z")), atol=1e-12
+    )
+
+
+def test_what_loads_do_not_share_is_independent() -> None:
+    """Root of the sum of squares: of a range sqrt(2), of a slope by the weights of its differences."""
+    data = shared("gain", 0.0, 0.01)
+    found = crosstalk(data).attrs
+    error = 0.01 * np.sqrt(2.0)
+    assert found["error_full_scale_L_h"] == pytest.approx(error)
+    assert found["error_largest_L_h_from_F_z"] == pytest.approx((100.0 * error + 20.0 * error) / (10.0 - error))
+    weights = np.gradient(np.eye(4), F_Z, axis=0, edge_order=2)
+    allowed = slope_doubt(data, "L_v_percent", "F_z").transpose("F_x", "F_z")
+    np.testing.assert_allclose(allowed, np.tile(0.01 * np.linalg.norm(weights, axis=1), (5, 1)))

@@ -191,3 +191,23 @@ def test_what_has_no_figures_is_refused() -> None:
     for noise in ([1e-12], [1e-12, 0.0]):
         with pytest.raises(ValueError, match=r"noise: must be 2 positive numbers \[H\]"):
             quality(made(), noise)
+
+
+def test_errors_that_coils_have_in_common_are_no_shear() -> None:
+    """The sum of three coils reads F_z alone: an error of all coils alike is one of F_z, and none of F_x and F_y."""
+    cal, table = triple(0.3)
+    plain = quality(cal, np.full(3, NOISE), table=table)
+    alike = table.assign(alone_L=table["error_L"].expand_dims("cause"))
+    found = quality(cal, np.full(3, NOISE), table=alike)
+    np.testing.assert_allclose(found.by_model[1], plain.by_model[1], rtol=1e-6)
+    np.testing.assert_allclose(found.by_model[1], 5e-12 / abs(PRESS), rtol=1e-6)
+    assert np.all(found.by_model[[0, 2]] < 1e-6 * plain.by_model[[0, 2]])
+
+
+def test_errors_that_loads_have_in_common_leave_ranges() -> None:
+    """An offset is no error of a range or a slope, though one of each load."""
+    cal, table = triple(0.0)
+    offset = quality(cal, np.full(3, NOISE), table=table.assign(shared_L=table["error_L"].expand_dims("part")))
+    np.testing.assert_allclose(offset.by_model[1], 5e-12 / abs(PRESS), rtol=1e-6)
+    assert np.all(offset.error_range < 1e-15) and np.all(offset.crosstalk_error < 1e-12)
+    assert np.all(offset.error_sensitivity < 1e-12)

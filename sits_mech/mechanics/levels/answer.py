@@ -153,7 +153,8 @@ def solve_levels(
 
     first = coarse or first_look(levels, scales, start, control, most)
     midway = begin + first.reached * (end - begin)
-    fine = next_at_rest(levels, first.state, Way(begin, midway, held, control.held[3:]))
+    again = start is not None and np.allclose(begin, end, rtol=1e-12, atol=0.0)  # it is at rest there already
+    fine = None if again else next_at_rest(levels, first.state, Way(begin, midway, held, control.held[3:]))
     if fine is None:
         spend = most / len(levels.fine.free)
         if first.reached < 1.0:
@@ -305,4 +306,5 @@ def answer(
         "", len(levels.maker(len(values) - 1).free) + k, spent, fine.residual, off, 0.0, notes=notes, min_J=fine.min_J
     )
     state_kept = np.concatenate([packed(fine), packed(coarse)])
-    return Equilibrium(scales.wrench(load), scales.pose(q), Pose.of(error), state_kept, report)
+    shared = np.pad(np.where(held, 0.0, best.parts * unit * scales.lengths[:k]), ((0, 0), (0, 6 - k)))
+    return Equilibrium(scales.wrench(load), scales.pose(q), Pose.of(error), state_kept, report, shared)

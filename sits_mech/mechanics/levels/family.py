@@ -138,11 +138,16 @@ class Levels:
 
 
 class Limit(NamedTuple):
-    """What a sequence tends to, shape (k,), its error, and the order that its last three levels show (nan: two)."""
+    """What a sequence tends to, shape (k,), its error, and the order that its last three levels show (nan: two).
+
+    The parts of the error, shape (2, k), have the signs of what they are taken from: what the second term leaves, and
+    what the order may be off by. Neighbouring loads on the same meshes share them, up to a factor each.
+    """
 
     value: Array
     error: Array
     order: float
+    parts: Array
 
     def words(self, expected: float) -> tuple[str, ...]:
         """Return what is to be said of the sequence, where another order is expected."""
@@ -165,21 +170,25 @@ def extrapolated(values: list[Array], sizes: tuple[float, ...], order: float, of
         p.
     """
     if not np.isfinite(order):
-        return Limit(values[-1], np.abs(values[-1] - values[-2]), np.nan)
+        return _limit(values[-1], np.nan, values[-1] - values[-2], np.zeros_like(values[-1]))
     m = np.array(sizes[: len(values)])
     ratios = m[1:] / m[:-1]
     added = [(b - a) / (ratio**order - 1.0) for a, b, ratio in zip(values[:-1], values[1:], ratios, strict=True)]
     ends = [y + more for y, more in zip(values[1:], added, strict=True)]
     if len(values) == 2:
-        return Limit(ends[-1], np.abs(added[-1]), np.nan)
+        return _limit(ends[-1], np.nan, added[-1], np.zeros_like(added[-1]))
     apart, gone = ends[-1] - ends[-2], values[-1] - values[-2]
     shown = shown_order(float(np.linalg.norm(values[-2] - values[-3])), float(np.linalg.norm(gone)), m[-3:])
     if shown < _SHOWN * order:
-        return Limit(ends[-1], np.abs(apart) + np.abs(added[-1]), shown)
-    left = _SAFE * np.abs(apart) / ((m[-1] / m[-3]) ** order - 1.0)
-    left += np.abs(added[-1]) if shown > _HIGH * order else 0.0
-    left += off * ratios[-1] ** order / (ratios[-1] ** order - 1.0)
-    return Limit(ends[-1], left + _UNSURE * np.abs(added[-1]), shown)
+        return _limit(ends[-1], shown, apart, added[-1])
+    left = _SAFE * apart / ((m[-1] / m[-3]) ** order - 1.0)
+    unsure = (_UNSURE + (1.0 if shown > _HIGH * order else 0.0)) * added[-1]
+    return _limit(ends[-1], shown, left, unsure, off * ratios[-1] ** order / (ratios[-1] ** order - 1.0))
+
+
+def _limit(value: Array, order: float, left: Array, unsure: Array, off: Array | float = 0.0) -> Limit:
+    """A limit by the parts of its error, and what the last level may be off by besides."""
+    return Limit(value, np.abs(left) + np.abs(unsure) + off, order, np.stack([left, unsure]))
 
 
 def shown_order(first: float, second: float, sizes: Array) -> float:

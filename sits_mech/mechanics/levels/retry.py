@@ -177,7 +177,9 @@ def _first_good(
         if best is not None and best.part == 1.0 and line[number].fine.guarded:
             continue
         family = line[number]
-        look = first_look(family, line.scales, _own(family, number, start), control, line.most)
+        look = _known(line, number, looks)
+        if look is None:
+            look = first_look(family, line.scales, _own(family, number, start), control, line.most)
         looks[number] = look
         if look.reached < 1.0:
             continue
@@ -191,6 +193,22 @@ def _first_good(
         number = max(numbers, key=lambda each: looks[each].reached)
         return _tried(line, number, start, control, 0, looks[number])
     return best
+
+
+def _known(line: Line, number: int, looks: dict[int, Outcome]) -> Outcome | None:
+    """Where the coarse mesh of a family gets to, if another's is the same and ended on the way.
+
+    Families may differ by what divides their cells alone, or by contact, which plays no part where no face touches.
+    """
+    body = line[number].coarse
+    for other, look in looks.items():
+        known, beside = line[other].coarse, (other < line.free) != (number < line.free)
+        same = (known.K, known.guarded) == (body.K, body.guarded) and np.array_equal(known.mesh.nodes, body.mesh.nodes)
+        if not same or look.reached == 1.0:
+            continue
+        if not (beside and face_contact(known.faces, known.mesh, known.parts, look.state.u, look.state.q).touch):
+            return look
+    return None
 
 
 def _error(solved: Solved) -> float:

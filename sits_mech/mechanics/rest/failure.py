@@ -20,13 +20,13 @@ from sits_mech.quantities import WRENCH, SolveFailed, Wrench
 
 def ended(line: Line, control: Control, solved: Solved, body: str) -> SolveFailed:
     """Return what says where a load path of a `body`, "pad" or "layer", ended, and why."""
-    last, laws = solved.found, solved.laws
+    last, there = solved.found, {name: solved.seen * value for name, value in control.given.items()}
+    laws = tuple(f"{note}, under {_given_words(there)} on a coarse mesh" for note in solved.laws)
     limit = () if solved.carried is None or solved.limit is None else (carried_words(solved.carried, solved.limit),)
     if not limit and solved.seen < 1.0:
-        there = {name: solved.seen * value for name, value in control.given.items()}
         limit = (f"no largest load was found: a coarse mesh could be followed to {_given_words(there)}",)
     why = (*limit, reason_words(solved.reason))
-    others = (note for note in last.report.notes if note not in laws)
+    others = (note for note in last.report.notes if note not in solved.laws)
     notes = (*others, *laws, *why, f"reached {solved.part:.1%} of the path")
     report = replace(last.report, status="load path ended", notes=notes)
     message = (

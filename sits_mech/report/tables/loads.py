@@ -18,7 +18,7 @@ from sits_mech.readout.crosstalk import (
     short_name,
     signals_of,
     slope,
-    slope_error,
+    slope_doubt,
 )
 from sits_mech.readout.loads import fixed, load_words, middle, over_loads, points, varied
 from sits_mech.readout.signals import SIGNALS, told
@@ -126,7 +126,8 @@ def summary_table(data: xr.Dataset) -> Table:
 def figures(data: xr.Dataset) -> list[Figure]:
     """Return name, value, estimated error and unit of each figure of merit.
 
-    The error of a figure is the largest it can be when every signal is off by its own estimated error.
+    The error of a figure is the largest it can be by the errors of the signals, less what cancels of them
+    (readout/crosstalk.py).
 
     Parameters
     ----------
@@ -146,7 +147,7 @@ def _sensitivities(data: xr.Dataset) -> list[Figure]:
     at, found = middle(data), []
     for signal, name in product(signals_of(data).values(), _several(data)):
         rate = float(slope(data[signal], name).isel(at))
-        unsure = float(slope_error(data[f"error_{signal}"], name).isel(at))
+        unsure = float(slope_doubt(data, signal, name).isel(at))
         unit = shown_unit(name) if UNITS[name] == "N" else f"({shown_unit(name)})"
         shown = f"d({short_name(signal)})" if signal in SIGNALS else f"d{short_name(signal)}"
         found.append((f"{shown}/d{name} mid-grid", rate, unsure, f"% of L0 / {unit}"))

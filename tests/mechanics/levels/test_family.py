@@ -52,6 +52,18 @@ def test_the_error_covers_what_a_second_power_leaves(p, count, second):
     assert count == 2 or np.max(found.error) < np.max(np.abs(values[-1] - LIMIT))  # better than not to extrapolate
 
 
+@pytest.mark.parametrize("count", [2, 3, 5])
+def test_the_parts_of_the_error_have_signs_and_make_it_up(count):
+    """A sequence from the other side has the opposite parts; what the last level may be off by is no such part."""
+    values = sequence(2.0, count, 0.5)
+    found, other = (extrapolated([sign * value for value in values], SIZES, 2.0) for sign in (1.0, -1.0))
+    np.testing.assert_allclose(np.abs(found.parts).sum(axis=0), found.error, rtol=1e-12)
+    np.testing.assert_allclose(other.parts, -found.parts)
+    assert np.all(found.parts[0 if count == 2 else 1] * FIRST < 0.0)  # what extrapolation adds takes errors away
+    if count > 2:
+        assert np.all(extrapolated(values, SIZES, 2.0, 0.1).error > found.error)
+
+
 def test_a_sequence_that_is_not_there_yet_says_so_and_widens_its_error():
     """Differences that do not shrink: a lower order than expected; the error is all of the two differences."""
     values = [np.array([value]) for value in (1.0, 0.9, 0.82)]

@@ -1,0 +1,57 @@
+"""Errors of what the coils show, by those of the poses: a model that is linear in the pose gives them by hand."""
+
+import numpy as np
+import pytest
+
+from sits_mech.chain.pose_errors import read_poses, signal_weights
+from sits_mech.quantities import Impedance, Pose, SolveReport
+from sits_mech.readout.signals import combine
+from sits_mech.scene.sensor import load_sensor
+
+SLOPES = np.array([[2e-5, 3e-5, -4e-7], [-2e-5, 3e-5, 4e-7]])  # of two coils by d_h, d_v [H/m] and alpha [H/rad]
+POSES, ERRORS = Pose(*np.array([[0.0, 2e-4], [1.9e-3, 1.8e-3], [0.0, -2e-3]])), Pose(*np.full((3, 2), 1e-6))
+SHARED = np.array([[[6e-7, 0, 0, 0, 0, 0], [6e-7, 5e-7, -1e-6, 0, 0, 0]]])  # one part of the errors at two poses
+
+
+class Linear:
+    """L = L0 + slopes p; its own error is 5 pH a coil, of which 2 pH, of either sign, are shared."""
+
+    def impedance(self, pose: Pose, frequency: float) -> Impedance:
+        own = np.einsum("...k,ck->...c", pose.components[..., :3], SLOPES)
+        L = 2.5e-6 * np.eye(2) + own[..., None] * np.eye(2)
+        shared = np.broadcast_to(np.diag([2e-12, -2e-12]), (1, *L.shape))
+        zero, error, report = np.zeros_like(L), np.full(L.shape, 5e-12), SolveReport("linear", 0, 0, 0.0, 0.0, 0.0)
+        return Impedance(frequency, L, zero, 2.5e-6 * np.eye(2), np.zeros(2), error, zero, "H", report, shared)
+
+
+@pytest.fixture(scope="module")
+def sensor():
+    return load_sensor("biorob2018")
+
+
+def test_what_loads_share_has_its_sign_and_the_rest_is_by_component(sensor):
+    found = read_poses(sensor, Linear(), POSES, ERRORS, SHARED)
+    parts = SHARED[..., :3] @ SLOPES.T
+    np.testing.assert_allclose(found.shared[0], parts[0], atol=1e-18)
+    np.testing.assert_allclose(found.shared[1], [[2e-12, -2e-12]] * 2)
+    left = (1e-6 - np.abs(SHARED[0, :, :3])) * [[1.0, 1.0, 1.0]]
+    np.testing.assert_allclose(found.alone, np.einsum("pk,ck->kpc", left, SLOPES), atol=1e-18)
+    total = 5e-12 + np.abs(parts[0]) + np.einsum("pk,ck->pc", left, np.abs(SLOPES))
+    np.testing.assert_allclose(np.diagonal(found.impedance.error_L, axis1=1, axis2=2), total, rtol=1e-9)
+
+
+def test_without_shared_parts_every_component_counts_in_full(sensor):
+    found = read_poses(sensor, Linear(), POSES, ERRORS)
+    total = 5e-12 + np.abs(SLOPES).sum(axis=1) * 1e-6
+    np.testing.assert_allclose(np.diagonal(found.impedance.error_L, axis1=1, axis2=2), [total] * 2, rtol=1e-9)
+    assert found.shared.shape == (1, 2, 2)  # the magnetic model's alone
+
+
+def test_a_place_does_not_count_for_what_the_rotation_does(sensor):
+    """Unrotated a coil's error is by the place alone; the difference of both by the angle, and the model's own rest."""
+    found, weights = read_poses(sensor, Linear(), POSES, ERRORS, SHARED), signal_weights(sensor)
+    np.testing.assert_allclose(found.shared_untilted[0], SHARED[0, :, :2] @ SLOPES[:, :2].T, atol=1e-18)
+    angle = np.array([1e-6, 0.0])  # what the shared part leaves of the error of alpha
+    rest = np.full(2, 3e-12) @ np.abs(combine(np.eye(2), weights))
+    expected = rest + angle[:, None] * np.abs(combine(SLOPES[:, 2], weights))
+    np.testing.assert_allclose(found.turned, expected, atol=1e-18)
