@@ -32,23 +32,20 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 
 import numpy as np
-from scipy.interpolate import LinearNDInterpolator
-from scipy.spatial import cKDTree
 
-from sits_mech.mechanics.element.kernel import deformation
-from sits_mech.mechanics.element.mesh import BRICK, Indices, MixedMesh
+from sits_mech.mechanics.element.mesh import BRICK
 from sits_mech.mechanics.element.prolongation import Prolongation, along_family
 from sits_mech.mechanics.levels.answer import Solved, starts
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.history import arrived, depends_on_path
 from sits_mech.mechanics.levels.retry import Line, settled
-from sits_mech.mechanics.pad.shapes import GRADING, Shape, base_cells, shape_of
+from sits_mech.mechanics.pad.shapes import GRADING, base_cells, shape_of
 from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, pad_parts, pad_scales
 from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
 from sits_mech.mechanics.rest.body import Bonded, packed
 from sits_mech.mechanics.rest.control import Control, under
 from sits_mech.mechanics.rest.failure import ended
-from sits_mech.quantities import Array, Equilibrium, Wrench, refuse_infinite
+from sits_mech.quantities import Equilibrium, Wrench, refuse_infinite
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
 from sits_mech.units import checked_tolerance
@@ -62,9 +59,7 @@ _ROUGH = 1.0  # error of an answer on two levels that is not spoken of
 _MOST = 1.5e6  # iterations times unknowns that a load path is given: a minute on the largest mesh
 _SMALLEST = (1e-2, 0.6)  # increment of the load path where no other mesh waits, and where one does
 _DEPTH = 1e-4  # thicknesses over which the pressure of contact builds up
-_ROUND = [0, 1, 3, 2, 4, 5, 7, 6]  # corners of a brick by z, y, x -> each face around
 _SOFTLY = (100.0, 10.0)  # times that, on the way from rest without contact
-_GRID = (64, 12)  # pieces of a section for pictures, across and up
 
 
 @dataclass(frozen=True)
@@ -152,7 +147,7 @@ class BlockPad:
             plane = settled(self.half, start, control.in_plane)
             if plane.part < 1.0:
                 return self.half, plane
-            start = _of_both_halves(self, plane.found)
+            start = of_both_halves(self, plane.found)
         first = int(start.state[0]) if start.state[0] < free else 0
         return self.whole, settled(self.whole, start, control, first)
 
@@ -241,106 +236,8 @@ def solved_body(model: BlockPad, equilibrium: Equilibrium) -> Bonded:
     return (pair if pair.size == size else model.whole[number]).fine
 
 
-def deformed_section(model: BlockPad, equilibrium: Equilibrium, angle: float = 0.0) -> tuple[Array, Indices, Array]:
-    """Return the deformed pad for pictures, in the upright plane through the z axis that lies at an angle to x.
-
-    Parameters
-    ----------
-    model : BlockPad
-    equilibrium : Equilibrium
-        Of the model; one that leaves the plane y = 0 for an angle other than zero.
-    angle : float
-        [rad].
-
-    Returns
-    -------
-    points : ndarray, shape (n, 2)
-        The place along the plane, and z, in the sensor's coordinates [m].
-    quads : ndarray, shape (m, 4)
-        Corners, in order: of the quarters of the cells' faces in the plane y = 0, of a triangle the last one twice; in
-        other planes of what was an even grid.
-    J : ndarray, shape (m,)
-        Smallest volume ratio at any point of each one's cell.
-    """
-    target, elastomer = pad_parts(model.sensor)
-    body = solved_body(model, equilibrium)
-    mesh, middle = body.mesh, body.faces.middle
-    if middle is None:
-        raise ValueError("mesh: must know its faces in the plane y = 0")
-    u = equilibrium.state[1 : 1 + mesh.nodes.size].reshape(-1, 3)
-    least = deformation(mesh, u.ravel())[1].min(axis=1)
-    if angle == 0.0:
-        points, bent = (mesh.nodes + u)[:, [0, 2]], middle[:, 3] != middle[:, 4]
-        quads = np.concatenate([_quarters(mesh.nodes, middle[bent, 1:]), middle[~bent, 1:]])
-        least = least[np.concatenate([np.repeat(middle[bent, 0], 4), middle[~bent, 0]])]
-    else:
-        way = np.array([np.cos(angle), np.sin(angle), 0.0])
-        points, quads, cells = _slanted(mesh, u, way, shape_of(target, elastomer))
-        least = least[cells]
-    return points * elastomer.thickness + (0.0, elastomer.standoff), quads, least
-
-
-def _slanted(mesh: MixedMesh, u: Array, way: Array, shape: Shape) -> tuple[Array, Indices, Indices]:
-    """Deformed points along a direction and up, quadrilaterals of an even grid there, and the cell that each is in."""
-    across, up = _GRID
-    moved = LinearNDInterpolator(mesh.nodes, u)
-    rays = np.linspace(0.0, np.linalg.norm(mesh.nodes[:, :2], axis=1).max(), 20 * across)
-    reach = rays[np.isfinite(moved(rays[:, None] * way + (0.0, 0.0, 1e-6))[:, 0])].max()
-    s, z = np.meshgrid(np.linspace(-reach, reach, across + 1), np.linspace(0.0, 1.0, up + 1), indexing="ij")
-    grid = s.ravel()[:, None] * way + z.ravel()[:, None] * (0.0, 0.0, 1.0)
-    places = grid + moved(grid)
-    first = ((up + 1) * np.arange(across)[:, None] + np.arange(up)).ravel()
-    quads = first[:, None] + np.array([0, up + 1, up + 2, 1])
-    quads = quads[np.isfinite(places[quads]).all(axis=(1, 2)) & shape.holds(grid[quads].mean(axis=1))]
-    corners = mesh.nodes[mesh.cells]
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    away = np.abs(grid[quads].mean(axis=1)[:, None] - (low + high) / 2) / (high - low)
-    return np.column_stack([places @ way, places[:, 2]]), quads, np.argmin(away.max(axis=2), axis=1)
-
-
-def deformed_pad(model: BlockPad, equilibrium: Equilibrium) -> tuple[Array, Indices, Array]:
-    """Return the whole deformed pad for pictures.
-
-    Returns
-    -------
-    points : ndarray, shape (n, 3)
-        x, y, z in the sensor's coordinates [m].
-    cells : ndarray, shape (m, 8) or (m, 4)
-        Corners of the eighths of the bricks, lower face and upper face counter-clockwise, or of tetrahedra.
-    J : ndarray, shape (m,)
-        Smallest volume ratio at any point of each one's element.
-    """
-    _, elastomer = pad_parts(model.sensor)
-    if solved_body(model, equilibrium).mesh is model.half[int(equilibrium.state[0])].fine.mesh:
-        equilibrium = _of_both_halves(model, equilibrium)
-    mesh = model.whole[int(equilibrium.state[0])].fine.mesh
-    u = equilibrium.state[1 : 1 + mesh.nodes.size].reshape(-1, 3)
-    points = (mesh.nodes + u) * elastomer.thickness + (0.0, 0.0, elastomer.standoff)
-    least = deformation(mesh, u.ravel())[1].min(axis=1)
-    if mesh.cells.shape[1] < len(BRICK.doflocs):
-        return points, mesh.cells[:, :4], least
-    order = np.lexsort(BRICK.doflocs.T).reshape(3, 3, 3)  # nodes of a brick by z, y, x
-    eighths = [order[k : k + 2, j : j + 2, i : i + 2].ravel()[_ROUND] for k, j, i in np.ndindex(2, 2, 2)]
-    cells = mesh.cells[:, np.array(eighths)].reshape(-1, 8)
-    a, b, c = (mesh.nodes[cells[:, k]] - mesh.nodes[cells[:, 0]] for k in (1, 3, 4))
-    inverted = np.einsum("ij,ij->i", np.cross(a, b), c) < 0.0  # in the image of half a pad
-    cells[inverted] = cells[inverted][:, [4, 5, 6, 7, 0, 1, 2, 3]]
-    return points, cells, np.repeat(least, 8)
-
-
-def _quarters(nodes: Array, faces: Indices) -> Indices:
-    """Quarters of quadrilateral faces in the plane y = 0, with the nodes between their corners: they may be bent."""
-    own = np.flatnonzero(np.abs(nodes[:, 1]) < 1e-9)
-    tree = cKDTree(nodes[own][:, [0, 2]])
-    corners = nodes[faces][..., [0, 2]]
-    beside = own[tree.query(0.5 * (corners + np.roll(corners, -1, axis=1)))[1]]
-    middle = own[tree.query(corners.mean(axis=1))[1]]
-    parts = [faces, beside, np.repeat(middle[:, None], 4, axis=1), np.roll(beside, 1, axis=1)]
-    return np.stack(parts, axis=-1).reshape(-1, 4)
-
-
-def _of_both_halves(pad: BlockPad, found: Equilibrium) -> Equilibrium:
-    """An equilibrium of half a pad as one of the whole."""
+def of_both_halves(pad: BlockPad, found: Equilibrium) -> Equilibrium:
+    """Return an equilibrium of half a pad as one of the whole."""
     number = int(found.state[0])
     half, whole = pad.half[number], pad.whole[number]
     if half.size == whole.size:  # on a whole mesh of the user's

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.block import block_pad, deformed_section, solved_body
+from sits_mech.mechanics.block import block_pad, solved_body
 from sits_mech.mechanics.element.kernel import deformation, element_forces
 from sits_mech.mechanics.levels.answer import largest_stretch
 from sits_mech.mechanics.pad.solid import bonded_block
+from sits_mech.mechanics.pictured import deformed_section
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.newton import compliance
 from sits_mech.mechanics.rest.path import follow

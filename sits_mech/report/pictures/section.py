@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from sits_mech.chain.models import mechanical_model
 from sits_mech.magnetics.field import planar_fem
-from sits_mech.mechanics.block import BlockPad, deformed_section
+from sits_mech.mechanics.block import BlockPad
 from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh
+from sits_mech.mechanics.pictured import deformed_section
 from sits_mech.quantities import WRENCH, Array, Equilibrium, MechanicalModel, Pose, Wrench, shown_unit
 from sits_mech.report.pictures.curves import add_polygons, new_figure
 from sits_mech.report.pictures.cuts import Plane, coil_cut, conductor_cut, names_cut, target_cut

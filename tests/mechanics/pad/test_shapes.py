@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from sits_mech.mechanics.block import block_pad, deformed_section, solved_body
+from sits_mech.mechanics.block import block_pad, solved_body
 from sits_mech.mechanics.element.mesh import BRICK
 from sits_mech.mechanics.element.prolongation import along_family
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.pad.shapes import base_cells, half_bricks, shape_of
 from sits_mech.mechanics.pad.solid import bonded_block
+from sits_mech.mechanics.pictured import deformed_section
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.newton import compliance
 from sits_mech.quantities import Wrench
