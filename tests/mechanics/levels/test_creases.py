@@ -42,7 +42,7 @@ def test_nothing_is_hidden_at_rest_or_under_strains_that_are_not_large(body):
 
 def test_what_is_hidden_is_local_pressed_and_falls_with_the_cells(body):
     """All strained alike, one half under pressure, the other pulled: x = 1/2; all of it, or none, is not local."""
-    uniform = strained(body, [[0.0, 0.0], [0.0, -0.4]])
+    uniform = strained(body, [[0.0, 0.0], [0.0, -0.5]])
     right = body.mesh.nodes[body.mesh.cells].mean(axis=1)[:, :1] > 0.0
     half = replace(uniform, p=np.where(right, uniform.p, -uniform.p))
     assert hidden_by_creases(body, half, 4) == pytest.approx(1.0 / 64.0, rel=1e-6)

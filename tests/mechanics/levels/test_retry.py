@@ -11,7 +11,7 @@ from sits_mech.scene.sensor import load_sensor
 
 
 def test_families_of_one_coarse_mesh_look_once(monkeypatch):
-    """Gradings differ from the second level on, a guard on the first one, too: of three families two are looked at."""
+    """Gradings differ from the second level on, a guard on the first one, too: of four families two are looked at."""
     line, control, calls = block_pad(load_sensor("biorob2018"), 1e-2).half, under(Wrench(M=0.05)), []
 
     def counted(*given):
@@ -21,6 +21,6 @@ def test_families_of_one_coarse_mesh_look_once(monkeypatch):
     monkeypatch.setattr(retry, "first_look", counted)
     looks = {}
     assert retry._first_good(line, range(line.free), None, control, looks) is None
-    assert calls == [line[0], line[2]] and sorted(looks) == [0, 1, 2]
+    assert calls == [line[0], line[3]] and sorted(looks) == [0, 1, 2, 3]
     again = first_look(line[1], line.scales, None, control, line.most)
     assert looks[1].limit == again.limit and np.array_equal(looks[1].state.u, again.state.u)
