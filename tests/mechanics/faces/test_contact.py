@@ -206,6 +206,7 @@ def test_contact_that_is_asked_for_is_in_the_answer():
     assert found.report.estimated_error < 2e-3
 
 
+@pytest.mark.slow
 def test_contact_that_is_worth_much_is_the_answer():
     free, auto = (
         planar_layer(pad(15, 15, 3, f'elastomer.contact="{choice}"')).equilibrium(Wrench(100.0, 2700.0))

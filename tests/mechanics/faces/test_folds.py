@@ -239,6 +239,7 @@ def block_of(ends):
     return MeshHex.init_tensor(np.linspace(-0.5, 0.5, 4), y, np.array([0.0, 0.15, 0.35, 0.65, 0.85, 1.0]))
 
 
+@pytest.mark.slow
 def test_blocks_that_bulge_into_each_other_are_one_that_meets_its_image():
     """Two mirror images against each other, six components of motion, and half of it against the plane between."""
     sensor, gap, place = scene(1.0, 1.7), 0.05, ((0.0, -0.2, 0.0), (0.05, -0.22, 0.01))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.block import block_pad, pad_family
 from sits_mech.mechanics.levels.creases import hidden_by_creases, outer_stretches
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.mechanics.rest.body import State, rest
@@ -17,14 +17,16 @@ NEO_HOOKEAN = 'material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}
 
 @pytest.fixture(scope="module")
 def body():
-    return bonded_body(load_sensor("biorob2018", [f"elastomer.{NEO_HOOKEAN}"]), Fineness(4, 2.0, fan=True))
+    return pad_family(load_sensor("biorob2018", [f"elastomer.{NEO_HOOKEAN}"]))[0].coarse
 
 
 def strained(body, gradient):
     """A state of uniform strain, its pressure below zero as under a press."""
     p = np.zeros(body.mesh.chi.shape[:2])
     p[:, 0] = -1.0
-    return State((body.mesh.nodes @ np.array(gradient).T).ravel(), np.zeros(3), p, np.zeros(3))
+    whole = np.zeros((3, 3))
+    whole[np.ix_([0, 2], [0, 2])] = gradient
+    return State((body.mesh.nodes @ whole.T).ravel(), np.zeros(3), p, np.zeros(3))
 
 
 def test_outer_stretches_are_singular_values(body):
@@ -33,6 +35,13 @@ def test_outer_stretches_are_singular_values(body):
     expected = np.linalg.svd(np.eye(2) + gradient, compute_uv=False)
     np.testing.assert_allclose(largest, expected[0], rtol=1e-12)
     np.testing.assert_allclose(smallest, expected[1], rtol=1e-12)
+
+
+def test_layers_show_what_they_miss():
+    layer = bonded_body(load_sensor("biorob2018", [f"elastomer.{NEO_HOOKEAN}"]), Fineness(4, 2.0, fan=True))
+    u = (layer.mesh.nodes @ np.diag([0.0, -0.5])).ravel()
+    state = State(u, np.zeros(3), -np.ones(layer.mesh.chi.shape[:2]), np.zeros(3))
+    assert hidden_by_creases(layer, state, 4) == 0.0
 
 
 def test_nothing_is_hidden_at_rest_or_under_strains_that_are_not_large(body):
