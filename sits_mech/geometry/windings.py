@@ -101,14 +101,19 @@ def distinct_pairs(coils: Sequence[Coil]) -> tuple[list[Coil], list[tuple[int, i
 
 
 def turn_radii(coil: Coil) -> Array:
-    """Radii of the turns' centre lines, innermost first [m]; shape (turns,)."""
+    """Radii of a round coil's turns' centre lines, innermost first [m], shape (turns,); ValueError for other shapes."""
+    if coil.shape != "circle" or min(coil.directions, default=1) < 0:
+        raise ValueError(
+            f"coils.{coil.name}: must be round, all layers wound one way, for this; got shape {coil.shape!r} and "
+            f"directions {list(coil.directions)}"
+        )
     pitch = coil.track_width + coil.track_gap
     return coil.inner_diameter / 2 + coil.track_width / 2 + pitch * np.arange(coil.turns, dtype=np.float64)
 
 
 def layer_heights(coil: Coil) -> Array:
     """Heights z of the layers' mid-planes, uppermost first [m]; shape (layers,)."""
-    return -coil.track_thickness / 2 - coil.layer_pitch * np.arange(coil.layers, dtype=np.float64)
+    return np.array(coil.heights)
 
 
 def coil_sections(coil: Coil) -> Sections:

@@ -17,10 +17,11 @@ from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from sits_mech.scene.apart import check_parts
 from sits_mech.scene.bounds import Frequency, Length, Name
+from sits_mech.scene.coils import Coil
 from sits_mech.scene.elastomer import Elastomer
 from sits_mech.scene.files import overridden, read_table, write_text, written
 from sits_mech.scene.materials import Metal, unknown
-from sits_mech.scene.parts import Coil, Conductor, Readout, Target
+from sits_mech.scene.parts import Conductor, Readout, Target
 from sits_mech.silicone.material import Silicone
 from sits_mech.units import SceneError, printable, quantity, shown
 
