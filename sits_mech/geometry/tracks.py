@@ -6,7 +6,7 @@ A rectangle's turn i (0 is the innermost) has the half sizes of its centre line
 
 and meets at its corners, or rounds them by arcs of the radius corner_radius + i (track_width + track_gap). Arcs, and
 rings, are facets between points a little outside of them, at the radius ``r sqrt(2 x / sin 2x)``, x half the angle of
-a facet, which keeps the area: L of a ring is met to 2e-4 with 32 facets.
+a facet, which keeps the area: L of a ring is met to 1e-4 with 32 facets.
 
 All lie in planes z = const; their sections are upright rectangles. The vias between them are left out.
 """
@@ -24,7 +24,7 @@ from sits_mech.memory import GIB, VARIABLE, memory_limit
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 
-_FACETS = 6  # of a quarter of a circle
+_FACETS = 8  # of a quarter of a circle
 _STRAIGHT = 1e-6  # tangent of the angle that a track may cross the section at
 _ARRAYS = 20  # of all pairs of bars, held at once
 _ROUND = 64  # facets of a ring

@@ -62,8 +62,7 @@ def spectrum_record(pose: Pose, data: xr.Dataset, left_out: tuple[str, ...] = ()
     if "shift" in data:
         inner = {"L": "terminal_L", "R": "terminal_R", "R_ac": "R_track", "Q": "terminal_Q"}
         outer = ("shift", "apparent_L", "apparent_R", "apparent_Q", "tank_frequency")
-        outer = (*outer, "own_capacitance", "self_resonance")
-        keys = inner | {name: name for name in outer}
+        keys = inner | {name: name for name in (*outer, "own_capacitance", "self_resonance")}
         found["terminals"] = _terminals({key: data[name].to_numpy() for key, name in keys.items()})
     report = json.loads(data.attrs["report"])
     del report["min_J"]
