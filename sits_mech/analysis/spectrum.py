@@ -55,7 +55,7 @@ class Terminals:
         Where the tank resonates, with L and R of this frequency; NaN if it is damped too much [Hz].
     own_capacitance, self_resonance : ndarray
         Estimates of the tracks' own capacitance, not contained in any of these, and of where L resonates with it alone
-        [F, Hz].
+        [F, Hz]; of a single turn 0 and NaN.
     """
 
     L: Array
@@ -171,7 +171,7 @@ def _terminals(sensor: Sensor, found: Impedance, R_ac: Array, shift: Array) -> T
     return Terminals(
         Z.imag / omega, Z.real, np.broadcast_to(R_ac, shape), Z.imag / Z.real, np.broadcast_to(shift, shape),
         tank.imag / omega, tank.real, tank.imag / tank.real, tank_frequency(Z, capacitance, omega), own,
-        1.0 / (2.0 * np.pi * np.sqrt(Z.imag / omega * own)),
+        1.0 / (2.0 * np.pi * np.sqrt(Z.imag / omega * np.where(own > 0.0, own, np.nan))),
     )  # fmt: skip
 
 
