@@ -16,10 +16,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-from sits_mech.geometry.windings import Bars, Sections, coil_sections, spiral_path
+from sits_mech.geometry.windings import Bars, Sections, coil_sections, spiral_path, turn_radii
 from sits_mech.memory import GIB, VARIABLE, memory_limit
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
@@ -110,8 +111,9 @@ def coil_lines(coil: Coil, windings: str = "rings") -> list[tuple[Array, float]]
     return [(line + (*coil.centre, 0.0), width) for line, width in lines]
 
 
+@lru_cache(maxsize=256)
 def coil_tracks(coil: Coil, windings: str = "rings") -> Tracks:
-    """Return the straight tracks of a coil in the scene, as `coil_lines`."""
+    """Return the straight tracks of a coil in the scene, as `coil_lines`; kept for later."""
     lines = coil_lines(coil, windings)
     start, end = (np.vstack([line[some] for line, _ in lines]) for some in (slice(None, -1), slice(1, None)))
     width = np.concatenate([np.full(len(line) - 1, width) for line, width in lines])
@@ -121,7 +123,7 @@ def coil_tracks(coil: Coil, windings: str = "rings") -> Tracks:
 def track_length(coil: Coil) -> float:
     """Return the length of a coil's track, all turns and layers [m]."""
     if coil.shape == "circle":
-        return float(2 * np.pi * coil_sections(coil).radius.sum())
+        return float(2 * np.pi * turn_radii(coil).sum() * coil.layers)
     return float(coil_tracks(coil).length.sum())
 
 

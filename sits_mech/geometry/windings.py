@@ -81,7 +81,8 @@ def kinds_of(coils: Sequence[Coil]) -> tuple[list[Coil], list[int]]:
     In an order that does not depend on that of the coils.
     """
     windings = unnamed(coils)
-    kinds = sorted(set(windings), key=repr)
+    several = set(windings)
+    kinds = sorted(several, key=repr) if len(several) > 1 else list(several)
     return kinds, [kinds.index(winding) for winding in windings]
 
 

@@ -151,7 +151,7 @@ def test_spiral_beside_rings() -> None:
     radius, z = coil.inner_diameter / 2 + coil.track_width / 2, -coil.track_thickness / 2
     loop = np.column_stack([-4e-3 + radius * np.cos(angle), radius * np.sin(angle), np.full(angle.size, z)])
     track = Tracks(loop[:-1], loop[1:], *np.full((2, 2000), coil.track_width))
-    A = track_potential(track, points.T[None])[0].T
+    A = track_potential(track)(points.T[None])[0].T
     assert A == pytest.approx(ring_potential(coil, points)[:, :2], rel=1e-5, abs=1e-16)
     L = coil_inductances(sensor.coils, windings="spiral")
     assert L[0, 0] == pytest.approx(2.5076e-6, rel=1e-2)  # as rings; a spiral of so many turns is close to them

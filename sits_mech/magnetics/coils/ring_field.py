@@ -17,7 +17,6 @@ Source: Carlson, Numer. Algorithms 10 (1995) 13.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -28,11 +27,10 @@ from scipy.special import elliprd
 
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import coil_sections
-from sits_mech.magnetics.coils.straight import track_potential
+from sits_mech.magnetics.coils.straight import Potential, track_potential
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 
-Potential = Callable[[Array], Array]
 _STEP = 0.05  # of the table, in distances to the coil
 _PAD = 24  # cells of the table beyond the region, where the spline is not moved by its end
 
@@ -77,8 +75,14 @@ def coil_potential(coil: Coil, points: Array, *, across: int = 1) -> Array:
     """Return A of a coil of any shape per ampere, round ones as rings; as `ring_potential`."""
     if coil.shape == "circle":
         return ring_potential(coil, points, across=across)
-    A = track_potential(coil_tracks(coil), points.T[None], across=across)[0]
+    A = _straight(coil, "rings", across)(points.T[None])[0]
     return np.column_stack([*A, np.zeros(len(points))])
+
+
+@lru_cache(maxsize=32)
+def _straight(coil: Coil, windings: str, across: int) -> Potential:
+    """A of a coil's straight tracks."""
+    return track_potential(coil_tracks(coil, windings), across=across)
 
 
 def winding_potential(winding: Coil, windings: str, region: tuple[float, float, float]) -> Potential:
@@ -96,8 +100,7 @@ def winding_potential(winding: Coil, windings: str, region: tuple[float, float, 
     winding = winding.model_copy(update={"centre": (0.0, 0.0)})
     across = 1 if region[0] > 3 * winding.track_width else 2
     if winding.shape != "circle" or windings == "spiral":
-        tracks = coil_tracks(winding, windings)
-        return lambda points: track_potential(tracks, points, across=across)
+        return _straight(winding, windings, across)
     if region[0] <= 0.0:
         return lambda points: _in_rows(ring_potential(winding, _in_columns(points), across=2), points)
     low, high, reach = (math.log2(size) for size in region)

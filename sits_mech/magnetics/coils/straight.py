@@ -31,6 +31,9 @@ place of the sections leaves out some (width / length) / 20 of a track, and (wid
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.constants import mu_0
 
@@ -38,6 +41,7 @@ from sits_mech.geometry.tracks import Tracks
 from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.quantities import Array
 
+Potential = Callable[[Array], Array]
 _PAIRS = 200_000  # at once
 _PARALLEL, _ACROSS = 1e-7, 1e-12  # sine and cosine of an angle that is none, or a right one
 _HELD = 2_000_000  # distances of points and ends held at once
@@ -125,52 +129,63 @@ def _area(x: Array, square: Array, least: Array) -> Array:
     return np.where(square < 0.0, np.sign(x) * np.arccosh(np.maximum(np.abs(ratio), 1.0)), np.arcsinh(ratio))
 
 
-def track_potential(tracks: Tracks, points: Array, *, across: int = 1) -> Array:
-    """Return A_x and A_y of 1 A in all tracks.
+def track_potential(tracks: Tracks, *, across: int = 1) -> Potential:
+    """Return a function that gives A_x and A_y of 1 A in all tracks, (p, 3, q) to (p, 2, q), off the tracks.
 
     Parameters
     ----------
     tracks : Tracks
-    points : ndarray, shape (p, 3, q)
-        Off the tracks [m].
     across : int
         Gauss filaments across each.
-
-    Returns
-    -------
-    ndarray, shape (p, 2, q)
-        [V s / (A m)]
     """
-    p, _, q = points.shape
-    flat = np.swapaxes(points, 0, 1).reshape(3, -1)
-    A = np.zeros((2, flat.shape[1]))
-    for strand, share in tracks.strands(across):
-        A += share * _strand_potential(strand, flat)
-    return np.asarray(np.swapaxes((mu_0 / (4.0 * np.pi) * A).reshape(2, p, q), 0, 1))
+    strands = [(_strand(strand), share) for strand, share in tracks.strands(across)]
+
+    def potential(points: Array) -> Array:
+        """A at points [m], [V s / (A m)]."""
+        p, _, q = points.shape
+        flat = np.swapaxes(points, 0, 1).reshape(3, -1)
+        A = np.sum([share * _strand_potential(strand, flat) for strand, share in strands], axis=0)
+        return np.asarray(mu_0 / (4.0 * np.pi) * np.swapaxes(A.reshape(2, p, q), 0, 1))
+
+    return potential
 
 
-def _strand_potential(tracks: Tracks, points: Array) -> Array:
-    """A over mu0 / (4 pi) at points (3, m), shape (2, m); tracks of one direction share their logarithms."""
+@dataclass(frozen=True)
+class _Strand:
+    """Filaments: their ends (v, 3), and for each direction which ends (before, behind) and lengths, all one way."""
+
+    places: Array
+    groups: tuple[tuple[Array, list[tuple[int, int, float]]], ...]
+
+
+def _strand(tracks: Tracks) -> _Strand:
+    """Filaments sorted by direction; those that run against it turned, with a negative length."""
     ends = np.vstack([tracks.start, tracks.end])
     places, number = np.unique(ends, axis=0, return_inverse=True)
-    start, end = number.ravel()[: len(tracks.start)], number.ravel()[len(tracks.start) :]
+    start, end = np.split(number.ravel(), 2)
     x, y = np.where(np.abs(tracks.way) > _ACROSS, tracks.way, 0.0).T
-    upward = np.where((y > 0.0) | ((y == 0.0) & (x > 0.0)), 1, -1)
+    upward = np.where((y > 0.0) | ((y == 0.0) & (x > 0.0)), 1.0, -1.0)
     ways, group = np.unique(np.round(upward[:, None] * tracks.way, 12), axis=0, return_inverse=True)
-    A, length = np.zeros((2, points.shape[1])), tracks.length
+    found: list[list[tuple[int, int, float]]] = [[] for _ in ways]
+    for k, *filament in zip(group.ravel(), start, end, upward * tracks.length, strict=True):
+        found[k].append((int(filament[0]), int(filament[1]), float(filament[2])))
+    return _Strand(places, tuple(zip(ways, found, strict=True)))
+
+
+def _strand_potential(strand: _Strand, points: Array) -> Array:
+    """A over mu0 / (4 pi) at points (3, m), shape (2, m); filaments of one direction share their logarithms."""
+    places, A = strand.places, np.zeros((2, points.shape[1]))
     step = max(1, _HELD // len(places))
     for first in range(0, points.shape[1], step):
         some = slice(first, first + step)
         R = np.sqrt(sum((points[k, some] - places[:, k, None]) ** 2 for k in range(3)))
-        for k, way in enumerate(ways):
-            members = np.flatnonzero(group.ravel() == k)
+        for way, filaments in strand.groups:
             logs = np.zeros(R.shape[1])
-            for begin in range(0, len(members), _PRODUCT):
+            for begin in range(0, len(filaments), _PRODUCT):
                 ratio = np.ones(R.shape[1])
-                for m in members[begin : begin + _PRODUCT]:
-                    both = R[start[m]] + R[end[m]]
-                    high, low = both + length[m], both - length[m]
-                    ratio *= high / low if upward[m] > 0 else low / high
+                for start, end, length in filaments[begin : begin + _PRODUCT]:
+                    both = R[start] + R[end]
+                    ratio *= (both + length) / (both - length)
                 logs += np.log(ratio)
             A[:, some] += way[:, None] * logs
     return A

@@ -269,4 +269,4 @@ def test_potential_of_tracks() -> None:
             away = np.sqrt((seen**2).sum(1) - along**2)
             expected += way[:, None] * (np.arcsinh((length - along) / away) + np.arcsinh(along / away))[:, None]
             assert np.allclose((end - start)[:2], length * way)
-        np.testing.assert_allclose(track_potential(tracks, points), 1e-7 * expected, rtol=1e-8, atol=1e-16)
+        np.testing.assert_allclose(track_potential(tracks)(points), 1e-7 * expected, rtol=1e-8, atol=1e-16)
