@@ -19,6 +19,7 @@ K the complete elliptic integrals. For two aligned layers wound inwards and outw
 two plates of the tracks' area. With L alone it resonates at ``1 / (2 pi sqrt(L C))``.
 
 An estimate, to some tens of percent: neglected are vias, the target and other metal nearby, farther layers, leads.
+Of one layer it is no more than a lower bound: turns farther apart than neighbours, and pads, count as much there.
 Sources: H. B. Palmer, Trans. AIEE 56 (1937) 363 (strips); A. Massarini and M. K. Kazimierczuk, IEEE Trans. Power
 Electron. 12 (1997) 671 (energy of the voltages between turns); coplanar strips by conformal mapping, W. R. Smythe,
 Static and Dynamic Electricity.
