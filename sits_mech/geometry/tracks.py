@@ -17,6 +17,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
@@ -216,6 +217,20 @@ def _turning(places: Array) -> tuple[float, float, float]:
     turns = float(np.arctan2(x * v - y * u, x * u + y * v).sum() / (2 * np.pi))
     away = np.abs(x * v - y * u) / length
     return float(length.sum()), turns, float(np.ptp(away)) / max(abs(turns), 1.0)
+
+
+def path_notes(coils: Sequence[Coil]) -> tuple[str, ...]:
+    """Say how long what the free tracks of coils are without is: vias, and the way back between their ends."""
+    found = []
+    for coil in coils:
+        if coil.shape == "path":
+            ends = [(np.array(line[0]), np.array(line[-1])) for line in coil.path]
+            vias = sum(float(np.linalg.norm(b[0] - a[1])) for a, b in pairwise(ends))
+            back = float(np.linalg.norm(ends[0][0] - ends[-1][1]))
+            found.append(
+                f"{coil.name}: free tracks, without {1e3 * vias:.3g} mm of vias and {1e3 * back:.3g} mm of way back"
+            )
+    return tuple(found)
 
 
 def section_refusal(coils: Sequence[Coil]) -> str | None:

@@ -70,8 +70,10 @@ def check_parts(
     SceneError
         One line: which two, what they must be, what came.
     """
-    for coil, other in combinations(coils, 2):
-        _check_side_by_side(coil, other)
+    around = [(coil, coil.centre, 0.5 * coil.outer_diameter) for coil in coils]
+    for (coil, here, radius), (other, there, reach) in combinations(around, 2):
+        if math.dist(here, there) < radius + reach:
+            _check_side_by_side(coil, other)
     if target is not None and elastomer is not None and elastomer.kind == "pillars":
         pillar_middles(elastomer, target.extent, target.shape == "disc")
     if substrate_radius is not None:

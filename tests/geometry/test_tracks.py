@@ -10,6 +10,7 @@ from sits_mech.geometry.tracks import (
     coil_bars,
     coil_lines,
     coil_tracks,
+    path_notes,
     section_refusal,
     standing_rings,
     track_length,
@@ -66,6 +67,20 @@ def test_section_of_a_rectangle_is_that_of_a_circle() -> None:
     first, second = (sorted(zip(np.round(b.x, 12), b.z, b.sign, strict=True)) for b in (ours, theirs))
     np.testing.assert_allclose(first, second, atol=1e-15)
     assert (ours.width, ours.thickness) == (theirs.width, theirs.thickness)
+
+
+def test_section_of_layers_wound_against_each_other() -> None:
+    """The lower layer's signs turn around, of either shape."""
+    for coil in (SQUARE, CIRCLE):
+        bars = coil_bars(coil.model_copy(update={"directions": (1, -1)}))
+        right, upper = bars.x > coil.centre[0], bars.z == coil.heights[0]
+        assert np.array_equal(bars.sign, np.where(right == upper, 1.0, -1.0))
+
+
+def test_what_free_tracks_are_without() -> None:
+    """A via of 3 mm along x between two polylines, 6 mm from the end back to the beginning."""
+    coil = path([(0, 0), (4, 0)], [(7, 0), (7, 1), (5, 1), (5, 0.5), (6, 0.5), (6, 0)])
+    assert path_notes([SQUARE, coil]) == ("C: free tracks, without 3 mm of vias and 6 mm of way back",)
 
 
 def test_section_of_a_path() -> None:
