@@ -183,7 +183,7 @@ def _tracks(sensor: Sensor, unit_L: str, hertz: Sequence[float]) -> tuple[tuple[
         each = [_track(coil, tuple(hertz)) for coil in unnamed(sensor.coils)]
     except ValueError as error:
         return None, (f"terminals and losses of uneven current in the tracks: {error}",)
-    straight = ", ".join(coil.name for coil in sensor.coils if coil.shape != "circle")
+    straight = ", ".join(coil.name for coil in sensor.coils if not coil.is_round)
     notes = (f"uneven current along straight tracks: {straight} as rings of its turns and length",) if straight else ()
     return (np.array([found.R for found in each]), np.array([found.shift for found in each])), notes
 

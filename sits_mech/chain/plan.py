@@ -214,7 +214,7 @@ def _is_coaxial(sensor: Sensor, given: Sequence[Wrench] | Sequence[Pose], loaded
     coil, target = sensor.coils[0], sensor.target
     if len(sensor.coils) > 1 or target is None or sensor.substrate_radius is not None:
         return False
-    if coil.shape != "circle" or target.shape != "disc":
+    if not coil.is_round or target.shape != "disc":
         return False
     if loaded:
         upright = all(isinstance(load, Wrench) and keeps_axis(load) for load in given)

@@ -157,7 +157,7 @@ def _solid(model: BlockPad, found: Equilibrium, still: Equilibrium) -> list[Piec
 
 def _winding(coil: Coil) -> list[Piece]:
     """Return a coil's layers as flat rings, or its straight tracks."""
-    if coil.shape == "circle":
+    if coil.is_round:
         return [_ring(coil, z) for z in coil.heights]
     tracks = coil_tracks(coil)
     aside = np.column_stack([tracks.way[:, 1], -tracks.way[:, 0], np.zeros(len(tracks.way))])

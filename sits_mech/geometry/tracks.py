@@ -90,10 +90,10 @@ def coil_lines(coil: Coil, windings: str = "rings") -> list[tuple[Array, float]]
     """
     if coil.shape == "path":
         lines = [(np.array(line), width) for line, width in zip(coil.path, coil.widths, strict=True)]
-    elif coil.shape == "circle" and windings == "spiral":
+    elif coil.is_round and windings == "spiral":
         middle = coil.model_copy(update={"centre": (0.0, 0.0)})
         lines = [(line, coil.track_width) for line in spiral_path(middle)]
-    elif coil.shape == "circle":
+    elif coil.is_round:
         angle = np.linspace(0.0, 2.0 * np.pi, _ROUND + 1)
         rings = coil_sections(coil)
         out = rings.radius * _outside(np.pi / _ROUND)
@@ -123,7 +123,7 @@ def coil_tracks(coil: Coil, windings: str = "rings") -> Tracks:
 
 def track_length(coil: Coil) -> float:
     """Return the length of a coil's track, all turns and layers [m]."""
-    if coil.shape == "circle":
+    if coil.is_round:
         return float(2 * np.pi * turn_radii(coil).sum() * coil.layers)
     return float(coil_tracks(coil).length.sum())
 
@@ -139,7 +139,7 @@ def track_places(coil: Coil, count: int) -> Array:
 
 def track_squares(coil: Coil) -> float:
     """Return the length of a coil's track over its width, summed along it [-]."""
-    if coil.shape == "circle":
+    if coil.is_round:
         return track_length(coil) / coil.track_width
     tracks = coil_tracks(coil)
     return float((tracks.length / tracks.width).sum())
@@ -181,7 +181,7 @@ def standing_rings(coil: Coil) -> Sections:
     Rings of a round coil are its own. Of free tracks the turns of a polyline are those about the middle; what goes
     around it by less than a half is left out, and where all does one ring around the tracks stands for the coil.
     """
-    if coil.shape == "circle":
+    if coil.is_round:
         return coil_sections(coil)
     pitch, found = coil.track_width + coil.track_gap, []
     if coil.shape == "rectangle":
@@ -260,7 +260,7 @@ def coil_bars(coil: Coil) -> Bars:
     ValueError
         Where it does not cut tracks of one width at right angles, as many there as back.
     """
-    if coil.shape == "circle":
+    if coil.is_round:
         rings, n = coil_sections(coil), coil.layers * coil.turns
         x = coil.centre[0] + np.concatenate([rings.radius, -rings.radius])
         sign = np.concatenate([np.ones(n), -np.ones(n)]) * np.tile(np.broadcast_to(rings.sign, n), 2)

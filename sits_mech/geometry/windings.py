@@ -134,7 +134,7 @@ def distinct_pairs(coils: Sequence[Coil]) -> tuple[list[Coil], list[tuple[int, i
 
 def turn_radii(coil: Coil) -> Array:
     """Radii of a round coil's turns' centre lines, innermost first [m], shape (turns,); ValueError for other shapes."""
-    if coil.shape != "circle":
+    if not coil.is_round:
         raise ValueError(f"coils.{coil.name}: must be round for this; got shape {coil.shape!r}")
     pitch = coil.track_width + coil.track_gap
     return coil.inner_diameter / 2 + coil.track_width / 2 + pitch * np.arange(coil.turns, dtype=np.float64)

@@ -201,7 +201,7 @@ def sheets(
     if refusal:
         raise ValueError(refusal)
     if windings is None:
-        windings = next((coil.winding for coil in sensor.coils if coil.shape == "circle"), "rings")
+        windings = next((coil.winding for coil in sensor.coils if coil.is_round), "rings")
     if windings not in ("rings", "spiral"):
         raise ValueError(f'windings: must be "rings" or "spiral", got {windings!r}')
     if outline is not None and sensor.target is None:

@@ -112,7 +112,7 @@ def _coil(coil: Coil, substrate_radius: float | None) -> list[Prism]:
 
 def _layers(coil: Coil) -> list[Prism]:
     """Return the cylinder around a round coil's layers, or what is around each layer where these have own heights."""
-    name, is_round = f"coils.{coil.name}", coil.shape == "circle"
+    name, is_round = f"coils.{coil.name}", coil.is_round
     return [Prism(name, coil.centre, coil.extent, low, high, is_round) for low, high in coil.spans]
 
 

@@ -235,6 +235,11 @@ class Coil(BaseModel):
         return {key: item for key, item in table.items() if key not in drop}
 
     @property
+    def is_round(self) -> bool:
+        """Whether it is of turns about an axis."""
+        return self.shape == "circle"
+
+    @property
     def _corners(self) -> list[Place]:
         """All points of a path."""
         return [place for line in self.path for place in line]
@@ -250,7 +255,7 @@ class Coil(BaseModel):
     @property
     def spans(self) -> tuple[tuple[float, float], ...]:
         """Bottom and top of what the coil fills, of each layer where these have heights of their own [m]."""
-        if not self.layer_z and self.shape == "circle":
+        if not self.layer_z and self.is_round:
             return ((-self.height, 0.0),)
         half = self.track_thickness / 2
         return tuple((z - half, z + half) for z in self.heights)
@@ -268,7 +273,7 @@ class Coil(BaseModel):
             x, y = (max(abs(place[k]) + half for line, half in pairs for place in line) for k in (0, 1))
             return 2.0 * x, 2.0 * y
         winding = 2.0 * (self.turns * self.track_width + (self.turns - 1) * self.track_gap)
-        inner = (self.inner_diameter,) * 2 if self.shape == "circle" else (self.inner_width, self.inner_length)
+        inner = (self.inner_diameter,) * 2 if self.is_round else (self.inner_width, self.inner_length)
         return inner[0] + winding, inner[1] + winding
 
     @property
@@ -277,7 +282,7 @@ class Coil(BaseModel):
         if self.shape == "path":
             pairs = zip(self.path, self.widths, strict=True)
             return max(2.0 * math.hypot(*place[:2]) + width for line, width in pairs for place in line)
-        if self.shape == "circle":
+        if self.is_round:
             return self.extent[0]
         pitch = (self.turns - 1) * (self.track_width + self.track_gap)
         outermost = self.corner_radius + pitch + self.track_width / 2 if self.corner_radius else 0.0

@@ -148,7 +148,7 @@ def coil_inductances(coils: Sequence[Coil], *, tolerance: float = 1e-9, windings
     ndarray, shape (n, n)
     """
     kinds, _ = kinds_of(coils)
-    rings = [coil_sections(kind) if kind.shape == "circle" and windings == "rings" else None for kind in kinds]
+    rings = [coil_sections(kind) if kind.is_round and windings == "rings" else None for kind in kinds]
     tracks = [coil_tracks(kind, windings) if None in rings else None for kind in kinds]
     pairs, index = placed_pairs(coils, [own is not None for own in rings])
     own = [_own(each, track) for each, track in zip(rings, tracks, strict=True)]

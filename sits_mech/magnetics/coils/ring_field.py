@@ -73,7 +73,7 @@ def _profile(coil: Coil, rho: Array, z: Array, across: int) -> Array:
 
 def coil_potential(coil: Coil, points: Array, *, across: int = 1) -> Array:
     """Return A of a coil of any shape per ampere, round ones as rings; as `ring_potential`."""
-    if coil.shape == "circle":
+    if coil.is_round:
         return ring_potential(coil, points, across=across)
     A = _straight(coil, "rings", across)(points.T[None])[0]
     return np.column_stack([*A, np.zeros(len(points))])
@@ -99,7 +99,7 @@ def winding_potential(winding: Coil, windings: str, region: tuple[float, float, 
     """
     winding = winding.model_copy(update={"centre": (0.0, 0.0)})
     across = 1 if region[0] > 3 * winding.track_width else 2
-    if winding.shape != "circle" or windings == "spiral":
+    if not winding.is_round or windings == "spiral":
         return _straight(winding, windings, across)
     if region[0] <= 0.0:
         return lambda points: _in_rows(ring_potential(winding, _in_columns(points), across=2), points)

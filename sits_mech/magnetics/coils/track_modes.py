@@ -85,7 +85,7 @@ def track_spectrum(coil: Coil, frequencies: Sequence[float]) -> TrackSpectrum:
     coarse, fine = (_series(rings, (n * cells[0], n * cells[1]), hertz) for n in (1, 2))
     step = (fine - coarse) / 3
     value = fine + step
-    if coil.shape != "circle":  # as much more resistance as the coil's tracks have squares
+    if not coil.is_round:  # as much more resistance as the coil's tracks have squares
         scale = np.array([[track_squares(coil) / float((2.0 * np.pi * rings.radius / rings.width).sum())], [1.0]])
         value, step = scale * value, scale * step
     return TrackSpectrum(value[0], value[1], np.abs(step[0]), np.abs(step[1]))

@@ -167,7 +167,7 @@ def under_plate(
                                  2 * np.pi * (np.arange(_PLACES[1]) + 0.5) / _PLACES[1])  # fmt: skip
     points = np.empty((len(coils), across.size, 2))
     for c, coil in enumerate(coils):
-        if coil.shape != "circle":
+        if not coil.is_round:
             points[c] = track_places(coil, across.size)
             continue
         r = (coil.inner_diameter + across * (coil.outer_diameter - coil.inner_diameter)).ravel() / 2

@@ -235,7 +235,7 @@ def parts_of(sensor: Sensor) -> Record:
 
 def _coil(coil: Coil) -> Record:
     """Return a coil: radii of its turns, or its tracks as polylines."""
-    round_ = coil.shape == "circle"
+    round_ = coil.is_round
     radii = (_MM * turn_radii(coil)).round(6).tolist() if round_ else []
     lines = [] if round_ else [(_MM * line).round(6).tolist() for line, _ in coil_lines(coil)]
     return {

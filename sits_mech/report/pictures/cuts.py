@@ -67,7 +67,7 @@ def coil_cut(coil: Coil, plane: Plane = FLAT, substrate_radius: float | None = N
     sign : ndarray, shape (m,)
         +1 where a positive current runs to the left of the plane's direction, -1 where it returns.
     """
-    if coil.shape != "circle":
+    if not coil.is_round:
         corners, sign = _straight_cut(coil, plane)
         return (corners if substrate_radius is None else _bent(corners, substrate_radius)), sign
     rings = coil_sections(coil)

@@ -254,7 +254,7 @@ def _winding(coil: Coil) -> str:
         count = len(coil.path)
         return f"{outer}; free tracks in {count} piece{'s' if count > 1 else ''}, {layers}; {wide} x {thick}"
     inner = " x ".join(f"{_MM * size:.4g}" for size in (coil.inner_width, coil.inner_length))
-    if coil.shape == "circle":
+    if coil.is_round:
         inner, outer = f"⌀ {_MM * coil.inner_diameter:.4g}", f"{_MM * coil.outer_diameter:.4g}"
     return f"{inner} to {outer}; {coil.turns} turns in {layers}; tracks {wide} x {thick}, gaps {gap}"
 
