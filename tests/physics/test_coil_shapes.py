@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from sits_mech.chain.models import magnetic_model
 from sits_mech.geometry.tracks import Tracks, coil_tracks
 from sits_mech.geometry.windings import turn_radii
 from sits_mech.magnetics.bars import planar_bars
@@ -112,7 +113,7 @@ def test_the_section_of_a_rectangle_is_that_of_a_circle() -> None:
 
 
 def test_refusals() -> None:
-    """By name: what is not round has no axis; a slanted track no section."""
+    """By name: what is not round has no axis; a slanted track no section. What chooses a model knows."""
     disc = Target(material="copper", shape="disc", diameter=8 * MM, thickness=0.2 * MM, load_height=0.0)
     with pytest.raises(ValueError, match="coil must be round, C is of shape 'rectangle'; use 'sheets'"):
         axisymmetric(scene(rectangle(2.0, 2.0), target=disc))
@@ -121,6 +122,10 @@ def test_refusals() -> None:
     for model in (planar_bars, planar_fem):
         with pytest.raises(ValueError, match="coils.P: the planar models need tracks"):
             model(scene(slanted), 1e-2)
+    above = Pose(0.0, 2 * MM)
+    assert magnetic_model(scene(slanted), "auto", 1e-2, [above])[1].name == "sheets"
+    assert magnetic_model(scene(rectangle(2.0, 2.0), target=disc), "auto", 1e-2, [above])[1].name == "sheets"
+    assert magnetic_model(scene(rectangle(2.0, 2.0)), "auto", 1e-2, [above])[1].name == "planar"
 
 
 def test_free_space_of_any_coils_without_a_target() -> None:
