@@ -34,6 +34,7 @@ import numpy as np
 
 from sits_mech.geometry.outline import Outline
 from sits_mech.geometry.solids import PlacedPlate, lowest_points, overlapping, placed_plates
+from sits_mech.geometry.tracks import path_notes
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest
 from sits_mech.magnetics.coils.alone import free_inductances, track_resistances
 from sits_mech.magnetics.skin import skin_depth
@@ -146,12 +147,13 @@ class Sheets:
         return Reaction(change, error_R + 1j * error_X, relative, found.unknowns, 1, notes=notes, shared=shared)
 
     def _winding_notes(self) -> tuple[str, ...]:
-        """Say how far spiral windings are from rings."""
+        """Say how far spiral windings are from rings, and what free tracks are without."""
         if self.windings == "rings":
-            return ()
+            return path_notes(self.sensor.coils)
         spiral, rings = (np.diag(free_inductances(self.sensor.coils, kind)) for kind in (self.windings, "rings"))
         step = float(np.max(np.abs(spiral / rings - 1.0)))
-        return (f"spiral windings: L0 differs from that of rings by up to {step:.2%}",)
+        spirals = f"spiral windings: L0 differs from that of rings by up to {step:.2%}"
+        return (spirals, *path_notes(self.sensor.coils))
 
     def _changes(self, turns: Array, places: Array, frequency: float) -> _Changes:
         """What the plates do to the coils."""
@@ -200,7 +202,8 @@ def sheets(
     refusal = not_representable(sensor)
     if refusal:
         raise ValueError(refusal)
-    windings = sensor.coils[0].winding if windings is None else windings
+    if windings is None:
+        windings = next((coil.winding for coil in sensor.coils if coil.is_round), "rings")
     if windings not in ("rings", "spiral"):
         raise ValueError(f'windings: must be "rings" or "spiral", got {windings!r}')
     if outline is not None and sensor.target is None:

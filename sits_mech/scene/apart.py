@@ -7,7 +7,9 @@ taken to the box |x| <= a, |y| <= b of the boxes' half sizes together, and r the
     gap = hypot(max(|x| - a, 0), max(|y| - b, 0)) + min(max(|x| - a, |y| - b), 0) - r,
 
 exact. Pillars count with their field. Beside an outline a cylinder is a polygon of 128 corners. Coils count with the
-hole in their middle; on a curved substrate as boxes of 1/256 of their width.
+hole in their middle; on a curved substrate as boxes of 1/256 of their width. Rectangles and free tracks are the box
+around them in each layer, what lies between their layers is clear of them; two coils of free tracks may reach into
+each other as long as no tracks cross in one layer.
 """
 
 from __future__ import annotations
@@ -20,9 +22,10 @@ from itertools import combinations
 import numpy as np
 
 from sits_mech.quantities import Array
+from sits_mech.scene.coils import Coil, crossing
 from sits_mech.scene.elastomer import Elastomer, pillar_middles
 from sits_mech.scene.outlines import Loop, edges, first_crossing, inside_loops
-from sits_mech.scene.parts import Coil, Conductor, Target
+from sits_mech.scene.parts import Conductor, Target
 from sits_mech.units import SceneError
 
 _SLACK = 1.0 + 1e-9  # sizes that are equal as written may differ by rounding
@@ -67,8 +70,10 @@ def check_parts(
     SceneError
         One line: which two, what they must be, what came.
     """
-    for coil, other in combinations(coils, 2):
-        _check_side_by_side(coil, other)
+    around = [(coil, coil.centre, 0.5 * coil.outer_diameter) for coil in coils]
+    for (coil, here, radius), (other, there, reach) in combinations(around, 2):
+        if math.dist(here, there) < radius + reach:
+            _check_side_by_side(coil, other)
     if target is not None and elastomer is not None and elastomer.kind == "pillars":
         pillar_middles(elastomer, target.extent, target.shape == "disc")
     if substrate_radius is not None:
@@ -92,7 +97,7 @@ def _coil(coil: Coil, substrate_radius: float | None) -> list[Prism]:
     """Return the cylinder around a coil's tracks, or the boxes that stand for it on a curved substrate."""
     name, (x, y), size = f"coils.{coil.name}", coil.centre, coil.outer_diameter
     if substrate_radius is None:
-        return [Prism(name, (x, y), (size, size), -coil.height, 0.0, is_round=True)]
+        return _layers(coil)
     angles = (x + size * np.linspace(-0.5, 0.5, _TILES + 1)) / substrate_radius
     radii = np.array([[substrate_radius - coil.height], [substrate_radius]])
     across, up = radii * np.sin(angles), radii * np.cos(angles) - substrate_radius
@@ -103,6 +108,12 @@ def _coil(coil: Coil, substrate_radius: float | None) -> list[Prism]:
         )
         found.append(Prism(name, ((left + right) / 2, y), (right - left, size), low, high))
     return found
+
+
+def _layers(coil: Coil) -> list[Prism]:
+    """Return the cylinder around a round coil's layers, or what is around each layer where these have own heights."""
+    name, is_round = f"coils.{coil.name}", coil.is_round
+    return [Prism(name, coil.centre, coil.extent, low, high, is_round) for low, high in coil.spans]
 
 
 def _layer_and_target(target: Target | None, elastomer: Elastomer | None) -> list[Prism]:
@@ -170,13 +181,38 @@ def _gap_of_loops(first: list[Array], second: list[Array]) -> float:
 
 def _check_side_by_side(coil: Coil, other: Coil) -> None:
     """Refuse coils that overlap."""
-    distance = math.dist(coil.centre, other.centre)
-    needed = 0.5 * (coil.outer_diameter + other.outer_diameter)
-    if distance * _SLACK < needed:
+    reach = (coil.track_thickness + other.track_thickness) / 2
+    shared = [z for z in coil.heights if any(abs(z - level) * _SLACK < reach for level in other.heights)]
+    beside = gap_beside(_layers(coil)[0], _layers(other)[0])
+    if not shared or beside > 0.0:
+        return
+    names = f"coils.{coil.name} and coils.{other.name}"
+    if coil.shape == other.shape == "circle":
+        distance, needed = math.dist(coil.centre, other.centre), 0.5 * (coil.outer_diameter + other.outer_diameter)
+        if distance * _SLACK < needed:
+            raise SceneError(
+                f"{names} overlap: their centres must be at least {needed:g} m apart for outer diameters of "
+                f"{coil.outer_diameter:g} m and {other.outer_diameter:g} m; got {distance:g} m"
+            )
+    elif coil.shape == other.shape == "path":
+        lines = [_lines(each, shared, reach) for each in (coil, other)]
+        place = crossing([*lines[0], *lines[1]])
+        if place is not None:
+            raise SceneError(
+                f"{names} overlap: tracks must not cross in one layer; they do at x = {place[0]:.4g} m, "
+                f"y = {place[1]:.4g} m"
+            )
+    elif -beside > (_SLACK - 1.0) * max(*coil.extent, *other.extent):
         raise SceneError(
-            f"coils.{coil.name} and coils.{other.name} overlap: their centres must be at least {needed:g} m apart for "
-            f"outer diameters of {coil.outer_diameter:g} m and {other.outer_diameter:g} m; got {distance:g} m"
+            f"{names} overlap: the boxes around them must be clear of each other in every layer; they overlap by "
+            f"{-beside:.3g} m at z = {shared[0]:g} m"
         )
+
+
+def _lines(coil: Coil, levels: list[float], reach: float) -> list[Array]:
+    """Return the polylines of a coil of free tracks that lie at some heights, in the scene."""
+    lines = [(np.array(line)[:, :2] + coil.centre, line[0][2]) for line in coil.path]
+    return [line for line, z in lines if any(abs(z - level) * _SLACK < reach for level in levels)]
 
 
 def _check_round(radius: float, coils: Sequence[Coil]) -> None:

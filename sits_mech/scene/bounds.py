@@ -35,6 +35,13 @@ def _count(value: object) -> int:
     raise SceneError(f"must be a whole number from 1 to 1000; got {shown(value)}")
 
 
+def _direction(value: object) -> int:
+    """Check a direction of winding."""
+    if isinstance(value, int) and not isinstance(value, bool) and value in (1, -1):
+        return value
+    raise SceneError(f"must be 1 (counter-clockwise seen from above) or -1; got {shown(value)}")
+
+
 def _name(value: object) -> str:
     """Check a name: short, printable."""
     if isinstance(value, str) and 0 < len(value.strip()) <= 200 and value.isprintable():
@@ -64,6 +71,7 @@ Coordinate = Annotated[float, _within("m", -1e3, 1e3, 'a position within 1 km, s
 Frequency = Annotated[float, _within("Hz", 1e-6, 1e12, 'a frequency from 1 uHz to 1 THz, such as "5 MHz"')]
 Conductivity = Annotated[float, _within("S/m", 1e-9, 1e20, 'a conductivity up to 1e20 S/m, such as "58 MS/m"')]
 Permeability = Annotated[float, _within("", 1.0, 1e7, "a relative permeability from 1 to 1e7")]
+Permittivity = Annotated[float, _within("", 1.0, 1e5, "a relative permittivity from 1 to 1e5")]
 Capacitance = Annotated[float, _within("F", 1e-15, 1.0, 'a capacitance from 1 fF to 1 F, such as "330 pF"')]
 Inductance = Annotated[float, _within("H", 0.0, 1.0, 'zero or an inductance up to 1 H, such as "10 nH"')]
 Resistance = Annotated[float, _within("ohm", 0.0, 1e6, 'zero or a resistance up to 1 Mohm, such as "0.1 ohm"')]
@@ -71,7 +79,9 @@ Friction = Annotated[float, _within("", 0.0, 10.0, "zero or a coefficient of fri
 Count = Annotated[int, BeforeValidator(_count)]
 Name = Annotated[str, BeforeValidator(_name)]
 MetalName = Annotated[str, BeforeValidator(_metal_name)]
+Direction = Annotated[int, BeforeValidator(_direction)]
 Point = tuple[Coordinate, Coordinate]
+Place = tuple[Coordinate, Coordinate, Coordinate]
 SiliconeOrName = Annotated[InstanceOf[str] | InstanceOf[Silicone], BeforeValidator(_silicone)]
 _SIZES = ("width", "length", "diameter", "pitch", "points")
 

@@ -1,4 +1,4 @@
-"""What are the parts of a sensor besides its layer (elastomer.py)? Coil, target, other conductors, readout.
+"""What are the parts of a sensor besides coils (coils.py) and layer (elastomer.py)? Target, other conductors, readout.
 
 Every part is frozen, checked when it is made, and holds SI numbers under the scene file's own keys. Lengths [m];
 x is shear, y out of plane, z up, ``z = 0`` the top face of the uppermost track layer.
@@ -16,7 +16,6 @@ from sits_mech.scene.bounds import (
     Capacitance,
     Conductivity,
     Coordinate,
-    Count,
     Inductance,
     Length,
     MetalName,
@@ -47,70 +46,6 @@ def _metal(material: str | None, conductivity: float | None, relative_permeabili
     changes: dict[str, Any] = {"conductivity": conductivity, "relative_permeability": relative_permeability}
     changes = {key: number for key, number in changes.items() if number is not None}
     return replace(found, **changes, source="the scene") if changes else found
-
-
-class Coil(BaseModel):
-    """A spiral coil of one or more layers, its axis along z, its layers downwards from ``z = 0``.
-
-    Attributes
-    ----------
-    name : str
-        One name per coil.
-    centre : tuple of float
-        x and y of the axis [m].
-    layers, turns : int
-        Layers, and turns in each.
-    inner_diameter : float
-        Between the facing edges of the innermost turn [m].
-    track_width, track_gap, track_thickness : float
-        Cross-section of the track and the clear distance of neighbouring turns [m]; one turn needs no gap.
-    layer_pitch : float
-        Between the middles of neighbouring layers [m]; one layer needs none.
-    winding : str
-        "rings" (concentric) or "spiral" (the track's true path; model `sheets`).
-    """
-
-    model_config = _FROZEN
-    name: Name
-    centre: Point
-    layers: Count
-    turns: Count
-    inner_diameter: Length
-    track_width: Length
-    track_gap: Length
-    track_thickness: Length
-    layer_pitch: Length
-    winding: Literal["rings", "spiral"] = "rings"
-
-    @model_validator(mode="before")
-    @classmethod
-    def _what_a_single_one_needs_not(cls, given: Any) -> Any:
-        """Fill in the gap of a single turn and the pitch of a single layer: they play no part."""
-        if not isinstance(given, Mapping):
-            return given
-        gap = {"track_gap": given.get("track_width")} if given.get("turns") == 1 else {}
-        pitch = {"layer_pitch": given.get("track_thickness")} if given.get("layers") == 1 else {}
-        return gap | pitch | dict(given)
-
-    @model_validator(mode="after")
-    def _layers_apart(self) -> Coil:
-        """Refuse layers that overlap."""
-        if self.layer_pitch < self.track_thickness:
-            raise SceneError(
-                f"layer_pitch must be at least track_thickness ({self.track_thickness:g} m), or the layers overlap; "
-                f"got {self.layer_pitch:g} m"
-            )
-        return self
-
-    @property
-    def outer_diameter(self) -> float:
-        """Between the outer edges of the outermost turn [m]."""
-        return self.inner_diameter + 2.0 * (self.turns * self.track_width + (self.turns - 1) * self.track_gap)
-
-    @property
-    def height(self) -> float:
-        """From the bottom face of the lowest layer to ``z = 0`` [m]."""
-        return (self.layers - 1) * self.layer_pitch + self.track_thickness
 
 
 class Target(BaseModel):

@@ -17,10 +17,11 @@ from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from sits_mech.scene.apart import check_parts
 from sits_mech.scene.bounds import Frequency, Length, Name
+from sits_mech.scene.coils import Coil
 from sits_mech.scene.elastomer import Elastomer
 from sits_mech.scene.files import overridden, read_table, write_text, written
 from sits_mech.scene.materials import Metal, unknown
-from sits_mech.scene.parts import Coil, Conductor, Readout, Target
+from sits_mech.scene.parts import Conductor, Readout, Target
 from sits_mech.silicone.material import Silicone
 from sits_mech.units import SceneError, printable, quantity, shown
 
@@ -94,9 +95,9 @@ class Sensor(BaseModel):
             twice = [name for name in names if names.count(name) > 1]
             if twice:
                 raise SceneError(f"{key} must have a name of their own each; got {shown(twice[0])} twice")
-        windings = sorted({coil.winding for coil in self.coils})
+        windings = sorted({coil.winding for coil in self.coils if coil.is_round})
         if len(windings) > 1:
-            raise SceneError(f"coils must all have one winding; got {' and '.join(windings)}")
+            raise SceneError(f"round coils must all have one winding; got {' and '.join(windings)}")
         check_parts(self.coils, self.target, self.elastomer, self.conductors, self.substrate_radius)
         return self
 

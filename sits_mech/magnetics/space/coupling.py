@@ -19,7 +19,8 @@ from itertools import product
 import numpy as np
 
 from sits_mech.geometry.windings import kinds_of
-from sits_mech.magnetics.coils.ring_field import Potential, winding_potential
+from sits_mech.magnetics.coils.ring_field import winding_potential
+from sits_mech.magnetics.coils.straight import Potential
 from sits_mech.magnetics.space.fields import Integers, coefficients
 from sits_mech.magnetics.space.modes import Sheeted
 from sits_mech.quantities import Array, Complex

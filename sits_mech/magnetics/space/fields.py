@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sits_mech.magnetics.coils.ring_field import Potential
+from sits_mech.magnetics.coils.straight import Potential
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 

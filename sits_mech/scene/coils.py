@@ -1,0 +1,339 @@
+"""What is a coil in a scene? Round or rectangular turns in layers, or free tracks; all checked, in SI numbers.
+
+Lengths [m]; x is shear, y out of plane, z up, ``z = 0`` the top face of the uppermost track layer of the board, so that
+no copper lies above it. A positive current runs counter-clockwise seen from above where `directions` does not say
+otherwise, and along the points of a `path`. Vias are no part of a coil: its tracks are joined in series without them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    SerializerFunctionWrapHandler,
+    ValidationInfo,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
+
+from sits_mech.quantities import Array
+from sits_mech.scene.bounds import Coordinate, Count, Direction, Length, Name, Offset, Permittivity, Place, Point
+from sits_mech.units import SceneError
+
+_SLACK = 1e-9  # relative: lengths that are equal as written may differ by rounding
+_DIGITS = 12  # of a path about its middle: picometres
+_LAYERED = ("layers", "turns", "track_gap", "layer_pitch", "layer_z", "directions")
+_OF_SHAPE = {
+    "circle": ("inner_diameter", *_LAYERED, "winding"),
+    "rectangle": ("inner_width", "inner_length", "corner_radius", *_LAYERED),
+    "path": ("path", "path_widths"),
+}
+_MOST = 20_000  # points of a path
+_BLOCK = 256  # tracks compared with all others at once
+
+
+class Coil(BaseModel):
+    """A coil of tracks of a board.
+
+    Attributes
+    ----------
+    name : str
+        One name per coil.
+    shape : str
+        "circle" or "rectangle" (concentric turns in layers), or "path" (free tracks).
+    centre : tuple of float
+        x and y of the middle [m]; the points of a path count from it, and it is moved to their bounding box's middle.
+    layers, turns : int
+        Layers, and turns in each; `layers` may be left out where `layer_z` is given.
+    inner_diameter : float
+        Of a circle, between the facing edges of the innermost turn [m].
+    inner_width, inner_length : float
+        Of a rectangle, between the facing edges of the innermost turn along x and y [m].
+    corner_radius : float
+        Of the innermost turn's centre line at the corners of a rectangle; each further turn's is larger by the pitch of
+        the turns (concentric arcs); 0 for sharp corners of all turns [m].
+    track_width, track_gap, track_thickness : float
+        Cross-section of the track and the clear distance of neighbouring turns [m]; one turn needs no gap.
+    layer_pitch : float
+        Between the middles of neighbouring layers, the uppermost at ``z = -track_thickness / 2`` [m]; one layer needs
+        none.
+    layer_z : tuple of float
+        Instead of it, height of the middle of each layer's copper, from the top down [m].
+    directions : tuple of int
+        1 for each layer wound counter-clockwise seen from above, -1 for the other way; all 1 unless given.
+    path : tuple of polylines of (x, y, z)
+        Centre lines in series, in the order of a positive current, each in one layer; z of the copper's middle [m].
+    path_widths : tuple of float
+        Width of each polyline, where it is not `track_width` for all [m].
+    winding : str
+        Of circles: "rings" (concentric) or "spiral" (the track's true path; model `sheets`).
+    board_permittivity : float
+        Relative, of what is between the layers; for the capacitance alone.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    name: Name
+    shape: Literal["circle", "rectangle", "path"] = "circle"
+    centre: Point
+    layers: Count
+    turns: Count
+    inner_diameter: Length = 0.0
+    inner_width: Length = 0.0
+    inner_length: Length = 0.0
+    corner_radius: Offset = 0.0
+    track_width: Length
+    track_gap: Length
+    track_thickness: Length
+    layer_pitch: Length
+    layer_z: tuple[Coordinate, ...] = ()
+    directions: tuple[Direction, ...] = ()
+    path: tuple[tuple[Place, ...], ...] = ()
+    path_widths: tuple[Length, ...] = ()
+    winding: Literal["rings", "spiral"] = "rings"
+    board_permittivity: Permittivity = 4.4
+
+    @model_validator(mode="before")
+    @classmethod
+    def _what_a_shape_needs(cls, given: Any) -> Any:
+        """Refuse sizes of other shapes, and fill in what plays no part: the gap of a single turn and the like."""
+        if not isinstance(given, Mapping):
+            return given
+        shape = given.get("shape", "circle")
+        own = _OF_SHAPE.get(shape) if isinstance(shape, str) else None
+        if own is None:
+            return given
+        for key in dict.fromkeys(key for keys in _OF_SHAPE.values() for key in keys):
+            if key in given and key not in own:
+                raise SceneError(f"{key} must not be given for a {shape}; it is")
+        for key in ("inner_diameter", "inner_width", "inner_length", "path"):
+            if key in own and key not in given:
+                raise SceneError(f"{key} must be given for a {shape}; it is missing")
+        if shape == "path":
+            unused = {key: given.get("track_thickness") for key in ("track_gap", "layer_pitch")}
+            return {"centre": (0.0, 0.0), "layers": 1, "turns": 1} | unused | dict(given)
+        gap = {"track_gap": given.get("track_width")} if given.get("turns") == 1 else {}
+        heights = given.get("layer_z")
+        if isinstance(heights, list | tuple) and heights:
+            if "layer_pitch" in given:
+                raise SceneError("layer_pitch must not be given beside layer_z; it is")
+            if given.get("layers", len(heights)) != len(heights):
+                raise SceneError(f"layers must be the {len(heights)} of layer_z; got {given['layers']}")
+            return gap | {"layers": len(heights), "layer_pitch": given.get("track_thickness")} | dict(given)
+        pitch = {"layer_pitch": given.get("track_thickness")} if given.get("layers") == 1 else {}
+        return gap | pitch | dict(given)
+
+    @field_validator("path")
+    @classmethod
+    def _polylines(cls, path: tuple[tuple[Place, ...], ...]) -> tuple[tuple[Place, ...], ...]:
+        """Refuse a path without tracks, or with ones that leave their layer or stand still."""
+        if not path:
+            raise SceneError("must be one polyline or more; got none")
+        if (count := sum(map(len, path))) > _MOST:
+            raise SceneError(f"must be of at most {_MOST} points, all pairs of tracks count; got {count}")
+        for number, line in enumerate(path):
+            if len(line) < 2:
+                raise SceneError(f"polyline {number} must have two points or more; got {len(line)}")
+            heights = {place[2] for place in line}
+            if len(heights) > 1:
+                raise SceneError(
+                    f"polyline {number} must lie in one layer, a via begins another; got z from {min(heights):g} m to "
+                    f"{max(heights):g} m"
+                )
+            still = next((k for k, (a, b) in enumerate(pairwise(line)) if a == b), None)
+            if still is not None:
+                raise SceneError(f"polyline {number} must go on from point to point; got point {still} twice")
+        return path
+
+    @field_validator("path_widths")
+    @classmethod
+    def _a_width_each(cls, widths: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
+        """Refuse more or fewer widths than polylines."""
+        count = len(info.data.get("path", ()))
+        if widths and len(widths) != count:
+            raise SceneError(f"must be one for each of {count} polylines; got {len(widths)}")
+        return widths
+
+    @model_validator(mode="after")
+    def _possible(self) -> Coil:
+        """Refuse layers that overlap, corners that do not fit and tracks that cross; move a path to its middle."""
+        if self.layer_pitch < self.track_thickness:
+            raise SceneError(
+                f"layer_pitch must be at least track_thickness ({self.track_thickness:g} m), or the layers overlap; "
+                f"got {self.layer_pitch:g} m"
+            )
+        if self.directions and len(self.directions) != self.layers:
+            raise SceneError(f"directions must be one for each of {self.layers} layers; got {len(self.directions)}")
+        self._check_heights()
+        self._check_corners()
+        if self.shape == "path":
+            middle = [(min(column) + max(column)) / 2 for column in zip(*self._corners, strict=True)]
+            middle = [0.0 if abs(place) <= 10.0**-_DIGITS else place for place in middle]
+            self.__dict__["path"] = tuple(
+                tuple((round(x - middle[0], _DIGITS), round(y - middle[1], _DIGITS), z) for x, y, z in line)
+                for line in self.path
+            )
+            self.__dict__["centre"] = (self.centre[0] + middle[0], self.centre[1] + middle[1])
+            self._check_crossings()
+        return self
+
+    def _check_heights(self) -> None:
+        """Refuse copper above z = 0 and layers that overlap."""
+        key, heights = ("path", self.heights) if self.shape == "path" else ("layer_z", self.layer_z)
+        if not heights:
+            return
+        half = self.track_thickness / 2
+        if max(heights) > -half * (1.0 - _SLACK):
+            raise SceneError(
+                f"{key}: the copper's middle must be at z = {-half:g} m or below, its top face at or below z = 0; got "
+                f"{max(heights):g} m"
+            )
+        for above, below in pairwise(heights):
+            if above - below < self.track_thickness * (1.0 - _SLACK):
+                raise SceneError(
+                    f"{key}: layers must go down by at least track_thickness ({self.track_thickness:g} m), or they "
+                    f"overlap; got {above:g} m and {below:g} m"
+                )
+
+    def _check_corners(self) -> None:
+        """Refuse a corner that is sharper than the track is wide, or rounder than the innermost turn."""
+        least, most = self.track_width / 2, (min(self.inner_width, self.inner_length) + self.track_width) / 2
+        radius = self.corner_radius
+        if self.shape == "rectangle" and radius > 0.0 and not least <= radius * (1.0 + _SLACK) <= most * (1 + 2e-9):
+            raise SceneError(
+                f"corner_radius must be 0, or from half the track_width ({least:g} m) to what fits into the innermost "
+                f"turn ({most:g} m); got {radius:g} m"
+            )
+
+    def _check_crossings(self) -> None:
+        """Refuse tracks of a path that cross or touch in one layer, other than end to end."""
+        for height in self.heights:
+            lines = [np.array(line)[:, :2] for line in self.path if line[0][2] == height]
+            place = crossing(lines)
+            if place is not None:
+                raise SceneError(
+                    f"path: tracks must not cross in one layer; those at z = {height:g} m do at x = "
+                    f"{place[0] + self.centre[0]:.4g} m, y = {place[1] + self.centre[1]:.4g} m"
+                )
+
+    @model_serializer(mode="wrap")
+    def _own_keys(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Write the keys of the shape alone, and no defaults of those that a coil needs not have."""
+        table: dict[str, Any] = handler(self)
+        other = {key for keys in _OF_SHAPE.values() for key in keys} - set(_OF_SHAPE[self.shape])
+        drop = other | ({"layers", "layer_pitch"} if self.layer_z else set())
+        optional = ("shape", "corner_radius", "layer_z", "directions", "path_widths", "board_permittivity")
+        fields = type(self).model_fields
+        drop |= {key for key in optional if getattr(self, key) == fields[key].default}
+        return {key: item for key, item in table.items() if key not in drop}
+
+    @property
+    def is_round(self) -> bool:
+        """Whether it is of turns about an axis."""
+        return self.shape == "circle"
+
+    @property
+    def _corners(self) -> list[Place]:
+        """All points of a path."""
+        return [place for line in self.path for place in line]
+
+    @property
+    def heights(self) -> tuple[float, ...]:
+        """Of the middle of each layer's copper, from the top down [m]."""
+        if self.shape == "path":
+            return tuple(sorted({line[0][2] for line in self.path}, reverse=True))
+        below = (-self.track_thickness / 2 - self.layer_pitch * k for k in range(self.layers))
+        return self.layer_z or tuple(below)
+
+    @property
+    def spans(self) -> tuple[tuple[float, float], ...]:
+        """Bottom and top of what the coil fills, of each layer where these have heights of their own [m]."""
+        if not self.layer_z and self.is_round:
+            return ((-self.height, 0.0),)
+        half = self.track_thickness / 2
+        return tuple((z - half, z + half) for z in self.heights)
+
+    @property
+    def widths(self) -> tuple[float, ...]:
+        """Of the track of each polyline of a path [m]."""
+        return self.path_widths or (self.track_width,) * len(self.path)
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Size along x and y of the smallest box about the middle that holds all tracks [m]."""
+        if self.shape == "path":
+            pairs = [(line, width / 2) for line, width in zip(self.path, self.widths, strict=True)]
+            x, y = (max(abs(place[k]) + half for line, half in pairs for place in line) for k in (0, 1))
+            return 2.0 * x, 2.0 * y
+        winding = 2.0 * (self.turns * self.track_width + (self.turns - 1) * self.track_gap)
+        inner = (self.inner_diameter,) * 2 if self.is_round else (self.inner_width, self.inner_length)
+        return inner[0] + winding, inner[1] + winding
+
+    @property
+    def outer_diameter(self) -> float:
+        """Of the circle about the middle that holds all tracks [m]; of a circle, between its outermost edges."""
+        if self.shape == "path":
+            pairs = zip(self.path, self.widths, strict=True)
+            return max(2.0 * math.hypot(*place[:2]) + width for line, width in pairs for place in line)
+        if self.is_round:
+            return self.extent[0]
+        pitch = (self.turns - 1) * (self.track_width + self.track_gap)
+        outermost = self.corner_radius + pitch + self.track_width / 2 if self.corner_radius else 0.0
+        return 2.0 * (math.hypot(*(size / 2 - outermost for size in self.extent)) + outermost)
+
+    @property
+    def height(self) -> float:
+        """From the bottom face of the lowest layer to ``z = 0`` [m]."""
+        if self.layer_z or self.shape == "path":
+            return self.track_thickness / 2 - self.heights[-1]
+        return (self.layers - 1) * self.layer_pitch + self.track_thickness
+
+
+def crossing(lines: list[Array]) -> tuple[float, float] | None:
+    """Return a place where polylines of one plane cross or touch, other than end to end; None where they do not.
+
+    Parameters
+    ----------
+    lines : list of ndarray, shape (m, 2)
+        In series; the end of one may be the beginning of the next.
+    """
+    a, b = (np.vstack([line[some] for line in lines]) for some in (slice(None, -1), slice(1, None)))
+    step, number = b - a, np.arange(len(a))
+    for first in range(0, len(a), _BLOCK):
+        some = slice(first, first + _BLOCK)
+        gap = a - a[some, None]
+        turn = step[some, None, 0] * step[..., 1] - step[some, None, 1] * step[..., 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            s = (gap[..., 0] * step[:, 1] - gap[..., 1] * step[:, 0]) / turn
+            t = (gap[..., 0] * step[some, None, 1] - gap[..., 1] * step[some, None, 0]) / turn
+        later = number[some, None] < number
+        joined = np.all(b[some, None] == a, axis=-1) | np.all(a[some, None] == b, axis=-1)
+        meets = later & ~joined & (s >= 0.0) & (s <= 1.0) & (t >= 0.0) & (t <= 1.0)
+        found = np.argwhere(meets | later & _folded(a, step, some))
+        if len(found):
+            i, j = found[0]
+            place = a[first + i] + (s[i, j] if np.isfinite(s[i, j]) else 1.0) * step[first + i]
+            return float(place[0]), float(place[1])
+    return None
+
+
+def _folded(a: Array, step: Array, some: slice) -> NDArray[np.bool_]:
+    """Whether two stretches lie on one line and overlap."""
+    length = np.hypot(step[:, 0], step[:, 1])
+    way = step / length[:, None]
+    gap = a - a[some, None]
+    across = np.abs(gap[..., 0] * way[some, None, 1] - gap[..., 1] * way[some, None, 0])
+    end = gap + step
+    across = np.maximum(across, np.abs(end[..., 0] * way[some, None, 1] - end[..., 1] * way[some, None, 0]))
+    along = [np.einsum("ijk,ik->ij", place, way[some]) for place in (gap, end)]
+    low, high = np.minimum(*along), np.maximum(*along)
+    inside = np.minimum(high, length[some, None]) - np.maximum(low, 0.0)
+    small = _SLACK * (length[some, None] + length)
+    return np.asarray((across <= small) & (inside > small), dtype=np.bool_)
