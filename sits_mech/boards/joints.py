@@ -1,0 +1,195 @@
+"""Where do a net's tracks meet? Each end of a track gets the number of its joint; vias and pads are joints, too.
+
+Ends within a distance are one: the board's rounding, 1 um, or more on a board drawn with less care. What is loose after
+that is joined as copper joins it: with a via that it ends in, with another loose end within half the narrower track,
+with what else ends in the same pad. Tracks that lie twice count once; those that begin and end in one via, and those
+that end loose within the copper of the joint they start from, do not count.
+
+Pads with a number end the path: where two tracks or more meet in one, each end is a joint of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from sits_mech.boards.kicad import Hole, Track
+from sits_mech.quantities import Array
+
+ROUNDING = 1e-6  # of a board's places [m]
+End = tuple[int, int]  # number of a track, and 0 for its first point or 1 for its last
+
+
+@dataclass(frozen=True)
+class Joints:
+    """Tracks and where they meet.
+
+    Attributes
+    ----------
+    tracks : tuple of Track
+        Those that count.
+    numbers : ndarray, shape (n, 2)
+        Of the joint at the first and at the last point of each track.
+    holes : tuple of (number, Hole)
+        Vias and pads that are joints.
+    """
+
+    tracks: tuple[Track, ...]
+    numbers: NDArray[np.int64]
+    holes: tuple[tuple[int, Hole], ...] = ()
+
+    def point(self, end: End) -> Array:
+        """Return an end of a track [m]."""
+        return np.asarray(self.tracks[end[0]].points[-end[1]])
+
+    def meeting(self) -> dict[int, list[End]]:
+        """Return the ends that meet at each joint."""
+        found: dict[int, list[End]] = {}
+        for k, row in enumerate(self.numbers.tolist()):
+            for e in (0, 1):
+                found.setdefault(row[e], []).append((k, e))
+        return found
+
+    def loose(self) -> list[End]:
+        """Return the ends that meet no other."""
+        return [ends[0] for ends in self.meeting().values() if len(ends) == 1]
+
+    def hole(self, number: int) -> Hole | None:
+        """Return the via or pad at a joint, one with a name before others."""
+        found = sorted((hole for joint, hole in self.holes if joint == number), key=lambda hole: not hole.name)
+        return found[0] if found else None
+
+
+def joined(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float = ROUNDING) -> Joints:
+    """Return where tracks of a net meet.
+
+    Parameters
+    ----------
+    tracks : sequence of Track
+        Of the net, in any order.
+    holes : sequence of Hole
+        Vias and pads that they may meet in.
+    nearness : float
+        Distance within which ends are one [m].
+    """
+    passed = [hole for hole in holes if not hole.name]
+    found = _without_stubs(_near(tracks, passed, nearness))
+    found = _without_stubs(_in_holes(found, passed))
+    found = _overlapping(found)
+    return _parted(_in_holes(found, [hole for hole in holes if hole.name]))
+
+
+def _near(tracks: Sequence[Track], vias: Sequence[Hole], nearness: float) -> Joints:
+    """Join what ends near together, vias at their middles; leave out what has no length or lies twice."""
+    layers = [track.layer for track in tracks for _ in (0, 1)] + [layer for via in vias for layer in via.layers]
+    points = [track.points[e] for track in tracks for e in (0, -1)] + [via.place for via in vias for _ in via.layers]
+    starts = np.cumsum([2 * len(tracks), *(len(via.layers) for via in vias)]).tolist()
+    pairs = [(a, k) for a, b in zip(starts[:-1], starts[1:], strict=True) for k in range(a + 1, b)]
+    for layer in set(layers):
+        members = [k for k, name in enumerate(layers) if name == layer]
+        near = cKDTree(np.array([points[k] for k in members])).query_pairs(nearness)
+        pairs += [(members[a], members[b]) for a, b in near]
+    label = _merged(len(points), pairs)
+    ends, known = label[: 2 * len(tracks)].reshape(-1, 2), set()
+    kept: list[int] = []
+    for k, track in enumerate(tracks):
+        a, b = sorted(ends[k].tolist())
+        sagitta = track.points[1:-1] - track.points[[0, -1]].mean(axis=0)
+        lies = (a, b, *np.round(sagitta.ravel() / nearness / 4.0).tolist())
+        if lies not in known and (a != b or float(np.ptp(track.points, axis=0).max()) > 4.0 * nearness):
+            kept.append(k)
+        known.add(lies)
+    at = tuple((int(label[a]), via) for a, via in zip(starts[:-1], vias, strict=True))
+    return Joints(tuple(tracks[k] for k in kept), ends[kept], at)
+
+
+def _merged(count: int, pairs: Sequence[tuple[int, int]]) -> NDArray[np.int64]:
+    """Return the numbers of the groups that pairs make of `count` things."""
+    i, j = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
+    graph = coo_array((np.ones(len(i)), (i, j)), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+
+
+def _renumbered(joints: Joints, pairs: Sequence[tuple[int, int]]) -> Joints:
+    """Return the joints, those of each pair made one."""
+    most = max([int(joints.numbers.max(initial=0)), *(number for number, _ in joints.holes), *map(max, pairs)])
+    label = _merged(most + 1, pairs)
+    holes = tuple((int(label[number]), hole) for number, hole in joints.holes)
+    return replace(joints, numbers=label[joints.numbers], holes=holes)
+
+
+def _without_stubs(joints: Joints) -> Joints:
+    """Leave out tracks that end loose within the copper of the joint of three or more that they start from."""
+    while True:
+        meeting = joints.meeting()
+        stubs = {k for k, e in joints.loose() if _is_stub(joints, meeting, (k, e))}
+        stubs |= {k for k, (a, b) in enumerate(joints.numbers.tolist()) if a == b and joints.hole(a) is not None}
+        if not stubs:
+            return joints
+        kept = [k for k in range(len(joints.tracks)) if k not in stubs]
+        joints = replace(joints, tracks=tuple(joints.tracks[k] for k in kept), numbers=joints.numbers[kept])
+
+
+def _is_stub(joints: Joints, meeting: dict[int, list[End]], end: End) -> bool:
+    """Tell whether the track of a loose end is hidden in the copper that it starts from."""
+    number = int(joints.numbers[end[0], 1 - end[1]])
+    others = [joints.tracks[k].width / 2 for k, _ in meeting[number] if k != end[0]]
+    hole = joints.hole(number)
+    reach = max([0.0, *others, *((max(hole.size) / 2,) if hole is not None else ())])
+    length = float(np.hypot(*(joints.point((end[0], 1)) - joints.point((end[0], 0)))))
+    return len(others) > 1 and length <= reach
+
+
+def _in_holes(joints: Joints, holes: Sequence[Hole]) -> Joints:
+    """Join loose ends with the vias or pads that they end in; a pad with a name takes joints of three or more, too."""
+    if not holes or not joints.tracks:
+        return joints
+    meeting, start = joints.meeting(), 1 + int(joints.numbers.max(initial=0))
+    start = max([start, *(number + 1 for number, _ in joints.holes)])
+    numbers = {id(hole): number for number, hole in joints.holes}
+    open_ends = [(number, ends[0]) for number, ends in meeting.items() if len(ends) != 2]
+    points = np.array([joints.point(end) for _, end in open_ends]).reshape(-1, 2)
+    pairs, added = [], []
+    for k, hole in enumerate(holes):
+        number = numbers.get(id(hole), start + k)
+        for i in np.flatnonzero(hole.holds(points)).tolist():
+            joint, end = open_ends[i]
+            if joints.tracks[end[0]].layer in hole.layers or joints.hole(joint) is not None:
+                pairs.append((joint, number))
+        added += [(number, hole)] if id(hole) not in numbers else []
+    return _renumbered(replace(joints, holes=(*joints.holes, *added)), pairs)
+
+
+def _overlapping(joints: Joints) -> Joints:
+    """Join loose ends of two tracks on one layer, each the other's nearest, within half the narrower of them."""
+    loose = joints.loose()
+    near: dict[End, End] = {}
+    for end in loose:
+        track = joints.tracks[end[0]]
+        others = [other for other in loose if other[0] != end[0] and joints.tracks[other[0]].layer == track.layer]
+        gaps = [float(np.hypot(*(joints.point(other) - joints.point(end)))) for other in others]
+        if gaps and min(gaps) <= min(track.width, joints.tracks[others[int(np.argmin(gaps))][0]].width) / 2:
+            near[end] = others[int(np.argmin(gaps))]
+    pairs = [(end, other) for end, other in near.items() if near.get(other) == end and end < other]
+    return _renumbered(joints, [(int(joints.numbers[a]), int(joints.numbers[b])) for a, b in pairs])
+
+
+def _parted(joints: Joints) -> Joints:
+    """Give each end in a pad with a name, where several meet, a joint of its own, with the pad."""
+    numbers, holes = joints.numbers.copy(), list(joints.holes)
+    free = max([int(numbers.max(initial=0)), *(number for number, _ in holes)]) + 1
+    for number, ends in joints.meeting().items():
+        hole = joints.hole(number)
+        if hole is None or not hole.name or len(ends) < 2:
+            continue
+        for end in ends[1:]:
+            numbers[end] = free
+            holes.append((free, hole))
+            free += 1
+    return replace(joints, numbers=numbers, holes=tuple(holes))
