@@ -1,11 +1,12 @@
-"""Which straight pieces stand for a board's arc? As many as keep its chords within a length of it.
+"""Which straight pieces stand for a board's tracks? As many as keep within a length of them.
 
 The arc through a, m, b has its centre c at equal distances r of the three. A chord over the angle phi is off by
 
-    e = r (1 - cos(phi/2)),    so that   n = ceil(|theta| / (2 arccos(1 - e/r)))
+    e = r (1 - cos(phi/2)) = 2 r sin^2(phi/4),    so that   n = ceil(|theta| / (4 arcsin sqrt(e / (2 r))))
 
 equal chords hold e over the whole angle theta, from a over m to b. Corners lie on the arc. Three points in a line
-are that line.
+are that line. Of a polyline, corners within e of the line through those that stay go (Ramer 1972, Douglas and Peucker
+1973): arcs that a board has as short straight tracks need no more of them than true ones.
 """
 
 from __future__ import annotations
@@ -56,8 +57,36 @@ def flattened(track: Track, chord_error: float, where: str) -> Array:
     radius, first = float(np.hypot(*arm)), math.atan2(-arm[1], -arm[0])
     last = math.atan2(b[1] - arm[1], b[0] - arm[0])
     theta = (last - first) % (2.0 * math.pi) if cross > 0.0 else -((first - last) % (2.0 * math.pi))
-    step = 2.0 * math.acos(max(1.0 - chord_error / radius, 0.0))
+    step = 4.0 * math.asin(math.sqrt(min(chord_error / (2.0 * radius), 0.5)))
     angle = first + theta * np.linspace(0.0, 1.0, math.ceil(abs(theta) / step) + 1)
     found = points[0] + arm + radius * np.column_stack([np.cos(angle), np.sin(angle)])
     found[[0, -1]] = points[[0, 2]]
     return np.asarray(found)
+
+
+def thinned(points: Array, error: float) -> Array:
+    """Return a polyline's ends and as many of its corners as keep all others within `error` of it [m].
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 2)
+        [m].
+    error : float
+        [m].
+    """
+    kept = np.zeros(len(points), dtype=bool)
+    kept[[0, -1]] = True
+    left = [(0, len(points) - 1)]
+    while left:
+        first, last = left.pop()
+        inside, step = points[first + 1 : last] - points[first], points[last] - points[first]
+        if not len(inside):
+            continue
+        share = np.clip((inside @ step) / max(float(step @ step), 1e-30), 0.0, 1.0)
+        away = np.hypot(*(inside - share[:, None] * step).T)
+        farthest = int(np.argmax(away))
+        if away[farthest] > error:
+            middle = first + 1 + farthest
+            kept[middle] = True
+            left += [(first, middle), (middle, last)]
+    return np.asarray(points[kept])

@@ -5,7 +5,8 @@ that is joined as copper joins it: with a via that it ends in, with another loos
 with what else ends in the same pad. Tracks that lie twice count once; those that begin and end in one via, and those
 that end loose within the copper of the joint they start from, do not count.
 
-Pads with a number end the path: where two tracks or more meet in one, each end is a joint of its own.
+Pads with a number end the path: where two tracks or more meet in one, each end is a joint of its own. A pad that joins
+two layers of its own footprint's lines is a via.
 """
 
 from __future__ import annotations
@@ -78,18 +79,16 @@ def joined(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float = ROU
     nearness : float
         Distance within which ends are one [m].
     """
-    passed = [hole for hole in holes if not hole.name]
-    found = _without_stubs(_near(tracks, passed, nearness))
-    found = _without_stubs(_in_holes(found, passed))
-    found = _overlapping(found)
-    return _parted(_in_holes(found, [hole for hole in holes if hole.name]))
+    found = _without_stubs(_near(tracks, holes, nearness))
+    return _parted(_overlapping(_without_stubs(_in_holes(found))))
 
 
-def _near(tracks: Sequence[Track], vias: Sequence[Hole], nearness: float) -> Joints:
-    """Join what ends near together, vias at their middles; leave out what has no length or lies twice."""
-    layers = [track.layer for track in tracks for _ in (0, 1)] + [layer for via in vias for layer in via.layers]
-    points = [track.points[e] for track in tracks for e in (0, -1)] + [via.place for via in vias for _ in via.layers]
-    starts = np.cumsum([2 * len(tracks), *(len(via.layers) for via in vias)]).tolist()
+def _near(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float) -> Joints:
+    """Join what ends near together, holes at their middles; leave out what has no length or lies twice."""
+    places = [(track.layer, track.points[e]) for track in tracks for e in (0, -1)]
+    places += [(layer, hole.place) for hole in holes for layer in hole.layers]
+    layers, points = zip(*places, strict=True)
+    starts = np.cumsum([2 * len(tracks), *(len(hole.layers) for hole in holes)]).tolist()
     pairs = [(a, k) for a, b in zip(starts[:-1], starts[1:], strict=True) for k in range(a + 1, b)]
     for layer in set(layers):
         members = [k for k, name in enumerate(layers) if name == layer]
@@ -105,7 +104,7 @@ def _near(tracks: Sequence[Track], vias: Sequence[Hole], nearness: float) -> Joi
         if lies not in known and (a != b or float(np.ptp(track.points, axis=0).max()) > 4.0 * nearness):
             kept.append(k)
         known.add(lies)
-    at = tuple((int(label[a]), via) for a, via in zip(starts[:-1], vias, strict=True))
+    at = tuple((int(label[a]), hole) for a, hole in zip(starts[:-1], holes, strict=True))
     return Joints(tuple(tracks[k] for k in kept), ends[kept], at)
 
 
@@ -146,24 +145,19 @@ def _is_stub(joints: Joints, meeting: dict[int, list[End]], end: End) -> bool:
     return len(others) > 1 and length <= reach
 
 
-def _in_holes(joints: Joints, holes: Sequence[Hole]) -> Joints:
-    """Join loose ends with the vias or pads that they end in; a pad with a name takes joints of three or more, too."""
-    if not holes or not joints.tracks:
+def _in_holes(joints: Joints) -> Joints:
+    """Join the ends that are loose, and joints of three or more, with the vias and pads that they lie in."""
+    if not joints.holes or not joints.tracks:
         return joints
-    meeting, start = joints.meeting(), 1 + int(joints.numbers.max(initial=0))
-    start = max([start, *(number + 1 for number, _ in joints.holes)])
-    numbers = {id(hole): number for number, hole in joints.holes}
-    open_ends = [(number, ends[0]) for number, ends in meeting.items() if len(ends) != 2]
+    open_ends = [(number, ends[0]) for number, ends in joints.meeting().items() if len(ends) != 2]
     points = np.array([joints.point(end) for _, end in open_ends]).reshape(-1, 2)
-    pairs, added = [], []
-    for k, hole in enumerate(holes):
-        number = numbers.get(id(hole), start + k)
+    pairs = []
+    for number, hole in joints.holes:
         for i in np.flatnonzero(hole.holds(points)).tolist():
             joint, end = open_ends[i]
-            if joints.tracks[end[0]].layer in hole.layers or joints.hole(joint) is not None:
+            if joints.tracks[end[0]].layer in hole.layers:
                 pairs.append((joint, number))
-        added += [(number, hole)] if id(hole) not in numbers else []
-    return _renumbered(replace(joints, holes=(*joints.holes, *added)), pairs)
+    return _renumbered(joints, pairs)
 
 
 def _overlapping(joints: Joints) -> Joints:
@@ -180,13 +174,20 @@ def _overlapping(joints: Joints) -> Joints:
     return _renumbered(joints, [(int(joints.numbers[a]), int(joints.numbers[b])) for a, b in pairs])
 
 
+def _is_via(joints: Joints, hole: Hole, ends: Sequence[End]) -> bool:
+    """Tell whether a pad joins lines of its footprint on two layers, and no more."""
+    tracks = [joints.tracks[k] for k, _ in ends]
+    own = all(track.footprint == hole.footprint for track in tracks)
+    return own and len(tracks) == 2 and tracks[0].layer != tracks[1].layer
+
+
 def _parted(joints: Joints) -> Joints:
     """Give each end in a pad with a name, where several meet, a joint of its own, with the pad."""
     numbers, holes = joints.numbers.copy(), list(joints.holes)
     free = max([int(numbers.max(initial=0)), *(number for number, _ in holes)]) + 1
     for number, ends in joints.meeting().items():
         hole = joints.hole(number)
-        if hole is None or not hole.name or len(ends) < 2:
+        if hole is None or not hole.name or len(ends) < 2 or _is_via(joints, hole, ends):
             continue
         for end in ends[1:]:
             numbers[end] = free

@@ -155,7 +155,7 @@ def read_board(path: Path) -> Board:
     tree, name = read_expression(path), printable(str(path))
     if tree[:1] != ["kicad_pcb"]:
         raise SceneError(f"{name}: must be a board, (kicad_pcb ...); got ({printable(str(tree[:1])[1:-1], 40)} ...)")
-    version = int(numbers(tree, "version", 1, name)[0])
+    version = int(numbers(tree, "version", 1, name, 1e9)[0])
     if version < _OLDEST:
         raise SceneError(
             f"{name}: must be a board of KiCad 7 or later (version {_OLDEST}); got version {version}: open it in KiCad "
@@ -220,10 +220,10 @@ class _Reader:
 
     def frame(self, node: Node, number: int) -> _Frame:
         """Return where a footprint stands."""
-        x, y, *turn = (item for item in (child(node, "at") or [])[1:] if isinstance(item, float))
+        x, y = numbers(node, "at", 2, f"{self.name}: footprint {number + 1}")
         named = [item for item in children(node, "property", "fp_text") if str(item[1]).lower() == "reference"]
         reference = str(named[0][2]) if named else f"footprint {number + 1}"
-        return _Frame(number, reference, _MM * np.array([x, -y]), math.radians(turn[0]) if turn else 0.0)
+        return _Frame(number, reference, _MM * np.array([x, -y]), _turn(node, f"{self.name}: {reference}"))
 
     def net(self, node: Node) -> str:
         """Return the net of an item, by its number or its name."""
@@ -267,9 +267,7 @@ class _Reader:
         """Return a pad."""
         number = f"{node[1]:g}" if isinstance(node[1], float) else str(node[1])
         where = f"{self.name}: pad {frame.reference}.{number}"
-        size = numbers(node, "size", 2, where)
-        at = [item for item in child(node, "at") or [] if isinstance(item, float)]
-        angle = math.radians(at[2]) if len(at) > 2 else 0.0
+        size, angle = numbers(node, "size", 2, where), _turn(node, where)
         name = f"{frame.reference}.{number}" if number else ""
         extent = (_MM * size[0], _MM * size[1])
         return Hole(name, frame.point(node, "at", where), extent, angle, self.on(node), self.net(node), frame.number)
@@ -279,11 +277,18 @@ class _Reader:
         fills = []
         for fill in children(node, "filled_polygon"):
             points = child(fill, "pts") or []
-            corners = [_corner(item) for item in children(points, "xy", "arc")]
+            corners = [self.corner(item) for item in children(points, "xy", "arc")]
             layer = (texts(fill, "layer") or texts(node, "layer") or [""])[0]
             if len(corners) > 2 and layer in self.copper:
                 fills.append((layer, _MM * np.array([[x, -y] for corner in corners for x, y in corner])))
         return Zone(self.net(node) or "".join(texts(node, "net_name")), self.on(node), tuple(fills))
+
+    def corner(self, node: Node) -> list[list[float]]:
+        """Return the points of a corner of a polygon, three of an arc, as in the file."""
+        where = f"{self.name}: filled_polygon"
+        if node[0] == "xy":
+            return [numbers([node], "xy", 2, where)]
+        return [numbers(node, key, 2, where) for key in ("start", "mid", "end")]
 
 
 def _is_aid(zone: Node) -> bool:
@@ -291,9 +296,6 @@ def _is_aid(zone: Node) -> bool:
     return child(zone, "keepout") is not None or child(child(zone, "attr") or [], "teardrop") is not None
 
 
-def _corner(node: Node) -> list[tuple[float, float]]:
-    """Return the points of a corner of a polygon, three of an arc, as in the file."""
-    if node[0] == "xy":
-        return [(float(node[1]), float(node[2]))]
-    points = [numbers(node, key, 2, "filled_polygon") for key in ("start", "mid", "end")]
-    return [(x, y) for x, y in points]
+def _turn(node: Node, where: str) -> float:
+    """Return the angle that an item is turned by, counter-clockwise [rad]."""
+    return math.radians(numbers(node, "at", 3, where)[2]) if len(child(node, "at") or []) > 3 else 0.0

@@ -54,7 +54,7 @@ def plates(
         try:
             check_parts(sensor.coils, None, None, (*kept, plate), None)
         except SceneError as error:
-            notes.append(f"{title}: left out, as a plate it would not fit: {error}")
+            notes.append(f"{title}: left out, its bounding box does not fit: {str(error).partition(', which')[0]}")
             continue
         found.append(table)
         kept.append(plate)

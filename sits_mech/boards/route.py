@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
 from itertools import product
 
@@ -17,13 +17,14 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from sits_mech.boards.arcs import flattened
+from sits_mech.boards.arcs import flattened, thinned
 from sits_mech.boards.joints import ROUNDING, End, Joints, joined
 from sits_mech.boards.kicad import Board, Hole, Track, place
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError, shown
 
 _CARELESS = 0.05  # of the narrowest track's width: ends that are nearer meet, where rounding does not make one path
+_LIKE = 0.5  # a piece longer than this share of the longest may be the coil as well
 _FEW = 6  # names in a message
 _SAME_WIDTH = 0.01  # tracks whose widths differ by less are one run
 _SAME, _FINEST = 1e-6, 0.02  # points closer than this [m], or than this share of the width, are one
@@ -88,7 +89,8 @@ def route(board: Board, net: str, chord_error: float) -> Route:
     piece, chain, left_out = _path(tracks, holes, net, where)
     lines = [flattened(piece.tracks[k], chord_error, where)[:: 1 if e == 0 else -1] for k, e in chain]
     ends = (_name(piece, chain[0]), _name(piece, (chain[-1][0], 1 - chain[-1][1])))
-    return Route(net, _runs(piece, chain, lines), ends, left_out)
+    runs = tuple(replace(run, points=thinned(run.points, chord_error)) for run in _runs(piece, chain, lines))
+    return Route(net, runs, ends, left_out)
 
 
 def _path(
@@ -129,6 +131,8 @@ def _length(tracks: Sequence[Track]) -> float:
 
 def _longest(joints: Joints, net: str, where: str) -> tuple[Joints, tuple[str, ...]]:
     """Return the longest piece between pads, and what to say of the others; refuse a net that falls apart."""
+    if not joints.tracks:
+        raise SceneError(f"{where}: must have tracks; got none that leads from one place to another")
     count = 1 + max([int(joints.numbers.max()), *(number for number, _ in joints.holes)])
     i, j = joints.numbers.T
     label = connected_components(coo_array((np.ones(len(i)), (i, j)), shape=(count, count)), directed=False)[1][i]
@@ -146,9 +150,18 @@ def _longest(joints: Joints, net: str, where: str) -> tuple[Joints, tuple[str, .
             f"{where}: must be one track from end to end; got {len(parts)} pieces, apart between "
             f"{_gap(mine, _part(joints, parts[lost]))}"
         )
+    second = int(np.argsort(lengths)[-2])
+    if lengths[second] > _LIKE * lengths[best]:
+        places = " and ".join(f"from {_ends(part)}" for part in (mine, _part(joints, parts[second])))
+        raise SceneError(f"{where}: must have one track much longer than others between pads; got two, {places}")
     rest = 1e3 * (sum(lengths) - lengths[best])
     note = f"{where}: left out beyond pads: {len(parts) - 1} pieces of {rest:.4g} mm together"
     return mine, (note,)
+
+
+def _ends(piece: Joints) -> str:
+    """Return where a piece ends, for a reader."""
+    return " to ".join(sorted(_name(piece, end) for end in piece.loose())) or place(piece.tracks[0].points[0])
 
 
 def _gap(one: Joints, other: Joints) -> str:

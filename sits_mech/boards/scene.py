@@ -17,6 +17,7 @@ from sits_mech.boards.kicad import Board, read_board
 from sits_mech.boards.plates import plates
 from sits_mech.boards.pours import pours
 from sits_mech.boards.route import Route, route
+from sits_mech.boards.stackup import permittivity
 from sits_mech.quantities import Array
 from sits_mech.scene.files import written
 from sits_mech.scene.sensor import Sensor, sensor_from
@@ -24,6 +25,7 @@ from sits_mech.units import SceneError
 
 _DIGITS = 10  # of lengths: a tenth of the board's own step
 _FINEST, _COARSEST = 1e-9, 1e-3  # errors of chords [m]
+_FIGURES = 4  # decimals of permittivities
 _TO_ADD = """
 # The board has no target and no elastomer. A target on a layer, to be adapted:
 # [target]
@@ -139,7 +141,9 @@ def _coil(board: Board, found: Route, origin: Array, top: float) -> dict[str, An
         "name": found.net, "shape": "path", "track_width": widths[longest],
         "track_thickness": round(_thickness(board, found), _DIGITS), "path": path,
     }  # fmt: skip
-    return table | ({"path_widths": widths} if len(set(widths)) > 1 else {})
+    table |= {"path_widths": widths} if len(set(widths)) > 1 else {}
+    relative = permittivity(board.stack[run.layer] for run in found.runs)
+    return table | ({} if relative is None else {"board_permittivity": round(relative, _FIGURES)})
 
 
 def _told(board: Board, found: Route) -> str:

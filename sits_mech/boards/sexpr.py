@@ -15,6 +15,7 @@ from sits_mech.units import SceneError, printable, shown
 Node = list[Any]
 _TOKEN = re.compile(r'"((?:[^"\\]|\\.)*)"|([()])|([^\s()"]+)', re.DOTALL)
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?")
+_LARGEST = 2147.5  # in millimetres, what KiCad's integers of nanometres hold
 _ESCAPED = re.compile(r"\\(.)", re.DOTALL)
 
 
@@ -85,8 +86,8 @@ def texts(node: Node, key: str) -> list[str]:
     return [item for item in child(node, key) or [] if isinstance(item, str)][1:]
 
 
-def numbers(node: Node, key: str, count: int, where: str) -> list[float]:
-    """Return the first `count` numbers behind a key of a node.
+def numbers(node: Node, key: str, count: int, where: str, largest: float = _LARGEST) -> list[float]:
+    """Return the first `count` numbers behind a key of a node, none above `largest` in size.
 
     Raises
     ------
@@ -94,8 +95,9 @@ def numbers(node: Node, key: str, count: int, where: str) -> list[float]:
         `where`, key and what came, when there are fewer.
     """
     inside = child(node, key) or []
-    found = [item for item in inside if isinstance(item, float)]
+    found = [item for item in inside if isinstance(item, float) and abs(item) <= largest]
     if len(found) < count:
         came = "it is missing" if not inside else f"got {shown(' '.join(map(str, inside[1:])))}"
-        raise SceneError(f"{where}: ({key} ...) must be {count} number{'s' * (count > 1)} or more; {came}")
+        must = f"must be {count} number{'s' * (count > 1)} or more, up to {largest:g}"
+        raise SceneError(f"{where}: ({key} ...) {must}; {came}")
     return found[:count]

@@ -1,11 +1,14 @@
-"""At which heights are a board's copper layers? From the stack-up in its file, or evenly over its thickness.
+"""At which heights are a board's copper layers, in what? From the stack-up in its file, or evenly over its thickness.
 
-z is counted here from the top face of the uppermost copper layer, down: z <= 0.
+z is counted here from the top face of the uppermost copper layer, down: z <= 0. Dielectrics of thicknesses t_i and
+relative permittivities eps_i in series are one of sum t_i / sum (t_i / eps_i).
 """
 
 from __future__ import annotations
 
+import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from sits_mech.boards.sexpr import Node, child, children, numbers, texts
@@ -19,10 +22,28 @@ _MM = 1e-3
 
 @dataclass(frozen=True)
 class Layer:
-    """A copper layer: z of its middle and its thickness [m]."""
+    """A copper layer.
+
+    Attributes
+    ----------
+    z, thickness : float
+        Of its middle, and its own [m].
+    above, gap : float
+        Sums of t and of t / eps over all dielectrics above it [m]; NaN where a permittivity is not known.
+    """
 
     z: float
     thickness: float
+    above: float = math.nan
+    gap: float = math.nan
+
+
+def permittivity(layers: Iterable[Layer]) -> float | None:
+    """Return the relative permittivity between the uppermost and the lowest of some layers; None where unknown."""
+    ordered = sorted(layers, key=lambda layer: layer.z)
+    lower, upper = ordered[0], ordered[-1]
+    gap = lower.gap - upper.gap
+    return (lower.above - upper.above) / gap if gap > 0.0 else None
 
 
 def copper_names(tree: Node) -> tuple[str, ...]:
@@ -55,17 +76,28 @@ def stack(tree: Node, where: str) -> tuple[dict[str, Layer], tuple[str, ...]]:
 
 def _listed(stackup: Node, where: str) -> dict[str, Layer]:
     """Return the layers of a stack-up; sublayers of a dielectric are in its one entry."""
-    found, depth, top = {}, 0.0, None
+    found: dict[str, Layer] = {}
+    depth, above, gap = 0.0, 0.0, 0.0
     for node in children(stackup, "layer"):
         name, kind = str(node[1]), "".join(texts(node, "type"))
-        thickness = _MM * sum(float(item[1]) for item in children(node, "thickness") if isinstance(item[1], float))
+        sheets = _values(node, "thickness")
+        thickness = _MM * sum(sheets)
         if kind == "copper" and not thickness > 0.0:
             raise SceneError(f"{where}: stackup: {name} must have a thickness above 0 mm; got {thickness / _MM:g} mm")
         if kind == "copper":
-            top = depth if top is None else top
-            found[name] = Layer(top - depth - thickness / 2, thickness)
-        depth += thickness
+            found[name] = Layer(-depth - thickness / 2, thickness, above, gap)
+        elif found:
+            relative = _values(node, "epsilon_r")
+            known = len(relative) == len(sheets) and min(relative, default=0.0) > 0.0
+            above += thickness
+            gap += _MM * sum(t / e for t, e in zip(sheets, relative, strict=True)) if known else math.nan
+        depth += thickness if found else 0.0
     return found
+
+
+def _values(node: Node, key: str) -> list[float]:
+    """Return the first number behind each of a node's entries of one key: one for each sheet of a layer."""
+    return [float(item[1]) for item in children(node, key) if isinstance(item[1], float)]
 
 
 def _even(tree: Node, names: tuple[str, ...], where: str) -> tuple[dict[str, Layer], tuple[str, ...]]:

@@ -12,7 +12,8 @@ STACK = """(setup (stackup
   (layer "F.Cu" (type "copper") (thickness 0.035))
   (layer "dielectric 1" (type "prepreg") (thickness 0.2) (material "FR4") (epsilon_r 4.5))
   (layer "In1.Cu" (type "copper") (thickness 0.0175))
-  (layer "dielectric 2" (type "core") (thickness 0.6 locked) (material "FR4") addsublayer (thickness 0.4))
+  (layer "dielectric 2" (type "core") (thickness 0.6 locked) (epsilon_r 4.8) addsublayer (thickness 0.4)
+    (epsilon_r 4))
   (layer "In2.Cu" (type "copper") (thickness 0.0175))
   (layer "dielectric 3" (type "prepreg") (thickness 0.2))
   (layer "B.Cu" (type "copper") (thickness 0.035)) (copper_finish "None")))"""

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sits_mech.boards.arcs import flattened
+from sits_mech.boards.arcs import flattened, thinned
 from sits_mech.boards.kicad import Track
 from sits_mech.units import SceneError
 
@@ -55,3 +55,20 @@ def test_arcs_that_are_none(points: tuple[tuple[float, float], ...], expected: s
     """Of zero radius, or of any."""
     with pytest.raises(SceneError, match=expected):
         flattened(arc(*points), 1e-6, "net L1")
+
+
+@pytest.mark.parametrize("error", [1e-6, 1e-5])
+def test_corners_that_play_no_part_go(error: float) -> None:
+    """Of 4000 corners on a circle of 5 mm, and a straight way out; all lie within the error of what stays."""
+    angle = np.linspace(0.0, 2 * np.pi, 4001)
+    circle = 5e-3 * np.column_stack([np.cos(angle), np.sin(angle)])
+    points = np.vstack([circle, np.column_stack([np.linspace(5e-3, 9e-3, 50)[1:], np.zeros(49)])])
+    found = thinned(points, error)
+    least = np.pi / np.arccos(1.0 - error / 5e-3)
+    assert least <= len(found) - 2 <= 2.1 * least
+    a, b = found[:-1], found[1:]
+    share = np.clip(((points[:, None] - a) * (b - a)).sum(-1) / ((b - a) ** 2).sum(-1), 0.0, 1.0)
+    away = np.linalg.norm(points[:, None] - a - share[..., None] * (b - a), axis=-1).min(axis=1)
+    assert away.max() <= error * (1 + 1e-9)
+    np.testing.assert_array_equal(found[[0, -1]], points[[0, -1]])
+    np.testing.assert_array_equal(thinned(points[:2], error), points[:2])

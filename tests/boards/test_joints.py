@@ -72,6 +72,18 @@ def test_pads_with_a_number_end_the_path(draw: Any) -> None:
     assert degrees(net(draw, [*star[:2], draw.pad("", (1, 0))])) == [1, 1, 2]
 
 
+def test_a_pad_between_the_lines_of_its_footprint_is_a_via(draw: Any) -> None:
+    """With a number or not; one that joins lines of one layer ends the path."""
+    for layer, expected in (("B.Cu", [1, 1, 2]), ("F.Cu", [1, 1, 1, 1])):
+        drawn = [
+            f'(fp_line (start {a} 0) (end {b} 0) (stroke (width 0.2) (type solid)) (layer "{name}"))'
+            for a, b, name in ((0, 5, "F.Cu"), (5, 9, layer))
+        ]
+        hole = '(pad "3" thru_hole circle (at 5 0) (size 0.6 0.6) (drill 0.3) (layers "*.Cu"))'
+        head = '(footprint "x" (layer "F.Cu") (at 0 0) (fp_text reference "L1")'
+        assert degrees(net(draw, [f"{head} {' '.join(drawn)} {hole})"])) == expected
+
+
 def test_nearness_joins_more(draw: Any) -> None:
     """Ends 8 um apart of a parallel pair, too."""
     items = [draw.line((0, 0), (1, 0)), draw.line((1, 0.008), (2, 0)), draw.line((1, 0.004), (1, 3))]

@@ -86,11 +86,11 @@ def test_zones_are_fills_without_keep_outs_and_teardrops(draw: Any) -> None:
     [
         ("(kicad_pcb (version 20211014))", "KiCad 7 or later (version 20221018); got version 20211014: open it in"),
         ("(kicad_sch (version 20231120))", "must be a board, (kicad_pcb ...); got ('kicad_sch' ...)"),
-        ("(kicad_pcb)", "(version ...) must be 1 number or more; it is missing"),
+        ("(kicad_pcb)", "(version ...) must be 1 number or more, up to 1e+09; it is missing"),
         ('(kicad_pcb (version 20240108) (layers (44 "Edge.Cuts" user)))', "must have copper layers, such as F.Cu"),
         (
             '(kicad_pcb (version 20240108) (layers (0 "F.Cu" signal)) (segment (start 1) (layer "F.Cu")))',
-            'segment: (start ...) must be 2 numbers or more; got "1.0"',
+            'segment: (start ...) must be 2 numbers or more, up to 2147.5; got "1.0"',
         ),
         (
             '(kicad_pcb (version 20240108) (layers (0 "F.Cu" signal)) (segment (layer "In1.Cu")))',
@@ -99,6 +99,10 @@ def test_zones_are_fills_without_keep_outs_and_teardrops(draw: Any) -> None:
         (
             '(kicad_pcb (version 20240108) (layers (0 "F.Cu" signal)) (zone (layer "F.Cu") '
             '(filled_polygon (layer "F.Cu") (pts (xy 1 a) (xy 1 1) (xy 2 2)))))',
+            'filled_polygon: (xy ...) must be 2 numbers or more, up to 2147.5; got "1.0 a"',
+        ),
+        (
+            '(kicad_pcb (version 20240108) (layers (0 "F.Cu" signal)) (footprint "x" (at 1 1) (pad)))',
             "must be a board as KiCad writes it; got an entry that is not",
         ),
     ],

@@ -129,6 +129,17 @@ def test_widths_part_runs_and_the_rest_beyond_pads_is_told(draw: Any) -> None:
     assert found.notes == (f"{path}: net L1: left out beyond pads: 2 pieces of 7 mm together",)
 
 
+def test_two_coils_of_one_net_are_not_guessed(draw: Any) -> None:
+    """Of 20 and of 15 mm, on one pad."""
+    path = draw.board([draw.line((0, 0), (20, 0)), draw.line((0, 0), (0, 15)), draw.pad("1", (0, 0))])
+    expected = (
+        "must have one track much longer than others between pads; got two, from (20.0000, 0.0000) mm on F.Cu to J1.1 "
+        "and from (0.0000, 15.0000) mm on F.Cu to J1.1"
+    )
+    with pytest.raises(SceneError, match=re.escape(expected)):
+        route(read_board(path), "L1", 1e-6)
+
+
 def test_careless_boards_are_joined_where_they_must(draw: Any) -> None:
     """As on a published antenna: arcs 3 um long beside the track that they should join, ends 8 um off, in copper."""
     careful = [draw.line((0, 0), (10, 0), width=0.3), draw.line((10, 0), (20, 5), width=0.3)]
@@ -149,6 +160,7 @@ T = [(0, 0), (5, 0), (9, 0)]
     ("items", "expected"),
     [
         (lambda d: [], "net L1: must have tracks; got none"),
+        (lambda d: [d.line((3, 4), (3, 4))], "net L1: must have tracks; got none that leads from one place to another"),
         (
             lambda d: [*d.lines(T), d.line((5, 0), (5, 4))],
             "net L1: must be one path without branches; got 3 tracks that meet at (5.0000, 0.0000) mm on F.Cu",

@@ -52,6 +52,7 @@ def test_a_board_of_four_layers(draw: Any) -> None:
     assert second[0, 2] == pytest.approx(-1.26125e-3, abs=1e-9)
     np.testing.assert_array_equal(first[-1, :2], second[0, :2])
     assert found.path_widths == pytest.approx((2e-4, 1.5e-4)) and found.track_width == pytest.approx(2e-4)
+    assert found.board_permittivity == pytest.approx(1.2 / (0.225 + 0.2 / 4.5), abs=1e-4)
     (plate,) = sensor.conductors
     assert plate.centre == pytest.approx((6e-3, -7.25e-3, -1.4875e-3), abs=1e-9)
     assert plate.extent == pytest.approx((40e-3, 40e-3)) and plate.thickness == pytest.approx(35e-6)

@@ -40,7 +40,7 @@ def test_files_that_are_none(tmp_path: Path, content: bytes, expected: str) -> N
 
 def test_missing_numbers_are_named() -> None:
     """Where, key, how many, what came."""
-    with pytest.raises(SceneError, match=r'via: \(at ...\) must be 2 numbers or more; got "1.0 x"'):
+    with pytest.raises(SceneError, match=r'via: \(at ...\) must be 2 numbers or more, up to 2147.5; got "1.0 x"'):
         numbers(["via", ["at", 1.0, "x"]], "at", 2, "via")
-    with pytest.raises(SceneError, match=r"via: \(size ...\) must be 1 number or more; it is missing"):
+    with pytest.raises(SceneError, match=r"via: \(size ...\) must be 1 number or more, up to 2147.5; it is missing"):
         numbers(["via"], "size", 1, "via")

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from sits_mech.boards.sexpr import expression
-from sits_mech.boards.stackup import copper_names, stack
+from sits_mech.boards.stackup import copper_names, permittivity, stack
 from sits_mech.units import SceneError
 
 
@@ -18,6 +18,15 @@ def test_heights_of_a_stackup(draw: Any) -> None:
     for (top, thickness), layer in zip(expected, layers.values(), strict=True):
         assert layer.z == pytest.approx(1e-3 * (top - thickness / 2), abs=1e-12)
         assert layer.thickness == pytest.approx(1e-3 * thickness, rel=1e-12)
+
+
+def test_dielectrics_are_in_series(draw: Any) -> None:
+    """0.6 mm of 4.8 and 0.4 mm of 4 are 1 mm of 1/(0.6/4.8 + 0.4/4); below them it is not given."""
+    layers, _ = stack(expression(draw.board([], four=True).read_text()), "board")
+    between = {(a, b): permittivity([layers[a], layers[b]]) for a, b in (("In2.Cu", "In1.Cu"), ("F.Cu", "In2.Cu"))}
+    assert between["In2.Cu", "In1.Cu"] == pytest.approx(1.0 / 0.225, rel=1e-12)
+    assert between["F.Cu", "In2.Cu"] == pytest.approx(1.2 / (0.225 + 0.2 / 4.5), rel=1e-12)
+    assert permittivity([layers["F.Cu"], layers["B.Cu"]]) is None and permittivity([layers["F.Cu"]]) is None
 
 
 def test_without_a_stackup_evenly(draw: Any) -> None:
