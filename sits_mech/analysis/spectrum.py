@@ -23,7 +23,7 @@ from functools import lru_cache
 import numpy as np
 import xarray as xr
 
-from sits_mech.geometry.windings import wave_notes
+from sits_mech.geometry.waves import wave_notes
 from sits_mech.magnetics.coils.terminals import tank_frequency, terminal_impedance, with_capacitance
 from sits_mech.magnetics.coils.track_modes import TrackSpectrum, track_spectrum
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport, as_jsonable

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from sits_mech.chain.interpolate import solved_likely
 from sits_mech.chain.omissions import Omission, keeps_axis, omissions, strain_bound
+from sits_mech.geometry.tracks import section_refusal
 from sits_mech.magnetics.rings import on_axis
 from sits_mech.mechanics.closed_form import LONG, finite_strain_model
 from sits_mech.mechanics.symmetry import symmetry_of
@@ -198,8 +199,8 @@ def choose_magnetics(
         return Choice("sheets", f"{names} can be near enough to matter")
     if coaxial:
         return Choice("axisymmetric", "one coil under a disc on its axis")
-    if any(coil.centre[1] != 0.0 for coil in sensor.coils):
-        return Choice("sheets", "coils beside the section y = 0 have no planar model")
+    if section_refusal(sensor.coils) is not None:
+        return Choice("sheets", "coils beside the section y = 0, or not straight across it, have no planar model")
     if target is not None and target.shape != "rectangle":
         return Choice("sheets", "no planar section, and no axis, stands for the target at every pose")
     if loaded and "sheets" in known and target is not None and _in_space(sensor, target):
@@ -211,7 +212,9 @@ def choose_magnetics(
 def _is_coaxial(sensor: Sensor, given: Sequence[Wrench] | Sequence[Pose], loaded: bool) -> bool:
     """Say whether a disc stays on the axis of the one coil, as far as is known of poses; of loads all must be known."""
     coil, target = sensor.coils[0], sensor.target
-    if len(sensor.coils) > 1 or target is None or target.shape != "disc" or sensor.substrate_radius is not None:
+    if len(sensor.coils) > 1 or target is None or sensor.substrate_radius is not None:
+        return False
+    if coil.shape != "circle" or target.shape != "disc":
         return False
     if loaded:
         upright = all(isinstance(load, Wrench) and keeps_axis(load) for load in given)
@@ -229,7 +232,7 @@ def _permeable(sensor: Sensor) -> tuple[str, ...]:
 def _check_in_section(sensor: Sensor, permeable: tuple[str, ...], beside: tuple[str, ...]) -> None:
     """Refuse permeable parts where planar-fem, which alone has them, cannot follow."""
     hindered = [f"{', '.join(beside)} not zero"] if beside else []
-    hindered += ["coils beside it"] if any(coil.centre[1] != 0.0 for coil in sensor.coils) else []
+    hindered += ["coils beside it or not straight across it"] if section_refusal(sensor.coils) is not None else []
     hindered += ["an outline for a target"] if sensor.target is not None and sensor.target.shape == "outline" else []
     if hindered:
         names = ", ".join(permeable)

@@ -22,6 +22,7 @@ from sits_mech.geometry.windings import turn_radii
 from sits_mech.quantities import Array
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
+from sits_mech.units import shown
 
 _ARCS = 12  # per turn
 _VIA, _DRILL = 0.4e-3, 0.2e-3  # diameters of vias [m]
@@ -157,6 +158,10 @@ def _check(sensor: Sensor, coil: Coil) -> float:
     """Return the radius that the inner vias stand at [m]; refuse what has no room for them."""
     if sensor.substrate_radius is not None:
         raise SceneError("substrate_radius: must not be given for --to kicad: a footprint is flat")
+    for key in ("shape", "layer_z", "directions"):
+        if getattr(coil, key) != type(coil).model_fields[key].default:
+            must = "must be circle" if key == "shape" else "must not be given"
+            raise SceneError(f"coils.{coil.name}.{key}: {must} for --to kicad; got {shown(getattr(coil, key))}")
     if len({item.layers for item in sensor.coils}) > 1:
         raise SceneError("coils: must have one number of layers for --to kicad, which are the board's")
     inner = _reach(coil)[0] - coil.track_width / 2 - coil.track_gap - _VIA / 2

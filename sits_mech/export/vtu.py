@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from sits_mech.cases import DONE
 from sits_mech.export.source import Source
 from sits_mech.geometry.outline import target_outline
-from sits_mech.geometry.windings import layer_heights
+from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.magnetics.space.stream import placed
 from sits_mech.mechanics.block import BlockPad, block_pad, deformed_pad
 from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh, planar_layer
@@ -152,7 +152,20 @@ def _solid(model: BlockPad, found: Equilibrium, still: Equilibrium) -> list[Piec
         faces.append(("quad", np.column_stack([number, np.roll(number, -1), k + np.roll(number, -1), k + number])))
         there = placed(corners, found.pose)
         pieces.append(Piece(_TARGET, there, there - placed(corners, _rest(model.sensor)), faces, np.ones(2 + k)))
-    return [*pieces, *(_ring(coil, float(z)) for coil in model.sensor.coils for z in layer_heights(coil))]
+    return [*pieces, *(piece for coil in model.sensor.coils for piece in _winding(coil))]
+
+
+def _winding(coil: Coil) -> list[Piece]:
+    """Return a coil's layers as flat rings, or its straight tracks."""
+    if coil.shape == "circle":
+        return [_ring(coil, z) for z in coil.heights]
+    tracks = coil_tracks(coil)
+    aside = np.column_stack([tracks.way[:, 1], -tracks.way[:, 0], np.zeros(len(tracks.way))])
+    aside *= tracks.width[:, None] / 2
+    sides = (tracks.start - aside, tracks.start + aside, tracks.end + aside, tracks.end - aside)
+    places, count = np.concatenate(sides), len(aside)
+    quads = np.arange(count)[:, None] + count * np.arange(4)
+    return [Piece(_COIL, places, np.zeros_like(places), [("quad", quads)], np.ones(count))]
 
 
 def _ring(coil: Coil, z: float) -> Piece:

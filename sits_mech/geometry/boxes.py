@@ -41,7 +41,7 @@ class Solid:
 def fixed_solids(sensor: Sensor) -> tuple[tuple[Solid, ...], tuple[Solid, ...]]:
     """Return the boxes around the coils, and those around the fixed plates."""
     coils = [
-        (coil.name, (coil.outer_diameter, coil.outer_diameter, coil.height), (*coil.centre, -coil.height / 2))
+        (coil.name, (*coil.extent, coil.height), (*coil.centre, -coil.height / 2))
         for coil in sensor.coils
     ]
     plates = [(f"conductors.{part.name}", (*part.extent, part.thickness), part.centre) for part in sensor.conductors]

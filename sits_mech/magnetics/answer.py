@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sits_mech.geometry.collision import check_clearance
-from sits_mech.geometry.windings import check_frequency
+from sits_mech.geometry.waves import check_frequency
 from sits_mech.quantities import POSE, Array, Complex, Impedance, Pose, SolveReport, refuse_beside
 from sits_mech.scene.sensor import Sensor
 

@@ -35,7 +35,8 @@ from scipy.constants import mu_0
 
 from sits_mech.geometry.collision import clearance
 from sits_mech.geometry.plates import Plate, distance, return_radius, section_plates
-from sits_mech.geometry.windings import Bars, coil_bars
+from sits_mech.geometry.tracks import coil_bars, section_refusal
+from sits_mech.geometry.windings import Bars
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, sizes
 from sits_mech.magnetics.coils.alone import section_resistances
 from sits_mech.magnetics.section.coupling import circle_samples, filaments, samples
@@ -45,7 +46,7 @@ from sits_mech.magnetics.section.neighbours import SectionPlate, coupled_reactio
 from sits_mech.magnetics.section.plate import PreparedPlate, prepare_plate
 from sits_mech.magnetics.skin import skin_depth
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
-from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.sensor import Coil, Sensor
 from sits_mech.threads import one_thread
 from sits_mech.units import checked_tolerance
 
@@ -122,8 +123,8 @@ def planar_bars(sensor: Sensor, tolerance: float = 1e-3) -> PlanarBars:
 
 def not_representable(sensor: Sensor) -> str | None:
     """Say in one line why the planar integral model cannot hold this scene; None if it can."""
-    if any(coil.centre[1] != 0.0 for coil in sensor.coils):
-        return "coils.centre: the planar model needs every coil on y = 0; model 'sheets' takes any place"
+    if refusal := section_refusal(sensor.coils):
+        return refusal
     if sensor.substrate_radius is not None:
         return "substrate_radius: the planar integral model takes flat coils only; model 'planar-fem' takes curved ones"
     if sensor.conductors and return_radius(sensor) is not None:
@@ -248,9 +249,17 @@ def prepared_plate(sensor: Sensor, resolution: Resolution, gap: float, frequency
     if target is None:
         raise ValueError("target: the scene has none to prepare")
     size, conductivity = (target.extent[0], target.thickness), target.metal.conductivity
-    winding = min(coil.turns * (coil.track_width + coil.track_gap) for coil in sensor.coils)
+    winding = min(_winding_width(coil) for coil in sensor.coils)
     lengths = _lengths(gap, winding, conductivity, frequency)
     return section_modes(size, conductivity, resolution, lengths, return_radius(sensor))
+
+
+def _winding_width(coil: Coil) -> float:
+    """Width of a coil's turns side by side, with a gap [m]."""
+    if coil.shape != "path":
+        return coil.turns * (coil.track_width + coil.track_gap)
+    bars = coil_bars(coil)
+    return float(np.ptp(bars.x[bars.sign > 0.0])) + 2.0 * bars.width
 
 
 def _lengths(gap: float, winding: float, conductivity: float, frequency: float) -> Lengths:

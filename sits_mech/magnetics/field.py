@@ -27,6 +27,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from sits_mech.geometry.plates import Plate, not_cut, return_radius, section_plates
+from sits_mech.geometry.tracks import section_refusal
 from sits_mech.magnetics.air.mesh import Division, Fineness, divide_plane, outline_samples
 from sits_mech.magnetics.air.solve import FieldSolution, element_errors, solve_field
 from sits_mech.magnetics.air.source import Track, coil_potentials, free_inductance, tracks
@@ -198,8 +199,8 @@ def planar_fem(sensor: Sensor, tolerance: float = 1e-3) -> PlanarFem:
     ValueError
         If the scene is not one this model can represent, or the tolerance is not between 1e-7 and 1.
     """
-    if any(coil.centre[1] != 0.0 for coil in sensor.coils):
-        raise ValueError("coils.centre: planar-fem needs every coil on y = 0; model 'sheets' takes any place")
+    if refusal := section_refusal(sensor.coils):
+        raise ValueError(refusal)
     if sensor.target is not None and sensor.target.shape == "outline":
         raise ValueError("target.shape: planar-fem has a rectangular section; model 'sheets' takes an outline")
     return PlanarFem(sensor, checked_tolerance(tolerance, 1e-7))

@@ -33,7 +33,7 @@ In the section y = 0 [H/m] a circle stands for K: a_c^2 = 2 mu0 pi rho^2 mean H^
 All is infinite where balls meet each other or a coil: near conductors have to be solved.
 
 Range: isolated conductors beside flat coils, any frequency; the resistance changes by omega times the same at most.
-Neglected: a spiral's pitch (rings stand for it), uneven current in the tracks.
+Neglected: a spiral's pitch, uneven current in the tracks; in s_c rings stand for coils that are not round.
 Sources: Osborn, Phys. Rev. 67 (1945) 351 (N_i); Landau & Lifshitz, Electrodynamics of Continuous Media, art. 4, 54;
 Carlson, Numer. Algorithms 10 (1995) 13. The energy grows with the body by Thomson's and Dirichlet's principles.
 """
@@ -51,10 +51,10 @@ from scipy.special import elliprd
 
 from sits_mech.geometry.collision import clearance
 from sits_mech.geometry.plates import cut_width
-from sits_mech.geometry.windings import coil_bars, coil_sections
+from sits_mech.geometry.tracks import coil_bars, standing_rings
 from sits_mech.magnetics.bars import free_space_inductance
-from sits_mech.magnetics.coils.loops import mutual_loops, ring_inductance
-from sits_mech.magnetics.coils.ring_field import ring_potential
+from sits_mech.magnetics.coils.loops import coil_inductances, mutual_loops, series_inductance
+from sits_mech.magnetics.coils.ring_field import coil_potential
 from sits_mech.quantities import POSE, Array, Pose
 from sits_mech.scene.sensor import Coil, Conductor, Sensor, Target
 from sits_mech.turns import rotation_matrix
@@ -194,16 +194,17 @@ def _body(plate: Target | Conductor) -> _Body:
 
 def _image_share(coil: Coil, gap: Array) -> Array:
     """What a perfect half-space at a height above the coils takes of a coil's inductance, over that; shape (p,)."""
-    rings = coil_sections(coil)
+    rings = standing_rings(coil)
     away = 2.0 * gap[:, None, None] - rings.z[:, None] - rings.z
-    image = mutual_loops(rings.radius[:, None], rings.radius, away).sum(axis=(1, 2))
-    return np.asarray(np.minimum(image / _self_inductance(coil), 1.0))
+    sign = np.broadcast_to(rings.sign, rings.radius.shape)
+    image = sign @ (mutual_loops(rings.radius[:, None], rings.radius, away) @ sign).T
+    return np.asarray(np.minimum(image / series_inductance(rings), 1.0))
 
 
 @lru_cache(maxsize=32)
 def _self_inductance(coil: Coil) -> float:
     """L_cc in free space [H]."""
-    return float(ring_inductance(coil_sections(coil)).sum())
+    return float(coil_inductances([coil])[0, 0])
 
 
 def _sphere() -> tuple[Array, Array]:
@@ -249,7 +250,7 @@ def _own_strength(coil: Coil, body: _Body, place: Array) -> float:
 def _field(coil: Coil, points: Array, step: float) -> Array:
     """H of a coil for 1 A at points, from its vector potential a step to all sides, shape (n, 3) [1/m]."""
     slope = [
-        (ring_potential(coil, points + step * way) - ring_potential(coil, points - step * way)) / (2.0 * step * mu_0)
+        (coil_potential(coil, points + step * way) - coil_potential(coil, points - step * way)) / (2.0 * step * mu_0)
         for way in np.eye(3)
     ]
     (_, y_x, z_x), (x_y, _, z_y), (x_z, y_z, _) = (each.T for each in slope)

@@ -134,6 +134,8 @@ def _reason_against(sensor: Sensor) -> str:
         return f"the target must not be magnetic, it has {target.metal.relative_permeability:g}; use 'planar-fem'"
     if len(sensor.coils) != 1:
         return f"must have one coil over a coaxial disc, the scene has {len(sensor.coils)} coils; use 'sheets'"
+    if sensor.coils[0].shape != "circle":
+        return f"the coil must be round, {sensor.coils[0].name} is of shape '{sensor.coils[0].shape}'; use 'sheets'"
     if target.shape != "disc":
         return f"the target must be a disc, it is of shape '{target.shape}'; use 'sheets'"
     return ""

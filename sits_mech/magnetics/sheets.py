@@ -198,7 +198,8 @@ def sheets(
     refusal = not_representable(sensor)
     if refusal:
         raise ValueError(refusal)
-    windings = sensor.coils[0].winding if windings is None else windings
+    if windings is None:
+        windings = next((coil.winding for coil in sensor.coils if coil.shape == "circle"), "rings")
     if windings not in ("rings", "spiral"):
         raise ValueError(f'windings: must be "rings" or "spiral", got {windings!r}')
     if outline is not None and sensor.target is None:

@@ -95,9 +95,9 @@ class Sensor(BaseModel):
             twice = [name for name in names if names.count(name) > 1]
             if twice:
                 raise SceneError(f"{key} must have a name of their own each; got {shown(twice[0])} twice")
-        windings = sorted({coil.winding for coil in self.coils})
+        windings = sorted({coil.winding for coil in self.coils if coil.shape == "circle"})
         if len(windings) > 1:
-            raise SceneError(f"coils must all have one winding; got {' and '.join(windings)}")
+            raise SceneError(f"round coils must all have one winding; got {' and '.join(windings)}")
         check_parts(self.coils, self.target, self.elastomer, self.conductors, self.substrate_radius)
         return self
 

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from sits_mech.export.kicad import copper_layers, winding, write_kicad
 from sits_mech.export.source import Source
-from sits_mech.geometry.windings import track_length
+from sits_mech.geometry.tracks import track_length
 from sits_mech.scene.sensor import Sensor, changed, load_sensor
 
 

@@ -5,7 +5,8 @@ import pytest
 from scipy.constants import mu_0
 
 from sits_mech.geometry.plates import Plate
-from sits_mech.geometry.windings import Bars, coil_bars
+from sits_mech.geometry.tracks import coil_bars
+from sits_mech.geometry.windings import Bars
 from sits_mech.magnetics.air.mesh import Fineness, divide_plane
 from sits_mech.magnetics.air.solve import element_errors, solve_field
 from sits_mech.magnetics.air.source import tracks

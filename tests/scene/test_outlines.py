@@ -79,5 +79,5 @@ def test_coils_have_one_winding() -> None:
     """Spirals by the scene; a mixture has no model."""
     spirals = changed(load_sensor("biorob2018"), ["coils.C1.winding=spiral", "coils.C2.winding=spiral"])
     assert [coil.winding for coil in spirals.coils] == ["spiral", "spiral"]
-    with pytest.raises(SceneError, match="coils must all have one winding; got rings and spiral"):
+    with pytest.raises(SceneError, match="round coils must all have one winding; got rings and spiral"):
         changed(spirals, ["coils.C2.winding=rings"])

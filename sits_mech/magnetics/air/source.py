@@ -26,7 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.constants import mu_0
 
-from sits_mech.geometry.windings import coil_bars
+from sits_mech.geometry.tracks import coil_bars
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil, Sensor
 

@@ -98,7 +98,7 @@ def spectrum(rings: Sections, k: Array, *, points: int = 4) -> Array:
     Parameters
     ----------
     rings : Sections
-        Carrying one ampere each.
+        Carrying one ampere each, with their signs.
     k : ndarray, shape (n,)
         [1/m].
     points : int
@@ -110,4 +110,5 @@ def spectrum(rings: Sections, k: Array, *, points: int = 4) -> Array:
     thick = k * rings.height[:, None]
     top = (rings.z + rings.height / 2)[:, None]
     fall = np.where(thick > 0.0, -np.expm1(-thick) / np.where(thick > 0.0, thick, 1.0), 1.0)
-    return np.asarray((mean * fall * np.exp(k * top)).sum(axis=0))
+    sign = np.broadcast_to(rings.sign, rings.radius.shape)
+    return np.asarray(sign @ (mean * fall * np.exp(k * top)))

@@ -17,7 +17,8 @@ Loops with parallel axes a distance D apart: the line integral of A_phi = M(a, r
 by the trapezium rule, which converges geometrically because the integrand is periodic and analytic. M / rho^2 of all
 filaments of a winding is a polynomial of rho across the other one, to rounding (`_across`).
 
-Units: H, m. Neglected: the spiral's pitch, displacement current, uneven current in the section (`track_modes`).
+Coils that are not round: `straight`. Units: H, m. Neglected: the spiral's pitch, displacement current, uneven current
+in the section (`track_modes`).
 Source: Maxwell, Treatise, art. 701; Carlson, Numer. Algorithms 10 (1995) 13.
 """
 
@@ -28,16 +29,19 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.polynomial import Chebyshev
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.constants import mu_0
 from scipy.special import elliprd
 
-from sits_mech.geometry.windings import Sections, coil_sections, distinct_pairs
+from sits_mech.geometry.tracks import Tracks, coil_tracks
+from sits_mech.geometry.windings import Sections, coil_sections, kinds_of, placed_pairs, rounded
+from sits_mech.magnetics.coils.straight import linkage
 from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 
 _ANGLES = 8192  # most points around a loop: coils whose edges touch need the most
+_SHARED = 8  # layers from which on equal distances are shared
 _DIGITS = 36.0  # natural logarithm of the accuracy of the field across another winding: rounding
 
 
@@ -123,31 +127,79 @@ def _offsets(rings: Sections, points: tuple[int, int]) -> list[tuple[Array, Arra
     ]
 
 
-def coil_inductances(coils: Sequence[Coil], *, tolerance: float = 1e-9) -> Array:
-    """Return the free-space inductance matrix of coils with parallel axes, as rings [H].
+def coil_inductances(coils: Sequence[Coil], *, tolerance: float = 1e-9, windings: str = "rings") -> Array:
+    """Return the free-space inductance matrix of coils with parallel axes [H].
 
-    Equal windings, and equal pairs of them at equal distances, are computed once.
+    Equal windings, and equal pairs of them at equal places of each other, are computed once.
 
     Parameters
     ----------
     coils : sequence of Coil
         n coils, none overlapping another.
     tolerance : float
-        Relative error of each mutual inductance, against the two coils' self-inductances.
+        Relative error of each mutual inductance of rings, against the two coils' self-inductances.
+    windings : str
+        Of round coils: "rings", or their true path as a "spiral". Other shapes are straight tracks, and so is what is
+        round for its mutual inductances with them.
 
     Returns
     -------
     ndarray, shape (n, n)
     """
-    kinds, pairs, index = distinct_pairs(coils)
-    sections = [coil_sections(kind) for kind in kinds]
-    own = [float(ring_inductance(rings).sum()) for rings in sections]
+    kinds, _ = kinds_of(coils)
+    rings = [coil_sections(kind) if kind.shape == "circle" and windings == "rings" else None for kind in kinds]
+    mixed = len(kinds) > 1 or None in rings
+    tracks = [coil_tracks(kind, windings) if mixed else None for kind in kinds]
+    pairs, index = placed_pairs(coils, [own is not None for own in rings])
+    own = [_own(each, track) for each, track in zip(rings, tracks, strict=True)]
     found = np.empty(len(pairs))
-    for k, (one, other, distance) in enumerate(pairs):
-        error = tolerance * math.sqrt(own[one] * own[other])
-        alone = one == other and distance == 0.0
-        found[k] = own[one] if alone else mutual_side_by_side(sections[one], sections[other], distance, error=error)
+    for k, (one, other, apart) in enumerate(pairs):
+        first, second = rings[one], rings[other]
+        if one == other and apart == (0.0, 0.0):
+            found[k] = own[one]
+        elif first is not None and second is not None:
+            error = tolerance * math.sqrt(own[one] * own[other])
+            found[k] = mutual_side_by_side(first, second, apart[0], error=error)
+        elif (near := tracks[one]) is not None and (far := tracks[other]) is not None:
+            found[k] = linkage(near, far.moved(*apart))
     return np.asarray(found[index])
+
+
+def _own(rings: Sections | None, tracks: Tracks | None) -> float:
+    """Self-inductance of a winding as rings, or as tracks [H]."""
+    if rings is not None:
+        return series_inductance(rings)
+    return linkage(tracks, tracks) if tracks is not None else 0.0
+
+
+def series_inductance(rings: Sections) -> float:
+    """Return the inductance of coaxial rings in series [H]; layers of equal turns share what depends on their distance.
+
+    So that a coil of n layers costs n pairs of them, not n^2.
+    """
+    sign = np.broadcast_to(rings.sign, rings.radius.shape)
+    levels, level = np.unique(rings.z, return_inverse=True)
+    layers = [_taken(rings, level == k) for k in range(levels.size)]
+    first, ways = layers[0], np.array([sign[level == k][0] for k in range(levels.size)])
+    alike = all(_alike(first, layer) for layer in layers) and np.array_equal(ways[level], sign)
+    if not alike or levels.size < _SHARED:
+        return float(sign @ ring_inductance(rings) @ sign)
+    gaps = np.array([[rounded(abs(a - b)) for a in levels] for b in levels])
+    apart, number = np.unique(gaps, return_inverse=True)
+    count = np.bincount(number.ravel(), np.outer(ways, ways).ravel())
+    moved = (Sections(first.radius, first.z + gap, first.width, first.height) for gap in apart)
+    return float(sum(n * ring_mutual(first, layer).sum() for n, layer in zip(count, moved, strict=True)))
+
+
+def _taken(rings: Sections, some: NDArray[np.bool_]) -> Sections:
+    """Some of the rings, without their signs."""
+    return Sections(rings.radius[some], rings.z[some], rings.width[some], rings.height[some])
+
+
+def _alike(first: Sections, second: Sections) -> bool:
+    """Whether two layers have the same rings."""
+    pairs = ((first.radius, second.radius), (first.width, second.width), (first.height, second.height))
+    return all(np.array_equal(a, b) for a, b in pairs)
 
 
 def mutual_side_by_side(first: Sections, second: Sections, distance: float, *, error: float = 1e-16) -> float:
@@ -198,6 +250,9 @@ def _across(rings: Sections, height: float, reach: tuple[float, float]) -> Cheby
 
 def _filaments(rings: Sections) -> tuple[Array, Array, Array]:
     """Rings as 2 x 2 Gauss filaments each: radii, heights and weights, flat."""
-    parts = [(rings.radius + r, rings.z + z, np.full(r.size, weight)) for r, z, weight in _offsets(rings, (2, 2))]
+    parts = [
+        (rings.radius + r, rings.z + z, np.broadcast_to(rings.sign * weight, r.shape))
+        for r, z, weight in _offsets(rings, (2, 2))
+    ]
     a, z, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
     return a, z, weight

@@ -1,4 +1,4 @@
-"""Vector potential of a coil at points in space, as concentric rings or as the true spiral.
+"""Vector potential of a coil at points in space: of concentric rings, or of straight tracks (`straight`).
 
 Ring of radius a at height z_k, 1 A, at distance rho from its axis (M of coaxial loops, `loops`, over 2 pi rho; nothing
 cancels on the axis):
@@ -9,30 +9,26 @@ cancels on the axis):
 P of all the coil's rings together is a smooth function of rho and z: for many points it is tabulated once and
 interpolated (bicubic splines on a grid in asinh(rho / radius), with its mirror image, and in ln z).
 
-Straight piece of a spiral along t, from s1 to s2 as seen from the foot of the perpendicular of length p:
+Rectangles, free tracks and true spirals are summed track by track. Units: V s / (A m). The return lead is left out.
 
-    A = t mu0 / (4 pi) [asinh(s2 / p) - asinh(s1 / p)].
-
-The spiral's own inductance takes p^2 + g^2 instead of p^2 along the same stretch of track, g its section's geometric
-mean distance from itself, ``ln g = ln(w + h) - 1.5`` (to 0.1 %). Units: V s / (A m), H. The return lead is left out.
-
-Source: Carlson, Numer. Algorithms 10 (1995) 13; Grover, Inductance Calculations (1946).
+Source: Carlson, Numer. Algorithms 10 (1995) 13.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import combinations
 
 import numpy as np
 from scipy.constants import mu_0
 from scipy.ndimage import map_coordinates, spline_filter
 from scipy.special import elliprd
 
-from sits_mech.geometry.windings import coil_sections, kinds_of, rounded, spiral_path
+from sits_mech.geometry.tracks import coil_tracks
+from sits_mech.geometry.windings import coil_sections
+from sits_mech.magnetics.coils.straight import track_potential
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 
@@ -67,13 +63,22 @@ def _profile(coil: Coil, rho: Array, z: Array, across: int) -> Array:
     rings = coil_sections(coil)
     nodes, weights = np.polynomial.legendre.leggauss(across)
     total = np.zeros(np.broadcast(rho, z).shape)
-    for radius, height, width in zip(rings.radius, rings.z, rings.width, strict=True):
-        for node, weight in zip(nodes, weights, strict=True):
+    signs = np.broadcast_to(rings.sign, rings.radius.shape)
+    for radius, height, width, sign in zip(rings.radius, rings.z, rings.width, signs, strict=True):
+        for node, weight in zip(nodes, sign * weights, strict=True):
             a = radius + width / 2 * node
             far, near = np.hypot(a + rho, z - height), np.hypot(a - rho, z - height)
             both = far + near
             total += weight / 2 * a * a / both**3 * elliprd(0.0, 4.0 * far * near / both**2, 1.0)
     return np.asarray(8.0 * mu_0 / (3.0 * np.pi) * total)
+
+
+def coil_potential(coil: Coil, points: Array, *, across: int = 1) -> Array:
+    """Return A of a coil of any shape per ampere, round ones as rings; as `ring_potential`."""
+    if coil.shape == "circle":
+        return ring_potential(coil, points, across=across)
+    A = track_potential(coil_tracks(coil), points.T[None], across=across)[0]
+    return np.column_stack([*A, np.zeros(len(points))])
 
 
 def winding_potential(winding: Coil, windings: str, region: tuple[float, float, float]) -> Potential:
@@ -84,14 +89,15 @@ def winding_potential(winding: Coil, windings: str, region: tuple[float, float, 
     winding : Coil
         Its centre plays no part.
     windings : str
-        "rings" or "spiral".
+        "rings" or "spiral", of round coils.
     region : tuple of float
         Smallest and greatest z, greatest distance from the axis [m].
     """
     winding = winding.model_copy(update={"centre": (0.0, 0.0)})
-    if windings == "spiral":
-        path = spiral_path(winding)
-        return lambda points: _in_rows(path_potential(path, _in_columns(points)), points)
+    across = 1 if region[0] > 3 * winding.track_width else 2
+    if winding.shape != "circle" or windings == "spiral":
+        tracks = coil_tracks(winding, windings)
+        return lambda points: track_potential(tracks, points, across=across)
     if region[0] <= 0.0:
         return lambda points: _in_rows(ring_potential(winding, _in_columns(points), across=2), points)
     low, high, reach = (math.log2(size) for size in region)
@@ -140,53 +146,3 @@ def _table(winding: Coil, low: int, high: int, reach: int) -> _Table:
     across = 1 if lowest > 3 * winding.track_width else 2
     profile = _profile(winding, scale * np.sinh(u)[:, None], z, across)
     return _Table(spline_filter(profile, order=3, mode="mirror"), scale, steps, start)
-
-
-def path_potential(path: Array, points: Array, *, offset: Array | float = 0.0) -> Array:
-    """Return A of 1 A along straight pieces between the vertices of `path` (m, 3) at points (n, 3); shape (n, 3).
-
-    `offset` (n or broadcast to (n, m - 1)) is added to the perpendicular distances in square [m].
-    """
-    start, end = path[:-1], path[1:]
-    length = np.linalg.norm(end - start, axis=1)
-    t = (end - start) / length[:, None]
-    result = np.empty((points.shape[0], 3))
-    for first in range(0, points.shape[0], 256):
-        some = slice(first, first + 256)
-        from_start = points[some, None, :] - start
-        along = np.einsum("nmi,mi->nm", from_start, t)
-        square = np.einsum("nmi,nmi->nm", from_start, from_start) - along**2
-        extra = offset[some] if isinstance(offset, np.ndarray) else offset
-        p = np.sqrt(np.maximum(square, 1e-24) + extra**2)
-        result[some] = (np.arcsinh((length - along) / p) + np.arcsinh(along / p)) @ t
-    return mu_0 / (4 * np.pi) * result
-
-
-def spiral_inductances(coils: Sequence[Coil], *, points_per_turn: int = 60) -> Array:
-    """Return the free-space inductance matrix of coils as spirals [H], shape (n, n); equal pairs computed once."""
-    kinds, which = kinds_of(coils)
-    paths = [spiral_path(kind, points_per_turn=points_per_turn) for kind in kinds]
-    gaps = [np.exp(-1.5) * (kind.track_width + kind.track_thickness) for kind in kinds]
-    own = [_linkage(path, path, g, points_per_turn // 4) for path, g in zip(paths, gaps, strict=True)]
-    L, known = np.diag([own[k] for k in which]), dict[tuple[int, int, float, float], float]()
-    for i, j in combinations(range(len(coils)), 2):
-        (one, at), (other, there) = sorted((which[k], coils[k].centre) for k in (i, j))
-        pair = one, other, rounded(there[0] - at[0]), rounded(there[1] - at[1])
-        if pair not in known:
-            first, second = paths[one], paths[other] + (*pair[2:], 0.0)
-            known[pair] = (_linkage(first, second) + _linkage(second, first)) / 2
-        L[i, j] = L[j, i] = known[pair]
-    return L
-
-
-def _linkage(first: Array, second: Array, g: float = 0.0, near: int = 0) -> float:
-    """Flux of the first path's 1 A through the second; pieces within `near` of each other are g apart."""
-    step = np.diff(second, axis=0)
-    nodes, weights = np.polynomial.legendre.leggauss(2)
-    pieces = np.arange(step.shape[0])
-    offset = np.where(np.abs(pieces[:, None] - np.arange(first.shape[0] - 1)) <= near, g, 0.0)
-    total = 0.0
-    for node, weight in zip(nodes, weights, strict=True):
-        A = path_potential(first, second[:-1] + (1 + node) / 2 * step, offset=offset)
-        total += weight / 2 * float((A * step).sum())
-    return total

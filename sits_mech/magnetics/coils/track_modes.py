@@ -13,6 +13,9 @@ a coil's series impedance is the sum of the entries of Y^-1, and its inductance 
 
     L(0) = u^T C diag(tau) C^T u,    u = (C C^T)^-1 1.
 
+Coils that are not round are taken as rings of their turns, length and pitch (`geometry.tracks.standing_rings`): an
+estimate, of uneven current along their straight tracks too.
+
 Twice as many filaments along both sides and ``(4 fine - coarse) / 3`` give the answer, its step from `fine` the error.
 
 Range: tracks of copper, non-magnetic; a turn closes on itself (no pitch, no vias). Neglected: displacement current, so
@@ -27,7 +30,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sits_mech.geometry.windings import Sections, coil_sections, turn_radii
+from sits_mech.geometry.tracks import standing_rings, track_squares
+from sits_mech.geometry.windings import Sections
 from sits_mech.magnetics.coils.loops import ring_inductance
 from sits_mech.magnetics.modes import Modes, eddy_modes
 from sits_mech.magnetics.skin import skin_depth
@@ -59,7 +63,7 @@ class TrackSpectrum:
 
 
 def track_spectrum(coil: Coil, frequencies: Sequence[float]) -> TrackSpectrum:
-    """Return a coil's own resistance and change of inductance at each frequency [Hz], as rings in free space.
+    """Return a coil's own resistance and change of inductance at each frequency [Hz], in free space.
 
     Raises
     ------
@@ -71,22 +75,26 @@ def track_spectrum(coil: Coil, frequencies: Sequence[float]) -> TrackSpectrum:
         raise ValueError(f"frequency: must be positive numbers of hertz; got {list(frequencies)}")
     delta = skin_depth(float(hertz.max()), metals()["copper"].conductivity)
     cells = [filaments_along(side, delta) for side in (coil.track_width, coil.track_thickness)]
-    turns = coil.layers * turn_radii(coil).size
+    rings = standing_rings(coil)
+    turns = rings.radius.size
     if 4 * cells[0] * cells[1] * turns > _MOST:
         raise ValueError(
             f"frequency: {hertz.max():g} Hz with {turns} turns asks for more than {_MOST} filaments of track; "
             "lower the frequency"
         )
-    coarse, fine = (_series(coil_sections(coil), (n * cells[0], n * cells[1]), hertz) for n in (1, 2))
+    coarse, fine = (_series(rings, (n * cells[0], n * cells[1]), hertz) for n in (1, 2))
     step = (fine - coarse) / 3
     value = fine + step
+    if coil.shape != "circle":  # as much more resistance as the coil's tracks have squares
+        scale = np.array([[track_squares(coil) / float((2.0 * np.pi * rings.radius / rings.width).sum())], [1.0]])
+        value, step = scale * value, scale * step
     return TrackSpectrum(value[0], value[1], np.abs(step[0]), np.abs(step[1]))
 
 
 def _series(rings: Sections, cells: tuple[int, int], hertz: Array) -> Array:
     """R and L(f) - L(0) of all turns in series with one division, shape (2, f)."""
     modes = _modes(rings, cells)
-    C, ones = modes.coupling, np.ones(rings.radius.size)
+    C, ones = modes.coupling, np.broadcast_to(rings.sign, rings.radius.shape)  # the current in each turn
     rest = C.T @ np.linalg.solve(C @ C.T, ones)
     L_rest = float(rest**2 @ modes.tau)
     found = np.empty((2, hertz.size))

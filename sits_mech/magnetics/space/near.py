@@ -11,7 +11,7 @@ smooth function of x elsewhere, without the gap's fine structure. P is found at 
 that the plate is divided for, as the plate is lifted to there, and extrapolated as a polynomial; twice the last
 degree's share is the estimated error.
 
-D is the integral of Dodd and Deeds, for the coils c and d a distance s apart
+D is the integral of Dodd and Deeds, for the coils c and d, or the rings that stand for them, a distance s apart
 
     D_cd = pi mu0 int_0^inf Gamma(k) S_c(k) S_d(k) J0(k s) exp(-2 k h) dk = Delta L - j R / omega,
 
@@ -30,7 +30,8 @@ from scipy.interpolate import CubicSpline
 from scipy.special import j0
 
 from sits_mech.geometry.outline import Outline, target_outline
-from sits_mech.geometry.windings import coil_sections, distinct_pairs
+from sits_mech.geometry.tracks import standing_rings, track_places
+from sits_mech.geometry.windings import distinct_pairs
 from sits_mech.magnetics.axis.dodd_deeds import Layer, reflection, spectrum
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.outlines import inside_loops
@@ -121,7 +122,7 @@ def infinite_plate(
     kinds, pairs, index = distinct_pairs(coils)
     farthest = max(apart for _, _, apart in pairs)
     k, weights = wave_numbers(_DIGITS / (2 * heights[0]), 2 * max(c.outer_diameter for c in kinds) + farthest)
-    sections = [coil_sections(kind) for kind in kinds]
+    sections = [standing_rings(kind) for kind in kinds]
     S = [spectrum(rings, k, points=4 + int(k[-1] * rings.width.max() / 4)) for rings in sections]
     gamma = reflection(k, omega, [Layer(target.metal.conductivity, target.thickness)]) * weights
     fall = np.exp(-2.0 * k[:, None] * np.exp(h))
@@ -166,6 +167,9 @@ def under_plate(
                                  2 * np.pi * (np.arange(_PLACES[1]) + 0.5) / _PLACES[1])  # fmt: skip
     points = np.empty((len(coils), across.size, 2))
     for c, coil in enumerate(coils):
+        if coil.shape != "circle":
+            points[c] = track_places(coil, across.size)
+            continue
         r = (coil.inner_diameter + across * (coil.outer_diameter - coil.inner_diameter)).ravel() / 2
         points[c] = coil.centre + r[:, None] * np.column_stack([np.cos(around).ravel(), np.sin(around).ravel()])
     normal = turns[:, :, 2]

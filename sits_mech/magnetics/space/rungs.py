@@ -15,7 +15,7 @@ import numpy as np
 
 from sits_mech.geometry.outline import Outline, outline_plan, target_outline
 from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan, graded_axis, rectangle_plan
-from sits_mech.geometry.windings import coil_sections
+from sits_mech.geometry.tracks import standing_rings
 from sits_mech.magnetics.axis.dodd_deeds import spectrum
 from sits_mech.magnetics.skin import skin_depth
 from sits_mech.magnetics.space.fields import Box
@@ -120,7 +120,7 @@ def field_box(target: Target, outline: Outline | None, clearance: float, rung: R
 def field_length(coil: Coil, distance: float) -> float:
     """Return 1 / k of the root mean square wave number of a coil's field at a distance from its plane [m]."""
     k, weights = wave_numbers(20.0 / distance, coil.outer_diameter)
-    energy = spectrum(coil_sections(coil), k) ** 2 * np.exp(-2.0 * k * distance) * weights
+    energy = spectrum(standing_rings(coil), k) ** 2 * np.exp(-2.0 * k * distance) * weights
     return float(np.sqrt(energy.sum() / (k**2 * energy).sum()))
 
 

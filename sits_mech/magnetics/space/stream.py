@@ -23,8 +23,8 @@ from scipy.constants import mu_0
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.outline import outline_plan, target_outline
 from sits_mech.geometry.sheet_plan import Grading, Integers, Plan, plan_seams
-from sits_mech.geometry.windings import check_frequency
-from sits_mech.magnetics.coils.ring_field import ring_potential
+from sits_mech.geometry.waves import check_frequency
+from sits_mech.magnetics.coils.ring_field import coil_potential
 from sits_mech.magnetics.space.loops import class_loops
 from sits_mech.magnetics.space.prisms import Prisms, prism_means
 from sits_mech.quantities import Array, Complex, Pose
@@ -120,7 +120,7 @@ def _potential(sensor: Sensor, pose: Pose, plan: Plan, currents: Array) -> Array
     A = np.zeros(points.shape)
     for coil, current in zip(sensor.coils, currents, strict=True):
         if current != 0.0:
-            A += current * ring_potential(coil, points, across=2)
+            A += current * coil_potential(coil, points, across=2)
     return np.asarray(A @ rotation_matrix(pose.rotation))
 
 

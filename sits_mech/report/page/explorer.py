@@ -20,13 +20,14 @@ import xarray as xr
 from sits_mech.analysis.codes import Readings
 from sits_mech.geometry.outline import pad_outlines, target_outline
 from sits_mech.geometry.solids import as_plate
-from sits_mech.geometry.windings import layer_heights, turn_radii
+from sits_mech.geometry.tracks import coil_lines
+from sits_mech.geometry.windings import turn_radii
 from sits_mech.quantities import POSE, UNITS, Array, shown_unit
 from sits_mech.readout.crosstalk import signals_of
 from sits_mech.readout.loads import fixed, several, varied
 from sits_mech.readout.signals import told
 from sits_mech.report.records import json_text
-from sits_mech.scene.sensor import Conductor, Sensor
+from sits_mech.scene.sensor import Coil, Conductor, Sensor
 
 _MM = 1e3
 _MOST = 300_000  # numbers in a page
@@ -215,12 +216,7 @@ def _rounded(values: Array, digits: int) -> list[float]:
 
 def parts_of(sensor: Sensor) -> Record:
     """Return coils, pad, target and fixed plates in millimetres: outlines from above, heights."""
-    coils = [
-        {"name": coil.name, "centre": [_MM * place for place in coil.centre], "width": _MM * coil.track_width,
-         "radii": (_MM * turn_radii(coil)).round(6).tolist(), "thickness": _MM * coil.track_thickness,
-         "heights": (_MM * layer_heights(coil)).round(6).tolist()}
-        for coil in sensor.coils
-    ]  # fmt: skip
+    coils = [_coil(coil) for coil in sensor.coils]
     layer, target = sensor.elastomer, sensor.target
     rest = 0.0 if layer is None else _MM * (layer.standoff + layer.thickness)
     pad = plate = None
@@ -234,6 +230,18 @@ def parts_of(sensor: Sensor) -> Record:
     return {
         "coils": coils, "pad": pad, "target": plate, "rest": rest, "substrate": radius,
         "fixed": [_fixed(part) for part in sensor.conductors],
+    }  # fmt: skip
+
+
+def _coil(coil: Coil) -> Record:
+    """Return a coil: radii of its turns, or its tracks as polylines."""
+    round_ = coil.shape == "circle"
+    radii = (_MM * turn_radii(coil)).round(6).tolist() if round_ else []
+    lines = [] if round_ else [(_MM * line).round(6).tolist() for line, _ in coil_lines(coil)]
+    return {
+        "name": coil.name, "centre": [_MM * place for place in coil.centre], "width": _MM * coil.track_width,
+        "radii": radii, "lines": lines, "reach": _MM * coil.outer_diameter / 2,
+        "thickness": _MM * coil.track_thickness, "heights": [round(_MM * z, 6) for z in coil.heights],
     }  # fmt: skip
 
 

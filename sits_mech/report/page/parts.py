@@ -241,6 +241,7 @@ def _rows(part: BaseModel) -> list[tuple[str, str]]:
 
 _LENGTHS = (
     "diameter", "width", "gap", "thickness", "pitch", "length", "height", "centre", "standoff", "points", "radius",
+    "layer_z", "path_widths",
 )  # fmt: skip
 
 
@@ -251,6 +252,8 @@ def _shown(key: str, value: Any) -> str:
     """Return a scene's value for a reader, lengths in millimetres."""
     if isinstance(value, dict):
         return ", ".join(f"{name} {_shown(name, item)}" for name, item in value.items())
+    if key == "path":
+        return f"{len(value)} polylines of {sum(map(len, value))} points"
     if isinstance(value, list | tuple):
         return "; ".join(_shown(key, item) for item in value)
     if isinstance(value, float) and key.endswith(_LENGTHS):

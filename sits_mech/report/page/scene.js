@@ -5,7 +5,7 @@ const most = Object.fromEntries(forces.map((force) => [force.name, Math.max(...f
 const toPoints = (list) => list.map((p) => p.map((v) => v.toFixed(4)).join(",")).join(" ");
 const toPath = (loops) => loops.map((loop) => "M" + loop.map((p) => p[0].toFixed(4) + " " + (-p[1]).toFixed(4)).join("L") + "Z").join("");
 const reaches = (loops) => loops.flat().reduce(([x, y], p) => [Math.max(x, Math.abs(p[0])), Math.max(y, Math.abs(p[1]))], [0, 0]);
-const outer = (coil) => coil.radii[coil.radii.length - 1] + coil.width / 2;
+const outer = (coil) => coil.reach;
 
 // Where points of the target are: turned by the rotation vector, then shifted; `grow` times the true motion.
 function motion(load, grow) {
@@ -55,6 +55,9 @@ function planView() {
   const many = scene.coils.length > 9;
   for (const coil of scene.coils) {
     const [cx, cy] = [coil.centre[0], -coil.centre[1]], ring = (r, width, opacity) => svgNode("circle", { cx, cy, r, fill: "none", stroke: INK.back, "stroke-width": width, opacity }, svg);
+    for (const line of coil.lines)
+      svgNode("path", { d: "M" + line.map((p) => p[0].toFixed(4) + " " + (-p[1]).toFixed(4)).join("L"), fill: "none", stroke: INK.back, "stroke-width": coil.width, opacity: 0.45 }, svg);
+    if (!coil.radii.length) continue;
     const inside = coil.radii[0] - coil.width / 2, outside = outer(coil);
     ring((inside + outside) / 2, outside - inside, 0.14);
     if (!many) for (const r of coil.radii) ring(r, coil.width, 0.55);
@@ -114,6 +117,13 @@ function sectionView() {
         const far = Math.sqrt(Math.max(0, (r + coil.width / 2) ** 2 - d * d)), near = Math.sqrt(Math.max(0, (r - coil.width / 2) ** 2 - d * d));
         if (far > 0) for (const z of coil.heights) for (const [shade, way] of [[INK.out, 1], [INK.back, -1]]) cut[shade].push(box(start + way * near, start + way * far, z - half, z + half).map(bent));
       }
+      for (const line of coil.lines)
+        line.slice(1).forEach((q, k) => {
+          const p = line[k], [e, f] = [p, q].map((v) => Math.cos(angle) * v[1] - Math.sin(angle) * v[0]);
+          if (e > 0 === f > 0) return;
+          const [s, t] = [p, q].map((v) => Math.cos(angle) * v[0] + Math.sin(angle) * v[1]), far = coil.width / 2 * Math.hypot(t - s, f - e) / Math.abs(f - e), middle = s - e * (t - s) / (f - e);
+          cut[f > e ? INK.out : INK.back].push(box(middle - far, middle + far, p[2] - half, p[2] + half).map(bent));
+        });
       if (!cut[INK.out].length)  // beside the section: its outline, pale
         svgNode("path", { d: toPath([box(start - outer(coil), start + outer(coil), Math.min(...coil.heights) - half, 0).map(bent)]), fill: INK.fixed, opacity: 0.35 }, bars);
       for (const shade in cut) svgNode("path", { d: toPath(cut[shade]), fill: shade }, bars);

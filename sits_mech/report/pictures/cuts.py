@@ -5,7 +5,7 @@ cos angle): y = offset for the angle 0. Places in it are s along that direction 
 
     s = s_0 +- sqrt(r^2 - d^2),    d = distance of the coil's axis from the plane,
 
-not at all where r < |d|.
+not at all where r < |d|; a straight track where its ends lie on different sides, over its width along the plane.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import numpy as np
 
 from sits_mech.geometry.outline import target_outline
 from sits_mech.geometry.solids import as_plate
+from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.space.stream import placed
 from sits_mech.quantities import Array, Pose
@@ -66,6 +67,9 @@ def coil_cut(coil: Coil, plane: Plane = FLAT, substrate_radius: float | None = N
     sign : ndarray, shape (m,)
         +1 where a positive current runs to the left of the plane's direction, -1 where it returns.
     """
+    if coil.shape != "circle":
+        corners, sign = _straight_cut(coil, plane)
+        return (corners if substrate_radius is None else _bent(corners, substrate_radius)), sign
     rings = coil_sections(coil)
     start, d = along(np.array(coil.centre), plane)
     outer, inner = (np.sqrt(np.maximum((rings.radius + k * rings.width / 2) ** 2 - d**2, 0.0)) for k in (1, -1))
@@ -80,7 +84,21 @@ def coil_cut(coil: Coil, plane: Plane = FLAT, substrate_radius: float | None = N
     corners = np.concatenate([side[cut] for side in sides])
     if substrate_radius is not None:
         corners = _bent(corners, substrate_radius)
-    return corners, np.repeat([1.0, -1.0], int(cut.sum()))
+    sign = np.broadcast_to(rings.sign, cut.shape)[cut]
+    return corners, np.concatenate([sign, -sign])
+
+
+def _straight_cut(coil: Coil, plane: Plane) -> tuple[Array, Array]:
+    """Corners and signs of the straight tracks that a plane cuts."""
+    tracks = coil_tracks(coil)
+    (s_a, d_a), (s_b, d_b) = along(tracks.start, plane), along(tracks.end, plane)
+    cut = (d_a > 0.0) != (d_b > 0.0)
+    across = (d_b - d_a)[cut]
+    middle = s_a[cut] - d_a[cut] * (s_b - s_a)[cut] / across
+    half = tracks.width[cut] / 2 * tracks.length[cut] / np.abs(across)
+    low, high = (tracks.start[cut, 2] + k * tracks.thickness[cut] / 2 for k in (-1, 1))
+    box = ((middle - half, low), (middle + half, low), (middle + half, high), (middle - half, high))
+    return np.stack([np.stack(corner, axis=-1) for corner in box], axis=1), np.sign(across)
 
 
 def _bent(places: Array, radius: float) -> Array:

@@ -15,7 +15,8 @@ import numpy as np
 
 from sits_mech.geometry.outline import pad_outlines, target_outline
 from sits_mech.geometry.solids import as_plate
-from sits_mech.geometry.windings import kinds_of, turn_radii
+from sits_mech.geometry.tracks import coil_lines
+from sits_mech.geometry.windings import kinds_of
 from sits_mech.quantities import Array
 from sits_mech.report.pictures.curves import COLUMN, add_polygons, new_figure
 from sits_mech.report.pictures.cuts import Plane, chords, coil_cut, names_cut, upright
@@ -119,8 +120,8 @@ def _plates(sensor: Sensor) -> list[Plate]:
 
 
 def _disc(coil: Coil) -> Array:
-    """Return the corners of the square around a coil [mm]."""
-    return _MM * (np.array(coil.centre) + coil.outer_diameter / 2 * np.array([[-1.0, -1.0], [1.0, 1.0]]))
+    """Return the corners of the box around a coil [mm]."""
+    return np.asarray(_MM * (np.array(coil.centre) + np.array(coil.extent) / 2 * [[-1.0, -1.0], [1.0, 1.0]]))
 
 
 def _sizes(part: Target | Elastomer | Conductor) -> str:
@@ -154,14 +155,13 @@ def _rows(it: Drawing, axis: int) -> list[list[Span]]:
 
 
 def _across(coil: Coil) -> Span:
-    """Return the diameter of a coil along x."""
+    """Return the size of a coil along x."""
     low, high = _disc(coil)[:, 0].tolist()
-    return low, high, f"{coil.name} ⌀ {high - low:.4g}"
+    return low, high, f"{coil.name} {'⌀ ' if coil.shape == 'circle' else ''}{high - low:.4g}"
 
 
 def _draw_plan(axes: Axes, it: Drawing, rows: list[list[list[Span]]]) -> None:
     """Draw what is seen from above, with dimensions below and to the left."""
-    turn = np.linspace(0.0, 2.0 * np.pi, 97)
     for plate in it.plates:
         rim, *holes = plate.loops
         add_polygons(axes, rim[None], facecolors=(plate.shade, 0.45), edgecolors=plate.shade, linewidth=0.9)
@@ -171,8 +171,8 @@ def _draw_plan(axes: Axes, it: Drawing, rows: list[list[list[Span]]]) -> None:
             add_polygons(axes, other[None], facecolors=shade, edgecolors=plate.shade, linewidth=0.9)
     for coil in it.sensor.coils:
         x, y = (_MM * place for place in coil.centre)
-        for radius in _MM * turn_radii(coil):
-            axes.plot(x + radius * np.cos(turn), y + radius * np.sin(turn), color="#7a4a1c", linewidth=0.35)
+        for line, _ in coil_lines(coil):
+            axes.plot(*_MM * line[:, :2].T, color="#7a4a1c", linewidth=0.35)
         axes.annotate(coil.name, (x, y), (0, 2), textcoords="offset points", ha="center", fontsize=7)
     for plate in it.plates[: len(it.sensor.conductors)]:
         corner = float(plate.loops[0][:, 0].max()), float(plate.loops[0][:, 1].max())
@@ -241,17 +241,31 @@ def _levels(it: Drawing) -> list[Span]:
     return sorted((level for level in found if np.isfinite(level[1])), key=lambda level: level[0] + level[1])
 
 
+def _winding(coil: Coil) -> str:
+    """Return sizes, turns, layers and tracks of a coil in words."""
+    lengths = (coil.track_width, coil.track_thickness, coil.track_gap)
+    wide, thick, gap = (f"{_MM * length:.4g}" for length in lengths)
+    heights = [_MM * z for z in coil.heights]
+    layers = f"{len(heights)} layers {_MM * coil.layer_pitch:.4g} apart" if len(heights) > 1 else "one layer"
+    if coil.layer_z or coil.shape == "path":
+        layers = f"copper at z = {', '.join(f'{z:.4g}' for z in heights)}"
+    outer = " x ".join(f"{_MM * size:.4g}" for size in coil.extent)
+    if coil.shape == "path":
+        count = len(coil.path)
+        return f"{outer}; free tracks in {count} piece{'s' if count > 1 else ''}, {layers}; {wide} x {thick}"
+    inner = " x ".join(f"{_MM * size:.4g}" for size in (coil.inner_width, coil.inner_length))
+    if coil.shape == "circle":
+        inner, outer = f"⌀ {_MM * coil.inner_diameter:.4g}", f"{_MM * coil.outer_diameter:.4g}"
+    return f"{inner} to {outer}; {coil.turns} turns in {layers}; tracks {wide} x {thick}, gaps {gap}"
+
+
 def _list_of_parts(it: Drawing) -> list[str]:
     """Return one line for each kind of coil and each part: what it is and how large."""
     lines, (kinds, numbers) = [], kinds_of(it.sensor.coils)
     for k, coil in enumerate(kinds):
         names = [each.name for each, number in zip(it.sensor.coils, numbers, strict=True) if number == k]
         name = ", ".join(names) if len(names) < 6 else f"{names[0]} to {names[-1]} ({len(names)})"
-        lengths = (coil.outer_diameter, coil.inner_diameter, coil.track_width, coil.track_thickness, coil.track_gap)
-        outer, inner, wide, thick, gap = (f"{_MM * length:.4g}" for length in lengths)
-        layers = f"{coil.layers} layers {_MM * coil.layer_pitch:.4g} apart" if coil.layers > 1 else "one layer"
-        tracks = f"tracks {wide} x {thick}, gaps {gap}"
-        lines.append(f"{name}: ⌀ {inner} to {outer}; {coil.turns} turns in {layers}; {tracks}")
+        lines.append(f"{name}: {_winding(coil)}")
     materials = {"pad": it.sensor.elastomer, "target": it.sensor.target}
     for plate in it.plates:
         part = materials.get(plate.name)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sits_mech.geometry.outline import target_outline
-from sits_mech.geometry.windings import spiral_path
+from sits_mech.geometry.tracks import coil_lines
 from sits_mech.magnetics.space.stream import Stream, placed, plate_stream
 from sits_mech.meshing.unstructured import DEBIAN_PACKAGES
 from sits_mech.quantities import Array, Pose
@@ -149,8 +149,11 @@ def _ground(pyvista: Any, sensor: Sensor) -> Any:
 
 def _winding(pyvista: Any, coil: Coil) -> Any:
     """A coil's track as a tube [mm]."""
-    path = pyvista.lines_from_points(_MM * spiral_path(coil))
-    return path.tube(radius=_MM * 0.42 * coil.track_width, n_sides=8)
+    tubes = pyvista.MultiBlock([
+        pyvista.lines_from_points(_MM * line).tube(radius=_MM * 0.42 * width, n_sides=8)
+        for line, width in coil_lines(coil, "spiral")
+    ])
+    return tubes.combine()
 
 
 def _fixed(pyvista: Any, part: Conductor) -> Any:

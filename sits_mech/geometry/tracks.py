@@ -1,0 +1,256 @@
+"""Where a coil's current runs straight: the tracks of rectangles, free paths and true spirals, as bars between points.
+
+A rectangle's turn i (0 is the innermost) has the half sizes of its centre line
+
+    a_i = inner_width / 2 + track_width / 2 + i (track_width + track_gap),    b_i likewise with inner_length,
+
+and meets at its corners, or rounds them by arcs of the radius corner_radius + i (track_width + track_gap). Arcs, and
+rings, are facets between points a little outside of them, at the radius ``r sqrt(2 x / sin 2x)``, x half the angle of
+a facet, which keeps the area: L of a ring is met to 2e-4 with 32 facets.
+
+All lie in planes z = const; their sections are upright rectangles. The vias between them are left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sits_mech.geometry.windings import Bars, Sections, coil_sections, spiral_path
+from sits_mech.quantities import Array
+from sits_mech.scene.sensor import Coil
+
+_FACETS = 6  # of a quarter of a circle
+_STRAIGHT = 1e-6  # tangent of the angle that a track may cross the section at
+_ROUND = 64  # facets of a ring
+
+
+@dataclass(frozen=True)
+class Tracks:
+    """Straight bars in planes z = const, in series.
+
+    Attributes
+    ----------
+    start, end : ndarray, shape (n, 3)
+        In the order of a positive current [m].
+    width, thickness : ndarray, shape (n,)
+        Sizes across them, in the plane and upright [m].
+    """
+
+    start: Array
+    end: Array
+    width: Array
+    thickness: Array
+
+    @property
+    def length(self) -> Array:
+        """Of each, shape (n,) [m]."""
+        return np.asarray(np.linalg.norm(self.end - self.start, axis=1))
+
+    @property
+    def way(self) -> Array:
+        """Unit vectors along x and y, shape (n, 2)."""
+        return np.asarray((self.end - self.start)[:, :2] / self.length[:, None])
+
+    def moved(self, x: float, y: float) -> Tracks:
+        """Return them shifted along x and y [m]."""
+        return Tracks(self.start + (x, y, 0.0), self.end + (x, y, 0.0), self.width, self.thickness)
+
+    def strands(self, across: int) -> list[tuple[Tracks, float]]:
+        """Return Gauss filaments across their widths, each with its share of the current."""
+        nodes, weights = np.polynomial.legendre.leggauss(across)
+        normal = np.column_stack([self.way[:, 1], -self.way[:, 0], np.zeros(len(self.way))])
+        aside = [0.5 * node * self.width[:, None] * normal for node in nodes]
+        return [
+            (Tracks(self.start + step, self.end + step, self.width, self.thickness), float(weight / 2))
+            for step, weight in zip(aside, weights, strict=True)
+        ]
+
+
+def coil_lines(coil: Coil, windings: str = "rings") -> list[tuple[Array, float]]:
+    """Return the centre lines of a coil's tracks as polylines, in the scene, each with its width.
+
+    Parameters
+    ----------
+    coil : Coil
+    windings : str
+        "spiral" for the true path of round coils; as "rings" their turns are polygons, as they are drawn.
+
+    Returns
+    -------
+    list of (ndarray, shape (m, 3), float)
+        In the order of a positive current; closed turns end where they begin [m].
+    """
+    if coil.shape == "path":
+        lines = [(np.array(line), width) for line, width in zip(coil.path, coil.widths, strict=True)]
+    elif coil.shape == "circle" and windings == "spiral":
+        middle = coil.model_copy(update={"centre": (0.0, 0.0)})
+        lines = [(line, coil.track_width) for line in spiral_path(middle)]
+    elif coil.shape == "circle":
+        angle = np.linspace(0.0, 2.0 * np.pi, _ROUND + 1)
+        rings = coil_sections(coil)
+        out = rings.radius * _outside(np.pi / _ROUND)
+        turns = zip(out, rings.z, np.broadcast_to(rings.sign, rings.radius.shape), strict=True)
+        lines = [
+            (np.column_stack([r * np.cos(angle), s * r * np.sin(angle), np.full(angle.size, z)]), coil.track_width)
+            for r, z, s in turns
+        ]
+    else:
+        ways = coil.directions or (1,) * coil.layers
+        lines = [
+            (np.column_stack([line[::way], np.full(len(line), z)]), coil.track_width)
+            for z, way in zip(coil.heights, ways, strict=True)
+            for line in _rectangles(coil)
+        ]
+    return [(line + (*coil.centre, 0.0), width) for line, width in lines]
+
+
+def coil_tracks(coil: Coil, windings: str = "rings") -> Tracks:
+    """Return the straight tracks of a coil in the scene, as `coil_lines`."""
+    lines = coil_lines(coil, windings)
+    start, end = (np.vstack([line[some] for line, _ in lines]) for some in (slice(None, -1), slice(1, None)))
+    width = np.concatenate([np.full(len(line) - 1, width) for line, width in lines])
+    return Tracks(start, end, width, np.full(len(start), coil.track_thickness))
+
+
+def track_length(coil: Coil) -> float:
+    """Return the length of a coil's track, all turns and layers [m]."""
+    if coil.shape == "circle":
+        return float(2 * np.pi * coil_sections(coil).radius.sum())
+    return float(coil_tracks(coil).length.sum())
+
+
+def track_places(coil: Coil, count: int) -> Array:
+    """Return points at equal distances along a coil's tracks, seen from above, shape (count, 2) [m]."""
+    tracks = coil_tracks(coil)
+    ends = np.concatenate([[0.0], np.cumsum(tracks.length)])
+    along = (np.arange(count) + 0.5) / count * ends[-1]
+    k = np.searchsorted(ends[1:-1], along, side="right")
+    return np.asarray(tracks.start[k, :2] + (along - ends[k])[:, None] * tracks.way[k])
+
+
+def track_squares(coil: Coil) -> float:
+    """Return the length of a coil's track over its width, summed along it [-]."""
+    if coil.shape == "circle":
+        return track_length(coil) / coil.track_width
+    tracks = coil_tracks(coil)
+    return float((tracks.length / tracks.width).sum())
+
+
+def _rectangles(coil: Coil) -> list[Array]:
+    """Closed turns of one layer about the middle, counter-clockwise, innermost first; shape (m, 2) each."""
+    pitch, found = coil.track_width + coil.track_gap, []
+    for k in range(coil.turns):
+        half = np.array([coil.inner_width, coil.inner_length]) / 2 + coil.track_width / 2 + k * pitch
+        radius = coil.corner_radius + k * pitch if coil.corner_radius else 0.0
+        corners = []
+        for quarter, signs in enumerate(((1, -1), (1, 1), (-1, 1), (-1, -1))):
+            corners.append(np.array(signs) * (half - radius) + _arc(radius, (quarter - 1) * np.pi / 2))
+        line = np.vstack([*corners, corners[0][:1]])
+        kept = np.r_[True, np.linalg.norm(np.diff(line, axis=0), axis=1) > 1e-9 * half.max()]
+        found.append(line[kept])
+    return found
+
+
+def _arc(radius: float, start: float) -> Array:
+    """Points of a quarter of a circle from an angle on; one point where the radius is zero."""
+    if radius == 0.0:
+        return np.zeros((1, 2))
+    angle = start + np.pi / 2 * np.arange(_FACETS + 1) / _FACETS
+    out = np.full(angle.size, radius * _outside(np.pi / 4 / _FACETS))
+    out[[0, -1]] = radius
+    return np.column_stack([out * np.cos(angle), out * np.sin(angle)])
+
+
+def _outside(x: float) -> float:
+    """Radius of the corners of a polygon over that of the circle of its area; x half the angle of a facet."""
+    return math.sqrt(2.0 * x / math.sin(2.0 * x))
+
+
+def standing_rings(coil: Coil) -> Sections:
+    """Return rings that stand for a coil where its shape counts for little: of its turns, length, pitch and heights.
+
+    Rings of a round coil are its own. Of free tracks the turns of a polyline are those about the middle; what goes
+    around it by less than a half is left out, and where all does one ring around the tracks stands for the coil.
+    """
+    if coil.shape == "circle":
+        return coil_sections(coil)
+    pitch, found = coil.track_width + coil.track_gap, []
+    if coil.shape == "rectangle":
+        length = track_length(coil) / coil.layers
+        ways = coil.directions or (1,) * coil.layers
+        found = [_rings(coil, (length, coil.turns, pitch), z, way) for z, way in zip(coil.heights, ways, strict=True)]
+    else:
+        for line in coil.path:
+            places = np.array(line)
+            length, turns, pitch = _turning(places[:, :2])
+            if abs(turns) >= 0.5:
+                count = max(1, round(abs(turns)))
+                found.append(_rings(coil, (length, count, pitch), line[0][2], math.copysign(1.0, turns)))
+        radius = (coil.outer_diameter - coil.track_width) / 2
+        found = found or [_rings(coil, (2 * np.pi * radius, 1, 0.0), coil.heights[0], 1.0)]
+    return Sections(*(np.concatenate(column) for column in zip(*found, strict=True)))
+
+
+def _rings(coil: Coil, turns: tuple[float, int, float], z: float, way: float) -> tuple[Array, ...]:
+    """Radii, heights, widths, thicknesses and directions of rings from their length in all, number and pitch."""
+    length, count, pitch = turns
+    middle = length / (2 * np.pi * count)
+    pitch = min(pitch, 0.95 * (2 * middle - coil.track_width) / max(count - 1, 1))
+    radius = middle + pitch * (np.arange(count) - (count - 1) / 2)
+    return radius, *(np.full(count, value) for value in (z, coil.track_width, coil.track_thickness, way))
+
+
+def _turning(places: Array) -> tuple[float, float, float]:
+    """Length of a polyline, how often it turns about the middle, and the distance of its turns."""
+    step = np.diff(places, axis=0)
+    length = np.hypot(step[:, 0], step[:, 1])
+    (x, y), (u, v) = places[:-1].T, places[1:].T
+    turns = float(np.arctan2(x * v - y * u, x * u + y * v).sum() / (2 * np.pi))
+    away = np.abs(x * v - y * u) / length
+    return float(length.sum()), turns, float(np.ptp(away)) / max(abs(turns), 1.0)
+
+
+def section_refusal(coils: Sequence[Coil]) -> str | None:
+    """Say which coil has no section at y = 0 that stands for it; None if all have one."""
+    for coil in coils:
+        if coil.shape != "path" and coil.centre[1] != 0.0:
+            return "coils.centre: the planar models need every coil on y = 0; model 'sheets' takes any place"
+        try:
+            coil_bars(coil)
+        except ValueError as error:
+            return str(error)
+    return None
+
+
+def coil_bars(coil: Coil) -> Bars:
+    """Return the bars that the section y = 0 cuts of a coil.
+
+    Raises
+    ------
+    ValueError
+        Where it does not cut tracks of one width at right angles, as many there as back.
+    """
+    if coil.shape == "circle":
+        rings, n = coil_sections(coil), coil.layers * coil.turns
+        x = coil.centre[0] + np.concatenate([rings.radius, -rings.radius])
+        sign = np.concatenate([np.ones(n), -np.ones(n)]) * np.tile(np.broadcast_to(rings.sign, n), 2)
+        return Bars(x, np.tile(rings.z, 2), sign, coil.track_width, coil.track_thickness)
+    tracks, name = coil_tracks(coil), f"coils.{coil.name}"
+    cut = (tracks.start[:, 1] < 0.0) != (tracks.end[:, 1] < 0.0)
+    step, sign = tracks.end[cut] - tracks.start[cut], np.sign(tracks.way[cut, 1])
+    if not cut.any() or sign.sum() != 0.0:
+        raise ValueError(
+            f"{name}: the planar models need tracks that cross the section y = 0 as often there as back; got "
+            f"{int((sign > 0).sum())} and {int((sign < 0).sum())}; model 'sheets' takes any"
+        )
+    if np.any(np.abs(step[:, 0]) > _STRAIGHT * np.abs(step[:, 1])) or np.ptp(tracks.width[cut]) > 0.0:
+        raise ValueError(
+            f"{name}: the planar models need tracks of one width that cross the section y = 0 at right angles; model "
+            "'sheets' takes any"
+        )
+    x = tracks.start[cut, 0] - tracks.start[cut, 1] * step[:, 0] / step[:, 1]
+    return Bars(x, tracks.start[cut, 2], sign, float(tracks.width[cut][0]), coil.track_thickness)

@@ -1,0 +1,167 @@
+"""Inductance of straight tracks in planes z = const: every pair in closed form, their sections by mean distances.
+
+Two tracks with the unit vectors t and t', s and s' along them, in planes a height h apart:
+
+    M = mu0 / (4 pi) t . t' int int ds ds' / sqrt(r^2 + e),    e = GMD^2 - (u^2 + h^2),
+
+r between the centre lines, u the distance in the plane of the middle of one from the line of the other, GMD the
+geometric mean distance of the two sections at (u, h) (`section.kernels`); on one line it is that of a section from
+itself. Parallel tracks, with ``G(x) = x asinh(x / d) - sqrt(x^2 + d^2)``, d = GMD, ends at 0, l and at a, b:
+
+    int int = G(b) - G(a) - G(b - l) + G(a - l).
+
+At an angle with cosine c and sine n, s and s' from where the lines cross in the plan, ``d^2 = h^2 + e``, not negative,
+``R^2 = d^2 + s^2 + s'^2 - 2 s s' c``, over both ends of both with signs:
+
+    int int = [s asinh((s' - s c) / p) + s' asinh((s - s' c) / p') - (d / n) atan((d^2 c + s s' n^2) / (d R n))],
+    p^2 = d^2 + s^2 n^2,    p'^2 = d^2 + s'^2 n^2.
+
+Tracks at right angles have none. A coil's tracks in series: the sum over all pairs. The potential of 1 A, the points at
+R1 and R2 from the ends of a track of length l:
+
+    A = t mu0 / (4 pi) ln[(R1 + R2 + l) / (R1 + R2 - l)].
+
+Neglected: vias and the way back between the ends; uneven current (`track_modes`); at corners the sections overlap.
+Units: H, V s / (A m). Source: F. W. Grover, Inductance Calculations (1946), ch. 6 and 7; the geometric mean distance in
+place of the sections is right but for (width / length)^1 of a single track.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.constants import mu_0
+
+from sits_mech.geometry.tracks import Tracks
+from sits_mech.magnetics.section.kernels import mean_log
+from sits_mech.quantities import Array
+
+_PAIRS = 200_000  # at once
+_PARALLEL, _ACROSS = 1e-7, 1e-12  # sine and cosine of an angle that is none, or a right one
+_HELD = 2_000_000  # distances of points and ends held at once
+_PRODUCT = 12  # ratios multiplied before their logarithm is taken
+_SMALL = 1e-12  # least square of a distance, over that of a length
+
+
+def linkage(first: Tracks, second: Tracks) -> float:
+    """Return the flux of 1 A in all of the first tracks through all of the second [H].
+
+    Of the same tracks, their self-inductance in series.
+    """
+    total, own = 0.0, first is second
+    step = max(1, _PAIRS // len(second.start))
+    for begin in range(0, len(first.start), step):
+        rows = np.arange(begin, min(begin + step, len(first.start)))
+        columns = np.arange(begin if own else 0, len(second.start))
+        i, j = (pair.ravel() for pair in np.meshgrid(rows, columns, indexing="ij"))
+        if own:
+            i, j = i[j >= i], j[j >= i]
+        cosine = np.einsum("pk,pk->p", first.way[i], second.way[j])
+        kept = np.abs(cosine) > _ACROSS
+        i, j, cosine = i[kept], j[kept], cosine[kept]
+        M = _pairs(first, second, (i, j), cosine)
+        total += float((M * np.where(i == j, 1.0, 2.0)).sum() if own else M.sum())
+    return total
+
+
+def _pairs(first: Tracks, second: Tracks, index: tuple[Array, Array], cosine: Array) -> Array:
+    """M of some pairs [H]."""
+    i, j = index
+    way, other = first.way[i], second.way[j]
+    gap = second.start[j] - first.start[i]
+    lengths = first.length[i], second.length[j]
+    sine = way[:, 0] * other[:, 1] - way[:, 1] * other[:, 0]
+    middle = gap[:, :2] + 0.5 * (lengths[1][:, None] * other - lengths[0][:, None] * way)
+    u = np.abs(_left(middle, way) + np.sign(cosine) * _left(middle, other)) / 2
+    sections = [(each.width[k], each.thickness[k]) for each, k in ((first, i), (second, j))]
+    square = np.exp(2.0 * mean_log(u, gap[:, 2], *sections))
+    e = square - u**2 - gap[:, 2] ** 2
+    M, flat = np.empty(len(i)), np.abs(sine) < _PARALLEL
+    along = np.einsum("pk,pk->p", gap[:, :2], way)
+    a, b = along[flat], (along + cosine * lengths[1])[flat]
+    d, end = np.sqrt(square[flat]), lengths[0][flat]
+    M[flat] = _G(b, d) - _G(a, d) - _G(b - end, d) + _G(a - end, d)
+    skew = ~flat
+    d2 = gap[skew, 2] ** 2 + e[skew]
+    n, c = sine[skew], cosine[skew]
+    s = (gap[skew, 0] * other[skew, 1] - gap[skew, 1] * other[skew, 0]) / n
+    t = (gap[skew, 0] * way[skew, 1] - gap[skew, 1] * way[skew, 0]) / n
+    ends = (-s, lengths[0][skew] - s), (-t, lengths[1][skew] - t)
+    M[skew] = c * sum(
+        (1.0 if p == q else -1.0) * _corner(ends[0][p], ends[1][q], d2, (c, np.abs(n)))
+        for p in (0, 1) for q in (0, 1)
+    )  # fmt: skip
+    return np.asarray(mu_0 / (4.0 * np.pi) * M)
+
+
+def _left(place: Array, way: Array) -> Array:
+    """How far places are to the left of lines through the origin."""
+    return np.asarray(way[:, 0] * place[:, 1] - way[:, 1] * place[:, 0])
+
+
+def _G(x: Array, d: Array) -> Array:
+    """G of the module docstring."""
+    return np.asarray(x * np.arcsinh(x / d) - np.hypot(x, d))
+
+
+def _corner(s: Array, t: Array, d2: Array, angle: tuple[Array, Array]) -> Array:
+    """The bracket of the module docstring."""
+    c, n = angle
+    least = _SMALL * (s * s + t * t) + np.finfo(float).tiny
+    p, q = (np.sqrt(np.maximum(d2 + (end * n) ** 2, least)) for end in (s, t))
+    R = np.sqrt(np.maximum(d2 + s * s + t * t - 2.0 * s * t * c, least))
+    d, X = np.sqrt(np.abs(d2)), (d2 * c + s * t * n * n) / (R * n)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turn = np.where(d2 < 0.0, 0.5 * np.log(np.abs((X + d) / (X - d))), np.arctan2(X, d))
+    turn = np.where(d > 0.0, turn, 0.0)
+    return np.asarray(s * np.arcsinh((t - s * c) / p) + t * np.arcsinh((s - t * c) / q) - d / n * turn)
+
+
+def track_potential(tracks: Tracks, points: Array, *, across: int = 1) -> Array:
+    """Return A_x and A_y of 1 A in all tracks.
+
+    Parameters
+    ----------
+    tracks : Tracks
+    points : ndarray, shape (p, 3, q)
+        Off the tracks [m].
+    across : int
+        Gauss filaments across each.
+
+    Returns
+    -------
+    ndarray, shape (p, 2, q)
+        [V s / (A m)]
+    """
+    p, _, q = points.shape
+    flat = np.swapaxes(points, 0, 1).reshape(3, -1)
+    A = np.zeros((2, flat.shape[1]))
+    for strand, share in tracks.strands(across):
+        A += share * _strand_potential(strand, flat)
+    return np.asarray(np.swapaxes((mu_0 / (4.0 * np.pi) * A).reshape(2, p, q), 0, 1))
+
+
+def _strand_potential(tracks: Tracks, points: Array) -> Array:
+    """A over mu0 / (4 pi) at points (3, m), shape (2, m); tracks of one direction share their logarithms."""
+    ends = np.vstack([tracks.start, tracks.end])
+    places, number = np.unique(ends, axis=0, return_inverse=True)
+    start, end = number.ravel()[: len(tracks.start)], number.ravel()[len(tracks.start) :]
+    x, y = np.where(np.abs(tracks.way) > _ACROSS, tracks.way, 0.0).T
+    upward = np.where((y > 0.0) | ((y == 0.0) & (x > 0.0)), 1, -1)
+    ways, group = np.unique(np.round(upward[:, None] * tracks.way, 12), axis=0, return_inverse=True)
+    A, length = np.zeros((2, points.shape[1])), tracks.length
+    step = max(1, _HELD // len(places))
+    for first in range(0, points.shape[1], step):
+        some = slice(first, first + step)
+        R = np.sqrt(sum((points[k, some] - places[:, k, None]) ** 2 for k in range(3)))
+        for k, way in enumerate(ways):
+            members = np.flatnonzero(group.ravel() == k)
+            logs = np.zeros(R.shape[1])
+            for begin in range(0, len(members), _PRODUCT):
+                ratio = np.ones(R.shape[1])
+                for m in members[begin : begin + _PRODUCT]:
+                    both = R[start[m]] + R[end[m]]
+                    high, low = both + length[m], both - length[m]
+                    ratio *= high / low if upward[m] > 0 else low / high
+                logs += np.log(ratio)
+            A[:, some] += way[:, None] * logs
+    return A
