@@ -1,5 +1,6 @@
 """From a board to a scene that loads: frame, heights, coils, plates, what is told; and the command."""
 
+import json
 import re
 from pathlib import Path
 from typing import Any
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from scipy.constants import mu_0
 
 from sits_mech.boards.scene import Choice, board_scene
 from sits_mech.cli.main import run
@@ -127,6 +129,23 @@ def test_the_command(draw: Any, capsys: pytest.CaptureFixture[str], tmp_path: Pa
         assert run(["import", board, "--net", *words]) == 2
         out, err = capsys.readouterr()
         assert out == "" and err.count("\n") == 1 and err.startswith("error: --")
+
+
+def test_an_imported_loop_has_its_inductance(draw: Any, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """A square of side a: L0 = (2 mu0 a / pi) (ln(a / g) - 0.77401), with g = 0.2235 (w + t) of its track.
+
+    Source: Grover, Inductance Calculations (1946), squares of wire; g is the geometric mean distance of a rectangle.
+    It neglects the width beside the side, a hundredth here, and the gap of 0.1 mm of 80 mm.
+    """
+    side, scene = 20.0, tmp_path / "loop.toml"
+    corners = [(0.1, 0), (side, 0), (side, side), (0, side), (0, 0.1)]
+    board = draw.board(draw.lines(corners, width=0.2))
+    assert run(["import", str(board), "--net", "L1", "-o", str(scene)]) == 0
+    capsys.readouterr()
+    assert run(["inductance", str(scene), "--model", "sheets", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    expected = 2.0 * mu_0 * 1e-3 * side / np.pi * (np.log(side / (0.2235 * 0.235)) - 0.77401)
+    assert found["L0"][0][0] == pytest.approx(expected, rel=1e-2)
 
 
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
