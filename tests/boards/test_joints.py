@@ -42,18 +42,19 @@ def test_loose_ends_meet_in_copper(draw: Any) -> None:
 
 
 def test_what_careless_drawing_leaves_does_not_count(draw: Any) -> None:
-    """Doubles, tracks of no length, overshoots within a via or a joint: of eight tracks, two are the path."""
+    """Doubles, tracks of no length, overshoots within a via or a joint: of eleven tracks, four are the path."""
     path = [draw.line((0, 0), (1, 0)), draw.line((1, 0), (2, 0), "B.Cu"), draw.via((1, 0))]
     dirt = [
         draw.line((1, 0), (0, 0)),  # the first one again, backwards
         draw.line((0.5, 0.5), (0.5, 0.5)),
         draw.line((1, 0), (1.0028, 0), "B.Cu"),  # past the via, seen on a published antenna
         draw.line((0.9, 0.1), (1.1, 0.1)),  # begins and ends in the via
+        *draw.lines([(0, 0), (-1, -1), (-2, 0)]), draw.line((-1, -1), (-1.09, -1)),  # past a corner, within its copper
         draw.line((2, 0), (2.0002, 0), "B.Cu"),
         draw.line((2, 0), (2.0002, 0), "B.Cu"),
     ]
     found = net(draw, [*path, *dirt])
-    assert len(found.tracks) == 2 and degrees(found) == [1, 1, 2]
+    assert len(found.tracks) == 4 and degrees(found) == [1, 1, 2, 2, 2]
     np.testing.assert_allclose(found.tracks[0].points, [[0, 0], [1e-3, 0]], atol=1e-12)
 
 

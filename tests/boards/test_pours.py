@@ -20,9 +20,11 @@ HOLES = [
 ]  # fmt: skip
 
 
-def test_holes_come_out_of_their_bridges() -> None:
+@pytest.mark.parametrize("start", range(0, 20, 3))
+@pytest.mark.parametrize("way", [1, -1])
+def test_holes_come_out_of_their_bridges(start: int, way: int) -> None:
     """A square of 20 mm with holes of 4 x 4 and 3 x 4 mm: 400 - 16 - 12; corners on the bridges are gone."""
-    rim, *holes = loops(1e-3 * np.array(HOLES))
+    rim, *holes = loops(1e-3 * np.roll(np.array(HOLES), start, axis=0)[::way])
     assert {tuple(p) for p in np.round(1e3 * rim, 6).tolist()} == {tuple(map(float, p)) for p in SQUARE}
     assert sorted(len(hole) for hole in holes) == [4, 4]
     areas = [abs(float(signed_area(loop))) for loop in (rim, *holes)]

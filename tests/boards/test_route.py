@@ -129,6 +129,17 @@ def test_widths_part_runs_and_the_rest_beyond_pads_is_told(draw: Any) -> None:
     assert found.notes == (f"{path}: net L1: left out beyond pads: 2 pieces of 7 mm together",)
 
 
+def test_runs_meet_in_the_middle_of_a_via(draw: Any) -> None:
+    """An end 0.04 mm off is moved there, one 0.15 mm off led there: a quarter of the width is 0.05 mm."""
+    items = [draw.line((0, 0), (4.96, 0)), draw.line((5, 0.2), (5, 9), "B.Cu"), draw.via((5, 0))]
+    first, second = sorted(route(read_board(draw.board(items)), "L1", 1e-6).runs, key=lambda run: run.layer != "F.Cu")
+    assert {tuple(p) for p in np.round(1e3 * first.points, 6).tolist()} == {(0, 0), (5, 0)}
+    assert {tuple(p) for p in np.round(1e3 * second.points, 6).tolist()} == {(5, 0), (5, -9)}
+    bent = [items[0], draw.line((5.15, 0), (5.15, 9), "B.Cu"), items[2]]
+    second = next(run for run in route(read_board(draw.board(bent)), "L1", 1e-6).runs if run.layer == "B.Cu")
+    assert {tuple(p) for p in np.round(1e3 * second.points, 6).tolist()} == {(5, 0), (5.15, 0), (5.15, -9)}
+
+
 def test_two_coils_of_one_net_are_not_guessed(draw: Any) -> None:
     """Of 20 and of 15 mm, on one pad."""
     path = draw.board([draw.line((0, 0), (20, 0)), draw.line((0, 0), (0, 15)), draw.pad("1", (0, 0))])
