@@ -2,7 +2,8 @@
 
 A pour is a rectangle or a disc where it fills 98 % of its bounding box or of the circle in a square one, which is what
 the rounded corners of a fill leave. Of others the box is taken, and how much of it is copper is told: notches, slots
-and holes are lost. What would then touch a coil or a larger plate is left out.
+and holes are lost. What would then touch a coil or a larger plate is left out, and so are islands below 1 % of the area
+of the coils' box: what a small plate takes of an inductance goes with the 3/2 power of that, 0.1 % at most.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from sits_mech.scene.parts import Conductor
 from sits_mech.scene.sensor import Sensor
 from sits_mech.units import SceneError
 
+_SMALL = 0.01  # of the coils' box, an island's area
 _FULL = 0.98  # of a shape that a fill with rounded corners stands for
 _DIGITS = 10  # of lengths: a tenth of the board's own step
 Tables = list[dict[str, Any]]
@@ -46,7 +48,12 @@ def plates(
     found: Tables = []
     kept: list[Conductor] = []
     notes = []
-    for pour in sorted(poured, key=lambda item: -item.area):
+    least = _SMALL * _box(sensor)
+    small = [pour.area for pour in poured if pour.area < least]
+    if small:
+        all_of = f"{1e6 * sum(small):.3g} mm2 together"
+        notes.append(f"{len(small)} pours of less than {1e6 * least:.3g} mm2: left out, {all_of}")
+    for pour in sorted((item for item in poured if item.area >= least), key=lambda item: -item.area):
         table, share = _table(pour, stack[pour.layer], origin, top)
         table["name"] = _free(f"{pour.net or 'copper'} {pour.layer}", [item["name"] for item in found])
         plate = Conductor.model_validate(table)
@@ -62,6 +69,13 @@ def plates(
             lost = f", slots and {len(pour.holes)} holes" if pour.holes else ""
             notes.append(f"{title}: taken as its bounding box, of which it fills {share:.0%}; notches{lost} are lost")
     return found, tuple(notes)
+
+
+def _box(sensor: Sensor) -> float:
+    """Return the area of the box around all coils [m^2]."""
+    middle = np.array([coil.centre for coil in sensor.coils])
+    half = np.array([coil.extent for coil in sensor.coils]) / 2
+    return float(np.prod((middle + half).max(axis=0) - (middle - half).min(axis=0)))
 
 
 def _table(pour: Pour, layer: Layer, origin: Array, top: float) -> tuple[dict[str, Any], float]:

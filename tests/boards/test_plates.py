@@ -64,6 +64,15 @@ def test_slots_are_told(draw: Any) -> None:
     assert len(notes) == 1 and "of which it fills 75%; notches are lost" in notes[0]
 
 
+def test_islands_are_left_out_together(draw: Any) -> None:
+    """Below 1 % of 4.2 x 4.2 mm: of 0.16 and 0.09 mm2, one of 0.2025 mm2 stays."""
+    sizes = enumerate((0.4, 0.45, 0.3), start=30)
+    islands = [draw.zone([(x, 0), (x + a, 0), (x + a, a), (x, a)]) for x, a in sizes]
+    found, notes, _ = made(draw, *islands)
+    assert [item["width"] for item in found] == [pytest.approx(0.45e-3)]
+    assert notes == ("2 pours of less than 0.176 mm2: left out, 0.25 mm2 together",)
+
+
 def test_what_does_not_fit_is_left_out(draw: Any) -> None:
     """A pour around the coil on its layer, one within the box of another; the larger stays."""
     inner = [(11, 20), (11, 13), (13, 13), (13, 7), (7, 7), (7, 13), (9, 13), (9, 20)]
