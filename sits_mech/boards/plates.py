@@ -66,7 +66,8 @@ def plates(
         found.append(table)
         kept.append(plate)
         if share < _FULL:
-            lost = f", slots and {len(pour.holes)} holes" if pour.holes else ""
+            count = len(pour.holes)
+            lost = f", slots and {count} hole{'s' * (count > 1)}" if count else ""
             notes.append(f"{title}: taken as its bounding box, of which it fills {share:.0%}; notches{lost} are lost")
     return found, tuple(notes)
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
 
@@ -25,6 +26,7 @@ from sits_mech.units import SceneError
 
 _DIGITS = 10  # of lengths: a tenth of the board's own step
 _FINEST, _COARSEST = 1e-9, 1e-3  # errors of chords [m]
+_FEW = 6  # nets in a message
 _FIGURES = 4  # decimals of permittivities
 _TO_ADD = """
 # The board has no target and no elastomer. A target on a layer, to be adapted:
@@ -82,14 +84,14 @@ def board_scene(path: Path, choice: Choice) -> tuple[str, tuple[str, ...]]:
         One line: the board cannot be read, a net is not there or no single path, a pour touches a track, or the scene
         cannot be.
     """
-    if not choice.nets:
-        raise SceneError("--net: must name a net of the board, once for each coil; it is missing")
     twice = [net for net in choice.nets if choice.nets.count(net) > 1]
     if twice:
         raise SceneError(f"--net: must name each net once; got {twice[0]} twice")
     if not _FINEST <= choice.chord_error <= _COARSEST:
         raise SceneError(f"--chord-error: must be a length from 1 nm to 1 mm; got {choice.chord_error:g} m")
     board = read_board(path)
+    if not choice.nets:
+        raise SceneError(f"--net: must name a net of the board, once for each coil, {_longest(board)}; it is missing")
     routes = [route(board, net, choice.chord_error) for net in choice.nets]
     origin, top = _origin(board, routes, choice.origin), _top(board, routes)
     coils = [_coil(board, found, origin, top) for found in routes]
@@ -103,6 +105,16 @@ def board_scene(path: Path, choice: Choice) -> tuple[str, tuple[str, ...]]:
         notes += [*left_out, *changed]
     head = "".join(f"# {line}\n" for line in notes)
     return head + written(table) + _to_add(sensor), tuple(notes)
+
+
+def _longest(board: Board) -> str:
+    """Return the nets with the longest tracks, arcs by their chords, for a reader."""
+    lengths: dict[str, float] = {}
+    for track in board.tracks:
+        lengths[track.net] = lengths.get(track.net, 0.0) + _length(track.points)
+    names = sorted({*lengths} - {""}, key=lambda name: -lengths[name])[:_FEW]
+    listed = ", ".join(f"{name} ({1e3 * lengths[name]:.4g} mm)" for name in names)
+    return f"such as {listed}" if names else "which has none with tracks"
 
 
 def _origin(board: Board, routes: Sequence[Route], origin: str) -> Array:
@@ -153,9 +165,13 @@ def _told(board: Board, found: Route) -> str:
     corners = sum(len(run.points) for run in found.runs)
     thicknesses = sorted({board.stack[layer].thickness for layer in layers})
     mean = f"; copper of {', '.join(f'{1e6 * t:.4g}' for t in thicknesses)} um taken as its mean"
+    heights = [board.stack[run.layer].z for run in found.runs]
+    jumps = [1e3 * abs(b - a) for a, b in pairwise(heights) if a != b]
+    vias = f"; {len(jumps)} vias, {sum(jumps):.4g} mm together, are no part of the coil" if jumps else ""
+    vias = f"; 1 via of {jumps[0]:.4g} mm is no part of the coil" if len(jumps) == 1 else vias
     return (
         f"net {found.net}: {total:.5g} mm of track on {', '.join(layers)}, {corners} points, from {found.ends[0]} to "
-        f"{found.ends[1]}{mean if len(thicknesses) > 1 else ''}"
+        f"{found.ends[1]}{vias}{mean if len(thicknesses) > 1 else ''}"
     )
 
 

@@ -42,7 +42,7 @@ def view(
 @app.command(name="import")
 def import_board(
     board: Annotated[Path, Parameter(help="A .kicad_pcb file of KiCad 7 or later.")], *,
-    net: Annotated[tuple[str, ...], Parameter(negative="", help="Whose tracks are a coil; once for each coil.")],
+    net: Annotated[tuple[str, ...], Parameter(negative="", help="Whose tracks are a coil; once for each coil.")] = (),
     frequency: Quantity = "5 MHz",
     origin: Annotated[Literal["coil", "board"], Parameter(help="Middle of the coils, or the board's own.")] = "coil",
     chord_error: Annotated[Quantity, Parameter(help="How far the polylines of arcs may be off.")] = "1 um",

@@ -59,6 +59,7 @@ def test_a_board_of_four_layers(draw: Any) -> None:
     assert plate.centre == pytest.approx((6e-3, -7.25e-3, -1.4875e-3), abs=1e-9)
     assert plate.extent == pytest.approx((40e-3, 40e-3)) and plate.thickness == pytest.approx(35e-6)
     assert len(notes) == 1 and "47.5 mm of track on F.Cu, In2.Cu" in notes[0] and "copper of 17.5, 35 um" in notes[0]
+    assert "1 via of 1.244 mm is no part of the coil" in notes[0]
     assert "# [target]" in text and f"# {notes[0]}" in text
 
 
@@ -93,7 +94,7 @@ def test_the_uppermost_track_is_at_zero(draw: Any) -> None:
 @pytest.mark.parametrize(
     ("choice", "expected"),
     [
-        (Choice(()), "--net: must name a net of the board, once for each coil; it is missing"),
+        (Choice(()), "--net: must name a net of the board, once for each coil, such as L1 (47.5 mm); it is missing"),
         (Choice(("L1", "L1")), "--net: must name each net once; got L1 twice"),
         (Choice(("L1",), chord_error=0.0), "--chord-error: must be a length from 1 nm to 1 mm; got 0 m"),
         (Choice(("L3",)), "must be a net of the board, one of GND, L1, L2; got"),
