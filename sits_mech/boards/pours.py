@@ -139,14 +139,14 @@ def _met(rims: Sequence[Array], run: Run, half: float) -> Array | None:
     close = ((np.maximum(a, b) >= low) & (np.minimum(a, b) <= high)).all(axis=1)
     a, b, p, q = a[close], b[close], run.points[:-1], run.points[1:]
     for k in range(0, len(a), _BLOCK):
-        one = _distances(p[:, None], q[:, None], a[None, k : k + _BLOCK], b[None, k : k + _BLOCK])
+        one = distances(p[:, None], q[:, None], a[None, k : k + _BLOCK], b[None, k : k + _BLOCK])
         near = np.unravel_index(int(np.argmin(one)), one.shape)
         if one[near] < half:
             return np.asarray(p[near[0]])
     return None
 
 
-def _distances(p: Array, q: Array, a: Array, b: Array) -> Array:
+def distances(p: Array, q: Array, a: Array, b: Array) -> Array:
     """Return the distances of segments pq and ab that broadcast together; zero where they cross."""
     nearest = np.full(np.broadcast_shapes(p.shape, a.shape)[:-1], np.inf)
     for point, start, stop in ((p, a, b), (q, a, b), (a, p, q), (b, p, q)):

@@ -19,6 +19,7 @@ from sits_mech.boards.plates import plates
 from sits_mech.boards.pours import pours
 from sits_mech.boards.route import Route, route
 from sits_mech.boards.stackup import permittivity
+from sits_mech.boards.turns import touching
 from sits_mech.quantities import Array
 from sits_mech.scene.files import written
 from sits_mech.scene.sensor import Sensor, sensor_from
@@ -97,7 +98,9 @@ def board_scene(path: Path, choice: Choice) -> tuple[str, tuple[str, ...]]:
     coils = [_coil(board, found, origin, top) for found in routes]
     table: dict[str, Any] = {"name": f"Coils of {path.name}", "frequency": choice.frequency, "coils": coils}
     sensor = sensor_from(table, board.name)
-    notes = [*board.notes, *(note for found in routes for note in (_told(board, found), *found.notes))]
+    notes = list(board.notes)
+    for found in routes:
+        notes += [_told(board, found), *touching(found), *found.notes]
     if choice.with_pours:
         poured, left_out = pours(board, routes)
         conductors, changed = plates(sensor, poured, board.stack, origin, top)
