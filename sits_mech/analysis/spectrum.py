@@ -24,6 +24,8 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.geometry.waves import wave_notes
+from sits_mech.geometry.windings import unnamed
+from sits_mech.magnetics.coils.capacitance import own_capacitance
 from sits_mech.magnetics.coils.terminals import tank_frequency, terminal_impedance, with_capacitance
 from sits_mech.magnetics.coils.track_modes import TrackSpectrum, track_spectrum
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport, as_jsonable
@@ -51,6 +53,9 @@ class Terminals:
         With the readout's capacitance across the terminals; negative L above the tank's resonance [H, ohm, -].
     tank_frequency : ndarray
         Where the tank resonates, with L and R of this frequency; NaN if it is damped too much [Hz].
+    own_capacitance, self_resonance : ndarray
+        Estimates of the tracks' own capacitance, not contained in any of these, and of where L resonates with it alone
+        [F, Hz].
     """
 
     L: Array
@@ -62,6 +67,8 @@ class Terminals:
     apparent_R: Array
     apparent_Q: Array
     tank_frequency: Array
+    own_capacitance: Array
+    self_resonance: Array
 
 
 def at_terminals(sensor: Sensor, found: Impedance) -> tuple[Terminals | None, tuple[str, ...]]:
@@ -126,7 +133,7 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
         seen = [_terminals(sensor, found, tracks[0][:, k], tracks[1][:, k]) for k, found in enumerate(each)]
         for name in ("L", "R", "Q"):
             data[f"terminal_{name}"] = (pair[:2], np.array([getattr(item, name) for item in seen]))
-        for name in ("apparent_L", "apparent_R", "apparent_Q", "tank_frequency"):
+        for name in ("apparent_L", "apparent_R", "apparent_Q", "tank_frequency", "own_capacitance", "self_resonance"):
             data[name] = (pair[:2], np.array([getattr(item, name) for item in seen]))
         data["shift"] = (pair[:2], tracks[1].T)
     report = replace(_joined([found.report for found in each], hertz), left_out=(*each[0].report.left_out, *missing))
@@ -160,9 +167,11 @@ def _terminals(sensor: Sensor, found: Impedance, R_ac: Array, shift: Array) -> T
     Z = terminal_impedance(found.R + 1j * omega * found.L, R_ac, sensor.readout, omega)
     shape, capacitance = Z.real.shape, sensor.readout.parallel_capacitance
     tank = with_capacitance(Z, capacitance, omega)
+    own = np.broadcast_to([own_capacitance(coil) for coil in unnamed(sensor.coils)], shape)
     return Terminals(
         Z.imag / omega, Z.real, np.broadcast_to(R_ac, shape), Z.imag / Z.real, np.broadcast_to(shift, shape),
-        tank.imag / omega, tank.real, tank.imag / tank.real, tank_frequency(Z, capacitance, omega),
+        tank.imag / omega, tank.real, tank.imag / tank.real, tank_frequency(Z, capacitance, omega), own,
+        1.0 / (2.0 * np.pi * np.sqrt(Z.imag / omega * own)),
     )  # fmt: skip
 
 
@@ -171,11 +180,12 @@ def _tracks(sensor: Sensor, unit_L: str, hertz: Sequence[float]) -> tuple[tuple[
     if unit_L != "H":
         return None, (_PER_METRE,)
     try:
-        alike = [coil.model_copy(update={"name": "C", "centre": (0.0, 0.0)}) for coil in sensor.coils]
-        each = [_track(coil, tuple(hertz)) for coil in alike]
+        each = [_track(coil, tuple(hertz)) for coil in unnamed(sensor.coils)]
     except ValueError as error:
         return None, (f"terminals and losses of uneven current in the tracks: {error}",)
-    return (np.array([found.R for found in each]), np.array([found.shift for found in each])), ()
+    straight = ", ".join(coil.name for coil in sensor.coils if coil.shape != "circle")
+    notes = (f"uneven current along straight tracks: {straight} as rings of its turns and length",) if straight else ()
+    return (np.array([found.R for found in each]), np.array([found.shift for found in each])), notes
 
 
 @lru_cache(maxsize=8)

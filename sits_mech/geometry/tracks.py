@@ -6,7 +6,7 @@ A rectangle's turn i (0 is the innermost) has the half sizes of its centre line
 
 and meets at its corners, or rounds them by arcs of the radius corner_radius + i (track_width + track_gap). Arcs, and
 rings, are facets between points a little outside of them, at the radius ``r sqrt(2 x / sin 2x)``, x half the angle of
-a facet, which keeps the area: L of a ring is met to 2e-4 with 32 facets.
+a facet, which keeps the area: L of a ring is met to 1e-4 with 32 facets.
 
 All lie in planes z = const; their sections are upright rectangles. The vias between them are left out.
 """
@@ -20,11 +20,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from sits_mech.geometry.windings import Bars, Sections, coil_sections, spiral_path
+from sits_mech.memory import GIB, VARIABLE, memory_limit
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 
-_FACETS = 6  # of a quarter of a circle
+_FACETS = 8  # of a quarter of a circle
 _STRAIGHT = 1e-6  # tangent of the angle that a track may cross the section at
+_ARRAYS = 20  # of all pairs of bars, held at once
 _ROUND = 64  # facets of a ring
 
 
@@ -215,8 +217,15 @@ def _turning(places: Array) -> tuple[float, float, float]:
 
 
 def section_refusal(coils: Sequence[Coil]) -> str | None:
-    """Say which coil has no section at y = 0 that stands for it; None if all have one."""
+    """Say which coil has no section at y = 0 that stands for it, or one too large to hold; None if all have one."""
     for coil in coils:
+        bars = 2 * coil.layers * coil.turns
+        needed, limit = 8.0 * _ARRAYS * bars**2, memory_limit()
+        if needed > limit:
+            return (
+                f"coils.{coil.name}: its {bars} bars in the section y = 0 must fit into {limit / GIB:.3g} GiB "
+                f"(--memory, or {VARIABLE}); their pairs take {needed / GIB:.3g} GiB; model 'sheets' takes such coils"
+            )
         if coil.shape != "path" and coil.centre[1] != 0.0:
             return "coils.centre: the planar models need every coil on y = 0; model 'sheets' takes any place"
         try:

@@ -80,9 +80,14 @@ def kinds_of(coils: Sequence[Coil]) -> tuple[list[Coil], list[int]]:
 
     In an order that does not depend on that of the coils.
     """
-    windings = [coil.model_copy(update={"name": "", "centre": (0.0, 0.0)}) for coil in coils]
+    windings = unnamed(coils)
     kinds = sorted(set(windings), key=repr)
     return kinds, [kinds.index(winding) for winding in windings]
+
+
+def unnamed(coils: Sequence[Coil]) -> list[Coil]:
+    """Return the windings of coils about z, without their names: equal coils are equal."""
+    return [coil.model_copy(update={"name": "", "centre": (0.0, 0.0)}) for coil in coils]
 
 
 def rounded(distance: float) -> float:

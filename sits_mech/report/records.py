@@ -62,7 +62,7 @@ def spectrum_record(pose: Pose, data: xr.Dataset, left_out: tuple[str, ...] = ()
     if "shift" in data:
         inner = {"L": "terminal_L", "R": "terminal_R", "R_ac": "R_track", "Q": "terminal_Q"}
         outer = ("shift", "apparent_L", "apparent_R", "apparent_Q", "tank_frequency")
-        keys = inner | {name: name for name in outer}
+        keys = inner | {name: name for name in (*outer, "own_capacitance", "self_resonance")}
         found["terminals"] = _terminals({key: data[name].to_numpy() for key, name in keys.items()})
     report = json.loads(data.attrs["report"])
     del report["min_J"]
@@ -72,11 +72,12 @@ def spectrum_record(pose: Pose, data: xr.Dataset, left_out: tuple[str, ...] = ()
 def _terminals(seen: Mapping[str, Array]) -> Record:
     """Return what the coils show at their terminals; ``delta_L_ac`` of uneven current in the tracks is not in L.
 
-    ``apparent`` is with the readout's capacitance across the terminals.
+    ``apparent`` is with the readout's capacitance across the terminals, ``own_capacitance`` an estimate that
+    is in none of these.
     """
     found: Record = {name: seen[name] for name in ("L", "R", "R_ac", "Q")} | {"delta_L_ac": seen["shift"]}
     found["apparent"] = {name: seen[f"apparent_{name}"] for name in ("L", "R", "Q")}
-    return found | {"tank_frequency": seen["tank_frequency"]}
+    return found | {name: seen[name] for name in ("tank_frequency", "own_capacitance", "self_resonance")}
 
 
 def simulation_record(found: Simulation, left_out: Sequence[Omission] = ()) -> Record:

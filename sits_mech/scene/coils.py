@@ -36,6 +36,7 @@ _OF_SHAPE = {
     "rectangle": ("inner_width", "inner_length", "corner_radius", *_LAYERED),
     "path": ("path", "path_widths"),
 }
+_MOST = 20_000  # points of a path
 _BLOCK = 256  # tracks compared with all others at once
 
 
@@ -135,6 +136,8 @@ class Coil(BaseModel):
         """Refuse a path without tracks, or with ones that leave their layer or stand still."""
         if not path:
             raise SceneError("must be one polyline or more; got none")
+        if (count := sum(map(len, path))) > _MOST:
+            raise SceneError(f"must be of at most {_MOST} points, all pairs of tracks count; got {count}")
         for number, line in enumerate(path):
             if len(line) < 2:
                 raise SceneError(f"polyline {number} must have two points or more; got {len(line)}")

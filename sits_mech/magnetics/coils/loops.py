@@ -34,13 +34,14 @@ from scipy.constants import mu_0
 from scipy.special import elliprd
 
 from sits_mech.geometry.tracks import Tracks, coil_tracks
-from sits_mech.geometry.windings import Sections, coil_sections, kinds_of, placed_pairs, rounded
+from sits_mech.geometry.windings import Sections, coil_sections, kinds_of, placed_pairs
 from sits_mech.magnetics.coils.straight import linkage
 from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 
 _ANGLES = 8192  # most points around a loop: coils whose edges touch need the most
+_PAIRS = 200_000  # of rings at once
 _SHARED = 8  # layers from which on equal distances are shared
 _DIGITS = 36.0  # natural logarithm of the accuracy of the field across another winding: rounding
 
@@ -184,11 +185,17 @@ def series_inductance(rings: Sections) -> float:
     alike = all(_alike(first, layer) for layer in layers) and np.array_equal(ways[level], sign)
     if not alike or levels.size < _SHARED:
         return float(sign @ ring_inductance(rings) @ sign)
-    gaps = np.array([[rounded(abs(a - b)) for a in levels] for b in levels])
-    apart, number = np.unique(gaps, return_inverse=True)
+    depth = levels[-1] - levels[0]
+    apart, number = np.unique(np.round(np.abs(levels[:, None] - levels) / depth, 12), return_inverse=True)
     count = np.bincount(number.ravel(), np.outer(ways, ways).ravel())
-    moved = (Sections(first.radius, first.z + gap, first.width, first.height) for gap in apart)
-    return float(sum(n * ring_mutual(first, layer).sum() for n, layer in zip(count, moved, strict=True)))
+    total, step = 0.0, max(1, _PAIRS // first.radius.size**2)
+    one = Sections(*(each[:, None, None] for each in (first.radius, first.z, first.width, first.height)))
+    for begin in range(0, apart.size, step):
+        below = depth * apart[begin : begin + step, None]
+        lower = Sections(first.radius, first.z + below, first.width, first.height)
+        M = paired_mutual(one, lower, (3, 3), (4, 3)).sum(axis=(0, 2))
+        total += float(count[begin : begin + step] @ M)
+    return total
 
 
 def _taken(rings: Sections, some: NDArray[np.bool_]) -> Sections:

@@ -4,17 +4,20 @@ Two tracks with the unit vectors t and t', s and s' along them, in planes a heig
 
     M = mu0 / (4 pi) t . t' int int ds ds' / sqrt(r^2 + e),    e = GMD^2 - (u^2 + h^2),
 
-r between the centre lines, u the distance in the plane of the middle of one from the line of the other, GMD the
-geometric mean distance of the two sections at (u, h) (`section.kernels`); on one line it is that of a section from
-itself. Parallel tracks, with ``G(x) = x asinh(x / d) - sqrt(x^2 + d^2)``, d = GMD, ends at 0, l and at a, b:
+r between the centre lines, GMD the geometric mean distance of the two sections at (u, h) (`section.kernels`), u half
+the difference of how far the middle of each is to the left of the other's line: on one line, or one smooth curve, it is
+zero, along the next turn of a curve the pitch. Parallel tracks, with ``G(x) = x asinh(x / d) - sqrt(x^2 + d^2)``,
+d = GMD, ends at 0, l and at a, b:
 
     int int = G(b) - G(a) - G(b - l) + G(a - l).
 
-At an angle with cosine c and sine n, s and s' from where the lines cross in the plan, ``d^2 = h^2 + e``, not negative,
+At an angle with cosine c and sine n, s and s' from where the lines cross in the plan, ``d^2 = h^2 + e``,
 ``R^2 = d^2 + s^2 + s'^2 - 2 s s' c``, over both ends of both with signs:
 
     int int = [s asinh((s' - s c) / p) + s' asinh((s - s' c) / p') - (d / n) atan((d^2 c + s s' n^2) / (d R n))],
-    p^2 = d^2 + s^2 n^2,    p'^2 = d^2 + s'^2 n^2.
+    p^2 = d^2 + s^2 n^2,    p'^2 = d^2 + s'^2 n^2,
+
+continued to squares below zero (e of tracks side by side is).
 
 Tracks at right angles have none. A coil's tracks in series: the sum over all pairs. The potential of 1 A, the points at
 R1 and R2 from the ends of a track of length l:
@@ -23,7 +26,7 @@ R1 and R2 from the ends of a track of length l:
 
 Neglected: vias and the way back between the ends; uneven current (`track_modes`); at corners the sections overlap.
 Units: H, V s / (A m). Source: F. W. Grover, Inductance Calculations (1946), ch. 6 and 7; the geometric mean distance in
-place of the sections is right but for (width / length)^1 of a single track.
+place of the sections leaves out some (width / length) / 20 of a track, and (width / radius)^2 / 30 of a curve.
 """
 
 from __future__ import annotations
@@ -104,16 +107,22 @@ def _G(x: Array, d: Array) -> Array:
 
 
 def _corner(s: Array, t: Array, d2: Array, angle: tuple[Array, Array]) -> Array:
-    """The bracket of the module docstring."""
+    """The bracket of the module docstring, real for d^2 < 0 as well."""
     c, n = angle
     least = _SMALL * (s * s + t * t) + np.finfo(float).tiny
-    p, q = (np.sqrt(np.maximum(d2 + (end * n) ** 2, least)) for end in (s, t))
     R = np.sqrt(np.maximum(d2 + s * s + t * t - 2.0 * s * t * c, least))
     d, X = np.sqrt(np.abs(d2)), (d2 * c + s * t * n * n) / (R * n)
     with np.errstate(divide="ignore", invalid="ignore"):
         turn = np.where(d2 < 0.0, 0.5 * np.log(np.abs((X + d) / (X - d))), np.arctan2(X, d))
     turn = np.where(d > 0.0, turn, 0.0)
-    return np.asarray(s * np.arcsinh((t - s * c) / p) + t * np.arcsinh((s - t * c) / q) - d / n * turn)
+    logs = [end * _area(other - end * c, d2 + (end * n) ** 2, least) for end, other in ((s, t), (t, s))]
+    return np.asarray(logs[0] + logs[1] - d / n * turn)
+
+
+def _area(x: Array, square: Array, least: Array) -> Array:
+    """asinh(x / p) by the square of p, or where that is negative what continues it, sign(x) acosh(|x| / |p|)."""
+    ratio = x / np.sqrt(np.maximum(np.abs(square), least))
+    return np.where(square < 0.0, np.sign(x) * np.arccosh(np.maximum(np.abs(ratio), 1.0)), np.arcsinh(ratio))
 
 
 def track_potential(tracks: Tracks, points: Array, *, across: int = 1) -> Array:

@@ -1,0 +1,132 @@
+"""Tracks of rectangles and free paths: lengths, sections, rings that stand for them, what has no section."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sits_mech.geometry.tracks import (
+    coil_bars,
+    coil_lines,
+    coil_tracks,
+    section_refusal,
+    standing_rings,
+    track_length,
+    track_places,
+    track_squares,
+)
+from sits_mech.geometry.windings import coil_sections
+from sits_mech.scene.coils import Coil
+
+MM = 1e-3
+TRACK: dict[str, Any] = {"name": "C", "track_width": 0.1 * MM, "track_thickness": 35e-6}
+WOUND = TRACK | {"centre": (1 * MM, 0.0), "layers": 2, "turns": 4, "track_gap": 0.1 * MM, "layer_pitch": 85e-6}
+CIRCLE = Coil(**WOUND, inner_diameter=2 * MM)
+SQUARE = Coil(**WOUND, shape="rectangle", inner_width=2 * MM, inner_length=3 * MM)
+Z = -17.5e-6
+
+
+def path(*lines: list[tuple[float, float]], **keys: Any) -> Coil:
+    """Return a coil of free tracks in one layer [mm]."""
+    points = tuple(tuple((x * MM, y * MM, Z) for x, y in line) for line in lines)
+    return Coil(**TRACK | {"shape": "path", "path": points} | keys)
+
+
+def test_length_of_sharp_and_round_corners() -> None:
+    """Sides of 2.1 and 3.1 mm and every 0.2 mm more; an arc takes (2 - pi/2) r of each corner."""
+    sides = 2 * sum(2.1 + 3.1 + 2 * 0.4 * k for k in range(4)) * MM
+    assert track_length(SQUARE) == pytest.approx(2 * sides, rel=1e-12)
+    rounded = SQUARE.model_copy(update={"corner_radius": 0.5 * MM})
+    radii = sum(0.5 + 0.2 * k for k in range(4)) * MM
+    assert track_length(rounded) == pytest.approx(2 * (sides - (8 - 2 * math.pi) * radii), rel=1e-3)
+
+
+def test_turns_are_closed_and_counter_clockwise() -> None:
+    """As seen from above; the other way where the scene says so."""
+    for coil, signs in ((SQUARE, (1, 1)), (SQUARE.model_copy(update={"directions": (1, -1)}), (1, -1))):
+        for k, (line, width) in enumerate(coil_lines(coil)):
+            x, y = (line[:, :2] - coil.centre).T
+            assert np.array_equal(line[0], line[-1]) and width == 0.1 * MM
+            area = 0.5 * (x[:-1] * y[1:] - y[:-1] * x[1:]).sum()
+            inner, outer = 2 * MM + 0.1 * MM + 0.4 * MM * (k % 4), 3 * MM + 0.1 * MM + 0.4 * MM * (k % 4)
+            assert area == pytest.approx(signs[k // 4] * inner * outer, rel=1e-12)
+
+
+def test_rings_are_polygons_of_their_area() -> None:
+    """Where they are taken as straight tracks."""
+    line = coil_lines(CIRCLE)[0][0][:, :2] - CIRCLE.centre
+    area = 0.5 * (line[:-1, 0] * line[1:, 1] - line[:-1, 1] * line[1:, 0]).sum()
+    assert area == pytest.approx(math.pi * (1.05 * MM) ** 2, rel=1e-12)
+
+
+def test_section_of_a_rectangle_is_that_of_a_circle() -> None:
+    """Of the same inner width: same bars, same signs."""
+    ours, theirs = coil_bars(SQUARE), coil_bars(CIRCLE)
+    first, second = (sorted(zip(np.round(b.x, 12), b.z, b.sign, strict=True)) for b in (ours, theirs))
+    np.testing.assert_allclose(first, second, atol=1e-15)
+    assert (ours.width, ours.thickness) == (theirs.width, theirs.thickness)
+
+
+def test_section_of_a_path() -> None:
+    """Up at x = 2 mm, down at x = 0."""
+    bars = coil_bars(path([(0, -1), (2, -1), (2, 1), (0, 1), (0, -0.5)]))
+    assert bars.x == pytest.approx([2 * MM, 0.0], abs=1e-15) and bars.sign == pytest.approx([1.0, -1.0])
+
+
+@pytest.mark.parametrize(
+    ("coil", "reason"),
+    [
+        (path([(0, -1), (2, -1), (2.4, 1), (0, 1), (0, -0.5)]), "cross the section y = 0 at right angles"),
+        (path([(0, -1), (2, -1), (2, 1)]), "as often there as back; got 1 and 0"),
+        (path([(0, 1), (2, 1), (2, 3)]), "got 0 and 0"),
+        (path([(0, -1), (2, -1), (2, 1)], [(2, 1), (0, 1), (0, -0.5)], path_widths=(1e-4, 2e-4)), "one width"),
+        (CIRCLE.model_copy(update={"centre": (0.0, 1e-3)}), "every coil on y = 0"),
+        (CIRCLE.model_copy(update={"layers": 1000, "turns": 12}), "24000 bars .* take 85.8 GiB"),
+    ],
+)
+def test_coils_without_a_section_are_refused(coil: Coil, reason: str) -> None:
+    """By name, in one line."""
+    found = section_refusal([SQUARE, coil])
+    assert found is not None and "\n" not in found
+    with pytest.raises(ValueError, match=reason):
+        raise ValueError(found)
+
+
+def test_rings_that_stand_for_a_coil() -> None:
+    """Round ones their own; of a rectangle and a spiral path the turns, the length and the pitch."""
+    assert standing_rings(CIRCLE).radius == pytest.approx(coil_sections(CIRCLE).radius)
+    rings = standing_rings(SQUARE)
+    assert 2 * np.pi * rings.radius.sum() == pytest.approx(track_length(SQUARE), rel=1e-12)
+    assert np.diff(rings.radius[:4]) == pytest.approx(np.full(3, 0.2 * MM))
+    angle = np.linspace(0.0, 10 * np.pi, 301)
+    x, y = (1.0 + 0.2 * angle / (2 * np.pi)) * np.array([np.cos(angle), np.sin(angle)])
+    spiral = path(list(zip(x.tolist(), y.tolist(), strict=True)))
+    rings = standing_rings(spiral)
+    assert rings.radius.size == 5 and np.all(np.asarray(rings.sign) == 1.0)
+    assert 2 * np.pi * rings.radius.sum() == pytest.approx(track_length(spiral), rel=1e-12)
+    assert np.diff(rings.radius) == pytest.approx(np.full(4, 0.2 * MM), rel=0.05)
+    clockwise = path(list(zip(x.tolist(), (-y).tolist(), strict=True)))
+    assert np.all(np.asarray(standing_rings(clockwise).sign) == -1.0)
+
+
+def test_a_meander_has_one_ring_around_it() -> None:
+    """It turns about nothing."""
+    rings = standing_rings(path([(0, 0), (5, 0), (5, 0.5), (0, 0.5), (0, 1), (5, 1)]))
+    assert rings.radius.size == 1 and rings.radius[0] < 3 * MM
+
+
+def test_squares_and_places_along_tracks() -> None:
+    """Each stretch with its own width; places at equal distances."""
+    coil = path([(0, 0), (4, 0)], [(4, 0), (4, 2)], path_widths=(1e-4, 2e-4))
+    assert track_squares(coil) == pytest.approx(40.0 + 10.0, rel=1e-12)
+    places = track_places(coil, 3) - np.array(coil.centre) + (2 * MM, 1 * MM)
+    assert places == pytest.approx(np.array([[1.0, 0.0], [3.0, 0.0], [4.0, 1.0]]) * MM, abs=1e-12)
+
+
+def test_strands_share_the_width() -> None:
+    """Two Gauss filaments at w / sqrt(12) to each side, half the current each."""
+    (left, a), (right, b) = coil_tracks(SQUARE).strands(2)
+    assert a == b == 0.5
+    apart = np.linalg.norm(left.start - right.start, axis=1)
+    assert apart == pytest.approx(np.full(len(apart), 0.1 * MM / math.sqrt(3)), rel=1e-12)
