@@ -168,10 +168,12 @@ def _terminals(sensor: Sensor, found: Impedance, R_ac: Array, shift: Array) -> T
     shape, capacitance = Z.real.shape, sensor.readout.parallel_capacitance
     tank = with_capacitance(Z, capacitance, omega)
     own = np.broadcast_to([own_capacitance(coil) for coil in unnamed(sensor.coils)], shape)
+    with np.errstate(divide="ignore"):  # one turn on one layer has no capacitance of its own: resonant nowhere
+        resonance = 1.0 / (2.0 * np.pi * np.sqrt(Z.imag / omega * own))
     return Terminals(
         Z.imag / omega, Z.real, np.broadcast_to(R_ac, shape), Z.imag / Z.real, np.broadcast_to(shift, shape),
         tank.imag / omega, tank.real, tank.imag / tank.real, tank_frequency(Z, capacitance, omega), own,
-        1.0 / (2.0 * np.pi * np.sqrt(Z.imag / omega * own)),
+        resonance,
     )  # fmt: skip
 
 

@@ -251,12 +251,16 @@ def _runs(joints: Joints, chain: Sequence[End], lines: Sequence[Array]) -> tuple
 
 
 def _joint(joints: Joints, number: int, near: Array) -> Array:
-    """Return where a joint is: the middle of its via, or of the ends that meet in it [m]."""
+    """Return where a joint is [m]: the middle of its via, else the end of the longest straight track that meets in it.
+
+    So long tracks stay exactly parallel, whatever the last digit of the arcs between them.
+    """
     hole = joints.hole(number)
     if hole is not None and not hole.name:
         return hole.place
-    met = np.array([joints.point((int(k), int(e))) for k, e in np.argwhere(joints.numbers == number)])
-    return np.asarray(met.mean(axis=0)) if len(met) > 1 else near
+    met = [(int(k), int(e)) for k, e in np.argwhere(joints.numbers == number)]
+    straight = [end for end in met if len(joints.tracks[end[0]].points) == 2]
+    return joints.point(max(straight, key=lambda end: _length([joints.tracks[end[0]]]))) if straight else near
 
 
 def _led(joint: Array, line: Array, width: float) -> Array:

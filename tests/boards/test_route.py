@@ -140,6 +140,14 @@ def test_runs_meet_in_the_middle_of_a_via(draw: Any) -> None:
     assert {tuple(p) for p in np.round(1e3 * second.points, 6).tolist()} == {(5, 0), (5.15, 0), (5.15, -9)}
 
 
+def test_straight_tracks_keep_their_lines(draw: Any) -> None:
+    """Arcs between them that end 9 nm aside do not tilt them: parallel tracks stay so, to the last digit."""
+    arc = draw.arc((9, 0.000009), (9.7071, 0.29289), (10.000009, 1))
+    found = route(read_board(draw.board([draw.line((0, 0), (9, 0)), arc, draw.line((10, 1), (10, 8))])), "L1", 1e-6)
+    points = found.runs[0].points
+    np.testing.assert_array_equal(np.round(1e3 * points[[0, 1, -2, -1]], 9), [[0, 0], [9, 0], [10, -1], [10, -8]])
+
+
 def test_two_coils_of_one_net_are_not_guessed(draw: Any) -> None:
     """Of 20 and of 15 mm, on one pad."""
     path = draw.board([draw.line((0, 0), (20, 0)), draw.line((0, 0), (0, 15)), draw.pad("1", (0, 0))])
