@@ -172,8 +172,15 @@ def test_kicad_opens_it(scene: str, tmp_path: Path) -> None:
     (["coils.C1.inner_diameter=0.0006"], r"coils.C1.inner_diameter: must be at least 0.0008 m for a via; got 0.0006 m"),
     (["coils.C1.layers=4"], "coils: must have one number of layers"),
     (["substrate_radius=0.05"], "substrate_radius: must not be given"),
+    (["coils.C1.directions=[1, -1]"], "coils.C1.directions: must not be given for --to kicad"),
 ])  # fmt: skip
 def test_what_is_no_footprint(change: list[str], message: str, tmp_path: Path) -> None:
-    """No room for a via, boards of two stacks, a round board."""
+    """No room for a via, boards of two stacks, a round board, layers wound against each other."""
     with pytest.raises(ValueError, match=message):
         footprint(changed(SENSOR, change), tmp_path)
+
+
+def test_other_shapes_are_refused_by_name(tmp_path: Path) -> None:
+    """A footprint is of round coils."""
+    with pytest.raises(ValueError, match='coils.C1.shape: must be circle for --to kicad; got "rectangle"'):
+        footprint(load_sensor("square-4"), tmp_path)

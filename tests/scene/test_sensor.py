@@ -107,7 +107,7 @@ def test_biorob2018_is_the_published_sensor() -> None:
 def test_every_catalogued_sensor_loads() -> None:
     """With the widths of the published study: 8, 15 and 22 mm; the others say that they are designs."""
     published = ["biorob2018", "biorob2018-w15", "biorob2018-w22"]
-    assert list(catalogue()) == [*published, "triaxial-3", "triaxial-4"]
+    assert list(catalogue()) == [*published, "square-4", "triaxial-3", "triaxial-4"]
     targets = [load_sensor(name).target for name in published]
     assert [target.width for target in targets if target] == [8e-3, 15e-3, 22e-3]
     assert all("design" in name for key, name in catalogue().items() if key not in published)

@@ -17,7 +17,7 @@ from sits_mech.analysis.codes import readings
 from sits_mech.report.folder import read_calibration
 from sits_mech.report.page import explorer
 from sits_mech.report.page.html import page
-from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.sensor import Sensor, load_sensor
 
 Case = tuple[Sensor, xr.Dataset]
 
@@ -36,6 +36,13 @@ def three(triaxial: Case, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("three") / "report.html"
     path.write_text(page(*triaxial, path.parent))
     return path
+
+
+def test_straight_tracks_are_drawn_as_lines() -> None:
+    """Turns of a square, closed, in millimetres; a round coil has radii."""
+    (square,), (round_, _) = (explorer.parts_of(load_sensor(name))["coils"] for name in ("square-4", "biorob2018"))
+    assert len(square["lines"]) == 4 * 8 and square["radii"] == [] == round_["lines"] and len(round_["radii"]) == 12
+    assert square["lines"][0][0] == square["lines"][0][-1] and square["reach"] == pytest.approx(3.25 * 2**0.5)
 
 
 def table_of(whole: str) -> dict[str, Any]:

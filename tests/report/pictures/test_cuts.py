@@ -24,6 +24,18 @@ def test_a_coil_beside_the_plane() -> None:
     assert names_cut(load_sensor("biorob2018"), Plane(0.0, 5e-3)) == ([], ["C1", "C2"])
 
 
+def test_straight_tracks() -> None:
+    """Of a square, two bars a turn and layer at y = 0, as wide as the track; a plane at an angle cuts them wider."""
+    coil = load_sensor("square-4").coils[0]
+    corners, sign = coil_cut(coil)
+    assert len(corners) == 2 * 4 * 8 and sign.sum() == 0.0
+    assert np.ptp(corners[..., 0], axis=1) == pytest.approx(np.full(64, 0.15e-3), rel=1e-9)
+    assert np.all(sign * corners[..., 0].mean(axis=1) > 0.0)
+    assert (corners[..., 1].min(), corners[..., 1].max()) == pytest.approx((-coil.height, 0.0), abs=1e-12)
+    corners, sign = coil_cut(coil, Plane(np.pi / 5, 0.0))
+    assert np.ptp(corners[..., 0], axis=1) == pytest.approx(np.full(64, 0.15e-3 / np.cos(np.pi / 5)), rel=1e-9)
+
+
 def test_a_turned_plane_cuts_a_turned_coil_alike() -> None:
     coil = load_sensor("biorob2018").coils[0]
     c, s = np.cos(0.7), np.sin(0.7)

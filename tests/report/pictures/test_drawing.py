@@ -40,6 +40,14 @@ def test_pillars_are_drawn_one_by_one() -> None:
     assert {"target 15", "pad 8"} <= texts(scene_drawing(changed(PAIR, small[1:])))
 
 
+def test_a_square_coil() -> None:
+    """Its sides instead of a diameter, its layers by their heights."""
+    figure = scene_drawing(load_sensor("square-4"))
+    assert "C1 6.5" in texts(figure)
+    words = "2 x 2 to 6.5 x 6.5; 8 turns in copper at z = -0.0175, -0.25, -1.35, -1.583; tracks 0.15 x 0.035, gaps 0.15"
+    assert words in figure.get_supxlabel()
+
+
 def test_a_metre_for_a_millimetre_shows() -> None:
     figure = scene_drawing(changed(PAIR, ['elastomer.thickness="2 m"']))
     low, high = figure.axes[1].get_ylim()
