@@ -22,8 +22,10 @@ from scipy.spatial import cKDTree
 
 from sits_mech.boards.kicad import Hole, Track
 from sits_mech.quantities import Array
+from sits_mech.units import SceneError
 
 ROUNDING = 1e-6  # of a board's places [m]
+_WIDEST = 4.0  # of a joint's ends, over the distance within which two are one
 End = tuple[int, int]  # number of a track, and 0 for its first point or 1 for its last
 
 
@@ -78,6 +80,11 @@ def joined(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float = ROU
         Vias and pads that they may meet in.
     nearness : float
         Distance within which ends are one [m].
+
+    Raises
+    ------
+    SceneError
+        When tracks are so short that they would shrink to a point.
     """
     found = _without_stubs(_near(tracks, holes, nearness))
     return _parted(_overlapping(_without_stubs(_in_holes(found))))
@@ -95,6 +102,7 @@ def _near(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float) -> Jo
         near = cKDTree(np.array([points[k] for k in members])).query_pairs(nearness)
         pairs += [(members[a], members[b]) for a, b in near]
     label = _merged(len(points), pairs)
+    _check_small(np.array(points), label, nearness)
     ends, known = label[: 2 * len(tracks)].reshape(-1, 2), set()
     kept: list[int] = []
     for k, track in enumerate(tracks):
@@ -106,6 +114,15 @@ def _near(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float) -> Jo
         known.add(lies)
     at = tuple((int(label[a]), hole) for a, hole in zip(starts[:-1], holes, strict=True))
     return Joints(tuple(tracks[k] for k in kept), ends[kept], at)
+
+
+def _check_small(points: Array, label: NDArray[np.int64], nearness: float) -> None:
+    """Refuse a nearness at which tracks in short steps shrink to a point."""
+    low, high = np.full((2, len(points), 2), np.inf) * [[[1.0]], [[-1.0]]]
+    np.minimum.at(low, label, points)
+    np.maximum.at(high, label, points)
+    if (high - low).max() > _WIDEST * nearness:
+        raise SceneError(f"tracks must be longer than {nearness:.3g} m for ends that near to be one; got shorter ones")
 
 
 def _merged(count: int, pairs: Sequence[tuple[int, int]]) -> NDArray[np.int64]:

@@ -172,6 +172,15 @@ def test_careless_boards_are_joined_where_they_must(draw: Any) -> None:
     assert len(found.runs) == 1 and len(found.runs[0].points) <= 4
 
 
+def test_short_steps_do_not_shrink_to_a_point(draw: Any) -> None:
+    """A circle in steps of 8 um beside a branch, tracks of 0.2 mm: refused, not taken for the branch alone."""
+    angle = np.linspace(0, 2 * np.pi * 0.99, 800)
+    ring = np.column_stack([np.cos(angle), np.sin(angle)]).tolist()
+    items = [*draw.lines(ring), draw.line((1, 0), (9, 0)), draw.line((1, 0), (9, 5))]
+    with pytest.raises(SceneError, match="without branches; got 3 tracks"):
+        route(read_board(draw.board(items)), "L1", 1e-6)
+
+
 T = [(0, 0), (5, 0), (9, 0)]
 
 
