@@ -55,7 +55,7 @@ class Terminals:
         Where the tank resonates, with L and R of this frequency; NaN if it is damped too much [Hz].
     own_capacitance, self_resonance : ndarray
         Estimates of the tracks' own capacitance, not contained in any of these, and of where L resonates with it alone
-        [F, Hz].
+        [F, Hz]; of a single turn 0 and NaN.
     """
 
     L: Array
@@ -168,12 +168,10 @@ def _terminals(sensor: Sensor, found: Impedance, R_ac: Array, shift: Array) -> T
     shape, capacitance = Z.real.shape, sensor.readout.parallel_capacitance
     tank = with_capacitance(Z, capacitance, omega)
     own = np.broadcast_to([own_capacitance(coil) for coil in unnamed(sensor.coils)], shape)
-    with np.errstate(divide="ignore"):  # one turn on one layer has no capacitance of its own: resonant nowhere
-        resonance = 1.0 / (2.0 * np.pi * np.sqrt(Z.imag / omega * own))
     return Terminals(
         Z.imag / omega, Z.real, np.broadcast_to(R_ac, shape), Z.imag / Z.real, np.broadcast_to(shift, shape),
         tank.imag / omega, tank.real, tank.imag / tank.real, tank_frequency(Z, capacitance, omega), own,
-        resonance,
+        1.0 / (2.0 * np.pi * np.sqrt(Z.imag / omega * np.where(own > 0.0, own, np.nan))),
     )  # fmt: skip
 
 

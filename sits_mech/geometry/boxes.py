@@ -39,10 +39,10 @@ class Solid:
 
 
 def fixed_solids(sensor: Sensor) -> tuple[tuple[Solid, ...], tuple[Solid, ...]]:
-    """Return the boxes around the coils, and those around the fixed plates."""
+    """Return the boxes around the coils, or their layers, and those around the fixed plates."""
     coils = [
-        (coil.name, (*coil.extent, coil.height), (*coil.centre, -coil.height / 2))
-        for coil in sensor.coils
+        (coil.name, (*coil.extent, high - low), (*coil.centre, (low + high) / 2))
+        for coil in sensor.coils for low, high in coil.spans
     ]
     plates = [(f"conductors.{part.name}", (*part.extent, part.thickness), part.centre) for part in sensor.conductors]
     both = [

@@ -110,10 +110,8 @@ def _coil(coil: Coil, substrate_radius: float | None) -> list[Prism]:
 
 def _layers(coil: Coil) -> list[Prism]:
     """Return the cylinder around a round coil's layers, or what is around each layer where these have own heights."""
-    name, is_round, half = f"coils.{coil.name}", coil.shape == "circle", coil.track_thickness / 2
-    if is_round and not coil.layer_z:
-        return [Prism(name, coil.centre, coil.extent, -coil.height, 0.0, is_round)]
-    return [Prism(name, coil.centre, coil.extent, z - half, z + half, is_round) for z in coil.heights]
+    name, is_round = f"coils.{coil.name}", coil.shape == "circle"
+    return [Prism(name, coil.centre, coil.extent, low, high, is_round) for low, high in coil.spans]
 
 
 def _layer_and_target(target: Target | None, elastomer: Elastomer | None) -> list[Prism]:

@@ -248,6 +248,14 @@ class Coil(BaseModel):
         return self.layer_z or tuple(below)
 
     @property
+    def spans(self) -> tuple[tuple[float, float], ...]:
+        """Bottom and top of what the coil fills, of each layer where these have heights of their own [m]."""
+        if not self.layer_z and self.shape == "circle":
+            return ((-self.height, 0.0),)
+        half = self.track_thickness / 2
+        return tuple((z - half, z + half) for z in self.heights)
+
+    @property
     def widths(self) -> tuple[float, ...]:
         """Of the track of each polyline of a path [m]."""
         return self.path_widths or (self.track_width,) * len(self.path)

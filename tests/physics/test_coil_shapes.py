@@ -155,3 +155,18 @@ def test_round_coils_answer_as_before_beside_a_square() -> None:
     alone, both = (sheets(sensor, 2e-2).impedance(Pose(0.0, 2 * MM), F) for sensor in (biorob, mixed))
     np.testing.assert_allclose(both.L0[:2, :2], alone.L0, rtol=1e-12)
     np.testing.assert_allclose(both.L[:2, :2], alone.L, rtol=2e-3)
+
+
+def test_a_plane_between_the_layers() -> None:
+    """Coils half above and half below a sheet of copper: each sees it as the other does, turned upside down."""
+    heights = (-0.1 * MM, -0.9 * MM)
+    coils = [rectangle(2.0, 2.0, layers=1).model_copy(update={"layer_z": (z,)}) for z in heights]
+    both = rectangle(2.0, 2.0).model_copy(update={"layer_z": heights})
+    plane = Conductor(name="plane", material="copper", shape="rectangle", centre=(0.0, 0.0, -0.5 * MM), width=6 * MM,
+                      length=6 * MM, thickness=0.1 * MM)  # fmt: skip
+    found = []
+    for coil in (*coils, both):
+        z = sheets(scene(coil, target=None, conductors=(plane,)), 2e-2).impedance(Pose(0.0, 2 * MM), F)
+        found.append(float((z.L - z.L0)[0, 0]))
+    assert found[0] == pytest.approx(found[1], rel=1e-6) and found[0] < 0.0
+    assert 2 * found[0] > found[2] > 4 * found[0]

@@ -149,8 +149,7 @@ def coil_inductances(coils: Sequence[Coil], *, tolerance: float = 1e-9, windings
     """
     kinds, _ = kinds_of(coils)
     rings = [coil_sections(kind) if kind.shape == "circle" and windings == "rings" else None for kind in kinds]
-    mixed = len(kinds) > 1 or None in rings
-    tracks = [coil_tracks(kind, windings) if mixed else None for kind in kinds]
+    tracks = [coil_tracks(kind, windings) if None in rings else None for kind in kinds]
     pairs, index = placed_pairs(coils, [own is not None for own in rings])
     own = [_own(each, track) for each, track in zip(rings, tracks, strict=True)]
     found = np.empty(len(pairs))

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from sits_mech.chain.models import mechanical_model
+from sits_mech.geometry.tracks import section_refusal
 from sits_mech.quantities import Pose, Wrench, refuse_beside
 from sits_mech.report.pictures.curves import save_figure
 from sits_mech.report.pictures.drawing import scene_drawing
@@ -83,8 +84,10 @@ def draw(kind: Kind, sensor: Sensor, request: Request, path: Path) -> None:
         return
     if kind == "field":
         refuse_beside("planar-fem", request.pose or request.wrench, "sheets, --kind spatial")
-        if any(coil.centre[1] != 0.0 for coil in sensor.coils):
+        if any(coil.centre[1] != 0.0 and coil.shape != "path" for coil in sensor.coils):
             raise SceneError("--kind field: must have every coil on y = 0; --kind spatial draws them at any place")
+        if refusal := section_refusal(sensor.coils):
+            raise SceneError(f"--kind field: {refusal}; --kind spatial draws them all")
     if kind == "layer":
         save_figure(load_view(sensor, request.wrench), path)
     elif kind == "field":

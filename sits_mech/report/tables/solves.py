@@ -111,7 +111,8 @@ def terminal_table(coils: Sequence[str], seen: Terminals | None, missing: Sequen
             apparent = f"L = {1e6 * seen.apparent_L[k]:.5g} uH, R = {seen.apparent_R[k]:.4g} ohm"
             lines.append(("", f"with the capacitance: {tank}; apparent {apparent}, Q = {seen.apparent_Q[k]:.4g}"))
             own = f"{1e12 * seen.own_capacitance[k]:.2g} pF, resonant with L at {1e-6 * seen.self_resonance[k]:.2g} MHz"
-            lines.append(("", f"own capacitance of the tracks: about {own}, not in these"))
+            if seen.own_capacitance[k] > 0.0:
+                lines.append(("", f"own capacitance of the tracks: about {own}, not in these"))
     return key_table("terminals", [*lines, *(("left out", text) for text in missing)])
 
 
