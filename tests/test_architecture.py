@@ -17,7 +17,7 @@ RANKS = {
     **dict.fromkeys(("version", "threads", "memory", "units", "quantities", "turns"), 0),
     **dict.fromkeys(("silicone", "maps"), 1),
     "scene": 2,
-    **dict.fromkeys(("cases", "meshing"), 3),
+    **dict.fromkeys(("boards", "cases", "meshing"), 3),
     **dict.fromkeys(("geometry", "readout"), 4),
     **dict.fromkeys(("mechanics", "magnetics"), 5),
     "chain": 6,

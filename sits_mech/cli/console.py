@@ -51,6 +51,11 @@ def terminal_width() -> int | None:
     return Console().width if sys.stdout.isatty() else None
 
 
+def write(text: str) -> None:
+    """Print a file's text on stdout as it is."""
+    sys.stdout.write(text)
+
+
 def warn(line: str) -> None:
     """Print one line on stderr."""
     sys.stderr.write(f"{line}\n")

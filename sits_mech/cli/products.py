@@ -1,12 +1,13 @@
-"""What can be looked at, or handed on? view, and of a finished calibration export and report."""
+"""What can be looked at, taken over, or handed on? view, import, and of a finished calibration export and report."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import not_converged, warn
+from sits_mech.cli.console import not_converged, warn, write
 from sits_mech.cli.options import Folder, Load, Output, Overrides, Place, Quantity, Scene, app, sensor_of
 
 
@@ -35,6 +36,35 @@ def view(
     except SolveFailed as error:
         return not_converged(error, False)
     warn(f"written to {path}")
+    return 0
+
+
+@app.command(name="import")
+def import_board(
+    board: Annotated[Path, Parameter(help="A .kicad_pcb file of KiCad 7 or later.")], *,
+    net: Annotated[tuple[str, ...], Parameter(negative="", help="Whose tracks are a coil; once for each coil.")] = (),
+    frequency: Quantity = "5 MHz",
+    origin: Annotated[Literal["coil", "board"], Parameter(help="Middle of the coils, or the board's own.")] = "coil",
+    chord_error: Annotated[Quantity, Parameter(help="How far the polylines of arcs may be off.")] = "1 um",
+    pours: Annotated[bool, Parameter(help="Take filled zones of other nets as conductors.")] = True,
+    output: Output = None,
+) -> int:  # fmt: skip
+    """Read coils and copper pours from a board of KiCad into a scene, for stdout without -o.
+
+    Example: sits-mech import probe.kicad_pcb --net L1 --frequency "2 MHz" -o probe.toml
+    """
+    from sits_mech.boards.scene import Choice, board_scene
+    from sits_mech.scene.files import write_text
+    from sits_mech.units import quantity
+
+    hertz, error = quantity(frequency, "Hz", "--frequency"), quantity(chord_error, "m", "--chord-error")
+    text, notes = board_scene(board, Choice(net, hertz, origin, error, pours))
+    if output is None:
+        write(text)
+    else:
+        write_text(output, text)
+    for line in [*notes, *([f"written to {output}"] if output is not None else [])]:
+        warn(line)
     return 0
 
 

@@ -55,18 +55,19 @@ def inductance(
     scene: Scene, *, place: Place = Place(), frequency: Frequency | None = None,
     model: str = "auto", tolerance: Tolerance = 1e-3, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
-    """What the coils show with the target at a pose, at one frequency or over a range.
+    """What the coils show with the target at a pose, or without a target, at one frequency or over a range.
 
     Example: sits-mech inductance biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 MHz"
     """
     from sits_mech.analysis.spectrum import at_terminals, frequency_range, spectrum
     from sits_mech.chain.models import magnetic_model
     from sits_mech.chain.omissions import omissions
-    from sits_mech.quantities import SolveFailed
+    from sits_mech.quantities import Pose, SolveFailed
     from sits_mech.report.records import impedance_record, spectrum_record
     from sits_mech.report.tables.solves import impedance_table, spectrum_table, terminal_table
 
-    sensor, pose = sensor_of(scene, overrides), place.pose()
+    sensor = sensor_of(scene, overrides)
+    pose = place.pose() if place.given or sensor.target is not None else Pose(0.0, 0.0, 0.0)
     hertz = [sensor.frequency] if frequency is None else frequency_range(frequency, "--frequency")
     solver, choice = magnetic_model(sensor, model, tolerance, [pose])
     slowest = sensor.model_copy(update={"frequency": min(hertz)})

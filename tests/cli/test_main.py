@@ -356,7 +356,7 @@ def test_the_package_is_the_command() -> None:
 
 
 @pytest.mark.parametrize(
-    "command", ["catalog", "doctor", "explain", "pose", "inductance", "simulate", "calibrate", "fit", "view"]
+    "command", ["catalog", "doctor", "explain", "pose", "inductance", "simulate", "calibrate", "fit", "view", "import"]
 )
 def test_every_help_has_its_example(capsys: Capture, command: str) -> None:
     """One example each."""

@@ -1,0 +1,213 @@
+"""Where do a net's tracks meet? Each end of a track gets the number of its joint; vias and pads are joints, too.
+
+Ends within a distance are one: the board's rounding, 1 um, or more on a board drawn with less care. What is loose after
+that is joined as copper joins it: with a via that it ends in, with another loose end within half the narrower track,
+with what else ends in the same pad. Tracks that lie twice count once; those that begin and end in one via, and those
+that end loose within the copper of the joint they start from, do not count.
+
+Pads with a number end the path: where two tracks or more meet in one, each end is a joint of its own. A pad that joins
+two layers of its own footprint's lines is a via.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from sits_mech.boards.kicad import Hole, Track
+from sits_mech.quantities import Array
+from sits_mech.units import SceneError
+
+ROUNDING = 1e-6  # of a board's places [m]
+_WIDEST = 4.0  # of a joint's ends, over the distance within which two are one
+End = tuple[int, int]  # number of a track, and 0 for its first point or 1 for its last
+
+
+@dataclass(frozen=True)
+class Joints:
+    """Tracks and where they meet.
+
+    Attributes
+    ----------
+    tracks : tuple of Track
+        Those that count.
+    numbers : ndarray, shape (n, 2)
+        Of the joint at the first and at the last point of each track.
+    holes : tuple of (number, Hole)
+        Vias and pads that are joints.
+    """
+
+    tracks: tuple[Track, ...]
+    numbers: NDArray[np.int64]
+    holes: tuple[tuple[int, Hole], ...] = ()
+
+    def point(self, end: End) -> Array:
+        """Return an end of a track [m]."""
+        return np.asarray(self.tracks[end[0]].points[-end[1]])
+
+    def meeting(self) -> dict[int, list[End]]:
+        """Return the ends that meet at each joint."""
+        found: dict[int, list[End]] = {}
+        for k, row in enumerate(self.numbers.tolist()):
+            for e in (0, 1):
+                found.setdefault(row[e], []).append((k, e))
+        return found
+
+    def loose(self) -> list[End]:
+        """Return the ends that meet no other."""
+        return [ends[0] for ends in self.meeting().values() if len(ends) == 1]
+
+    def hole(self, number: int) -> Hole | None:
+        """Return the via or pad at a joint, one with a name before others."""
+        found = sorted((hole for joint, hole in self.holes if joint == number), key=lambda hole: not hole.name)
+        return found[0] if found else None
+
+
+def joined(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float = ROUNDING) -> Joints:
+    """Return where tracks of a net meet.
+
+    Parameters
+    ----------
+    tracks : sequence of Track
+        Of the net, in any order.
+    holes : sequence of Hole
+        Vias and pads that they may meet in.
+    nearness : float
+        Distance within which ends are one [m].
+
+    Raises
+    ------
+    SceneError
+        When tracks are so short that they would shrink to a point.
+    """
+    found = _without_stubs(_near(tracks, holes, nearness))
+    return _parted(_overlapping(_without_stubs(_in_holes(found))))
+
+
+def _near(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float) -> Joints:
+    """Join what ends near together, holes at their middles; leave out what has no length or lies twice."""
+    places = [(track.layer, track.points[e]) for track in tracks for e in (0, -1)]
+    places += [(layer, hole.place) for hole in holes for layer in hole.layers]
+    layers, points = zip(*places, strict=True)
+    starts = np.cumsum([2 * len(tracks), *(len(hole.layers) for hole in holes)]).tolist()
+    pairs = [(a, k) for a, b in zip(starts[:-1], starts[1:], strict=True) for k in range(a + 1, b)]
+    for layer in set(layers):
+        members = [k for k, name in enumerate(layers) if name == layer]
+        near = cKDTree(np.array([points[k] for k in members])).query_pairs(nearness)
+        pairs += [(members[a], members[b]) for a, b in near]
+    label = _merged(len(points), pairs)
+    _check_small(np.array(points), label, nearness)
+    ends, known = label[: 2 * len(tracks)].reshape(-1, 2), set()
+    kept: list[int] = []
+    for k, track in enumerate(tracks):
+        a, b = sorted(ends[k].tolist())
+        sagitta = track.points[1:-1] - track.points[[0, -1]].mean(axis=0)
+        lies = (a, b, *np.round(sagitta.ravel() / nearness / 4.0).tolist())
+        if lies not in known and (a != b or float(np.ptp(track.points, axis=0).max()) > 4.0 * nearness):
+            kept.append(k)
+        known.add(lies)
+    at = tuple((int(label[a]), hole) for a, hole in zip(starts[:-1], holes, strict=True))
+    return Joints(tuple(tracks[k] for k in kept), ends[kept], at)
+
+
+def _check_small(points: Array, label: NDArray[np.int64], nearness: float) -> None:
+    """Refuse a nearness at which tracks in short steps shrink to a point."""
+    low, high = np.full((2, len(points), 2), np.inf) * [[[1.0]], [[-1.0]]]
+    np.minimum.at(low, label, points)
+    np.maximum.at(high, label, points)
+    if (high - low).max() > _WIDEST * nearness:
+        raise SceneError(f"tracks must be longer than {nearness:.3g} m for ends that near to be one; got shorter ones")
+
+
+def _merged(count: int, pairs: Sequence[tuple[int, int]]) -> NDArray[np.int64]:
+    """Return the numbers of the groups that pairs make of `count` things."""
+    i, j = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
+    graph = coo_array((np.ones(len(i)), (i, j)), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+
+
+def _renumbered(joints: Joints, pairs: Sequence[tuple[int, int]]) -> Joints:
+    """Return the joints, those of each pair made one."""
+    most = max([int(joints.numbers.max(initial=0)), *(number for number, _ in joints.holes), *map(max, pairs)])
+    label = _merged(most + 1, pairs)
+    holes = tuple((int(label[number]), hole) for number, hole in joints.holes)
+    return replace(joints, numbers=label[joints.numbers], holes=holes)
+
+
+def _without_stubs(joints: Joints) -> Joints:
+    """Leave out tracks that end loose within the copper of the joint of three or more that they start from."""
+    while True:
+        meeting = joints.meeting()
+        stubs = {k for k, e in joints.loose() if _is_stub(joints, meeting, (k, e))}
+        stubs |= {k for k, (a, b) in enumerate(joints.numbers.tolist()) if a == b and joints.hole(a) is not None}
+        if not stubs:
+            return joints
+        kept = [k for k in range(len(joints.tracks)) if k not in stubs]
+        joints = replace(joints, tracks=tuple(joints.tracks[k] for k in kept), numbers=joints.numbers[kept])
+
+
+def _is_stub(joints: Joints, meeting: dict[int, list[End]], end: End) -> bool:
+    """Tell whether the track of a loose end is hidden in the copper that it starts from."""
+    number = int(joints.numbers[end[0], 1 - end[1]])
+    others = [joints.tracks[k].width / 2 for k, _ in meeting[number] if k != end[0]]
+    hole = joints.hole(number)
+    reach = max([0.0, *others, *((max(hole.size) / 2,) if hole is not None else ())])
+    length = float(np.hypot(*(joints.point((end[0], 1)) - joints.point((end[0], 0)))))
+    return len(others) > 1 and length <= reach
+
+
+def _in_holes(joints: Joints) -> Joints:
+    """Join the ends that are loose, and joints of three or more, with the vias and pads that they lie in."""
+    if not joints.holes or not joints.tracks:
+        return joints
+    open_ends = [(number, ends[0]) for number, ends in joints.meeting().items() if len(ends) != 2]
+    points = np.array([joints.point(end) for _, end in open_ends]).reshape(-1, 2)
+    pairs = []
+    for number, hole in joints.holes:
+        for i in np.flatnonzero(hole.holds(points)).tolist():
+            joint, end = open_ends[i]
+            if joints.tracks[end[0]].layer in hole.layers:
+                pairs.append((joint, number))
+    return _renumbered(joints, pairs)
+
+
+def _overlapping(joints: Joints) -> Joints:
+    """Join loose ends of two tracks on one layer, each the other's nearest, within half the narrower of them."""
+    loose = joints.loose()
+    near: dict[End, End] = {}
+    for end in loose:
+        track = joints.tracks[end[0]]
+        others = [other for other in loose if other[0] != end[0] and joints.tracks[other[0]].layer == track.layer]
+        gaps = [float(np.hypot(*(joints.point(other) - joints.point(end)))) for other in others]
+        if gaps and min(gaps) <= min(track.width, joints.tracks[others[int(np.argmin(gaps))][0]].width) / 2:
+            near[end] = others[int(np.argmin(gaps))]
+    pairs = [(end, other) for end, other in near.items() if near.get(other) == end and end < other]
+    return _renumbered(joints, [(int(joints.numbers[a]), int(joints.numbers[b])) for a, b in pairs])
+
+
+def _is_via(joints: Joints, hole: Hole, ends: Sequence[End]) -> bool:
+    """Tell whether a pad joins lines of its footprint on two layers, and no more."""
+    tracks = [joints.tracks[k] for k, _ in ends]
+    own = all(track.footprint == hole.footprint for track in tracks)
+    return own and len(tracks) == 2 and tracks[0].layer != tracks[1].layer
+
+
+def _parted(joints: Joints) -> Joints:
+    """Give each end in a pad with a name, where several meet, a joint of its own, with the pad."""
+    numbers, holes = joints.numbers.copy(), list(joints.holes)
+    free = max([int(numbers.max(initial=0)), *(number for number, _ in holes)]) + 1
+    for number, ends in joints.meeting().items():
+        hole = joints.hole(number)
+        if hole is None or not hole.name or len(ends) < 2 or _is_via(joints, hole, ends):
+            continue
+        for end in ends[1:]:
+            numbers[end] = free
+            holes.append((free, hole))
+            free += 1
+    return replace(joints, numbers=numbers, holes=tuple(holes))

@@ -1,0 +1,185 @@
+"""Which scene is a board? Coils of the chosen nets as paths, other nets' pours as plates, and what is still to add.
+
+The frame of the scene: x and y from the middle of all coils' tracks (or the board's own origin), y up; z = 0 at the top
+face of the uppermost layer with a track of a coil.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from sits_mech.boards.kicad import Board, read_board
+from sits_mech.boards.plates import plates
+from sits_mech.boards.pours import pours
+from sits_mech.boards.route import Route, route
+from sits_mech.boards.stackup import permittivity
+from sits_mech.boards.turns import touching
+from sits_mech.quantities import Array
+from sits_mech.scene.files import written
+from sits_mech.scene.sensor import Sensor, sensor_from
+from sits_mech.units import SceneError
+
+_DIGITS = 10  # of lengths: a tenth of the board's own step
+_FINEST, _COARSEST = 1e-9, 1e-3  # errors of chords [m]
+_FEW = 6  # nets in a message
+_FIGURES = 4  # decimals of permittivities
+_TO_ADD = """
+# The board has no target and no elastomer. A target on a layer, to be adapted:
+# [target]
+# material = "copper"
+# shape = "rectangle"
+# width = "{width:.3g} mm"
+# length = "{length:.3g} mm"
+# thickness = "0.2 mm"
+# [elastomer]
+# material = "ecoflex-00-30"
+# width = "{wide:.3g} mm"
+# length = "{long:.3g} mm"
+# thickness = "2 mm"
+"""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What to take of a board.
+
+    Attributes
+    ----------
+    nets : tuple of str
+        One coil each.
+    frequency : float
+        Of the scene [Hz].
+    origin : str
+        "coil" (the middle of the coils' tracks) or "board".
+    chord_error : float
+        Greatest distance of arcs from their polylines [m].
+    with_pours : bool
+        Whether other nets' filled zones become conductors.
+    """
+
+    nets: tuple[str, ...]
+    frequency: float = 5e6
+    origin: Literal["coil", "board"] = "coil"
+    chord_error: float = 1e-6
+    with_pours: bool = True
+
+
+def board_scene(path: Path, choice: Choice) -> tuple[str, tuple[str, ...]]:
+    """Return the scene file of a board's coils, and what to say of it.
+
+    Parameters
+    ----------
+    path : Path
+        A .kicad_pcb file of KiCad 7 or later.
+    choice : Choice
+
+    Raises
+    ------
+    SceneError
+        One line: the board cannot be read, a net is not there or no single path, a pour touches a track, or the scene
+        cannot be.
+    """
+    twice = [net for net in choice.nets if choice.nets.count(net) > 1]
+    if twice:
+        raise SceneError(f"--net: must name each net once; got {twice[0]} twice")
+    if not _FINEST <= choice.chord_error <= _COARSEST:
+        raise SceneError(f"--chord-error: must be a length from 1 nm to 1 mm; got {choice.chord_error:g} m")
+    board = read_board(path)
+    if not choice.nets:
+        raise SceneError(f"--net: must name a net of the board, once for each coil, {_longest(board)}; it is missing")
+    routes = [route(board, net, choice.chord_error) for net in choice.nets]
+    origin, top = _origin(board, routes, choice.origin), _top(board, routes)
+    coils = [_coil(board, found, origin, top) for found in routes]
+    table: dict[str, Any] = {"name": f"Coils of {path.name}", "frequency": choice.frequency, "coils": coils}
+    sensor = sensor_from(table, board.name)
+    notes = list(board.notes)
+    for found in routes:
+        notes += [_told(board, found), *touching(found), *found.notes]
+    if choice.with_pours:
+        poured, left_out = pours(board, routes)
+        conductors, changed = plates(sensor, poured, board.stack, origin, top)
+        table |= {"conductors": conductors} if conductors else {}
+        notes += [*left_out, *changed]
+    head = "".join(f"# {line}\n" for line in notes)
+    return head + written(table) + _to_add(sensor), tuple(notes)
+
+
+def _longest(board: Board) -> str:
+    """Return the nets with the longest tracks, arcs by their chords, for a reader."""
+    lengths: dict[str, float] = {}
+    for track in board.tracks:
+        lengths[track.net] = lengths.get(track.net, 0.0) + _length(track.points)
+    names = sorted({*lengths} - {""}, key=lambda name: -lengths[name])[:_FEW]
+    listed = ", ".join(f"{name} ({1e3 * lengths[name]:.4g} mm)" for name in names)
+    return f"such as {listed}" if names else "which has none with tracks"
+
+
+def _origin(board: Board, routes: Sequence[Route], origin: str) -> Array:
+    """Return the scene's origin on the board [m]."""
+    points = np.vstack([run.points for found in routes for run in found.runs])
+    return (points.min(axis=0) + points.max(axis=0)) / 2 if origin == "coil" else np.zeros(2)
+
+
+def _top(board: Board, routes: Sequence[Route]) -> float:
+    """Return the height of the uppermost track's top face, of its own thickness or its coil's mean [m]."""
+    layers = [(board.stack[run.layer], _thickness(board, found)) for found in routes for run in found.runs]
+    return max(layer.z + max(layer.thickness, mean) / 2 for layer, mean in layers)
+
+
+def _length(points: Array) -> float:
+    """Return the length of a polyline [m]."""
+    return float(np.hypot(*np.diff(points, axis=0).T).sum())
+
+
+def _thickness(board: Board, found: Route) -> float:
+    """Return the thickness of a coil's copper, the mean by length where its layers differ [m]."""
+    lengths = [_length(run.points) for run in found.runs]
+    return float(np.average([board.stack[run.layer].thickness for run in found.runs], weights=lengths))
+
+
+def _coil(board: Board, found: Route, origin: Array, top: float) -> dict[str, Any]:
+    """Return the table of a coil."""
+    widths = [round(run.width, _DIGITS) for run in found.runs]
+    longest = int(np.argmax([_length(run.points) for run in found.runs]))
+    path = []
+    for run in found.runs:
+        z = round(board.stack[run.layer].z - top, _DIGITS)
+        points = np.round(run.points - origin, _DIGITS) + 0.0
+        path.append([[x, y, z] for x, y in points.tolist()])
+    table: dict[str, Any] = {
+        "name": found.net, "shape": "path", "track_width": widths[longest],
+        "track_thickness": round(_thickness(board, found), _DIGITS), "path": path,
+    }  # fmt: skip
+    table |= {"path_widths": widths} if len(set(widths)) > 1 else {}
+    relative = permittivity(board.stack[run.layer] for run in found.runs)
+    return table | ({} if relative is None else {"board_permittivity": round(relative, _FIGURES)})
+
+
+def _told(board: Board, found: Route) -> str:
+    """Return what a coil is, for a reader."""
+    layers = list(dict.fromkeys(run.layer for run in found.runs))
+    total = 1e3 * sum(_length(run.points) for run in found.runs)
+    corners = sum(len(run.points) for run in found.runs)
+    thicknesses = sorted({board.stack[layer].thickness for layer in layers})
+    mean = f"; copper of {', '.join(f'{1e6 * t:.4g}' for t in thicknesses)} um taken as its mean"
+    heights = [board.stack[run.layer].z for run in found.runs]
+    jumps = [1e3 * abs(b - a) for a, b in pairwise(heights) if a != b]
+    vias = f"; {len(jumps)} vias, {sum(jumps):.4g} mm together, are no part of the coil" if jumps else ""
+    vias = f"; 1 via of {jumps[0]:.4g} mm is no part of the coil" if len(jumps) == 1 else vias
+    return (
+        f"net {found.net}: {total:.5g} mm of track on {', '.join(layers)}, {corners} points, from {found.ends[0]} to "
+        f"{found.ends[1]}{vias}{mean if len(thicknesses) > 1 else ''}"
+    )
+
+
+def _to_add(sensor: Sensor) -> str:
+    """Return what to add to the scene, as comments, with a target as large as the coils."""
+    reach = [[abs(coil.centre[k]) + coil.extent[k] / 2 for coil in sensor.coils] for k in (0, 1)]
+    width, length = (2e3 * max(side) for side in reach)
+    return _TO_ADD.format(width=width, length=length, wide=1.5 * width, long=1.5 * length)

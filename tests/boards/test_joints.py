@@ -1,0 +1,91 @@
+"""Joints: what meets, by places alone, on boards drawn with more or less care."""
+
+from typing import Any
+
+import numpy as np
+
+from sits_mech.boards.joints import Joints, joined
+from sits_mech.boards.kicad import read_board
+
+
+def net(draw: Any, items: list[str], nearness: float = 1e-6, four: bool = False) -> Joints:
+    """Return the joints of all that is drawn."""
+    board = read_board(draw.board(items, four=four))
+    return joined(board.tracks, board.holes, nearness)
+
+
+def degrees(joints: Joints) -> list[int]:
+    """Return how many ends meet at each joint, in order of size."""
+    return sorted(len(ends) for ends in joints.meeting().values())
+
+
+def test_ends_within_rounding_are_one(draw: Any) -> None:
+    """0.9 um apart they are, on one layer; a via joins layers, only those that it is on."""
+    assert degrees(net(draw, [draw.line((0, 0), (1, 0)), draw.line((1.0009, 0), (2, 0))])) == [1, 1, 2]
+    two = [draw.line((0, 0), (1, 0)), draw.line((1, 0), (2, 0), "B.Cu")]
+    assert degrees(net(draw, two)) == [1, 1, 1, 1]
+    assert degrees(net(draw, [*two, draw.via((1, 0))])) == [1, 1, 2]
+    inner = [draw.line((0, 0), (1, 0)), draw.line((1, 0), (2, 0), "In2.Cu")]
+    for layers, expected in (('"F.Cu" "In1.Cu"', [1, 1, 1, 1]), ('"F.Cu" "In2.Cu"', [1, 1, 2])):
+        assert degrees(net(draw, [*inner, draw.via((1, 0), layers, kind="blind")], four=True)) == expected
+    stacked = [draw.via((1, 0), '"F.Cu" "In1.Cu"', kind="micro"), draw.via((1, 0), '"In1.Cu" "In2.Cu"', kind="blind")]
+    assert degrees(net(draw, [*inner, *stacked], four=True)) == [1, 1, 2]
+
+
+def test_loose_ends_meet_in_copper(draw: Any) -> None:
+    """In the ring of a via, or overlapping another loose end by half a width; beyond that they do not."""
+    via = draw.via((1.2, 0.1))
+    assert degrees(net(draw, [draw.line((0, 0), (1, 0)), draw.line((1.3, 0), (2, 0), "B.Cu"), via])) == [1, 1, 2]
+    assert degrees(net(draw, [draw.line((0, 0), (0.8, 0)), draw.line((1.3, 0), (2, 0), "B.Cu"), via])) == [1, 1, 1, 1]
+    for gap, expected in ((0.099, [1, 1, 2]), (0.101, [1, 1, 1, 1])):
+        assert degrees(net(draw, [draw.line((0, 0), (1, 0)), draw.line((1 + gap, 0), (2, 0))])) == expected
+
+
+def test_what_careless_drawing_leaves_does_not_count(draw: Any) -> None:
+    """Doubles, tracks of no length, overshoots within a via or a joint: of eleven tracks, four are the path."""
+    path = [draw.line((0, 0), (1, 0)), draw.line((1, 0), (2, 0), "B.Cu"), draw.via((1, 0))]
+    dirt = [
+        draw.line((1, 0), (0, 0)),  # the first one again, backwards
+        draw.line((0.5, 0.5), (0.5, 0.5)),
+        draw.line((1, 0), (1.0028, 0), "B.Cu"),  # past the via, seen on a published antenna
+        draw.line((0.9, 0.1), (1.1, 0.1)),  # begins and ends in the via
+        *draw.lines([(0, 0), (-1, -1), (-2, 0)]), draw.line((-1, -1), (-1.09, -1)),  # past a corner, within its copper
+        draw.line((2, 0), (2.0002, 0), "B.Cu"),
+        draw.line((2, 0), (2.0002, 0), "B.Cu"),
+    ]
+    found = net(draw, [*path, *dirt])
+    assert len(found.tracks) == 4 and degrees(found) == [1, 1, 2, 2, 2]
+    np.testing.assert_allclose(found.tracks[0].points, [[0, 0], [1e-3, 0]], atol=1e-12)
+
+
+def test_arcs_between_the_same_ends_are_two(draw: Any) -> None:
+    """Two half circles are a loop, the same arc twice is one."""
+    over, under = (draw.arc((0, 0), (1, sign), (2, 0)) for sign in (-1, 1))
+    assert degrees(net(draw, [over, under])) == [2, 2] and degrees(net(draw, [over, over])) == [1, 1]
+
+
+def test_pads_with_a_number_end_the_path(draw: Any) -> None:
+    """Three tracks in one pad are three ends with that pad; a pad without number is passed through."""
+    star = [draw.line((0, 0), (1, 0)), draw.line((1.2, 0.1), (2, 0)), draw.line((1, -0.3), (1, 2))]
+    found = net(draw, [*star, draw.pad("7", (1, 0))])
+    holes = [found.hole(number) for number, ends in found.meeting().items() if len(ends) == 1]
+    assert degrees(found) == [1] * 6 and [hole.name for hole in holes if hole] == ["J1.7"] * 3
+    assert degrees(net(draw, [*star[:2], draw.pad("", (1, 0))])) == [1, 1, 2]
+
+
+def test_a_pad_between_the_lines_of_its_footprint_is_a_via(draw: Any) -> None:
+    """With a number or not; one that joins lines of one layer ends the path."""
+    for layer, expected in (("B.Cu", [1, 1, 2]), ("F.Cu", [1, 1, 1, 1])):
+        drawn = [
+            f'(fp_line (start {a} 0) (end {b} 0) (stroke (width 0.2) (type solid)) (layer "{name}"))'
+            for a, b, name in ((0, 5, "F.Cu"), (5, 9, layer))
+        ]
+        hole = '(pad "3" thru_hole circle (at 5 0) (size 0.6 0.6) (drill 0.3) (layers "*.Cu"))'
+        head = '(footprint "x" (layer "F.Cu") (at 0 0) (fp_text reference "L1")'
+        assert degrees(net(draw, [f"{head} {' '.join(drawn)} {hole})"])) == expected
+
+
+def test_nearness_joins_more(draw: Any) -> None:
+    """Ends 8 um apart of a parallel pair, too."""
+    items = [draw.line((0, 0), (1, 0)), draw.line((1, 0.008), (2, 0)), draw.line((1, 0.004), (1, 3))]
+    assert degrees(net(draw, items, 1e-5)) == [1, 1, 1, 3]
