@@ -22,6 +22,8 @@ from sits_mech.scene.sensor import Conductor, Sensor, Target
 from sits_mech.turns import rotation_matrix
 
 _SIDES = 128  # of what stands for a disc
+_SOFT = 0.1  # of the clearance: the rise of a side below which it counts in square
+_TIMES = 24  # each of which leaves a fifth of what is missing at most
 _TOUCH = 1e-9  # of their size: parts closer than this touch, whatever rounding says
 
 
@@ -38,6 +40,25 @@ def clearance(sensor: Sensor, pose: Pose) -> Array:
     sides = np.abs(down[..., :2]) * half
     side = np.hypot(*np.moveaxis(sides, -1, 0)) if sensor.target.shape == "disc" else sides.sum(axis=-1)
     return np.asarray(pose.centre[..., 2] - side + np.minimum(sensor.target.thickness * down[..., 2], 0.0))
+
+
+def smooth_height(middle: Array, sides: Array) -> Array:
+    """Return the height of a tilted plate's lowest point, or up to a quarter more, without a kink where it is level.
+
+    ``g = z - sum over sides of (sqrt(s^2 + e^2) - e)``, e = `_SOFT` g, by fixed point.
+
+    Parameters
+    ----------
+    middle : ndarray, shape (p,)
+        z: of the lower face's centre, less what the thickness takes of it [m].
+    sides : ndarray, shape (p, k)
+        s: how far half of each side falls, either sign [m].
+    """
+    gap = np.zeros(len(middle))
+    for _ in range(_TIMES):
+        soft = _SOFT * gap[:, None]
+        gap = middle - (np.hypot(sides, soft) - soft).sum(axis=1)
+    return gap
 
 
 def room(sensor: Sensor, pose: Pose) -> Array:

@@ -85,9 +85,9 @@ def drives(
     centres = np.array([(*coil.centre, 0.0) for coil in coils])
     corners = np.array(list(product((-1.0, 1.0), repeat=3))) * plate.box.half + (0.0, 0.0, plate.box.half[2])
     corners = corners @ np.swapaxes(turns, 1, 2) + places[:, None]
-    heights = float(corners[..., 2].min()), float(corners[..., 2].max())
+    highest = float(corners[..., 2].max())
     reach = np.abs(corners.reshape(-1, 3).max(0) - centres), np.abs(corners.reshape(-1, 3).min(0) - centres)
-    region = *heights, float(np.linalg.norm(np.maximum(*reach)[:, :2], axis=1).max())
+    region = plate.box.clearance, highest, float(np.linalg.norm(np.maximum(*reach)[:, :2], axis=1).max())
     fields = [winding_potential(kind, windings, region) for kind in kinds]
     step = max(1, _DRIVES // (len(coils) * width))
     for start in range(0, len(places), step):

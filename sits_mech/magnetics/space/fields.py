@@ -41,12 +41,15 @@ class Box:
         rho of each axis: coefficients fall like ``rho^-n``.
     digits : float
         Natural logarithm of the accuracy to which fields are kept that need fewer polynomials.
+    clearance : float
+        From the windings, for which it is made [m].
     """
 
     half: Array
     order: tuple[int, int, int]
     decay: tuple[float, float, float]
     digits: float = 12.0
+    clearance: float = 1e-3
 
     @property
     def sizes(self) -> list[list[int]]:
