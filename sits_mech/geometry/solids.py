@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,6 +104,7 @@ def placed_plates(sensor: Sensor, outline: Outline | None, turns: Array, places:
     return parts
 
 
+@lru_cache(maxsize=64)
 def as_plate(part: Conductor) -> Target:
     """Return a fixed plate as a target of the same shape and metal."""
     return Target(

@@ -28,7 +28,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -44,7 +45,7 @@ from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.space.rungs import LADDER, Rung, carried, field_length, prepared, unseen
 from sits_mech.magnetics.stages import clearance_of, clearances, together, tops
 from sits_mech.quantities import Array, Complex, Impedance, Pose
-from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.sensor import Sensor, Target
 from sits_mech.threads import one_thread
 from sits_mech.turns import rotation_matrix
 from sits_mech.units import checked_tolerance
@@ -154,7 +155,7 @@ class Sheets:
         """What the plates do to the coils by one preparation of each, at a frequency, prepared up to another."""
         sensor, rung = self.sensor, next((rung for error, rung in LADDER if self.tolerance >= error), LADDER[-1][1])
         plates = [
-            _divided(sensor, part, rung, clearance_of(step, part.anchor), frequency)
+            _divided(sensor, (part.plate, part.outline, part.middle), rung, clearance_of(step, part.anchor), frequency)
             for part, step in zip(parts, steps, strict=True)
         ]
         notes = [part.title + note for part, plate in zip(parts, plates, strict=True) for note in plate.notes]
@@ -222,28 +223,34 @@ def not_representable(sensor: Sensor) -> str | None:
     return overlapping(sensor)
 
 
+@lru_cache(maxsize=64)
 def _divided(
-    sensor: Sensor, part: PlacedPlate, rung: Rung, clearance: float, frequency: tuple[float, float]
-) -> _Divided:
-    """Prepare a plate for clearances from one on; alone, not for smaller ones than its polynomials carry."""
-    alone, (asked, top) = not sensor.conductors, frequency
+    sensor: Sensor, part: tuple[Target, Outline | None, tuple[float, float]], rung: Rung, clearance: float,
+    frequency: tuple[float, float],
+) -> _Divided:  # fmt: skip
+    """Prepare a plate, its middle given, for clearances from one on, for a frequency below another.
+
+    Alone, not for smaller ones than its polynomials carry.
+    """
+    alone, (asked, top), (plate, outline, place) = not sensor.conductors, frequency, part
     if alone:
-        clearance = carried(part.plate, part.outline, clearance, rung)
-    reach, middle = _reach(sensor, part.middle) + 2 * clearance, clearance + part.plate.thickness / 2
+        clearance = carried(plate, outline, clearance, rung)
+    reach, middle = _reach(sensor, place) + 2 * clearance, clearance + plate.thickness / 2
     length = min(field_length(coil, middle) for coil in sensor.coils)
     if not alone:
         length = min(length, _PLATES * middle)
-    fine, coarse = prepared(part.plate, part.outline, rung, (clearance, top, reach, length))
-    depth, missed = skin_depth(asked, part.plate.metal.conductivity), unseen(fine.box)
-    thin = depth > part.plate.thickness
-    first = rung.skin * skin_depth(top, part.plate.metal.conductivity) / (1.0 + math.sqrt(rung.growth))
+    fine, coarse = prepared(plate, outline, rung, (clearance, top, reach, length))
+    depth, missed = skin_depth(asked, plate.metal.conductivity), unseen(fine.box)
+    thin = depth > plate.thickness
+    first = rung.skin * skin_depth(top, plate.metal.conductivity) / (1.0 + math.sqrt(rung.growth))
     trust = Uncertainty(1.0 / 3.0 if thin else 1.0, missed, 0.0 if thin else (first / depth) ** 2 / 12)
-    return _Divided((fine, coarse), clearance, trust, _notes(part.plate.thickness / depth, fine.sheets, missed))
+    return _Divided((fine, coarse), clearance, trust, _notes(plate.thickness / depth, fine.sheets, missed))
 
 
 def _extrapolated(fine: Complex, coarse: Complex, plates: Sequence[Uncertainty]) -> tuple[Complex, Complex]:
     """Delta Z from two divisions, and its error, real and imaginary part apart, by the worst of the plates."""
-    trust, missed, skin = (max(several) for several in zip(*(astuple(own) for own in plates), strict=True))
+    trust, missed = max(own.trust for own in plates), max(own.unseen for own in plates)
+    skin = max(own.skin for own in plates)
     change, step = (4 * fine - coarse) / 3, trust * (fine - coarse) / 3
     error_X = largest(step.imag) + missed * largest(change.imag)
     error_R = largest(step.real) + (missed + skin) * largest(change.real)

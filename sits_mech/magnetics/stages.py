@@ -71,12 +71,15 @@ def together(parts: Sequence[list[tuple[Integers, Array]]]) -> Iterator[tuple[tu
         As of `clearances`, for the same poses.
     """
     for choice in product(*parts):
-        steps, share = np.stack([step for step, _ in choice], axis=1), np.prod([own for _, own in choice], axis=0)
-        kinds, which = np.unique(steps, axis=0, return_inverse=True)
-        for number, kind in enumerate(kinds.tolist()):
-            some = np.flatnonzero((which.ravel() == number) & (share > 0.0))
-            if some.size:
-                yield tuple(kind), some, share[some]
+        steps, share = np.stack([step for step, _ in choice], axis=1), choice[0][1]
+        for _, own in choice[1:]:
+            share = share * own
+        left = share > 0.0
+        while left.any():
+            kind = steps[np.argmax(left)]
+            some = np.flatnonzero(left & (steps == kind).all(axis=1))
+            left[some] = False
+            yield tuple(kind.tolist()), some, share[some]
 
 
 def _rise(s: Array) -> Array:

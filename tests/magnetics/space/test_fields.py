@@ -7,7 +7,7 @@ import pytest
 
 from sits_mech.magnetics.coils.ring_field import ring_potential, winding_potential
 from sits_mech.magnetics.sheets import Sheets, sheets
-from sits_mech.magnetics.space.fields import Box, coefficients
+from sits_mech.magnetics.space.fields import Box
 from sits_mech.quantities import Impedance, Pose
 from sits_mech.scene.sensor import Sensor, load_sensor
 from sits_mech.turns import rotation_matrix
@@ -62,7 +62,7 @@ def test_needed_polynomials_carry_the_field(x: float, y: float) -> None:
     order = [sizes[k] for sizes, k in zip(BOX.sizes, needed, strict=True)]
     about = coil.model_copy(update={"centre": (0.0, 0.0)})
     field = winding_potential(about, "rings", (1.5 * MM, 3 * MM, 40 * MM))
-    c = coefficients(field, BOX, order, turn, place - (x * MM, y * MM, 0.0)).reshape(3, *order)
+    c = BOX.nodes(order).coefficients(field, turn, place - (x * MM, y * MM, 0.0)).reshape(3, *order)
     inside = np.random.default_rng(1).uniform(-1.0, 1.0, (200, 3))
     T = [np.cos(np.arccos(inside[:, k, None]) * np.arange(n)) for k, n in enumerate(order)]
     found = np.einsum("aijk,pi,pj,pk->pa", c, *T)
