@@ -22,6 +22,8 @@ from sits_mech.scene.sensor import Conductor, Sensor, Target
 from sits_mech.turns import rotation_matrix
 
 _SIDES = 128  # of what stands for a disc
+_SOFT = 0.1  # of the clearance: the rise of a side below which it counts in square
+_TIMES = 8  # of Newton's method, from above: monotone, as the function is convex
 _TOUCH = 1e-9  # of their size: parts closer than this touch, whatever rounding says
 
 
@@ -38,6 +40,27 @@ def clearance(sensor: Sensor, pose: Pose) -> Array:
     sides = np.abs(down[..., :2]) * half
     side = np.hypot(*np.moveaxis(sides, -1, 0)) if sensor.target.shape == "disc" else sides.sum(axis=-1)
     return np.asarray(pose.centre[..., 2] - side + np.minimum(sensor.target.thickness * down[..., 2], 0.0))
+
+
+def smooth_height(middle: Array, sides: Array) -> Array:
+    """Return the height of a tilted plate's lowest point, or up to a quarter more, without a kink where it is level.
+
+    ``g = z - sum over sides of (sqrt(s^2 + e^2) - e)``, e = `_SOFT` g, by Newton's method.
+
+    Parameters
+    ----------
+    middle : ndarray, shape (p,)
+        z: of the lower face's centre, less what the thickness takes of it [m].
+    sides : ndarray, shape (p, k)
+        s: how far half of each side falls, either sign [m].
+    """
+    gap, square = middle.copy(), sides**2
+    for _ in range(_TIMES if square.any() else 0):
+        soft = _SOFT * gap[:, None]
+        side = np.sqrt(square + soft**2)
+        miss = gap - middle + (side - soft).sum(axis=1)
+        gap = gap - miss / (1.0 + _SOFT * (soft / side - 1.0).sum(axis=1))
+    return np.asarray(gap)
 
 
 def room(sensor: Sensor, pose: Pose) -> Array:

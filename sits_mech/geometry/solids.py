@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sits_mech.geometry.boxes import Solid, fixed_solids, nearest, separation
-from sits_mech.geometry.collision import Collision
+from sits_mech.geometry.collision import Collision, smooth_height
 from sits_mech.geometry.outline import Outline, target_outline
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Conductor, Sensor, Target
+
+Integers = NDArray[np.int64]
+
+CLEARANCE = 1.8e-3
+"""A common clearance of targets over coils: that of the preparation which serves it is not the poses' [m]."""
 
 
 @dataclass(frozen=True)
@@ -27,8 +34,11 @@ class PlacedPlate:
         Instead of the scene's.
     turns, places : ndarray, shapes (p, 3, 3), (p, 3)
         Rotations, and places of the bottom face's centre [m]; p = 1 if it does not move.
-    gap : float
-        From all else, the smallest over all poses; for the target from the coil plane, not from the coils [m].
+    gap : ndarray, shape (p,)
+        From all else, one a pose of the target and without kinks where that is level; of the target from the coil
+        plane, not from the coils [m].
+    anchor : float
+        A gap that is not the poses': of a fixed plate from all that does not move, of the target `CLEARANCE` [m].
     middle : tuple of float
         Seen from above; of the target, where it is at rest [m].
     """
@@ -38,8 +48,15 @@ class PlacedPlate:
     outline: Outline | None
     turns: Array
     places: Array
-    gap: float
+    gap: Array
+    anchor: float
     middle: tuple[float, float]
+
+    def among(self, some: Integers) -> PlacedPlate:
+        """Return it in some of its places; itself, where it does not move."""
+        if len(self.places) == 1 < len(self.gap) or len(some) == len(self.gap):
+            return self
+        return replace(self, turns=self.turns[some], places=self.places[some], gap=self.gap[some])
 
 
 def placed_plates(sensor: Sensor, outline: Outline | None, turns: Array, places: Array) -> list[PlacedPlate]:
@@ -64,23 +81,30 @@ def placed_plates(sensor: Sensor, outline: Outline | None, turns: Array, places:
     if sensor.target is not None and places.size:
         t = sensor.target.thickness
         half = np.array([*np.abs(target_outline(sensor.target, outline).rim).max(0), t / 2])
+        lowest_points(sensor.target, outline, turns, places)  # refuses what is not above the coils
         moving = [Solid("target", half, turns, places + turns[:, :, 2] * t / 2)]
-        apart = {plate.name: nearest(moving[0], (plate,)) for plate in plates}
-        for name, gap in apart.items():
-            if gap <= 0.0:
+        sides = turns[:, 2, :2] * half[:2]
+        sides = np.hypot(*sides.T)[:, None] if sensor.target.shape == "disc" else sides
+        gap = smooth_height(places[:, 2] + np.minimum(turns[:, 2, 2] * t, 0.0), sides)
+        for plate in plates:
+            apart = separation(moving[0], plate)
+            if apart.min() <= 0.0:
                 raise Collision(
-                    f"pose: the boxes around the target and {name} must be clear of each other for 'sheets', they "
-                    f"overlap by {-gap * 1e3:.3g} mm"
+                    f"pose: the boxes around the target and {plate.name} must be clear of each other for 'sheets', "
+                    f"they overlap by {-apart.min() * 1e3:.3g} mm"
                 )
-        gap = min(float(lowest_points(sensor.target, outline, turns, places).min()), *apart.values(), np.inf)
-        parts = [PlacedPlate("", sensor.target, outline, turns, places, gap, (0.0, 0.0))]
+            gap = np.minimum(gap, apart)
+        parts = [PlacedPlate("", sensor.target, outline, turns, places, gap, CLEARANCE, (0.0, 0.0))]
     for k, (part, solid) in enumerate(zip(sensor.conductors, plates, strict=True)):
-        gap = nearest(solid, (*coils, *moving, *plates[:k], *plates[k + 1 :]))
+        anchor = nearest(solid, (*coils, *plates[:k], *plates[k + 1 :]))
+        gap = np.minimum(anchor, separation(moving[0], solid)) if moving else np.array([anchor])
         place = solid.places - (0.0, 0.0, part.thickness / 2)
-        parts.append(PlacedPlate(f"{solid.name}: ", as_plate(part), None, solid.turns, place, gap, part.centre[:2]))
+        found = PlacedPlate(f"{solid.name}: ", as_plate(part), None, solid.turns, place, gap, anchor, part.centre[:2])
+        parts.append(found)
     return parts
 
 
+@lru_cache(maxsize=64)
 def as_plate(part: Conductor) -> Target:
     """Return a fixed plate as a target of the same shape and metal."""
     return Target(

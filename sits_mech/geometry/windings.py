@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import combinations_with_replacement
 
 import numpy as np
@@ -75,15 +76,20 @@ class Sections:
         return Sections(self.radius, -self.z, self.width, self.height, self.sign)
 
 
-def kinds_of(coils: Sequence[Coil]) -> tuple[list[Coil], list[int]]:
+def kinds_of(coils: Sequence[Coil]) -> tuple[tuple[Coil, ...], tuple[int, ...]]:
     """Return the distinct windings among coils, about z and without a name, and which of them each coil has.
 
     In an order that does not depend on that of the coils.
     """
+    return _kinds_of(tuple(coils))
+
+
+@lru_cache(maxsize=32)
+def _kinds_of(coils: tuple[Coil, ...]) -> tuple[tuple[Coil, ...], tuple[int, ...]]:
     windings = unnamed(coils)
     several = set(windings)
     kinds = sorted(several, key=repr) if len(several) > 1 else list(several)
-    return kinds, [kinds.index(winding) for winding in windings]
+    return tuple(kinds), tuple(kinds.index(winding) for winding in windings)
 
 
 def unnamed(coils: Sequence[Coil]) -> list[Coil]:
@@ -122,7 +128,7 @@ def placed_pairs(coils: Sequence[Coil], turned: Sequence[bool]) -> tuple[list[Pa
     return list(found), index
 
 
-def distinct_pairs(coils: Sequence[Coil]) -> tuple[list[Coil], list[tuple[int, int, float]], NDArray[np.int64]]:
+def distinct_pairs(coils: Sequence[Coil]) -> tuple[Sequence[Coil], list[tuple[int, int, float]], NDArray[np.int64]]:
     """Return the distinct windings; the distinct pairs of them, with the distance of the axes; which one each two are.
 
     A coil makes a pair with itself, at distance zero. The last is of shape (n, n).

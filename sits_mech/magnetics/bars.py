@@ -6,8 +6,8 @@ admittance Y (`section.plate`):
 
     Delta Z_cd = c_c^T Y(omega) c_d,    R = Re Delta Z,    L = L0 + Im Delta Z / omega,
 
-The plate is prepared once for a range of clearance (a factor of two) and of frequency (a
-decade); then a pose is a field at a dozen points and one small product. Two divisions of the plate give the answer,
+The plate is prepared for a ladder of clearances and frequencies whose steps are blended (`stages`); then a pose is a
+field at a dozen points and one small product. Two divisions of the plate give the answer,
 extrapolated in the size of the bars, and with a third one its estimated error (`section.division`).
 
 Free net current: the plate's current returns at the circle |p| = R_b, where A = 0. Its Green function
@@ -27,24 +27,27 @@ few coefficients is this project's own.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from scipy.constants import mu_0
 
-from sits_mech.geometry.collision import clearance
+from sits_mech.geometry.collision import smooth_height
 from sits_mech.geometry.plates import Plate, distance, return_radius, section_plates
+from sits_mech.geometry.solids import CLEARANCE
 from sits_mech.geometry.tracks import coil_bars, section_refusal
 from sits_mech.geometry.windings import Bars
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, sizes
 from sits_mech.magnetics.coils.alone import section_resistances
-from sits_mech.magnetics.section.coupling import circle_samples, filaments, samples
+from sits_mech.magnetics.section.coupling import Filaments, circle_samples, filaments, samples
 from sits_mech.magnetics.section.division import Lengths, Resolution
 from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.magnetics.section.neighbours import SectionPlate, coupled_reaction
 from sits_mech.magnetics.section.plate import PreparedPlate, prepare_plate
 from sits_mech.magnetics.skin import skin_depth
+from sits_mech.magnetics.stages import clearance_of, clearances, together, tops
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Coil, Sensor
 from sits_mech.threads import one_thread
@@ -92,13 +95,25 @@ class PlanarBars:
         return answer(_KIND, self.sensor, pose, frequency, alone, self._reaction)
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:
-        """What the plates do to the coils."""
-        change, errors, cells = _change(self.sensor, self.tolerance, pose, frequency)
+        """What the plates do to the coils: blended over the preparations that serve each pose."""
+        resolution = next((rung for error, rung in LADDER if self.tolerance >= error), LADDER[-1][1])
+        react, gaps = _among_others if self.sensor.conductors else _alone, _gaps(self.sensor, pose)
+        change, check = np.zeros((2, len(gaps[0][0]), *(2 * [len(self.sensor.coils)])), dtype=complex)
+        cells = 0
+        for steps, some, share in together([clearances(*own) for own in gaps]):
+            clear = [clearance_of(step, anchor) for step, (_, anchor) in zip(steps, gaps, strict=True)]
+            for top, own in tops(frequency):
+                found = react(self.sensor, resolution, Pose.of(pose.components[some]), (clear, frequency, top))
+                change[some] += (own * share)[:, None, None] * found[0]
+                check[some] += (own * share)[:, None, None] * found[1]
+                cells = max(cells, found[2])
         _check_bounds(change.imag / (2 * np.pi * frequency), change.real, free_space_inductance(self.sensor), cells)
-        error = errors[1] * largest(change.real) + 1j * (errors[0] * largest(change.imag))
-        missed = errors[0] > self.tolerance
+        errors = np.max(sizes(change - check), axis=(-2, -1)) / np.max(sizes(change), axis=(-2, -1))
+        errors = _SAFETY[:, None] * errors + math.exp(-resolution.terms)
+        error = errors[0][:, None, None] * largest(change.real) + 1j * (errors[1][:, None, None] * largest(change.imag))
+        missed = errors[1].max() > self.tolerance
         notes = ("the estimated error exceeds the tolerance; 'planar-fem' can do better",) if missed else ()
-        return Reaction(change, error, errors[0], cells, 1, notes=notes)
+        return Reaction(change, error, float(errors[1].max()), cells, 1, notes=notes)
 
 
 def planar_bars(sensor: Sensor, tolerance: float = 1e-3) -> PlanarBars:
@@ -183,55 +198,73 @@ def _mutual(first: Bars, second: Bars, radius: float | None) -> float:
     return float(-mu_0 / (2 * np.pi) * first.sign @ logs @ second.sign)
 
 
-def _change(sensor: Sensor, tolerance: float, pose: Pose, frequency: float) -> tuple[Complex, tuple[float, float], int]:
-    """Delta Z of a flat batch of poses, its estimated relative errors in L and R, and the number of bars."""
-    resolution = next((rung for error, rung in LADDER if tolerance >= error), LADDER[-1][1])
-    react = _among_others if sensor.conductors else _alone
-    change, check, bars = react(sensor, resolution, pose, frequency)
-    scale = np.max(sizes(change), axis=(-2, -1))
-    errors = np.max(np.max(sizes(change - check), axis=(-2, -1)) / scale, axis=-1)
-    errors = _SAFETY * errors + math.exp(-resolution.terms)
-    return change, (float(errors[1]), float(errors[0])), bars
+def _gaps(sensor: Sensor, pose: Pose) -> list[tuple[Array, float]]:
+    """Distance of each plate from all else, one a pose, and one that does not depend on it (`stages`) [m]."""
+    if not sensor.conductors:
+        extent = (0.0, 0.0) if sensor.target is None else (sensor.target.extent[0], sensor.target.thickness)
+        sides, up = np.sin(np.asarray(pose.alpha))[:, None] * extent[0] / 2, np.cos(np.asarray(pose.alpha))
+        return [(smooth_height(np.asarray(pose.d_v) + np.minimum(up * extent[1], 0.0), sides), CLEARANCE)]
+    boxes = [coil_box(bars) for bars in bars_of_coils(sensor)]
+    found = []
+    for plates in _placed(sensor, pose):
+        moving, fixed = (plates[:1], plates[1:]) if sensor.target is not None else ((), plates)
+        own = [min(distance(plate.corners, other) for other in boxes) for plate in plates]
+        apart = [[distance(plate.corners, other.corners) for other in fixed if other is not plate] for plate in plates]
+        near = [min(each, default=np.inf) for each in apart]
+        anchors = [min(pair) for pair in zip(own, near, strict=True)]
+        to_target = [min((distance(plate.corners, t.corners) for t in moving), default=np.inf) for plate in fixed]
+        found.append([*anchors[: len(moving)], *(min(p) for p in zip(anchors[len(moving) :], to_target, strict=True))])
+    return [
+        (gap, CLEARANCE if k < len(moving) else anchor)
+        for k, (gap, anchor) in enumerate(zip(np.array(found).T, anchors, strict=True))
+    ]
 
 
-def _alone(sensor: Sensor, resolution: Resolution, pose: Pose, frequency: float) -> tuple[Complex, Complex, int]:
-    """Delta Z of a batch of poses with nothing but the target, its check, and the number of bars."""
-    plate = prepared_plate(sensor, resolution, float(np.min(clearance(sensor, pose))), frequency)
-    change, check = _reaction(sensor, plate, pose, frequency, resolution.terms)
+def _placed(sensor: Sensor, pose: Pose) -> Iterator[tuple[Plate, ...]]:
+    """Yield all plates of the section, pose by pose."""
+    for d_h, d_v, alpha in zip(pose.d_h, pose.d_v, pose.alpha, strict=True):  # type: ignore[arg-type]
+        yield section_plates(sensor, Pose(float(d_h), float(d_v), float(alpha)))
+
+
+def _alone(
+    sensor: Sensor, resolution: Resolution, pose: Pose, scale: tuple[Sequence[float], float, float]
+) -> tuple[Complex, Complex, int]:
+    """Delta Z of poses with nothing but the target, its check, and the number of bars.
+
+    `scale` has the clearance it is prepared for [m], the frequency, and that up to which it is prepared [Hz].
+    """
+    (clear,), frequency, top = scale
+    plate = prepared_plate(sensor, resolution, clear, top)
+    source = filaments(bars_of_coils(sensor), clear, math.exp(-resolution.terms), return_radius(sensor))
+    change, check = _coupled(plate, source, pose, frequency)
     return change, check, plate.bars
 
 
 def _among_others(
-    sensor: Sensor, resolution: Resolution, pose: Pose, frequency: float
+    sensor: Sensor, resolution: Resolution, pose: Pose, scale: tuple[Sequence[float], float, float]
 ) -> tuple[Complex, Complex, int]:
-    """The same with other plates in the section, pose by pose, and the largest number of bars."""
-    changes, most = [], 0
-    for d_h, d_v, alpha in zip(pose.d_h, pose.d_v, pose.alpha, strict=True):  # type: ignore[arg-type]
-        plates = section_plates(sensor, Pose(float(d_h), float(d_v), float(alpha)))
-        answering, gap = _answering(sensor, plates, resolution, frequency)
-        source = filaments(bars_of_coils(sensor), gap, math.exp(-resolution.terms), None)
+    """The same with other plates in the section, pose by pose, each prepared for a clearance of its own."""
+    clear, frequency, top = scale
+    source = filaments(bars_of_coils(sensor), min(clear), math.exp(-resolution.terms), None)
+    changes, bars = [], 0
+    for plates in _placed(sensor, pose):
+        answering = _answering(plates, resolution, clear, top)
         changes.append([coupled_reaction(answering, source, 2 * np.pi * frequency, finest) for finest in (0, 1)])
-        most = max(most, sum(plate.prepared.bars for plate in answering))
+        bars = sum(plate.prepared.bars for plate in answering)
     found = np.array(changes)
     found = (found + np.swapaxes(found, -1, -2)) / 2
-    return found[:, 0], found[:, 1], most
+    return found[:, 0], found[:, 1], bars
 
 
 def _answering(
-    sensor: Sensor, plates: tuple[Plate, ...], resolution: Resolution, frequency: float
-) -> tuple[tuple[SectionPlate, ...], float]:
-    """Plates prepared for their distances from the coils and each other, and the smallest distance from a coil."""
-    boxes = [coil_box(bars) for bars in bars_of_coils(sensor)]
-    found, nearest = [], np.inf
-    for plate in plates:
-        from_coils = min(distance(plate.corners, box) for box in boxes)
-        others = [distance(plate.corners, other.corners) for other in plates if other is not plate]
-        gap = min([from_coils, *others])
-        size, lengths = (plate.width, plate.thickness), _lengths(gap, 0.0, plate.conductivity, frequency)
-        prepared = section_modes(size, plate.conductivity, resolution, lengths, None)
-        found.append(SectionPlate(plate, prepared))
-        nearest = min(nearest, from_coils)
-    return tuple(found), nearest
+    plates: Sequence[Plate], resolution: Resolution, clear: Sequence[float], top: float
+) -> tuple[SectionPlate, ...]:
+    """Plates, each prepared for its clearance from all else, up to a frequency."""
+    found = []
+    for plate, own in zip(plates, clear, strict=True):
+        size, lengths = (plate.width, plate.thickness), _lengths(own, 0.0, plate.conductivity, top)
+        found.append(SectionPlate(plate, section_modes(size, plate.conductivity, resolution, lengths, None)))
+    return tuple(found)
 
 
 @lru_cache(maxsize=64)
@@ -244,7 +277,7 @@ def section_modes(
 
 
 def prepared_plate(sensor: Sensor, resolution: Resolution, gap: float, frequency: float) -> PreparedPlate:
-    """Return the sensor's target prepared for clearances from `gap` on [m] and up to `frequency` [Hz], and more."""
+    """Return the sensor's target prepared for clearances from `gap` on [m] and up to `frequency` [Hz]."""
     target = sensor.target
     if target is None:
         raise ValueError("target: the scene has none to prepare")
@@ -262,24 +295,18 @@ def _winding_width(coil: Coil) -> float:
     return float(np.ptp(bars.x[bars.sign > 0.0])) + 2.0 * bars.width
 
 
-def _lengths(gap: float, winding: float, conductivity: float, frequency: float) -> Lengths:
-    """Lengths to resolve, from steps of an octave in the gap [m] and of a decade in the frequency [Hz].
+def _lengths(closest: float, winding: float, conductivity: float, highest: float) -> Lengths:
+    """Lengths to resolve, from the smallest clearance [m] and the highest frequency [Hz].
 
     Below a winding much wider than the gap the field is smooth on its width, but for the tracks' ripple on the gap.
     """
-    closest = 2.0 ** math.floor(math.log2(gap))
-    highest = 10.0 ** math.ceil(math.log10(frequency) - 1e-9)
     grain = min(_RIPPLE * closest, max(closest, winding / 6))
     return Lengths(closest, grain, skin_depth(highest, conductivity))
 
 
-def _reaction(
-    sensor: Sensor, plate: PreparedPlate, pose: Pose, frequency: float, terms: float
-) -> tuple[Complex, Complex]:
-    """Delta Z and its check, shape (p, n, n) [ohm/m], with so many digits (natural logarithm) in the coils' field."""
-    omega = 2 * np.pi * frequency
-    radius = return_radius(sensor)
-    source = filaments(bars_of_coils(sensor), float(np.min(clearance(sensor, pose))), math.exp(-terms), radius)
+def _coupled(plate: PreparedPlate, source: Filaments, pose: Pose, frequency: float) -> tuple[Complex, Complex]:
+    """Delta Z and its check, shape (p, n, n) [ohm/m]."""
+    omega, radius = 2 * np.pi * frequency, source.radius
     c = plate.coefficients(samples(source, pose, plate.thickness, plate.nodes))
     U = None if radius is None else plate.coefficients(_circle_rows(pose, plate, radius))
     found = []

@@ -1,7 +1,7 @@
 """The three-dimensional model: coils as rings or spirals below, a plate of any outline above; absolute henry and ohm.
 
-The plate carries its own eddy-current modes (`space.modes`), found once for a range of clearance (a factor of two) and
-of frequency (a decade); a pose is then the coils' potential (`coils.ring_field`) at a few Chebyshev points of the
+The plate carries its own eddy-current modes (`space.modes`), found for a ladder of clearances and frequencies whose
+steps are blended (`stages`); a pose is then the coils' potential (`coils.ring_field`) at a few Chebyshev points of the
 plate's bounding box and some small products (`space.coupling`),
 
     Delta Z_cd = omega^2 sum_k a_ck a_dk / (1 + j omega tau_k),    R = Re Delta Z,   L = L0 + Im Delta Z / omega.
@@ -28,7 +28,9 @@ G. Rubinacci, Adv. Imaging Electron Phys. 102 (1998) 1.
 from __future__ import annotations
 
 import math
-from dataclasses import astuple, dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -43,8 +45,9 @@ from sits_mech.magnetics.space.modes import Sheeted
 from sits_mech.magnetics.space.near import FACTORS, averaged, carried_down, infinite_plate, under_plate
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.space.rungs import LADDER, Rung, carried, field_length, prepared, unseen
+from sits_mech.magnetics.stages import Integers, clearance_of, clearances, together, tops
 from sits_mech.quantities import Array, Complex, Impedance, Pose
-from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.sensor import Sensor, Target
 from sits_mech.threads import one_thread
 from sits_mech.turns import rotation_matrix
 from sits_mech.units import checked_tolerance
@@ -83,20 +86,34 @@ class _Divided:
 
 
 @dataclass(frozen=True)
-class _Changes:
-    """Delta Z on the fine and the coarse division, error of small gaps, unknowns, trust in each plate, notes."""
+class _Change:
+    """What plates do to the coils.
 
-    fine: Complex
-    coarse: Complex
-    near: Complex
+    Attributes
+    ----------
+    value, error : ndarray of complex, shape (p, n, n)
+        Delta Z, and its error, real and imaginary part apart [ohm].
+    shared : ndarray of complex, shape (2, p, n, n)
+        Parts of the error that poses share, signed: the extrapolation's step, what the polynomials miss.
+    unknowns : int
+    notes : tuple of str
+    """
+
+    value: Complex
+    error: Complex
+    shared: Complex
     unknowns: int
-    uncertainties: tuple[Uncertainty, ...]
-    notes: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
-    def worst(self) -> Uncertainty:
-        """The worst of all plates."""
-        each = zip(*(astuple(uncertainty) for uncertainty in self.uncertainties), strict=True)
-        return Uncertainty(*(max(several) for several in each))
+    def with_share(self, other: _Change, some: Integers, share: Array) -> _Change:
+        """Return it with what others find for some of the poses, of which these have a share."""
+        weight = share[:, None, None]
+        value, error, shared = self.value.copy(), self.error.copy(), self.shared.copy()
+        value[some] += weight * other.value
+        error[some] += weight * other.error
+        shared[:, some] += weight * other.shared
+        notes = tuple(dict.fromkeys((*self.notes, *other.notes)))
+        return _Change(value, error, shared, max(self.unknowns, other.unknowns), notes)
 
 
 @dataclass(frozen=True)
@@ -134,17 +151,19 @@ class Sheets:
         return answer(_KIND, self.sensor, pose, frequency, alone, self._reaction)
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:
-        """What the plates do to the coils: extrapolated, with what that leaves uncertain."""
-        found = self._changes(rotation_matrix(pose.rotation), pose.centre, frequency)
-        worst = found.worst()
-        change, step = (4 * found.fine - found.coarse) / 3, worst.trust * (found.fine - found.coarse) / 3
-        scale = largest(change.imag)
-        error_X = largest(step.imag) + largest(found.near.imag) + worst.unseen * scale
-        error_R = largest(step.real) + largest(found.near.real) + (worst.unseen + worst.skin) * largest(change.real)
-        relative = float(np.max(error_X / np.where(scale > 0.0, scale, 1.0), initial=0.0))
+        """What the plates do to the coils: blended over the preparations that serve each pose."""
+        parts = placed_plates(self.sensor, self.outline, rotation_matrix(pose.rotation), pose.centre)
+        shape = len(parts[0].gap), len(self.sensor.coils), len(self.sensor.coils)
+        none = np.zeros((2, *shape), dtype=complex)
+        found = _Change(none[0], none[1], none, 0)
+        for steps, some, share in together([clearances(part.gap, part.anchor) for part in parts]):
+            for top, own in tops(frequency):
+                one = self._change([part.among(some) for part in parts], steps, (frequency, top))
+                found = found.with_share(one, some, own * share)
+        scale = largest(found.value.imag)
+        relative = float(np.max(found.error.imag / np.where(scale > 0.0, scale, 1.0), initial=0.0))
         notes = (*found.notes, *self._winding_notes())
-        shared = np.stack([step, worst.unseen * change])
-        return Reaction(change, error_R + 1j * error_X, relative, found.unknowns, 1, notes=notes, shared=shared)
+        return Reaction(found.value, found.error, relative, found.unknowns, 1, notes=notes, shared=found.shared)
 
     def _winding_notes(self) -> tuple[str, ...]:
         """Say how far spiral windings are from rings, and what free tracks are without."""
@@ -155,28 +174,31 @@ class Sheets:
         spirals = f"spiral windings: L0 differs from that of rings by up to {step:.2%}"
         return (spirals, *path_notes(self.sensor.coils))
 
-    def _changes(self, turns: Array, places: Array, frequency: float) -> _Changes:
-        """What the plates do to the coils."""
-        sensor = self.sensor
-        parts = placed_plates(sensor, self.outline, turns, places)
-        rung = next((rung for error, rung in LADDER if self.tolerance >= error), LADDER[-1][1])
-        plates = [_divided(sensor, part, rung, frequency, alone=not sensor.conductors) for part in parts]
-        notes = tuple(part.title + note for part, plate in zip(parts, plates, strict=True) for note in plate.notes)
+    def _change(self, parts: Sequence[PlacedPlate], steps: Sequence[int], frequency: tuple[float, float]) -> _Change:
+        """What the plates do to the coils by one preparation of each, at a frequency, prepared up to another."""
+        sensor, rung = self.sensor, next((rung for error, rung in LADDER if self.tolerance >= error), LADDER[-1][1])
+        plates = [
+            _divided(sensor, (part.plate, part.outline, part.middle), rung, clearance_of(step, part.anchor), frequency)
+            for part, step in zip(parts, steps, strict=True)
+        ]
+        notes = [part.title + note for part, plate in zip(parts, plates, strict=True) for note in plate.notes]
         if sensor.conductors:
             both = zip(parts, plates, strict=True)
             answering = [SpacePlate(plate.divisions, part.turns, part.places) for part, plate in both]
             target = answering.pop(0) if sensor.target is not None else None
-            fine, coarse = coupled_reactions(sensor.coils, self.windings, target, answering, frequency)
+            fine, coarse = coupled_reactions(sensor.coils, self.windings, target, answering, frequency[0])
             fine, coarse = ((Z + np.swapaxes(Z, 1, 2)) / 2 for Z in (fine, coarse))
-            fine, coarse = (np.broadcast_to(Z, (places.shape[0], *Z.shape[1:])) for Z in (fine, coarse))
             near = np.zeros(fine.shape, dtype=complex)
+        elif clearance_of(steps[0], parts[0].anchor) < plates[0].lowest:
+            fine, coarse, near = _lowered(sensor, self.windings, parts[0], plates[0], frequency[0])
+            notes.append(f"gaps below {plates[0].lowest * 1e3:.3g} mm: carried down along the infinite plate")
         else:
-            fine, coarse, near = _alone(sensor, self.windings, parts[0], plates[0], frequency)
-            if near.any():
-                low = plates[0].lowest * 1e3
-                notes = (*notes, f"gaps below {low:.3g} mm: carried down from there along the infinite plate")
+            poses = parts[0].turns, parts[0].places
+            fine, coarse = reactions(sensor.coils, self.windings, plates[0].divisions, poses, frequency[0])
+            near = np.zeros(fine.shape, dtype=complex)
+        value, error, shared = _extrapolated(fine, coarse, [plate.uncertainty for plate in plates])
         unknowns = sum(plate.divisions[0].unknowns for plate in plates)
-        return _Changes(fine, coarse, near, unknowns, tuple(plate.uncertainty for plate in plates), notes)
+        return _Change(value, error + near, shared, unknowns, tuple(notes))
 
 
 def sheets(
@@ -226,49 +248,55 @@ def not_representable(sensor: Sensor) -> str | None:
     return overlapping(sensor)
 
 
-def _divided(sensor: Sensor, part: PlacedPlate, rung: Rung, frequency: float, *, alone: bool) -> _Divided:
-    """Prepare a plate for its clearance; alone, not for smaller ones than its polynomials carry."""
-    scale = math.ceil(math.log10(frequency) - 1e-9)
-    octave = math.floor(math.log2(part.gap) + 1e-9)
+@lru_cache(maxsize=64)
+def _divided(
+    sensor: Sensor, part: tuple[Target, Outline | None, tuple[float, float]], rung: Rung, clearance: float,
+    frequency: tuple[float, float],
+) -> _Divided:  # fmt: skip
+    """Prepare a plate, its middle given, for clearances from one on, for a frequency below another.
+
+    Alone, not for smaller ones than its polynomials carry.
+    """
+    alone, (asked, top), (plate, outline, place) = not sensor.conductors, frequency, part
     if alone:
-        octave = carried(part.plate, part.outline, octave, rung)
-    reach, middle = _reach(sensor, part.middle) + 2 * 2.0**octave, 2.0**octave + part.plate.thickness / 2
+        clearance = carried(plate, outline, clearance, rung)
+    reach, middle = _reach(sensor, place) + 2 * clearance, clearance + plate.thickness / 2
     length = min(field_length(coil, middle) for coil in sensor.coils)
     if not alone:
         length = min(length, _PLATES * middle)
-    fine, coarse = prepared(part.plate, part.outline, rung, (octave, scale, reach, length))
-    depth, missed = skin_depth(frequency, part.plate.metal.conductivity), unseen(fine.box)
-    thin = depth > part.plate.thickness
-    first = rung.skin * skin_depth(10.0**scale, part.plate.metal.conductivity) / (1.0 + math.sqrt(rung.growth))
+    fine, coarse = prepared(plate, outline, rung, (clearance, top, reach, length))
+    depth, missed = skin_depth(asked, plate.metal.conductivity), unseen(fine.box)
+    thin = depth > plate.thickness
+    first = rung.skin * skin_depth(top, plate.metal.conductivity) / (1.0 + math.sqrt(rung.growth))
     trust = Uncertainty(1.0 / 3.0 if thin else 1.0, missed, 0.0 if thin else (first / depth) ** 2 / 12)
-    return _Divided((fine, coarse), 2.0**octave, trust, _notes(part.plate.thickness / depth, fine.sheets, missed))
+    return _Divided((fine, coarse), clearance, trust, _notes(plate.thickness / depth, fine.sheets, missed))
 
 
-def _alone(
+def _extrapolated(fine: Complex, coarse: Complex, plates: Sequence[Uncertainty]) -> tuple[Complex, Complex, Complex]:
+    """Delta Z from two divisions, its error by the worst of the plates, and its parts, as of `_Change`."""
+    trust, missed = max(own.trust for own in plates), max(own.unseen for own in plates)
+    skin = max(own.skin for own in plates)
+    change, step = (4 * fine - coarse) / 3, trust * (fine - coarse) / 3
+    error_X = largest(step.imag) + missed * largest(change.imag)
+    error_R = largest(step.real) + (missed + skin) * largest(change.real)
+    return change, error_R + 1j * error_X, np.stack([step, missed * change])
+
+
+def _lowered(
     sensor: Sensor, windings: str, part: PlacedPlate, plate: _Divided, frequency: float
 ) -> tuple[Complex, Complex, Complex]:
-    """Delta Z of a plate without others on the fine and the coarse division, and its error where the gap is small."""
-    gap = lowest_points(part.plate, part.outline, part.turns, part.places)
-    near, up = gap < plate.lowest * (1.0 - 1e-9), FACTORS * plate.lowest
-    lift = (up - gap[near, None])[..., None] * (0.0, 0.0, 1.0)
-    lifted = (part.places[near, None] + lift).reshape(-1, 3)
-    turns = np.vstack([part.turns[~near], np.repeat(part.turns[near], up.size, axis=0)])
-    poses = turns, np.vstack([part.places[~near], lifted])
+    """Delta Z of a plate closer than it is divided for, on both divisions, and what carrying it down may be off by."""
+    gap, up = lowest_points(part.plate, part.outline, part.turns, part.places), FACTORS * plate.lowest
+    lift = (up - gap[:, None])[..., None] * (0.0, 0.0, 1.0)
+    poses = np.repeat(part.turns, up.size, axis=0), (part.places[:, None] + lift).reshape(-1, 3)
     found = reactions(sensor.coils, windings, plate.divisions, poses, frequency)
-    results = [np.empty((gap.size, *Z.shape[1:]), dtype=complex) for Z in found]
-    error = np.zeros(results[0].shape, dtype=complex)
-    for result, Z in zip(results, found, strict=True):
-        result[~near] = Z[: gap.size - lifted.shape[0] // up.size]
-    if near.any():
-        heights = under_plate(sensor.coils, part.plate, part.outline, (part.turns[near], part.places[near]), gap[near])
-        reach = float(heights[0].max()) + up[-1]
-        plane = infinite_plate(sensor.coils, part.plate, (float(gap.min()), reach), frequency)
-        below = averaged(plane, heights, 0.0 * gap[near])
-        above = np.stack([averaged(plane, heights, height - gap[near]) for height in up], axis=1)
-        for result, Z in zip(results, found, strict=True):
-            nodes = Z[gap.size - lifted.shape[0] // up.size :].reshape(above.shape)
-            result[near], error[near] = carried_down(nodes, (above, below), gap[near], plate.lowest)
-    return results[0], results[1], error
+    heights = under_plate(sensor.coils, part.plate, part.outline, (part.turns, part.places), gap)
+    reach = float(heights[0].max()) + up[-1]
+    plane = infinite_plate(sensor.coils, part.plate, (float(gap.min()), reach), frequency)
+    below = averaged(plane, heights, 0.0 * gap)
+    above = np.stack([averaged(plane, heights, height - gap) for height in up], axis=1)
+    results = [carried_down(Z.reshape(above.shape), (above, below), gap, plate.lowest) for Z in found]
+    return results[0][0], results[1][0], results[0][1]
 
 
 def _reach(sensor: Sensor, middle: tuple[float, float]) -> float:

@@ -95,22 +95,23 @@ def winding_potential(winding: Coil, windings: str, region: tuple[float, float, 
     windings : str
         "rings" or "spiral", of round coils.
     region : tuple of float
-        Smallest and greatest z, greatest distance from the axis [m].
+        Height from which on the potential is tabulated, greatest height and distance from the axis [m]. What is found
+        at a point does not depend on the last two.
     """
     winding = winding.model_copy(update={"centre": (0.0, 0.0)})
     across = 1 if region[0] > 3 * winding.track_width else 2
     if not winding.is_round or windings == "spiral":
         return _straight(winding, windings, across)
-    if region[0] <= 0.0:
-        return lambda points: _in_rows(ring_potential(winding, _in_columns(points), across=2), points)
-    low, high, reach = (math.log2(size) for size in region)
-    return _table(winding, math.floor(low), math.ceil(high), math.ceil(reach)).potential
+    if region[1] <= region[0]:
+        return lambda points: _in_rows(ring_potential(winding, _in_columns(points), across=2), points)[:, :2]
+    return _table(winding, region[0], *(math.ceil(math.log2(size)) for size in region[1:])).potential
 
 
 @dataclass(frozen=True, eq=False)
 class _Table:
-    """Spline coefficients of P, even in asinh(rho / scale) and in ln z from `start` on, at steps."""
+    """Spline coefficients of P, even in asinh(rho / scale) and in ln z from `start` on, at steps; P itself below."""
 
+    winding: Coil
     values: Array
     scale: float
     steps: tuple[float, float]
@@ -119,9 +120,13 @@ class _Table:
     def potential(self, points: Array) -> Array:
         """A_x and A_y at points (p, 3, q), shape (p, 2, q)."""
         x, y, z = points[:, 0], points[:, 1], points[:, 2]
+        below = z < math.exp(self.start + 0.5 * _PAD * self.steps[1])
         u = np.arcsinh(np.hypot(x, y) * (1.0 / self.scale)) * (1.0 / self.steps[0])
-        place = np.stack([u, (np.log(z) - self.start) * (1.0 / self.steps[1])])
+        height = np.log(np.where(below, 1.0, z) if below.any() else z)
+        place = np.stack([u, (height - self.start) * (1.0 / self.steps[1])])
         P = map_coordinates(self.values, place, order=3, mode="mirror", prefilter=False)
+        if below.any():
+            P[below] = _profile(self.winding, np.hypot(x[below], y[below]), z[below], 2)
         return np.stack([-y * P, x * P], axis=1)
 
 
@@ -136,16 +141,16 @@ def _in_rows(A: Array, points: Array) -> Array:
 
 
 @lru_cache(maxsize=16)
-def _table(winding: Coil, low: int, high: int, reach: int) -> _Table:
-    """P of a winding's rings for heights from 2^low to 2^high and distances up to 2^reach [m].
+def _table(winding: Coil, lowest: float, high: int, reach: int) -> _Table:
+    """P of a winding's rings for heights from `lowest` to 2^high and distances up to 2^reach [m].
 
-    Its nodes do not depend on the range, only their number does.
+    Its nodes do not depend on `high` and `reach`, only their number does.
     """
-    lowest, scale = 2.0**low, winding.outer_diameter / 2
+    scale = winding.outer_diameter / 2
     steps = _STEP * min(1.0, lowest / scale), _STEP
-    start = low * math.log(2.0) - _PAD * _STEP
+    start = math.log(lowest) - _PAD * _STEP
     u = steps[0] * np.arange(math.ceil(math.asinh(2.0**reach / scale) / steps[0]) + _PAD)
-    z = np.exp(start + _STEP * np.arange(math.ceil((high - low) * math.log(2.0) / _STEP) + 2 * _PAD))
+    z = np.exp(start + _STEP * np.arange(math.ceil((high * math.log(2.0) - start) / _STEP) + _PAD))
     across = 1 if lowest > 3 * winding.track_width else 2
     profile = _profile(winding, scale * np.sinh(u)[:, None], z, across)
-    return _Table(spline_filter(profile, order=3, mode="mirror"), scale, steps, start)
+    return _Table(winding, spline_filter(profile, order=3, mode="mirror"), scale, steps, start)

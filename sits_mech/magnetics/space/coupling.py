@@ -11,7 +11,6 @@ evaluated together.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from itertools import product
@@ -21,13 +20,14 @@ import numpy as np
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import winding_potential
 from sits_mech.magnetics.coils.straight import Potential
-from sits_mech.magnetics.space.fields import Integers, coefficients
+from sits_mech.magnetics.space.fields import Integers, Nodes
 from sits_mech.magnetics.space.modes import Sheeted
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil
 
 _POINTS = 100_000  # held at once
 _DRIVES = 4_000_000  # numbers held at once
+_LEVELS = 100  # more than there are
 _BLOCK = 8  # coils of about one level, answered together
 
 
@@ -86,9 +86,9 @@ def drives(
     centres = np.array([(*coil.centre, 0.0) for coil in coils])
     corners = np.array(list(product((-1.0, 1.0), repeat=3))) * plate.box.half + (0.0, 0.0, plate.box.half[2])
     corners = corners @ np.swapaxes(turns, 1, 2) + places[:, None]
-    heights = float(corners[..., 2].min()), float(corners[..., 2].max())
+    highest = float(corners[..., 2].max())
     reach = np.abs(corners.reshape(-1, 3).max(0) - centres), np.abs(corners.reshape(-1, 3).min(0) - centres)
-    region = *heights, float(np.linalg.norm(np.maximum(*reach)[:, :2], axis=1).max())
+    region = plate.box.clearance, highest, float(np.linalg.norm(np.maximum(*reach)[:, :2], axis=1).max())
     fields = [winding_potential(kind, windings, region) for kind in kinds]
     step = max(1, _DRIVES // (len(coils) * width))
     for start in range(0, len(places), step):
@@ -97,12 +97,12 @@ def drives(
         levels = needed.max(axis=-1)
         rank = np.argsort(np.argsort(-levels, axis=1, kind="stable"), axis=1)
         drive = np.zeros((*levels.shape, width))
-        alike = np.concatenate([np.broadcast_to(which, levels.shape)[..., None], needed], axis=-1).reshape(-1, 4)
-        groups, group = np.unique(alike, axis=0, return_inverse=True)
-        for k, (kind, *order) in enumerate(groups.tolist()):
-            pose, coil = np.divmod(np.flatnonzero(group.ravel() == k), len(coils))
+        alike = needed @ (1, _LEVELS, _LEVELS**2) + _LEVELS**3 * np.array(which)
+        for one in np.unique(alike).tolist():
+            pose, coil = np.nonzero(alike == one)
             moved = turns[some][pose], places[some][pose] - centres[coil]
-            _drive(drive, (pose, rank[pose, coil]), fields[kind], plate, tuple(order), moved)
+            order = tuple(needed[pose[0], coil[0]].tolist())
+            _drive(drive, (pose, rank[pose, coil]), fields[which[coil[0]]], plate, order, moved)
         yield some, drive, rank, -np.sort(-levels, axis=1).min(axis=0)
 
 
@@ -111,19 +111,19 @@ def _drive(
     poses: tuple[Array, Array],
 ) -> None:  # fmt: skip
     """Fill in a_c of all classes by one winding about z in some poses, with polynomials of one order."""
-    (pose, place), (turns, places), (order, parts) = index, poses, _of_order(plate, needed)
-    step = max(1, _POINTS // math.prod(order))
+    (pose, place), (turns, places), (values, parts) = index, poses, _of_order(plate, needed)
+    step = max(1, _POINTS // len(values.points))
     for first in range(0, len(places), step):
         some = slice(first, first + step)
-        found, start = coefficients(field, plate.box, order, turns[some], places[some]), 0
+        found, start = values.coefficients(field, turns[some], places[some]), 0
         for basis, (rows, combined) in zip(plate.bases, parts, strict=True):
             drive[pose[some], place[some], start : start + combined.shape[1]] = found[:, rows] @ combined
             start += basis.fields.shape[1]
 
 
 @lru_cache(maxsize=64)
-def _of_order(plate: Sheeted, needed: tuple[int, ...]) -> tuple[list[int], list[tuple[Integers, Array]]]:
-    """Polynomials along each axis; which of their coefficients each class sees, and its combinations of these."""
+def _of_order(plate: Sheeted, needed: tuple[int, ...]) -> tuple[Nodes, list[tuple[Integers, Array]]]:
+    """Where polynomials are found; which of their coefficients each class sees, and its combinations of these."""
     box, found = plate.box, []
     order = [size[k] for size, k in zip(box.sizes, needed, strict=True)]
     for basis in plate.bases:
@@ -132,7 +132,7 @@ def _of_order(plate: Sheeted, needed: tuple[int, ...]) -> tuple[list[int], list[
         rows = np.ravel_multi_index([place[some] for place in places], (3, *order))
         fields = basis.fields if some.all() else basis.fields[some, : basis.widths[max(needed)]]
         found.append((rows, fields))
-    return order, found
+    return box.nodes(order), found
 
 
 @lru_cache(maxsize=8)

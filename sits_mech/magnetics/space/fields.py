@@ -27,6 +27,44 @@ Integers = NDArray[np.int64]
 _SIZES = (2, 3, 4, 5, 6, 7, 9, 11, 13, 16, 19, 23, 28, 34, 40, 48, 57, 68, 81, 96, 115, 137, 163, 194, 230)
 
 
+@dataclass(frozen=True, eq=False)
+class Nodes:
+    """Chebyshev points of a box, and the matrices from values there to coefficients.
+
+    Attributes
+    ----------
+    points : ndarray, shape (q, 3)
+        z fastest, from the bottom face's centre [m].
+    first, others : ndarray
+        Along x, and along y and z together.
+    """
+
+    points: Array
+    first: Array
+    others: Array
+
+    def coefficients(self, field: Potential, turns: Array, places: Array) -> Array:
+        """Return a field's coefficients in some poses, in the plate's own axes.
+
+        Parameters
+        ----------
+        field : callable
+            As of `winding_potential`.
+        turns, places : ndarray, shapes (p, 3, 3), (p, 3)
+            Poses, in the field's axes [m].
+
+        Returns
+        -------
+        ndarray, shape (p, 3 times the product of orders)
+            By component, z fastest.
+        """
+        A = field(turns @ self.points.T + places[:, :, None])
+        nx, nyz = len(self.first), len(self.others)
+        across = A.reshape(-1, nyz) @ self.others.T
+        c = (self.first @ across.reshape(-1, nx, nyz)).reshape(*A.shape[:2], -1)
+        return np.asarray(np.swapaxes(turns[:, : A.shape[1]], 1, 2) @ c).reshape(len(places), -1)
+
+
 @dataclass(frozen=True)
 class Box:
     """Where the fields' polynomials live: the plate's bounding box, and how many of them along each axis.
@@ -41,12 +79,15 @@ class Box:
         rho of each axis: coefficients fall like ``rho^-n``.
     digits : float
         Natural logarithm of the accuracy to which fields are kept that need fewer polynomials.
+    clearance : float
+        From the windings, for which it is made [m].
     """
 
     half: Array
     order: tuple[int, int, int]
     decay: tuple[float, float, float]
     digits: float = 12.0
+    clearance: float = 1e-3
 
     @property
     def sizes(self) -> list[list[int]]:
@@ -59,6 +100,11 @@ class Box:
         axes = [h * np.cos(np.pi * (np.arange(n) + 0.5) / n) for h, n in zip(self.half, counts, strict=True)]
         nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
         return np.asarray(nodes + (0.0, 0.0, self.half[2]))
+
+    def nodes(self, order: Sequence[int]) -> Nodes:
+        """Return where polynomials of some orders are found, and how."""
+        first, second, third = (to_coefficients(n) for n in order)
+        return Nodes(self.points(order), first, np.asarray(np.kron(second, third), dtype=np.float64))
 
     def levels(self) -> Integers:
         """Return the level of each polynomial of three components, flat."""
@@ -98,29 +144,3 @@ def to_coefficients(order: int) -> Array:
     T = np.cos(np.outer(np.arange(order), np.pi * (np.arange(order) + 0.5) / order)) * 2 / order
     T[0] /= 2
     return np.asarray(T)
-
-
-def coefficients(field: Potential, box: Box, order: Sequence[int], turns: Array, places: Array) -> Array:
-    """Return a field's coefficients on the box in some poses, in the plate's own axes.
-
-    Parameters
-    ----------
-    field : callable
-        As of `winding_potential`.
-    box : Box
-    order : sequence of int
-        Polynomials along x, y, z.
-    turns, places : ndarray, shapes (p, 3, 3), (p, 3)
-        Poses, in the field's axes [m].
-
-    Returns
-    -------
-    ndarray, shape (p, 3 times the product of orders)
-        By component, z fastest.
-    """
-    points = turns @ box.points(order).T + places[:, :, None]
-    A = field(points)
-    Tx, Ty, Tz = (to_coefficients(n) for n in order)
-    across = A.reshape(-1, len(Ty) * len(Tz)) @ np.kron(Ty, Tz).T
-    c = (Tx @ across.reshape(-1, len(Tx), len(Ty) * len(Tz))).reshape(*A.shape[:2], -1)
-    return np.asarray(np.swapaxes(turns[:, : A.shape[1]], 1, 2) @ c).reshape(len(places), -1)

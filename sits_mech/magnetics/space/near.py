@@ -22,6 +22,7 @@ Range: plates whose faces look up and down, give or take some tenths of a radian
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -42,6 +43,7 @@ _DIGITS = 32.0  # the integrand is cut where it falls to exp(-32)
 _PANEL = 16  # Gauss points of a panel
 _PER_OCTAVE = 8  # heights of the table
 _PLACES = (4, 24)  # across and around a coil's windings
+_FLAT = 1e-9  # of the gap: a plate without tilt
 _STEEP = 0.2  # least cosine of a plate's tilt
 
 Reference = Callable[[Array, slice | int], Complex]
@@ -117,11 +119,12 @@ def infinite_plate(
         An array of heights (...) in the range, and which coils' rows, to matrices (..., rows, n) [ohm].
     """
     omega = 2 * np.pi * frequency
-    low, high = np.log(heights[0]), np.log(heights[1])
-    h = np.linspace(low, high, 6 + int(_PER_OCTAVE * (high - low) / np.log(2.0)))
+    first, last = math.floor(math.log2(heights[0])), math.ceil(math.log2(heights[1]))
+    lowest = 2.0 ** (first - 1)  # nodes do not depend on the heights asked; the ends of the spline are far from these
+    h = np.log(2.0) * (first - 1 + np.arange(_PER_OCTAVE * (last - first + 2) + 1) / _PER_OCTAVE)
     kinds, pairs, index = distinct_pairs(coils)
     farthest = max(apart for _, _, apart in pairs)
-    k, weights = wave_numbers(_DIGITS / (2 * heights[0]), 2 * max(c.outer_diameter for c in kinds) + farthest)
+    k, weights = wave_numbers(_DIGITS / (2 * lowest), 2 * max(c.outer_diameter for c in kinds) + farthest)
     sections = [standing_rings(kind) for kind in kinds]
     S = [spectrum(rings, k, points=4 + int(k[-1] * rings.width.max() / 4)) for rings in sections]
     gamma = reflection(k, omega, [Layer(target.metal.conductivity, target.thickness)]) * weights
@@ -189,7 +192,7 @@ def under_plate(
 def averaged(reference: Reference, places: tuple[Array, Array], lift: Array) -> Complex:
     """Return D averaged over places (heights and weights of `under_plate`) with the plate lifted, shape (p, n, n)."""
     heights, weights = places
-    flat = np.ptp(heights, axis=(1, 2)) < 1e-3 * heights.min()
+    flat = np.ptp(heights, axis=(1, 2)) < _FLAT * heights.min()
     heights = heights + lift[:, None, None]
     if flat.all():
         return np.asarray(reference(heights[:, 0, 0], slice(None)))

@@ -1,8 +1,8 @@
 """How finely is a plate divided for the three-dimensional model, and down to which clearance does that carry?
 
-A plate is prepared for a range of clearance (a factor of two) and of frequency (a decade). Its coils' field is singular
-a clearance below it, so that polynomials, and cells, grow in number like the plate's width over the clearance, squared;
-below the `carried` clearance they would be too many (`near` goes on from there).
+A plate is prepared for all clearances from some on and all frequencies up to some (`stages`). Its coils' field is
+singular a clearance below it, so that polynomials, and cells, grow in number like the plate's width over the clearance,
+squared; below the `carried` clearance they would be too many (`near` goes on from there).
 """
 
 from __future__ import annotations
@@ -65,14 +65,14 @@ _RESISTIVE = 0.8  # where the current fills the thickness, cells are smaller by 
 
 @lru_cache(maxsize=32)
 def prepared(
-    target: Target, outline: Outline | None, rung: Rung, scale: tuple[int, int, float, float]
+    target: Target, outline: Outline | None, rung: Rung, scale: tuple[float, float, float, float]
 ) -> tuple[Sheeted, ...]:
     """Return the target on a fine and a coarse division, prepared for a range of clearance and frequency.
 
-    From 2^scale[0] m on, up to 10^scale[1] Hz. The third of `scale` is how far from the target's middle the coils'
-    currents call for small cells, the fourth the length on which their field changes [m].
+    `scale` has the clearance from which on it holds [m], the frequency up to which it does [Hz], how far from the
+    target's middle the coils' currents call for small cells, and the length on which their field changes [m].
     """
-    clearance, depth = 2.0 ** scale[0], skin_depth(10.0 ** scale[1], target.metal.conductivity)
+    clearance, depth = scale[0], skin_depth(scale[1], target.metal.conductivity)
     box = field_box(target, outline, clearance, rung)
     half = box.half
     width = min(float(half[:2].min()), scale[2])
@@ -96,11 +96,11 @@ def _plan(target: Target, outline: Outline | None, grading: Grading, orders: int
     return outline_plan(target_outline(target, outline), grading)
 
 
-def carried(target: Target, outline: Outline | None, octave: int, rung: Rung) -> int:
-    """Return the octave of clearance from which on a plate's polynomials carry the coils' field, `octave` at least."""
-    while unseen(field_box(target, outline, 2.0**octave, rung)) > _UNSEEN:
-        octave += 1
-    return octave
+def carried(target: Target, outline: Outline | None, clearance: float, rung: Rung) -> float:
+    """Return the clearance, or the first of its doubles, from which on a plate's polynomials carry the coils' field."""
+    while unseen(field_box(target, outline, clearance, rung)) > _UNSEEN:
+        clearance *= 2.0
+    return clearance
 
 
 def field_box(target: Target, outline: Outline | None, clearance: float, rung: Rung) -> Box:
@@ -113,7 +113,7 @@ def field_box(target: Target, outline: Outline | None, clearance: float, rung: R
     order[short] = min(order[short], math.isqrt(_MOST // order[2]))
     order[long] = min(order[long], _MOST // (order[2] * order[short]))
     decay = math.exp(rates[0]), math.exp(rates[1]), math.exp(rates[2])
-    return Box(half, (order[0], order[1], order[2]), decay, _APART + rung.terms)
+    return Box(half, (order[0], order[1], order[2]), decay, _APART + rung.terms, clearance)
 
 
 @lru_cache(maxsize=64)

@@ -55,7 +55,8 @@ def test_fixed_plate_without_target_is_a_target_in_its_place():
 def test_reciprocal_before_it_is_made_so():
     sensor, frequency = scene(SIDE), 5e6
     resolution = LADDER[1][1]
-    plates, gap = _answering(sensor, section_plates(sensor, POSE), resolution, frequency)
+    gap = 0.5e-3
+    plates = _answering(section_plates(sensor, POSE), resolution, [gap, gap], 1e7)
     source = filaments(bars_of_coils(sensor), gap, np.exp(-resolution.terms), None)
     Z = coupled_reaction(plates, source, 2 * np.pi * frequency)
     assert abs(Z[0, 1] - Z[1, 0]) < 1e-4 * np.abs(Z).max()

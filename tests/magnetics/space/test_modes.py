@@ -32,6 +32,6 @@ def test_single_precision_changes_less_than_promised(monkeypatch: pytest.MonkeyP
 def test_divisions_share_their_fields() -> None:
     target = load_sensor("biorob2018").target
     assert target is not None
-    fine, coarse = prepared(target, None, LADDER[0][1], (-9, 6, 12e-3, 2e-3))
+    fine, coarse = prepared(target, None, LADDER[0][1], (2.0**-9, 1e6, 12e-3, 2e-3))
     assert fine.bases == coarse.bases and fine.unknowns > 2 * coarse.unknowns
     assert [part.coupling.shape[0] for part in fine.classes] == [part.coupling.shape[0] for part in coarse.classes]

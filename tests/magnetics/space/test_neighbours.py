@@ -109,7 +109,7 @@ def test_reciprocal_before_it_is_made_so_and_passive():
     sensor = scene(BESIDE, plate(-8.0, 3.5, 4.0, name="third"))
     tilt = np.array([[np.cos(0.1), 0.0, np.sin(0.1)], [0.0, 1.0, 0.0], [-np.sin(0.1), 0.0, np.cos(0.1)]])
     plates = placed_plates(sensor, None, tilt[None], np.array([[0.5 * MM, 0.0, 2.5 * MM]]))
-    scale = (-10, 7, 9 * MM, 1.5 * MM)
+    scale = (2.0**-10, 1e7, 9 * MM, 1.5 * MM)
     ready = [SpacePlate(prepared(p.plate, None, LADDER[0][1], scale)[1:], p.turns, p.places) for p in plates]
     (Z,) = coupled_reactions(sensor.coils, "rings", ready[0], ready[1:], 5e6)
     np.testing.assert_allclose(Z, Z.swapaxes(1, 2), rtol=0, atol=1e-12 * np.abs(Z).max())

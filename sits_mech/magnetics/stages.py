@@ -1,0 +1,88 @@
+"""Which preparations of a plate serve a pose, at a frequency, and with what shares?
+
+A plate is prepared for all clearances g from some c on, and for all frequencies f up to some top. So that one pose has
+one answer whatever else is asked, and curves over pose and frequency have no steps, the preparations form two ladders,
+
+    c_k = c_0 2^k,    f_m = f_0 10^m,
+
+and a pose with c_k <= g < c_(k+1) and f_(m-1) < f <= f_m is answered by
+
+    Z = sum of w(x) Z_(k, .) + (1 - w(x)) Z_(k-1, .),    x = log2(g / c_k) / `_NEAR`,
+        and of w(y) Z_(., m) + (1 - w(y)) Z_(., m+1),    y = log10(f_m / f) / `_UP`,
+
+with w(s) = s^3 (10 - 15 s + 6 s^2) below s = 1 and 1 beyond: most poses and frequencies need one preparation only, and
+where the next one takes over, with two continuous derivatives, both hold.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sits_mech.quantities import Array
+
+Integers = NDArray[np.int64]
+
+_NEAR = 0.25  # octaves of clearance over which two preparations share
+_UP = 0.15  # decades of frequency
+_FREQUENCY = 2.5e7  # a top [Hz]
+
+
+def clearances(gap: Array, anchor: float) -> list[tuple[Integers, Array]]:
+    """Return the two steps k of the ladder that serve each gap, and their shares.
+
+    Parameters
+    ----------
+    gap : ndarray, shape (p,)
+        [m]
+    anchor : float
+        A gap from which on step 0 serves alone; see `clearance_of` [m].
+    """
+    x = np.log2(gap / anchor) + _NEAR
+    step = np.floor(x).astype(np.int64)
+    share = _rise((x - step) / _NEAR)
+    return [(step, share), (step - 1, 1.0 - share)]
+
+
+def clearance_of(step: int, anchor: float) -> float:
+    """Return the clearance that a step of the ladder is prepared for [m]."""
+    return float(anchor * 2.0 ** (step - _NEAR))
+
+
+def tops(frequency: float) -> list[tuple[float, float]]:
+    """Return the frequencies that are prepared for [Hz], and their shares; those of no share are left out."""
+    y = math.log10(frequency / _FREQUENCY)
+    step = math.ceil(y)
+    share = float(_rise(np.array((step - y) / _UP)))
+    found = ((_FREQUENCY * 10.0**step, share), (_FREQUENCY * 10.0 ** (step + 1), 1.0 - share))
+    return [(top, own) for top, own in found if own > 0.0]
+
+
+def together(parts: Sequence[list[tuple[Integers, Array]]]) -> Iterator[tuple[tuple[int, ...], Integers, Array]]:
+    """Yield the steps of several plates that serve some poses together, which poses, and their shares.
+
+    Parameters
+    ----------
+    parts : sequence of list
+        As of `clearances`, for the same poses.
+    """
+    for choice in product(*parts):
+        steps, share = np.stack([step for step, _ in choice], axis=1), choice[0][1]
+        for _, own in choice[1:]:
+            share = share * own
+        left = share > 0.0
+        while left.any():
+            kind = steps[np.argmax(left)]
+            some = np.flatnonzero(left & (steps == kind).all(axis=1))
+            left[some] = False
+            yield tuple(kind.tolist()), some, share[some]
+
+
+def _rise(s: Array) -> Array:
+    """w of the module docstring."""
+    s = np.clip(s, 0.0, 1.0)
+    return np.asarray(s**3 * (10.0 - 15.0 * s + 6.0 * s**2))

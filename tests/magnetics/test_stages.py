@@ -1,0 +1,86 @@
+"""One pose has one answer whatever else is asked, and curves have no steps: the ladders of preparations."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sits_mech.magnetics.bars import planar_bars
+from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.stages import clearance_of, clearances, together, tops
+from sits_mech.quantities import Impedance, MagneticModel, Pose
+from sits_mech.scene.sensor import load_sensor
+
+MM = 1e-3
+BESIDE = 'conductors=[{name="nut", material="brass", shape="rectangle", centre=["12 mm", "3 mm"], width="3 mm", ' \
+    'length="4 mm", thickness="2 mm"}]'  # fmt: skip
+
+
+def steps(Z: Impedance) -> tuple[float, float]:
+    """Largest step of L and R along a curve of poses, over their largest: what no cubic through five points has."""
+    found = []
+    for values in (Z.L - Z.L0, Z.R):
+        fourth = np.diff(values, 4, axis=0)
+        found.append(float(np.abs(fourth).max() / np.abs(values).max()))
+    return found[0], found[1]
+
+
+def test_shares_add_up_and_each_gap_is_carried() -> None:
+    gap = np.geomspace(1e-5, 1.0, 2001)
+    (near, share), (nearer, rest) = clearances(gap, 1.8 * MM)
+    np.testing.assert_allclose(share + rest, 1.0, rtol=0, atol=1e-15)
+    assert np.all(nearer == near - 1)
+    assert all(clearance_of(int(k), 1.8 * MM) <= g * (1 + 1e-12) for k, g in zip(near, gap, strict=True))
+    assert np.mean(share == 1.0) > 0.7  # most gaps need one preparation
+    assert np.abs(np.diff(share * (near % 2) + rest * (nearer % 2))).max() < 0.08  # and none takes over at once
+
+
+def test_an_anchor_is_served_alone() -> None:
+    ((step, share), (_, rest)) = clearances(np.array([0.3 * MM]), 0.3 * MM)
+    assert (step[0], share[0], rest[0]) == (0, 1.0, 0.0)
+
+
+@pytest.mark.parametrize("frequency, count", [(5e6, 1), (2.5e7, 1), (2.4e7, 2), (1e4, 1), (2.5e7 * 1.0001, 1)])
+def test_frequencies_are_below_their_tops(frequency: float, count: int) -> None:
+    found = tops(frequency)
+    assert len(found) == count and sum(share for _, share in found) == pytest.approx(1.0, abs=1e-15)
+    assert all(top >= frequency for top, _ in found)
+
+
+def test_several_plates_together() -> None:
+    gaps = [(np.array([2.0, 3.1, 3.2]) * MM, 1.8 * MM), (np.array([0.5, 0.5, 0.45]) * MM, 0.5 * MM)]
+    total = np.zeros(3)
+    for _, some, share in together([clearances(*own) for own in gaps]):
+        total[some] += share
+    np.testing.assert_allclose(total, 1.0, rtol=0, atol=1e-15)
+
+
+@pytest.fixture(scope="module", params=["sheets", "planar", "beside"])
+def model(request: pytest.FixtureRequest) -> MagneticModel:
+    if request.param == "planar":
+        return planar_bars(load_sensor("biorob2018"), 1e-2)
+    return sheets(load_sensor("biorob2018", [BESIDE] if request.param == "beside" else []), 1e-2)
+
+
+def test_a_pose_alone_and_among_others(model: MagneticModel) -> None:
+    alone = model.impedance(Pose(0.0, 3 * MM), 5e6)
+    among = model.impedance(Pose(np.array([0.0, 1 * MM]), np.array([3 * MM, 1 * MM]), np.array([0.0, 0.01])), 5e6)
+    np.testing.assert_allclose(among.L[0] - among.L0, alone.L - alone.L0, rtol=1e-9)
+    np.testing.assert_allclose(among.R[0], alone.R, rtol=1e-9, atol=1e-9 * alone.R.max())
+    np.testing.assert_allclose(among.error_L[0], alone.error_L, rtol=1e-6)
+
+
+def test_no_steps_over_gap_and_tilt() -> None:
+    for model in (sheets(load_sensor("biorob2018"), 1e-2), planar_bars(load_sensor("biorob2018"), 1e-2)):
+        gap = np.linspace(1.4, 2.4, 1601) * MM
+        assert max(steps(model.impedance(Pose(0 * gap, gap), 5e6))) < 1e-7
+        tilt = np.linspace(-0.05, 0.05, 401)
+        assert max(steps(model.impedance(Pose(0 * tilt, 3.3 * MM + 0 * tilt, tilt), 5e6))) < 1e-7
+
+
+def test_no_steps_over_frequency() -> None:
+    model, frequencies = sheets(load_sensor("biorob2018"), 1e-2), np.geomspace(1.6e6, 3e6, 251)
+    found = [model.impedance(Pose(0.0, 3 * MM), f) for f in frequencies]
+    for values, least in (([z.L for z in found], 1e-6), ([z.R / np.sqrt(z.frequency) for z in found], 1e-5)):
+        change = np.array(values) - (found[0].L0 if least == 1e-6 else 0.0)
+        assert np.abs(np.diff(change, 4, axis=0)).max() < least * np.abs(change).max()
