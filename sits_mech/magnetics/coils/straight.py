@@ -43,7 +43,7 @@ from sits_mech.quantities import Array
 
 Potential = Callable[[Array], Array]
 _PAIRS = 200_000  # at once
-_PARALLEL, _ACROSS = 1e-7, 1e-12  # sine and cosine of an angle that is none, or a right one
+_PARALLEL, _ACROSS = 3e-6, 1e-12  # sine and cosine of an angle that is none, or a right one
 _HELD = 2_000_000  # distances of points and ends held at once
 _PRODUCT = 12  # ratios multiplied before their logarithm is taken
 _SMALL = 1e-12  # least square of a distance, over that of a length

@@ -52,6 +52,17 @@ def test_tracks_at_an_angle_by_quadrature(turn: float, height: float) -> None:
     assert linkage(second, first) == pytest.approx(expected, rel=1e-7)
 
 
+@pytest.mark.parametrize("turn", [1e-9, 1.1e-7, 4e-7, 1e-6, 2.9e-6, 3.1e-6, 1e-5])
+def test_nearly_parallel_tracks(turn: float) -> None:
+    """Rounding must not rule where the two lines meet far away: M goes with the turn, 2.32 of it (at 1e-4 and 1e-3)."""
+    size = np.array([3e-4]), np.array([35e-6])
+    own = Tracks(np.array([[6.85e-3, 0.0, 0.0]]), np.array([[-6.85e-3, 0.0, 0.0]]), *size)
+    ends = [[-5.85e-3, 1e-3 - angle * 11.7e-3, 0.0] for angle in (0.0, turn)]
+    others = [Tracks(np.array([[5.85e-3, 1e-3, 0.0]]), np.array([end]), *size) for end in ends]
+    straight, turned = (linkage(own, other) for other in others)
+    assert turned / straight - 1.0 == pytest.approx(2.32 * turn, abs=1e-6)
+
+
 def test_parallel_bars_with_their_sections() -> None:
     """4 x 4 filaments in each bar, of 0.2 x 0.1 mm, 0.1 mm apart and shifted: Neumann's closed form for each pair."""
     first = Tracks(*(np.array([p]) * MM for p in ([0.0, 0, 0], [5.0, 0, 0])), np.array([2e-4]), np.array([1e-4]))
