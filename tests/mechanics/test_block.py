@@ -124,6 +124,7 @@ def test_largest_stretch_of_a_uniform_strain():
     assert largest_stretch(body, np.zeros(body.mesh.nodes.size)) == pytest.approx(1.0, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_law_beyond_its_stability_or_its_data_is_named():
     """Mooney-Rivlin of c10 = 30, c01 = -20 kPa: planar tension loses Drucker's condition at 1.193 (stability.py)."""
     soft = box('elastomer.material={law="mooney-rivlin", c10=3e4, c01=-2e4, bulk_modulus=2e7}', size=8)

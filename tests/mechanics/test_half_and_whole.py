@@ -81,7 +81,7 @@ def test_hidden_stiffness_is_that_of_the_whole_pad(both):
     ("sensor", "load"),
     [
         (load_sensor("biorob2018", WIDE), (1.2, 6.0, 2e-3)),
-        (flush(), (0.0, 8.0)),
+        pytest.param(flush(), (0.0, 8.0), marks=pytest.mark.slow),
         pytest.param(flush(), (0.1, 8.0), marks=pytest.mark.slow),
     ],
     ids=["free", "contact", "sheared-contact"],

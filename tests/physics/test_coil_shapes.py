@@ -49,6 +49,7 @@ def as_path(coil: Coil, count: int) -> Coil:
     return Coil(name="C", shape="path", path=lines, track_width=coil.track_width, track_thickness=35e-6)
 
 
+@pytest.mark.slow
 def test_path_of_a_circle_is_rings_over_a_plate() -> None:
     """Shifted and tilted: change of L and R to 1e-4, L0 too."""
     pose = Pose(0.7 * MM, 1.8 * MM, 0.05)

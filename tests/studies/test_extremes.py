@@ -38,7 +38,7 @@ def test_work_that_is_not_the_stored_energy_is_seen() -> None:
     assert not checks.energy_row(layer, way._replace(path=[*way.path[:-1], broken])).holds
 
 
-@pytest.mark.parametrize("place", ["d_h", "sink", "alpha"])
+@pytest.mark.parametrize("place", ["d_h", pytest.param("sink", marks=pytest.mark.slow), "alpha"])
 def test_work_of_the_force_that_is_found_is_the_stored_energy(place: str) -> None:
     layer = planar_layer(layers.pad(20, 15, 2), 2e-2)
     goal = 1.0 if place == "alpha" else 0.05

@@ -148,6 +148,7 @@ def test_forces_are_the_slope_of_the_energy_with_contact(pad, target, place):
     assert (up - down) / (2 * h) == pytest.approx(forces @ way, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_faces_of_a_flush_pad_lie_on_both_planes():
     sensor, wrench = scene((15, 15), (15, 15), 3.0), Wrench(F_z=55.0)
     pad = block_pad(sensor)

@@ -178,6 +178,7 @@ def test_cells_that_would_turn_inside_out_are_drawn_towards_a_safe_state():
 BOX = np.array([[4.482e3, 0.0, 6.915], [0.0, 120.67e3, 0.0], [6.915, 0.0, 1.0695]])
 
 
+@pytest.mark.slow
 def test_a_pad_shows_its_order_and_its_error_covers_the_truth():
     """Compliances go with m^-2 where displacements go as r^0.5 and lines are graded with 2."""
     pad = linear_pad(scene(), 5e-4)
