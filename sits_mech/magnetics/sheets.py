@@ -16,8 +16,9 @@ along the plate has to be resolved. In the thick regime uniform current in the f
 Small gaps under wide plates (`space.near`): the plate is lifted to where its division carries the coils' field, and
 its answer carried down along the infinite plate; the estimated error holds what that leaves uncertain.
 
-Other metal (`space.neighbours`): plates parallel to the coils join with their own modes. A pose then costs some tenths
-of a second, or a second where such a plate is wide for its distance.
+Other metal (`space.neighbours`): plates parallel to the coils join with their own modes, and see the coils as they
+are, at rest. A pose then costs some tenths of a second. What polynomials of the coils' fields over a target among such
+plates miss is looked at (`space.coupling`) and added to the estimated error.
 
 Range: non-magnetic plates. Neglected: eddies in the coils' own tracks (`coils.track_modes`), displacement current.
 Source: eddy currents as unknowns of an integral equation, divergence-free by their shape functions: R. Albanese and
@@ -38,11 +39,12 @@ from sits_mech.geometry.solids import PlacedPlate, lowest_points, overlapping, p
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest
 from sits_mech.magnetics.coils.alone import free_inductances, track_resistances
 from sits_mech.magnetics.skin import skin_depth
-from sits_mech.magnetics.space.coupling import reactions
+from sits_mech.magnetics.space.coupling import missed, reactions
 from sits_mech.magnetics.space.modes import Sheeted
 from sits_mech.magnetics.space.near import FACTORS, averaged, carried_down, infinite_plate, under_plate
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.space.rungs import LADDER, Rung, carried, field_length, prepared, unseen
+from sits_mech.magnetics.space.sources import Sources
 from sits_mech.magnetics.stages import clearance_of, clearances, together, tops
 from sits_mech.quantities import Array, Complex, Impedance, Pose
 from sits_mech.scene.sensor import Sensor, Target
@@ -51,6 +53,8 @@ from sits_mech.turns import rotation_matrix
 from sits_mech.units import checked_tolerance
 
 _KIND = Kind("sheets", "H")
+_UNSEEN = 1e-3  # from which bound on it is asked what polynomials of the coils' fields really miss
+_RADIATED = 0.02  # of the bound that they miss of what a plate radiates: several times what was seen of coils
 _PLATES = 1.5  # length on which another plate's field changes, over the distance
 
 
@@ -143,6 +147,22 @@ class Sheets:
         relative = float(np.max(error.imag / np.where(scale > 0.0, scale, 1.0), initial=0.0))
         return Reaction(value, error, relative, unknowns, 1, notes=(*notes, *self._winding_notes()))
 
+    def _missed(self, parts: Sequence[PlacedPlate], plates: Sequence[_Divided], change: Complex) -> Complex:
+        """What polynomials miss among several plates: of the coils' fields as seen, of other plates' at most."""
+        boxes = [plate.divisions[0].box for plate in plates]
+        share = np.full((len(change), 2), _RADIATED * max(unseen(box) for box in boxes))
+        if self.sensor.target is not None and unseen(boxes[0]) > _UNSEEN:
+            poses = parts[0].turns, parts[0].places
+            share += np.stack(missed(self.sensor.coils, self.windings, boxes[0], poses), axis=1)
+        L, R = share.T[:, :, None, None]
+        return np.asarray(2 * R * largest(change.real) + 1j * L * largest(change.imag))
+
+    def _kind(self, part: PlacedPlate) -> tuple[Target, Outline | None, Sources | None]:
+        """A plate, its outline and, if it stands still, the coils as it sees them."""
+        fixed = part.windings > 0.0
+        seen = Sources(self.sensor.coils, self.windings, part.middle, part.windings) if fixed else None
+        return part.plate, part.outline, seen
+
     def _winding_notes(self) -> tuple[str, ...]:
         """Say how far spiral windings are from rings."""
         if self.windings == "rings":
@@ -155,7 +175,7 @@ class Sheets:
         """What the plates do to the coils by one preparation of each, at a frequency, prepared up to another."""
         sensor, rung = self.sensor, next((rung for error, rung in LADDER if self.tolerance >= error), LADDER[-1][1])
         plates = [
-            _divided(sensor, (part.plate, part.outline, part.middle), rung, clearance_of(step, part.anchor), frequency)
+            _divided(sensor, self._kind(part), rung, clearance_of(step, part.anchor), frequency)
             for part, step in zip(parts, steps, strict=True)
         ]
         notes = [part.title + note for part, plate in zip(parts, plates, strict=True) for note in plate.notes]
@@ -165,7 +185,7 @@ class Sheets:
             target = answering.pop(0) if sensor.target is not None else None
             fine, coarse = coupled_reactions(sensor.coils, self.windings, target, answering, frequency[0])
             fine, coarse = ((Z + np.swapaxes(Z, 1, 2)) / 2 for Z in (fine, coarse))
-            near = np.zeros(fine.shape, dtype=complex)
+            near = self._missed(parts, plates, (4 * fine - coarse) / 3)
         elif clearance_of(steps[0], parts[0].anchor) < plates[0].lowest:
             fine, coarse, near = _lowered(sensor, self.windings, parts[0], plates[0], frequency[0])
             notes.append(f"gaps below {plates[0].lowest * 1e3:.3g} mm: carried down along the infinite plate")
@@ -225,26 +245,26 @@ def not_representable(sensor: Sensor) -> str | None:
 
 @lru_cache(maxsize=64)
 def _divided(
-    sensor: Sensor, part: tuple[Target, Outline | None, tuple[float, float]], rung: Rung, clearance: float,
+    sensor: Sensor, part: tuple[Target, Outline | None, Sources | None], rung: Rung, clearance: float,
     frequency: tuple[float, float],
 ) -> _Divided:  # fmt: skip
-    """Prepare a plate, its middle given, for clearances from one on, for a frequency below another.
+    """Prepare a plate, the coils given if it stands still, for clearances from one on, for a frequency below another.
 
     Alone, not for smaller ones than its polynomials carry.
     """
-    alone, (asked, top), (plate, outline, place) = not sensor.conductors, frequency, part
+    alone, (asked, top), (plate, outline, sources) = not sensor.conductors, frequency, part
     if alone:
         clearance = carried(plate, outline, clearance, rung)
-    reach, middle = _reach(sensor, place) + 2 * clearance, clearance + plate.thickness / 2
-    length = min(field_length(coil, middle) for coil in sensor.coils)
+    apart, place = (clearance, (0.0, 0.0)) if sources is None else (sources.distance, sources.place[:2])
+    length = min(field_length(coil, apart + plate.thickness / 2) for coil in sensor.coils)
     if not alone:
-        length = min(length, _PLATES * middle)
-    fine, coarse = prepared(plate, outline, rung, (clearance, top, reach, length))
-    depth, missed = skin_depth(asked, plate.metal.conductivity), unseen(fine.box)
+        length = min(length, _PLATES * (clearance + plate.thickness / 2))
+    fine, coarse = prepared(plate, outline, rung, (clearance, top, _reach(sensor, place) + 2 * apart, length), sources)
+    depth, lost = skin_depth(asked, plate.metal.conductivity), unseen(fine.box) if alone else 0.0
     thin = depth > plate.thickness
     first = rung.skin * skin_depth(top, plate.metal.conductivity) / (1.0 + math.sqrt(rung.growth))
-    trust = Uncertainty(1.0 / 3.0 if thin else 1.0, missed, 0.0 if thin else (first / depth) ** 2 / 12)
-    return _Divided((fine, coarse), clearance, trust, _notes(plate.thickness / depth, fine.sheets, missed))
+    trust = Uncertainty(1.0 / 3.0 if thin else 1.0, lost, 0.0 if thin else (first / depth) ** 2 / 12)
+    return _Divided((fine, coarse), clearance, trust, _notes(plate.thickness / depth, fine.sheets, lost))
 
 
 def _extrapolated(fine: Complex, coarse: Complex, plates: Sequence[Uncertainty]) -> tuple[Complex, Complex]:

@@ -7,7 +7,9 @@ X's box and of r' on Y's; so with Gamma, its values between the two sets of poin
 
     P_XY = mu0 / (4 pi) D_X^T (R_X^T R_Y x Gamma) D_Y,    a_X = a0_X + sum over Y != X of P_XY s_Y.
 
-Each plate's modes are found once, alone; no air is meshed. The fixed plates F together have the admittance
+Each plate's modes are found once, alone; no air is meshed. A fixed plate sees the coils without polynomials between
+(`sources`): each coil is one combination more, a_X ends with the unit vector of coil c, D_X and P_XY have zeros there.
+Its polynomials carry what moves and what other plates radiate. The fixed plates F together have the admittance
 ``Y_F (1 - P_FF Y_F / (j omega))^-1``, and the target t sees the coils through them:
 
     b = a0_t + T a0_F,    T = P_tF Y_F / (j omega),
@@ -91,7 +93,7 @@ def coupled_reactions(
         Delta Z, one array a division, not yet symmetrised [ohm]; p = 1 without target.
     """
     omega = 2 * np.pi * frequency
-    fixed = [_ready(coils, windings, other, omega) for other in others]
+    fixed = [_at_rest(coils, other, omega) for other in others]
     P, own = _between(others, fixed), np.hstack([part.own[0] for part in fixed])
     joined = [_joined(Ys, P, omega) for Ys in zip(*(part.admittances for part in fixed), strict=True)]
     alone = [own @ Y @ own.T for Y in joined]
@@ -112,10 +114,20 @@ def _ready(coils: tuple[Coil, ...], windings: str, plate: SpacePlate, omega: flo
     first = plate.divisions[0]
     found = drives(coils, windings, first, (plate.turns, plate.places))
     linked = [np.take_along_axis(drive, rank[..., None], axis=1) for _, drive, rank, _ in found]
-    transform = first.transform
-    by_point = np.ascontiguousarray(transform.reshape(3, -1, transform.shape[1]).transpose(1, 0, 2))
-    admittances = [block_diag(*(part.admittance(omega) for part in each.classes)) for each in plate.divisions]
-    return _Ready(by_point, admittances, np.concatenate(linked))
+    return _Ready(_by_point(first), [each.admittance(omega) for each in plate.divisions], np.concatenate(linked))
+
+
+def _at_rest(coils: tuple[Coil, ...], plate: SpacePlate, omega: float) -> _Ready:
+    """A fixed plate's divisions: it sees each coil as one of its own combinations, the last ones."""
+    transform = _by_point(plate.divisions[0])
+    own = np.eye(len(coils), transform.shape[2], transform.shape[2] - len(coils))
+    return _Ready(transform, [each.admittance(omega) for each in plate.divisions], own[None])
+
+
+def _by_point(plate: Sheeted) -> Array:
+    """A plate's combinations by point, shape (q, 3, r)."""
+    transform = plate.transform
+    return np.ascontiguousarray(transform.reshape(3, -1, transform.shape[1]).transpose(1, 0, 2))
 
 
 def _between(plates: Sequence[SpacePlate], parts: Sequence[_Ready]) -> Array:
