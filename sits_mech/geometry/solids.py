@@ -45,6 +45,8 @@ class PlacedPlate:
         x, y, z; of the target seen from above, where it is at rest [m].
     windings : float
         Distance of a fixed plate from the coils; zero of the target [m].
+    susceptibility : complex
+        Of a fixed plate [-].
     """
 
     title: str
@@ -56,6 +58,7 @@ class PlacedPlate:
     anchor: float
     middle: tuple[float, float, float]
     windings: float = 0.0
+    susceptibility: complex = 0.0
 
     def among(self, some: Integers) -> PlacedPlate:
         """Return it in some of its places; itself, where it does not move."""
@@ -106,7 +109,7 @@ def placed_plates(sensor: Sensor, outline: Outline | None, turns: Array, places:
         gap = np.minimum(anchor, separation(moving[0], solid)) if moving else np.array([anchor])
         place = solid.places - (0.0, 0.0, part.thickness / 2)
         found = f"{solid.name}: ", as_plate(part), None, solid.turns, place
-        parts.append(PlacedPlate(*found, gap, anchor, part.centre, windings))
+        parts.append(PlacedPlate(*found, gap, anchor, part.centre, windings, part.metal.susceptibility))
     return parts
 
 

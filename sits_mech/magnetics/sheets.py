@@ -20,7 +20,10 @@ Other metal (`space.neighbours`): plates parallel to the coils join with their o
 are, at rest. A pose then costs some tenths of a second. What polynomials of the coils' fields over a target among such
 plates miss is looked at (`space.coupling`) and added to the estimated error.
 
-Range: non-magnetic plates. Neglected: eddies in the coils' own tracks (`coils.track_modes`), displacement current.
+Ferrite (`ferrite.core`): fixed rectangles that are permeable and do not conduct join with their magnetisation.
+
+Range: metal that is not magnetic. Neglected: eddies in the coils' own tracks (`coils.track_modes`), displacement
+current.
 Source: eddy currents as unknowns of an integral equation, divergence-free by their shape functions: R. Albanese and
 G. Rubinacci, Adv. Imaging Electron Phys. 102 (1998) 1.
 """
@@ -31,6 +34,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -38,9 +42,9 @@ from sits_mech.geometry.outline import Outline
 from sits_mech.geometry.solids import PlacedPlate, lowest_points, overlapping, placed_plates
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest
 from sits_mech.magnetics.coils.alone import free_inductances, track_resistances
+from sits_mech.magnetics.ferrite.core import prepared_core
 from sits_mech.magnetics.skin import skin_depth
 from sits_mech.magnetics.space.coupling import missed, reactions
-from sits_mech.magnetics.space.modes import Sheeted
 from sits_mech.magnetics.space.near import FACTORS, averaged, carried_down, infinite_plate, under_plate
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.space.rungs import LADDER, Rung, carried, field_length, prepared, unseen
@@ -53,8 +57,10 @@ from sits_mech.turns import rotation_matrix
 from sits_mech.units import checked_tolerance
 
 _KIND = Kind("sheets", "H")
+_Asked = tuple[Target, Outline | None, complex, Sources | None]
 _UNSEEN = 1e-3  # from which bound on it is asked what polynomials of the coils' fields really miss
 _RADIATED = 0.02  # of the bound that they miss of what a plate radiates: several times what was seen of coils
+_HIGHEST, _DEEP = 1e7, 3.0  # skin depths of ferrite at that frequency [Hz] over its thickness, at least
 _PLATES = 1.5  # length on which another plate's field changes, over the distance
 
 
@@ -81,7 +87,7 @@ class Uncertainty:
 class _Divided:
     """A plate's divisions, the smallest clearance they carry [m], how far to trust them, and what there is to say."""
 
-    divisions: tuple[Sheeted, Sheeted]
+    divisions: tuple[Any, ...]  # Sheeted; of a fixed plate of ferrite, Core
     lowest: float
     uncertainty: Uncertainty
     notes: tuple[str, ...]
@@ -157,11 +163,11 @@ class Sheets:
         L, R = share.T[:, :, None, None]
         return np.asarray(2 * R * largest(change.real) + 1j * L * largest(change.imag))
 
-    def _kind(self, part: PlacedPlate) -> tuple[Target, Outline | None, Sources | None]:
-        """A plate, its outline and, if it stands still, the coils as it sees them."""
+    def _kind(self, part: PlacedPlate) -> _Asked:
+        """A plate, its outline and, if it stands still, its susceptibility and the coils as it sees them."""
         fixed = part.windings > 0.0
         seen = Sources(self.sensor.coils, self.windings, part.middle, part.windings) if fixed else None
-        return part.plate, part.outline, seen
+        return part.plate, part.outline, part.susceptibility, seen
 
     def _winding_notes(self) -> tuple[str, ...]:
         """Say how far spiral windings are from rings."""
@@ -233,10 +239,18 @@ def not_representable(sensor: Sensor) -> str | None:
     if sensor.substrate_radius is not None:
         return "substrate_radius: model 'sheets' takes flat coils only; model 'planar-fem' takes curved ones"
     for part in sensor.conductors:
-        if part.metal.relative_permeability != 1.0:
+        metal = part.metal
+        if metal.relative_permeability == 1.0:
+            continue
+        if skin_depth(_HIGHEST, metal.conductivity, metal.relative_permeability) < _DEEP * part.thickness:
             return (
-                f"conductors.{part.name}.relative_permeability: model 'sheets' needs 1; model 'planar-fem' takes "
-                "permeable parts"
+                f"conductors.{part.name}: model 'sheets' takes permeable plates that do not conduct, ferrite; got "
+                f"mu_r = {metal.relative_permeability:g} with {metal.conductivity:g} S/m; use 'planar-fem'"
+            )
+        if part.shape != "rectangle":
+            return (
+                f"conductors.{part.name}.shape: model 'sheets' takes ferrite as rectangles, got a {part.shape}; use "
+                "'planar-fem'"
             )
     if sensor.target is not None and sensor.target.metal.relative_permeability != 1.0:
         return "target.relative_permeability: model 'sheets' needs 1; model 'planar-fem' takes permeable parts"
@@ -245,20 +259,23 @@ def not_representable(sensor: Sensor) -> str | None:
 
 @lru_cache(maxsize=64)
 def _divided(
-    sensor: Sensor, part: tuple[Target, Outline | None, Sources | None], rung: Rung, clearance: float,
-    frequency: tuple[float, float],
-) -> _Divided:  # fmt: skip
+    sensor: Sensor, part: _Asked, rung: Rung, clearance: float, frequency: tuple[float, float]
+) -> _Divided:
     """Prepare a plate, the coils given if it stands still, for clearances from one on, for a frequency below another.
 
     Alone, not for smaller ones than its polynomials carry.
     """
-    alone, (asked, top), (plate, outline, sources) = not sensor.conductors, frequency, part
+    alone, (asked, top), (plate, outline, susceptibility, sources) = not sensor.conductors, frequency, part
     if alone:
         clearance = carried(plate, outline, clearance, rung)
     apart, place = (clearance, (0.0, 0.0)) if sources is None else (sources.distance, sources.place[:2])
     length = min(field_length(coil, apart + plate.thickness / 2) for coil in sensor.coils)
     if not alone:
         length = min(length, _PLATES * (clearance + plate.thickness / 2))
+    if sources is not None and susceptibility != 0.0:
+        cores = prepared_core(plate, susceptibility, rung, clearance, sources)
+        note = f"ferrite, mu_r = {plate.metal.relative_permeability:g}: {cores[0].sheets} boxes through the thickness"
+        return _Divided(cores, clearance, Uncertainty(), (note,))
     fine, coarse = prepared(plate, outline, rung, (clearance, top, _reach(sensor, place) + 2 * apart, length), sources)
     depth, lost = skin_depth(asked, plate.metal.conductivity), unseen(fine.box) if alone else 0.0
     thin = depth > plate.thickness

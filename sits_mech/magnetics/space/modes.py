@@ -287,7 +287,7 @@ def _nodal(basis: Basis, box: Box) -> Array:
     whole = whole.reshape(3, *box.order, -1)
     for k, n in enumerate(box.order):
         whole = np.moveaxis(np.tensordot(to_coefficients(n), whole, axes=(0, k + 1)), 0, k + 1)
-    return whole.reshape(-1, whole.shape[-1])
+    return whole.reshape(3 * int(np.prod(box.order)), basis.fields.shape[1])
 
 
 def _matrices(problem: _Problem, means: Array, conductivity: float) -> tuple[Complex, Complex]:

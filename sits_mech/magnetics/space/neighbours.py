@@ -25,6 +25,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from scipy.constants import mu_0
@@ -32,6 +33,7 @@ from scipy.linalg import block_diag
 from scipy.spatial.distance import cdist
 
 from sits_mech.magnetics.space.coupling import drives
+from sits_mech.magnetics.space.fields import Box
 from sits_mech.magnetics.space.modes import Sheeted
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil
@@ -41,13 +43,27 @@ _PROBES = 4  # that check it
 _LOST = 1e-4  # of what they see, at most: the detail that is lost first drives least
 
 
+class Plate(Protocol):
+    """A division of a plate, of metal (`Sheeted`) or of ferrite (`ferrite.core`)."""
+
+    @property
+    def box(self) -> Box: ...
+
+    @property
+    def transform(self) -> Array: ...
+
+    def admittance(self, omega: float) -> Complex:
+        """Return Y of its combinations and then of the coils that it sees."""
+        ...
+
+
 @dataclass(frozen=True)
 class SpacePlate:
     """A plate in its places, ready to answer.
 
     Attributes
     ----------
-    divisions : tuple of Sheeted
+    divisions : tuple of Plate
         The plate, divided in one or several ways, all with the same box.
     turns : ndarray, shape (p, 3, 3)
         Rotations; p = 1 if it does not move.
@@ -55,7 +71,7 @@ class SpacePlate:
         Of the bottom face's centre [m].
     """
 
-    divisions: tuple[Sheeted, ...]
+    divisions: tuple[Plate, ...]
     turns: Array
     places: Array
 
@@ -112,6 +128,8 @@ def coupled_reactions(
 def _ready(coils: tuple[Coil, ...], windings: str, plate: SpacePlate, omega: float) -> _Ready:
     """A plate's divisions, its combinations by point."""
     first = plate.divisions[0]
+    if not isinstance(first, Sheeted):
+        raise TypeError(f"a plate that moves must be of metal, got {type(first).__name__}")
     found = drives(coils, windings, first, (plate.turns, plate.places))
     linked = [np.take_along_axis(drive, rank[..., None], axis=1) for _, drive, rank, _ in found]
     return _Ready(_by_point(first), [each.admittance(omega) for each in plate.divisions], np.concatenate(linked))
@@ -124,7 +142,7 @@ def _at_rest(coils: tuple[Coil, ...], plate: SpacePlate, omega: float) -> _Ready
     return _Ready(transform, [each.admittance(omega) for each in plate.divisions], own[None])
 
 
-def _by_point(plate: Sheeted) -> Array:
+def _by_point(plate: Plate) -> Array:
     """A plate's combinations by point, shape (q, 3, r)."""
     transform = plate.transform
     return np.ascontiguousarray(transform.reshape(3, -1, transform.shape[1]).transpose(1, 0, 2))
