@@ -18,6 +18,7 @@ Integers = NDArray[np.int64]
 
 CLEARANCE = 1.8e-3
 """A common clearance of targets over coils: that of the preparation which serves it is not the poses' [m]."""
+_CLOSE = 0.06  # of its narrower side: detail that a fixed plate nearer than that brings it is left out
 _EASY = 0.125  # of a fixed plate's narrower side: a distance that few polynomials carry
 
 
@@ -105,7 +106,8 @@ def placed_plates(sensor: Sensor, outline: Outline | None, turns: Array, places:
         parts = [PlacedPlate("", sensor.target, outline, turns, places, gap, CLEARANCE, (0.0, 0.0, 0.0))]
     for k, (part, solid) in enumerate(zip(sensor.conductors, plates, strict=True)):
         windings = nearest(solid, coils)
-        anchor = min(nearest(solid, (*plates[:k], *plates[k + 1 :])), max(windings, _EASY * min(part.extent)))
+        beside = max(nearest(solid, (*plates[:k], *plates[k + 1 :])), _CLOSE * min(part.extent))
+        anchor = min(beside, max(windings, _EASY * min(part.extent)))
         gap = np.minimum(anchor, separation(moving[0], solid)) if moving else np.array([anchor])
         place = solid.places - (0.0, 0.0, part.thickness / 2)
         found = f"{solid.name}: ", as_plate(part), None, solid.turns, place

@@ -110,18 +110,19 @@ def coupled_reactions(
     """
     omega = 2 * np.pi * frequency
     fixed = [_at_rest(coils, other, omega) for other in others]
-    P, own = _between(others, fixed), np.hstack([part.own[0] for part in fixed])
-    joined = [_joined(Ys, P, omega) for Ys in zip(*(part.admittances for part in fixed), strict=True)]
-    alone = [own @ Y @ own.T for Y in joined]
-    if target is None:
-        return [Z[None] for Z in alone]
-    moving = _ready(coils, windings, target, omega)
-    results = [np.empty((target.places.shape[0], *Z.shape), dtype=complex) for Z in alone]
+    own = np.hstack([part.own[0] for part in fixed])
     placed = [(other.at(0), part.transform) for other, part in zip(others, fixed, strict=True)]
+    linked = _links(placed)
+    divisions = list(zip(*(part.admittances for part in fixed), strict=True))
+    if target is None:
+        return [_answer(Ys, linked, own.T, omega)[None] for Ys in divisions]
+    moving, n = _ready(coils, windings, target, omega), len(coils)
+    results = [np.empty((target.places.shape[0], n, n), dtype=complex) for _ in divisions]
     for pose in range(target.places.shape[0]):
         Q, X = _factors((target.at(pose), moving.transform), placed)
-        for result, Z, Y, Y_F in zip(results, alone, moving.admittances, joined, strict=True):
-            result[pose] = Z + _shielded(moving.own[pose], Y, (Q, X), (own, Y_F), omega)
+        for result, Y, Ys in zip(results, moving.admittances, divisions, strict=True):
+            F = _answer(Ys, linked, np.hstack([own.T, X.T]), omega)
+            result[pose] = F[:n, :n] + _shielded(moving.own[pose], Y, Q, F[n:], omega)
     return results
 
 
@@ -148,22 +149,28 @@ def _by_point(plate: Plate) -> Array:
     return np.ascontiguousarray(transform.reshape(3, -1, transform.shape[1]).transpose(1, 0, 2))
 
 
-def _between(plates: Sequence[SpacePlate], parts: Sequence[_Ready]) -> Array:
-    """P of all fixed plates, in blocks; nothing on the diagonal."""
-    ends = np.cumsum([0, *(part.own.shape[2] for part in parts)])
-    P = np.zeros((int(ends[-1]), int(ends[-1])))
-    for k in range(len(plates)):
-        for i in range(k):
-            mutual = _mutual(plates[i].at(0), plates[k].at(0), parts[i].transform, parts[k].transform)
-            P[ends[i] : ends[i + 1], ends[k] : ends[k + 1]] = mutual
-            P[ends[k] : ends[k + 1], ends[i] : ends[i + 1]] = mutual.T
-    return P
+def _links(placed: Sequence[tuple[tuple[Array, Array], Array]]) -> tuple[list[Array], Array]:
+    """Q_X of each fixed plate and C with P_XY = Q_X C_XY Q_Y^T, nothing on the diagonal."""
+    if len(placed) == 1:
+        return [np.zeros((placed[0][1].shape[2], 0))], np.zeros((0, 0))
+    found = [_factors(plate, [*placed[:k], *placed[k + 1 :]]) for k, plate in enumerate(placed)]
+    Qs = [Q for Q, _ in found]
+    rows = [X @ block_diag(*Qs[:k], *Qs[k + 1 :]) for k, (_, X) in enumerate(found)]
+    starts = np.cumsum([0, *(Q.shape[1] for Q in Qs)])
+    C = np.vstack([np.insert(row, start, np.zeros((Q.shape[1], 1)), axis=1)
+                   for row, start, Q in zip(rows, starts[:-1], Qs, strict=True)])  # fmt: skip
+    return Qs, (C + C.T) / 2
 
 
-def _joined(admittances: Sequence[Complex], P: Array, omega: float) -> Complex:
-    """Admittance of fixed plates together."""
-    Y = np.asarray(block_diag(*admittances))
-    return Y if len(admittances) == 1 else np.asarray(np.linalg.solve(np.eye(len(Y)) + 1j / omega * (Y @ P), Y))
+def _answer(admittances: Sequence[Complex], links: tuple[list[Array], Array], V: Array, omega: float) -> Complex:
+    """V^T Y_F V of fixed plates together, (1 - P Y / (j omega))^-1 by the few columns of P."""
+    (Qs, C), ends = links, np.cumsum([len(Y) for Y in admittances])[:-1]
+    parts = [np.hstack(pair) for pair in zip(np.split(V, ends), Qs, strict=True)]
+    columns = V.shape[1]
+    found = [_between_both(part, Y) for part, Y in zip(parts, admittances, strict=True)]
+    outer, B = sum(Z[:columns, :columns] for Z in found), np.hstack([Z[:columns, columns:] for Z in found])
+    whole, L = block_diag(*(Z[columns:, columns:] for Z in found)), C / (1j * omega)
+    return np.asarray(outer + B @ L @ np.linalg.solve(np.eye(len(C)) - whole @ L, B.T))
 
 
 def _mutual(first: tuple[Array, Array], second: tuple[Array, Array], D: Array, E: Array) -> Array:
@@ -205,13 +212,11 @@ def _between_both(Q: Array, Y: Complex) -> Complex:
     return np.asarray(Q.T @ (Y.real @ Q) + 1j * (Q.T @ (Y.imag @ Q)))
 
 
-def _shielded(
-    own: Array, Y: Complex, P: tuple[Array, Array], others: tuple[Array, Complex], omega: float
-) -> Complex:
-    """What the target adds to Delta Z among the others, from their a0 and joint admittance, shape (n, n)."""
-    (Q, X), (others_own, Y_F) = P, others
-    b = own + ((others_own @ Y_F) @ X.T / (1j * omega)) @ Q.T
-    S = _between_both(X.T, Y_F) / (1j * omega) ** 2
+def _shielded(own: Array, Y: Complex, Q: Array, seen: Complex, omega: float) -> Complex:
+    """What the target adds to Delta Z among the others, from X Y_F (a0_F, X^T); shape (n, n)."""
+    n = len(own)
+    b = own + seen[:, :n].T @ Q.T / (1j * omega)
+    S = seen[:, n:] / (1j * omega) ** 2
     answer = b @ Y
     u = np.linalg.solve(np.eye(len(S)) - _between_both(Q, Y) @ S, Q.T @ answer.T)
     return np.asarray(answer @ b.T + (answer @ Q) @ (S @ u))
