@@ -40,7 +40,7 @@ REACHED: dict[tuple[str, str], float] = {
     ("magnetics", "sheets"): 5e-4,
 }
 """Relative errors that the finest rungs estimate of themselves, as seen under gentle loads."""
-_AMONG = 15.0  # seconds more for a load, or a pose, among conductors: from 5 far away to 70 close by the target
+_AMONG = 1.0  # seconds more for a load, or a pose, among conductors: 0.5 over a ground plane, more among several plates
 _HELD = 0.4  # small strain's bound from which on pads were seen to give way: in shear; compression goes to some 1.5
 
 
