@@ -70,8 +70,8 @@ class AmongFar:
 
 def without_far(
     sensor: Sensor, model: Callable[[Sensor], MagneticModel], pose: Pose, tolerance: float
-) -> tuple[Sensor, tuple[Omission, ...]]:
-    """Return a scene with the conductors that matter, and the omission of the others.
+) -> tuple[Sensor, tuple[Omission, ...], str]:
+    """Return a scene with the conductors that matter, the omission of the others, and what bounds those that matter.
 
     Parameters
     ----------
@@ -85,11 +85,11 @@ def without_far(
         Asked relative error of that.
     """
     if sensor.target is None:  # there is no change but theirs
-        return sensor, ()
+        return sensor, (), ""
     try:
         found = model(_with(sensor, ())).impedance(pose, sensor.frequency)
     except SolveFailed:
-        return sensor, ()
+        return sensor, (), ""
     change = np.abs(found.L - found.L0).max(axis=(-2, -1)).ravel() / np.diag(found.L0).max()
     kept: list[Conductor] = []
     while True:
@@ -97,7 +97,9 @@ def without_far(
         shares = partial(_shares, solved, pose, change, found.unit_L == "H/m")
         left = _small_together(far, shares, tolerance)
         if len(left) == len(far):
-            return solved, tuple(_omission(part, float(size)) for part, size in zip(far, shares(far), strict=True))
+            left_out = tuple(_omission(part, float(size)) for part, size in zip(far, shares(far), strict=True))
+            alone = partial(_shares, _with(sensor, ()), pose, change, found.unit_L == "H/m")
+            return solved, left_out, ", ".join(_counted(part, float(alone([part])[0])) for part in kept)
         kept += [part for part in far if part not in left]
 
 
@@ -120,6 +122,11 @@ def _small_together(
 def _with(sensor: Sensor, parts: Sequence[Conductor]) -> Sensor:
     """Return a scene with some of its conductors."""
     return sensor.model_copy(update={"conductors": tuple(parts)})
+
+
+def _counted(part: Conductor, size: float) -> str:
+    """Say by how much a conductor alone may change the answer."""
+    return f"{part.name}: " + (f"at most {size:.2g} of the change" if size < 10.0 else "bounded by nothing below 10")
 
 
 def _omission(part: Conductor, size: float) -> Omission:

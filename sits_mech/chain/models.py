@@ -127,12 +127,13 @@ def _settled(
     if name != "auto" or not sensor.conductors:
         return sensor, choose_magnetics(sensor, name, known, given, loaded)
     plain = choose_magnetics(sensor.model_copy(update={"conductors": ()}), name, known, given, loaded)
-    solved, left_out = sensor, tuple[Omission, ...]()
+    solved, left_out, counted = sensor, tuple[Omission, ...](), ""
     pose = _shown_at(sensor, given)
     if pose is not None and sensor.substrate_radius is None:
         asked = magnetic_tolerance(plain.name, tolerance) if loaded else tolerance
-        solved, left_out = without_far(sensor, partial(_coarse, plain.name), pose, asked)
+        solved, left_out, counted = without_far(sensor, partial(_coarse, plain.name), pose, asked)
     choice = choose_magnetics(solved, name, known, given, loaded)
+    choice = replace(choice, reason=f"{choice.reason} ({counted})") if counted else choice
     notes = () if choice.name == plain.name else (_changed(plain, choice),)
     return solved, replace(choice, notes=notes, left_out=left_out)
 

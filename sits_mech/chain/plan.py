@@ -9,6 +9,7 @@ from sits_mech.chain.interpolate import solved_likely
 from sits_mech.chain.omissions import Omission, keeps_axis, omissions, strain_bound
 from sits_mech.geometry.tracks import section_refusal
 from sits_mech.magnetics.rings import on_axis
+from sits_mech.magnetics.sheets import not_representable as sheets_refuse
 from sits_mech.mechanics.closed_form import LONG, finite_strain_model
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import Pose, Wrench
@@ -40,7 +41,7 @@ REACHED: dict[tuple[str, str], float] = {
     ("magnetics", "sheets"): 5e-4,
 }
 """Relative errors that the finest rungs estimate of themselves, as seen under gentle loads."""
-_AMONG = 15.0  # seconds more for a load, or a pose, among conductors: from 5 far away to 70 close by the target
+_AMONG = 1.0  # seconds more for a load, or a pose, among conductors: 0.5 over a ground plane, more among several plates
 _HELD = 0.4  # small strain's bound from which on pads were seen to give way: in shear; compression goes to some 1.5
 
 
@@ -167,7 +168,8 @@ def choose_magnetics(
 
     Components that leave the plane are answered in space. Poses that come of loads on a finite pad are answered in
     space like the pad; poses that are given, in section where the scene has one: their change of inductance is quick to
-    see and relative. Conductors are answered in space, permeable ones in section: no other model has them.
+    see and relative. Conductors are answered in space, as are fixed rectangles of ferrite; other permeable parts in
+    section: no other model has them.
 
     Parameters
     ----------
@@ -188,7 +190,10 @@ def choose_magnetics(
         raise SceneError(f"model (magnetics) must be auto or sheets for {', '.join(beside)}; got {asked}")
     if asked != "auto":
         return Choice(asked, "asked for")
-    if permeable := _permeable(sensor):
+    free = target is not None and target.net_current == "free"
+    if (permeable := _permeable(sensor)) and not free and "sheets" in known and sheets_refuse(sensor) is None:
+        return Choice("sheets", f"{', '.join(permeable)}: ferrite that does not conduct, magnetised in space")
+    if permeable:
         _check_in_section(sensor, permeable, beside)
         return Choice("planar-fem", f"{', '.join(permeable)}: permeable, the air around is meshed")
     if beside:
@@ -197,7 +202,7 @@ def choose_magnetics(
         return Choice("planar-fem", "coils on a curved substrate")
     if sensor.conductors:
         names = ", ".join(f"conductors.{part.name}" for part in sensor.conductors)
-        if target is not None and target.net_current == "free":
+        if free:
             return Choice("planar-fem", f"{names} beside a target with free net current")
         return Choice("sheets", f"{names} can be near enough to matter")
     if coaxial:

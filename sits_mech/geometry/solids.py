@@ -18,6 +18,8 @@ Integers = NDArray[np.int64]
 
 CLEARANCE = 1.8e-3
 """A common clearance of targets over coils: that of the preparation which serves it is not the poses' [m]."""
+_CLOSE = 0.06  # of its narrower side: detail that a fixed plate nearer than that brings it is left out
+_EASY = 0.125  # of a fixed plate's narrower side: a distance that few polynomials carry
 
 
 @dataclass(frozen=True)
@@ -35,12 +37,17 @@ class PlacedPlate:
     turns, places : ndarray, shapes (p, 3, 3), (p, 3)
         Rotations, and places of the bottom face's centre [m]; p = 1 if it does not move.
     gap : ndarray, shape (p,)
-        From all else, one a pose of the target and without kinks where that is level; of the target from the coil
-        plane, not from the coils [m].
+        From what it sees through polynomials, one a pose of the target and without kinks where that is level: of the
+        target from fixed plates and the coil plane, of a fixed plate from other plates, at most `anchor` [m].
     anchor : float
-        A gap that is not the poses': of a fixed plate from all that does not move, of the target `CLEARANCE` [m].
+        A gap that is not the poses': of a fixed plate the nearest other one's, but what its polynomials carry easily,
+        of the target `CLEARANCE` [m].
     middle : tuple of float
-        Seen from above; of the target, where it is at rest [m].
+        x, y, z; of the target seen from above, where it is at rest [m].
+    windings : float
+        Distance of a fixed plate from the coils; zero of the target [m].
+    susceptibility : complex
+        Of a fixed plate [-].
     """
 
     title: str
@@ -50,7 +57,9 @@ class PlacedPlate:
     places: Array
     gap: Array
     anchor: float
-    middle: tuple[float, float]
+    middle: tuple[float, float, float]
+    windings: float = 0.0
+    susceptibility: complex = 0.0
 
     def among(self, some: Integers) -> PlacedPlate:
         """Return it in some of its places; itself, where it does not move."""
@@ -94,13 +103,15 @@ def placed_plates(sensor: Sensor, outline: Outline | None, turns: Array, places:
                     f"they overlap by {-apart.min() * 1e3:.3g} mm"
                 )
             gap = np.minimum(gap, apart)
-        parts = [PlacedPlate("", sensor.target, outline, turns, places, gap, CLEARANCE, (0.0, 0.0))]
+        parts = [PlacedPlate("", sensor.target, outline, turns, places, gap, CLEARANCE, (0.0, 0.0, 0.0))]
     for k, (part, solid) in enumerate(zip(sensor.conductors, plates, strict=True)):
-        anchor = nearest(solid, (*coils, *plates[:k], *plates[k + 1 :]))
+        windings = nearest(solid, coils)
+        beside = max(nearest(solid, (*plates[:k], *plates[k + 1 :])), _CLOSE * min(part.extent))
+        anchor = min(beside, max(windings, _EASY * min(part.extent)))
         gap = np.minimum(anchor, separation(moving[0], solid)) if moving else np.array([anchor])
         place = solid.places - (0.0, 0.0, part.thickness / 2)
-        found = PlacedPlate(f"{solid.name}: ", as_plate(part), None, solid.turns, place, gap, anchor, part.centre[:2])
-        parts.append(found)
+        found = f"{solid.name}: ", as_plate(part), None, solid.turns, place
+        parts.append(PlacedPlate(*found, gap, anchor, part.centre, windings, part.metal.susceptibility))
     return parts
 
 

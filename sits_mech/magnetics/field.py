@@ -203,6 +203,12 @@ def planar_fem(sensor: Sensor, tolerance: float = 1e-3) -> PlanarFem:
         raise ValueError(refusal)
     if sensor.target is not None and sensor.target.shape == "outline":
         raise ValueError("target.shape: planar-fem has a rectangular section; model 'sheets' takes an outline")
+    for part in sensor.conductors:
+        if part.loss_tangent > 0.0:
+            raise ValueError(
+                f"conductors.{part.name}.loss_tangent: planar-fem takes permeable parts without losses, got "
+                f"{part.loss_tangent:g}; model 'sheets' takes it"
+            )
     return PlanarFem(sensor, checked_tolerance(tolerance, 1e-7))
 
 

@@ -17,10 +17,14 @@ polynomials miss, a share of the change, go smoothly with the pose: poses share 
 Small gaps under wide plates (`space.near`): the plate is lifted to where its division carries the coils' field, and
 its answer carried down along the infinite plate; the estimated error holds what that leaves uncertain.
 
-Other metal (`space.neighbours`): plates parallel to the coils join with their own modes. A pose then costs some tenths
-of a second, or a second where such a plate is wide for its distance.
+Other metal (`space.neighbours`): plates parallel to the coils join with their own modes, and see the coils as they
+are, at rest. A pose then costs some tenths of a second. What polynomials of the coils' fields over a target among such
+plates miss is looked at (`space.coupling`) and added to the estimated error.
 
-Range: non-magnetic plates. Neglected: eddies in the coils' own tracks (`coils.track_modes`), displacement current.
+Ferrite (`ferrite.core`): fixed rectangles that are permeable and do not conduct join with their magnetisation.
+
+Range: metal that is not magnetic. Neglected: eddies in the coils' own tracks (`coils.track_modes`), displacement
+current.
 Source: eddy currents as unknowns of an integral equation, divergence-free by their shape functions: R. Albanese and
 G. Rubinacci, Adv. Imaging Electron Phys. 102 (1998) 1.
 """
@@ -31,6 +35,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -39,12 +44,13 @@ from sits_mech.geometry.solids import PlacedPlate, lowest_points, overlapping, p
 from sits_mech.geometry.tracks import path_notes
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest
 from sits_mech.magnetics.coils.alone import free_inductances, track_resistances
+from sits_mech.magnetics.ferrite.core import prepared_core
 from sits_mech.magnetics.skin import skin_depth
-from sits_mech.magnetics.space.coupling import reactions
-from sits_mech.magnetics.space.modes import Sheeted
+from sits_mech.magnetics.space.coupling import missed, reactions
 from sits_mech.magnetics.space.near import FACTORS, averaged, carried_down, infinite_plate, under_plate
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.space.rungs import LADDER, Rung, carried, field_length, prepared, unseen
+from sits_mech.magnetics.space.sources import Sources
 from sits_mech.magnetics.stages import Integers, clearance_of, clearances, together, tops
 from sits_mech.quantities import Array, Complex, Impedance, Pose
 from sits_mech.scene.sensor import Sensor, Target
@@ -53,6 +59,10 @@ from sits_mech.turns import rotation_matrix
 from sits_mech.units import checked_tolerance
 
 _KIND = Kind("sheets", "H")
+_Asked = tuple[Target, Outline | None, complex, Sources | None]
+_UNSEEN = 1e-3  # from which bound on it is asked what polynomials of the coils' fields really miss
+_RADIATED = 0.02  # of the bound that they miss of what a plate radiates: several times what was seen of coils
+_HIGHEST, _DEEP = 1e7, 3.0  # skin depths of ferrite at that frequency [Hz] over its thickness, at least
 _PLATES = 1.5  # length on which another plate's field changes, over the distance
 
 
@@ -79,7 +89,7 @@ class Uncertainty:
 class _Divided:
     """A plate's divisions, the smallest clearance they carry [m], how far to trust them, and what there is to say."""
 
-    divisions: tuple[Sheeted, Sheeted]
+    divisions: tuple[Any, ...]  # Sheeted; of a fixed plate of ferrite, Core
     lowest: float
     uncertainty: Uncertainty
     notes: tuple[str, ...]
@@ -165,6 +175,22 @@ class Sheets:
         notes = (*found.notes, *self._winding_notes())
         return Reaction(found.value, found.error, relative, found.unknowns, 1, notes=notes, shared=found.shared)
 
+    def _missed(self, parts: Sequence[PlacedPlate], plates: Sequence[_Divided], change: Complex) -> Complex:
+        """What polynomials miss among several plates: of the coils' fields as seen, of other plates' at most."""
+        boxes = [plate.divisions[0].box for plate in plates]
+        share = np.full((len(change), 2), _RADIATED * max(unseen(box) for box in boxes))
+        if self.sensor.target is not None and unseen(boxes[0]) > _UNSEEN:
+            poses = parts[0].turns, parts[0].places
+            share += np.stack(missed(self.sensor.coils, self.windings, boxes[0], poses), axis=1)
+        L, R = share.T[:, :, None, None]
+        return np.asarray(2 * R * largest(change.real) + 1j * L * largest(change.imag))
+
+    def _kind(self, part: PlacedPlate) -> _Asked:
+        """A plate, its outline and, if it stands still, its susceptibility and the coils as it sees them."""
+        fixed = part.windings > 0.0
+        seen = Sources(self.sensor.coils, self.windings, part.middle, part.windings) if fixed else None
+        return part.plate, part.outline, part.susceptibility, seen
+
     def _winding_notes(self) -> tuple[str, ...]:
         """Say how far spiral windings are from rings, and what free tracks are without."""
         if self.windings == "rings":
@@ -178,7 +204,7 @@ class Sheets:
         """What the plates do to the coils by one preparation of each, at a frequency, prepared up to another."""
         sensor, rung = self.sensor, next((rung for error, rung in LADDER if self.tolerance >= error), LADDER[-1][1])
         plates = [
-            _divided(sensor, (part.plate, part.outline, part.middle), rung, clearance_of(step, part.anchor), frequency)
+            _divided(sensor, self._kind(part), rung, clearance_of(step, part.anchor), frequency)
             for part, step in zip(parts, steps, strict=True)
         ]
         notes = [part.title + note for part, plate in zip(parts, plates, strict=True) for note in plate.notes]
@@ -188,7 +214,7 @@ class Sheets:
             target = answering.pop(0) if sensor.target is not None else None
             fine, coarse = coupled_reactions(sensor.coils, self.windings, target, answering, frequency[0])
             fine, coarse = ((Z + np.swapaxes(Z, 1, 2)) / 2 for Z in (fine, coarse))
-            near = np.zeros(fine.shape, dtype=complex)
+            near = self._missed(parts, plates, (4 * fine - coarse) / 3)
         elif clearance_of(steps[0], parts[0].anchor) < plates[0].lowest:
             fine, coarse, near = _lowered(sensor, self.windings, parts[0], plates[0], frequency[0])
             notes.append(f"gaps below {plates[0].lowest * 1e3:.3g} mm: carried down along the infinite plate")
@@ -238,10 +264,18 @@ def not_representable(sensor: Sensor) -> str | None:
     if sensor.substrate_radius is not None:
         return "substrate_radius: model 'sheets' takes flat coils only; model 'planar-fem' takes curved ones"
     for part in sensor.conductors:
-        if part.metal.relative_permeability != 1.0:
+        metal = part.metal
+        if metal.relative_permeability == 1.0:
+            continue
+        if skin_depth(_HIGHEST, metal.conductivity, metal.relative_permeability) < _DEEP * part.thickness:
             return (
-                f"conductors.{part.name}.relative_permeability: model 'sheets' needs 1; model 'planar-fem' takes "
-                "permeable parts"
+                f"conductors.{part.name}: model 'sheets' takes permeable plates that do not conduct, ferrite; got "
+                f"mu_r = {metal.relative_permeability:g} with {metal.conductivity:g} S/m; use 'planar-fem'"
+            )
+        if part.shape != "rectangle":
+            return (
+                f"conductors.{part.name}.shape: model 'sheets' takes ferrite as rectangles, got a {part.shape}; use "
+                "'planar-fem'"
             )
     if sensor.target is not None and sensor.target.metal.relative_permeability != 1.0:
         return "target.relative_permeability: model 'sheets' needs 1; model 'planar-fem' takes permeable parts"
@@ -250,26 +284,29 @@ def not_representable(sensor: Sensor) -> str | None:
 
 @lru_cache(maxsize=64)
 def _divided(
-    sensor: Sensor, part: tuple[Target, Outline | None, tuple[float, float]], rung: Rung, clearance: float,
-    frequency: tuple[float, float],
-) -> _Divided:  # fmt: skip
-    """Prepare a plate, its middle given, for clearances from one on, for a frequency below another.
+    sensor: Sensor, part: _Asked, rung: Rung, clearance: float, frequency: tuple[float, float]
+) -> _Divided:
+    """Prepare a plate, the coils given if it stands still, for clearances from one on, for a frequency below another.
 
     Alone, not for smaller ones than its polynomials carry.
     """
-    alone, (asked, top), (plate, outline, place) = not sensor.conductors, frequency, part
+    alone, (asked, top), (plate, outline, susceptibility, sources) = not sensor.conductors, frequency, part
     if alone:
         clearance = carried(plate, outline, clearance, rung)
-    reach, middle = _reach(sensor, place) + 2 * clearance, clearance + plate.thickness / 2
-    length = min(field_length(coil, middle) for coil in sensor.coils)
+    apart, place = (clearance, (0.0, 0.0)) if sources is None else (sources.distance, sources.place[:2])
+    length = min(field_length(coil, apart + plate.thickness / 2) for coil in sensor.coils)
     if not alone:
-        length = min(length, _PLATES * middle)
-    fine, coarse = prepared(plate, outline, rung, (clearance, top, reach, length))
-    depth, missed = skin_depth(asked, plate.metal.conductivity), unseen(fine.box)
+        length = min(length, _PLATES * (clearance + plate.thickness / 2))
+    if sources is not None and susceptibility != 0.0:
+        cores = prepared_core(plate, susceptibility, rung, clearance, sources)
+        note = f"ferrite, mu_r = {plate.metal.relative_permeability:g}: {cores[0].sheets} boxes through the thickness"
+        return _Divided(cores, clearance, Uncertainty(), (note,))
+    fine, coarse = prepared(plate, outline, rung, (clearance, top, _reach(sensor, place) + 2 * apart, length), sources)
+    depth, lost = skin_depth(asked, plate.metal.conductivity), unseen(fine.box) if alone else 0.0
     thin = depth > plate.thickness
     first = rung.skin * skin_depth(top, plate.metal.conductivity) / (1.0 + math.sqrt(rung.growth))
-    trust = Uncertainty(1.0 / 3.0 if thin else 1.0, missed, 0.0 if thin else (first / depth) ** 2 / 12)
-    return _Divided((fine, coarse), clearance, trust, _notes(plate.thickness / depth, fine.sheets, missed))
+    trust = Uncertainty(1.0 / 3.0 if thin else 1.0, lost, 0.0 if thin else (first / depth) ** 2 / 12)
+    return _Divided((fine, coarse), clearance, trust, _notes(plate.thickness / depth, fine.sheets, lost))
 
 
 def _extrapolated(fine: Complex, coarse: Complex, plates: Sequence[Uncertainty]) -> tuple[Complex, Complex, Complex]:

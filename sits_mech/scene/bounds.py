@@ -70,6 +70,7 @@ Offset = Annotated[float, _within("m", 0.0, 1e3, 'zero or a length up to 1 km, s
 Coordinate = Annotated[float, _within("m", -1e3, 1e3, 'a position within 1 km, such as "-4 mm"')]
 Frequency = Annotated[float, _within("Hz", 1e-6, 1e12, 'a frequency from 1 uHz to 1 THz, such as "5 MHz"')]
 Conductivity = Annotated[float, _within("S/m", 1e-9, 1e20, 'a conductivity up to 1e20 S/m, such as "58 MS/m"')]
+LossTangent = Annotated[float, _within("", 0.0, 10.0, "a loss tangent from 0 to 10")]
 Permeability = Annotated[float, _within("", 1.0, 1e7, "a relative permeability from 1 to 1e7")]
 Permittivity = Annotated[float, _within("", 1.0, 1e5, "a relative permittivity from 1 to 1e5")]
 Capacitance = Annotated[float, _within("F", 1e-15, 1.0, 'a capacitance from 1 fF to 1 F, such as "330 pF"')]

@@ -26,6 +26,8 @@ class Metal:
         [S/m].
     relative_permeability : float
         Constant and isotropic [-].
+    loss_tangent : float
+        Of the permeability, ``mu_r (1 - j tan delta)`` [-].
     source : str
         Where the numbers come from.
     """
@@ -34,6 +36,12 @@ class Metal:
     conductivity: float
     relative_permeability: float = 1.0
     source: str = "the scene"
+    loss_tangent: float = 0.0
+
+    @property
+    def susceptibility(self) -> complex:
+        """Return ``mu_r (1 - j tan delta) - 1``."""
+        return self.relative_permeability * (1.0 - 1j * self.loss_tangent) - 1.0
 
 
 def _catalogued(file: str) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from sits_mech.scene.bounds import (
     Coordinate,
     Inductance,
     Length,
+    LossTangent,
     MetalName,
     Name,
     Offset,
@@ -137,6 +138,8 @@ class Conductor(BaseModel):
         One name per conductor.
     material, conductivity, relative_permeability
         As for the target.
+    loss_tangent : float
+        Of the permeability; magnetic losses of ferrite [-].
     shape : str
         "rectangle" or "disc".
     centre : tuple of float
@@ -150,6 +153,7 @@ class Conductor(BaseModel):
     material: MetalName | None = None
     conductivity: Conductivity | None = None
     relative_permeability: Permeability | None = None
+    loss_tangent: LossTangent = 0.0
     shape: Literal["rectangle", "disc"]
     centre: tuple[Coordinate, Coordinate, Coordinate]
     width: Length | None = None
@@ -176,7 +180,8 @@ class Conductor(BaseModel):
     @property
     def metal(self) -> Metal:
         """What the conductor is made of."""
-        return _metal(self.material, self.conductivity, self.relative_permeability)
+        found = _metal(self.material, self.conductivity, self.relative_permeability)
+        return replace(found, loss_tangent=self.loss_tangent) if self.loss_tangent else found
 
     @property
     def extent(self) -> tuple[float, float]:

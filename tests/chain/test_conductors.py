@@ -33,6 +33,12 @@ def nut(x: float, z: float, material: str = "copper", name: str = "nut") -> Cond
     )  # fmt: skip
 
 
+def steel(x: float, z: float) -> Conductor:
+    """The same of steel: permeable, and it conducts."""
+    metal = {"material": None, "conductivity": 7e6, "relative_permeability": 100.0}
+    return nut(x, z).model_copy(update=metal)
+
+
 def among(*parts: Conductor, sensor: Sensor = SENSOR) -> Sensor:
     """The published sensor with plates around."""
     return sensor.model_copy(update={"conductors": parts})
@@ -87,9 +93,9 @@ def test_a_near_nut_is_solved_in_space_and_said() -> None:
     assert loaded.name == "sheets" and loaded.notes == ()  # as the bare sensor's
 
 
-def test_ferrite_is_left_out_where_it_is_far_and_said_where_it_is_near() -> None:
+def test_steel_is_left_out_where_it_is_far_and_said_where_it_is_near() -> None:
     """No other model than the planar one has it: from space to section is said in plan, answer and table."""
-    near, far = among(nut(0.0, -3.0, "ferrite")), among(nut(60.0, -3.0, "ferrite"))
+    near, far = among(steel(0.0, -3.0)), among(steel(60.0, -3.0))
     assert plan(far, [LOAD]).magnetics.name == "sheets" and plan(far, [LOAD]).notes == ()
     made = plan(near, [LOAD])
     assert made.magnetics.name == "planar-fem"
@@ -105,7 +111,7 @@ def test_a_calibration_says_what_conductors_change() -> None:
     """As the first of its remarks, from its attributes."""
     long = load_sensor("biorob2018", ['elastomer.length="400 mm"'])
     asked = {"F_x": [0.0], "F_z": [0.5], "mechanics": "linear", "tolerance": 0.1}
-    data = calibrate(among(nut(0.0, -3.0, "ferrite"), nut(300.0, 0.0, name="far"), sensor=long), **asked)
+    data = calibrate(among(steel(0.0, -3.0), nut(300.0, 0.0, name="far"), sensor=long), **asked)
     assert json.loads(data.attrs["request"])["magnetics"] == "planar-fem"
     assert "planar-fem instead of" in remarks(data)[0] and "conductors.far: far away" in remarks(data)[0]
     assert not any("conductors" in line for line in remarks(calibrate(long, **asked)))

@@ -11,6 +11,7 @@ evaluated together.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from itertools import product
@@ -20,7 +21,7 @@ import numpy as np
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import winding_potential
 from sits_mech.magnetics.coils.straight import Potential
-from sits_mech.magnetics.space.fields import Integers, Nodes
+from sits_mech.magnetics.space.fields import Box, Integers, Nodes
 from sits_mech.magnetics.space.modes import Sheeted
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil
@@ -28,6 +29,8 @@ from sits_mech.scene.sensor import Coil
 _POINTS = 100_000  # held at once
 _DRIVES = 4_000_000  # numbers held at once
 _LEVELS = 100  # more than there are
+_BETWEEN = 24  # points along an axis where a field is compared with its polynomial
+_STEP = 1e-3  # between points where a field is differentiated, over the clearance
 _BLOCK = 8  # coils of about one level, answered together
 
 
@@ -60,6 +63,53 @@ def reactions(
         for result, plate in zip(results, plates, strict=True):
             result[some] = _reaction(plate, drive, levels, 2 * np.pi * frequency)[pairs]
     return results
+
+
+def missed(coils: tuple[Coil, ...], windings: str, box: Box, poses: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Return the shares that a box's polynomials miss of the coils' fields, the largest of all coils; (p,) and (p,).
+
+    Of Delta L: what they miss of the mean square of A times that of B_z, under the root; of R: of B_z^2. Where both
+    are largest, on the face that is nearest to the coils, and between the polynomials' own points.
+
+    Parameters
+    ----------
+    coils, windings, poses
+        As in `reactions`.
+    box : Box
+    """
+    worst, nodes = np.zeros((len(poses[1]), 2)), box.nodes(box.order)
+    for row, turn, place in zip(worst, *poses, strict=True):
+        level = math.copysign(1.0, turn[2, 2])  # turned over, the upper face is nearest
+        points, step, T, slopes = _sampled(box, level)
+        for coil in coils:
+            field, moved = winding_potential(coil, windings, (0.0, 0.0, 0.0)), place - (*coil.centre, 0.0)
+            c = nodes.coefficients(field, turn[None], moved[None]).reshape(3, *box.order)
+            c = c @ (-level) ** np.arange(box.order[2])
+            A = field((turn @ points.T + moved[:, None])[None])[0]
+            exact = (turn[: len(A)].T @ A).reshape(3, 5, -1)
+            B = (exact[1, 1] - exact[1, 2] - exact[0, 3] + exact[0, 4]) / (2 * step)
+            lost_A = np.einsum("xi,yj,aij->axy", *T, c).reshape(3, -1) - exact[:, 0]
+            lost_B = (slopes[0] @ c[1] @ T[1].T - T[0] @ c[0] @ slopes[1].T).ravel() - B
+            share = (lost_A**2).sum() / (exact[:, 0] ** 2).sum(), (lost_B**2).sum() / (B**2).sum()
+            row[:] = np.maximum(row, (math.sqrt(share[0] * share[1]), share[1]))
+    return worst[:, 0], worst[:, 1]
+
+
+def _sampled(box: Box, level: float) -> tuple[Array, float, list[Array], list[Array]]:
+    """Points on the lower (level 1) or upper face, each with its neighbours a step along +x, -x, +y and -y, that step;
+    the polynomials along x and y there, and their slopes.
+    """
+    angles = [np.pi * np.unique(np.linspace(1, n - 1, min(n - 1, _BETWEEN)).round()) / n for n in box.order[:2]]
+    x, y = (a.ravel() for a in np.meshgrid(*(np.cos(angle) for angle in angles), indexing="ij"))
+    points, step = np.column_stack([x, y, np.full(x.size, -level)]) * box.half, _STEP * box.clearance
+    aside = step * np.array([[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])
+    points = (points + (0.0, 0.0, box.half[2]) + aside[:, None]).reshape(-1, 3)
+    T, slopes = [], []
+    for angle, n, half in zip(angles, box.order, box.half, strict=False):
+        turns = np.outer(angle, np.arange(n))
+        T.append(np.cos(turns))
+        slopes.append(np.sin(turns) * np.arange(n) / (np.sin(angle) * half)[:, None])
+    return points, step, T, slopes
 
 
 def drives(

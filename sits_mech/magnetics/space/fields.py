@@ -19,7 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.magnetics.coils.straight import Potential
+from sits_mech.magnetics.space.prisms import Prisms, gauss_points
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 
@@ -144,3 +146,31 @@ def to_coefficients(order: int) -> Array:
     T = np.cos(np.outer(np.arange(order), np.pi * (np.arange(order) + 0.5) / order)) * 2 / order
     T[0] /= 2
     return np.asarray(T)
+
+
+def field_means(plan: Plan, prisms: Prisms, box: Box) -> Array:
+    """Return the mean of each T_i T_j T_k over each cell's images, shape (g, 2, n, coefficients)."""
+    points, weights = gauss_points(prisms, 2)
+    n, q = weights.shape
+    result = np.empty((plan.group.shape[0], 2, n, int(np.prod(box.order))))
+    for k, g in enumerate(plan.group):
+        moved = points.copy()
+        moved[..., :2] = points[..., :2] @ g.T
+        for s in (0, 1):
+            moved[..., 2] = (1 - 2 * s) * points[..., 2]
+            x, y, z = (_chebyshev(moved[..., i] / box.half[i], box.order[i]) for i in range(3))
+            xy = (x * weights[..., None])[..., :, None] * y[..., None, :]
+            result[k, s] = np.matmul(xy.reshape(n, q, -1).transpose(0, 2, 1), z).reshape(n, -1)
+    return result
+
+
+def _chebyshev(x: Array, order: int) -> Array:
+    """T_0 ... T_(order-1) at x, along a new last axis; slightly outside [-1, 1] is clipped."""
+    return np.cos(np.arccos(np.clip(x, -1.0, 1.0))[..., None] * np.arange(order))
+
+
+def decay_scale(box: Box) -> Array:
+    """Return the expected sizes of the coefficients, three components, flat."""
+    logs = [-np.log(rho) * np.arange(n) for rho, n in zip(box.decay, box.order, strict=True)]
+    total = logs[0][:, None, None] + logs[1][:, None] + logs[2]
+    return np.tile(np.exp(total).ravel(), 3)

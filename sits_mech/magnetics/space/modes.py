@@ -31,9 +31,10 @@ from scipy.linalg import cholesky, eigh, solve_triangular
 
 from sits_mech.geometry.sheet_plan import Integers, Plan, plan_seams
 from sits_mech.magnetics.modes import Modes
-from sits_mech.magnetics.space.fields import Box, to_coefficients
+from sits_mech.magnetics.space.fields import Box, decay_scale, field_means, to_coefficients
 from sits_mech.magnetics.space.loops import Loops, class_loops
-from sits_mech.magnetics.space.prisms import Prisms, box_means, gauss_points, prism_means
+from sits_mech.magnetics.space.prisms import Prisms, box_means, prism_means
+from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Array, Complex
 
 _LARGE = 800  # unknowns of a class from which on its modes are found in single precision
@@ -74,6 +75,8 @@ class Sheeted:
         One a symmetry class, seen through its combinations.
     unknowns, sheets : int
         Its size as a discrete problem.
+    sources : int
+        Coils that each class sees beside its combinations, after them: of a plate that stands still.
     """
 
     box: Box
@@ -81,16 +84,32 @@ class Sheeted:
     classes: tuple[Modes, ...]
     unknowns: int
     sheets: int
+    sources: int = 0
 
     @property
     def transform(self) -> Array:
-        """All classes' combinations from the potential at the box's points, A_x first; shape (3 q, sum of r)."""
-        return np.hstack([_nodal(basis, self.box) for basis in self.bases])
+        """All classes' combinations from the potential at the box's points, A_x first; shape (3 q, sum of r).
+
+        Coils of a plate's own are no combinations: a column of zeros for each at the end.
+        """
+        found = [_nodal(basis, self.box) for basis in self.bases]
+        return np.hstack([*found, np.zeros((found[0].shape[0], self.sources))])
+
+    def admittance(self, omega: float) -> Complex:
+        """Return Y of all classes' combinations, and of the plate's own coils after them; omega [rad/s]."""
+        ends = np.cumsum([0, *(basis.fields.shape[1] for basis in self.bases)])
+        Y = np.zeros((int(ends[-1]) + self.sources,) * 2, dtype=complex)
+        own = np.arange(int(ends[-1]), len(Y))
+        for part, start, end in zip(self.classes, ends[:-1], ends[1:], strict=True):
+            some = np.concatenate([np.arange(start, end), own])
+            Y[np.ix_(some, some)] += part.admittance(omega)
+        return Y
 
 
 def prepare_sheets(
-    divisions: Sequence[tuple[Plan, Array]], conductivity: float, box: Box, *, depth: float = 0.0
-) -> tuple[Sheeted, ...]:
+    divisions: Sequence[tuple[Plan, Array]], conductivity: float, box: Box, *, depth: float = 0.0,
+    sources: Sources | None = None,
+) -> tuple[Sheeted, ...]:  # fmt: skip
     """Find a plate's modes on several divisions.
 
     Parameters
@@ -103,29 +122,35 @@ def prepare_sheets(
     box : Box
     depth : float
         How far from the rim current may pass between sheets [m].
+    sources : Sources or None
+        Coils that a plate which stands still sees as they are.
     """
     bases: dict[tuple[int, int], Basis] = {}
     found: list[tuple[dict[tuple[int, int], Modes], int, int]] = []
     for plan, levels in divisions:
-        found.append((*_modes(plan, levels, conductivity, (box, depth), bases), 2 * (levels.size - 1)))
+        found.append((*_modes(plan, levels, conductivity, (box, depth, sources), bases), 2 * (levels.size - 1)))
+    count = 0 if sources is None else len(sources.coils)
     if not bases:
         raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")
-    none = {key: Modes(np.zeros(0), np.zeros((basis.fields.shape[1], 0))) for key, basis in bases.items()}
+    none = {key: Modes(np.zeros(0), np.zeros((basis.fields.shape[1] + count, 0))) for key, basis in bases.items()}
+    seen = tuple(bases.values())
     return tuple(
-        Sheeted(box, tuple(bases.values()), tuple(classes.get(key, none[key]) for key in bases), unknowns, sheets)
+        Sheeted(box, seen, tuple(classes.get(key, none[key]) for key in bases), unknowns, sheets, count)
         for classes, unknowns, sheets in found
     )
 
 
 def _modes(
-    plan: Plan, levels: Array, conductivity: float, reach: tuple[Box, float], bases: dict[tuple[int, int], Basis]
-) -> tuple[dict[tuple[int, int], Modes], int]:
+    plan: Plan, levels: Array, conductivity: float, reach: tuple[Box, float, Sources | None],
+    bases: dict[tuple[int, int], Basis],
+) -> tuple[dict[tuple[int, int], Modes], int]:  # fmt: skip
     """Classes of one division by order and mirror, and unknowns; the first division fills `bases`."""
-    box, depth = reach
+    box, depth, sources = reach
     prisms = stacked(plan, levels)
     means = _kernel(plan, levels, prisms)
-    fields = _field_means(plan, prisms, box)
-    scale = _decay_scale(box)
+    fields = field_means(plan, prisms, box)
+    driving = None if sources is None else sources.means(plan, prisms)
+    scale = decay_scale(box)
     seams = plan_seams(plan)
     classes, unknowns, first = {}, 0, not bases
     for order, (character, weight) in enumerate(zip(plan.characters, plan.weights, strict=True)):
@@ -135,13 +160,14 @@ def _modes(
                 continue
             problem = _Problem(plan, loops, character, mirror, weight)
             rows = None if first else bases[order, mirror].rows
-            tau, rows, seen = _solve_class(problem, (means, fields), conductivity, rows)
+            tau, rows, seen = _solve_class(problem, (means, fields, driving), conductivity, rows)
+            seen, own = seen[: rows.size], seen[rows.size :]
             if first:
                 size = scale[rows, None]
                 bases[order, mirror] = _by_level(box, rows, _strongest(seen * size) / size)
             basis = bases[order, mirror]
             size, seen = scale[basis.rows, None], seen[np.searchsorted(rows, basis.rows)]
-            classes[order, mirror] = Modes(tau, np.asarray((basis.fields * size).T @ (seen * size)))
+            classes[order, mirror] = Modes(tau, np.vstack([(basis.fields * size).T @ (seen * size), own]))
             unknowns += loops.unknowns * int(weight)
     return classes, unknowns
 
@@ -194,40 +220,17 @@ def _image(prisms: Prisms, g: Array, mirror: int) -> Prisms:
     return Prisms(corners, -prisms.high, -prisms.low)
 
 
-def _field_means(plan: Plan, prisms: Prisms, box: Box) -> Array:
-    """Mean of each T_i T_j T_k over each cell's images, shape (g, 2, n, coefficients)."""
-    points, weights = gauss_points(prisms, 2)
-    n, q = weights.shape
-    result = np.empty((plan.group.shape[0], 2, n, int(np.prod(box.order))))
-    for k, g in enumerate(plan.group):
-        moved = points.copy()
-        moved[..., :2] = points[..., :2] @ g.T
-        for s in (0, 1):
-            moved[..., 2] = (1 - 2 * s) * points[..., 2]
-            x, y, z = (_chebyshev(moved[..., i] / box.half[i], box.order[i]) for i in range(3))
-            xy = (x * weights[..., None])[..., :, None] * y[..., None, :]
-            result[k, s] = np.matmul(xy.reshape(n, q, -1).transpose(0, 2, 1), z).reshape(n, -1)
-    return result
-
-
-def _chebyshev(x: Array, order: int) -> Array:
-    """T_0 ... T_(order-1) at x, along a new last axis; slightly outside [-1, 1] is clipped."""
-    return np.cos(np.arccos(np.clip(x, -1.0, 1.0))[..., None] * np.arange(order))
-
-
-def _decay_scale(box: Box) -> Array:
-    """Expected sizes of the coefficients, three components, flat."""
-    logs = [-np.log(rho) * np.arange(n) for rho, n in zip(box.decay, box.order, strict=True)]
-    total = logs[0][:, None, None] + logs[1][:, None] + logs[2]
-    return np.tile(np.exp(total).ravel(), 3)
-
-
 def _solve_class(
-    problem: _Problem, images: tuple[Array, Array], conductivity: float, rows: Integers | None
+    problem: _Problem, images: tuple[Array, Array, Array | None], conductivity: float, rows: Integers | None
 ) -> tuple[Array, Integers, Array]:
-    """Time constants of one class, and what its modes see of some coefficients: of those given, or of all it sees."""
+    """Time constants of one class, and what its modes see of some coefficients: of those given, or of all it sees.
+
+    The plate's own coils, if it has them, follow the coefficients.
+    """
     L, R = _matrices(problem, images[0], conductivity)
     rows, B = _fluxes(problem, images[1], rows)
+    if images[2] is not None:
+        B = np.vstack([B, _driven(problem, images[2])])
     unit = 1.0 / np.sqrt(np.real(np.diag(R)))
     tau, seen = _felt_modes(L * unit[:, None] * unit, R * unit[:, None] * unit, B * unit)
     if np.iscomplexobj(seen):
@@ -284,7 +287,7 @@ def _nodal(basis: Basis, box: Box) -> Array:
     whole = whole.reshape(3, *box.order, -1)
     for k, n in enumerate(box.order):
         whole = np.moveaxis(np.tensordot(to_coefficients(n), whole, axes=(0, k + 1)), 0, k + 1)
-    return whole.reshape(-1, whole.shape[-1])
+    return whole.reshape(3 * int(np.prod(box.order)), basis.fields.shape[1])
 
 
 def _matrices(problem: _Problem, means: Array, conductivity: float) -> tuple[Complex, Complex]:
@@ -316,6 +319,15 @@ def _fluxes(problem: _Problem, fields: Array, rows: Integers | None) -> tuple[In
     for (a, b), P in zip(pairs, mixed, strict=True):
         B[a] += (moments[b].T @ P[:, sees[a]]).T
     return np.flatnonzero(sees), np.vstack(B)
+
+
+def _driven(problem: _Problem, driving: Array) -> Complex:
+    """Fluxes of the plate's own coils in one class, from their A in its images (g, 2, n, 3, c); (c, unknowns)."""
+    pairs, weights, moments = _parts(problem)
+    B: Any = np.zeros((driving.shape[-1], problem.loops.unknowns), dtype=weights.dtype)
+    for (a, b), weight in zip(pairs, weights, strict=True):
+        B += (moments[b].T @ _mixed(weight[None], driving[..., a, :])[0]).T
+    return np.asarray(B)
 
 
 def _parts(problem: _Problem) -> tuple[list[tuple[int, int]], Any, list[Any]]:

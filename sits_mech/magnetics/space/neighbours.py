@@ -7,7 +7,9 @@ X's box and of r' on Y's; so with Gamma, its values between the two sets of poin
 
     P_XY = mu0 / (4 pi) D_X^T (R_X^T R_Y x Gamma) D_Y,    a_X = a0_X + sum over Y != X of P_XY s_Y.
 
-Each plate's modes are found once, alone; no air is meshed. The fixed plates F together have the admittance
+Each plate's modes are found once, alone; no air is meshed. A fixed plate sees the coils without polynomials between
+(`sources`): each coil is one combination more, a_X ends with the unit vector of coil c, D_X and P_XY have zeros there.
+Its polynomials carry what moves and what other plates radiate. The fixed plates F together have the admittance
 ``Y_F (1 - P_FF Y_F / (j omega))^-1``, and the target t sees the coils through them:
 
     b = a0_t + T a0_F,    T = P_tF Y_F / (j omega),
@@ -23,6 +25,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from scipy.constants import mu_0
@@ -30,6 +33,7 @@ from scipy.linalg import block_diag
 from scipy.spatial.distance import cdist
 
 from sits_mech.magnetics.space.coupling import drives
+from sits_mech.magnetics.space.fields import Box
 from sits_mech.magnetics.space.modes import Sheeted
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil
@@ -39,13 +43,27 @@ _PROBES = 4  # that check it
 _LOST = 1e-4  # of what they see, at most: the detail that is lost first drives least
 
 
+class Plate(Protocol):
+    """A division of a plate, of metal (`Sheeted`) or of ferrite (`ferrite.core`)."""
+
+    @property
+    def box(self) -> Box: ...
+
+    @property
+    def transform(self) -> Array: ...
+
+    def admittance(self, omega: float) -> Complex:
+        """Return Y of its combinations and then of the coils that it sees."""
+        ...
+
+
 @dataclass(frozen=True)
 class SpacePlate:
     """A plate in its places, ready to answer.
 
     Attributes
     ----------
-    divisions : tuple of Sheeted
+    divisions : tuple of Plate
         The plate, divided in one or several ways, all with the same box.
     turns : ndarray, shape (p, 3, 3)
         Rotations; p = 1 if it does not move.
@@ -53,7 +71,7 @@ class SpacePlate:
         Of the bottom face's centre [m].
     """
 
-    divisions: tuple[Sheeted, ...]
+    divisions: tuple[Plate, ...]
     turns: Array
     places: Array
 
@@ -91,49 +109,68 @@ def coupled_reactions(
         Delta Z, one array a division, not yet symmetrised [ohm]; p = 1 without target.
     """
     omega = 2 * np.pi * frequency
-    fixed = [_ready(coils, windings, other, omega) for other in others]
-    P, own = _between(others, fixed), np.hstack([part.own[0] for part in fixed])
-    joined = [_joined(Ys, P, omega) for Ys in zip(*(part.admittances for part in fixed), strict=True)]
-    alone = [own @ Y @ own.T for Y in joined]
-    if target is None:
-        return [Z[None] for Z in alone]
-    moving = _ready(coils, windings, target, omega)
-    results = [np.empty((target.places.shape[0], *Z.shape), dtype=complex) for Z in alone]
+    fixed = [_at_rest(coils, other, omega) for other in others]
+    own = np.hstack([part.own[0] for part in fixed])
     placed = [(other.at(0), part.transform) for other, part in zip(others, fixed, strict=True)]
+    linked = _links(placed)
+    divisions = list(zip(*(part.admittances for part in fixed), strict=True))
+    if target is None:
+        return [_answer(Ys, linked, own.T, omega)[None] for Ys in divisions]
+    moving, n = _ready(coils, windings, target, omega), len(coils)
+    results = [np.empty((target.places.shape[0], n, n), dtype=complex) for _ in divisions]
     for pose in range(target.places.shape[0]):
         Q, X = _factors((target.at(pose), moving.transform), placed)
-        for result, Z, Y, Y_F in zip(results, alone, moving.admittances, joined, strict=True):
-            result[pose] = Z + _shielded(moving.own[pose], Y, (Q, X), (own, Y_F), omega)
+        for result, Y, Ys in zip(results, moving.admittances, divisions, strict=True):
+            F = _answer(Ys, linked, np.hstack([own.T, X.T]), omega)
+            result[pose] = F[:n, :n] + _shielded(moving.own[pose], Y, Q, F[n:], omega)
     return results
 
 
 def _ready(coils: tuple[Coil, ...], windings: str, plate: SpacePlate, omega: float) -> _Ready:
     """A plate's divisions, its combinations by point."""
     first = plate.divisions[0]
+    if not isinstance(first, Sheeted):
+        raise TypeError(f"a plate that moves must be of metal, got {type(first).__name__}")
     found = drives(coils, windings, first, (plate.turns, plate.places))
     linked = [np.take_along_axis(drive, rank[..., None], axis=1) for _, drive, rank, _ in found]
-    transform = first.transform
-    by_point = np.ascontiguousarray(transform.reshape(3, -1, transform.shape[1]).transpose(1, 0, 2))
-    admittances = [block_diag(*(part.admittance(omega) for part in each.classes)) for each in plate.divisions]
-    return _Ready(by_point, admittances, np.concatenate(linked))
+    return _Ready(_by_point(first), [each.admittance(omega) for each in plate.divisions], np.concatenate(linked))
 
 
-def _between(plates: Sequence[SpacePlate], parts: Sequence[_Ready]) -> Array:
-    """P of all fixed plates, in blocks; nothing on the diagonal."""
-    ends = np.cumsum([0, *(part.own.shape[2] for part in parts)])
-    P = np.zeros((int(ends[-1]), int(ends[-1])))
-    for k in range(len(plates)):
-        for i in range(k):
-            mutual = _mutual(plates[i].at(0), plates[k].at(0), parts[i].transform, parts[k].transform)
-            P[ends[i] : ends[i + 1], ends[k] : ends[k + 1]] = mutual
-            P[ends[k] : ends[k + 1], ends[i] : ends[i + 1]] = mutual.T
-    return P
+def _at_rest(coils: tuple[Coil, ...], plate: SpacePlate, omega: float) -> _Ready:
+    """A fixed plate's divisions: it sees each coil as one of its own combinations, the last ones."""
+    transform = _by_point(plate.divisions[0])
+    own = np.eye(len(coils), transform.shape[2], transform.shape[2] - len(coils))
+    return _Ready(transform, [each.admittance(omega) for each in plate.divisions], own[None])
 
 
-def _joined(admittances: Sequence[Complex], P: Array, omega: float) -> Complex:
-    """Admittance of fixed plates together."""
-    Y = np.asarray(block_diag(*admittances))
-    return Y if len(admittances) == 1 else np.asarray(np.linalg.solve(np.eye(len(Y)) + 1j / omega * (Y @ P), Y))
+def _by_point(plate: Plate) -> Array:
+    """A plate's combinations by point, shape (q, 3, r)."""
+    transform = plate.transform
+    return np.ascontiguousarray(transform.reshape(3, -1, transform.shape[1]).transpose(1, 0, 2))
+
+
+def _links(placed: Sequence[tuple[tuple[Array, Array], Array]]) -> tuple[list[Array], Array]:
+    """Q_X of each fixed plate and C with P_XY = Q_X C_XY Q_Y^T, nothing on the diagonal."""
+    if len(placed) == 1:
+        return [np.zeros((placed[0][1].shape[2], 0))], np.zeros((0, 0))
+    found = [_factors(plate, [*placed[:k], *placed[k + 1 :]]) for k, plate in enumerate(placed)]
+    Qs = [Q for Q, _ in found]
+    rows = [X @ block_diag(*Qs[:k], *Qs[k + 1 :]) for k, (_, X) in enumerate(found)]
+    starts = np.cumsum([0, *(Q.shape[1] for Q in Qs)])
+    C = np.vstack([np.insert(row, start, np.zeros((Q.shape[1], 1)), axis=1)
+                   for row, start, Q in zip(rows, starts[:-1], Qs, strict=True)])  # fmt: skip
+    return Qs, (C + C.T) / 2
+
+
+def _answer(admittances: Sequence[Complex], links: tuple[list[Array], Array], V: Array, omega: float) -> Complex:
+    """V^T Y_F V of fixed plates together, (1 - P Y / (j omega))^-1 by the few columns of P."""
+    (Qs, C), ends = links, np.cumsum([len(Y) for Y in admittances])[:-1]
+    parts = [np.hstack(pair) for pair in zip(np.split(V, ends), Qs, strict=True)]
+    columns = V.shape[1]
+    found = [_between_both(part, Y) for part, Y in zip(parts, admittances, strict=True)]
+    outer, B = sum(Z[:columns, :columns] for Z in found), np.hstack([Z[:columns, columns:] for Z in found])
+    whole, L = block_diag(*(Z[columns:, columns:] for Z in found)), C / (1j * omega)
+    return np.asarray(outer + B @ L @ np.linalg.solve(np.eye(len(C)) - whole @ L, B.T))
 
 
 def _mutual(first: tuple[Array, Array], second: tuple[Array, Array], D: Array, E: Array) -> Array:
@@ -175,13 +212,11 @@ def _between_both(Q: Array, Y: Complex) -> Complex:
     return np.asarray(Q.T @ (Y.real @ Q) + 1j * (Q.T @ (Y.imag @ Q)))
 
 
-def _shielded(
-    own: Array, Y: Complex, P: tuple[Array, Array], others: tuple[Array, Complex], omega: float
-) -> Complex:
-    """What the target adds to Delta Z among the others, from their a0 and joint admittance, shape (n, n)."""
-    (Q, X), (others_own, Y_F) = P, others
-    b = own + ((others_own @ Y_F) @ X.T / (1j * omega)) @ Q.T
-    S = _between_both(X.T, Y_F) / (1j * omega) ** 2
+def _shielded(own: Array, Y: Complex, Q: Array, seen: Complex, omega: float) -> Complex:
+    """What the target adds to Delta Z among the others, from X Y_F (a0_F, X^T); shape (n, n)."""
+    n = len(own)
+    b = own + seen[:, :n].T @ Q.T / (1j * omega)
+    S = seen[:, n:] / (1j * omega) ** 2
     answer = b @ Y
     u = np.linalg.solve(np.eye(len(S)) - _between_both(Q, Y) @ S, Q.T @ answer.T)
     return np.asarray(answer @ b.T + (answer @ Q) @ (S @ u))

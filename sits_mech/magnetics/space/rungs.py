@@ -21,6 +21,7 @@ from sits_mech.magnetics.skin import skin_depth
 from sits_mech.magnetics.space.fields import Box
 from sits_mech.magnetics.space.modes import Sheeted, prepare_sheets
 from sits_mech.magnetics.space.near import wave_numbers
+from sits_mech.magnetics.space.sources import Sources
 from sits_mech.scene.sensor import Coil, Target
 
 
@@ -65,12 +66,14 @@ _RESISTIVE = 0.8  # where the current fills the thickness, cells are smaller by 
 
 @lru_cache(maxsize=32)
 def prepared(
-    target: Target, outline: Outline | None, rung: Rung, scale: tuple[float, float, float, float]
-) -> tuple[Sheeted, ...]:
+    target: Target, outline: Outline | None, rung: Rung, scale: tuple[float, float, float, float],
+    sources: Sources | None = None,
+) -> tuple[Sheeted, ...]:  # fmt: skip
     """Return the target on a fine and a coarse division, prepared for a range of clearance and frequency.
 
     `scale` has the clearance from which on it holds [m], the frequency up to which it does [Hz], how far from the
-    target's middle the coils' currents call for small cells, and the length on which their field changes [m].
+    target's middle the coils' currents call for small cells, and the length on which their field changes [m]. `sources`
+    are the coils, if it stands still.
     """
     clearance, depth = scale[0], skin_depth(scale[1], target.metal.conductivity)
     box = field_box(target, outline, clearance, rung)
@@ -84,7 +87,8 @@ def prepared(
         grading = Grading(first, rung.growth, largest, halvings, scale[2])
         levels = graded_axis(target.thickness / 2, grading, target.thickness / 2)
         divisions.append((_plan(target, outline, grading, max(box.order[:2])), levels))
-    return prepare_sheets(divisions, target.metal.conductivity, box, depth=min(depth, target.thickness / 2))
+    return prepare_sheets(divisions, target.metal.conductivity, box, depth=min(depth, target.thickness / 2),
+                          sources=sources)  # fmt: skip
 
 
 def _plan(target: Target, outline: Outline | None, grading: Grading, orders: int) -> Plan:

@@ -12,6 +12,7 @@ from sits_mech.magnetics.axis.dodd_deeds import Layer
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.space.rungs import LADDER, prepared
+from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Pose
 from sits_mech.scene.materials import metals
 from sits_mech.scene.sensor import Conductor, load_sensor
@@ -48,10 +49,12 @@ BESIDE = plate(9.0, 2.6, 6.0, 4.0)
 
 @pytest.mark.slow
 def test_fixed_plate_without_target_is_a_target_in_its_place():
-    one, R, _ = changes(scene())
-    two, R2, z = changes(scene(plate(0.0, 2.1, 8.0), target=None), Pose(np.zeros(3), 2 * MM))
-    np.testing.assert_allclose(two, np.broadcast_to(one, (3, 2, 2)), rtol=1e-9)
-    np.testing.assert_allclose(R2[1], R, rtol=1e-9)
+    """One sees the coils, the other polynomials of their fields, on cells of their own."""
+    one, R, alone = changes(scene(), tolerance=5e-3)
+    two, R2, z = changes(scene(plate(0.0, 2.1, 8.0), target=None), Pose(np.zeros(3), 2 * MM), tolerance=5e-3)
+    np.testing.assert_allclose(two, two[:1].repeat(3, 0), rtol=1e-12)
+    np.testing.assert_allclose(two[1], one, rtol=0, atol=(z.error_L[1] + alone.error_L).max())
+    np.testing.assert_allclose(R2[1], R, rtol=0, atol=(z.error_R[1] + alone.error_R).max())
     assert z.report.notes[0].startswith("conductors.other: ")
 
 
@@ -90,10 +93,10 @@ def test_ground_plane_below_the_coil():
 def test_plates_exchange_their_roles():
     """The target beside a fixed plate is the fixed plate beside the target."""
     overrides = ['target={material="copper", shape="rectangle", width=0.006, length=0.004, thickness="0.2 mm"}']
-    one, R, _ = changes(scene(BESIDE))
-    two, R2, _ = changes(scene(plate(0.0, 2.1, 8.0), overrides=overrides), Pose(9 * MM, 2.5 * MM))
-    np.testing.assert_allclose(two, one, rtol=0, atol=1e-9 * np.abs(one).max())
-    np.testing.assert_allclose(R2, R, rtol=0, atol=1e-9 * R.max())
+    one, R, z = changes(scene(BESIDE), tolerance=5e-3)
+    two, R2, z2 = changes(scene(plate(0.0, 2.1, 8.0), overrides=overrides), Pose(9 * MM, 2.5 * MM), tolerance=5e-3)
+    np.testing.assert_allclose(two, one, rtol=0, atol=(z.error_L + z2.error_L).max())
+    np.testing.assert_allclose(R2, R, rtol=0, atol=(z.error_R + z2.error_R).max())
 
 
 def test_target_turned_onto_itself():
@@ -110,12 +113,17 @@ def test_reciprocal_before_it_is_made_so_and_passive():
     tilt = np.array([[np.cos(0.1), 0.0, np.sin(0.1)], [0.0, 1.0, 0.0], [-np.sin(0.1), 0.0, np.cos(0.1)]])
     plates = placed_plates(sensor, None, tilt[None], np.array([[0.5 * MM, 0.0, 2.5 * MM]]))
     scale = (2.0**-10, 1e7, 9 * MM, 1.5 * MM)
-    ready = [SpacePlate(prepared(p.plate, None, LADDER[0][1], scale)[1:], p.turns, p.places) for p in plates]
+    coils = [None, *(Sources(sensor.coils, "rings", p.middle, p.windings) for p in plates[1:])]
+    ready = [
+        SpacePlate(prepared(p.plate, None, LADDER[0][1], scale, seen)[1:], p.turns, p.places)
+        for p, seen in zip(plates, coils, strict=True)
+    ]
     (Z,) = coupled_reactions(sensor.coils, "rings", ready[0], ready[1:], 5e6)
     np.testing.assert_allclose(Z, Z.swapaxes(1, 2), rtol=0, atol=1e-12 * np.abs(Z).max())
     assert np.linalg.eigvalsh(Z[0].real).min() > 0.0
-    (swapped,) = coupled_reactions(sensor.coils, "rings", None, ready, 5e6)
-    np.testing.assert_allclose(swapped, Z, rtol=0, atol=1e-5 * np.abs(Z).max())  # what few columns of P promise
+    orders = ready[1:], ready[:0:-1]
+    (one, other) = (coupled_reactions(sensor.coils, "rings", None, parts, 5e6)[0] for parts in orders)
+    np.testing.assert_allclose(one, other, rtol=0, atol=1e-9 * np.abs(Z).max())
 
 
 def test_what_does_not_fit_is_refused_by_name():
@@ -123,8 +131,11 @@ def test_what_does_not_fit_is_refused_by_name():
         sheets(scene(plate(-4.0, -0.1, 2.0)))
     with pytest.raises(ValueError, match="conductors.third, conductors.other"):
         sheets(scene(BESIDE, plate(9.0, 2.6, 1.0, name="third")))
-    with pytest.raises(ValueError, match=r"conductors.other.relative_permeability.*planar-fem"):
-        sheets(scene(plate(0.0, -1.0, 8.0, material="ferrite")))
+    steel = {"material": None, "conductivity": 7e6, "relative_permeability": 100.0}
+    with pytest.raises(ValueError, match=r"conductors.other: .*mu_r = 100 with 7e\+06 S/m; use 'planar-fem'"):
+        sheets(scene(plate(0.0, -1.0, 8.0).model_copy(update=steel)))
+    with pytest.raises(ValueError, match=r"conductors.other, C1: .*got boxes that do"):
+        sheets(scene(plate(-4.0, -0.05, 2.0, material="ferrite")))  # in the winding's plane
     with pytest.raises(Collision, match=r"target must stay clear of conductors.other"):
         sheets(scene(BESIDE), 1e-2).impedance(Pose(2.5 * MM, 2.5 * MM), 5e6)
 

@@ -1,0 +1,101 @@
+"""What does a plate that stands still see of the coils? Their potential itself, cell by cell: no polynomial between.
+
+A plate that does not move against a coil c needs one number a mode from it,
+
+    g_c = integral over the plate of w . A_c dV,
+
+with the divergence-free currents w of its mode. A_c is taken at Gauss points of each cell: two along an axis where the
+windings are further away than a cell is long, and one more for each doubling of the cell over that distance (error of
+the mean some 2e-4 of the field there, and less elsewhere). Rings have the profile P(rho) on each sheet's heights (see
+`coils.ring_field`), found once and interpolated by cubic splines; spirals are summed at every point.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from sits_mech.geometry.sheet_plan import Plan
+from sits_mech.geometry.windings import kinds_of
+from sits_mech.magnetics.coils.ring_field import ring_potential, winding_potential
+from sits_mech.magnetics.space.prisms import Prisms, gauss_points
+from sits_mech.quantities import Array
+from sits_mech.scene.sensor import Coil
+
+_STEP = 0.05  # of the profile's nodes in asinh(rho / radius), over the distance to the radius
+_MOST = 5  # Gauss points along an axis
+_LEVEL = 1e-9  # heights nearer than this are one [m]
+
+
+@dataclass(frozen=True)
+class Sources:
+    """Coils as a plate at rest sees them.
+
+    Attributes
+    ----------
+    coils : tuple of Coil
+    windings : str
+        "rings" or "spiral".
+    place : tuple of float
+        Of the plate's middle [m].
+    distance : float
+        From the windings to the plate [m].
+    """
+
+    coils: tuple[Coil, ...]
+    windings: str
+    place: tuple[float, float, float]
+    distance: float
+
+    def means(self, plan: Plan, prisms: Prisms) -> Array:
+        """Return the mean of each coil's A over each cell's images, shape (g, 2, n, 3, coils) [V s / (A m)].
+
+        Parameters
+        ----------
+        plan : Plan
+            Whose group moves the cells.
+        prisms : Prisms
+            The upper half's cells, n of them.
+        """
+        sides = (prisms.corners.max(1) - prisms.corners.min(1)).max()
+        count = 2 + math.ceil(math.log2(max(sides / self.distance, 1.0)))
+        points, weights = gauss_points(prisms, min(count, _MOST))
+        flips = np.array([[1.0, 1.0, s] for s in (1.0, -1.0)])
+        moved = np.stack([np.concatenate([points[..., :2] @ g.T, points[..., 2:]], axis=-1) for g in plan.group])
+        images = moved[:, None] * flips[:, None, None, :]
+        A = self.potential(images.reshape(-1, 3)).reshape(*images.shape, -1)
+        return np.asarray(np.einsum("gsnqac,nq->gsnac", A, weights, optimize=True))
+
+    def potential(self, points: Array) -> Array:
+        """Return each coil's A at points (m, 3) from the plate's middle, shape (m, 3, coils) [V s / (A m)]."""
+        kinds, which = kinds_of(self.coils)
+        A = np.zeros((len(points), 3, len(self.coils)))
+        for k, (kind, coil) in enumerate(zip(which, self.coils, strict=True)):
+            placed = points + self.place - np.array((*coil.centre, 0.0))
+            A[..., k] = _around(kinds[kind], self.windings, placed, self.distance)
+        return A
+
+
+def _around(coil: Coil, windings: str, points: Array, distance: float) -> Array:
+    """A of a coil about z at points, shape (m, 3)."""
+    if windings != "rings" or not coil.is_round:
+        found = winding_potential(coil, windings, (0.0, 0.0, 0.0))(points.T[None])[0].T
+        return np.pad(found, ((0, 0), (0, 3 - found.shape[1])))
+    coil = coil.model_copy(update={"centre": (0.0, 0.0)})
+    rho, radius = np.hypot(points[:, 0], points[:, 1]), coil.outer_diameter / 2
+    u = np.arcsinh(rho / radius)
+    step = _STEP * min(1.0, distance / radius)
+    low, high = float(u.min()) - 4 * step, float(u.max()) + 4 * step
+    nodes = np.linspace(low, high, math.ceil((high - low) / step))
+    at = radius * np.sinh(np.maximum(np.abs(nodes), 1e-9))  # P is even
+    heights, level = np.unique(np.round(points[:, 2] / _LEVEL), return_inverse=True)
+    along = np.stack(np.broadcast_arrays(at, 0.0, heights[:, None] * _LEVEL), axis=-1).reshape(-1, 3)
+    values = ring_potential(coil, along, across=2)[:, 1].reshape(len(heights), -1) / at
+    P = np.empty(len(points))
+    for k, row in enumerate(values):
+        some = level == k
+        P[some] = CubicSpline(nodes, row)(u[some])
+    return np.column_stack([-points[:, 1] * P, points[:, 0] * P, np.zeros(len(points))])

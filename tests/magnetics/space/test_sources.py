@@ -1,0 +1,107 @@
+"""What plates at rest see of the coils: against the coils' potential summed at every point, and rings of two discs."""
+
+import numpy as np
+import pytest
+from common.ring_discs import joint_reaction
+
+from sits_mech.geometry.sheet_plan import Grading, rectangle_plan
+from sits_mech.geometry.windings import spiral_path
+from sits_mech.magnetics.coils.ring_field import path_potential, ring_potential
+from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.space.coupling import missed, reactions
+from sits_mech.magnetics.space.fields import Box
+from sits_mech.magnetics.space.modes import prepare_sheets, stacked
+from sits_mech.magnetics.space.prisms import gauss_points
+from sits_mech.magnetics.space.rungs import LADDER, field_box
+from sits_mech.magnetics.space.sources import Sources
+from sits_mech.quantities import Pose
+from sits_mech.scene.materials import metals
+from sits_mech.scene.sensor import Conductor, Target, load_sensor
+
+MM = 1e-3
+COPPER = metals()["copper"].conductivity
+COILS = load_sensor("biorob2018").coils
+BEHIND = Sources(COILS, "rings", (1 * MM, 0.5 * MM, -0.8 * MM), 0.6 * MM)
+PLAN = rectangle_plan(8 * MM, 6 * MM, Grading(0.3 * MM, 2.0, 1.2 * MM))
+LEVELS = np.array([0.0, 0.05, 0.08]) * MM
+
+
+def test_potential_is_that_of_all_rings():
+    """Under the windings, on the axis of a coil and far aside; the table's splines keep six digits of the largest."""
+    some = np.random.default_rng(1)
+    points = np.column_stack([some.uniform(-9, 9, (400, 2)), some.choice([-0.08, 0.0, 0.05], 400)]) * MM
+    points[0] = COILS[0].centre[0] - 1 * MM, -0.5 * MM, 0.0
+    found = BEHIND.potential(points)
+    for k, coil in enumerate(COILS):
+        exact = ring_potential(coil, points + BEHIND.place, across=2)
+        np.testing.assert_allclose(found[..., k], exact, rtol=0, atol=1e-6 * np.abs(exact).max())
+
+
+def test_potential_of_the_spirals_is_that_of_their_paths():
+    points = np.array([[1.0, 2.0, 0.0], [-4.0, 0.3, 0.05]]) * MM
+    seen = Sources(COILS[:1], "spiral", BEHIND.place, 0.6 * MM).potential(points)[..., 0]
+    path = spiral_path(COILS[0].model_copy(update={"centre": (0.0, 0.0)}))
+    np.testing.assert_allclose(seen, path_potential(path, points + BEHIND.place - (*COILS[0].centre, 0.0)), rtol=1e-9)
+
+
+def test_means_over_cells_and_their_images():
+    """Five Gauss points an axis tell them too; of cells no longer than twice the distance to 1e-3 of the largest."""
+    prisms = stacked(PLAN, LEVELS)
+    found = BEHIND.means(PLAN, prisms)
+    points, weights = gauss_points(prisms, 5)
+    for k, g in enumerate(PLAN.group):
+        for s, sign in enumerate((1.0, -1.0)):
+            moved = np.concatenate([points[..., :2] @ g.T, sign * points[..., 2:]], axis=-1)
+            A = ring_potential(COILS[1], moved.reshape(-1, 3) + BEHIND.place, across=2).reshape(moved.shape)
+            exact = np.einsum("nqa,nq->na", A, weights)
+            np.testing.assert_allclose(found[k, s, ..., 1], exact, rtol=0, atol=1e-3 * np.abs(exact).max())
+
+
+def test_a_plate_at_rest_answers_as_one_that_could_move():
+    """Where polynomials carry the coils' field to 1e-5, both ways agree; the same cells."""
+    box = Box(np.array([4.004, 3.003, 0.08]) * MM, (22, 18, 4), (1.5, 1.6, 20.0))
+    far = Sources(COILS, "rings", (1 * MM, 0.5 * MM, 2.08 * MM), 2 * MM)
+    (plate,) = prepare_sheets([(PLAN, LEVELS)], COPPER, box, sources=far)
+    (moving,) = prepare_sheets([(PLAN, LEVELS)], COPPER, box)
+    place = np.array([[*far.place[:2], 2 * MM]])
+    (exact,) = reactions(COILS, "rings", [moving], (np.eye(3)[None], place), 1e6)
+    found = plate.admittance(2e6 * np.pi)[-2:, -2:]
+    np.testing.assert_allclose(found, exact[0], rtol=0, atol=1e-3 * np.abs(exact).max())
+
+
+def test_what_polynomials_miss_is_what_they_change():
+    """Fewer of them change the answer, to some factor, by what they miss."""
+    target = Target(material="copper", shape="rectangle", width=8 * MM, length=8 * MM, thickness=0.2 * MM)
+    whole = field_box(target, None, 0.3 * MM, LADDER[1][1])
+    poses = np.eye(3)[None], np.array([[0.0, 0.0, 0.3 * MM]])
+    plan = rectangle_plan(8 * MM, 8 * MM, Grading(0.1 * MM, 2.0, 0.6 * MM))
+    answers, shares = [], []
+    for order in (whole.order[0], 11):
+        box = Box(whole.half, (order, order, whole.order[2]), whole.decay, whole.digits, whole.clearance)
+        (plate,) = prepare_sheets([(plan, np.array([0.0, 0.06, 0.1]) * MM)], COPPER, box)
+        answers.append(reactions(COILS, "rings", [plate], poses, 5e6)[0][0, 0, 0])
+        shares.append(missed(COILS, "rings", box, poses))
+    change = abs(answers[1].imag / answers[0].imag - 1)
+    assert 0.2 < change / shares[1][0][0] < 5.0
+    assert shares[0][0][0] < 0.1 * shares[1][0][0]
+    assert shares[1][1][0] > shares[1][0][0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("frequency", [2e5, 5e6])
+def test_ground_disc_behind_the_coil(frequency):
+    """Both discs as rings together; the estimate is no worst case."""
+    coil = COILS[0].model_copy(update={"centre": (0.0, 0.0)})
+    target = Target(material="copper", shape="disc", diameter=8 * MM, thickness=0.2 * MM)
+    plane = Conductor(name="ground", material="copper", shape="disc", diameter=16 * MM, thickness=0.035 * MM,
+                      centre=(0.0, 0.0, -coil.height - 0.6175 * MM))  # fmt: skip
+    scene = {"coils": (coil,), "target": target, "conductors": (plane,)}
+    sensor = load_sensor("biorob2018").model_copy(update=scene)
+    discs = [(4 * MM, 2.1 * MM, 0.2 * MM, COPPER), (8 * MM, plane.centre[2], 0.035 * MM, COPPER)]
+    Z, step = joint_reaction(coil, discs, frequency, size=0.35 * MM)
+    z = sheets(sensor, 5e-3).impedance(Pose(0.0, 2 * MM, 0.0), frequency)
+    delta_L = Z.imag / (2 * np.pi * frequency)
+    assert (z.L - z.L0).item() == pytest.approx(delta_L, rel=2e-3)
+    assert z.R.item() == pytest.approx(Z.real, rel=1e-2)
+    assert abs(step.imag / Z.imag) < 5e-4
+    assert z.report.estimated_error < 1e-2
