@@ -330,22 +330,21 @@ def _lowered(
     heights = under_plate(sensor.coils, part.plate, part.outline, (part.turns, part.places), gap)
     reach = float(heights[0].max()) + up[-1]
     plane = infinite_plate(sensor.coils, part.plate, (float(gap.min()), reach), frequency)
-    below = averaged(plane, heights, 0.0 * gap)
     above = np.stack([averaged(plane, heights, height - gap) for height in up], axis=1)
-    results = [carried_down(Z.reshape(above.shape), (above, below), gap, plate.lowest) for Z in found]
+    infinite = above, averaged(plane, heights, 0.0 * gap)
+    results = [carried_down(Z.reshape(above.shape), infinite, gap, plate.lowest) for Z in found]
     return results[0][0], results[1][0], results[0][1]
 
 
 def _reach(sensor: Sensor, middle: tuple[float, float]) -> float:
     """Farthest winding from a plate's middle along x or y [m]."""
-    return max(max(abs(c - m) for c, m in zip(coil.centre, middle, strict=True)) + coil.outer_diameter / 2
-               for coil in sensor.coils)  # fmt: skip
+    away = [max(abs(c - m) for c, m in zip(coil.centre, middle, strict=True)) for coil in sensor.coils]
+    return max(own + coil.outer_diameter / 2 for own, coil in zip(away, sensor.coils, strict=True))
 
 
 def _notes(ratio: float, sheets_used: int, unseen: float) -> tuple[str, ...]:
     """Say which skin regime holds, what carries it, and whether the gap is too small for the division."""
     regime = "thin" if ratio < 1.0 else "thick" if ratio > 3.0 else "intermediate"
     used = f"{regime} skin regime: thickness is {ratio:.3g} skin depths; {sheets_used} sheets joined at the rim"
-    if unseen < 1e-3:
-        return (used,)
-    return used, f"the gap is small for so wide a plate: {unseen:.1%} of the coils' field is not resolved"
+    small = f"the gap is small for so wide a plate: {unseen:.1%} of the coils' field is not resolved"
+    return (used,) if unseen < 1e-3 else (used, small)

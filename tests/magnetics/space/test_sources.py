@@ -5,8 +5,9 @@ import pytest
 from common.ring_discs import joint_reaction
 
 from sits_mech.geometry.sheet_plan import Grading, rectangle_plan
-from sits_mech.geometry.windings import spiral_path
-from sits_mech.magnetics.coils.ring_field import path_potential, ring_potential
+from sits_mech.geometry.tracks import coil_tracks
+from sits_mech.magnetics.coils.ring_field import ring_potential
+from sits_mech.magnetics.coils.straight import track_potential
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.coupling import missed, reactions
 from sits_mech.magnetics.space.fields import Box
@@ -40,8 +41,17 @@ def test_potential_is_that_of_all_rings():
 def test_potential_of_the_spirals_is_that_of_their_paths():
     points = np.array([[1.0, 2.0, 0.0], [-4.0, 0.3, 0.05]]) * MM
     seen = Sources(COILS[:1], "spiral", BEHIND.place, 0.6 * MM).potential(points)[..., 0]
-    path = spiral_path(COILS[0].model_copy(update={"centre": (0.0, 0.0)}))
-    np.testing.assert_allclose(seen, path_potential(path, points + BEHIND.place - (*COILS[0].centre, 0.0)), rtol=1e-9)
+    path = track_potential(coil_tracks(COILS[0].model_copy(update={"centre": (0.0, 0.0)}), "spiral"), across=2)
+    exact = path((points + BEHIND.place - (*COILS[0].centre, 0.0)).T[None])[0].T
+    np.testing.assert_allclose(seen[:, :2], exact, rtol=1e-9)
+
+
+def test_a_rectangle_is_seen_by_its_tracks():
+    coil = load_sensor("square-4").coils[0].model_copy(update={"centre": (0.0, 0.0)})
+    points = np.array([[1.0, 2.0, 0.0], [-4.0, 0.3, 0.05]]) * MM
+    seen = Sources((coil,), "rings", BEHIND.place, 0.6 * MM).potential(points)[..., 0]
+    exact = track_potential(coil_tracks(coil, "rings"), across=2)((points + BEHIND.place).T[None])[0].T
+    np.testing.assert_allclose(seen[:, :2], exact, rtol=1e-9)
 
 
 def test_means_over_cells_and_their_images():
