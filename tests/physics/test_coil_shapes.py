@@ -60,6 +60,7 @@ def test_path_of_a_circle_is_rings_over_a_plate() -> None:
     assert path.R_dc[0] == pytest.approx(rings.R_dc[0], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_coil_and_plate_turned_by_a_quarter() -> None:
     """The same digits: to rounding of the plate's modes."""
     along = sheets(scene(rectangle(2.0, 3.0), 9.0, 7.0), 2e-2).impedance(Pose(0.3 * MM, 1.5 * MM, 0.05), F)
