@@ -128,7 +128,10 @@ def answer(
         notes=found.notes, left_out=found.left_out,
     )  # fmt: skip
     values = (L0 + change.imag / omega, change.real.copy(), L0, R_dc, error.imag / omega, error.real.copy())
-    shared = None if found.shared is None else (found.shared.imag / omega).reshape(-1, *shape)
+    shared = None
+    if found.shared is not None:
+        parts = np.broadcast_to(found.shared.imag / omega, (len(found.shared), len(rows), n, n))
+        shared = parts.reshape(-1, *shape)
     return Impedance(frequency, *values, kind.unit_L, report, shared)
 
 

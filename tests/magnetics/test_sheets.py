@@ -161,3 +161,13 @@ def test_refusals(sensor: Sensor, model: Sheets) -> None:
         sheets(sensor, 0.0)
     with pytest.raises(ValueError, match="planar-fem"):
         sheets(load_sensor("biorob2018", ['target.material="ferrite"']))
+
+
+def test_many_poses_without_a_target() -> None:
+    """Fixed metal alone answers alike at every pose, errors and their shared parts too."""
+    part = 'conductors=[{name="nut", material="brass", shape="rectangle", centre=["0 mm", "-3 mm"], width="6 mm", ' \
+        'length="6 mm", thickness="1 mm"}]'  # fmt: skip
+    bare = load_sensor("biorob2018", [part]).model_copy(update={"target": None, "elastomer": None})
+    z = sheets(bare, 1e-2).impedance(Pose(np.zeros(3), 2e-3), 5e6)
+    assert z.L.shape == (3, 2, 2) and np.ptp(z.L, axis=0).max() == 0.0 < (z.L0 - z.L[0])[0, 0]
+    assert z.shared_L is not None and z.shared_L.shape[1:] == (3, 2, 2)

@@ -77,5 +77,5 @@ def test_the_error_of_pressed_discs_is_told(pad, target, load, sink, own):
     sensor = load_sensor("biorob2018", [f'elastomer={{{pad}, contact="never"}}', plate])
     found = block_pad(sensor, 1e-2).equilibrium(Wrench(F_z=load))
     true = abs(2e-3 - found.pose.d_v - sink) / sink
-    assert true - own < 2.0 * found.report.estimated_error
+    assert true - own < 3.0 * found.report.estimated_error
     assert found.report.estimated_error < 0.01
