@@ -17,9 +17,9 @@ import numpy as np
 
 from sits_mech.analysis.bench import code_calibration
 from sits_mech.analysis.codes import Readings, readings
-from sits_mech.export.fixed_point import FACET_BITS, FixedPoint, Integers, fixed_point
+from sits_mech.export.fixed_point import FACET_BITS, FixedPoint, fixed_point
 from sits_mech.export.source import Source
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 from sits_mech.readout.calibration import Calibration, check_resolved
 from sits_mech.readout.inversion import APART, HOPELESS, LONGEST, MARGIN, REACH
 from sits_mech.readout.loads import fixed, load_words

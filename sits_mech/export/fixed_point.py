@@ -14,9 +14,8 @@ from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 from sits_mech.readout.calibration import Calibration
 from sits_mech.readout.inversion import EXACT, INCONSISTENT, REACH
 from sits_mech.scene.sensor import SceneError
@@ -28,7 +27,6 @@ _SETTLED = 4  # change of codes by the last step, in the last bits, or twice wha
 _STRIDE = {1: 8, 2: 8, 3: 5}  # of the fine grid, for starting points
 _FEW = 16  # starting points of a part that no strided node lies in
 
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,12 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sits_mech.geometry.boxes import Solid, fixed_solids, nearest, separation
 from sits_mech.geometry.collision import Collision, smooth_height
 from sits_mech.geometry.outline import Outline, target_outline
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Conductor, Sensor, Target
-
-Integers = NDArray[np.int64]
 
 CLEARANCE = 1.8e-3
 """A common clearance of targets over coils: that of the preparation which serves it is not the poses' [m]."""

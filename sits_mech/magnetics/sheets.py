@@ -51,8 +51,8 @@ from sits_mech.magnetics.space.near import FACTORS, averaged, carried_down, infi
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.space.rungs import LADDER, Rung, carried, field_length, prepared, unseen
 from sits_mech.magnetics.space.sources import Sources
-from sits_mech.magnetics.stages import Integers, clearance_of, clearances, together, tops
-from sits_mech.quantities import Array, Complex, Impedance, Pose
+from sits_mech.magnetics.stages import clearance_of, clearances, together, tops
+from sits_mech.quantities import Array, Complex, Impedance, Integers, Pose
 from sits_mech.scene.sensor import Sensor, Target
 from sits_mech.threads import one_thread
 from sits_mech.turns import rotation_matrix

@@ -21,11 +21,8 @@ from collections.abc import Iterator, Sequence
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sits_mech.quantities import Array
-
-Integers = NDArray[np.int64]
+from sits_mech.quantities import Array, Integers
 
 _NEAR = 0.25  # octaves of clearance over which two preparations share
 _UP = 0.15  # decades of frequency

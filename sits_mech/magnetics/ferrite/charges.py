@@ -27,9 +27,8 @@ from itertools import combinations_with_replacement
 import numpy as np
 from numpy.typing import NDArray
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 
-Integers = NDArray[np.int64]
 PAIRS = tuple(combinations_with_replacement(range(3), 2))
 """Components of K as they are listed."""
 _LOST = 1e11  # r^6 over the product of both volumes from which on boxes are dipoles: differences lose 1e-5

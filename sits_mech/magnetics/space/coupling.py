@@ -21,9 +21,9 @@ import numpy as np
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import winding_potential
 from sits_mech.magnetics.coils.straight import Potential
-from sits_mech.magnetics.space.fields import Box, Integers, Nodes
+from sits_mech.magnetics.space.fields import Box, Nodes
 from sits_mech.magnetics.space.modes import Sheeted
-from sits_mech.quantities import Array, Complex
+from sits_mech.quantities import Array, Complex, Integers
 from sits_mech.scene.sensor import Coil
 
 _POINTS = 100_000  # held at once

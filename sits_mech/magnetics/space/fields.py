@@ -17,15 +17,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.magnetics.coils.straight import Potential
 from sits_mech.magnetics.space.prisms import Prisms, gauss_points
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Coil
 
-Integers = NDArray[np.int64]
 _SIZES = (2, 3, 4, 5, 6, 7, 9, 11, 13, 16, 19, 23, 28, 34, 40, 48, 57, 68, 81, 96, 115, 137, 163, 194, 230)
 
 
