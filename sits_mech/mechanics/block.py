@@ -36,7 +36,7 @@ import numpy as np
 from sits_mech.mechanics.element.mesh import BRICK
 from sits_mech.mechanics.element.prolongation import Prolongation, along_family
 from sits_mech.mechanics.levels.answer import Solved, starts
-from sits_mech.mechanics.levels.family import Levels
+from sits_mech.mechanics.levels.family import Levels, contact_depth
 from sits_mech.mechanics.levels.history import arrived, depends_on_path
 from sits_mech.mechanics.levels.retry import Line, settled
 from sits_mech.mechanics.pad.shapes import GRADING, base_cells, shape_of
@@ -212,8 +212,7 @@ def _family(sensor: Sensor, kind: tuple[float, float], whole: bool, depth: float
     @cache
     def made(level: int) -> Solid:
         """One of them."""
-        size = _SIZES[level]
-        return bonded_block(sensor, int(size), *kind, depth * (_SIZES[1] / size) ** 2, whole=whole)
+        return bonded_block(sensor, int(_SIZES[level]), *kind, contact_depth(depth, _SIZES, level), whole=whole)
 
     @cache
     def carrier(level: int) -> Prolongation | None:

@@ -157,6 +157,11 @@ class Limit(NamedTuple):
         return (f"{seen}; the error covers it",)
 
 
+def contact_depth(depth: float, sizes: tuple[float, ...], level: int) -> float:
+    """Return the depth of contact on a level, from that on the second: it falls like the cells, squared."""
+    return depth * (sizes[1] / sizes[level]) ** 2
+
+
 def extrapolated(values: list[Array], sizes: tuple[float, ...], order: float, off: Array | float = 0.0) -> Limit:
     """Return the limit of what some levels gave, two or more, the last of which may be off.
 

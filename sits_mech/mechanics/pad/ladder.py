@@ -17,7 +17,7 @@ from __future__ import annotations
 from functools import cache, partial
 from typing import NamedTuple
 
-from sits_mech.mechanics.levels.family import Levels
+from sits_mech.mechanics.levels.family import Levels, contact_depth
 from sits_mech.mechanics.levels.retry import Line
 from sits_mech.mechanics.pad.lines import widened
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_parts, layer_scales
@@ -93,10 +93,8 @@ def _family(sensor: Sensor, kind: _Kind, depth: float) -> Levels:
     @cache
     def made(level: int) -> Bonded:
         """One of them."""
-        size = SIZES[level]
-        own = depth * (SIZES[1] / size) ** 2
-        guard = kind.guard if level < 2 else 0.0
-        return bonded_body(sensor, Fineness(int(size), kind.grading, True, guard, own))
+        guard, own = kind.guard if level < 2 else 0.0, contact_depth(depth, SIZES, level)
+        return bonded_body(sensor, Fineness(int(SIZES[level]), kind.grading, True, guard, own))
 
     _, elastomer = layer_parts(sensor)
     wide = max(1, round(elastomer.extent[0] / elastomer.thickness))

@@ -71,11 +71,6 @@ class Track:
         return sum(state.iterations for state in self.states)
 
 
-def has_friction(body: Bonded) -> bool:
-    """Say whether the answer of a body depends on the way of its load."""
-    return bool(_rough(body))
-
-
 def followed(
     body: Bonded, start: State, goals: Sequence[Array], parts: int, *, held: Held | None = None,
     beside: Held | None = None,
