@@ -5,6 +5,9 @@ coil over coaxial discs, against volume and axisymmetric finite elements (NGSolv
 
     python studies/benchmark_sheets.py [--coarse] --output DIR
 
+Estimated errors: true ones over them, for L, M and R, of discs of many thicknesses, gaps and frequencies against the
+axisymmetric model at 2e-4, and of the sensor's plate shifted and tilted against the finest rung.
+
 Seconds are processor time on one core: of the preparation, and of a thousand poses after it.
 
 Arrays of coils: the published winding on square grids 8 mm apart, under plates pressed down
@@ -14,6 +17,7 @@ preparation.
 
 from __future__ import annotations
 
+import itertools
 import resource
 import time
 from pathlib import Path
@@ -24,9 +28,9 @@ from threadpoolctl import threadpool_limits
 
 from sits_mech.magnetics.coils.loops import coil_inductances
 from sits_mech.magnetics.rings import axisymmetric
-from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.sheets import Sheets, sheets
 from sits_mech.magnetics.space.rungs import prepared
-from sits_mech.quantities import Pose
+from sits_mech.quantities import Impedance, Pose
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 # frequency [Hz], gap [m], Delta L1 [H], R1 [ohm] (not known where nan)
@@ -45,26 +49,38 @@ COLUMNS = (
     "prepare_seconds", "thousand_poses_seconds",
 )  # fmt: skip
 
+ESTIMATE_COLUMNS = ("target", "tolerance", "frequency", "gap", "quantity", "error", "estimated", "true_over_estimated")
+# radius, thickness [m] of the discs; gaps [m] and frequencies [Hz] of all; the plate's poses
+ROUND = ((3.5e-3, 2e-4), (3.5e-3, 35e-6), (3.5e-3, 1e-3), (5e-3, 2e-4), (5e-3, 3e-3))
+GAPS, FREQUENCIES = (1e-3, 2e-3, 5e-3), (5e3, 1e5, 1e6, 5e6, 1e7)
+POSES = (Pose(0.0, 2e-3), Pose(1e-3, 2.5e-3, 0.1, 0.5e-3), Pose(0.0, 3e-3, np.deg2rad(20.0)))
+
 TARGETS = (
     'shape="rectangle", width="8 mm", length="8 mm"', 'shape="disc", diameter="8 mm"',
     'shape="disc", diameter="12 mm"', 'shape="rectangle", width="12 mm", length="12 mm"',
     'shape="rectangle", width="16 mm", length="16 mm"',
 )  # fmt: skip
+_RUN = itertools.count()
 ARRAY_COLUMNS = ("coils", "target", "L0_seconds", "prepare_seconds", "pose_ms", "estimated_L", "process_MB")
 
 
-def disc_sensor(radius: float) -> Sensor:
+def disc_sensor(radius: float, thickness: float = 2e-4) -> Sensor:
     """One coil about z, the other out of the way, and a coaxial disc."""
-    target = f'target={{material="copper", shape="disc", diameter={2 * radius}, thickness="0.2 mm"}}'
+    target = f'target={{material="copper", shape="disc", diameter={2 * radius}, thickness={thickness}}}'
     places = ['coils.C1.centre=["0 mm","0 mm"]', 'coils.C2.centre=["30 mm","0 mm"]']
     return load_sensor("biorob2018", [target, *places])
+
+
+def unprepared(sensor: Sensor, tolerance: float) -> Sheets:
+    """The model of a sensor whose plate nobody has prepared."""
+    prepared.cache_clear()
+    return sheets(sensor.model_copy(update={"name": f"{sensor.name}, {next(_RUN)}"}), tolerance)
 
 
 def measure(name: str, sensor: Sensor, tolerance: float, row: tuple[float, float, float, float]) -> dict[str, object]:
     """One line of the table."""
     f, gap, delta_L, R = row
-    prepared.cache_clear()
-    model = sheets(sensor, tolerance)
+    model = unprepared(sensor, tolerance)
     began = time.process_time()
     z = model.impedance(Pose(0.0, gap), f)
     prepare = time.process_time() - began
@@ -103,6 +119,48 @@ def table(coarse: bool) -> list[dict[str, object]]:
     return lines
 
 
+def compared(name: str, tolerance: float, gap: float, found: Impedance, exact: Impedance) -> list[dict[str, object]]:
+    """Lines of L, M (where there are two coils) and R of the first coil."""
+    change = abs((exact.L - exact.L0)[0, 0])
+    parts = [("L", found.L[0, 0] - exact.L[0, 0], found.error_L[0, 0], change)]
+    if len(found.L) > 1:
+        parts.append(("M", found.L[0, 1] - exact.L[0, 1], found.error_L[0, 1], change))
+    parts.append(("R", found.R[0, 0] - exact.R[0, 0], found.error_R[0, 0], exact.R[0, 0]))
+    return [
+        dict(zip(ESTIMATE_COLUMNS, (name, tolerance, found.frequency, gap, part, *map(float, values)), strict=True))
+        for part, off, estimated, size in parts
+        for values in [(off / size, estimated / size, abs(off) / estimated)]
+    ]
+
+
+def estimates(coarse: bool) -> list[dict[str, object]]:
+    """True errors over estimated ones."""
+    lines: list[dict[str, object]] = []
+    plate, tolerance = load_sensor("biorob2018"), 1e-2 if coarse else 5e-3
+    for frequency in FREQUENCIES[3:4] if coarse else FREQUENCIES:
+        for radius, thickness in ROUND[:1] if coarse else ROUND:
+            sensor = disc_sensor(radius, thickness)
+            alone = sensor.model_copy(update={"coils": sensor.coils[:1]})
+            for gap in GAPS[1:2] if coarse else GAPS:
+                found, exact = (make(alone, asked).impedance(Pose(0.0, gap), frequency)
+                                for make, asked in ((sheets, tolerance), (axisymmetric, 2e-4)))  # fmt: skip
+                lines += compared(f"disc {2e3 * radius:g} x {1e3 * thickness:g} mm", tolerance, gap, found, exact)
+        for pose in POSES[:1] if coarse else POSES:
+            found, exact = (sheets(plate, asked).impedance(pose, frequency) for asked in (tolerance, 1e-3))
+            lines += compared("8 x 8 mm", tolerance, float(pose.d_v), found, exact)
+    return lines
+
+
+def summary(lines: list[dict[str, object]]) -> str:
+    """What share of the rows has an estimate that is one."""
+    words = []
+    for part in ("L", "M", "R"):
+        ratio = np.array([float(str(line["true_over_estimated"])) for line in lines if line["quantity"] == part])
+        inside = float(((ratio > 0.2) & (ratio < 5.0)).mean())
+        words.append(f"{part}: {inside:.0%} of {ratio.size} within 0.2 to 5, largest {ratio.max():.2g}")
+    return "true over estimated error, " + "; ".join(words)
+
+
 def array(count: int, target: str) -> Sensor:
     """The published winding on a square grid."""
     sensor = load_sensor("biorob2018", [f'target={{material="copper", thickness="0.2 mm", {target}}}'])
@@ -124,8 +182,7 @@ def arrays(coarse: bool) -> list[dict[str, object]]:
             began = time.process_time()
             coil_inductances(sensor.coils)
             seconds = [time.process_time() - began]
-            prepared.cache_clear()
-            model = sheets(sensor, 1e-2 if coarse else 5e-3)
+            model = unprepared(sensor, 1e-2 if coarse else 5e-3)
             for some in (poses[:1], poses):
                 began = time.process_time()
                 found = model.impedance(Pose.of(some), 5e6)
@@ -162,7 +219,9 @@ def main() -> None:
     """Write the table and its picture."""
     coarse, folder = study_arguments(__doc__ or "")
     with threadpool_limits(1):
-        of_arrays, lines = arrays(coarse), table(coarse)
+        of_estimates, of_arrays, lines = estimates(coarse), arrays(coarse), table(coarse)
+    print(write_rows(of_estimates, folder / "benchmark_sheets_estimates.csv"))
+    print(summary(of_estimates))
     print(write_rows(of_arrays, folder / "benchmark_sheets_arrays.csv"))
     print(write_rows(lines, folder / "benchmark_sheets.csv"))
     draw(lines, folder / "benchmark_sheets.png")

@@ -14,7 +14,7 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 
 # a file or folder may import lower ranks, and siblings of its own folder (of its own rank, at the top level)
 RANKS = {
-    **dict.fromkeys(("version", "threads", "memory", "units", "quantities", "turns"), 0),
+    **dict.fromkeys(("version", "threads", "memory", "units", "quantities", "turns", "extrapolation"), 0),
     **dict.fromkeys(("silicone", "maps"), 1),
     "scene": 2,
     **dict.fromkeys(("boards", "cases", "meshing"), 3),
@@ -63,7 +63,6 @@ UNMIRRORED = {
     "magnetics/space/coupling.py": "tests/magnetics/test_sheets.py: fluxes in the sheets",
     "magnetics/space/loops.py": "tests/magnetics/test_sheets_outline.py: its loops",
     "magnetics/space/prisms.py": "tests/magnetics/test_sheets_outline.py: the sheets made of them",
-    "magnetics/space/rungs.py": "tests/magnetics/space/test_modes.py: every rung of it",
     **dict.fromkeys(
         (f"mechanics/element/{name}.py" for name in ("fan", "guard")), "tests/mechanics/faces/test_contact.py: by use"
     ),

@@ -98,12 +98,12 @@ def outline_plan(outline: Outline, grading: Grading) -> Plan:
     loops = [np.array(loop) for loop in outline.loops]
     loops = [loop if (signed_area(loop) > 0) == (k == 0) else loop[::-1] for k, loop in enumerate(loops)]
     depth = min(_DEPTH * _narrowest(loops), 0.8 * grading.largest)
-    rim = Grading(min(grading.first, depth / 2), grading.growth, depth, grading.halvings)
-    layers = depth - graded_axis(depth, rim, depth)
+    rim = Grading(min(grading.first, depth / 2), grading.growth, depth, grading.parts)
+    layers = depth - graded_axis(depth, rim)
     coarse = [_pieces(loop, grading.largest) for loop in loops]
     for attempt in range(_TRIES):
-        counts = [pieces * 2 ** (grading.halvings + attempt) for pieces in coarse]
-        plan = _assembled(loops, counts, layers[::-1], _TRIANGLE * grading.largest / 2**grading.halvings)
+        counts = [pieces * grading.parts * 2**attempt for pieces in coarse]
+        plan = _assembled(loops, counts, layers[::-1], _TRIANGLE * grading.largest / grading.parts)
         if plan is not None:
             return plan
     raise ValueError("outline: could not be triangulated; rims must not touch and corners must not be needle-sharp")

@@ -13,7 +13,7 @@ Triangles repeat their last corner. Corners go counter-clockwise.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,11 +23,17 @@ from sits_mech.quantities import Array, Complex
 
 Integers = NDArray[np.int_]
 _BEYOND = 0.4  # growth of cells per length beyond the reach
+_SMALLEST, _SAMPLES = 1e-3, 2000  # of the integral of their density
+_SECTORS = 4, 16  # of a disc, at least and at most, times the parts
 
 
 @dataclass(frozen=True)
 class Grading:
     """Sizes of a plate's cells.
+
+    At a distance d from the rim a cell has the size ``h = 1 / (1/h_in + 1/(a + b d))``, with ``b = ln(growth)`` and a
+    such that the cell at the rim is `first`; nodes stand at equal steps of the integral of 1/h. That is a smooth map,
+    on which cells are divided further: the levels of one family.
 
     Attributes
     ----------
@@ -36,9 +42,9 @@ class Grading:
     growth : float
         Ratio of neighbouring cells, inwards from the rim.
     largest : float
-        Largest cell [m].
-    halvings : int
-        How often every cell is then divided in two, along each axis: a ladder for extrapolation.
+        h_in: largest cell [m].
+    parts : int
+        Into how many each cell is divided along each axis, on the same map.
     reach : float
         From the middle, how far cells must not exceed the largest; beyond they may grow slowly [m].
     """
@@ -46,8 +52,13 @@ class Grading:
     first: float
     growth: float
     largest: float
-    halvings: int = 0
+    parts: int = 1
     reach: float = np.inf
+
+    def coarser(self, factor: float) -> Grading:
+        """Return the sizes of cells so many times coarser on the same map."""
+        first = self.first * (self.growth**factor - 1.0) / (self.growth - 1.0)
+        return replace(self, first=first, growth=self.growth**factor, largest=factor * self.largest)
 
 
 @dataclass(frozen=True)
@@ -83,7 +94,7 @@ class Plan:
 
 def rectangle_plan(width: float, length: float, grading: Grading) -> Plan:
     """Return a quadrant of a rectangle, `width` along x and `length` along y [m]."""
-    x, y = (_half_axis(size / 2, grading) for size in (width, length))
+    x, y = (graded_axis(size / 2, grading) for size in (width, length))
     nodes = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     cells = _grid_cells(x.size, y.size)
     rim = np.isclose(nodes[:, 0], x[-1], rtol=1e-12, atol=0) | np.isclose(nodes[:, 1], y[-1], rtol=1e-12, atol=0)
@@ -98,9 +109,9 @@ def disc_plan(diameter: float, grading: Grading, *, orders: int | None = None) -
     The polygon has the disc's area. Classes above `orders` are left out.
     """
     radius = diameter / 2
-    n = int(np.clip(2 * np.ceil(np.pi * radius / grading.largest), 16, 64)) * 2**grading.halvings
+    n = int(np.clip(2 * round(np.pi * radius / grading.largest), *_SECTORS)) * grading.parts
     step = 2 * np.pi / n
-    r = _half_axis(radius, grading) * np.sqrt(step / np.sin(step))
+    r = graded_axis(radius, grading) * np.sqrt(step / np.sin(step))
     edges = [np.column_stack([r[1:] * np.cos(angle), r[1:] * np.sin(angle)]) for angle in (-step / 2, step / 2)]
     nodes = np.vstack([[[0.0, 0.0]], *edges])
     m = r.size - 1
@@ -116,35 +127,17 @@ def disc_plan(diameter: float, grading: Grading, *, orders: int | None = None) -
     return Plan(nodes, cells, loop, group, np.exp(1j * np.outer(order, turns)), weights)
 
 
-def _half_axis(half: float, grading: Grading) -> Array:
-    """Nodes from the middle to the rim, at least two cells before they are halved."""
-    return graded_axis(half, grading, half / 2)
-
-
-def graded_axis(length: float, grading: Grading, largest: float) -> Array:
-    """Return the nodes of ``[0, length]``, finest at the end, no cell above `largest` before they are halved [m]."""
-    largest = min(grading.largest, largest)
-    first = min(grading.first, largest)
-    steps = [0.0]
-    while (left := length - steps[-1]) > 1.6 * first:
-        inner = largest + _BEYOND * max(0.0, steps[-1] - grading.reach)
-        steps.append(steps[-1] + min(inner, left - max((left - first) / grading.growth, 0.8 * first)))
-    nodes = np.array([*steps, length])
-    for _ in range(grading.halvings):
-        nodes = _halved(nodes)
-    return nodes
-
-
-def _halved(nodes: Array) -> Array:
-    """Divide every cell in two that carry on the growth of its neighbours."""
-    sizes = np.diff(nodes)
-    before, after = np.r_[sizes[:1], sizes[:-1]], np.r_[sizes[1:], sizes[-1:]]
-    steps = np.r_[1.0, np.full(max(sizes.size - 2, 0), 2.0), 1.0][: sizes.size]
-    inner = (before / after) ** (0.5 / steps)
-    result = np.empty(2 * nodes.size - 1)
-    result[::2] = nodes
-    result[1::2] = nodes[:-1] + sizes * inner / (1.0 + inner)
-    return result
+def graded_axis(length: float, grading: Grading) -> Array:
+    """Return the nodes of ``[0, length]``, finest at the end; their number is a multiple of `parts` [m]."""
+    slope = np.log(grading.growth)
+    first = grading.first * slope / (grading.growth - 1.0)
+    d = np.concatenate([[0.0], np.geomspace(_SMALLEST * min(first, length), length, _SAMPLES)])
+    inner = grading.largest + _BEYOND * np.maximum(length - d - grading.reach, 0.0)
+    density = 1.0 / inner + 1.0 / (first + slope * d)
+    number = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(d))])
+    count = max(1, round(number[-1])) * grading.parts
+    inside = np.interp(np.arange(1, count) * (number[-1] / count), number, d)
+    return np.concatenate([[0.0], length - inside[::-1], [length]])
 
 
 def _grid_cells(nx: int, ny: int) -> Integers:

@@ -18,18 +18,31 @@ leaves a pose to pay for the coefficients alone:
 
     Delta Z_cd = c_c^T Y(omega) c_d,    Y = omega^2 sum_k (B v_k) (B v_k)^T / (1 + j omega tau_k).
 
+Many elements under few fields need few modes. The fluxes B are answered by ``(R + s_k L)^-1 B^T`` for few real s_k
+(`_SHIFTS`, over the highest angular frequency); what currents there are from zero to that frequency is a combination
+of these, to 1e-3 of the resistance, and L and R projected on them have the modes that are kept (`few_modes`).
+
 Source: the integral formulation is that of R. Albanese and G. Rubinacci, Adv. Imaging Electron Phys. 102 (1998) 1; an
-expansion in the eigenvectors of two symmetric matrices, one of them positive: any text on linear algebra.
+expansion in the eigenvectors of two symmetric matrices, one of them positive: any text on linear algebra; rational
+Krylov spaces: A. Ruhe, Linear Algebra Appl. 58 (1984) 391.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.linalg import eigh
+from scipy.linalg import cho_factor, cho_solve, eigh
 
 from sits_mech.quantities import Array, Complex
+
+_SHIFTS = ((0.0, 1), (1.0 / 3.0, 2), (3.0, 2))  # s over the angular frequency, and how often it is applied
+_WHOLE = 2.0  # elements, over what the shifts would leave, up to which all modes are kept
+_DEPTHS = np.array([1.0, 1.6, 2.6])  # skin depths, over the least that is resolved, from which is gone on
+_RESOLVED = 1.5  # skin depth that is resolved well, over the one that elements are made for
+_NOTHING = 1e-15  # of the strongest field: weaker ones are of another symmetry
+_SPAN = 1e-10  # of the strongest direction: weaker ones are rounding
 
 
 @dataclass(frozen=True)
@@ -44,14 +57,23 @@ class Modes:
         ``B v_k``: what a unit of each field function induces in each mode [sqrt(W) / (V s) per unit].
     shapes : ndarray, shape (elements, m)
         v_k: the elements' currents in each mode; empty where nobody asks for them.
+    highest : float
+        Angular frequency up to which the elements resolve the skin depth d [rad/s]. Beyond, ``Re Y / (omega d)`` is
+        linear and ``Im Y / omega`` quadratic in d, known at frequencies below.
     """
 
     tau: Array
     coupling: Array
     shapes: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    highest: float = np.inf
 
     def admittance(self, omega: float) -> Complex:
         """Return Y(omega) of the module docstring, shape (n, n), symmetric; omega [rad/s]."""
+        if omega > self.highest:
+            depth, known = np.sqrt(self.highest / omega), [self.admittance(self.highest / d**2) for d in _DEPTHS]
+            R = _onwards(depth, _DEPTHS[::2], [depth * d * Y.real for d, Y in zip(_DEPTHS, known, strict=True)][::2])
+            L = _onwards(depth, _DEPTHS, [d**2 * Y.imag for d, Y in zip(_DEPTHS, known, strict=True)])
+            return np.asarray((R + 1j * L) * omega / self.highest)
         weight = omega**2 / (1.0 + 1j * omega * self.tau)
         return np.asarray((self.coupling * weight) @ self.coupling.T)
 
@@ -85,6 +107,64 @@ def eddy_modes(L: Array, R: Array, basis: Array, *, constraint: Array | None = N
         B = B - np.outer(B @ q, q)
     tau, V = eigh(S)
     return Modes(np.maximum(tau, 0.0), B @ V, scale[:, None] * V)
+
+
+def few_modes(L: Complex, R: Complex, B: Complex, omega: float, *, weight: float = 1.0) -> Modes:
+    """Return modes that answer some fields as all modes do, from zero to an angular frequency.
+
+    Parameters
+    ----------
+    L, R : ndarray, shape (n, n)
+        Hermitian, R positive.
+    B : ndarray, shape (b, n)
+        Fluxes of the fields.
+    omega : float
+        [rad/s]
+    weight : float
+        How often a class of complex currents, of which the real part of the reaction counts, is there.
+    """
+    if len(R) <= _WHOLE * sum(times for _, times in _SHIFTS) * len(B):
+        tau, V = eigh(L, R)
+    else:
+        Q = _krylov_space(L, R, B, omega)
+        tau, V = eigh(Q.conj().T @ (L @ Q), Q.conj().T @ (R @ Q))
+        V = Q @ V
+    seen = B @ V
+    if np.iscomplexobj(seen):
+        seen = np.hstack([seen.real, seen.imag]) * np.sqrt(weight)
+        tau = np.tile(tau, 2)
+    return Modes(np.maximum(tau, 0.0), np.asarray(seen.real), highest=omega / _RESOLVED**2)
+
+
+def _krylov_space(L: Complex, R: Complex, B: Complex, omega: float) -> Complex:
+    """What shifts answer to the fluxes B, R-orthonormal, shape (n, k).
+
+    The space need not be exact, only its projection: solves in single precision are enough.
+    """
+    single = np.complex64 if np.iscomplexobj(R) else np.float32
+    blocks: list[Complex] = []
+    strength = np.linalg.norm(B, axis=1)
+    some = strength > _NOTHING * strength.max()
+    B = B[some] / strength[some, None]
+    for share, times in _SHIFTS:
+        factor = cho_factor((R + share * omega * L).astype(single), lower=True, overwrite_a=True, check_finite=False)
+        driven = B.conj().T
+        for _ in range(times):
+            found = np.asarray(cho_solve(factor, driven.astype(single), check_finite=False), dtype=R.dtype)
+            driven = R @ found
+            size = np.sqrt(np.real(np.einsum("ij,ij->j", found.conj(), driven)))
+            blocks.append(found / size)
+            driven = driven / size
+    X = np.hstack(blocks)
+    values, vectors = eigh(X.conj().T @ (R @ X))
+    kept = values > _SPAN * values[-1]
+    return np.asarray(X @ (vectors[:, kept] / np.sqrt(values[kept])))
+
+
+def _onwards(at: float, nodes: Array, values: Sequence[Array]) -> Array:
+    """Lagrange's polynomial through values at the nodes."""
+    shares = (np.prod((at - np.delete(nodes, k)) / (d - np.delete(nodes, k))) for k, d in enumerate(nodes))
+    return np.asarray(sum(share * value for share, value in zip(shares, values, strict=True)))
 
 
 def _project(S: Array, q: Array) -> Array:

@@ -7,12 +7,12 @@ plate's bounding box and some small products (`space.coupling`),
     Delta Z_cd = omega^2 sum_k a_ck a_dk / (1 + j omega tau_k),    R = Re Delta Z,   L = L0 + Im Delta Z / omega.
 
 Thin and thick skin regimes are one model: horizontal sheets, graded to the faces below the skin depth, each with its
-stream function, joined at the rim by loops that pass from sheet to sheet. Two divisions, one with every cell
-of the other halved along each axis, differ by errors of second order: ``(4 Z_fine - Z_coarse) / 3`` is returned.
-Its distance from Z_fine is the estimated error; a third of it in the thin regime, where nothing but the smooth flow
-along the plate has to be resolved. In the thick regime uniform current in the first cell, of size h, has an error of
-(h/delta)^2 / 12 of the resistance, which is added. The extrapolation's step and the energy of the coils' field that the
-polynomials miss, a share of the change, go smoothly with the pose: poses share these errors.
+stream function, joined at the rim by loops that pass from sheet to sheet. One preparation answers all frequencies up to
+25 MHz, or those of a decade where plates answer each other. Five divisions (`space.rungs`) tell what finer cells along
+the plate and more sheets would change, apart: errors of second order, but for R where current crowds at the rim; all of
+it is extrapolated, and how far the divisions are from showing these orders is the estimated error. That and the energy
+of the coils' field that the polynomials miss, a share of the change, go smoothly with the pose: poses share these
+errors.
 
 Small gaps under wide plates (`space.near`): the plate is lifted to where its division carries the coils' field, and
 its answer carried down along the infinite plate; the estimated error holds what that leaves uncertain.
@@ -49,7 +49,7 @@ from sits_mech.magnetics.skin import skin_depth
 from sits_mech.magnetics.space.coupling import missed, reactions
 from sits_mech.magnetics.space.near import FACTORS, averaged, carried_down, infinite_plate, under_plate
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
-from sits_mech.magnetics.space.rungs import LADDER, Rung, carried, field_length, prepared, unseen
+from sits_mech.magnetics.space.rungs import DIVISIONS, Rung, carried, field_length, limit, prepared, rung_for, unseen
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.magnetics.stages import clearance_of, clearances, together, tops
 from sits_mech.quantities import Array, Complex, Impedance, Integers, Pose
@@ -59,6 +59,7 @@ from sits_mech.turns import rotation_matrix
 from sits_mech.units import checked_tolerance
 
 _KIND = Kind("sheets", "H")
+_SHARE = 0.1  # of the worst entry's error that every entry owns to
 _Asked = tuple[Target, Outline | None, complex, Sources | None]
 _UNSEEN = 1e-3  # from which bound on it is asked what polynomials of the coils' fields really miss
 _RADIATED = 0.02  # of the bound that they miss of what a plate radiates: several times what was seen of coils
@@ -67,31 +68,13 @@ _PLATES = 1.5  # length on which another plate's field changes, over the distanc
 
 
 @dataclass(frozen=True)
-class Uncertainty:
-    """How far to trust a result.
-
-    Attributes
-    ----------
-    trust : float
-        Estimated error over the extrapolation's step.
-    unseen : float
-        Share of the coils' field that the polynomials miss.
-    skin : float
-        Relative error of the resistance from the first cell.
-    """
-
-    trust: float = 1.0
-    unseen: float = 0.0
-    skin: float = 0.0
-
-
-@dataclass(frozen=True)
 class _Divided:
-    """A plate's divisions, the smallest clearance they carry [m], how far to trust them, and what there is to say."""
+    """A plate's divisions, its skin depths, the least clearance they carry [m], the field they miss, what to say."""
 
-    divisions: tuple[Any, ...]  # Sheeted; of a fixed plate of ferrite, Core
+    divisions: tuple[Any, ...]  # Sheeted; of a fixed plate of ferrite, Core: as found, and off by its error
+    thickness: float
     lowest: float
-    uncertainty: Uncertainty
+    unseen: float
     notes: tuple[str, ...]
 
 
@@ -134,7 +117,8 @@ class Sheets:
     ----------
     sensor : Sensor
     tolerance : float
-        Asked relative error of the change of inductance; the resistance is good to some ten times that.
+        Asked relative error of the changes of inductance and resistance; the resistance may be off by twice that where
+        current crowds at the rim.
     windings : str
         "rings" or "spiral".
     outline : Outline or None
@@ -167,7 +151,7 @@ class Sheets:
         none = np.zeros((2, *shape), dtype=complex)
         found = _Change(none[0], none[1], none, 0)
         for steps, some, share in together([clearances(part.gap, part.anchor) for part in parts]):
-            for top, own in tops(frequency):
+            for top, own in tops(frequency, lowest=-math.inf if self.sensor.conductors else 0):
                 one = self._change([part.among(some) for part in parts], steps, (frequency, top))
                 found = found.with_share(one, some, own * share)
         scale = largest(found.value.imag)
@@ -202,29 +186,42 @@ class Sheets:
 
     def _change(self, parts: Sequence[PlacedPlate], steps: Sequence[int], frequency: tuple[float, float]) -> _Change:
         """What the plates do to the coils by one preparation of each, at a frequency, prepared up to another."""
-        sensor, rung = self.sensor, next((rung for error, rung in LADDER if self.tolerance >= error), LADDER[-1][1])
+        sensor, rung = self.sensor, rung_for(self.tolerance, [(part.plate, part.outline) for part in parts])
         plates = [
             _divided(sensor, self._kind(part), rung, clearance_of(step, part.anchor), frequency)
             for part, step in zip(parts, steps, strict=True)
         ]
         notes = [part.title + note for part, plate in zip(parts, plates, strict=True) for note in plate.notes]
+        near: Complex | float = 0.0
         if sensor.conductors:
-            both = zip(parts, plates, strict=True)
-            answering = [SpacePlate(plate.divisions, part.turns, part.places) for part, plate in both]
-            target = answering.pop(0) if sensor.target is not None else None
-            fine, coarse = coupled_reactions(sensor.coils, self.windings, target, answering, frequency[0])
-            fine, coarse = ((Z + np.swapaxes(Z, 1, 2)) / 2 for Z in (fine, coarse))
-            near = self._missed(parts, plates, (4 * fine - coarse) / 3)
+            values = self._together(parts, plates, frequency[0])
         elif clearance_of(steps[0], parts[0].anchor) < plates[0].lowest:
-            fine, coarse, near = _lowered(sensor, self.windings, parts[0], plates[0], frequency[0])
+            values, near = _lowered(sensor, self.windings, parts[0], plates[0], frequency[0])
             notes.append(f"gaps below {plates[0].lowest * 1e3:.3g} mm: carried down along the infinite plate")
         else:
             poses = parts[0].turns, parts[0].places
-            fine, coarse = reactions(sensor.coils, self.windings, plates[0].divisions, poses, frequency[0])
-            near = np.zeros(fine.shape, dtype=complex)
-        value, error, shared = _extrapolated(fine, coarse, [plate.uncertainty for plate in plates])
+            values = reactions(sensor.coils, self.windings, plates[0].divisions, poses, frequency[0])
+        value, left = limit(values, rung, max(plate.thickness for plate in plates))
+        if sensor.conductors:
+            near = self._missed(parts, plates, value)
+        lost = max(plate.unseen for plate in plates)
+        R, X = (_shared(part(left)) + lost * largest(part(value)) for part in (np.real, np.imag))
         unknowns = sum(plate.divisions[0].unknowns for plate in plates)
-        return _Change(value, error + near, shared, unknowns, tuple(notes))
+        return _Change(value, R + 1j * X + near, np.stack([left, lost * value]), unknowns, tuple(notes))
+
+    def _together(self, parts: Sequence[PlacedPlate], plates: Sequence[_Divided], frequency: float) -> list[Complex]:
+        """Delta Z of several plates on all divisions; with ferrite, last, as far off as its estimated error."""
+        ferrite, answering = any(len(plate.divisions) < DIVISIONS for plate in plates), []
+        for part, plate in zip(parts, plates, strict=True):
+            found = plate.divisions
+            if len(found) < DIVISIONS:
+                found = (found[0],) * DIVISIONS + found[1:]
+            elif ferrite:
+                found = (*found, found[0])
+            answering.append(SpacePlate(found, part.turns, part.places))
+        target = answering.pop(0) if self.sensor.target is not None else None
+        values = coupled_reactions(self.sensor.coils, self.windings, target, answering, frequency)
+        return [(Z + np.swapaxes(Z, 1, 2)) / 2 for Z in values]
 
 
 def sheets(
@@ -300,29 +297,23 @@ def _divided(
     if sources is not None and susceptibility != 0.0:
         cores = prepared_core(plate, susceptibility, rung, clearance, sources)
         note = f"ferrite, mu_r = {plate.metal.relative_permeability:g}: {cores[0].sheets} boxes through the thickness"
-        return _Divided(cores, clearance, Uncertainty(), (note,))
-    fine, coarse = prepared(plate, outline, rung, (clearance, top, _reach(sensor, place) + 2 * apart, length), sources)
-    depth, lost = skin_depth(asked, plate.metal.conductivity), unseen(fine.box) if alone else 0.0
-    thin = depth > plate.thickness
-    first = rung.skin * skin_depth(top, plate.metal.conductivity) / (1.0 + math.sqrt(rung.growth))
-    trust = Uncertainty(1.0 / 3.0 if thin else 1.0, lost, 0.0 if thin else (first / depth) ** 2 / 12)
-    return _Divided((fine, coarse), clearance, trust, _notes(plate.thickness / depth, fine.sheets, lost))
+        return _Divided(cores, 0.0, clearance, 0.0, (note,))
+    scale = clearance, top, _reach(sensor, place) + 2 * apart, length
+    divisions = prepared(plate, outline, rung, scale, sources)
+    thickness = plate.thickness / skin_depth(asked, plate.metal.conductivity)
+    lost = unseen(divisions[0].box) if alone else 0.0
+    return _Divided(divisions, thickness, clearance, lost, _notes(thickness, divisions[-1].sheets, lost))
 
 
-def _extrapolated(fine: Complex, coarse: Complex, plates: Sequence[Uncertainty]) -> tuple[Complex, Complex, Complex]:
-    """Delta Z from two divisions, its error by the worst of the plates, and its parts, as of `_Change`."""
-    trust, missed = max(own.trust for own in plates), max(own.unseen for own in plates)
-    skin = max(own.skin for own in plates)
-    change, step = (4 * fine - coarse) / 3, trust * (fine - coarse) / 3
-    error_X = largest(step.imag) + missed * largest(change.imag)
-    error_R = largest(step.real) + (missed + skin) * largest(change.real)
-    return change, error_R + 1j * error_X, np.stack([step, missed * change])
+def _shared(error: Array) -> Array:
+    """Errors of matrices' entries, none better than a share of the worst."""
+    return np.asarray(np.maximum(error, _SHARE * largest(error)))
 
 
 def _lowered(
     sensor: Sensor, windings: str, part: PlacedPlate, plate: _Divided, frequency: float
-) -> tuple[Complex, Complex, Complex]:
-    """Delta Z of a plate closer than it is divided for, on both divisions, and what carrying it down may be off by."""
+) -> tuple[list[Complex], Complex]:
+    """Delta Z of a plate closer than it is divided for, on all divisions, and what carrying it down may be off by."""
     gap, up = lowest_points(part.plate, part.outline, part.turns, part.places), FACTORS * plate.lowest
     lift = (up - gap[:, None])[..., None] * (0.0, 0.0, 1.0)
     poses = np.repeat(part.turns, up.size, axis=0), (part.places[:, None] + lift).reshape(-1, 3)
@@ -333,7 +324,7 @@ def _lowered(
     above = np.stack([averaged(plane, heights, height - gap) for height in up], axis=1)
     infinite = above, averaged(plane, heights, 0.0 * gap)
     results = [carried_down(Z.reshape(above.shape), infinite, gap, plate.lowest) for Z in found]
-    return results[0][0], results[1][0], results[0][1]
+    return [Z for Z, _ in results], results[0][1]
 
 
 def _reach(sensor: Sensor, middle: tuple[float, float]) -> float:

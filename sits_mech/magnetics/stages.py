@@ -50,10 +50,13 @@ def clearance_of(step: int, anchor: float) -> float:
     return float(anchor * 2.0 ** (step - _NEAR))
 
 
-def tops(frequency: float) -> list[tuple[float, float]]:
-    """Return the frequencies that are prepared for [Hz], and their shares; those of no share are left out."""
+def tops(frequency: float, *, lowest: float = -math.inf) -> list[tuple[float, float]]:
+    """Return the frequencies that are prepared for [Hz], and their shares; those of no share are left out.
+
+    `lowest` is the least m of those that a model prepares: the preparation for that frequency answers all below it.
+    """
     y = math.log10(frequency / _FREQUENCY)
-    step = math.ceil(y)
+    step = int(max(math.ceil(y), lowest))
     share = float(_rise(np.array((step - y) / _UP)))
     found = ((_FREQUENCY * 10.0**step, share), (_FREQUENCY * 10.0 ** (step + 1), 1.0 - share))
     return [(top, own) for top, own in found if own > 0.0]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.magnetics.modes import eddy_modes
+from sits_mech.magnetics.modes import Modes, eddy_modes, few_modes
 
 
 @pytest.mark.parametrize("isolated", [False, True])
@@ -20,3 +20,35 @@ def test_modes_solve_the_circuit_at_any_frequency(isolated):
             y = np.linalg.solve(Z, q)
             solved = solved - np.outer(y, (q @ solved) / (q @ y))
         np.testing.assert_allclose(modes.admittance(omega), omega**2 * B @ solved, atol=1e-10 * max(omega**2, 1))
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_few_modes_answer_as_all(turned):
+    """Time constants over six decades; promised 1e-3 of what is largest, up to the highest frequency."""
+    rng = np.random.default_rng(3)
+    n, weight = 240, 2.0
+    Q = np.linalg.qr(rng.normal(size=(n, n)) + (1j * rng.normal(size=(n, n)) if turned else 0.0))[0]
+    L, B = (Q * np.geomspace(1e-5, 10.0, n)) @ Q.conj().T, rng.normal(size=(4, n)) @ Q.conj().T
+    few = few_modes(L, np.eye(n, dtype=Q.dtype), B, 2.25, weight=weight if turned else 1.0)
+    assert few.tau.size < n
+    for omega in (1e-3, 0.1, 1.0):
+        solved = B @ np.linalg.solve(np.eye(n) + 1j * omega * L, B.conj().T)
+        exact = omega**2 * ((solved + solved.T) / 2 * weight if turned else solved)
+        np.testing.assert_allclose(few.admittance(omega), exact, rtol=0.0, atol=1e-3 * np.abs(exact).max())
+
+
+def test_beyond_the_highest_frequency_resistance_goes_like_the_skin_depth():
+    """R / omega = c d + e d^2 and L = l + m d, d the skin depth: exactly gone on with, without a step."""
+    c, e, m = 0.7, 0.1, 0.3
+
+    def exact(omega):
+        d = omega**-0.5
+        return omega * np.array([[c * d + e * d**2 - 1j * (1.0 - m * d)]])
+
+    class Plate(Modes):
+        def admittance(self, omega):
+            return exact(omega) if omega <= 1.0 else super().admittance(omega)
+
+    for at in (1.001, 4.0, 1e4):
+        found = Plate(np.zeros(0), np.zeros((1, 0)), highest=1.0).admittance(at)
+        np.testing.assert_allclose(found, exact(at), rtol=1e-12)

@@ -106,8 +106,8 @@ def test_square_outline_as_rectangle() -> None:
     sensor = load_sensor("biorob2018")
     free, tensor = (sheets(sensor, 1e-1, outline=o).impedance(Pose(0.0, 2e-3), 5e3) for o in (SQUARE, None))
     change = np.abs(free.L - tensor.L)[0, 0]
-    assert change < 5e-2 * abs(tensor.L - tensor.L0)[0, 0]
-    assert free.R[0, 0] == pytest.approx(tensor.R[0, 0], rel=2e-2, abs=0.0)
+    assert change < 8e-2 * abs(tensor.L - tensor.L0)[0, 0]
+    assert free.R[0, 0] == pytest.approx(tensor.R[0, 0], rel=4e-2, abs=0.0)
 
 
 @pytest.mark.slow

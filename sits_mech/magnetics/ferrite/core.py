@@ -99,9 +99,7 @@ class Core:
 def prepared_core(
     plate: Target, susceptibility: complex, rung: Rung, clearance: float, sources: Sources
 ) -> tuple[Core, Core]:
-    """Return a permeable plate's answer from three divisions, as two that differ like cells and their halves.
-
-    With the error e of the extrapolated S: ``S - e`` and ``S - 4 e``.
+    """Return a permeable plate's answer from three divisions: with S as extrapolated, and off by its estimated error.
 
     Parameters
     ----------
@@ -128,7 +126,7 @@ def prepared_core(
     best = third.response + 0.8 * (third.response - second.response)
     change = best - second.response - (second.response - first_level.response) / 3
     best, error = best + _NEXT[kind][0] * change, _NEXT[kind][1] * change
-    return replace(third, response=best - error), replace(third, response=best - 4 * error)
+    return replace(third, response=best), replace(third, response=best - error)
 
 
 def prepare_core(

@@ -188,12 +188,8 @@ def _of_order(plate: Sheeted, needed: tuple[int, ...]) -> tuple[Nodes, list[tupl
 @lru_cache(maxsize=8)
 def _responses(plate: Sheeted, omega: float) -> tuple[Array, ...]:
     """Real and imaginary part of each class's Y, shape (r, 2, r)."""
-    found = []
-    for part in plate.classes:
-        turn = omega * part.tau
-        weights = omega**2 / (1.0 + turn**2) * np.stack([np.ones_like(turn), -turn])
-        found.append(np.stack([(part.coupling * weight) @ part.coupling.T for weight in weights], axis=1))
-    return tuple(found)
+    answers = (part.admittance(omega) for part in plate.classes)
+    return tuple(np.stack([Y.real, Y.imag], axis=1) for Y in answers)
 
 
 def _reaction(plate: Sheeted, drive: Array, levels: Integers, omega: float) -> Complex:

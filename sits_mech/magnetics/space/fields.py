@@ -91,8 +91,8 @@ class Box:
 
     @property
     def sizes(self) -> list[list[int]]:
-        """Numbers of polynomials to choose from along each axis; the last is its order."""
-        return [[size for size in _SIZES if size < n] + [n] for n in self.order]
+        """Numbers of polynomials to choose from along each axis; the last is its order, alone in z."""
+        return [*([size for size in _SIZES if size < n] + [n] for n in self.order[:2]), [self.order[2]]]
 
     def points(self, order: Sequence[int] | None = None) -> Array:
         """Return the Chebyshev points of some orders (z fastest) from the bottom face's centre, shape (q, 3) [m]."""
@@ -172,3 +172,53 @@ def decay_scale(box: Box) -> Array:
     logs = [-np.log(rho) * np.arange(n) for rho, n in zip(box.decay, box.order, strict=True)]
     total = logs[0][:, None, None] + logs[1][:, None] + logs[2]
     return np.tile(np.exp(total).ravel(), 3)
+
+
+def gradients(box: Box, scale: Array) -> list[tuple[Integers, Array]]:
+    """Return which coefficients the gradients of the box's polynomials have, and orthonormal ones of them, by parity.
+
+    Parameters
+    ----------
+    box : Box
+    scale : ndarray
+        Sizes of the coefficients, three components, flat: orthonormal are coefficients over these.
+    """
+    slopes = [np.polynomial.chebyshev.chebder(np.eye(n), axis=0) / h for n, h in zip(box.order, box.half, strict=True)]
+    slopes = [np.vstack([D, np.zeros((1, len(D[0])))]) if len(D) < len(D[0]) else D for D in slopes]
+    number = np.arange(3 * np.prod(box.order)).reshape(3, *box.order)
+    found = []
+    for parity in np.ndindex(2, 2, 2):
+        own = [np.arange(p, n, 2) for p, n in zip(parity, box.order, strict=True)]
+        rows, parts = [], []
+        for k, (D, n) in enumerate(zip(slopes, box.order, strict=True)):
+            flipped = np.arange(1 - parity[k], n, 2)
+            factors = [D[np.ix_(flipped, some)] if i == k else np.eye(some.size) for i, some in enumerate(own)]
+            parts.append(np.kron(np.kron(factors[0], factors[1]), factors[2]))
+            rows.append(number[k][np.ix_(*(flipped if i == k else some for i, some in enumerate(own)))].ravel())
+        index = np.concatenate(rows)
+        G = np.vstack(parts) / scale[index, None]
+        length = np.linalg.norm(G, axis=0)
+        found.append((index, np.linalg.qr(G[:, length > 0.0] / length[length > 0.0])[0]))
+    return found
+
+
+def without_gradients(box: Box, scale: Array, rows: Integers, seen: Array) -> Array:
+    """Return what some coefficients drive, less what gradients among them do, which should drive nothing.
+
+    Parameters
+    ----------
+    box, scale
+        As in `gradients`.
+    rows : ndarray of int, shape (n,)
+        Which of the three components' coefficients, ascending.
+    seen : ndarray, shape (n, m)
+        What each drives, of its size.
+    """
+    seen = seen.copy()
+    for index, Q in gradients(box, scale):
+        at = np.searchsorted(rows, index)
+        known = at < rows.size
+        known[known] = rows[at[known]] == index[known]
+        if known.all():
+            seen[at] -= Q @ (Q.T @ seen[at])
+    return seen

@@ -15,6 +15,9 @@ combinations the plate can see are kept (`Sheeted.bases`), and a pose pays for t
 
     Delta Z_cd = omega^2 sum_k a_ck a_dk / (1 + j omega tau_k),   a_c = coupling^T basis^T (coefficients).
 
+A gradient drives no current; in cells with uniform current it drives one of the order of the cells' error, another on
+each division. Combinations of fields are kept without their gradients, so that divisions are levels of one family.
+
 Both skin regimes are one: sheets and cells are graded to faces and rim below the skin depth, and grow to the plate's
 size away from them. Neglected: displacement current; cells carry uniform current (error of second order).
 """
@@ -22,7 +25,7 @@ size away from them. Neglected: displacement current; cells carry uniform curren
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -30,15 +33,14 @@ from scipy.constants import mu_0
 from scipy.linalg import cholesky, eigh, solve_triangular
 
 from sits_mech.geometry.sheet_plan import Integers, Plan, plan_seams
-from sits_mech.magnetics.modes import Modes
-from sits_mech.magnetics.space.fields import Box, decay_scale, field_means, to_coefficients
+from sits_mech.magnetics.modes import Modes, few_modes
+from sits_mech.magnetics.space.fields import Box, decay_scale, field_means, to_coefficients, without_gradients
 from sits_mech.magnetics.space.loops import Loops, class_loops
 from sits_mech.magnetics.space.prisms import Prisms, box_means, prism_means
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Array, Complex
 
-_LARGE = 800  # unknowns of a class from which on its modes are found in single precision
-_KEEP = 5e-5  # weaker combinations of fields are left out: their energy, to the strongest, is the square
+_KEEP = 1e-5  # weaker combinations of fields are left out: their energy, to the strongest, is the square
 _ROUNDING = 1e-12  # a field whose means are smaller, to the largest, is of another symmetry than the class
 
 
@@ -87,6 +89,11 @@ class Sheeted:
     sources: int = 0
 
     @property
+    def resolved(self) -> Sheeted:
+        """The plate with its own modes at all frequencies."""
+        return replace(self, classes=tuple(replace(part, highest=np.inf) for part in self.classes))
+
+    @property
     def transform(self) -> Array:
         """All classes' combinations from the potential at the box's points, A_x first; shape (3 q, sum of r).
 
@@ -107,7 +114,7 @@ class Sheeted:
 
 
 def prepare_sheets(
-    divisions: Sequence[tuple[Plan, Array]], conductivity: float, box: Box, *, depth: float = 0.0,
+    divisions: Sequence[tuple[Plan, Array]], conductivity: float, box: Box, *, highest: float, depth: float = 0.0,
     sources: Sources | None = None,
 ) -> tuple[Sheeted, ...]:  # fmt: skip
     """Find a plate's modes on several divisions.
@@ -120,6 +127,8 @@ def prepare_sheets(
     conductivity : float
         [S/m].
     box : Box
+    highest : float
+        Frequency up to which the modes answer [Hz].
     depth : float
         How far from the rim current may pass between sheets [m].
     sources : Sources or None
@@ -127,8 +136,11 @@ def prepare_sheets(
     """
     bases: dict[tuple[int, int], Basis] = {}
     found: list[tuple[dict[tuple[int, int], Modes], int, int]] = []
-    for plan, levels in divisions:
-        found.append((*_modes(plan, levels, conductivity, (box, depth, sources), bases), 2 * (levels.size - 1)))
+    metal = conductivity, 2 * np.pi * highest
+    for k, (plan, levels) in enumerate(divisions):
+        same = [i for i, (other, z) in enumerate(divisions[:k]) if other is plan and np.array_equal(z, levels)]
+        once = found[same[0]][:2] if same else _modes(plan, levels, metal, (box, depth, sources), bases)
+        found.append((*once, 2 * (levels.size - 1)))
     count = 0 if sources is None else len(sources.coils)
     if not bases:
         raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")
@@ -141,10 +153,13 @@ def prepare_sheets(
 
 
 def _modes(
-    plan: Plan, levels: Array, conductivity: float, reach: tuple[Box, float, Sources | None],
+    plan: Plan, levels: Array, metal: tuple[float, float], reach: tuple[Box, float, Sources | None],
     bases: dict[tuple[int, int], Basis],
 ) -> tuple[dict[tuple[int, int], Modes], int]:  # fmt: skip
-    """Classes of one division by order and mirror, and unknowns; the first division fills `bases`."""
+    """Classes of one division by order and mirror, and unknowns; the first division fills `bases`.
+
+    `metal` is its conductivity and the highest angular frequency.
+    """
     box, depth, sources = reach
     prisms = stacked(plan, levels)
     means = _kernel(plan, levels, prisms)
@@ -159,15 +174,16 @@ def _modes(
             if loops.unknowns == 0 or not (first or (order, mirror) in bases):
                 continue
             problem = _Problem(plan, loops, character, mirror, weight)
-            rows = None if first else bases[order, mirror].rows
-            tau, rows, seen = _solve_class(problem, (means, fields, driving), conductivity, rows)
-            seen, own = seen[: rows.size], seen[rows.size :]
-            if first:
+            basis = bases.get((order, mirror))
+            wanted = None if basis is None else basis.rows
+            L, R, rows, B = _scaled(problem, (means, fields, driving), metal[0], wanted)
+            B, own = B[: rows.size] * scale[rows, None], B[rows.size :]
+            if basis is None:
                 size = scale[rows, None]
-                bases[order, mirror] = _by_level(box, rows, _strongest(seen * size) / size)
-            basis = bases[order, mirror]
-            size, seen = scale[basis.rows, None], seen[np.searchsorted(rows, basis.rows)]
-            classes[order, mirror] = Modes(tau, np.vstack([(basis.fields * size).T @ (seen * size), own]))
+                driven = without_gradients(box, scale, rows, _resisted(R, B, weight))
+                basis = bases[order, mirror] = _by_level(box, rows, _strongest(driven) / size)
+            combined = (basis.fields * scale[basis.rows, None]).T @ B[np.searchsorted(rows, basis.rows)]
+            classes[order, mirror] = few_modes(L, R, np.vstack([combined, own]), metal[1], weight=weight)
             unknowns += loops.unknowns * int(weight)
     return classes, unknowns
 
@@ -220,10 +236,10 @@ def _image(prisms: Prisms, g: Array, mirror: int) -> Prisms:
     return Prisms(corners, -prisms.high, -prisms.low)
 
 
-def _solve_class(
+def _scaled(
     problem: _Problem, images: tuple[Array, Array, Array | None], conductivity: float, rows: Integers | None
-) -> tuple[Array, Integers, Array]:
-    """Time constants of one class, and what its modes see of some coefficients: of those given, or of all it sees.
+) -> tuple[Complex, Complex, Integers, Complex]:
+    """L and R of one class on unknowns of like resistance, and fluxes B of some coefficients: all it sees if None.
 
     The plate's own coils, if it has them, follow the coefficients.
     """
@@ -232,41 +248,28 @@ def _solve_class(
     if images[2] is not None:
         B = np.vstack([B, _driven(problem, images[2])])
     unit = 1.0 / np.sqrt(np.real(np.diag(R)))
-    tau, seen = _felt_modes(L * unit[:, None] * unit, R * unit[:, None] * unit, B * unit)
+    return L * unit[:, None] * unit, R * unit[:, None] * unit, rows, B * unit
+
+
+def _resisted(R: Complex, B: Complex, weight: float) -> Array:
+    """Rows of B R^-1/2: what fields drive where nothing but resistance stops the currents."""
+    seen = solve_triangular(cholesky(R, lower=True), B.conj().T, lower=True).conj().T
     if np.iscomplexobj(seen):
-        seen = np.hstack([seen.real, seen.imag]) * np.sqrt(problem.weight)
-        tau = np.tile(tau, 2)
-    return np.maximum(tau, 0.0), rows, np.asarray(seen.real)
-
-
-def _felt_modes(L: Complex, R: Complex, B: Complex) -> tuple[Array, Complex]:
-    """Time constants of R-orthonormal modes and what these see of the fields; many in single precision.
-
-    That is uncertain by 1e-6 of the slowest time constant: below 1e-3 of a reaction in the decade that is prepared.
-    """
-    if len(R) < _LARGE:
-        tau, V = eigh(L, R, overwrite_a=True, overwrite_b=True)
-        return np.asarray(tau, dtype=float), np.asarray(B @ V)
-    C = cholesky(R, lower=True, overwrite_a=True, check_finite=False)
-    half = solve_triangular(C, L, lower=True, check_finite=False).conj().T
-    both = solve_triangular(C, half, lower=True, check_finite=False)
-    single = np.complex64 if np.iscomplexobj(both) else np.float32
-    tau, U = eigh(both.astype(single), overwrite_a=True, check_finite=False, driver="evd")
-    coupled = solve_triangular(C, B.conj().T, lower=True, check_finite=False).conj().T.astype(single) @ U
-    return np.asarray(tau, dtype=float), np.asarray(coupled, dtype=both.dtype)
+        seen = np.hstack([seen.real, seen.imag]) * np.sqrt(weight)
+    return np.asarray(seen.real)
 
 
 def _strongest(seen: Array) -> Array:
-    """Few orthonormal combinations of fields in which the modes see nearly all, from `seen` (fields, modes)."""
+    """Few orthonormal combinations of fields in which currents see nearly all, from `seen` (fields, currents)."""
     size = np.linalg.norm(seen, axis=1)
     rows = np.flatnonzero(size > _KEEP * 1e-2 * size.max())
     coupled = seen[rows]
-    few_modes = coupled.shape[1] < coupled.shape[0]
-    values, vectors = eigh(coupled.T @ coupled if few_modes else coupled @ coupled.T)
+    few = coupled.shape[1] < coupled.shape[0]
+    values, vectors = eigh(coupled.T @ coupled if few else coupled @ coupled.T)
     keep = values > _KEEP**2 * values[-1]
     vectors = vectors[:, keep]
     basis = np.zeros((seen.shape[0], vectors.shape[1]))
-    basis[rows] = coupled @ (vectors / np.sqrt(values[keep])) if few_modes else vectors
+    basis[rows] = coupled @ (vectors / np.sqrt(values[keep])) if few else vectors
     return basis
 
 

@@ -34,6 +34,7 @@ from sits_mech.scene.outlines import signed_area
 FAR = 6.0  # boxes: centres this many largest sides apart are far
 _NEAR_PRISMS, _FAR_PRISMS = 1.2, 2.5  # where prisms stop being near, and start being far, in largest diameters
 _PAIRS = 1_000_000  # held at once
+_LOST = 1e10  # r^6 over the product of both volumes from which on differences in double precision lose 1e-6
 
 
 @dataclass(frozen=True)
@@ -69,8 +70,9 @@ def box_means(x: Array, y: Array, z: Array) -> Array:
     axes = (x, y, z)
     scale = max(axis[-1] for axis in axes)
     tables = [_distances(axis / scale) for axis in axes]
-    F = _differences(_hoer_love(*np.ix_(*(table[0] for table in tables))), 0, tables[0][1])
     pairs = [_Pairs.of(axis) for axis in axes]
+    whole_F = _near_table(tables, [pair.scaled(1.0 / scale) for pair in pairs])
+    F = _differences(whole_F, 0, tables[0][1])
     n = [axis.size - 1 for axis in axes]
     result = np.empty((2, 2, 2, *n, *n))
     for i, slab in enumerate(F):  # the whole in quadruple storage would rule the memory
@@ -102,6 +104,39 @@ class _Pairs:
     def row(self, i: int) -> _Pairs:
         """Those of one first cell."""
         return _Pairs(self.first[i], self.second[i], self.distance[i])
+
+    def scaled(self, factor: float) -> _Pairs:
+        """All lengths times a factor."""
+        return _Pairs(self.first * factor, self.second * factor, self.distance * factor)
+
+    def least(self, index: Any, count: int) -> tuple[Array, Array, Array]:
+        """For each distance of nodes, the least that its pairs have of d^2, of d^2 - (FAR side)^2 and of s s'."""
+        square = self.distance**2
+        near = square - (FAR * np.maximum(self.first, self.second)) ** 2
+        found = np.full((3, count), np.inf)
+        for nodes in (index[:-1, :-1], index[1:, :-1], index[:-1, 1:], index[1:, 1:]):
+            for row, values in zip(found, (square, near, self.first * self.second), strict=True):
+                np.minimum.at(row, nodes, values)
+        return found[0], found[1], found[2]
+
+
+def _near_table(tables: Sequence[tuple[Any, Any]], pairs: Sequence[_Pairs]) -> Any:
+    """F at all distances that near boxes have, zero elsewhere; quadruple where the differences would lose too much."""
+    values = [table[0] for table in tables]
+    squares, nears, sides = zip(
+        *(pair.least(index, value.size) for pair, (value, index) in zip(pairs, tables, strict=True)), strict=True
+    )
+    x, y, z = np.ix_(*squares)
+    a, b, c = np.ix_(*nears)
+    near = (a + y + z <= 0.0) | (x + b + z <= 0.0) | (x + y + c <= 0.0)
+    x, y, z = np.ix_(*(value.astype(float) for value in values))
+    a, b, c = np.ix_(*sides)
+    fine = near & ((x**2 + y**2 + z**2) ** 3 > _LOST * a * b * c)
+    F = np.zeros(near.shape, dtype=np.longdouble)
+    for some, kind in ((near & ~fine, float), (fine, np.longdouble)):
+        at = np.nonzero(some)
+        F[some] = _hoer_love(*(value.astype(kind)[i] for value, i in zip(values, at, strict=True)))
+    return F
 
 
 def _differences(F: Any, axis: int, index: Any) -> Any:

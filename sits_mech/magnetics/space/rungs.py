@@ -8,11 +8,13 @@ squared; below the `carried` clearance they would be too many (`near` goes on fr
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 
+from sits_mech.extrapolation import added
 from sits_mech.geometry.outline import Outline, outline_plan, target_outline
 from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan, graded_axis, rectangle_plan
 from sits_mech.geometry.tracks import standing_rings
@@ -22,46 +24,52 @@ from sits_mech.magnetics.space.fields import Box
 from sits_mech.magnetics.space.modes import Sheeted, prepare_sheets
 from sits_mech.magnetics.space.near import wave_numbers
 from sits_mech.magnetics.space.sources import Sources
+from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil, Target
 
 
 @dataclass(frozen=True)
 class Rung:
-    """How fine the coarser of the two divisions is.
+    """How fine the divisions are.
 
     Attributes
     ----------
-    skin : float
-        First cell and sheet at the surface over the skin depth.
-    growth : float
-        Ratio of neighbouring cells.
-    along : float
-        Largest cell over the length on which the coils' field changes (`field_length`).
-    across : float
-        Largest cell over the plate's half width.
+    along, across : tuple of int
+        Levels of the cells along the plate and of its sheets, the coarsest first.
     terms : float
         Digits (natural logarithm) the coils' field keeps.
     """
 
-    skin: float
-    growth: float
-    along: float
-    across: float
+    along: tuple[int, int, int]
+    across: tuple[int, int, int]
     terms: float
 
 
-# Asked error of the change of inductance -> division of the plate; measured in studies/benchmark_sheets.py.
+# Asked error of the changes of inductance and resistance -> division; measured in studies/benchmark_sheets.py.
 LADDER = (
-    (1e-2, Rung(skin=2.5, growth=4.0, along=0.8, across=0.4, terms=7.0)),
-    (5e-3, Rung(skin=2.0, growth=4.0, along=0.6, across=0.33, terms=8.0)),
-    (2e-3, Rung(skin=1.6, growth=3.4, along=0.41, across=0.25, terms=9.0)),
-    (1e-3, Rung(skin=1.5, growth=2.9, along=0.34, across=0.2, terms=10.0)),
+    (1e-2, Rung(along=(3, 4, 5), across=(2, 3, 4), terms=7.0)),
+    (5e-3, Rung(along=(3, 4, 5), across=(3, 4, 5), terms=8.0)),
+    (2e-3, Rung(along=(4, 5, 6), across=(3, 4, 5), terms=9.0)),
+    (1e-3, Rung(along=(4, 5, 6), across=(4, 5, 6), terms=10.0)),
 )
-_FINEST = 0.16  # smallest the largest cell may get, over the half width
+DIVISIONS = 5  # of a plate: levels along and across, one of them twice
+_ALONG = Grading(first=1.3, growth=1.9, largest=0.5)  # first over the skin depth, largest over `field_length`
+_ACROSS = Grading(first=0.58, growth=1.35, largest=np.inf)  # sheets over the skin depth
+_LEVELS = 5.5, 4.0  # of cells of these sizes, along and across
+_WIDEST, _FINEST = 0.4, 0.1  # largest cell over the plate's half width, at most and at least
+_SINGLE = 0.3  # half thickness over the skin depth up to which one sheet a half carries the current
+_DEEPEST, _NARROWEST = 0.13, 0.006  # least skin depth that is resolved, over the half thickness and half width
+_THICK = 5.0  # half thickness over the skin depth from which on higher frequencies follow from lower ones
+_STEM = 4  # level along on which the sheets are refined
+_VERTICAL = 3.0  # half thicknesses from the rim up to which current passes between sheets
+_ORDER, _FASTER = 2.0, 6.0  # of the error in the size of cells; how much higher at a rim where current crowds
+_CROWDED = 2.3  # thickness over the skin depth where it begins to
+_TRIANGLES = (3, 3, 6)  # levels of divisions that follow no smooth map
+_TRUST = 1.0, 0.4  # errors of R and of Delta L over what `extrapolation` says, as measured
+_REDUCED = 1e-3, 3e-4  # of R and of omega Delta L: what few modes and fields, and means of prisms, leave
 _MOST = 2000  # polynomials in all; what a wide plate close to the coils misses is in its estimated error
 _UNSEEN = 1e-3  # share of the field that may be missed
-_APART = 2.0  # digits more (natural logarithm) for coils that need fewer polynomials
-_RESISTIVE = 0.8  # where the current fills the thickness, cells are smaller by this
+_APART = 4.0  # digits more (natural logarithm) for coils that need fewer polynomials
 
 
 @lru_cache(maxsize=32)
@@ -69,7 +77,7 @@ def prepared(
     target: Target, outline: Outline | None, rung: Rung, scale: tuple[float, float, float, float],
     sources: Sources | None = None,
 ) -> tuple[Sheeted, ...]:  # fmt: skip
-    """Return the target on a fine and a coarse division, prepared for a range of clearance and frequency.
+    """Return the target on some divisions, the finest first, prepared for a range of clearance and frequency.
 
     `scale` has the clearance from which on it holds [m], the frequency up to which it does [Hz], how far from the
     target's middle the coils' currents call for small cells, and the length on which their field changes [m]. `sources`
@@ -77,18 +85,78 @@ def prepared(
     """
     clearance, depth = scale[0], skin_depth(scale[1], target.metal.conductivity)
     box = field_box(target, outline, clearance, rung)
-    half = box.half
-    width = min(float(half[:2].min()), scale[2])
-    largest = min(rung.along * scale[3], rung.across * width)
-    largest = max(largest, _FINEST * width) * (_RESISTIVE if 2 * depth > target.thickness else 1.0)
-    first = min(rung.skin * depth, largest)
-    divisions = []
-    for halvings in (1, 0):
-        grading = Grading(first, rung.growth, largest, halvings, scale[2])
-        levels = graded_axis(target.thickness / 2, grading, target.thickness / 2)
-        divisions.append((_plan(target, outline, grading, max(box.order[:2])), levels))
-    return prepare_sheets(divisions, target.metal.conductivity, box, depth=min(depth, target.thickness / 2),
-                          sources=sources)  # fmt: skip
+    half, width = target.thickness / 2, min(float(box.half[:2].min()), scale[2])
+    least = min(_DEEPEST * half, _NARROWEST * float(box.half[:2].min()))
+    highest, depth = scale[1] * min(1.0, depth / least) ** 2, max(depth, least)
+    largest = max(min(_ALONG.largest * scale[3], _WIDEST * width), _FINEST * width)
+    along = Grading(min(_ALONG.first * depth, largest), _ALONG.growth, largest, reach=scale[2])
+    plans = {m: _plan(target, outline, _level(along, m, _LEVELS[0]), max(box.order[:2])) for m in rung.along}
+    sheets = {m: _interfaces(half, depth, m) for m in rung.across}
+    metal, vertical = target.metal.conductivity, _VERTICAL * half
+    divisions = [(plans[m], sheets[k]) for m, k in _star(rung)]
+    found = prepare_sheets(divisions, metal, box, highest=highest, depth=vertical, sources=sources)
+    return found if half > _THICK * depth else tuple(plate.resolved for plate in found)
+
+
+def rung_for(tolerance: float, plates: Sequence[tuple[Target, Outline | None]]) -> Rung:
+    """Return the rung for an asked error of the changes of inductance and resistance.
+
+    Where no smooth map divides one of the plates' outlines, all have two levels along.
+    """
+    rung = next((rung for error, rung in LADDER if tolerance >= error), LADDER[-1][1])
+    smooth = all(outline is None and plate.shape in ("rectangle", "disc") for plate, outline in plates)
+    return rung if smooth else replace(rung, along=_TRIANGLES)
+
+
+def _stem(rung: Rung) -> int:
+    """Which of a rung's levels along the plate the sheets are refined on."""
+    return rung.along.index(_STEM) if _STEM in rung.along else 0
+
+
+def _star(rung: Rung) -> list[tuple[int, int]]:
+    """Levels along and across of a rung's divisions: all levels along with the fewest sheets, the finest first; then
+    all other numbers of sheets on one level along.
+    """
+    return [(m, rung.across[0]) for m in rung.along[::-1]] + [(rung.along[_stem(rung)], k) for k in rung.across[1:]]
+
+
+def limit(values: Sequence[Complex], rung: Rung, thickness: float) -> tuple[Complex, Complex]:
+    """Return what the answers of a rung's divisions tend to, real and imaginary part apart, and their errors.
+
+    Along a plate the error of R falls like the square of the cells where current fills the plate, and much faster where
+    it crowds at the rim.
+
+    Parameters
+    ----------
+    values : sequence of ndarray, shape (p, n, n)
+        Delta Z of each division; then of the first one, off by another error [ohm].
+    rung : Rung
+    thickness : float
+        Of the plate, over the skin depth.
+    """
+    along, stem, others = values[2::-1], values[2 - _stem(rung)], values[DIVISIONS:]
+    across, crowded = (stem, *values[3:DIVISIONS]), (thickness / _CROWDED) ** 6
+    results = []
+    orders = _ORDER + _FASTER * crowded / (1.0 + crowded), _ORDER
+    for part, order, trust in zip((np.real, np.imag), orders, _TRUST, strict=True):
+        x, error_x = added([part(Z) for Z in along], rung.along, order)
+        z, error_z = added([part(Z) for Z in across], rung.across, _ORDER)
+        error = trust * (error_x + error_z) + sum(np.abs(part(Z - values[0])) for Z in others)
+        results.append((part(along[-1] + across[-1] - stem) + x + z, error))
+    (R, error_R), (X, error_X) = results
+    return R + 1j * X, error_R + _REDUCED[0] * np.abs(R) + 1j * (error_X + _REDUCED[1] * np.abs(X))
+
+
+def _level(sizes: Grading, parts: int, nominal: float) -> Grading:
+    """A level of a family, from the sizes of its cells on a nominal level."""
+    return replace(sizes.coarser(nominal), parts=parts)
+
+
+def _interfaces(half: float, depth: float, parts: int) -> Array:
+    """Interfaces of the sheets of the upper half of a plate [m]."""
+    if half < _SINGLE * depth:
+        return np.array([0.0, half])
+    return graded_axis(half, _level(replace(_ACROSS, first=_ACROSS.first * depth), parts, _LEVELS[1]))
 
 
 def _plan(target: Target, outline: Outline | None, grading: Grading, orders: int) -> Plan:
@@ -112,7 +180,7 @@ def field_box(target: Target, outline: Outline | None, clearance: float, rung: R
     rim = target_outline(target, outline).rim
     half = np.array([*np.abs(rim).max(0) * (1.0 + 1e-3), target.thickness / 2])
     rates = [math.asinh((clearance + half[2]) / side) for side in half]
-    order = [math.ceil(rung.terms / (2 * rate)) + extra for rate, extra in zip(rates, (3, 3, 1), strict=True)]
+    order = [math.ceil(rung.terms / (2 * rate)) + extra for rate, extra in zip(rates, (3, 3, 2), strict=True)]
     short, long = (0, 1) if half[0] <= half[1] else (1, 0)
     order[short] = min(order[short], math.isqrt(_MOST // order[2]))
     order[long] = min(order[long], _MOST // (order[2] * order[short]))

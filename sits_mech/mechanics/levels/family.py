@@ -38,6 +38,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sits_mech.extrapolation import shown_order
 from sits_mech.mechanics.element.memory import memory_of_box
 from sits_mech.mechanics.element.prolongation import Prolongation
 from sits_mech.mechanics.element.target import bonded_displacement
@@ -183,7 +184,8 @@ def extrapolated(values: list[Array], sizes: tuple[float, ...], order: float, of
     if len(values) == 2:
         return _limit(ends[-1], np.nan, added[-1], np.zeros_like(added[-1]))
     apart, gone = ends[-1] - ends[-2], values[-1] - values[-2]
-    shown = shown_order(float(np.linalg.norm(values[-2] - values[-3])), float(np.linalg.norm(gone)), m[-3:])
+    ratio = np.linalg.norm(values[-2] - values[-3]) / max(float(np.linalg.norm(gone)), 1e-300)
+    shown = float(shown_order(float(ratio), m[-3:]))
     if shown < _SHOWN * order:
         return _limit(ends[-1], shown, apart, added[-1])
     left = _SAFE * apart / ((m[-1] / m[-3]) ** order - 1.0)
@@ -194,13 +196,6 @@ def extrapolated(values: list[Array], sizes: tuple[float, ...], order: float, of
 def _limit(value: Array, order: float, left: Array, unsure: Array, off: Array | float = 0.0) -> Limit:
     """A limit by the parts of its error, and what the last level may be off by besides."""
     return Limit(value, np.abs(left) + np.abs(unsure) + off, order, np.stack([left, unsure]))
-
-
-def shown_order(first: float, second: float, sizes: Array) -> float:
-    """Return the p for which two differences of three levels are as ``m_1^-p - m_2^-p`` to ``m_2^-p - m_3^-p``."""
-    orders = np.linspace(0.05, 8.0, 160)
-    a, b, c = sizes[:, None] ** -orders
-    return float(np.interp(first / max(second, 1e-300), (a - b) / (b - c), orders))
 
 
 def prolonged(levels: Levels, level: int, state: State, safe: Array | None = None) -> State | None:

@@ -1,39 +1,45 @@
-"""The modes of a plate: single precision against double, both divisions on one set of fields."""
+"""The modes of a plate: all divisions on one set of fields, which tells each what its own would."""
 
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
-from sits_mech.magnetics.sheets import _divided, sheets
-from sits_mech.magnetics.space import modes
-from sits_mech.magnetics.space.rungs import LADDER, prepared
-from sits_mech.quantities import Pose
+from sits_mech.magnetics.space.coupling import reactions
+from sits_mech.magnetics.space.rungs import LADDER, Rung, limit, prepared
 from sits_mech.scene.sensor import load_sensor
 
-
-@pytest.mark.slow
-def test_single_precision_changes_less_than_promised(monkeypatch: pytest.MonkeyPatch) -> None:
-    """At both ends of the decade that is prepared; promised below 1e-3."""
-    poses = Pose(np.array([0.0, 1e-3]), np.array([2e-3, 2.5e-3]), np.array([0.0, 0.1]))
-    found = []
-    for large in (10**9, 10):
-        prepared.cache_clear()
-        _divided.cache_clear()
-        monkeypatch.setattr(modes, "_LARGE", large)
-        model = sheets(load_sensor("biorob2018"), 2e-2)
-        found.append([model.impedance(poses, f) for f in (1.1e6, 1e7)])
-    prepared.cache_clear()
-    _divided.cache_clear()
-    for double, single in zip(*found, strict=True):
-        assert np.abs(single.L - double.L).max() < 1e-4 * np.abs(double.L - double.L0).max()
-        assert np.abs(single.R - double.R).max() < 1e-3 * np.abs(double.R).max()
-        assert np.abs(single.L - double.L).max() > 0.0
+SCALE = (1.5e-3, 2.5e7, 12e-3, 2e-3)
 
 
 def test_divisions_share_their_fields() -> None:
     target = load_sensor("biorob2018").target
     assert target is not None
-    fine, coarse = prepared(target, None, LADDER[0][1], (2.0**-9, 1e6, 12e-3, 2e-3))
+    fine, coarse = prepared(target, None, LADDER[0][1], (2.0**-9, 1e6, 12e-3, 2e-3))[:3:2]
     assert fine.bases == coarse.bases and fine.unknowns > 2 * coarse.unknowns
     assert [part.coupling.shape[0] for part in fine.classes] == [part.coupling.shape[0] for part in coarse.classes]
+
+
+def test_a_division_answers_alike_on_fields_of_its_own_and_of_a_finer_one() -> None:
+    """Fields are kept to 1e-5; with their gradients they would answer 1e-3 of Delta L apart."""
+    sensor = load_sensor("biorob2018")
+    assert sensor.target is not None
+    shared = prepared(sensor.target, None, Rung((3, 4, 5), (2, 2, 2), 8.0), SCALE)[1]
+    own = prepared(sensor.target, None, Rung((4, 4, 4), (2, 2, 2), 8.0), SCALE)[0]
+    pose = np.eye(3)[None], np.array([[0.0, 0.0, 2e-3]])
+    one, two = (reactions(sensor.coils, "rings", [plate], pose, 5e6)[0] for plate in (shared, own))
+    assert shared.unknowns == own.unknowns
+    np.testing.assert_allclose(one.imag, two.imag, rtol=0.0, atol=3e-5 * np.abs(two.imag).max())
+    np.testing.assert_allclose(one.real, two.real, rtol=0.0, atol=1e-3 * np.abs(two.real).max())
+
+
+def test_one_preparation_answers_all_frequencies() -> None:
+    """Prepared up to 25 MHz or up to 4 MHz: what few modes and other cells leave, at 1 MHz and at 10 kHz."""
+    sensor, rung = load_sensor("biorob2018"), LADDER[2][1]
+    assert sensor.target is not None
+    pose = np.eye(3)[None], np.array([[0.0, 0.0, 2e-3]])
+    wide, narrow = (prepared(sensor.target, None, rung, (1.5e-3, top, 12e-3, 2e-3)) for top in (2.5e7, 4e6))
+    for f, thick in ((1e6, 3.0), (1e4, 0.3)):
+        found = [reactions(sensor.coils, "rings", plates, pose, f) for plates in (wide, narrow)]
+        one, two = (limit(values, rung, thick)[0] for values in found)
+        assert abs(one - two).max() < 5e-3 * abs(two).max()
+        assert abs(one.real - two.real).max() < 1e-2 * abs(two.real).max()

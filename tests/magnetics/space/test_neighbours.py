@@ -115,7 +115,7 @@ def test_reciprocal_before_it_is_made_so_and_passive():
     scale = (2.0**-10, 1e7, 9 * MM, 1.5 * MM)
     coils = [None, *(Sources(sensor.coils, "rings", p.middle, p.windings) for p in plates[1:])]
     ready = [
-        SpacePlate(prepared(p.plate, None, LADDER[0][1], scale, seen)[1:], p.turns, p.places)
+        SpacePlate(prepared(p.plate, None, LADDER[0][1], scale, seen)[2:3], p.turns, p.places)
         for p, seen in zip(plates, coils, strict=True)
     ]
     (Z,) = coupled_reactions(sensor.coils, "rings", ready[0], ready[1:], 5e6)

@@ -68,15 +68,15 @@ def test_means_over_cells_and_their_images():
 
 
 def test_a_plate_at_rest_answers_as_one_that_could_move():
-    """Where polynomials carry the coils' field to 1e-5, both ways agree; the same cells."""
+    """Polynomials carry the coils' field to 1e-5; what gradients in it drive in the cells, 2e-3, one of them keeps."""
     box = Box(np.array([4.004, 3.003, 0.08]) * MM, (22, 18, 4), (1.5, 1.6, 20.0))
     far = Sources(COILS, "rings", (1 * MM, 0.5 * MM, 2.08 * MM), 2 * MM)
-    (plate,) = prepare_sheets([(PLAN, LEVELS)], COPPER, box, sources=far)
-    (moving,) = prepare_sheets([(PLAN, LEVELS)], COPPER, box)
+    (plate,) = prepare_sheets([(PLAN, LEVELS)], COPPER, box, highest=2.5e7, sources=far)
+    (moving,) = prepare_sheets([(PLAN, LEVELS)], COPPER, box, highest=2.5e7)
     place = np.array([[*far.place[:2], 2 * MM]])
     (exact,) = reactions(COILS, "rings", [moving], (np.eye(3)[None], place), 1e6)
     found = plate.admittance(2e6 * np.pi)[-2:, -2:]
-    np.testing.assert_allclose(found, exact[0], rtol=0, atol=1e-3 * np.abs(exact).max())
+    np.testing.assert_allclose(found, exact[0], rtol=0, atol=3e-3 * np.abs(exact).max())
 
 
 def test_what_polynomials_miss_is_what_they_change():
@@ -88,7 +88,7 @@ def test_what_polynomials_miss_is_what_they_change():
     answers, shares = [], []
     for order in (whole.order[0], 11):
         box = Box(whole.half, (order, order, whole.order[2]), whole.decay, whole.digits, whole.clearance)
-        (plate,) = prepare_sheets([(plan, np.array([0.0, 0.06, 0.1]) * MM)], COPPER, box)
+        (plate,) = prepare_sheets([(plan, np.array([0.0, 0.06, 0.1]) * MM)], COPPER, box, highest=2.5e7)
         answers.append(reactions(COILS, "rings", [plate], poses, 5e6)[0][0, 0, 0])
         shares.append(missed(COILS, "rings", box, poses))
     change = abs(answers[1].imag / answers[0].imag - 1)

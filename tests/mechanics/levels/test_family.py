@@ -5,10 +5,11 @@ from functools import cache
 import numpy as np
 import pytest
 
+from sits_mech.extrapolation import shown_order
 from sits_mech.mechanics.block import pad_family
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.element.target import bonded_displacement
-from sits_mech.mechanics.levels.family import Levels, _from_rest, extrapolated, prolonged, shown_order
+from sits_mech.mechanics.levels.family import Levels, _from_rest, extrapolated, prolonged
 from sits_mech.mechanics.linear import linear_pad
 from sits_mech.mechanics.pad.ladder import layer_family
 from sits_mech.mechanics.rest.body import State, rest
@@ -90,7 +91,7 @@ def test_what_the_last_value_may_be_off_by_is_in_the_error():
 @pytest.mark.parametrize("p", [0.5, 1.0, 2.0, 4.0])
 def test_order_of_three_levels(sizes, p):
     a, b, c = (m**-p for m in sizes)
-    assert shown_order(a - b, b - c, np.array(sizes)) == pytest.approx(p, abs=2e-3)
+    assert shown_order((a - b) / (b - c), sizes) == pytest.approx(p, abs=2e-3)
 
 
 def scene(size=15.0, *, disc=False):
@@ -185,7 +186,7 @@ def test_a_pad_shows_its_order_and_its_error_covers_the_truth():
     assert pad.levels.order == 2.0 and len(pad.compliances) >= 4
     each = np.array([np.diag(C) for C in pad.compliances])
     gone = np.linalg.norm(np.diff(each / each[-1], axis=0), axis=1)
-    assert shown_order(gone[-2], gone[-1], np.array(pad.levels.sizes[len(each) - 3 : len(each)])) == pytest.approx(
+    assert shown_order(gone[-2] / gone[-1], np.array(pad.levels.sizes[len(each) - 3 : len(each)])) == pytest.approx(
         2.0, abs=0.35
     )  # fmt: skip
     unit = np.diag(np.outer(pad.scales.loads[:3], 1.0 / pad.scales.lengths[:3]))

@@ -1,0 +1,50 @@
+"""Limits of sequences whose order, limit and faults are known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sits_mech.extrapolation import added, shown_order
+
+SIZES = (3.0, 4.0, 5.0)
+EXACT = np.array([[-3.0, 0.4], [0.4, -2.0]])
+FAULT = np.array([[1.0, -0.3], [-0.3, 0.5]])
+
+
+def levels(order: float, sizes: tuple[float, ...] = SIZES) -> list[np.ndarray]:
+    return [EXACT + FAULT * m**-order for m in sizes]
+
+
+@pytest.mark.parametrize("order", [1.0, 2.0, 3.3])
+def test_order_of_a_power(order: float) -> None:
+    a, b, c = (m**-order for m in SIZES)
+    assert shown_order((a - b) / (b - c), SIZES) == pytest.approx(order, abs=2e-3)
+
+
+@pytest.mark.parametrize("order", [2.0, 3.3, 6.0])
+def test_limit_of_a_power_is_exact(order: float) -> None:
+    values = levels(order)
+    more, error = added(values, SIZES, order)
+    np.testing.assert_allclose(values[-1] + more, EXACT, rtol=1e-12)
+    assert (0.0 < error).all() and (error < 0.3 * np.abs(more)).all()
+
+
+def test_two_levels_may_be_off_by_all_that_is_added() -> None:
+    values = levels(2.0, (2.0, 2.0, 4.0))
+    more, error = added(values, (2.0, 2.0, 4.0), 2.0)
+    np.testing.assert_allclose(values[-1] + more, EXACT, rtol=1e-14)
+    np.testing.assert_allclose(error, np.abs(more))
+
+
+@pytest.mark.parametrize("faults", [(-0.2, 0.1, -0.05), (0.3, 0.1, 0.06), (0.1, 0.06, 0.045)])
+def test_a_sequence_of_another_order_owns_to_it(faults: tuple[float, ...]) -> None:
+    """Within four times the estimate."""
+    values = [EXACT + FAULT * fault for fault in faults]
+    more, error = added(values, SIZES, 2.0)
+    assert (4.0 * error >= np.abs(values[-1] + more - EXACT)).all()
+
+
+def test_levels_that_are_one_lack_nothing() -> None:
+    more, error = added([EXACT] * 3, SIZES, 2.0)
+    assert not more.any() and not error.any()
