@@ -22,7 +22,8 @@ from scipy.spatial import cKDTree
 from sits_mech.quantities import Array, Complex
 
 Integers = NDArray[np.int_]
-_BEYOND = 0.4  # growth of cells per length beyond the reach
+BEYOND = 0.4
+"""Growth of cells per length beyond the reach."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,10 @@ class Grading:
     largest: float
     halvings: int = 0
     reach: float = np.inf
+
+    def size(self, away: Array) -> Array:
+        """Return the size that cells must not exceed some way from the middle [m]."""
+        return np.asarray(self.largest + BEYOND * np.maximum(0.0, away - self.reach))
 
 
 @dataclass(frozen=True)
@@ -127,7 +132,7 @@ def graded_axis(length: float, grading: Grading, largest: float) -> Array:
     first = min(grading.first, largest)
     steps = [0.0]
     while (left := length - steps[-1]) > 1.6 * first:
-        inner = largest + _BEYOND * max(0.0, steps[-1] - grading.reach)
+        inner = largest + BEYOND * max(0.0, steps[-1] - grading.reach)
         steps.append(steps[-1] + min(inner, left - max((left - first) / grading.growth, 0.8 * first)))
     nodes = np.array([*steps, length])
     for _ in range(grading.halvings):

@@ -89,8 +89,18 @@ def check_parts(
 def _conductor(part: Conductor) -> Prism:
     """Return a fixed plate."""
     x, y, z = part.centre
-    half = 0.5 * part.thickness
-    return Prism(f"conductors.{part.name}", (x, y), part.extent, z - half, z + half, part.diameter is not None)
+    half, loops = 0.5 * part.thickness, () if part.points is None else (part.points, *part.holes)
+    name, is_round = f"conductors.{part.name}", part.diameter is not None
+    return Prism(name, (x, y), part.extent, z - half, z + half, is_round, loops)
+
+
+def from_windings(part: Conductor, coils: Sequence[Coil]) -> float:
+    """Return the distance of a fixed plate from flat coils, at most [m]: theirs from its metal, holes left out."""
+    plate, nearest = _conductor(part), math.inf
+    for piece in (piece for coil in coils for piece in _layers(coil)):
+        up = max(piece.bottom - plate.top, plate.bottom - piece.top, 0.0)
+        nearest = min(nearest, math.hypot(up, max(gap_beside(plate, piece), 0.0)))
+    return nearest
 
 
 def _coil(coil: Coil, substrate_radius: float | None) -> list[Prism]:
