@@ -1,15 +1,21 @@
 """Which pours can a scene hold? Plates parallel to the coils, clear of them and of each other; the rest is told.
 
-A pour is a rectangle or a disc where it fills 98 % of its bounding box or of the circle in a square one, which is what
-the rounded corners of a fill leave. Of others the box is taken, and how much of it is copper is told: notches, slots
-and holes are lost. What would then touch a coil or a larger plate is left out, and so are islands below 1 % of the area
-of the coils' box: what a small plate takes of an inductance goes with the 3/2 power of that, 0.1 % at most.
+A pour without holes is a rectangle or a disc where it fills 98 % of one and no corner of its rim is further than the
+tolerance from that, which is what the rounded corners of a fill leave. Others keep their outlines with slots and holes,
+in fewer corners: none of those left out was further than the tolerance from the edge that stands for it (Douglas and
+Peucker). The tolerance is 1 % of the coils' size, the root of their box's area, and less where edges would cross. Left
+out are holes less across, and islands of less area, than a disc of 1 % of that box: what a small plate takes of an
+inductance, or a small hole gives back, goes with the 3/2 power of that, 0.1 % at most. What would touch a coil, and
+what lies in the box of a larger plate of its layer, which no model holds, is left out and told.
+
+Source: D. H. Douglas and T. K. Peucker, Cartographica 10 (1973) 112.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,14 +24,27 @@ from sits_mech.boards.pours import Pour
 from sits_mech.boards.stackup import Layer
 from sits_mech.quantities import Array
 from sits_mech.scene.apart import check_parts
+from sits_mech.scene.outlines import first_crossing, signed_area
 from sits_mech.scene.parts import Conductor
 from sits_mech.scene.sensor import Sensor
 from sits_mech.units import SceneError
 
-_SMALL = 0.01  # of the coils' box, an island's area
+_SMALL = 0.01  # of the square of the coils' size, an island's area
+_FINE = 0.01  # of the coils' size
 _FULL = 0.98  # of a shape that a fill with rounded corners stands for
+_HALVINGS = 5  # of the tolerance, where rims would cross
 _DIGITS = 10  # of lengths: a tenth of the board's own step
 Tables = list[dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """Where pours go: heights of the layers, the scene's origin on the board (2,), its z = 0, the coils' size [m]."""
+
+    stack: Mapping[str, Layer]
+    origin: Array
+    top: float
+    size: float
 
 
 def plates(
@@ -45,30 +64,29 @@ def plates(
     top : float
         z = 0 of the scene, in the board's heights [m].
     """
+    frame = _Frame(stack, origin, top, math.sqrt(_box(sensor)))
+    least = _SMALL * frame.size**2
     found: Tables = []
     kept: list[Conductor] = []
     notes = []
-    least = _SMALL * _box(sensor)
     small = [pour.area for pour in poured if pour.area < least]
     if small:
         all_of = f"{1e6 * sum(small):.3g} mm2 together"
         notes.append(f"{len(small)} pours of less than {1e6 * least:.3g} mm2: left out, {all_of}")
     for pour in sorted((item for item in poured if item.area >= least), key=lambda item: -item.area):
-        table, share = _table(pour, stack[pour.layer], origin, top)
-        table["name"] = _free(f"{pour.net or 'copper'} {pour.layer}", [item["name"] for item in found])
-        plate = Conductor.model_validate(table)
+        table, said = _table(pour, frame)
+        table = {"name": _free(f"{pour.net or 'copper'} {pour.layer}", [plate.name for plate in kept])} | table
         title = f"pour of {pour.net or 'no net'} on {pour.layer}, {1e6 * pour.area:.4g} mm2"
         try:
+            plate = Conductor.model_validate(table)
+            _check_boxes(plate, kept)
             check_parts(sensor.coils, None, None, (*kept, plate), None)
         except SceneError as error:
-            notes.append(f"{title}: left out, its bounding box does not fit: {str(error).partition(', which')[0]}")
+            notes.append(f"{title}: left out, it does not fit: {str(error).partition(', which')[0]}")
             continue
         found.append(table)
         kept.append(plate)
-        if share < _FULL:
-            count = len(pour.holes)
-            lost = f", slots and {count} hole{'s' * (count > 1)}" if count else ""
-            notes.append(f"{title}: taken as its bounding box, of which it fills {share:.0%}; notches{lost} are lost")
+        notes += [f"{title}: {said}"] if said else []
     return found, tuple(notes)
 
 
@@ -79,18 +97,93 @@ def _box(sensor: Sensor) -> float:
     return float(np.prod((middle + half).max(axis=0) - (middle - half).min(axis=0)))
 
 
-def _table(pour: Pour, layer: Layer, origin: Array, top: float) -> tuple[dict[str, Any], float]:
-    """Return the table of a plate, and how much of it is copper."""
+def _check_boxes(plate: Conductor, others: Sequence[Conductor]) -> None:
+    """Refuse a plate whose box reaches into that of another in its layer."""
+    for other in others:
+        apart = np.abs(np.subtract(plate.centre, other.centre))
+        reach = np.add((*plate.extent, plate.thickness), (*other.extent, other.thickness)) / 2
+        if np.all(apart < reach):
+            raise SceneError(f"its box must be clear of that around conductors.{other.name}; they overlap")
+
+
+def _table(pour: Pour, frame: _Frame) -> tuple[dict[str, Any], str]:
+    """Return the table of a plate, and what to say of it."""
+    layer, fine = frame.stack[pour.layer], _FINE * frame.size
     low, high = pour.rim.min(axis=0), pour.rim.max(axis=0)
-    x, y = (round(float(v), _DIGITS) + 0.0 for v in (low + high) / 2 - origin)
-    width, length = (round(float(v), _DIGITS) for v in high - low)
-    table: dict[str, Any] = {"name": "", "material": "copper", "shape": "rectangle"}
-    sizes, share = {"width": width, "length": length}, pour.area / float(np.prod(high - low))
-    round_share = share * 4.0 / math.pi
-    if abs(width - length) < (1.0 - _FULL) * width and _FULL < round_share < 2.0 - _FULL:
-        table, sizes, share = table | {"shape": "disc"}, {"diameter": max(width, length)}, round_share
-    centre = [x, y, round(layer.z - top, _DIGITS)]
-    return table | {"centre": centre} | sizes | {"thickness": round(layer.thickness, _DIGITS)}, share
+    middle = (low + high) / 2
+    least = 2.0 * math.sqrt(_SMALL / math.pi) * frame.size
+    holes = [hole for hole in pour.holes if _across(hole) >= least]
+    lost = len(pour.holes) - len(holes)
+    said = [f"without {lost} hole{'s' * (lost > 1)} less than {1e3 * least:.3g} mm across"] if lost else []
+    sizes = None if holes else _simple(pour.rim - middle, high - low, fine)
+    if sizes is None:
+        rims, fine = simplified([pour.rim, *holes], fine)
+        loops = [[[_rounded(x), _rounded(y)] for x, y in (rim - middle).tolist()] for rim in rims]
+        sizes = {"shape": "outline", "points": loops[0]} | ({"holes": loops[1:]} if holes else {})
+        among = f", {len(holes)} hole{'s' * (len(holes) > 1)} among them" if holes else ""
+        said = [f"outline of {sum(map(len, rims))} corners, to {1e3 * fine:.2g} mm{among}", *said]
+    place = [*(_rounded(v) + 0.0 for v in middle - frame.origin), _rounded(layer.z - frame.top)]
+    table = {"material": "copper", "centre": place, "thickness": _rounded(layer.thickness)} | sizes
+    return table, ", ".join(said)
+
+
+def _simple(rim: Array, size: Array, fine: float) -> dict[str, Any] | None:
+    """Return shape and sizes of the rectangle or disc about the middle that a rim is; None if it is neither."""
+    away, area = np.abs(rim), float(signed_area(rim))
+    if area > _FULL * float(np.prod(size)) and float(np.min(size / 2 - away, axis=1).max()) <= fine:
+        return {"shape": "rectangle", "width": _rounded(size[0]), "length": _rounded(size[1])}
+    if area > _FULL * math.pi / 4 * float(size.max()) ** 2 and float(np.ptp(np.hypot(*away.T))) <= fine:
+        return {"shape": "disc", "diameter": _rounded(size.max())}
+    return None
+
+
+def _rounded(value: float) -> float:
+    """Return a length as a scene has it."""
+    return round(float(value), _DIGITS)
+
+
+def _across(loop: Array) -> float:
+    """Return the diagonal of the box around a loop [m]."""
+    return float(np.hypot(*np.ptp(loop, axis=0)))
+
+
+def simplified(rims: Sequence[Array], fine: float) -> tuple[list[Array], float]:
+    """Return rims with fewer corners that cross no more than before, and how far those left out are away at most [m].
+
+    Parameters
+    ----------
+    rims : sequence of ndarray, shape (k, 2)
+        Rim and holes, not closed [m].
+    fine : float
+        Tolerance [m]; halved as long as rims would cross.
+    """
+    for halving in range(_HALVINGS):
+        found = [_fewer(rim, fine / 2**halving) for rim in rims]
+        if min(map(len, found)) > 2 and first_crossing(tuple(tuple(map(tuple, rim.tolist())) for rim in found)) is None:
+            return found, fine / 2**halving
+    return list(rims), 0.0
+
+
+def _fewer(rim: Array, fine: float) -> Array:
+    """Return a closed rim without corners nearer than `fine` to the edge that stands for them."""
+    first = int(np.argmax(np.hypot(*(rim - rim.mean(axis=0)).T)))
+    rim = np.roll(rim, -first, axis=0)
+    second = int(np.argmax(np.hypot(*(rim - rim[0]).T)))
+    closed, kept = np.vstack([rim, rim[:1]]), np.zeros(len(rim) + 1, dtype=bool)
+    kept[[0, second]] = True
+    spans = [(0, second), (second, len(rim))]
+    while spans:
+        a, b = spans.pop()
+        if b - a < 2:
+            continue
+        step, inner = closed[b] - closed[a], closed[a + 1 : b]
+        along = np.clip((inner - closed[a]) @ step / max(float(step @ step), 1e-30), 0.0, 1.0)
+        away = np.hypot(*(inner - closed[a] - along[:, None] * step).T)
+        far = int(np.argmax(away))
+        if away[far] > fine:
+            kept[a + 1 + far] = True
+            spans += [(a, a + 1 + far), (a + 1 + far, b)]
+    return closed[:-1][kept[:-1]]
 
 
 def _free(name: str, taken: Sequence[str]) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 from sits_mech.boards.kicad import Board, place
 from sits_mech.boards.route import Route, Run
 from sits_mech.quantities import Array
-from sits_mech.scene.outlines import edges, inside_loops, signed_area
+from sits_mech.scene.outlines import distances, edges, inside_loops, signed_area
 from sits_mech.units import SceneError
 
 _GRID = 1e-9  # the board's own step [m]
@@ -144,20 +144,3 @@ def _met(rims: Sequence[Array], run: Run, half: float) -> Array | None:
         if one[near] < half:
             return np.asarray(p[near[0]])
     return None
-
-
-def distances(p: Array, q: Array, a: Array, b: Array) -> Array:
-    """Return the distances of segments pq and ab that broadcast together; zero where they cross."""
-    nearest = np.full(np.broadcast_shapes(p.shape, a.shape)[:-1], np.inf)
-    for point, start, stop in ((p, a, b), (q, a, b), (a, p, q), (b, p, q)):
-        step = stop - start
-        share = np.clip(((point - start) * step).sum(-1) / np.maximum((step**2).sum(-1), 1e-30), 0.0, 1.0)
-        nearest = np.minimum(nearest, np.linalg.norm(point - start - share[..., None] * step, axis=-1))
-    crossed = _side(p, q, a) * _side(p, q, b) < 0.0
-    return np.where(crossed & (_side(a, b, p) * _side(a, b, q) < 0.0), 0.0, nearest)
-
-
-def _side(a: Array, b: Array, c: Array) -> Array:
-    """Return on which side of ab the point c lies."""
-    u, v = b - a, c - a
-    return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])

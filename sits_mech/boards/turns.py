@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from sits_mech.boards.kicad import place
-from sits_mech.boards.pours import distances
 from sits_mech.boards.route import Route, Run
 from sits_mech.quantities import Array
+from sits_mech.scene.outlines import distances
 
 _APART = 6.0  # along the path, over the width
 _ROUNDING = 1e-6  # of places on a board [m]

@@ -209,6 +209,8 @@ def choose_magnetics(
         return Choice("axisymmetric", "one coil under a disc on its axis")
     if section_refusal(sensor.coils) is not None:
         return Choice("sheets", "coils beside the section y = 0, or not straight across it, have no planar model")
+    if free_tracks := _free_tracks(sensor):
+        return Choice("sheets", f"{free_tracks}: free tracks, for which no endless section stands")
     if target is not None and target.shape != "rectangle":
         return Choice("sheets", "no planar section, and no axis, stands for the target at every pose")
     if loaded and "sheets" in known and target is not None and _in_space(sensor, target):
@@ -230,6 +232,11 @@ def _is_coaxial(sensor: Sensor, given: Sequence[Wrench] | Sequence[Pose], loaded
     return all(isinstance(pose, Pose) and on_axis(coil, pose) for pose in given)
 
 
+def _free_tracks(sensor: Sensor) -> str:
+    """Name the coils of free tracks; nothing where there are none."""
+    return ", ".join(f"coils.{coil.name}" for coil in sensor.coils if coil.shape == "path")
+
+
 def _permeable(sensor: Sensor) -> tuple[str, ...]:
     """Return the names of the permeable parts."""
     parts = [(f"conductors.{part.name}", part.metal) for part in sensor.conductors]
@@ -241,7 +248,9 @@ def _check_in_section(sensor: Sensor, permeable: tuple[str, ...], beside: tuple[
     """Refuse permeable parts where planar-fem, which alone has them, cannot follow."""
     hindered = [f"{', '.join(beside)} not zero"] if beside else []
     hindered += ["coils beside it or not straight across it"] if section_refusal(sensor.coils) is not None else []
-    hindered += ["an outline for a target"] if sensor.target is not None and sensor.target.shape == "outline" else []
+    hindered += [f"free tracks of {free_tracks}"] if (free_tracks := _free_tracks(sensor)) else []
+    plates = [("a target", sensor.target), *((f"conductors.{part.name}", part) for part in sensor.conductors)]
+    hindered += [f"an outline for {name}" for name, plate in plates if plate is not None and plate.shape == "outline"]
     if hindered:
         names = ", ".join(permeable)
         raise SceneError(

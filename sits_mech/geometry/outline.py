@@ -12,9 +12,10 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 from scipy.spatial import Delaunay, cKDTree
 
-from sits_mech.geometry.sheet_plan import Grading, Integers, Plan, graded_axis
+from sits_mech.geometry.sheet_plan import BEYOND, Grading, Integers, Plan, graded_axis
 from sits_mech.quantities import Array
 from sits_mech.scene.elastomer import pillar_middles
 from sits_mech.scene.outlines import Loop, edges, first_crossing, inside_loops, read_loops, signed_area
@@ -23,6 +24,8 @@ from sits_mech.scene.sensor import Elastomer, Target
 _DEPTH = 0.3  # of the rim's quadrilaterals together, over the narrowest width of metal
 _TRIES = 4
 _TRIANGLE = 1.3  # lattice spacing over the largest side of a quadrilateral
+_LEVELS = 12  # of the lattice, each twice as coarse
+_OFF = 0.6 * (1.0 + 1e-6)  # lattice spacings of its points from the border at least, not as rounding says
 
 
 @dataclass(frozen=True)
@@ -100,24 +103,24 @@ def outline_plan(outline: Outline, grading: Grading) -> Plan:
     depth = min(_DEPTH * _narrowest(loops), 0.8 * grading.largest)
     rim = Grading(min(grading.first, depth / 2), grading.growth, depth, grading.parts)
     layers = depth - graded_axis(depth, rim)
-    coarse = [_pieces(loop, grading.largest) for loop in loops]
+    coarse = [_shares(loop, grading) for loop in loops]
     for attempt in range(_TRIES):
-        counts = [pieces * grading.parts * 2**attempt for pieces in coarse]
-        plan = _assembled(loops, counts, layers[::-1], _TRIANGLE * grading.largest / grading.parts)
+        shares = [[_finer(edge, grading.parts * 2**attempt) for edge in loop] for loop in coarse]
+        plan = _assembled(loops, shares, layers[::-1], grading)
         if plan is not None:
             return plan
     raise ValueError("outline: could not be triangulated; rims must not touch and corners must not be needle-sharp")
 
 
-def _assembled(loops: list[Array], counts: list[Integers], layers: Array, spacing: float) -> Plan | None:
+def _assembled(loops: list[Array], shares: list[list[Array]], layers: Array, grading: Grading) -> Plan | None:
     """Rim quadrilaterals and inner triangles; None if the triangles do not fit the quadrilaterals."""
     nodes: list[Array] = []
     cells: list[Integers] = []
     marks: list[Integers] = []
     inner: list[Integers] = []
     total = 0
-    for number, (loop, count) in enumerate(zip(loops, counts, strict=True)):
-        rings = [_divided(_offset(loop, depth), count) for depth in layers]
+    for number, (loop, share) in enumerate(zip(loops, shares, strict=True)):
+        rings = [_divided(_offset(loop, depth), share) for depth in layers]
         size = rings[0].shape[0]
         base = total + size * np.arange(len(rings))
         here = np.arange(size)
@@ -130,7 +133,7 @@ def _assembled(loops: list[Array], counts: list[Integers], layers: Array, spacin
     border = np.concatenate(inner)
     ring = np.vstack(nodes)
     cores = [ring[i] for i in inner]
-    lattice = _lattice(cores, spacing)
+    lattice = _lattice(cores, grading)
     points = np.vstack([ring[border], lattice])
     simplices = Delaunay(points).simplices
     corners = points[simplices]
@@ -161,17 +164,28 @@ def _left(v: Array) -> Array:
     return np.asarray(np.column_stack([-v[:, 1], v[:, 0]]) / np.linalg.norm(v, axis=1, keepdims=True))
 
 
-def _pieces(loop: Array, largest: float) -> Integers:
-    """How many pieces each edge is divided into."""
-    length = np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1)
-    return np.asarray(np.maximum(np.ceil(length / largest - 1e-9).astype(int), 1))
+def _shares(loop: Array, grading: Grading) -> list[Array]:
+    """Where along each edge, from 0 to 1, it is divided so that no piece is longer than cells may be there."""
+    found = []
+    for a, b in zip(loop, np.roll(loop, -1, axis=0), strict=True):
+        length = float(np.hypot(*(b - a)))
+        share = np.linspace(0.0, 1.0, 2 + int(length / grading.largest))
+        size = grading.size(np.abs(a + (b - a) * share[:, None]).max(axis=1))
+        number = cumulative_trapezoid(length / size, share, initial=0)
+        count = max(int(np.ceil(number[-1] - 1e-9)), 1)
+        found.append(np.interp(np.arange(count + 1) / count, number / number[-1], share))
+    return found
 
 
-def _divided(loop: Array, counts: Integers) -> Array:
-    """Nodes of a polygon with every edge divided evenly."""
+def _finer(share: Array, pieces: int) -> Array:
+    """Every piece of an edge in as many equal ones, without the end."""
+    return np.interp(np.arange(pieces * (share.size - 1)) / pieces, np.arange(share.size), share)
+
+
+def _divided(loop: Array, shares: list[Array]) -> Array:
+    """Nodes of a polygon with every edge divided."""
     after = np.roll(loop, -1, axis=0)
-    pieces = [a + (b - a) * (np.arange(n) / n)[:, None] for a, b, n in zip(loop, after, counts.tolist(), strict=True)]
-    return np.asarray(np.vstack(pieces))
+    return np.vstack([a + (b - a) * share[:, None] for a, b, share in zip(loop, after, shares, strict=True)])
 
 
 def _crossing(start: Array, step: Array, a: Array, b: Array) -> tuple[Array, Array]:
@@ -214,13 +228,22 @@ def _neighbours(loops: list[Array]) -> NDArray[np.bool_]:
     return near
 
 
-def _lattice(cores: list[Array], spacing: float) -> Array:
-    """Points of a triangular lattice inside, none close to the border."""
+def _lattice(cores: list[Array], grading: Grading) -> Array:
+    """Points of a triangular lattice inside, coarser by twos beyond the reach, none close to the border."""
     low, high = cores[0].min(0), cores[0].max(0)
-    rows = np.arange(low[1], high[1], spacing * np.sqrt(3) / 2)
-    columns = np.arange(low[0] - spacing, high[0], spacing)
-    x = columns + spacing / 2 * (np.arange(rows.size)[:, None] % 2)
-    points = np.column_stack([x.ravel(), np.repeat(rows, columns.size)])
-    points = points[inside_loops(cores, points)]
-    distance, _ = cKDTree(np.vstack(cores)).query(points) if points.size else (np.zeros(0), None)
-    return np.asarray(points[distance > 0.6 * spacing])
+    border, found, start = cKDTree(np.vstack(cores)), [np.empty((0, 2))], 0.0
+    for level in range(_LEVELS):
+        spacing = _TRIANGLE * grading.largest * 2.0**level / grading.parts
+        end = grading.reach + (2.0 ** (level + 1) - 1.0) * grading.largest / BEYOND
+        rows = np.arange(low[1], high[1], spacing * np.sqrt(3) / 2)
+        columns = np.arange(low[0] - spacing, high[0], spacing)
+        x = columns + spacing / 2 * (np.arange(rows.size)[:, None] % 2)
+        points = np.column_stack([x.ravel(), np.repeat(rows, columns.size)])
+        away = np.abs(points).max(axis=1, initial=0.0)
+        points = points[(away >= start) & (away < end) & inside_loops(cores, points)]
+        distance, _ = border.query(points) if points.size else (np.zeros(0), None)
+        found.append(points[distance > _OFF * spacing])
+        if away.size == 0 or away.max() < end:
+            break
+        start = end
+    return np.vstack(found)

@@ -83,12 +83,22 @@ def section_plates(sensor: Sensor, pose: Pose) -> tuple[Plate, ...]:
 
 
 def cut_width(part: Conductor) -> float:
-    """Return the width of a fixed plate where y = 0 cuts it; 0 where it does not [m]."""
+    """Return the width of a fixed plate, of an outline's box, where y = 0 cuts it; 0 where it does not [m]."""
     offset = abs(part.centre[1])
     if part.diameter is not None:
         return float(np.sqrt(max(part.diameter**2 - 4 * offset**2, 0.0)))
     width, length = part.extent
     return width if offset <= length / 2 else 0.0
+
+
+def outline_refusal(sensor: Sensor) -> str | None:
+    """Say which plate of any outline has no section that stands for it; None if there is none."""
+    named = [] if sensor.target is None else [("target", sensor.target.shape)]
+    named += [(f"conductors.{part.name}", part.shape) for part in sensor.conductors]
+    for name, shape in named:
+        if shape == "outline":
+            return f"{name}.shape: the planar models have rectangular sections; model 'sheets' takes an outline"
+    return None
 
 
 def not_cut(sensor: Sensor) -> list[str]:

@@ -22,7 +22,8 @@ from scipy.spatial import cKDTree
 from sits_mech.quantities import Array, Complex
 
 Integers = NDArray[np.int_]
-_BEYOND = 0.4  # growth of cells per length beyond the reach
+BEYOND = 0.4
+"""Growth of cells per length beyond the reach."""
 _SMALLEST, _SAMPLES = 1e-3, 2000  # of the integral of their density
 _SECTORS = 4, 16  # of a disc, at least and at most, times the parts
 
@@ -59,6 +60,10 @@ class Grading:
         """Return the sizes of cells so many times coarser on the same map."""
         first = self.first * (self.growth**factor - 1.0) / (self.growth - 1.0)
         return replace(self, first=first, growth=self.growth**factor, largest=factor * self.largest)
+
+    def size(self, away: Array) -> Array:
+        """Return the size that cells must not exceed some way from the middle [m]."""
+        return np.asarray(self.largest + BEYOND * np.maximum(0.0, away - self.reach))
 
 
 @dataclass(frozen=True)
@@ -132,7 +137,7 @@ def graded_axis(length: float, grading: Grading) -> Array:
     slope = np.log(grading.growth)
     first = grading.first * slope / (grading.growth - 1.0)
     d = np.concatenate([[0.0], np.geomspace(_SMALLEST * min(first, length), length, _SAMPLES)])
-    inner = grading.largest + _BEYOND * np.maximum(length - d - grading.reach, 0.0)
+    inner = grading.largest + BEYOND * np.maximum(length - d - grading.reach, 0.0)
     density = 1.0 / inner + 1.0 / (first + slope * d)
     number = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(d))])
     count = max(1, round(number[-1])) * grading.parts

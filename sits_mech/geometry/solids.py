@@ -11,6 +11,7 @@ from sits_mech.geometry.boxes import Solid, fixed_solids, nearest, separation
 from sits_mech.geometry.collision import Collision, smooth_height
 from sits_mech.geometry.outline import Outline, target_outline
 from sits_mech.quantities import Array, Integers
+from sits_mech.scene.apart import from_windings
 from sits_mech.scene.sensor import Conductor, Sensor, Target
 
 CLEARANCE = 1.8e-3
@@ -102,7 +103,7 @@ def placed_plates(sensor: Sensor, outline: Outline | None, turns: Array, places:
             gap = np.minimum(gap, apart)
         parts = [PlacedPlate("", sensor.target, outline, turns, places, gap, CLEARANCE, (0.0, 0.0, 0.0))]
     for k, (part, solid) in enumerate(zip(sensor.conductors, plates, strict=True)):
-        windings = nearest(solid, coils)
+        windings = nearest(solid, coils) if part.shape != "outline" else from_windings(part, sensor.coils)
         beside = max(nearest(solid, (*plates[:k], *plates[k + 1 :])), _CLOSE * min(part.extent))
         anchor = min(beside, max(windings, _EASY * min(part.extent)))
         gap = np.minimum(anchor, separation(moving[0], solid)) if moving else np.array([anchor])
@@ -117,15 +118,19 @@ def as_plate(part: Conductor) -> Target:
     """Return a fixed plate as a target of the same shape and metal."""
     return Target(
         conductivity=part.metal.conductivity, relative_permeability=part.metal.relative_permeability, shape=part.shape,
-        width=part.width, length=part.length, diameter=part.diameter, thickness=part.thickness, load_height=0.0,
+        width=part.width, length=part.length, diameter=part.diameter, points=part.points, holes=part.holes,
+        thickness=part.thickness, load_height=0.0,
     )  # fmt: skip
 
 
 def overlapping(sensor: Sensor) -> str | None:
-    """Say in one line which fixed plate touches a coil or another plate; None if none does."""
+    """Say in one line which fixed plate touches a coil or another plate; None if none does.
+
+    An outline may lie around a coil, in its plane, but not around another plate.
+    """
     coils, plates = fixed_solids(sensor)
     for k, plate in enumerate(plates):
-        for other in (*coils, *plates[:k]):
+        for other in (*(() if sensor.conductors[k].shape == "outline" else coils), *plates[:k]):
             if separation(plate, other).min() <= 0.0:
                 return (
                     f"{plate.name}, {other.name}: model 'sheets' needs parts whose boxes (sides along the part's "

@@ -35,7 +35,7 @@ import numpy as np
 from scipy.constants import mu_0
 
 from sits_mech.geometry.collision import smooth_height
-from sits_mech.geometry.plates import Plate, distance, return_radius, section_plates
+from sits_mech.geometry.plates import Plate, distance, outline_refusal, return_radius, section_plates
 from sits_mech.geometry.solids import CLEARANCE
 from sits_mech.geometry.tracks import coil_bars, section_refusal
 from sits_mech.geometry.windings import Bars
@@ -147,9 +147,7 @@ def not_representable(sensor: Sensor) -> str | None:
     parts = (*(() if sensor.target is None else (sensor.target,)), *sensor.conductors)
     if any(part.metal.relative_permeability != 1.0 for part in parts):
         return "relative_permeability: the planar integral model needs 1; model 'planar-fem' takes others"
-    if sensor.target is not None and sensor.target.shape == "outline":
-        return "target.shape: the planar model has a rectangular section; model 'sheets' takes an outline"
-    return None
+    return outline_refusal(sensor)
 
 
 def _check_bounds(delta_L: Array, R: Array, L0: Array, bars: int) -> None:

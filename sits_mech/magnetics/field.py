@@ -26,7 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from sits_mech.geometry.plates import Plate, not_cut, return_radius, section_plates
+from sits_mech.geometry.plates import Plate, not_cut, outline_refusal, return_radius, section_plates
 from sits_mech.geometry.tracks import section_refusal
 from sits_mech.magnetics.air.mesh import Division, Fineness, divide_plane, outline_samples
 from sits_mech.magnetics.air.solve import FieldSolution, element_errors, solve_field
@@ -199,10 +199,8 @@ def planar_fem(sensor: Sensor, tolerance: float = 1e-3) -> PlanarFem:
     ValueError
         If the scene is not one this model can represent, or the tolerance is not between 1e-7 and 1.
     """
-    if refusal := section_refusal(sensor.coils):
+    if refusal := section_refusal(sensor.coils) or outline_refusal(sensor):
         raise ValueError(refusal)
-    if sensor.target is not None and sensor.target.shape == "outline":
-        raise ValueError("target.shape: planar-fem has a rectangular section; model 'sheets' takes an outline")
     for part in sensor.conductors:
         if part.loss_tangent > 0.0:
             raise ValueError(

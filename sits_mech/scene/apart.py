@@ -9,7 +9,7 @@ taken to the box |x| <= a, |y| <= b of the boxes' half sizes together, and r the
 exact. Pillars count with their field. Beside an outline a cylinder is a polygon of 128 corners. Coils count with the
 hole in their middle; on a curved substrate as boxes of 1/256 of their width. Rectangles and free tracks are the box
 around them in each layer, what lies between their layers is clear of them; two coils of free tracks may reach into
-each other as long as no tracks cross in one layer.
+each other as long as no tracks cross in one layer, and an outline of metal between free tracks.
 """
 
 from __future__ import annotations
@@ -24,12 +24,13 @@ import numpy as np
 from sits_mech.quantities import Array
 from sits_mech.scene.coils import Coil, crossing
 from sits_mech.scene.elastomer import Elastomer, pillar_middles
-from sits_mech.scene.outlines import Loop, edges, first_crossing, inside_loops
+from sits_mech.scene.outlines import Loop, distances, edges, first_crossing, inside_loops
 from sits_mech.scene.parts import Conductor, Target
 from sits_mech.units import SceneError
 
 _SLACK = 1.0 + 1e-9  # sizes that are equal as written may differ by rounding
 _TILES, _CORNERS = 256, 128
+_BLOCK = 256  # edges of an outline compared with a track at a time
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,8 @@ class Prism:
         Whether it is a cylinder of the diameter `extent`, not a box.
     loops : tuple of loops of (x, y)
         Rim and holes of an outline, instead [m].
+    tracks : tuple of (ndarray of shape (k, 2), float)
+        Polylines of free tracks in the scene and half their widths, which count beside an outline [m].
     """
 
     name: str
@@ -57,6 +60,7 @@ class Prism:
     top: float
     is_round: bool = False
     loops: tuple[Loop, ...] = ()
+    tracks: tuple[tuple[Array, float], ...] = ()
 
 
 def check_parts(
@@ -89,8 +93,18 @@ def check_parts(
 def _conductor(part: Conductor) -> Prism:
     """Return a fixed plate."""
     x, y, z = part.centre
-    half = 0.5 * part.thickness
-    return Prism(f"conductors.{part.name}", (x, y), part.extent, z - half, z + half, part.diameter is not None)
+    half, loops = 0.5 * part.thickness, () if part.points is None else (part.points, *part.holes)
+    name, is_round = f"conductors.{part.name}", part.diameter is not None
+    return Prism(name, (x, y), part.extent, z - half, z + half, is_round, loops)
+
+
+def from_windings(part: Conductor, coils: Sequence[Coil]) -> float:
+    """Return the distance of a fixed plate from flat coils, at most [m]: theirs from its metal, holes left out."""
+    plate, nearest = _conductor(part), math.inf
+    for piece in (piece for coil in coils for piece in _layers(coil)):
+        up = max(piece.bottom - plate.top, plate.bottom - piece.top, 0.0)
+        nearest = min(nearest, math.hypot(up, max(gap_beside(plate, piece), 0.0)))
+    return nearest
 
 
 def _coil(coil: Coil, substrate_radius: float | None) -> list[Prism]:
@@ -113,7 +127,16 @@ def _coil(coil: Coil, substrate_radius: float | None) -> list[Prism]:
 def _layers(coil: Coil) -> list[Prism]:
     """Return the cylinder around a round coil's layers, or what is around each layer where these have own heights."""
     name, is_round = f"coils.{coil.name}", coil.is_round
-    return [Prism(name, coil.centre, coil.extent, low, high, is_round) for low, high in coil.spans]
+    return [
+        Prism(name, coil.centre, coil.extent, low, high, is_round, tracks=_tracks(coil, z))
+        for z, (low, high) in zip(coil.heights, coil.spans, strict=False)
+    ]
+
+
+def _tracks(coil: Coil, height: float) -> tuple[tuple[Array, float], ...]:
+    """Return the free tracks of a coil in one layer."""
+    pairs = zip(coil.path, coil.widths, strict=True)
+    return tuple((np.array(line)[:, :2] + coil.centre, width / 2) for line, width in pairs if line[0][2] == height)
 
 
 def _layer_and_target(target: Target | None, elastomer: Elastomer | None) -> list[Prism]:
@@ -145,6 +168,8 @@ def _check_clear(part: Prism, other: Prism) -> None:
 
 def gap_beside(first: Prism, second: Prism) -> float:
     """Return the distance of two parts seen from above; negative where they overlap, by how much at least [m]."""
+    if first.loops and second.tracks:
+        return min(_gap_of_track(_loops(first), line, half) for line, half in second.tracks)
     if first.loops or second.loops:
         return _gap_of_loops(_loops(first), _loops(second))
     boxes = [part.extent for part in (first, second) if not part.is_round]
@@ -177,6 +202,17 @@ def _gap_of_loops(first: list[Array], second: list[Array]) -> float:
         along = np.clip(((points - a) * (b - a)).sum(-1) / ((b - a) ** 2).sum(-1), 0.0, 1.0)
         nearest = min(nearest, float(np.linalg.norm(points - a - along[..., None] * (b - a), axis=-1).min()))
     return nearest
+
+
+def _gap_of_track(loops: list[Array], line: Array, half: float) -> float:
+    """Return the distance of a track of some half width from a polygon with holes."""
+    if inside_loops(loops, line[:1])[0]:
+        return -math.inf
+    (a, b), p, q, nearest = edges(loops), line[:-1], line[1:], math.inf
+    for k in range(0, len(a), _BLOCK):
+        some = slice(k, k + _BLOCK)
+        nearest = min(nearest, float(distances(p[:, None], q[:, None], a[None, some], b[None, some]).min()))
+    return nearest - half
 
 
 def _check_side_by_side(coil: Coil, other: Coil) -> None:

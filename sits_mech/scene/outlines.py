@@ -41,6 +41,23 @@ def inside_loops(loops: Sequence[Array], points: Array) -> NDArray[np.bool_]:
     return np.asarray((between & (x > points[:, 0, None])).sum(1) % 2 == 1)
 
 
+def distances(p: Array, q: Array, a: Array, b: Array) -> Array:
+    """Return the distances of segments pq and ab, ends (..., 2), that broadcast together; zero where they cross [m]."""
+    nearest = np.full(np.broadcast_shapes(p.shape, a.shape)[:-1], np.inf)
+    for point, start, stop in ((p, a, b), (q, a, b), (a, p, q), (b, p, q)):
+        step = stop - start
+        share = np.clip(((point - start) * step).sum(-1) / np.maximum((step**2).sum(-1), 1e-30), 0.0, 1.0)
+        nearest = np.minimum(nearest, np.linalg.norm(point - start - share[..., None] * step, axis=-1))
+    crossed = _side(p, q, a) * _side(p, q, b) < 0.0
+    return np.where(crossed & (_side(a, b, p) * _side(a, b, q) < 0.0), 0.0, nearest)
+
+
+def _side(a: Array, b: Array, c: Array) -> Array:
+    """Return on which side of ab the point c lies."""
+    u, v = b - a, c - a
+    return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
+
+
 def first_crossing(loops: tuple[Loop, ...]) -> tuple[float, float] | None:
     """Return where two edges of an outline cross or touch beyond the corner they share [m]; None if none do."""
     corners = [np.array(loop) for loop in loops]

@@ -108,9 +108,7 @@ class Target(BaseModel):
     def _whole(self) -> Target:
         """Refuse a target without material, without its sizes, or without the boundary its current returns at."""
         _check_metal(self.material, self.conductivity)
-        needed = {"rectangle": ("width", "length"), "disc": ("diameter",), "outline": ("points",)}[self.shape]
-        check_sizes(self, needed, f"a {self.shape}")
-        check_rims(self.points, self.holes)
+        _check_shape(self)
         if self.net_current == "free" and self.planar_boundary_radius is None:
             raise SceneError('planar_boundary_radius must be given with net_current = "free"; it is missing')
         return self
@@ -123,10 +121,7 @@ class Target(BaseModel):
     @property
     def extent(self) -> tuple[float, float]:
         """Size along x and y [m]; of an outline, twice its reach from the target's centre."""
-        if self.points is not None:
-            x, y = zip(*self.points, strict=True)
-            return 2.0 * max(map(abs, x)), 2.0 * max(map(abs, y))
-        return extent_of(self.width, self.length, self.diameter)
+        return _extent(self)
 
 
 class Conductor(BaseModel):
@@ -141,11 +136,13 @@ class Conductor(BaseModel):
     loss_tangent : float
         Of the permeability; magnetic losses of ferrite [-].
     shape : str
-        "rectangle" or "disc".
+        "rectangle" (width along x, length along y), "disc" (diameter) or "outline" (points and holes; model `sheets`).
     centre : tuple of float
         x, y, z of the plate's middle [m]; a scene may leave y out.
     width, length, diameter, thickness : float
         [m].
+    points, holes
+        As of the target, from `centre` [m].
     """
 
     model_config = _FROZEN
@@ -154,11 +151,13 @@ class Conductor(BaseModel):
     conductivity: Conductivity | None = None
     relative_permeability: Permeability | None = None
     loss_tangent: LossTangent = 0.0
-    shape: Literal["rectangle", "disc"]
+    shape: Literal["rectangle", "disc", "outline"]
     centre: tuple[Coordinate, Coordinate, Coordinate]
     width: Length | None = None
     length: Length | None = None
     diameter: Length | None = None
+    points: tuple[Point, ...] | None = None
+    holes: tuple[tuple[Point, ...], ...] = ()
     thickness: Length
 
     @model_validator(mode="before")
@@ -174,7 +173,7 @@ class Conductor(BaseModel):
     def _whole(self) -> Conductor:
         """Refuse a plate without material or sizes."""
         _check_metal(self.material, self.conductivity)
-        check_sizes(self, ("width", "length") if self.shape == "rectangle" else ("diameter",), f"a {self.shape}")
+        _check_shape(self)
         return self
 
     @property
@@ -185,8 +184,8 @@ class Conductor(BaseModel):
 
     @property
     def extent(self) -> tuple[float, float]:
-        """Size along x and y [m]."""
-        return extent_of(self.width, self.length, self.diameter)
+        """Size along x and y [m]; of an outline, twice its reach from the centre."""
+        return _extent(self)
 
 
 class Readout(BaseModel):
@@ -210,3 +209,18 @@ class Readout(BaseModel):
     idle_coil: Literal["shorted", "open"] = "shorted"
     lead_inductance: Inductance = 0.0
     lead_resistance: Resistance = 0.0
+
+
+def _check_shape(plate: Target | Conductor) -> None:
+    """Refuse a plate without the sizes of its shape, with those of another, or with rims that cannot be."""
+    needed = {"rectangle": ("width", "length"), "disc": ("diameter",), "outline": ("points",)}[plate.shape]
+    check_sizes(plate, needed, f"a{'n' if plate.shape == 'outline' else ''} {plate.shape}")
+    check_rims(plate.points, plate.holes)
+
+
+def _extent(plate: Target | Conductor) -> tuple[float, float]:
+    """Size along x and y of a plate, symmetric about its middle [m]."""
+    if plate.points is not None:
+        x, y = zip(*plate.points, strict=True)
+        return 2.0 * max(map(abs, x)), 2.0 * max(map(abs, y))
+    return extent_of(plate.width, plate.length, plate.diameter)

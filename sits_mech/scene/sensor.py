@@ -233,8 +233,9 @@ def _table(sensor: Sensor) -> dict[str, Any]:
     target = table.get("target")
     if target is not None and target["load_height"] == target["thickness"]:
         del target["load_height"]
-    if target is not None and not target["holes"]:
-        del target["holes"]
+    for plate in (*([] if target is None else [target]), *table["conductors"]):
+        if not plate["holes"]:
+            del plate["holes"]
     if table.get("elastomer") is not None and not table["elastomer"]["weld"]:
         del table["elastomer"]["weld"]
     if target is not None and _fills_the_target(sensor):

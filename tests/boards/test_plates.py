@@ -4,11 +4,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from sits_mech.boards.kicad import read_board
-from sits_mech.boards.plates import plates
+from sits_mech.boards.plates import plates, simplified
 from sits_mech.boards.pours import pours
-from sits_mech.scene.sensor import Sensor, sensor_from
+from sits_mech.scene.apart import from_windings
+from sits_mech.scene.outlines import distances, edges, signed_area
+from sits_mech.scene.sensor import Conductor, Sensor, sensor_from
 
 COIL = {
     "name": "L1", "shape": "path", "track_width": 2e-4, "track_thickness": 35e-6,
@@ -56,12 +60,64 @@ def test_a_disc_is_a_disc(draw: Any) -> None:
     assert notes == () and found[0]["shape"] == "disc" and found[0]["diameter"] == pytest.approx(10e-3, rel=1e-6)
 
 
-def test_slots_are_told(draw: Any) -> None:
-    """An L of three quarters of its box; names stay apart."""
+def test_notches_and_slits_stay(draw: Any) -> None:
+    """An L of three quarters of its box, and a plate that a slit of 1 % of its area all but parts; names stay apart."""
     ell = [(0, 0), (20, 0), (20, 10), (10, 10), (10, 20), (0, 20)]
-    found, notes, _ = made(draw, draw.zone(ell), draw.zone(rounded(30, 0, 5, 5, 0.1)))
-    assert [item["name"] for item in found] == ["GND B.Cu", "GND B.Cu 2"]
-    assert len(notes) == 1 and "of which it fills 75%; notches are lost" in notes[0]
+    slit = [(30, 0), (50, 0), (50, 20), (40.1, 20), (40.1, 1), (39.9, 1), (39.9, 20), (30, 20)]
+    found, notes, sensor = made(draw, draw.zone(ell), draw.zone(slit))
+    assert [(item["name"], item["shape"]) for item in found] == [("GND B.Cu", "outline"), ("GND B.Cu 2", "outline")]
+    assert len(notes) == 2 and "396.2 mm2: outline of 8 corners, to 0.042 mm" in notes[0]
+    assert area(sensor.conductors[0]) == pytest.approx(396.2e-6) and sensor.conductors[0].extent == (20e-3, 20e-3)
+    assert area(sensor.conductors[1]) == pytest.approx(300e-6)
+
+
+def test_chamfered_plates_and_squares_on_their_corner_are_outlines(draw: Any) -> None:
+    """All corners on the box, or on the circle, are not enough."""
+    cut = [(4, 0), (20, 0), (20, 16), (16, 20), (0, 20), (0, 4)]
+    found, _, _ = made(draw, draw.zone(cut), draw.zone([(40, 10), (50, 0), (60, 10), (50, 20)]))
+    assert [item["shape"] for item in found] == ["outline", "outline"]
+
+
+def test_holes_stay_but_for_small_ones(draw: Any) -> None:
+    """Of 1.41 and 0.4 mm across their corners; a disc of 1 % of 4.2 x 4.2 mm is 0.474 mm across."""
+    plate, sizes = [(0, 0), (20, 0), (20, 20), (0, 20)], ((5, 0.5), (10, 0.14))
+    holes = [[(x - a, 5 - a), (x - a, 5 + a), (x + a, 5 + a), (x + a, 5 - a)] for x, a in sizes]
+    tied = [*holes[0], holes[0][0], *holes[1], holes[1][0], holes[0][0], plate[0], *plate[1:]]
+    found, notes, sensor = made(draw, draw.zone([plate[0], *tied]))
+    assert notes == (
+        "pour of GND on B.Cu, 398.9 mm2: outline of 8 corners, to 0.042 mm, 1 hole among them, "
+        "without 1 hole less than 0.474 mm across",
+    )
+    assert area(sensor.conductors[0]) == pytest.approx(399e-6) and len(found[0]["holes"]) == 1
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_simplified_rims_are_near(seed: int) -> None:
+    """Every corner that is left out is within the tolerance of the rims that stand for it, and those have no others."""
+    some = np.random.default_rng(seed)
+    angle = np.sort(some.uniform(0, 2 * np.pi, 60))
+    rim = (1.0 + some.uniform(-0.05, 0.05, 60))[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    ((found,), fine) = simplified([rim], 0.04)
+    assert 3 <= len(found) < 60 and {*map(tuple, found)} <= {*map(tuple, rim)}
+    a, b = edges([found])
+    assert distances(rim[:, None], rim[:, None], a[None], b[None]).min(axis=1).max() <= fine * (1 + 1e-9)
+
+
+def test_rims_that_would_cross_keep_more_corners() -> None:
+    """A hole within a bend of the rim that is flatter than the tolerance; below it the bend goes."""
+    bent = np.array([(0, 0), (1, 0), (1, 1), (0.5, 1.04), (0, 1)])
+    inside = np.array([(0.45, 1.01), (0.5, 1.03), (0.55, 1.01), (0.5, 0.8)])
+    below = inside - (0.0, 0.1)
+    assert [len(found) for found in simplified([bent, below], 0.05)[0]] == [4, 3]
+    found, fine = simplified([bent, inside], 0.05)
+    assert (len(found[0]), fine) == (5, 0.025)
+
+
+def area(plate: Conductor) -> float:
+    """Return the area of an outline's metal [m^2]."""
+    rims = (plate.points or (), *plate.holes)
+    sizes = [abs(float(signed_area(np.array(rim)))) for rim in rims]
+    return sizes[0] - sum(sizes[1:])
 
 
 def test_islands_are_left_out_together(draw: Any) -> None:
@@ -74,11 +130,12 @@ def test_islands_are_left_out_together(draw: Any) -> None:
 
 
 def test_what_does_not_fit_is_left_out(draw: Any) -> None:
-    """A pour around the coil on its layer, one within the box of another; the larger stays."""
-    inner = [(11, 20), (11, 13), (13, 13), (13, 7), (7, 7), (7, 13), (9, 13), (9, 20)]
+    """A pour in the box of a larger one on its layer; the larger stays, as does one around the coil in its layer."""
+    inner = [(12.5, 20), (12.5, 13), (13, 13), (13, 7), (7, 7), (7, 13), (11.5, 13), (11.5, 20)]
     around = [(0, 0), (20, 0), (20, 20), *inner, (0, 20)]
     ell = [(0, 0), (20, 0), (20, 10), (10, 10), (10, 20), (0, 20)]
-    found, notes, _ = made(draw, draw.zone(around, "F.Cu"), draw.zone(rounded(12, 12, 5, 5, 0.1)), draw.zone(ell))
-    assert [(item["name"], item["width"]) for item in found] == [("GND B.Cu", pytest.approx(20e-3))]
-    left = [note for note in notes if "left out" in note]
-    assert len(left) == 2 and "must be clear of coils.L1" in left[0] and "clear of conductors.GND B.Cu" in left[1]
+    found, notes, sensor = made(draw, draw.zone(around, "F.Cu"), draw.zone(rounded(12, 12, 5, 5, 0.1)), draw.zone(ell))
+    assert [item["name"] for item in found] == ["GND F.Cu", "GND B.Cu"]
+    (left,) = [note for note in notes if "left out" in note]
+    assert "its box must be clear of that around conductors.GND B.Cu" in left
+    assert from_windings(sensor.conductors[0], sensor.coils) == pytest.approx(0.9e-3)

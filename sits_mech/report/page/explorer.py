@@ -247,6 +247,6 @@ def _coil(coil: Coil) -> Record:
 
 def _fixed(part: Conductor) -> Record:
     """Return a fixed plate."""
-    (rim, *_), z = target_outline(as_plate(part)).loops, part.centre[2]
-    loop, half = (_MM * (np.array(rim) + part.centre[:2])).round(6).tolist(), part.thickness / 2
-    return {"name": part.name, "loop": loop, "low": _MM * (z - half), "high": _MM * (z + half)}
+    z, half, rims = part.centre[2], part.thickness / 2, target_outline(as_plate(part)).loops
+    loops = [(_MM * (np.array(rim) + part.centre[:2])).round(6).tolist() for rim in rims]
+    return {"name": part.name, "loops": loops, "low": _MM * (z - half), "high": _MM * (z + half)}

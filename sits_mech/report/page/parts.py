@@ -235,16 +235,21 @@ def _coils(coils: Sequence[Coil]) -> tuple[str, list[tuple[str, str]]]:
 
 
 def _rows(part: BaseModel) -> list[tuple[str, str]]:
-    """Return the keys and values of a part."""
-    return [(key, _shown(key, value)) for key, value in part.model_dump(exclude_none=True).items() if key != "name"]
+    """Return the keys and values of a part, of long outlines the number of their corners."""
+    table = part.model_dump(exclude_none=True)
+    for key, loops in (("points", [table.get("points", ())]), ("holes", table.get("holes", ()))):
+        if (corners := sum(map(len, loops))) > _CORNERS:
+            table[key] = f"{corners} corners"
+        elif key in table and corners == 0:
+            del table[key]
+    return [(key, _shown(key, value)) for key, value in table.items() if key != "name"]
 
 
 _LENGTHS = (
     "diameter", "width", "gap", "thickness", "pitch", "length", "height", "centre", "standoff", "points", "radius",
-    "layer_z", "path_widths",
+    "layer_z", "path_widths", "holes",
 )  # fmt: skip
-
-
+_CORNERS = 8  # of an outline that are written
 _UNITS = {"capacitance": "F", "inductance": "H", "resistance": "ohm", "modulus": "Pa", "conductivity": "S/m"}
 
 

@@ -44,14 +44,14 @@ function chords(loops, angle, offset = 0) {
 
 // ---- the plan ----
 function planView() {
-  const svg = byId("plan"), loops = [...(scene.pad ? scene.pad.loops : []), ...(scene.target ? scene.target.loops : []), ...scene.fixed.map((part) => part.loop)];
+  const svg = byId("plan"), loops = [...(scene.pad ? scene.pad.loops : []), ...(scene.target ? scene.target.loops : []), ...scene.fixed.flatMap((part) => part.loops)];
   let [x, y] = reaches(loops);
   for (const coil of scene.coils) [x, y] = [Math.max(x, Math.abs(coil.centre[0]) + outer(coil)), Math.max(y, Math.abs(coil.centre[1]) + outer(coil))];
   [x, y] = [1.12 * x + 0.3, 1.12 * y + 0.3];
   svg.setAttribute("viewBox", [-x, -y, 2 * x, 2 * y].join(" "));
   const thin = x / 260, size = x / 13;
   if (scene.pad) svgNode("path", { d: toPath(scene.pad.loops), fill: INK.pad, stroke: INK.padRim, "stroke-width": thin, opacity: 0.75 }, svg);
-  for (const part of scene.fixed) svgNode("path", { d: toPath([part.loop]), fill: INK.fixed, opacity: 0.5 }, svg);
+  for (const part of scene.fixed) svgNode("path", { d: toPath(part.loops), fill: INK.fixed, "fill-rule": "evenodd", opacity: 0.5 }, svg);
   const many = scene.coils.length > 9;
   for (const coil of scene.coils) {
     const [cx, cy] = [coil.centre[0], -coil.centre[1]], ring = (r, width, opacity) => svgNode("circle", { cx, cy, r, fill: "none", stroke: INK.back, "stroke-width": width, opacity }, svg);
@@ -109,7 +109,7 @@ function sectionView() {
   function drawFixed(angle) {
     bars.replaceChildren();
     for (const part of scene.fixed)
-      for (const [a, b] of chords([part.loop], angle)) svgNode("path", { d: toPath([box(a, b, part.low, part.high)]), fill: INK.fixed, opacity: 0.8 }, bars);
+      for (const [a, b] of chords(part.loops, angle)) svgNode("path", { d: toPath([box(a, b, part.low, part.high)]), fill: INK.fixed, opacity: 0.8 }, bars);
     for (const coil of scene.coils) {
       const start = Math.cos(angle) * coil.centre[0] + Math.sin(angle) * coil.centre[1], d = Math.cos(angle) * coil.centre[1] - Math.sin(angle) * coil.centre[0];
       const half = coil.thickness / 2, cut = { [INK.out]: [], [INK.back]: [] };

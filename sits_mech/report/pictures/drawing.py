@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 from textwrap import fill
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -127,7 +127,7 @@ def _disc(coil: Coil) -> Array:
 def _sizes(part: Target | Elastomer | Conductor) -> str:
     """Return the sizes of a part in words."""
     extent = part.extent
-    if isinstance(part, Target) and part.points is not None:
+    if not isinstance(part, Elastomer) and part.points is not None:
         extent = tuple(np.ptp(np.array(part.points), axis=0))
     across = " x ".join(f"{_MM * size:.4g}" for size in extent)
     across = across if part.diameter is None else f"⌀ {_MM * part.diameter:.4g}"
@@ -174,9 +174,11 @@ def _draw_plan(axes: Axes, it: Drawing, rows: list[list[list[Span]]]) -> None:
         for line, _ in coil_lines(coil):
             axes.plot(*_MM * line[:, :2].T, color="#7a4a1c", linewidth=0.35)
         axes.annotate(coil.name, (x, y), (0, 2), textcoords="offset points", ha="center", fontsize=7)
-    for plate in it.plates[: len(it.sensor.conductors)]:
-        corner = float(plate.loops[0][:, 0].max()), float(plate.loops[0][:, 1].max())
-        axes.annotate(plate.name, corner, ha="right", va="top", fontsize=6, color="0.25")
+    corners = [tuple(plate.loops[0].max(axis=0).round(2).tolist()) for plate in it.plates[: len(it.sensor.conductors)]]
+    for k, (plate, corner) in enumerate(zip(it.plates, corners, strict=False)):
+        below = -1.0 - 7.0 * corners[:k].count(corner)  # points: one under another where plates have one corner
+        style: dict[str, Any] = {"textcoords": "offset points", "fontsize": 6, "color": "0.25"}
+        axes.annotate(plate.name, corner, (-2, below), ha="right", va="top", **style)
     for axis, kinds in enumerate(rows):
         for k, spans in enumerate(kinds):
             for span in spans:

@@ -17,12 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sits_mech.geometry.outline import target_outline
+from sits_mech.geometry.solids import as_plate
 from sits_mech.geometry.tracks import coil_lines
 from sits_mech.magnetics.space.stream import Stream, placed, plate_stream
 from sits_mech.meshing.unstructured import DEBIAN_PACKAGES
 from sits_mech.quantities import Array, Pose
 from sits_mech.report.pictures.curves import new_figure
 from sits_mech.report.pictures.section import driven_coil, written_frequency
+from sits_mech.scene.outlines import signed_area
 from sits_mech.scene.sensor import Coil, Conductor, SceneError, Sensor, Target
 
 if TYPE_CHECKING:
@@ -162,16 +164,24 @@ def _fixed(pyvista: Any, part: Conductor) -> Any:
     if part.diameter is not None:
         round_plate = {"radius": _MM * part.diameter / 2, "height": _MM * part.thickness, "resolution": 96}
         return pyvista.Cylinder(center=(x, y, z), direction=(0.0, 0.0, 1.0), **round_plate)
+    if part.points is not None:
+        x, y, z = part.centre
+        return _plate(pyvista, as_plate(part), Pose(x, z - part.thickness / 2, d_y=y))
     a, b, c = (_MM * size / 2 for size in (*part.extent, part.thickness))
     return pyvista.Box(bounds=(x - a, x + a, y - b, y + b, z - c, z + c))
 
 
 def _plate(pyvista: Any, target: Target, pose: Pose) -> Any:
-    """The target as a solid [mm]."""
-    rim = target_outline(target).rim
-    corners = np.column_stack([rim, np.zeros(len(rim))])
+    """A plate as a solid with its holes, in the place of a target [mm]."""
+    loops = [np.array(loop) for loop in target_outline(target).loops]
+    loops = [loop if (signed_area(loop) > 0.0) == (k == 0) else loop[::-1] for k, loop in enumerate(loops)]
+    starts = np.cumsum([0, *map(len, loops)])
+    flat = np.vstack(loops)
+    corners = _MM * placed(np.column_stack([flat, np.zeros(len(flat))]), pose)
+    rims = [np.r_[len(loop) + 1, start + np.arange(len(loop)), start]
+            for loop, start in zip(loops, starts[:-1], strict=True)]  # fmt: skip
     up = placed(np.array([[0.0, 0.0, target.thickness]]), pose) - placed(np.zeros((1, 3)), pose)
-    face = pyvista.PolyData(_MM * placed(corners, pose), faces=np.r_[len(rim), np.arange(len(rim))]).triangulate()
+    face = pyvista.PolyData(corners, lines=np.concatenate(rims)).triangulate_contours()
     return face.extrude(_MM * up[0], capping=True)
 
 
