@@ -2,9 +2,10 @@
 
     (R + j omega L) i = -j omega g(d_v),    Delta Z = omega^2 g^T (R + j omega L)^-1 g,
 
-with the disc's rings, modes and field functions of `axis.disc`, and L0 from `coils.loops`. The disc is divided finer
-until two successive extrapolations in the cell size (of two divisions: the extrapolation and the finer one) agree to
-the tolerance, or their steps fall so fast that what is left does, at the poses and the frequency asked for.
+with the disc's rings, modes and field functions of `axis.disc`, and L0 from `coils.loops`. The disc is prepared for a
+ladder of gaps and frequencies whose steps are blended (`stages`). On each it is divided finer until two successive
+extrapolations in the cell size (of two divisions: the extrapolation and the finer one) agree to the tolerance, or their
+steps fall so fast that what is left does, over all gaps and frequencies that it serves: not those asked for alone.
 
 Range: non-magnetic disc, coaxial and parallel to the one coil; any frequency and thickness. The coil's tracks carry
 uniform current. Neglected: displacement current.
@@ -12,15 +13,19 @@ uniform current. Neglected: displacement current.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
+from sits_mech.geometry.solids import CLEARANCE
 from sits_mech.magnetics.answer import Kind, Reaction, answer, sizes
 from sits_mech.magnetics.axis.disc import Disc, DiscProblem, count_rings, prepare_disc
 from sits_mech.magnetics.coils.alone import free_inductances, track_resistances
 from sits_mech.magnetics.skin import skin_depth
+from sits_mech.magnetics.stages import clearances, lowest_served, served, together, tops
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Coil, Sensor
 from sits_mech.threads import one_thread
@@ -29,6 +34,11 @@ from sits_mech.units import checked_tolerance
 _KIND = Kind("axisymmetric", "H")  # what leaves the axis `_check_coaxial` refuses
 _MOST = 4200  # rings in half the disc: half a minute and a gigabyte
 _APART = 1e-9  # off the axis by less than this is coaxial [m]
+_RATIO, _FIRST_RATIO = (0.15, 0.5), 0.3  # of successive steps of the limits: 1/16 for smooth, more at rims
+_THROUGH = 0.05  # of the step before: a smaller one passes through zero
+_ALONE = 0.5  # of what the extrapolation of two divisions adds; true errors are 0.02 to 1 of it, as a rule 0.15
+_SAMPLES = 4  # gaps, and frequencies, at which a preparation must hold
+_Limits = tuple[list[Complex], list[Complex]]
 
 
 @dataclass(frozen=True)
@@ -49,8 +59,8 @@ class Axisymmetric:
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L [H] and R [ohm] for one pose or many at `frequency` [Hz].
 
-        The disc is divided on first use for the poses' gaps (to a factor of 1.4) and the frequency (to a decade), and
-        kept for later calls.
+        The disc is divided on first use of its steps of gaps (octaves) and frequencies (decades), and kept for later
+        calls.
 
         Raises
         ------
@@ -74,26 +84,26 @@ class Axisymmetric:
         return Reaction(change[:, None, None], error[:, None, None], worst, rings, levels, notes=notes)
 
     def _change(self, d_v: Array, frequency: float) -> tuple[Complex, Complex, int, int]:
-        """Divide finer until Delta Z [ohm] holds; with its errors, the rings and the levels."""
-        problem = _problem(self.sensor, (float(d_v.min()), float(d_v.max())), frequency)
-        asked = np.array([10 * self.tolerance, self.tolerance])
-        values: list[Complex] = []
-        limit: list[Complex] = []
-        for level in range(12):
-            if count_rings(problem, level) > _MOST:
-                break
-            disc = _prepared(problem, level)
-            values.append(disc.reaction(d_v, 2 * np.pi * frequency))
-            limit.append((4 * values[-1] - values[-2]) / 3 if level else values[-1])
-            if level == 0:
-                continue
-            error = _error(limit) if level > 1 else sizes(limit[-1] - values[-1])
-            if np.all(error <= asked[:, None] * sizes(limit[-1])):
-                return limit[-1], error[0] + 1j * error[1], disc.rings, level + 1
-        rings = 2 * count_rings(problem, len(values) - 1) if values else 0
-        reached = float((sizes(limit[-1] - limit[-2]) / sizes(limit[-1])).max()) if len(limit) > 1 else 1.0
-        report = SolveReport("axisymmetric", rings, len(values), 0.0, reached, 0.0, "too many rings")
-        raise SolveFailed(
+        """Delta Z [ohm] and its errors, blended over the preparations that serve each gap; most rings and levels."""
+        change, error, rings, levels = np.zeros(d_v.size, dtype=complex), np.zeros(d_v.size, dtype=complex), 0, 0
+        for (step,), some, share in together([clearances(d_v, CLEARANCE)]):
+            for top, own in tops(frequency):
+                discs, held = _divided(_problem(self.sensor, served(step, CLEARANCE), top), top, self.tolerance)
+                limit = _limits(discs, d_v[some], frequency)
+                if not (held or _holds(limit, self.tolerance)):
+                    raise self._too_many(discs, limit)
+                found = _error(limit)
+                change[some] += own * share * limit[-1][-1]
+                error[some] += own * share * (found[0] + 1j * found[1])
+                rings, levels = max(rings, discs[-1].rings), max(levels, len(discs))
+        return change, error, rings, levels
+
+    def _too_many(self, discs: Sequence[Disc], limit: _Limits) -> SolveFailed:
+        """What stops at the rings that fit."""
+        rings = discs[-1].rings if discs else 0
+        reached = float((_error(limit) / sizes(limit[-1][-1])).max()) if len(discs) > 1 else 1.0
+        report = SolveReport("axisymmetric", rings, len(discs), 0.0, reached, 0.0, "too many rings")
+        return SolveFailed(
             f"axisymmetric: tolerance {self.tolerance:g} asks for more than the {2 * _MOST} rings that fit; reached "
             f"{reached:.1e} with {rings}; ask for a larger tolerance, or for 'sheets'",
             report,
@@ -165,30 +175,59 @@ def _check_coaxial(coil: Coil, pose: Pose) -> None:
     raise ValueError(f"pose: alpha and alpha_x must be 0 for 'axisymmetric', got {tilt:.4g} deg; use 'sheets'")
 
 
-def _problem(sensor: Sensor, gaps: tuple[float, float], frequency: float) -> DiscProblem:
-    """What to divide the disc for: gaps rounded to half powers of two, the frequency up to a power of ten."""
+def _problem(sensor: Sensor, gaps: tuple[float, float], top: float) -> DiscProblem:
+    """What to divide the disc for: gaps [m] and frequencies up to `top` [Hz]."""
     target, coil = sensor.target, sensor.coils[0]
     if target is None:
         raise ValueError("target: the scene has none to divide")
     sigma = target.metal.conductivity
-    top = 10.0 ** np.ceil(np.log10(frequency) - 1e-9)
-    low, high = 2.0 ** (np.floor(2 * np.log2(gaps[0])) / 2), 2.0 ** ((np.floor(2 * np.log2(gaps[1])) + 1) / 2)
-    radius = (target.diameter or 0.0) / 2
     alike = coil.model_copy(update={"name": "C", "centre": (0.0, 0.0)})
-    return DiscProblem(radius, target.thickness, sigma, alike, (float(low), float(high)), skin_depth(top, sigma))
+    return DiscProblem((target.diameter or 0.0) / 2, target.thickness, sigma, alike, gaps, skin_depth(top, sigma))
 
 
-@lru_cache(maxsize=6)
+@lru_cache(maxsize=32)
+def _divided(problem: DiscProblem, top: float, tolerance: float) -> tuple[tuple[Disc, ...], bool]:
+    """Discs divided finer and finer until all gaps and frequencies they serve hold; whether they do."""
+    gaps, frequencies = np.geomspace(*problem.gaps, _SAMPLES), np.geomspace(lowest_served(top), top, _SAMPLES)
+    discs: list[Disc] = []
+    for level in range(12):
+        if count_rings(problem, level) > _MOST:
+            break
+        discs.append(_prepared(problem, level))
+        if level and all(_holds(_limits(discs, gaps, frequency), tolerance) for frequency in frequencies.tolist()):
+            return tuple(discs), True
+    return tuple(discs), False
+
+
+@lru_cache(maxsize=64)
 def _prepared(problem: DiscProblem, level: int) -> Disc:
     """Divided discs, kept."""
     return prepare_disc(problem, level)
 
 
-def _error(limit: list[Complex]) -> Array:
-    """Error of the last of three or more limits: their last step, or what a geometric series leaves after it."""
-    step = sizes(limit[-1] - limit[-2])
-    if len(limit) < 4:
-        return step
-    before = sizes(limit[-2] - limit[-3])
-    ratio = np.clip(step / np.where(before > 0.0, before, 1.0), 0.3, 0.5)  # 1/16 for smooth, more at rims
-    return np.asarray(step * ratio / (1.0 - ratio))
+def _limits(discs: Sequence[Disc], d_v: Array, frequency: float) -> _Limits:
+    """Delta Z of each level, and of the extrapolation with the one before."""
+    values = [disc.reaction(d_v, 2 * np.pi * frequency) for disc in discs]
+    return values, [(4 * fine - coarse) / 3 for coarse, fine in pairwise(values)]
+
+
+def _holds(limit: _Limits, tolerance: float) -> bool:
+    """Whether the last limit is as good as asked, the resistance ten times less."""
+    asked = np.array([[10 * tolerance], [tolerance]])
+    return bool(limit[1]) and bool(np.all(_error(limit) <= asked * sizes(limit[1][-1])))
+
+
+def _error(levels: _Limits) -> Array:
+    """Error of the last limit: what a geometric series leaves after its last step, shape (2, p).
+
+    Its ratio is that of the last two steps, `_FIRST_RATIO` of two limits; steps that pass through zero count by the one
+    before. With one limit alone it is half of what the extrapolation adds.
+    """
+    values, limit = levels
+    steps = [sizes(limit[0] - values[1]), *(sizes(fine - coarse) for coarse, fine in pairwise(limit))]
+    if len(steps) == 1:
+        return np.asarray(_ALONE * steps[0])
+    before, last = steps[-2:]
+    measured = np.clip(last / np.where(before > 0.0, before, 1.0), *_RATIO)
+    ratio = measured if len(steps) > 2 else np.array(_FIRST_RATIO)
+    return np.asarray(np.maximum(last, _THROUGH * before) * ratio / (1.0 - ratio))

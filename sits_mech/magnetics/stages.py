@@ -50,6 +50,17 @@ def clearance_of(step: int, anchor: float) -> float:
     return float(anchor * 2.0 ** (step - _NEAR))
 
 
+def served(step: int, anchor: float) -> tuple[float, float]:
+    """Return the smallest and the largest gap of which a step of the ladder has a share [m]."""
+    low = clearance_of(step, anchor)
+    return low, float(low * 2.0 ** (1.0 + _NEAR))
+
+
+def lowest_served(top: float) -> float:
+    """Return the lowest frequency of which what is prepared up to `top` has a share [Hz]."""
+    return float(top * 10.0 ** (-1.0 - _UP))
+
+
 def tops(frequency: float, *, lowest: float = -math.inf) -> list[tuple[float, float]]:
     """Return the frequencies that are prepared for [Hz], and their shares; those of no share are left out.
 

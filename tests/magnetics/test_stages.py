@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from sits_mech.magnetics.bars import planar_bars
+from sits_mech.magnetics.rings import Axisymmetric, axisymmetric
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.magnetics.stages import clearance_of, clearances, together, tops
+from sits_mech.magnetics.stages import clearance_of, clearances, lowest_served, served, together, tops
 from sits_mech.quantities import Impedance, MagneticModel, Pose
 from sits_mech.scene.sensor import load_sensor
 
@@ -47,6 +48,17 @@ def test_frequencies_are_below_their_tops(frequency: float, count: int) -> None:
     assert all(top >= frequency for top, _ in found)
 
 
+def test_steps_serve_what_they_have_a_share_of() -> None:
+    gap = np.geomspace(1e-4, 1e-2, 4001)
+    for step, share in clearances(gap, 1.8 * MM):
+        for k in np.unique(step).tolist():
+            low, high = served(k, 1.8 * MM)
+            some = gap[(step == k) & (share > 0.0)]
+            assert low <= some.min() * (1 + 1e-12) and some.max() <= high * (1 + 1e-12)
+    for frequency in np.geomspace(1e3, 1e8, 400).tolist():
+        assert all(lowest_served(top) <= frequency <= top * (1 + 1e-12) for top, _ in tops(frequency))
+
+
 def test_several_plates_together() -> None:
     gaps = [(np.array([2.0, 3.1, 3.2]) * MM, 1.8 * MM), (np.array([0.5, 0.5, 0.45]) * MM, 0.5 * MM)]
     total = np.zeros(3)
@@ -81,6 +93,34 @@ def test_no_steps_over_gap_and_tilt() -> None:
 def test_no_steps_over_frequency() -> None:
     model, frequencies = sheets(load_sensor("biorob2018"), 1e-2), np.geomspace(1.6e6, 3e6, 251)
     found = [model.impedance(Pose(0.0, 3 * MM), f) for f in frequencies]
+    for values, least in (([z.L for z in found], 1e-6), ([z.R / np.sqrt(z.frequency) for z in found], 1e-5)):
+        change = np.array(values) - (found[0].L0 if least == 1e-6 else 0.0)
+        assert np.abs(np.diff(change, 4, axis=0)).max() < least * np.abs(change).max()
+
+
+def rings(tolerance: float) -> Axisymmetric:
+    """One of the published coils under a coaxial disc."""
+    changes = ['coils.C2.centre=["30 mm", "0 mm"]', 'target={material="copper", shape="disc", diameter="7 mm", '
+               'thickness="0.2 mm"}']  # fmt: skip
+    sensor = load_sensor("biorob2018", changes)
+    coil = sensor.coils[0].model_copy(update={"centre": (0.0, 0.0)})
+    return axisymmetric(sensor.model_copy(update={"coils": (coil,)}), tolerance)
+
+
+def test_rings_of_a_pose_alone_and_among_others() -> None:
+    model = rings(1e-3)
+    alone = model.impedance(Pose(0.0, 3 * MM), 5e6)
+    among = rings(1e-3).impedance(Pose(0.0, np.array([3.0, 1.0, 20.0]) * MM), 5e6)
+    np.testing.assert_allclose(among.L[0] - among.L0, alone.L - alone.L0, rtol=1e-9)
+    np.testing.assert_allclose(among.R[0], alone.R, rtol=1e-9)
+    np.testing.assert_allclose(among.error_L[0], alone.error_L, rtol=1e-9)
+
+
+def test_no_steps_of_rings_over_gap_and_frequency() -> None:
+    """Across the places where one preparation takes over: 1.51 and 1.8 mm, 1.77 and 2.5 MHz."""
+    model, gap = rings(1e-2), np.linspace(1.4, 3.2, 1601) * MM
+    assert max(steps(model.impedance(Pose(0.0 * gap, gap), 5e6))) < 1e-6
+    found = [model.impedance(Pose(0.0, 3 * MM), f) for f in np.geomspace(1.6e6, 3e6, 251)]
     for values, least in (([z.L for z in found], 1e-6), ([z.R / np.sqrt(z.frequency) for z in found], 1e-5)):
         change = np.array(values) - (found[0].L0 if least == 1e-6 else 0.0)
         assert np.abs(np.diff(change, 4, axis=0)).max() < least * np.abs(change).max()
