@@ -96,8 +96,8 @@ def test_fixed_plates_have_outlines() -> None:
     assert "holes" not in scene_text(disc)
     for keys, reason in (
         ({"shape": "outline"}, "conductors.0: points must be given for an outline; it is missing"),
-        ({"shape": "disc", "diameter": 8e-3, "holes": [hole]}, r"conductors.0: holes must come with shape = .outline."),
-        ({"shape": "outline", "points": rim, "holes": [[[0, 0], [9e-3, 0], [0, 1e-3]]]}, "points and holes must be rims that do not cross"),
+        ({"shape": "disc", "diameter": 8e-3, "holes": [hole]}, "conductors.0: holes must come with shape = .outline."),
+        ({"shape": "outline", "points": rim, "holes": [[[0, 0], [9e-3, 0], [0, 1e-3]]]}, "must be rims that do not cross"),
     ):
         with pytest.raises(SceneError, match=reason):
             sensor_from(table | {"conductors": [ground | keys]})
