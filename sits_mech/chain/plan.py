@@ -319,7 +319,8 @@ class Plan:
         error = sum(max(asked, REACHED[half, name]) for half, name, asked, _ in parts) + sum(sizes)
         seconds = sum(cost(*part) for part in parts)
         if magnetics.name == "sheets" and len(sensor.conductors) > len(magnetics.left_out):
-            seconds += _AMONG * max(len(loads), 1) + _OUTLINE * sum(part.shape == "outline" for part in sensor.conductors)
+            outlines = sum(part.shape == "outline" for part in sensor.conductors)
+            seconds += _AMONG * max(len(loads), 1) + _OUTLINE * outlines
         return cls(mechanics, magnetics, rungs, missing, error, seconds, (*magnetics.notes, *_notes(sensor, loads)))
 
 

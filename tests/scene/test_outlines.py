@@ -97,7 +97,7 @@ def test_fixed_plates_have_outlines() -> None:
     for keys, reason in (
         ({"shape": "outline"}, "conductors.0: points must be given for an outline; it is missing"),
         ({"shape": "disc", "diameter": 8e-3, "holes": [hole]}, "conductors.0: holes must come with shape = .outline."),
-        ({"shape": "outline", "points": rim, "holes": [[[0, 0], [9e-3, 0], [0, 1e-3]]]}, "must be rims that do not cross"),
+        ({"shape": "outline", "points": rim, "holes": [[[0, 0], [9e-3, 0], [0, 1e-3]]]}, "rims that do not cross"),
     ):
         with pytest.raises(SceneError, match=reason):
             sensor_from(table | {"conductors": [ground | keys]})
