@@ -97,6 +97,8 @@ def test_fixed_plates_have_outlines() -> None:
     for keys, reason in (
         ({"shape": "outline"}, "conductors.0: points must be given for an outline; it is missing"),
         ({"shape": "disc", "diameter": 8e-3, "holes": [hole]}, "conductors.0: holes must come with shape = .outline."),
+        ({"shape": "outline", "points": rim, "holes": [rim[:3]]}, r"do at \(-0.008, -0.008\) m"),
+        ({"shape": "outline", "points": [*rim, rim[0]]}, r"do at \(-0.008, -0.008\) m"),
         ({"shape": "outline", "points": rim, "holes": [[[0, 0], [9e-3, 0], [0, 1e-3]]]}, "rims that do not cross"),
     ):
         with pytest.raises(SceneError, match=reason):
