@@ -15,9 +15,11 @@ import numpy as np
 
 from sits_mech.chain.omissions import Omission
 from sits_mech.geometry.collision import check_clearance
-from sits_mech.magnetics.remote import remote_bounds
+from sits_mech.magnetics.remote import half_space_share, remote_bounds
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveFailed
 from sits_mech.scene.sensor import Conductor, Sensor
+
+_LOOSE = 1.0  # of the change: bounds of conductors near the coils from which on a half-space's is told
 
 
 @dataclass(frozen=True)
@@ -99,7 +101,8 @@ def without_far(
         if len(left) == len(far):
             left_out = tuple(_omission(part, float(size)) for part, size in zip(far, shares(far), strict=True))
             alone = partial(_shares, _with(sensor, ()), pose, change, found.unit_L == "H/m")
-            return solved, left_out, ", ".join(_counted(part, float(alone([part])[0])) for part in kept)
+            said = [_counted(sensor, part, float(alone([part])[0])) for part in kept]
+            return solved, left_out, "; ".join(said)
         kept += [part for part in far if part not in left]
 
 
@@ -124,9 +127,12 @@ def _with(sensor: Sensor, parts: Sequence[Conductor]) -> Sensor:
     return sensor.model_copy(update={"conductors": tuple(parts)})
 
 
-def _counted(part: Conductor, size: float) -> str:
-    """Say by how much a conductor alone may change the answer."""
-    return f"{part.name}: " + (f"at most {size:.2g} of the change" if size < 10.0 else "bounded by nothing below 10")
+def _counted(sensor: Sensor, part: Conductor, size: float) -> str:
+    """Say by how much a conductor alone may change the answer, or the inductances where it is near."""
+    if size < _LOOSE:
+        return f"{part.name} alone: at most {size:.2g} of the change"
+    share = half_space_share(sensor.coils, part)
+    return f"{part.name} alone: " + (f"at most {share:.2g} of L0" if share < 1.0 else "any part of L0, so near it is")
 
 
 def _omission(part: Conductor, size: float) -> Omission:

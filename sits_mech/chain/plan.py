@@ -42,6 +42,7 @@ REACHED: dict[tuple[str, str], float] = {
 }
 """Relative errors that the finest rungs estimate of themselves, as seen under gentle loads."""
 _AMONG = 1.0  # seconds more for a load, or a pose, among conductors: 0.5 over a ground plane, more among several plates
+_OUTLINE = 15.0  # seconds more for each fixed plate of any outline: no symmetry shares its cells
 _HELD = 0.4  # small strain's bound from which on pads were seen to give way: in shear; compression goes to some 1.5
 
 
@@ -318,7 +319,8 @@ class Plan:
         error = sum(max(asked, REACHED[half, name]) for half, name, asked, _ in parts) + sum(sizes)
         seconds = sum(cost(*part) for part in parts)
         if magnetics.name == "sheets" and len(sensor.conductors) > len(magnetics.left_out):
-            seconds += _AMONG * max(len(loads), 1)
+            outlines = sum(part.shape == "outline" for part in sensor.conductors)
+            seconds += _AMONG * max(len(loads), 1) + _OUTLINE * outlines
         return cls(mechanics, magnetics, rungs, missing, error, seconds, (*magnetics.notes, *_notes(sensor, loads)))
 
 

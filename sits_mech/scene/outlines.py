@@ -75,6 +75,16 @@ def first_crossing(loops: tuple[Loop, ...]) -> tuple[float, float] | None:
     return None
 
 
+def first_twice(loops: Sequence[Loop]) -> tuple[float, float] | None:
+    """Return a corner that an outline has twice [m]; None if there is none."""
+    seen: set[tuple[float, float]] = set()
+    for corner in (corner for loop in loops for corner in loop):
+        if corner in seen:
+            return corner
+        seen.add(corner)
+    return None
+
+
 def check_rims(points: Loop | None, holes: tuple[Loop, ...]) -> None:
     """Refuse an outline without area, holes without a rim around them, and rims that cross themselves or each other.
 
@@ -90,6 +100,7 @@ def check_rims(points: Loop | None, holes: tuple[Loop, ...]) -> None:
     if any(len(hole) < 3 for hole in holes):
         raise SceneError("holes must be at least three corners each; got fewer")
     crossing = first_crossing((points, *holes)) if len(points) > 3 or holes else None
+    crossing = crossing or first_twice((points, *holes))
     if crossing is not None:
         x, y = crossing
         raise SceneError(f"points and holes must be rims that do not cross or touch; they do at ({x:.4g}, {y:.4g}) m")

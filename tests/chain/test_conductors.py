@@ -1,6 +1,7 @@
 """Conductors near the sensor: far ones are left out by a bound, near ones solved, and no model changes in silence."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -193,3 +194,10 @@ def test_a_turned_disc_is_the_same_disc() -> None:
     assert found.impedance.L[0, 0] == pytest.approx(flat.L[0, 0], rel=1e-12)
     data = load_cycle(sensor, Wrench(0.0, 0.5), triangle(1.0, 1), mechanics="linear")
     assert json.loads(data.attrs["request"])["magnetics"] == "axisymmetric"
+
+
+def test_the_plan_says_how_much_what_counts_may_change() -> None:
+    """A ground plane below the coils by the half-space that it is in, a screw beside them by its own bound."""
+    ground = nut(0.0, -1.5).model_copy(update={"name": "ground", "width": 16e-3, "length": 16e-3})
+    reason = plan(among(ground, nut(14.0, -1.5))).magnetics.reason
+    assert re.search(r"ground alone: at most 0\.\d+ of L0; nut alone: at most 0\.\d+ of the change\)$", reason)

@@ -40,6 +40,21 @@ def test_choices_have_reasons() -> None:
     assert "no target" in choose_magnetics(bare, "auto", ("planar",)).reason
 
 
+def test_free_tracks_are_solved_in_space() -> None:
+    """A square loop that crosses y = 0 straight is no endless pair of wires; the section is for who asks for it."""
+    z, loop = -17.5e-6, [(3e-3, -3e-3), (3e-3, 3e-3), (-3e-3, 3e-3), (-3e-3, -3e-3), (2.9e-3, -3e-3)]
+    points = ", ".join(f"[{x}, {y}, {z}]" for x, y in loop)
+    coils = f'coils=[{{name="L1", shape="path", track_width=1e-4, track_thickness=35e-6, path=[[{points}]]}}]'
+    sensor, known = load_sensor("biorob2018", [coils]), ("planar", "sheets")
+    choice = choose_magnetics(sensor, "auto", known, [Pose(0.0, 2e-3)])
+    assert choice.name == "sheets" and "coils.L1: free tracks" in choice.reason
+    assert choose_magnetics(sensor, "planar", known).name == "planar"
+    steel = 'target={conductivity=7e6, relative_permeability=100, shape="rectangle", width=8e-3, length=8e-3, '
+    magnetic = load_sensor("biorob2018", [coils, steel + "thickness=2e-4}"])
+    with pytest.raises(SceneError, match=r"target: permeable parts .* got free tracks of coils.L1"):
+        choose_magnetics(magnetic, "auto", known)
+
+
 def test_pillars_are_solved_in_space_alone() -> None:
     """No section, no strip and no small-strain bound stands for them."""
     keys = ['elastomer.shape="pillars"', 'elastomer.pitch="2.5 mm"', 'elastomer.diameter="1.5 mm"', LONG]

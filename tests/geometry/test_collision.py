@@ -94,3 +94,18 @@ def test_a_wide_target_that_tilts_onto_the_substrate_is_told():
     above, below = (ground_notes(sensor, Pose(0.0, 2.1 * MM, float(np.arcsin(each)))) for each in slope)
     assert above == () and "0.02 mm below the ground" in below[0]
     assert ground_notes(sensor.model_copy(update={"elastomer": None}), Pose(0.0, 0.1 * MM, 1.0)) == ()
+
+
+def test_outlines_of_fixed_plates_count_with_their_notches_filled():
+    """An L beside the target, clear of it by its box, and one whose notch the target would stand in."""
+    ell = tuple((x * MM, y * MM) for x, y in ((0, -6), (6, -6), (6, 6), (5, 6), (5, -5), (0, -5)))
+    sensor = load_sensor("biorob2018")
+    for x, clear in ((10.0, True), (2.0, False)):
+        part = Conductor(name="GND", material="copper", shape="outline", centre=(x * MM, 0.0, 3.1 * MM), points=ell,
+                         thickness=0.2 * MM)  # fmt: skip
+        among = sensor.model_copy(update={"conductors": (part,)})
+        if clear:
+            check_clearance(among, Pose(0.0, 3e-3))
+            continue
+        with pytest.raises(Collision, match="clear of conductors.GND"):
+            check_clearance(among, Pose(0.0, 3e-3))

@@ -6,7 +6,7 @@ import pytest
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.field import planar_fem
-from sits_mech.magnetics.remote import _body, _field, _kappa, _solved, remote_bounds
+from sits_mech.magnetics.remote import _body, _field, _kappa, _solved, half_space_share, remote_bounds
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import Conductor, Sensor, load_sensor
@@ -107,6 +107,17 @@ def test_near_ones_have_no_bound():
     found = remote_bounds(BARE, [nut(20.0, 3.0)], poses)
     assert bound(BARE, [nut(30.0, 0.3)]) > 2.0 * bound(COILS, [nut(30.0, 0.3)])  # the target's answer is in it
     assert found.shape == (2, 1) and found[0, 0] < np.inf and found[1, 0] == np.inf
+
+
+def test_a_half_space_bounds_what_is_near():
+    """16 x 16 mm a millimetre below takes nine tenths of it; a nut far less; ferrite on top no more; beside, all."""
+    wide, small = nut(-4.0, -1.12, size=(16.0, 16.0, 0.2)), nut(-4.0, -1.12, size=(2.0, 2.0, 0.2))
+    coil = COILS.model_copy(update={"coils": COILS.coils[:1]})
+    share = half_space_share(coil.coils, wide)
+    assert 0.8 * share < effect(sheets, coil, [wide]) < share == half_space_share(coil.coils, small)
+    above = nut(-4.0, 1.0, size=(16.0, 16.0, 0.2), material="ferrite")
+    assert half_space_share(coil.coils, above) == pytest.approx(share, rel=0.15) and share < 0.5
+    assert half_space_share(coil.coils, nut(-9.0, 0.0)) == 1.0
 
 
 def test_bodies_by_hand() -> None:

@@ -1,12 +1,13 @@
 """Outlines of scenes: areas, crossings, mesh files with named groups, and the scene keys that bring them."""
 
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from sits_mech.scene.outlines import first_crossing, read_loops, signed_area
-from sits_mech.scene.sensor import SceneError, Sensor, changed, load_sensor, save_sensor
+from sits_mech.scene.sensor import SceneError, Sensor, changed, load_sensor, save_sensor, scene_text, sensor_from
 
 MESHES = Path(__file__).parents[2] / "meshes"
 SQUARE = ((0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0))
@@ -81,3 +82,24 @@ def test_coils_have_one_winding() -> None:
     assert [coil.winding for coil in spirals.coils] == ["spiral", "spiral"]
     with pytest.raises(SceneError, match="round coils must all have one winding; got rings and spiral"):
         changed(spirals, ["coils.C2.winding=rings"])
+
+
+def test_fixed_plates_have_outlines() -> None:
+    """As targets have them, from the plate's centre; written and read back; other plates keep their text."""
+    rim, hole = [[-8e-3, -8e-3], [8e-3, -8e-3], [8e-3, 8e-3], [-8e-3, 9e-3]], [[0, 1e-3], [1e-3, -1e-3], [-1e-3, 0]]
+    ground = {"name": "GND", "material": "copper", "centre": [0, 0, -1e-3], "thickness": 35e-6}
+    table = load_sensor("biorob2018").model_dump(exclude_none=True)
+    sensor = sensor_from(table | {"conductors": [ground | {"shape": "outline", "points": rim, "holes": [hole]}]})
+    assert sensor.conductors[0].extent == (16e-3, 18e-3) and len(sensor.conductors[0].holes) == 1
+    assert sensor_from(tomllib.loads(scene_text(sensor))) == sensor
+    disc = sensor_from(table | {"conductors": [ground | {"shape": "disc", "diameter": 8e-3}]})
+    assert "holes" not in scene_text(disc)
+    for keys, reason in (
+        ({"shape": "outline"}, "conductors.0: points must be given for an outline; it is missing"),
+        ({"shape": "disc", "diameter": 8e-3, "holes": [hole]}, "conductors.0: holes must come with shape = .outline."),
+        ({"shape": "outline", "points": rim, "holes": [rim[:3]]}, r"do at \(-0.008, -0.008\) m"),
+        ({"shape": "outline", "points": [*rim, rim[0]]}, r"do at \(-0.008, -0.008\) m"),
+        ({"shape": "outline", "points": rim, "holes": [[[0, 0], [9e-3, 0], [0, 1e-3]]]}, "rims that do not cross"),
+    ):
+        with pytest.raises(SceneError, match=reason):
+            sensor_from(table | {"conductors": [ground | keys]})

@@ -30,7 +30,10 @@ from scipy.constants import mu_0
 from scipy.special import j1
 
 from sits_mech.geometry.windings import Sections
+from sits_mech.memory import GIB, VARIABLE, memory_limit
 from sits_mech.quantities import Array, Complex
+
+_ARRAYS = 4  # of a number for each ring and wave number, beside those at the Gauss points
 
 
 @dataclass(frozen=True)
@@ -103,7 +106,18 @@ def spectrum(rings: Sections, k: Array, *, points: int = 4) -> Array:
         [1/m].
     points : int
         Gauss points along each ring's width.
+
+    Raises
+    ------
+    ValueError
+        Where it would take more memory than the process may.
     """
+    needed, limit = 8.0 * (2 * points + _ARRAYS) * rings.radius.size * k.size, memory_limit()
+    if needed > limit:
+        raise ValueError(
+            f"coils: the {rings.radius.size} turns of a coil, times {k.size} wave numbers of its field, must fit into "
+            f"{limit / GIB:.3g} GiB (--memory, or {VARIABLE}); they take {needed / GIB:.3g} GiB"
+        )
     nodes, weights = np.polynomial.legendre.leggauss(points)
     a = rings.radius[:, None] + rings.width[:, None] / 2 * nodes
     mean = np.einsum("rg,rgk,g->rk", a, j1(a[:, :, None] * k), weights) / 2

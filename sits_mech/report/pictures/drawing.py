@@ -131,6 +131,9 @@ def _sizes(part: Target | Elastomer | Conductor) -> str:
         extent = tuple(np.ptp(np.array(part.points), axis=0))
     across = " x ".join(f"{_MM * size:.4g}" for size in extent)
     across = across if part.diameter is None else f"⌀ {_MM * part.diameter:.4g}"
+    if not isinstance(part, Elastomer) and part.points is not None:
+        count = len(part.holes)
+        across += f", outline of {len(part.points)} corners" + (f", {count} hole{'s' * (count > 1)}" if count else "")
     if isinstance(part, Elastomer) and part.pitch is not None:
         across += f" every {_MM * part.pitch:.4g}"
     return f"{across}, {_MM * part.thickness:.4g} thick"

@@ -6,7 +6,7 @@ from common.infinite_plate import coil_change, pair_change
 from scipy.constants import mu_0
 
 from sits_mech.geometry.windings import Sections, coil_sections
-from sits_mech.magnetics.axis.dodd_deeds import Layer, reflection
+from sits_mech.magnetics.axis.dodd_deeds import Layer, reflection, spectrum
 from sits_mech.magnetics.coils.loops import mutual_loops, ring_mutual
 from sits_mech.scene.sensor import Coil
 
@@ -115,3 +115,11 @@ def test_gaps_are_vectorised_and_far_ones_vanish():
 def test_gap_must_be_positive(gap):
     with pytest.raises(ValueError, match="gap: must be positive"):
         coil_change(COIL, gap, 5e6, [Layer(COPPER)])
+
+
+def test_coils_of_too_many_turns_are_refused_before_anything_is_allocated():
+    """A million turns at 5000 wave numbers: 12 arrays of 8 bytes, 447 GiB."""
+    ones = np.ones(1_000_000)
+    rings = Sections(ones, -ones, 1e-4 * ones, 1e-5 * ones)
+    with pytest.raises(ValueError, match=r"1000000 turns of a coil, times 5000 .* must fit into .*; they take 447 GiB"):
+        spectrum(rings, np.linspace(1.0, 2.0, 5000))

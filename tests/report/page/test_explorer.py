@@ -45,6 +45,15 @@ def test_straight_tracks_are_drawn_as_lines() -> None:
     assert square["lines"][0][0] == square["lines"][0][-1] and square["reach"] == pytest.approx(3.25 * 2**0.5)
 
 
+def test_fixed_plates_keep_their_holes() -> None:
+    """Rim and hole in the scene's places, in millimetres."""
+    hole = "holes=[[[2e-3, -1e-3], [4e-3, -1e-3], [3e-3, 0]]]"
+    points = "points=[[-9e-3, -9e-3], [9e-3, -9e-3], [9e-3, 9e-3]]"
+    ground = f'name="GND", material="copper", shape="outline", centre=[1e-3, 0, -2e-3], thickness=35e-6, {points}, '
+    (part,) = explorer.parts_of(load_sensor("biorob2018", [f"conductors=[{{{ground}{hole}}}]"]))["fixed"]
+    assert part["loops"] == [[[-8.0, -9.0], [10.0, -9.0], [10.0, 9.0]], [[3.0, -1.0], [5.0, -1.0], [4.0, 0.0]]]
+
+
 def table_of(whole: str) -> dict[str, Any]:
     """Return the table within a page."""
     return json.loads(whole.partition('id="table">')[2].partition("</script>")[0])

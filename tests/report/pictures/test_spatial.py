@@ -5,12 +5,13 @@ from functools import partial
 import numpy as np
 import pytest
 
+from sits_mech.geometry.solids import as_plate
 from sits_mech.magnetics.space.stream import plate_stream
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.report.pictures import spatial
 from sits_mech.report.pictures.request import Request, kind_of_picture, resting_pose
 from sits_mech.report.pictures.section import driven_coil, written_frequency
-from sits_mech.scene.sensor import SceneError, load_sensor
+from sits_mech.scene.sensor import Conductor, SceneError, load_sensor
 
 
 @pytest.fixture
@@ -65,3 +66,18 @@ def test_which_picture() -> None:
 @pytest.mark.parametrize(("hertz", "text"), [(5e6, "5 MHz"), (5e3, "5 kHz"), (50.0, "50 Hz")])
 def test_written_frequency(hertz: float, text: str) -> None:
     assert written_frequency(hertz) == text
+
+
+def test_plates_keep_their_holes():
+    """Surface of a square with a slot and a hole, 56 mm2 above and below and 48 mm of rims; tilted as a target, too."""
+    pyvista = pytest.importorskip("pyvista")
+    slot = ((2e-3, 4e-3), (2e-3, 0.0), (1e-3, 0.0), (1e-3, 4e-3))
+    rim = ((-4e-3, -4e-3), (4e-3, -4e-3), (4e-3, 4e-3), *slot, (-4e-3, 4e-3))
+    hole = ((-3e-3, -1e-3), (-1e-3, -1e-3), (-1e-3, 1e-3), (-3e-3, 1e-3))
+    part = Conductor(name="GND", material="copper", shape="outline", centre=(1e-3, 0.0, -1e-3), points=rim,
+                     holes=(hole,), thickness=0.5e-3)  # fmt: skip
+    fixed = spatial._fixed(pyvista, part)
+    assert fixed.area == pytest.approx(2 * 56 + 48 * 0.5, rel=1e-5)
+    np.testing.assert_allclose(fixed.bounds, (-3.0, 5.0, -4.0, 4.0, -1.25, -0.75), atol=1e-5)
+    tilted = spatial._plate(pyvista, as_plate(part), Pose(0.0, 5e-3, 0.4))
+    assert tilted.area == pytest.approx(2 * 56 + 48 * 0.5, rel=1e-5)
