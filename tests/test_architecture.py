@@ -66,6 +66,9 @@ UNMIRRORED = {
     **dict.fromkeys(
         (f"mechanics/element/{name}.py" for name in ("fan", "guard")), "tests/mechanics/faces/test_contact.py: by use"
     ),
+    **dict.fromkeys(
+        ("maps/differences.py", "scene/lengths.py"), "tests/magnetics/test_slopes.py: derivatives by a scene's lengths"
+    ),
     "mechanics/pictured.py": "tests/mechanics/test_block.py: sections of its pads for pictures",
     "mechanics/element/mesh.py": "tests/mechanics/element/test_kernel.py: the elements on it",
     "mechanics/element/target.py": "tests/mechanics/element/test_assembly.py: the rigid target's derivatives",

@@ -47,12 +47,14 @@ def answer(*parts: Conductor, frequency: float = 1e6) -> tuple[float, Impedance]
 
 
 def test_a_square_is_a_square_and_a_slit_opens_it() -> None:
-    """Triangles over the whole against a quarter of rectangles: within errors; a slit to the middle takes a third."""
+    """Triangles over the whole against a quarter of rectangles: within twice the errors, and within what was asked; a
+    slit to the middle takes a third.
+    """
     (change, whole), (same, outline), (cut, slitted) = (
         answer(part) for part in (rectangle(0.0, 8.0), plane(SQUARE), plane(slit(4.0)))
     )
-    assert abs(same - change) < whole.error_L[0, 0] + outline.error_L[0, 0] < 1e-3 * abs(change)
-    assert abs(outline.R - whole.R)[0, 0] < (outline.error_R + whole.error_R)[0, 0] < 5e-3 * whole.R[0, 0]
+    assert abs(same - change) < 2.0 * (whole.error_L[0, 0] + outline.error_L[0, 0]) < 1e-2 * abs(change)
+    assert abs(outline.R - whole.R)[0, 0] < min(2.0 * (outline.error_R + whole.error_R)[0, 0], 1e-2 * whole.R[0, 0])
     assert 0.6 * abs(change) < abs(cut) < 0.7 * abs(change) and slitted.R[0, 0] > 1.3 * whole.R[0, 0]
 
 
