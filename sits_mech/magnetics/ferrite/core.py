@@ -49,7 +49,8 @@ _CURL = [(b, d, a, 1.0) for b, d, a in ((0, 1, 2), (1, 2, 0), (2, 0, 1))]
 _CURL += [(b, d, a, -1.0) for b, a, d in ((0, 1, 2), (1, 2, 0), (2, 0, 1))]  # curl_b = sign d_d A_a
 _GAUSS = 2  # points along each side of a face
 _ALONG = {"plate": 4, "block": 3}  # coarse boxes along the longer half side, at `_MIDDLE`
-_MIDDLE, _FINER = 0.6, (0.75, 1.5)  # of a rung's `along`; boxes over those, at least and at most
+_MIDDLE, _FINER = 8.0, (0.75, 1.5)  # digits of a rung; boxes over those, at least and at most
+_PER_DIGIT = 0.35  # growth of their number, by the digits
 _GRADING = 1.2  # power of their distances from the rim
 _BLOCK = 2.0  # thickness over the length on which the coils' field changes: graded boxes across
 _ACROSS = (0.0, 0.6, 1.0)  # nodes of a block over its half thickness
@@ -119,7 +120,8 @@ def prepared_core(
     half = np.array([*plate.extent, plate.thickness]) / 2
     length = min(field_length(coil, sources.distance + half[2]) for coil in sources.coils)
     kind = "plate" if plate.thickness < _BLOCK * length else "block"
-    longest = round(_ALONG[kind] * min(max(_MIDDLE / rung.along, _FINER[0]), _FINER[1]))
+    finer = np.clip(np.exp(_PER_DIGIT * (rung.terms - _MIDDLE)), *_FINER)
+    longest = round(_ALONG[kind] * float(finer))
     counts = np.maximum(np.ceil(longest * half[:2] / half[:2].max()), 2).astype(int)
     x, y = (side * (1.0 - (1.0 - np.arange(n + 1) / n) ** _GRADING) for side, n in zip(half, counts, strict=False))
     z = half[2] * np.array(_ACROSS if kind == "block" else (0.0, 1.0))
