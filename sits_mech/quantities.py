@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -89,11 +90,13 @@ class Pose:
         each = np.moveaxis(np.asarray(components, dtype=np.float64), -1, 0)
         return cls(*(float(part) if part.ndim == 0 else part for part in each))
 
-    @property
+    @cached_property
     def components(self) -> Array:
-        """All six, in the order of `POSE`, shape (..., 6) [m, rad]."""
+        """All six, in the order of `POSE`, shape (..., 6), not to be written to [m, rad]."""
         each = np.broadcast_arrays(*(np.asarray(getattr(self, name), dtype=np.float64) for name in POSE))
-        return np.stack(each, axis=-1)
+        found = np.stack(each, axis=-1)
+        found.flags.writeable = False  # asked several times a pose, found once
+        return found
 
     @property
     def centre(self) -> Array:
