@@ -90,13 +90,16 @@ class Pose:
         each = np.moveaxis(np.asarray(components, dtype=np.float64), -1, 0)
         return cls(*(float(part) if part.ndim == 0 else part for part in each))
 
-    @cached_property
+    @property
     def components(self) -> Array:
-        """All six, in the order of `POSE`, shape (..., 6), not to be written to [m, rad]."""
+        """All six, in the order of `POSE`, shape (..., 6) [m, rad]."""
+        return self._stacked.copy()
+
+    @cached_property
+    def _stacked(self) -> Array:
+        """The same, found once: a pose is asked for them several times."""
         each = np.broadcast_arrays(*(np.asarray(getattr(self, name), dtype=np.float64) for name in POSE))
-        found = np.stack(each, axis=-1)
-        found.flags.writeable = False  # asked several times a pose, found once
-        return found
+        return np.stack(each, axis=-1)
 
     @property
     def centre(self) -> Array:
