@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -92,6 +93,11 @@ class Pose:
     @property
     def components(self) -> Array:
         """All six, in the order of `POSE`, shape (..., 6) [m, rad]."""
+        return self._stacked.copy()
+
+    @cached_property
+    def _stacked(self) -> Array:
+        """The same, found once: a pose is asked for them several times."""
         each = np.broadcast_arrays(*(np.asarray(getattr(self, name), dtype=np.float64) for name in POSE))
         return np.stack(each, axis=-1)
 

@@ -40,3 +40,9 @@ def test_arrays_become_json() -> None:
     given = {"a": np.eye(2), "b": (np.float64(0.5), [np.int64(3), "c"]), "d": None}
     expected = {"a": [[1.0, 0.0], [0.0, 1.0]], "b": [0.5, [3, "c"]], "d": None}
     assert json.loads(json.dumps(as_jsonable(given))) == expected
+
+
+def test_components_are_the_askers_own() -> None:
+    pose = Pose(1e-3, np.array([2e-3, 3e-3]))
+    pose.components[0, 0] = 1.0
+    assert pose.components[0, 0] == 1e-3
