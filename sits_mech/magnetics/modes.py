@@ -69,13 +69,29 @@ class Modes:
 
     def admittance(self, omega: float) -> Complex:
         """Return Y(omega) of the module docstring, shape (n, n), symmetric; omega [rad/s]."""
+        return self.reaction(self.coupling, omega)
+
+    def reaction(self, induced: Array, omega: float) -> Complex:
+        """Return ``c^T Y(omega) c`` of some fields by what they induce in the modes, ``c^T coupling``.
+
+        Parameters
+        ----------
+        induced : ndarray, shape (..., n, m)
+        omega : float
+            [rad/s]
+
+        Returns
+        -------
+        ndarray, shape (..., n, n)
+        """
         if omega > self.highest:
-            depth, known = np.sqrt(self.highest / omega), [self.admittance(self.highest / d**2) for d in _DEPTHS]
+            depth = np.sqrt(self.highest / omega)
+            known = [self.reaction(induced, self.highest / d**2) for d in _DEPTHS]
             R = _onwards(depth, _DEPTHS[::2], [depth * d * Y.real for d, Y in zip(_DEPTHS, known, strict=True)][::2])
             L = _onwards(depth, _DEPTHS, [d**2 * Y.imag for d, Y in zip(_DEPTHS, known, strict=True)])
             return np.asarray((R + 1j * L) * omega / self.highest)
         weight = omega**2 / (1.0 + 1j * omega * self.tau)
-        return np.asarray((self.coupling * weight) @ self.coupling.T)
+        return np.asarray((induced * weight) @ np.swapaxes(induced, -1, -2))
 
     def currents(self, omega: float) -> Complex:
         """Return the elements' currents for a unit of each field function, shape (elements, n)."""
