@@ -59,7 +59,8 @@ from sits_mech.turns import rotation_matrix
 from sits_mech.units import checked_tolerance
 
 _KIND = Kind("sheets", "H")
-_SHARE = 0.1  # of the worst entry's error that every entry owns to
+_MUTUAL = (1.0, 0.1), (0.4, 0.045)  # of two coils' own estimate, and of each coil's error, in theirs, of R and L
+_BETWEEN = 2.5  # error of R of plates that answer each other over what their divisions tell, as measured
 _Asked = tuple[Target, Outline | None, complex, Sources | None]
 _UNSEEN = 1e-3  # from which bound on it is asked what polynomials of the coils' fields really miss
 _RADIATED = 0.02  # of the bound that they miss of what a plate radiates: several times what was seen of coils
@@ -201,11 +202,15 @@ class Sheets:
         else:
             poses = parts[0].turns, parts[0].places
             values = reactions(sensor.coils, self.windings, plates[0].divisions, poses, frequency[0])
-        value, left = limit(values, rung, max(plate.thickness for plate in plates))
-        if sensor.conductors:
-            near = self._missed(parts, plates, value)
+        thickness, finest = max(plate.thickness for plate in plates), math.sqrt(frequency[0] / frequency[1])
+        value, left = limit(values, rung, thickness, finest)
         lost = max(plate.unseen for plate in plates)
-        R, X = (_shared(part(left)) + lost * largest(part(value)) for part in (np.real, np.imag))
+        if sensor.conductors:
+            left, near = _BETWEEN * left.real + 1j * left.imag, self._missed(parts, plates, value)
+        R, X = (
+            _shared(part(left), share) + lost * largest(part(value))
+            for part, share in zip((np.real, np.imag), _MUTUAL, strict=True)
+        )
         unknowns = sum(plate.divisions[0].unknowns for plate in plates)
         return _Change(value, R + 1j * X + near, np.stack([left, lost * value]), unknowns, tuple(notes))
 
@@ -305,9 +310,11 @@ def _divided(
     return _Divided(divisions, thickness, clearance, lost, _notes(thickness, divisions[-1].sheets, lost))
 
 
-def _shared(error: Array) -> Array:
-    """Errors of matrices' entries, none better than a share of the worst."""
-    return np.asarray(np.maximum(error, _SHARE * largest(error)))
+def _shared(error: Array, share: tuple[float, float]) -> Array:
+    """Errors of matrices' entries, those of two coils with a share of both coils' own."""
+    own = np.sqrt(np.diagonal(error, axis1=-2, axis2=-1))
+    mutual = share[0] * error + share[1] * own[..., None] * own[..., None, :]
+    return np.where(np.eye(error.shape[-1], dtype=bool), error, mutual)
 
 
 def _lowered(

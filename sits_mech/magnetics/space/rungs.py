@@ -63,9 +63,10 @@ _THICK = 5.0  # half thickness over the skin depth from which on higher frequenc
 _STEM = 4  # level along on which the sheets are refined
 _VERTICAL = 3.0  # half thicknesses from the rim up to which current passes between sheets
 _ORDER, _FASTER = 2.0, 6.0  # of the error in the size of cells; how much higher at a rim where current crowds
-_CROWDED = 2.3  # thickness over the skin depth where it begins to
+_CROWDED, _COARSE = 2.3, 0.3  # thickness, and skin depth divided for, over the skin depth where it begins to
 _TRIANGLES = (3, 3, 6)  # levels of divisions that follow no smooth map
 _TRUST = 1.0, 0.4  # errors of R and of Delta L over what `extrapolation` says, as measured
+_EVEN = 0.1  # of R where current fills the plate, and from there with the thickness over the skin depth
 _REDUCED = 1e-3, 3e-4  # of R and of omega Delta L: what few modes and fields, and means of prisms, leave
 _MOST = 2000  # polynomials in all; what a wide plate close to the coils misses is in its estimated error
 _UNSEEN = 1e-3  # share of the field that may be missed
@@ -101,9 +102,13 @@ def prepared(
 def rung_for(tolerance: float, plates: Sequence[tuple[Target, Outline | None]]) -> Rung:
     """Return the rung for an asked error of the changes of inductance and resistance.
 
-    Where no smooth map divides one of the plates' outlines, all have two levels along.
+    Where no smooth map divides one of the plates' outlines, all have two levels along; plates that answer each other
+    have one level less, as measured against rings.
     """
     rung = next((rung for error, rung in LADDER if tolerance >= error), LADDER[-1][1])
+    if len(plates) > 1:
+        along, across = ((a - 1, b - 1, c - 1) for a, b, c in (rung.along, rung.across))
+        rung = replace(rung, along=along, across=across if across[0] > 1 else rung.across)
     smooth = all(outline is None and plate.shape in ("rectangle", "disc") for plate, outline in plates)
     return rung if smooth else replace(rung, along=_TRIANGLES)
 
@@ -120,31 +125,34 @@ def _star(rung: Rung) -> list[tuple[int, int]]:
     return [(m, rung.across[0]) for m in rung.along[::-1]] + [(rung.along[_stem(rung)], k) for k in rung.across[1:]]
 
 
-def limit(values: Sequence[Complex], rung: Rung, thickness: float) -> tuple[Complex, Complex]:
+def limit(values: Sequence[Complex], rung: Rung, thickness: float, finest: float) -> tuple[Complex, Complex]:
     """Return what the answers of a rung's divisions tend to, real and imaginary part apart, and their errors.
 
-    Along a plate the error of R falls like the square of the cells where current fills the plate, and much faster where
-    it crowds at the rim.
+    Along a plate the error of R falls like the square of the cells, and much faster where the current of a thick plate
+    crowds at the rim in few of them.
 
     Parameters
     ----------
     values : sequence of ndarray, shape (p, n, n)
         Delta Z of each division; then of the first one, off by another error [ohm].
     rung : Rung
-    thickness : float
-        Of the plate, over the skin depth.
+    thickness, finest : float
+        Of the plate, and skin depth for which it is divided, over the skin depth.
     """
     along, stem, others = values[2::-1], values[2 - _stem(rung)], values[DIVISIONS:]
-    across, crowded = (stem, *values[3:DIVISIONS]), (thickness / _CROWDED) ** 6
+    across = stem, *values[3:DIVISIONS]
+    crowded = math.prod(x**6 / (1.0 + x**6) for x in (thickness / _CROWDED, finest / _COARSE))
     results = []
-    orders = _ORDER + _FASTER * crowded / (1.0 + crowded), _ORDER
-    for part, order, trust in zip((np.real, np.imag), orders, _TRUST, strict=True):
+    orders = _ORDER + _FASTER * crowded, _ORDER
+    skin = min(1.0, thickness / _CROWDED)
+    trusts = max(_EVEN, 0.7 * skin) * _TRUST[0], _TRUST[1]
+    for part, order, trust in zip((np.real, np.imag), orders, trusts, strict=True):
         x, error_x = added([part(Z) for Z in along], rung.along, order)
         z, error_z = added([part(Z) for Z in across], rung.across, _ORDER)
         error = trust * (error_x + error_z) + sum(np.abs(part(Z - values[0])) for Z in others)
         results.append((part(along[-1] + across[-1] - stem) + x + z, error))
     (R, error_R), (X, error_X) = results
-    return R + 1j * X, error_R + _REDUCED[0] * np.abs(R) + 1j * (error_X + _REDUCED[1] * np.abs(X))
+    return R + 1j * X, error_R + _REDUCED[0] * (skin**2 + 0.03) * np.abs(R) + 1j * (error_X + _REDUCED[1] * np.abs(X))
 
 
 def _level(sizes: Grading, parts: int, nominal: float) -> Grading:

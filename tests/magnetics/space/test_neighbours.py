@@ -59,10 +59,11 @@ def test_fixed_plate_without_target_is_a_target_in_its_place():
 
 
 def test_far_neighbour_changes_nothing():
+    """But the division: within twice the errors of both, which are estimates and no bounds."""
     one, R, alone = changes(scene())
     two, R2, beside = changes(scene(plate(300.0, 0.0, 5.0)))
-    np.testing.assert_allclose(two, one, rtol=1e-6)
-    np.testing.assert_allclose(R2, R, rtol=1e-6)
+    np.testing.assert_allclose(two, one, rtol=0, atol=2 * (alone.error_L + beside.error_L).max())
+    np.testing.assert_allclose(R2, R, rtol=0, atol=2 * (alone.error_R + beside.error_R).max())
     np.testing.assert_allclose(beside.L0, alone.L0, rtol=0)
 
 
