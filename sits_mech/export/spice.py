@@ -12,7 +12,7 @@ Leads and the capacitor across each coil are the circuit's own.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -55,7 +55,7 @@ def _state(source: Source, pose: Pose) -> str:
     """Return load and pose as one line."""
     load = vars(resting_load(source))
     shown = {name: value for name, value in load.items() if value != 0.0 or name in varied(source.data)}
-    place = {name: value for name, value in vars(pose).items() if value != 0.0 or name in ("d_h", "d_v", "alpha")}
+    place = {name: value for name, value in asdict(pose).items() if value != 0.0 or name in ("d_h", "d_v", "alpha")}
     return f"{load_words(shown)}: " + ", ".join(f"{name} = {value:.6g} {UNITS[name]}" for name, value in place.items())
 
 

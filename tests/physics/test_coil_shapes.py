@@ -164,6 +164,7 @@ def test_round_coils_answer_as_before_beside_a_square() -> None:
     np.testing.assert_allclose(both.L[:2, :2], alone.L, rtol=2e-3)
 
 
+@pytest.mark.slow
 def test_a_plane_between_the_layers() -> None:
     """Coils half above and half below a sheet of copper: each sees it as the other does, turned upside down."""
     heights = (-0.1 * MM, -0.9 * MM)

@@ -46,6 +46,7 @@ def answer(*parts: Conductor, frequency: float = 1e6) -> tuple[float, Impedance]
     return float((found.L - found.L0)[0, 0]), found
 
 
+@pytest.mark.slow
 def test_a_square_is_a_square_and_a_slit_opens_it() -> None:
     """Triangles over the whole against a quarter of rectangles: within twice the errors, and within what was asked; a
     slit to the middle takes a third.
