@@ -64,7 +64,7 @@ _STEM = 4  # level along on which the sheets are refined
 _VERTICAL = 3.0  # half thicknesses from the rim up to which current passes between sheets
 _ORDER, _FASTER = 2.0, 6.0  # of the error in the size of cells; how much higher at a rim where current crowds
 _CROWDED, _COARSE = 2.3, 0.3  # thickness, and skin depth divided for, over the skin depth where it begins to
-_TRIANGLES = (2, 2, 4), (3, 3, 6)  # levels of divisions that follow no smooth map, coarse and fine
+_TRIANGLES, _ROUGH = ((2, 2, 4), (3, 3, 6)), 3e-2  # levels of divisions that follow no smooth map, from which error on
 _TRUST = 1.0, 0.4  # errors of R and of Delta L over what `extrapolation` says, as measured
 _EVEN = 0.1  # of R where current fills the plate, and from there with the thickness over the skin depth
 _REDUCED = 1e-3, 3e-4  # of R and of omega Delta L: what few modes and fields, and means of prisms, leave
@@ -110,7 +110,7 @@ def rung_for(tolerance: float, plates: Sequence[tuple[Target, Outline | None]]) 
         along, across = ((a - 1, b - 1, c - 1) for a, b, c in (rung.along, rung.across))
         rung = replace(rung, along=along, across=across if across[0] > 1 else rung.across)
     smooth = all(outline is None and plate.shape in ("rectangle", "disc") for plate, outline in plates)
-    return rung if smooth else replace(rung, along=_TRIANGLES[int(tolerance < LADDER[1][0])])
+    return rung if smooth else replace(rung, along=_TRIANGLES[int(tolerance < _ROUGH)])
 
 
 def _stem(rung: Rung) -> int:
