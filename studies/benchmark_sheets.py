@@ -10,6 +10,9 @@ axisymmetric model at 2e-4, and of the sensor's plate shifted and tilted against
 
 Seconds are processor time on one core: of the preparation, and of a thousand poses after it.
 
+Uses of the published sensor: one pose cold, one after it (poses asked one by one), a batch of a thousand, a spectrum of
+200 frequencies from 10 kHz to 20 MHz, cold; of 64 coils over its plate, a pose cold and one of a hundred after it.
+
 Arrays of coils: the published winding on square grids 8 mm apart, under plates pressed down
 from 2 mm by up to 0.15 mm, 5 MHz; L0 of all coils, and a batch of 100 poses of all six components after the plate's
 preparation.
@@ -20,6 +23,7 @@ from __future__ import annotations
 import itertools
 import resource
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +34,7 @@ from sits_mech.magnetics.coils.loops import coil_inductances
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import Sheets, sheets
 from sits_mech.magnetics.space.rungs import prepared
-from sits_mech.quantities import Impedance, Pose
+from sits_mech.quantities import Array, Impedance, Pose
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 # frequency [Hz], gap [m], Delta L1 [H], R1 [ohm] (not known where nan)
@@ -61,6 +65,7 @@ TARGETS = (
     'shape="rectangle", width="16 mm", length="16 mm"',
 )  # fmt: skip
 _RUN = itertools.count()
+USE_COLUMNS = ("use", "count", "seconds", "ms_each")
 ARRAY_COLUMNS = ("coils", "target", "L0_seconds", "prepare_seconds", "pose_ms", "estimated_L", "process_MB")
 
 
@@ -161,6 +166,38 @@ def summary(lines: list[dict[str, object]]) -> str:
     return "true over estimated error, " + "; ".join(words)
 
 
+def moved(count: int) -> Array:
+    """Poses of all components about 2 mm, shape (count, 6)."""
+    away = np.array([5e-4, 1e-4, 2e-3, 5e-4, 2e-3, 0.05])
+    return np.random.default_rng(0).uniform(-away, away, (count, 6)) + [0.0, 1.95e-3, 0.0, 0.0, 0.0, 0.0]
+
+
+def uses(coarse: bool) -> list[dict[str, object]]:
+    """What one pose, many, and a spectrum cost, cold and after a preparation."""
+    sensor, (tolerance, few) = load_sensor("biorob2018"), (1e-2, 10) if coarse else (5e-3, 1)
+    rest, alone, batch = Pose(0.0, 2e-3), moved(50), moved(1000 // few)
+    spectrum, array_poses = np.geomspace(1e4, 2e7, 200 // few), moved(100 // few)
+    model, swept = unprepared(sensor, tolerance), unprepared(sensor, tolerance)
+    many = unprepared(array(2 if coarse else 8, TARGETS[0]), tolerance)
+    asked: dict[str, tuple[int, Callable[[], object]]] = {
+        "one pose, cold": (1, lambda: model.impedance(rest, 5e6)),
+        "poses one by one, warm": (len(alone), lambda: [model.impedance(Pose.of(p), 5e6) for p in alone]),
+        "batch of poses, warm": (len(batch), lambda: model.impedance(Pose.of(batch), 5e6)),
+        "spectrum, cold": (len(spectrum), lambda: [swept.impedance(rest, float(f)) for f in spectrum]),
+        f"{len(many.sensor.coils)} coils, cold": (1, lambda: many.impedance(rest, 5e6)),
+        f"{len(many.sensor.coils)} coils, warm": (len(array_poses), lambda: many.impedance(Pose.of(array_poses), 5e6)),
+    }
+    lines: list[dict[str, object]] = []
+    for use, (count, answer) in asked.items():
+        if use.endswith("cold"):
+            prepared.cache_clear()
+        began = time.process_time()
+        answer()
+        seconds = time.process_time() - began
+        lines.append(dict(zip(USE_COLUMNS, (use, count, seconds, 1e3 * seconds / count), strict=True)))
+    return lines
+
+
 def array(count: int, target: str) -> Sensor:
     """The published winding on a square grid."""
     sensor = load_sensor("biorob2018", [f'target={{material="copper", thickness="0.2 mm", {target}}}'])
@@ -219,7 +256,9 @@ def main() -> None:
     """Write the table and its picture."""
     coarse, folder = study_arguments(__doc__ or "")
     with threadpool_limits(1):
+        of_uses = uses(coarse)
         of_estimates, of_arrays, lines = estimates(coarse), arrays(coarse), table(coarse)
+    print(write_rows(of_uses, folder / "benchmark_sheets_uses.csv"))
     print(write_rows(of_estimates, folder / "benchmark_sheets_estimates.csv"))
     print(summary(of_estimates))
     print(write_rows(of_arrays, folder / "benchmark_sheets_arrays.csv"))

@@ -152,7 +152,7 @@ def limit(values: Sequence[Complex], rung: Rung, thickness: float, finest: float
         error = trust * (error_x + error_z) + sum(np.abs(part(Z - values[0])) for Z in others)
         results.append((part(along[-1] + across[-1] - stem) + x + z, error))
     (R, error_R), (X, error_X) = results
-    return R + 1j * X, error_R + _REDUCED[0] * (skin**2 + 0.03) * np.abs(R) + 1j * (error_X + _REDUCED[1] * np.abs(X))
+    return R + 1j * X, error_R + _REDUCED[0] * (skin**2 + 0.13) * np.abs(R) + 1j * (error_X + _REDUCED[1] * np.abs(X))
 
 
 def _level(sizes: Grading, parts: int, nominal: float) -> Grading:

@@ -225,7 +225,7 @@ def _draw_section(axes: Axes, it: Drawing) -> None:
             add_polygons(axes, boxes, facecolors=plate.shade, edgecolors="0.3", linewidth=0.3)
     corners, sign = _tracks(it.sensor, it.plane)
     add_polygons(axes, corners, facecolors=np.where(sign > 0.0, *_TRACKS).tolist(), linewidth=0)
-    axes.plot([it.low[0], it.high[0]], [0.0, 0.0], color="0.5", linewidth=0.3)
+    axes.plot([it.low[0], it.high[0]], [0.0, 0.0], color="0.5", linewidth=0.3, zorder=0.5)
     levels, gap = _levels(it), _LABEL * it.size
     start = (it.low[2] + it.high[2]) / 2 - gap * (len(levels) - 1) / 2
     for k, (low, high, name) in enumerate(levels):
