@@ -49,6 +49,7 @@ from sits_mech.mechanics.rest.path import among_faces
 from sits_mech.mechanics.rest.verdict import Way, verdict
 from sits_mech.memory import GIB, memory_limit
 from sits_mech.quantities import Array
+from sits_mech.scene.sensor import Sensor
 
 FEWEST = 3
 """Levels of an answer, if they can be had."""
@@ -83,6 +84,8 @@ class Levels:
         Of the worst component's error that every component owns to.
     eager : bool
         Whether a third level is solved even where two are enough.
+    changed : callable
+        Changed scene, level -> its layer on the same cells; None where it takes others.
     """
 
     sizes: tuple[float, ...]
@@ -92,6 +95,7 @@ class Levels:
     order: float
     share: float
     eager: bool = True
+    changed: Callable[[Sensor, int], Bonded | None] = lambda sensor, level: None
 
     @cached_property
     def coarse(self) -> Bonded:
