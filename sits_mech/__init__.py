@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from sits_mech.chain.calibrate import calibrate
     from sits_mech.chain.models import magnetic_model, mechanical_model, plan
     from sits_mech.chain.simulate import simulate
+    from sits_mech.magnetics.slopes import slopes
     from sits_mech.quantities import Impedance, Pose, SolveFailed, Wrench
     from sits_mech.readout.crosstalk import crosstalk, sensitivity
     from sits_mech.scene.sensor import SceneError, Sensor, catalogue, load_sensor, save_sensor
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Impedance", "Pose", "SceneError", "Sensor", "SolveFailed", "Wrench", "__version__", "calibrate", "catalogue",
     "crosstalk", "load_sensor", "magnetic_model", "mechanical_model", "plan", "save_sensor", "sensitivity",
-    "sensor_calibration", "simulate", "spectrum", "sweep",
+    "sensor_calibration", "simulate", "slopes", "spectrum", "sweep",
 ]  # fmt: skip
 
 _HOMES = {
@@ -32,6 +33,7 @@ _HOMES = {
     "chain.calibrate": ("calibrate",),
     "chain.models": ("magnetic_model", "mechanical_model", "plan"),
     "chain.simulate": ("simulate",),
+    "magnetics.slopes": ("slopes",),
     "quantities": ("Impedance", "Pose", "SolveFailed", "Wrench"),
     "readout.crosstalk": ("crosstalk", "sensitivity"),
     "scene.sensor": ("SceneError", "Sensor", "catalogue", "load_sensor", "save_sensor"),

@@ -1,15 +1,14 @@
 """What do the coils show at poses that are known within errors? Impedance and signals, all errors with them.
 
 The error of the component k of a pose has signed parts m_jk that neighbouring loads share, up to one factor each, and
-an own part a_k = e_k - sum_j |m_jk|. With the magnetic model's error, of which b is shared with its sign,
+an own part a_k = e_k - sum_j |m_jk|. With the magnetic model's error, of which b is shared with its sign, and the
+slopes y_k of the model's answer (`magnetics.slopes`),
 
-    y_jk = (y(p + s_k) - y(p - s_k)) / 2  m_jk / s_k,
+    error(y) = error_magnetics(y) + sum_j |sum_k y_k m_jk| + sum_k |y_k| a_k;
 
-    error(y) = error_magnetics(y) + sum_j |sum_k y_jk| + sum_k |y(p + s_k) - y(p - s_k)| / 2  a_k / s_k
-
-with steps s_k = e_k, or less near a collision; places that no pose of a batch has an error in are not evaluated (a
-symmetric load is neither sheared nor turned). sum_k y_jk and b are told beside the error: where loads are compared,
-what they share cancels as far as it is alike (readout/crosstalk.py).
+slopes by components that no pose of a batch has an error in are not evaluated (a symmetric load is neither sheared nor
+turned). sum_k y_k m_jk and b are told beside the error: where loads are compared, what they share cancels as far as it
+is alike (readout/crosstalk.py).
 
 For a signal both parts are taken of the signal itself: what moves all coils alike leaves their differences. What is
 left unrotated has the same derivatives by the target's place, and none by its rotation, to first order.
@@ -22,14 +21,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.geometry.collision import room as room_around
+from sits_mech.magnetics.slopes import pose_slopes
 from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose
 from sits_mech.readout.signals import Signals, combine, rows_of, signals, weights_of
 from sits_mech.scene.sensor import Sensor
 
 _ROUNDING = 1e-12  # a pose, or an error of it, that is none [m, rad]
 _ROTATION = tuple(POSE.index(name) for name in ("alpha", "alpha_x", "alpha_z"))
-_SMALLEST = 1e-9  # step of a difference quotient [m, rad]: far below any pose, far above rounding
 
 
 @dataclass(frozen=True)
@@ -60,19 +58,18 @@ class Reading:
 
 @dataclass(frozen=True)
 class _Uncertain:
-    """What poses are shifted by: numbers of the components, shape (k,); errors over shifts, (k, p); of the errors what
-    is shared, (m, k, p).
+    """Errors of poses: numbers of the components that have one, shape (k,); the errors, (k, p); shares of them that are
+    shared, (m, k, p).
     """
 
     components: tuple[int, ...]
-    gain: Array
+    errors: Array
     shares: Array
 
-    def parts(self, values: Array) -> Array:
-        """Return half of what the errors of each component change of values on the shifted poses, shape (k, p, ...)."""
-        end = 1 + 2 * len(self.components)
-        half = (values[1:end:2] - values[2:end:2]) / 2.0
-        return np.asarray(half * self.gain.reshape(*self.gain.shape, *[1] * (half.ndim - 2)))
+    def parts(self, slopes: Array) -> Array:
+        """Return what the errors of each component change, with its sign, from slopes (p, ..., k); (k, p, ...)."""
+        slopes = np.moveaxis(slopes, -1, 0)
+        return np.asarray(slopes * self.errors.reshape(*self.errors.shape, *[1] * (slopes.ndim - 2)))
 
     def shared(self, parts: Array) -> Array:
         """Return the shared parts of the errors, with their signs, shape (m, p, ...)."""
@@ -83,9 +80,8 @@ class _Uncertain:
         left = np.maximum(1.0 - np.abs(self.shares).sum(axis=0), 0.0)
         return np.asarray(np.einsum("kp...,kp->kp...", parts, left))
 
-    def total(self, values: Array) -> Array:
-        """Return the errors of values on the shifted poses, shape (p, ...)."""
-        parts = self.parts(values)
+    def total(self, parts: Array) -> Array:
+        """Return the errors, shape (p, ...)."""
         return np.asarray(np.abs(self.shared(parts)).sum(axis=0) + np.abs(self.alone(parts)).sum(axis=0))
 
 
@@ -120,23 +116,24 @@ def read_poses(
     Reading
         With leading axis (p,).
     """
-    tilted = bool(np.any(np.abs(pose.rotation) > _ROUNDING))
-    parts = np.zeros((0, *error.components.shape)) if shared is None else shared
-    shifted, unsure = _shifted(sensor, pose, error, parts)
-    found, weights = model.impedance(shifted, sensor.frequency), signal_weights(sensor)
-    L, L0, last = _own(found.L), np.diagonal(found.L0), -1 if tilted else 0
-    known = np.zeros((0, *L.shape)) if found.shared_L is None else _own(found.shared_L)
-    alone = np.maximum(_own(found.error_L)[0] - np.abs(known[:, 0]).sum(axis=0), 0.0) @ np.abs(rows_of(weights)).T
-    parts, each = unsure.parts(L), unsure.parts(combine(L, weights))
-    turns = np.isin(unsure.components, _ROTATION)
-    by_model = np.abs(combine(known[:, 0], weights)).sum(axis=0) + alone
-    errors = by_model + unsure.total(combine(L, weights))
-    error_L, error_R = found.error_L[0] + unsure.total(found.L), found.error_R[0] + unsure.total(found.R)
-    impedance = replace(found, L=found.L[0], R=found.R[0], error_L=error_L, error_R=error_R, shared_L=None)
+    unsure, weights = _uncertain(pose, error, shared), signal_weights(sensor)
+    names = [POSE[k] for k in unsure.components]
+    found, *by_pose = pose_slopes(sensor, model, pose, sensor.frequency, names, quick=True)
+    flat = _untilted(model, found, pose)
+    L, L0, last = _own(found.L), np.diagonal(found.L0), _own(flat.L)
+    none = np.zeros((0, *found.L.shape))
+    known, known_last = (_own(none if one.shared_L is None else one.shared_L) for one in (found, flat))
+    alone = np.maximum(_own(found.error_L) - np.abs(known).sum(axis=0), 0.0) @ np.abs(rows_of(weights)).T
+    whole_L, whole_R = (unsure.parts(slope) for slope in by_pose)
+    parts = _own(whole_L)
+    each, turns = combine(parts, weights), np.isin(unsure.components, _ROTATION)
+    errors = np.abs(combine(known, weights)).sum(axis=0) + alone + unsure.total(each)
+    error_L, error_R = found.error_L + unsure.total(whole_L), found.error_R + unsure.total(whole_R)
+    impedance = replace(found, error_L=error_L, error_R=error_R, shared_L=None)
     return Reading(
-        impedance, signals(L[0], L0, weights, errors), signals(L[last], L0, weights),
-        np.concatenate([unsure.shared(parts), known[:, 0]]),
-        np.concatenate([unsure.shared(np.where(turns[:, None, None], 0.0, parts)), known[:, last]]),
+        impedance, signals(L, L0, weights, errors), signals(last, L0, weights),
+        np.concatenate([unsure.shared(parts), known]),
+        np.concatenate([unsure.shared(np.where(turns[:, None, None], 0.0, parts)), known_last]),
         unsure.alone(parts), alone + np.abs(unsure.alone(each)[turns]).sum(axis=0),
     )  # fmt: skip
 
@@ -152,25 +149,20 @@ def signal_weights(sensor: Sensor) -> Array:
     return weights_of([coil.centre for coil in sensor.coils], radius)
 
 
-def _shifted(sensor: Sensor, pose: Pose, error: Pose, shared: Array) -> tuple[Pose, _Uncertain]:
-    """Return the poses, shifted both ways along each component with an error, and untilted where any is tilted.
-
-    The shape is (1 + 2 k + tilted, p).
-    """
-    centre, errors = pose.components.T, error.components.T
-    tilted = bool(np.any(np.abs(pose.rotation) > _ROUNDING))
-    room = 0.1 * room_around(sensor, pose)
-    reach = 1.0 if sensor.target is None else max(sensor.target.extent)
-    aside, turn = np.full_like(room, 0.1 * reach), room / reach
-    steps = np.minimum(np.maximum(errors, _SMALLEST), np.stack([aside, room, turn, aside, turn, turn]))
+def _uncertain(pose: Pose, error: Pose, shared: Array | None) -> _Uncertain:
+    """Return which components of some poses have errors, and these."""
+    errors = error.components.T
+    parts = np.zeros((0, *errors.T.shape)) if shared is None else shared
     count = len(POSE) if pose.beside or error.beside else 3
-    uncertain = tuple(k for k in range(count) if np.any(errors[k] > _ROUNDING))
-    stack = np.repeat(centre[None], 1 + 2 * len(uncertain) + tilted, axis=0)
-    for row, k in enumerate(uncertain):
-        stack[1 + 2 * row, k] += steps[k]
-        stack[2 + 2 * row, k] -= steps[k]
-    if tilted:
-        stack[-1, list(_ROTATION)] = 0.0
-    ratios = np.moveaxis(shared, -1, 1) / np.maximum(errors, 1e-300)
-    chosen = list(uncertain)
-    return Pose.of(np.moveaxis(stack, 1, -1)), _Uncertain(uncertain, (errors / steps)[chosen], ratios[:, chosen])
+    chosen = [k for k in range(count) if np.any(errors[k] > _ROUNDING)]
+    ratios = np.moveaxis(parts, -1, 1) / np.maximum(errors, 1e-300)
+    return _Uncertain(tuple(chosen), errors[chosen], ratios[:, chosen])
+
+
+def _untilted(model: MagneticModel, found: Impedance, pose: Pose) -> Impedance:
+    """Return the impedance at the same places without any rotation; the one found, where there is none."""
+    if not np.any(np.abs(pose.rotation) > _ROUNDING):
+        return found
+    places = pose.components.copy()
+    places[:, list(_ROTATION)] = 0.0
+    return model.impedance(Pose.of(places), found.frequency)

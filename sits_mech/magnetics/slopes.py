@@ -1,28 +1,50 @@
-"""How do L and R change with the pose and with the frequency? Derivatives of any model of the magnetics.
+"""How do L and R change with pose, frequency and the scene's lengths? Derivatives of any model of the magnetics.
 
 A model's answer is a smooth function of pose and frequency down to rounding (`stages`), so that differences of a fourth
-order over steps h far above rounding and far below the lengths on which the field changes hold to some 1e-8:
+order (`maps.differences`) over steps h far above rounding and far below the lengths on which the field changes hold to
+some 1e-8; h is a share of the room around the target, for a turn of what moves its rim as far; for the frequency in
+ln f. All poses of all components are one batch of warm poses.
 
-    y' = [8 (y(h) - y(-h)) - (y(2 h) - y(-2 h))] / (12 h),
+By lengths, at a fixed pose: what no coil and no plate has (the layer's) changes nothing. Lengths of coils change what
+these drive in the plates, not the plates: all coils with a length a little changed stand in one scene with the coils as
+they are, the plates prepared once, and
 
-h a share of the room around the target, for a turn of what moves its rim as far; for the frequency in ln f. All poses
-of all components are one batch of warm poses, four for each component.
+    d Delta Z_cd = Delta Z(dc, d) + Delta Z(c, dd),
+
+bilinear in the windings; L0 has its closed forms. Lengths of plates change their eddy-current modes: four preparations
+each, beyond what the pose itself takes, and for `axisymmetric` for lengths of its coil, too. Their divisions follow the
+length, in whole numbers of cells: where one jumps between the places of a difference the error tells, and differences
+on one side of the pose, or over a wider step, are taken where they are better. What is left is told with the slope.
+
+If all lengths grow by one share, the pose's with them, L does as well at a frequency smaller by the square of that:
+
+    sum of l dL/dl - 2 f dL/df = L,    sum of l dR/dl - 2 f dR/df = -R.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from sits_mech.geometry.collision import room
-from sits_mech.quantities import POSE, Array, MagneticModel, Pose
-from sits_mech.scene.sensor import Sensor
+from sits_mech.magnetics.rings import Axisymmetric
+from sits_mech.maps.differences import BACKWARD, CENTRAL, FIRST, FORWARD, WIDE
+from sits_mech.quantities import POSE, Array, Complex, Impedance, MagneticModel, Pose, SolveFailed, SolveReport
+from sits_mech.scene.lengths import moved, numbers_at
+from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.threads import one_thread
 
 _STEP = 0.01  # of the room around the target; of ln f
-_PLACES = np.array([1.0, -1.0, 2.0, -2.0])
-_WEIGHTS = np.array([8.0, -8.0, -1.0, 1.0]) / 12.0
+_QUICK = -0.1  # of that, towards the coils, where slopes are steeper
+_SHARE, _LEAST = 0.005, 0.01  # step of a length over the length, which is at least a share of the largest winding
+_ROOM = 0.05  # of the room around the target: that step at most
+_ROUGH = 1e-3  # error of a slope, times length over change of L or R, from which on other differences are looked at
+_USELESS = 0.5  # and from which on there is no slope
+_PLATES = ("target", "conductors", "substrate_radius")  # of a scene, what has to be prepared
+_Values = Mapping[int, tuple[Array, Array]]  # L and R by places, each of shape (p, n, n)
 
 
 @dataclass(frozen=True)
@@ -33,65 +55,157 @@ class Slopes:
     ----------
     components : tuple of str
         k components of the pose, of `POSE`.
+    lengths : tuple of str
+        m keys of the scene.
     L, R : ndarray, shape (..., n, n, k)
-        By each of them [H/m or H/rad, ohm/m or ohm/rad; per metre of depth for a planar model].
+        By each component [H/m or H/rad, ohm/m or ohm/rad; per metre of depth for a planar model].
     L_frequency, R_frequency : ndarray, shape (..., n, n)
         By the frequency [H/Hz, ohm/Hz].
+    L_lengths, R_lengths : ndarray, shape (..., n, n, m)
+        By each length at the fixed pose [H/m, ohm/m].
+    error_L_lengths, error_R_lengths : ndarray, shape (..., n, n, m)
+        What differences may be off, beside the model's own error.
     """
 
     components: tuple[str, ...]
+    lengths: tuple[str, ...]
     L: Array
     R: Array
     L_frequency: Array
     R_frequency: Array
+    L_lengths: Array
+    R_lengths: Array
+    error_L_lengths: Array
+    error_R_lengths: Array
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """A model of a scene, p poses (p, 6), and a frequency."""
+
+    model: Any
+    rows: Array
+    frequency: float
+
+    def answer(self, sensor: Sensor | None = None) -> tuple[Array, Array]:
+        """Return L and R of its scene or of another."""
+        model = self.model if sensor is None else replace(self.model, sensor=sensor)
+        found = model.impedance(Pose.of(self.rows), self.frequency)
+        return found.L, found.R
+
+    def free(self, sensor: Sensor) -> Array:
+        """Return L0 of another scene."""
+        none = Pose.of(np.zeros((0, len(POSE))))
+        return np.asarray(replace(self.model, sensor=sensor).impedance(none, self.frequency).L0)
+
+
+@dataclass(frozen=True)
+class _Length:
+    """A length of a scene: its keys there, the step it is moved by [m], its size [m], and the scenes by steps."""
+
+    keys: tuple[str, ...]
+    step: float
+    size: float
+    scenes: dict[int, Sensor]
+
+    def reached(self, sensor: Sensor, places: Sequence[int]) -> bool:
+        """Whether scenes at all places are possible; they are then at hand."""
+        try:
+            self.scenes.update(
+                {place: moved(sensor, self.keys, place * self.step) for place in places if place not in self.scenes}
+            )
+        except SceneError:
+            return False
+        return True
 
 
 def slopes(
-    sensor: Sensor, model: MagneticModel, pose: Pose, frequency: float, *, components: Sequence[str] = POSE
-) -> Slopes:
+    sensor: Sensor, model: MagneticModel, pose: Pose, frequency: float, *, components: Sequence[str] = POSE,
+    lengths: Sequence[str] = (),
+) -> Slopes:  # fmt: skip
     """Return the derivatives of L and R at one pose or many.
 
     Parameters
     ----------
     sensor : Sensor
-        With a target.
+        With a target, where there are components.
     model : MagneticModel
         Of the sensor.
     pose : Pose
     frequency : float
         [Hz]
     components : sequence of str
-        Of the pose: those that the model takes; a planar one the first three.
+        Of the pose: those that the model takes; a planar one the first three, none for lengths alone.
+    lengths : sequence of str
+        Keys of the scene such as "target.width", "coils.C1.inner_diameter", "coils.*.track_width" (of every coil).
 
     Raises
     ------
     ValueError
-        If a component has no such name; as the model's `impedance`.
+        If a component has no such name, a length is none (SceneError); as the model's `impedance`.
+    SolveFailed
+        If the model's answers jump by more than a length changes them.
     """
     for name in components:
         if name not in POSE:
             raise ValueError(f"components: must be of {', '.join(POSE)}, got {name!r}")
-    places = pose.components
-    shape, rows = places.shape[:-1], places.reshape(-1, len(POSE))
-    steps = _steps(sensor, Pose.of(rows))
-    moved = [rows]
-    for name in components:
-        k = POSE.index(name)
-        for place in _PLACES:
-            moved.append(rows.copy())
-            moved[-1][:, k] += place * steps[k]
-    found = model.impedance(Pose.of(np.stack(moved)), frequency)
-    h = np.stack([steps[POSE.index(name)] for name in components])[:, :, None, None]
-    by_pose, by_frequency = [], []
-    around = [model.impedance(Pose.of(rows), frequency * np.exp(_STEP * place)) for place in _PLACES]
+    shape, rows = pose.components.shape[:-1], pose.components.reshape(-1, len(POSE))
+    _, *by_pose = pose_slopes(sensor, model, Pose.of(rows), frequency, components)
+    asked = _Asked(_solver(model) if lengths else model, rows, frequency)
+    found = (*by_pose, *_by_frequency(model, rows, frequency), *_by_lengths(sensor, asked, lengths))
+    n = len(sensor.coils)
+    each = (part.reshape(*shape, n, n, *part.shape[3:]) for part in found)
+    return Slopes(tuple(components), tuple(lengths), *each)
+
+
+def pose_slopes(
+    sensor: Sensor, model: MagneticModel, pose: Pose, frequency: float, components: Sequence[str], *,
+    quick: bool = False,
+) -> tuple[Impedance, Array, Array]:  # fmt: skip
+    """Return the impedance at p poses, and derivatives of L and R by components, in one batch of answers.
+
+    Parameters
+    ----------
+    sensor, model, frequency, components
+        As of `slopes`.
+    pose : Pose of ndarray, shape (p,)
+    quick : bool
+        Whether one answer a component is enough, for slopes that are 1e-3 off, not four.
+
+    Returns
+    -------
+    Impedance, and ndarray, shapes (p, n, n, k)
+        By metre or radian.
+    """
+    rows, stencil = pose.components, FIRST if quick else CENTRAL
+    steps = _steps(sensor, pose) * (_QUICK if quick else 1.0) if components else np.zeros((0, len(rows)))
+    ways = [place for place in stencil.places if place]
+    moves = [(POSE.index(name), place) for name in components for place in ways]
+    stack = np.repeat(rows[None], 1 + len(moves), axis=0)
+    for row, (k, place) in zip(stack[1:], moves, strict=True):
+        row[:, k] += place * steps[k]
+    found, by_pose = model.impedance(Pose.of(stack), frequency), []
+    for values in (found.L, found.R):
+        each = values[1:].reshape(len(components), len(ways), *values.shape[1:])
+        slope = np.zeros((*values.shape[1:], len(components)))
+        for k, (name, one) in enumerate(zip(components, each, strict=True)):
+            h = steps[POSE.index(name)][:, None, None]
+            slope[..., k] = stencil.slope({0: values[0]} | dict(zip(ways, one, strict=True)), h)
+        by_pose.append(slope)
+    shared = None if found.shared_L is None else found.shared_L[:, 0]
+    parts = {name: getattr(found, name)[0] for name in ("L", "R", "error_L", "error_R")}
+    return replace(found, **parts, shared_L=shared), by_pose[0], by_pose[1]
+
+
+def _by_frequency(model: MagneticModel, rows: Array, frequency: float) -> list[Array]:
+    """Derivatives of L and R by the frequency, shape (p, n, n)."""
+    ways = [place for place in CENTRAL.places if place]
+    found = {place: model.impedance(Pose.of(rows), frequency * np.exp(_STEP * place)) for place in ways}
+    slopes = []
     for name in ("L", "R"):
-        values = getattr(found, name)
-        each = values[1:].reshape(len(components), len(_PLACES), *values.shape[1:])
-        slope = np.einsum("j,kjp...->kp...", _WEIGHTS, each) / h
-        by_pose.append(np.moveaxis(slope, 0, -1).reshape(*shape, *values.shape[-2:], len(components)))
-        change = sum(w * getattr(one, name) for w, one in zip(_WEIGHTS, around, strict=True)) / (_STEP * frequency)
-        by_frequency.append(np.asarray(change).reshape(*shape, *values.shape[-2:]))
-    return Slopes(tuple(components), *by_pose, *by_frequency)
+        values = {place: getattr(one, name) for place, one in found.items()}
+        slopes.append(CENTRAL.slope(values | {0: 0.0 * values[1]}, _STEP * frequency))
+    return slopes
 
 
 def _steps(sensor: Sensor, pose: Pose) -> Array:
@@ -101,3 +215,132 @@ def _steps(sensor: Sensor, pose: Pose) -> Array:
     way = _STEP * room(sensor, pose)
     turn = way / (0.5 * max(sensor.target.extent))
     return np.stack([way, way, turn, way, turn, turn])
+
+
+def _solver(model: Any) -> Any:
+    """Return what answers for a scene: the model itself, or the one that it adds errors to."""
+    while hasattr(model, "model"):
+        model = model.model
+    if not hasattr(model, "sensor"):
+        raise ValueError(f"lengths: need a model that can be made for another scene, got {type(model).__name__}")
+    return model
+
+
+def _by_lengths(sensor: Sensor, asked: _Asked, keys: Sequence[str]) -> list[Array]:
+    """Derivatives of L and R by lengths, and their errors, shapes (p, n, n, m)."""
+    n, solved = len(sensor.coils), getattr(asked.model, "sensor", sensor)
+    found = np.zeros((4, len(asked.rows), n, n, len(keys)))
+    coils, plates = dict[int, _Length](), dict[int, _Length]()
+    for k, key in enumerate(keys):
+        length = _length(sensor, solved, asked.rows, key)
+        one = next((scene for place, scene in length.scenes.items() if place), solved)
+        if any(getattr(one, part) != getattr(solved, part) for part in _PLATES):
+            plates[k] = length
+        elif one.coils != solved.coils:
+            (plates if isinstance(asked.model, Axisymmetric) else coils)[k] = length
+    if not coils and not plates:
+        return list(found)
+    centre = asked.answer()
+    largest = [float(np.abs(part).max(initial=1e-300)) for part in (centre[0] - asked.free(solved), centre[1])]
+    for k, values in zip(coils, _of_coils(asked, list(coils.values()), centre), strict=True):
+        found[..., k], _ = _slope(coils[k], values, largest)
+    for k, length in plates.items():
+        found[..., k] = _of_plates(asked, keys[k], length, (centre, largest))
+    return list(found)
+
+
+def _length(sensor: Sensor, solved: Sensor, rows: Array, key: str) -> _Length:
+    """Return a length with the scenes around; none around where all that it is of is left out of what is solved."""
+    numbers = numbers_at(sensor, key)
+    keys = [_there(sensor, solved, name) for name, _ in numbers]
+    least = _LEAST * max(coil.outer_diameter for coil in sensor.coils)
+    size = max(least, *(abs(value) for _, value in numbers))
+    near = float(np.min(room(sensor, Pose.of(rows)), initial=np.inf))
+    length = _Length(tuple(filter(None, keys)), min(_SHARE * size, _ROOM * near), size, {})
+    for stencil in (CENTRAL, FORWARD, BACKWARD):
+        if not length.keys or length.reached(solved, [place for place in stencil.places if place]):
+            return length
+    raise SceneError(f"lengths: {key} must leave a possible scene where it goes up or down a little; it does not")
+
+
+def _there(sensor: Sensor, solved: Sensor, key: str) -> str:
+    """Return a key of a scene as it is in a scene with fewer conductors; nothing where that is without."""
+    table, *steps = key.split(".")
+    if table != "conductors":
+        return key
+    names = [part.name for part in solved.conductors]
+    name = sensor.conductors[int(steps[0])].name
+    return ".".join((table, str(names.index(name)), *steps[1:])) if name in names else ""
+
+
+def _of_coils(asked: _Asked, lengths: Sequence[_Length], centre: tuple[Array, Array]) -> list[_Values]:
+    """L and R at the places of each length, which are the coils' alone: all windings over plates prepared once."""
+    sensor, n = asked.model.sensor, len(asked.model.sensor.coils)
+    added: list[Any] = []
+    which: list[dict[int, list[tuple[int, int]]]] = [{} for _ in lengths]
+    for length, own in zip(lengths, which, strict=True):
+        for place, scene in length.scenes.items():
+            for c in range(n) if place else ():
+                if scene.coils[c] != sensor.coils[c]:
+                    own.setdefault(place, []).append((c, n + len(added)))
+                    added.append(scene.coils[c].model_copy(update={"name": f"{scene.coils[c].name} {len(added)}"}))
+    change = _reaction(asked, sensor.model_copy(update={"coils": (*sensor.coils, *added)})) if added else np.zeros(0)
+    found, omega, L0 = list[_Values](), 2.0 * np.pi * asked.frequency, asked.free(sensor) if added else np.zeros(0)
+    for length, own in zip(lengths, which, strict=True):
+        values = {0: centre}
+        for place, pairs in own.items():
+            Z = np.zeros((len(asked.rows), n, n), dtype=complex)
+            for c, k in pairs:
+                Z[:, c, :] += change[:, k, :n] - change[:, c, :n]
+                Z[:, :, c] += change[:, :n, k] - change[:, :n, c]
+            free = asked.free(length.scenes[place]) - L0
+            values[place] = centre[0] + free + Z.imag / omega, centre[1] + Z.real
+        found.append(values)
+    return found
+
+
+def _reaction(asked: _Asked, sensor: Sensor) -> Complex:
+    """Delta Z of a scene whose coils may lie in each other; none without plates."""
+    shape = len(asked.rows), len(sensor.coils), len(sensor.coils)
+    if sensor.target is None and not sensor.conductors:
+        return np.zeros(shape, dtype=complex)
+    react = one_thread(replace(asked.model, sensor=sensor)._reaction)
+    return np.broadcast_to(react(Pose.of(asked.rows), asked.frequency).change, shape)
+
+
+def _of_plates(asked: _Asked, key: str, length: _Length, known: tuple[tuple[Array, Array], Sequence[float]]) -> Array:
+    """Derivatives and errors by a length that changes what is prepared, shape (4, p, n, n).
+
+    `known` are L and R as it is, and the largest changes that plates make of them.
+    """
+    sensor, (centre, largest) = asked.model.sensor, known
+    values = {0: centre}
+    values |= {place: asked.answer(scene) for place, scene in length.scenes.items()}
+    best, worst = _slope(length, values, largest)
+    if worst > _ROUGH:
+        wider = [
+            stencil.places for stencil in (FORWARD, BACKWARD, WIDE)
+            if length.reached(sensor, [place for place in stencil.places if place])
+        ]  # fmt: skip
+        new = {place for places in wider for place in places} - set(values)
+        values |= {place: asked.answer(length.scenes[place]) for place in sorted(new)}
+        best, worst = _slope(length, values, largest)
+    if worst > _USELESS:
+        said = f"slopes: by {key} the answers of {type(asked.model).__name__} jump by as much as they change"
+        report = SolveReport("slopes", 0, len(values), 0.0, float(worst), 0.0, "not smooth")
+        raise SolveFailed(f"{said}; ask for a smaller tolerance, or for another model", report, half="magnetics")
+    return best
+
+
+def _slope(length: _Length, values: _Values, largest: Sequence[float]) -> tuple[Array, float]:
+    """Slopes of L and R and their errors, shape (4, p, n, n), by the best stencil; its error over that of a change."""
+    parts = [{place: value[k] for place, value in values.items()} for k in (0, 1)]
+    found: list[tuple[float, Array]] = []
+    for stencil in (CENTRAL, WIDE, FORWARD, BACKWARD):
+        if all(place in values for place in stencil.places):
+            error = [stencil.error(part, length.step) for part in parts]
+            worst = max(float(own.max()) / most for own, most in zip(error, largest, strict=True))
+            slope = [stencil.slope(part, length.step) for part in parts]
+            found.append((worst * length.size, np.stack([*slope, *error])))
+    worst_of_all, best = min(found, key=lambda one: one[0])
+    return best, worst_of_all

@@ -1,0 +1,57 @@
+"""How does a smooth function change, by a few of its values? Differences of the fourth order, and their error.
+
+With values y_m at m steps h from where the slope is asked,
+
+    y' = sum_m w_m y_m / h,    error: a y_4 / h,    y_4 = sum_m c_m y_m,
+
+where y_4 is the fourth difference: of order h^4 where y is smooth, so that the error is far above that of the slope,
+h^4 y'''''; of noise, or of a jump between two of the places, it is their size, and the error holds what they do to the
+slope. A jump on one side leaves the slope of the other side. `FIRST` is the simple quotient, of first order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from sits_mech.quantities import Array
+
+_FOURTH = (1.0, -4.0, 6.0, -4.0, 1.0)  # c
+
+
+@dataclass(frozen=True)
+class Stencil:
+    """Places, and what their values are multiplied by.
+
+    Attributes
+    ----------
+    places : tuple of int
+        m.
+    weights : tuple of float
+        w, times 12.
+    trust : float
+        a: more than a jump between any two places makes of the slope over the fourth difference; 0 where there is none.
+    """
+
+    places: tuple[int, ...]
+    weights: tuple[float, ...]
+    trust: float = 0.0
+
+    def slope(self, values: Mapping[int, Array], step: float | Array) -> Array:
+        """Return the slope of values by their places, `step` apart."""
+        total = sum(weight / 12.0 * values[place] for place, weight in zip(self.places, self.weights, strict=True))
+        return np.asarray(total / step)
+
+    def error(self, values: Mapping[int, Array], step: float | Array) -> Array:
+        """Return how far that may be off."""
+        fourth = sum(c * values[place] for place, c in zip(self.places, _FOURTH, strict=True)) if self.trust else 0.0
+        return np.asarray(self.trust * np.abs(fourth) / step)
+
+
+FIRST = Stencil((0, 1), (-12.0, 12.0))
+CENTRAL = Stencil((-2, -1, 0, 1, 2), (1.0, -8.0, 0.0, 8.0, -1.0), 0.25)
+WIDE = Stencil((-4, -2, 0, 2, 4), (0.5, -4.0, 0.0, 4.0, -0.5), 0.125)
+FORWARD = Stencil((0, 1, 2, 3, 4), (-25.0, 48.0, -36.0, 16.0, -3.0), 2.5)
+BACKWARD = Stencil((0, -1, -2, -3, -4), (25.0, -48.0, 36.0, -16.0, 3.0), 2.5)
