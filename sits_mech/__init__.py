@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from sits_mech.analysis.spectrum import spectrum
     from sits_mech.cases import sweep
     from sits_mech.chain.calibrate import calibrate
+    from sits_mech.chain.gradient import gradient
     from sits_mech.chain.models import magnetic_model, mechanical_model, plan
     from sits_mech.chain.simulate import simulate
     from sits_mech.magnetics.slopes import slopes
@@ -24,13 +25,14 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Impedance", "Pose", "SceneError", "Sensor", "SolveFailed", "Wrench", "__version__", "calibrate", "catalogue",
-    "crosstalk", "load_sensor", "magnetic_model", "mechanical_model", "plan", "save_sensor", "sensitivity",
+    "crosstalk", "gradient", "load_sensor", "magnetic_model", "mechanical_model", "plan", "save_sensor", "sensitivity",
     "sensor_calibration", "simulate", "slopes", "spectrum", "sweep",
 ]  # fmt: skip
 
 _HOMES = {
     "analysis.bench": ("sensor_calibration",),
     "chain.calibrate": ("calibrate",),
+    "chain.gradient": ("gradient",),
     "chain.models": ("magnetic_model", "mechanical_model", "plan"),
     "chain.simulate": ("simulate",),
     "magnetics.slopes": ("slopes",),

