@@ -185,6 +185,8 @@ class Equilibrium:
         and 1 [m, rad]; m is 0 where no such part is known.
     finer : tuple of ndarray
         Discrete solutions beyond `state` that the pose is extrapolated from; one that is not known is empty.
+    slopes : ndarray, shape (n, 6)
+        Derivatives of the pose by numbers of the scene, where they were asked for; n is 0 otherwise.
     """
 
     wrench: Wrench
@@ -194,6 +196,7 @@ class Equilibrium:
     report: SolveReport
     shared: Array = field(default_factory=lambda: np.zeros((0, len(POSE))), repr=False)
     finer: tuple[Array, ...] = field(default=(), repr=False)
+    slopes: Array = field(default_factory=lambda: np.zeros((0, len(POSE))), repr=False)
 
 
 @dataclass(frozen=True)

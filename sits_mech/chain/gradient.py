@@ -143,15 +143,14 @@ def gradient(
     Collision, SolveFailed
         As `simulate`.
     """
-    numbers = [_checked(sensor, name) for name in names]
+    numbers, moving = numbers_of(sensor, names)
     field, by_field = loaded_model(sensor, magnetics, tolerance, [wrench])
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance, [wrench])
     if not isinstance(layer, SlopedModel):
         raise SceneError(f"mechanics: must be block, planar or linear for a gradient; got {by_layer.name}")
-    mirrors = Symmetry("rectangle") if symmetry_of(sensor).mirrored else Symmetry()
+    mirrors = mirrors_of(sensor)
     solved, back = mirrors.standard(wrench) if wrench.beside else (wrench, np.eye(len(WRENCH)))
     found = layer.equilibrium(solved)
-    moving = [number for number in numbers if _of_layer(sensor, number)]
     by_pose = layer.slopes(found, moving, sideways=sideways)
     kept = mirrors.projection(wrench) @ back
     simulation = simulated(sensor, field, turned(found, wrench, kept))
@@ -167,6 +166,17 @@ def gradient(
     return Gradient(
         tuple(names), simulation, moved.pose[0], moved.error[0], compliance, error, L, error_L, R, error_R, *each
     )  # fmt: skip
+
+
+def numbers_of(sensor: Sensor, names: Sequence[str]) -> tuple[list[Parameter], list[Parameter]]:
+    """Return numbers of a scene by their names, and those of them that move the target; errors as of `gradient`."""
+    numbers = [_checked(sensor, name) for name in names]
+    return numbers, [number for number in numbers if _of_layer(sensor, number)]
+
+
+def mirrors_of(sensor: Sensor) -> Symmetry:
+    """Return the symmetry that a scene keeps when its sizes change."""
+    return Symmetry("rectangle") if symmetry_of(sensor).mirrored else Symmetry()
 
 
 def columns_of(numbers: Sequence[Parameter], moving: Sequence[Parameter], found: Moved) -> Moved:

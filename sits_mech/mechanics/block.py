@@ -36,7 +36,7 @@ import numpy as np
 from sits_mech.mechanics.element.mesh import BRICK
 from sits_mech.mechanics.element.prolongation import Prolongation, along_family
 from sits_mech.mechanics.levels.answer import Solved, starts
-from sits_mech.mechanics.levels.family import Levels, contact_depth
+from sits_mech.mechanics.levels.family import Levels, contact_depth, kept
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
 from sits_mech.mechanics.levels.history import arrived, depends_on_path
 from sits_mech.mechanics.levels.retry import Line, settled
@@ -247,7 +247,7 @@ def _family(sensor: Sensor, kind: tuple[float, float], whole: bool, depth: float
     shape = shape_of(*pad_parts(sensor))
     along, across, through = base_cells(shape)
     cells, order = (along, (2 if whole else 1) * across, through), 2.0 * kind[0] * shape.exponent
-    return Levels(_SIZES, cells, lambda level: made(level).body, carrier, order, _SHARE, changed=changed)
+    return Levels(_SIZES, cells, lambda level: made(level).body, carrier, order, _SHARE, changed=kept(changed))
 
 
 def solved_body(model: BlockPad, equilibrium: Equilibrium) -> Bonded:

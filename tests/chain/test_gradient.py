@@ -90,7 +90,7 @@ def test_lengths_of_coils_change_what_signals_are_percents_of(sensor: Sensor) ->
 @pytest.mark.parametrize("load", [Wrench(F_y=-0.2, F_z=1.0), Wrench(F_x=0.1, F_z=1.0, F_y=0.2)])
 def test_loads_that_leave_the_plane_have_images_in_mirrors_alone(load: Wrench) -> None:
     """A round target on a square pad: by a width that makes it a rectangle, against differences."""
-    scene = load_sensor("triaxial-3", ['elastomer.width="19 mm"'])
+    scene = load_sensor("triaxial-4", ['elastomer.width="19 mm"', 'target.diameter="11 mm"'])
     found = gradient(scene, load, ["elastomer.width", "elastomer.length", "modulus"], tolerance=2e-2)
     for k, name in enumerate(found.names):
         number = parameter(scene, name)

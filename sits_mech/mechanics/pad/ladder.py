@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.levels.family import Levels, contact_depth
+from sits_mech.mechanics.levels.family import Levels, contact_depth, kept
 from sits_mech.mechanics.levels.retry import Line
 from sits_mech.mechanics.pad.lines import widened
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_parts, layer_scales
@@ -107,4 +107,4 @@ def _family(sensor: Sensor, kind: _Kind, depth: float) -> Levels:
     _, elastomer = layer_parts(sensor)
     wide = max(1, round(elastomer.extent[0] / elastomer.thickness))
     order = order_of(sensor, kind.grading)
-    return Levels(SIZES, (wide, 1), made, lambda level: None, order, SHARE, kind is _KINDS[0], changed)
+    return Levels(SIZES, (wide, 1), made, lambda level: None, order, SHARE, kind is _KINDS[0], kept(changed))
