@@ -91,7 +91,7 @@ def test_lengths_of_coils_change_what_signals_are_percents_of(sensor: Sensor) ->
 def test_loads_that_leave_the_plane_have_images_in_mirrors_alone(load: Wrench) -> None:
     """A round target on a square pad: by a width that makes it a rectangle, against differences."""
     scene = load_sensor("triaxial-4", ['elastomer.width="19 mm"', 'target.diameter="11 mm"'])
-    found = gradient(scene, load, ["elastomer.width", "elastomer.length", "modulus"], tolerance=2e-2)
+    found = gradient(scene, load, ["elastomer.width", "modulus"], tolerance=2e-2)
     for k, name in enumerate(found.names):
         number = parameter(scene, name)
         h = 1e-3 * number.value

@@ -18,7 +18,8 @@ by the stiffness there. Increments dw of a rotation become those of its vector p
     J^-1 = 1 - [phi]/2 + (1 - x cot x)/|phi|^2 [phi]^2,      x = |phi|/2.
 
 Poses are extrapolated from the levels of a family (family.py), linearly: so are their derivatives, from the same
-levels, with an error from their own sequence, and what is beyond the meshes in the pose's error (creases, contact left
+levels, with an error from their own sequence (finer levels, whose states are only nearly at rest, go a step on, and B
+with them by the same factor), and what is beyond the meshes in the pose's error (creases, contact left
 out) in proportion. At small strain R is linear in u and q: the forces are those of the law's tangent at rest.
 
 Source: K. K. Choi, N. H. Kim, Structural Sensitivity Analysis and Optimization 1 (2005), chapter 6, direct and adjoint
@@ -35,12 +36,20 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.mechanics.element.kernel import element_forces, small_strain_forces
-from sits_mech.mechanics.element.target import bonded_displacement, bonded_tangent, work_of_load
+from sits_mech.mechanics.element.target import bonded_displacement, bonded_tangent, moved, work_of_load
 from sits_mech.mechanics.levels.answer import Scales, errors_of, levers
 from sits_mech.mechanics.levels.family import Levels, extrapolated
 from sits_mech.mechanics.levels.retry import Line
 from sits_mech.mechanics.rest.body import Bonded, State, rest, unpacked
-from sits_mech.mechanics.rest.linearisation import factored, gradient, hidden_stiffness
+from sits_mech.mechanics.rest.linearisation import (
+    Aim,
+    Factor,
+    factored,
+    gradient,
+    hidden_stiffness,
+    stepped_around,
+    way_of,
+)
 from sits_mech.quantities import Array, Equilibrium, SolveFailed
 from sits_mech.scene.parameters import Parameter, Stencil
 from sits_mech.scene.sensor import SceneError, Sensor
@@ -48,6 +57,8 @@ from sits_mech.turns import cross_matrix
 
 _UNSEEN = 0.25  # of the worst component's error that every component owns to, where two levels alone tell it
 _TURN = np.array([4, 2, 5])  # where the rotation vector stands among the components of a motion
+_AT_REST = 1e-6  # of the target's way, a step that leaves a state as it is
+_WAY = 1e-5  # along the motions B, for differences [thicknesses]
 _SMALL = 1e-3  # of an angle [rad] below which J^-1 is its series
 
 
@@ -218,14 +229,50 @@ def _linearised(family: Family, number: int, found: Equilibrium) -> _Level | Non
     factor = factored(body, here, gradient(body, here))
     if factor is None:
         return None
-    S, hidden = factor.stiffness, hidden_stiffness(body, factor.made) if family.sideways else None
+    here, B, S = (here, factor.by_q, factor.stiffness) if family.small else _settled(body, here, factor)
+    hidden = hidden_stiffness(body, factor.made) if family.sideways else None
     if not np.all(np.isfinite(S)) or not np.linalg.cond(S) < 1.0 / np.finfo(float).eps:
         return None
     if family.small:
         q = np.asarray(np.linalg.solve(S, work_of_load(load, body.height, np.zeros(6))[:k]), dtype=np.float64)
         here = replace(here, q=q)
-        here.u[body.free] = factor.by_q @ q
-    return _Level(body, here, load, factor.by_q, S, hidden, family.small)
+        here.u[body.free] = B @ q
+    return _Level(body, here, load, B, S, hidden, family.small)
+
+
+def _settled(body: Bonded, here: State, factor: Factor) -> tuple[State, Array, Array]:
+    """A state that is nearly at rest after one step more, with B and S there by the factor of the state before.
+
+    What forces change along the motions of an older B, (r_u, r_q) = (K B + C, C^T B + D), takes B on by -K^-1 r_u, and
+    with that B the stiffness is r_q + B^T r_u.
+    """
+    held = np.zeros(body.components, dtype=bool)
+    way = way_of(body, here, gradient(body, here), factor, Aim(held, np.zeros(body.components)))
+    B, S = factor.by_q, factor.stiffness
+    if way is None or body.length(way[1]) <= _AT_REST * body.length(here.q):
+        return here, B, S
+    after = stepped_around(body, here, factor, way)
+    if after is None:
+        return here, B, S
+    on_free, on_target = _along_motions(body, after, B)
+    B = B - factor.of_free.solve(on_free)
+    return after, B, on_target + B.T @ on_free
+
+
+def _along_motions(body: Bonded, here: State, B: Array) -> tuple[Array, Array]:
+    """What forces on the free displacements and on the target change along the motions B, shapes (m, k) and (k, k)."""
+    columns, axes = [], list(body.mesh.axes)
+    for k, motion in enumerate(np.eye(body.components)):
+        ends = []
+        for way in (_WAY, -_WAY):
+            u, q = here.u.copy(), moved(here.q, way * motion)
+            u[body.free] += way * B[:, k]
+            u[body.bonded] = bonded_displacement(body.X, q)[:, axes]
+            found = gradient(body, replace(here, u=u, q=q, known=None))
+            ends.append(np.concatenate([found.free, found.target]))
+        columns.append((ends[0] - ends[1]) / (2.0 * _WAY))
+    both = np.stack(columns, axis=1)
+    return both[: len(body.free)], both[len(body.free) :]
 
 
 def _by_load(level: _Level) -> Array:
