@@ -13,17 +13,15 @@ that the target has (rest/linearisation.py),
 the virtual work of three or six motions: one factor serves all parameters, and a parameter costs the forces on two
 changed meshes. Their difference, B held, is the derivative to some 1e-7; bonded nodes are where the changed target has
 them. By the load itself ``dq/df = S^-1 w``, w what its components work with; on the components that half a pad hides,
-by the stiffness there. Increments dw of a rotation become those of its vector phi, ``d phi = J^-1 dw``,
-
-    J^-1 = 1 - [phi]/2 + (1 - x cot x)/|phi|^2 [phi]^2,      x = |phi|/2.
+by the stiffness there. Increments of a rotation become those of its vector (turns.py).
 
 Poses are extrapolated from the levels of a family (family.py), linearly: so are their derivatives, from the same
-levels, with an error from their own sequence (finer levels, whose states are only nearly at rest, go a step on, and B
-with them by the same factor), and what is beyond the meshes in the pose's error (creases, contact left
-out) in proportion. At small strain R is linear in u and q: the forces are those of the law's tangent at rest.
+levels, with an error from their own sequence, and what is beyond the meshes in the pose's error (creases, contact left
+out) in proportion. States of finer levels are only nearly at rest: they go one step on, and B with them by the same
+factor; a level that does not come to rest then is left out. At small strain R is linear in u and q.
 
 Source: K. K. Choi, N. H. Kim, Structural Sensitivity Analysis and Optimization 1 (2005), chapter 6, direct and adjoint
-derivatives of condensed equations; J. C. Simo, L. Vu-Quoc, Comput. Methods Appl. Mech. Engng 58 (1986) 79, for J.
+derivatives of condensed equations.
 """
 
 from __future__ import annotations
@@ -44,6 +42,7 @@ from sits_mech.mechanics.rest.body import Bonded, State, rest, unpacked
 from sits_mech.mechanics.rest.linearisation import (
     Aim,
     Factor,
+    Gradient,
     factored,
     gradient,
     hidden_stiffness,
@@ -53,13 +52,13 @@ from sits_mech.mechanics.rest.linearisation import (
 from sits_mech.quantities import Array, Equilibrium, SolveFailed
 from sits_mech.scene.parameters import Parameter, Stencil
 from sits_mech.scene.sensor import SceneError, Sensor
-from sits_mech.turns import cross_matrix
+from sits_mech.turns import vector_rates
 
 _UNSEEN = 0.25  # of the worst component's error that every component owns to, where two levels alone tell it
 _TURN = np.array([4, 2, 5])  # where the rotation vector stands among the components of a motion
 _AT_REST = 1e-6  # of the target's way, a step that leaves a state as it is
+_FALLS = 0.1  # of the forces left, what that step may leave
 _WAY = 1e-5  # along the motions B, for differences [thicknesses]
-_SMALL = 1e-3  # of an angle [rad] below which J^-1 is its series
 
 
 @dataclass(frozen=True)
@@ -200,6 +199,8 @@ def pose_slopes(family: Family, found: Equilibrium, parameters: Sequence[Paramet
     by_load, by_each = [], []
     for number in range(family.count):
         level = _linearised(family, number, found)
+        if level is None and number > 1:
+            break
         if level is None:
             raise SolveFailed("gradient: the target has no stiffness under this load", found.report, found)
         turns = _of_turns(level.q)
@@ -229,7 +230,10 @@ def _linearised(family: Family, number: int, found: Equilibrium) -> _Level | Non
     factor = factored(body, here, gradient(body, here))
     if factor is None:
         return None
-    here, B, S = (here, factor.by_q, factor.stiffness) if family.small else _settled(body, here, factor)
+    found_there = (here, factor.by_q, factor.stiffness) if family.small else _settled(body, here, factor)
+    if found_there is None:
+        return None
+    here, B, S = found_there
     hidden = hidden_stiffness(body, factor.made) if family.sideways else None
     if not np.all(np.isfinite(S)) or not np.linalg.cond(S) < 1.0 / np.finfo(float).eps:
         return None
@@ -240,23 +244,29 @@ def _linearised(family: Family, number: int, found: Equilibrium) -> _Level | Non
     return _Level(body, here, load, B, S, hidden, family.small)
 
 
-def _settled(body: Bonded, here: State, factor: Factor) -> tuple[State, Array, Array]:
+def _settled(body: Bonded, here: State, factor: Factor) -> tuple[State, Array, Array] | None:
     """A state that is nearly at rest after one step more, with B and S there by the factor of the state before.
 
+    None where that step does not lead to rest: a corner of a fine mesh folds, though the target stays where it is.
     What forces change along the motions of an older B, (r_u, r_q) = (K B + C, C^T B + D), takes B on by -K^-1 r_u, and
     with that B the stiffness is r_q + B^T r_u.
     """
     held = np.zeros(body.components, dtype=bool)
-    way = way_of(body, here, gradient(body, here), factor, Aim(held, np.zeros(body.components)))
-    B, S = factor.by_q, factor.stiffness
+    before, B = gradient(body, here), factor.by_q
+    way = way_of(body, here, before, factor, Aim(held, np.zeros(body.components)))
     if way is None or body.length(way[1]) <= _AT_REST * body.length(here.q):
-        return here, B, S
+        return here, B, factor.stiffness
     after = stepped_around(body, here, factor, way)
-    if after is None:
-        return here, B, S
+    if after is None or not _left(gradient(body, after)) < _FALLS * _left(before):
+        return None
     on_free, on_target = _along_motions(body, after, B)
     B = B - factor.of_free.solve(on_free)
     return after, B, on_target + B.T @ on_free
+
+
+def _left(found: Gradient) -> float:
+    """Size of the forces that are left."""
+    return float(np.hypot(np.linalg.norm(found.free), np.linalg.norm(found.target)))
 
 
 def _along_motions(body: Bonded, here: State, B: Array) -> tuple[Array, Array]:
@@ -334,11 +344,7 @@ def _limit(family: Family, values: Sequence[Array], unit: Array, beyond: float) 
 
 def _of_turns(q: Array) -> Array:
     """What turns increments (dc, dw) of a motion into those of its components, shape (6, 6)."""
-    found = np.eye(6)
-    phi = np.zeros(6)
-    phi[: len(q)] = q
-    phi, x = phi[_TURN], 0.5 * float(np.linalg.norm(phi[_TURN]))
-    W = cross_matrix(phi)
-    quotient = 1.0 / 12.0 + x**2 / 180.0 if x < _SMALL else (1.0 - x / np.tan(x)) / (4.0 * x**2)
-    found[np.ix_(_TURN, _TURN)] = np.eye(3) - 0.5 * W + quotient * W @ W
+    found, whole = np.eye(6), np.zeros(6)
+    whole[: len(q)] = q
+    found[np.ix_(_TURN, _TURN)] = vector_rates(whole[_TURN])
     return found

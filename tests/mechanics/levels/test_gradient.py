@@ -1,5 +1,7 @@
 """Derivatives of the pose at rest: laws of scaling that hold for every layer, differences of answers, refusals."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -134,6 +136,27 @@ def test_finer_levels_count_as_they_do_in_the_pose() -> None:
         off, error, size = (np.max(one[:3] * LEVER[:3, None], axis=0) for one in each)
         assert np.all(off < 3.0 * error)
         assert np.all(error < 5e-3 * size)
+
+
+def test_a_finer_level_is_differentiated_where_it_rests() -> None:
+    """A finest level that is only nearly at rest: by differences of answers made anew, to 1e-4."""
+    sensor = wide()
+    layer, number = block_pad(sensor, 1e-2), parameter(sensor, "modulus")
+    found = layer.equilibrium(LOAD)
+    assert len(found.finer) == 1
+    one, other = (block_pad(number.changed(way), 1e-2).equilibrium(LOAD).pose.components for way in (1e-3, -1e-3))
+    assert apart(layer.slopes(found, [number]).pose[:, 0], (one - other) / 2e-3) < 1e-4
+
+
+def test_a_level_whose_corners_fold_is_left_out() -> None:
+    """The third level of a small target is not at rest at its corners: two levels tell, and a larger error."""
+    layer = block_pad(load_sensor("biorob2018"), 1e-2)
+    found = layer.equilibrium(Wrench(F_x=0.3, F_z=1.0))
+    number = parameter(layer.sensor, "modulus")
+    assert len(found.finer) == 1
+    own, two = (layer.slopes(each, [number]) for each in (found, replace(found, finer=())))
+    np.testing.assert_array_equal(own.pose, two.pose)
+    assert np.max(own.error[:2]) < 0.03 * np.max(np.abs(own.pose[:2]))
 
 
 @pytest.mark.parametrize("model", ["planar", pytest.param("block", marks=pytest.mark.slow)])
