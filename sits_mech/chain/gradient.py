@@ -11,6 +11,8 @@ of all of it the share that L, or R, is known to.
 
 What the layer has not costs it nothing, nor what no coil and no plate has the magnetics; a length of a plate takes new
 eddy-current modes. Of images of a load only mirror ones are taken: a scene whose width grows is no longer a square.
+Where target and pad end flush both widths have two derivatives: told is that of a target that grows over its pad, and
+of a pad that shrinks under its target.
 """
 
 from __future__ import annotations
