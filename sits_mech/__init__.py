@@ -15,23 +15,27 @@ if TYPE_CHECKING:
     from sits_mech.analysis.spectrum import spectrum
     from sits_mech.cases import sweep
     from sits_mech.chain.calibrate import calibrate
+    from sits_mech.chain.gradient import gradient
     from sits_mech.chain.models import magnetic_model, mechanical_model, plan
     from sits_mech.chain.simulate import simulate
+    from sits_mech.magnetics.slopes import slopes
     from sits_mech.quantities import Impedance, Pose, SolveFailed, Wrench
     from sits_mech.readout.crosstalk import crosstalk, sensitivity
     from sits_mech.scene.sensor import SceneError, Sensor, catalogue, load_sensor, save_sensor
 
 __all__ = [
     "Impedance", "Pose", "SceneError", "Sensor", "SolveFailed", "Wrench", "__version__", "calibrate", "catalogue",
-    "crosstalk", "load_sensor", "magnetic_model", "mechanical_model", "plan", "save_sensor", "sensitivity",
-    "sensor_calibration", "simulate", "spectrum", "sweep",
+    "crosstalk", "gradient", "load_sensor", "magnetic_model", "mechanical_model", "plan", "save_sensor", "sensitivity",
+    "sensor_calibration", "simulate", "slopes", "spectrum", "sweep",
 ]  # fmt: skip
 
 _HOMES = {
     "analysis.bench": ("sensor_calibration",),
     "chain.calibrate": ("calibrate",),
+    "chain.gradient": ("gradient",),
     "chain.models": ("magnetic_model", "mechanical_model", "plan"),
     "chain.simulate": ("simulate",),
+    "magnetics.slopes": ("slopes",),
     "quantities": ("Impedance", "Pose", "SolveFailed", "Wrench"),
     "readout.crosstalk": ("crosstalk", "sensitivity"),
     "scene.sensor": ("SceneError", "Sensor", "catalogue", "load_sensor", "save_sensor"),

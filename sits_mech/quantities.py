@@ -189,6 +189,10 @@ class Equilibrium:
     shared : ndarray, shape (m, 6)
         Parts of the error with their signs, each of which neighbouring loads have in common up to one factor between -1
         and 1 [m, rad]; m is 0 where no such part is known.
+    finer : tuple of ndarray
+        Discrete solutions beyond `state` that the pose is extrapolated from; one that is not known is empty.
+    slopes : ndarray, shape (n, 6)
+        Derivatives of the pose by numbers of the scene, where they were asked for; n is 0 otherwise.
     """
 
     wrench: Wrench
@@ -197,6 +201,8 @@ class Equilibrium:
     state: Array = field(repr=False)
     report: SolveReport
     shared: Array = field(default_factory=lambda: np.zeros((0, len(POSE))), repr=False)
+    finer: tuple[Array, ...] = field(default=(), repr=False)
+    slopes: Array = field(default_factory=lambda: np.zeros((0, len(POSE))), repr=False)
 
 
 @dataclass(frozen=True)

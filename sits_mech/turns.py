@@ -10,6 +10,8 @@ import numpy as np
 
 from sits_mech.quantities import Array
 
+_SMALL = 1e-3  # half of an angle [rad] below which a quotient is its series
+
 
 def cross_matrix(v: Array) -> Array:
     """Return the matrices of the vector products with v, shape (..., 3) -> (..., 3, 3)."""
@@ -31,3 +33,14 @@ def rotation_vector(R: Array) -> Array:
     axis = 0.5 * np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     sine = float(np.linalg.norm(axis))
     return axis * (np.arctan2(sine, 0.5 * (np.trace(R) - 1.0)) / sine if sine > 0.0 else 1.0)
+
+
+def vector_rates(w: Array) -> Array:
+    """Return what turns a small rotation after that of w, on its left, into the change of the vector, shape (3, 3).
+
+    ``1 - [w]/2 + (1 - x cot x)/|w|^2 [w]^2`` with ``x = |w|/2``. Source: J. C. Simo, L. Vu-Quoc, Comput. Methods Appl.
+    Mech. Engng 58 (1986) 79.
+    """
+    W, x = cross_matrix(w), 0.5 * float(np.linalg.norm(w))
+    quotient = 1.0 / 12.0 + x**2 / 180.0 if x < _SMALL else (1.0 - x / np.tan(x)) / (4.0 * x**2)
+    return np.asarray(np.eye(3) - 0.5 * W + quotient * W @ W)

@@ -220,7 +220,7 @@ def _python(code: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_import_is_quiet_and_small() -> None:
-    """`import sits_mech` says nothing, shows at most 20 names, and leaves heavy leaves alone."""
+    """`import sits_mech` says nothing, shows at most 22 names, and leaves heavy leaves alone."""
     heavy = "{'matplotlib', 'pyvista', 'vtk', 'gmsh', 'pygmsh', 'distributed', 'pint'}"
     done = _python(
         "import sys, sits_mech\n"
@@ -228,7 +228,7 @@ def test_import_is_quiet_and_small() -> None:
         "assert not found, found\n"
         "names = [name for name in dir(sits_mech) if not name.startswith('_')]\n"
         "names = getattr(sits_mech, '__all__', names)\n"
-        "assert len(names) <= 20, names\n"
+        "assert len(names) <= 22, names\n"
         "missing = [name for name in names if not hasattr(sits_mech, name)]\n"
         "assert not missing, missing\n"
     )

@@ -20,7 +20,17 @@ import numpy as np
 from sits_mech.cases import DONE, Progress, Row
 from sits_mech.chain.corrections import corrected
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
-from sits_mech.mechanics.loads import ERRORS, first_key, settle, settled_again, shared_of, upright, with_shared
+from sits_mech.mechanics.loads import (
+    ERRORS,
+    first_key,
+    settle,
+    settled_again,
+    shared_of,
+    slopes_of,
+    upright,
+    with_shared,
+    with_slopes,
+)
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, RefinedModel, Wrench
 from sits_mech.scene.sensor import Sensor
@@ -130,14 +140,15 @@ def _between(part: SolvedPart, rows: Mapping[Wrench, Row], symmetry: Symmetry) -
     loads = loads_of(part.axes)
 
     solved = [row for row in rows.values() if row["status"] == DONE]
-    count = min(len(shared_of(row)) for row in solved)
+    count, slopes = (min(len(of(row)) for row in solved) for of in (shared_of, slopes_of))
 
     def on_grid(names: Sequence[str], **degree: int) -> Array:
         """Return numbers of every solved load on all of the grid, and the shared parts; one that is missing is one."""
-        own = np.ones((len(loads), len(names) + count * len(POSE)))
+        own = np.ones((len(loads), len(names) + (count + slopes) * len(POSE)))
         for k, load in enumerate(loads):
             if load in rows:
-                own[k] = [*(rows[load][name] for name in names), *shared_of(rows[load])[:count].ravel()]
+                beside = (shared_of(rows[load])[:count], slopes_of(rows[load])[:slopes])
+                own[k] = [*(rows[load][name] for name in names), *np.concatenate(beside).ravel()]
         known = np.nan_to_num(own, nan=1.0).reshape(*part.values.shape[:-1], -1)
         return interpolated(part, known, **degree).reshape(len(loads), -1)
 
@@ -148,9 +159,11 @@ def _between(part: SolvedPart, rows: Mapping[Wrench, Row], symmetry: Symmetry) -
     plane = np.arange(len(POSE)) < 3
     sizes = np.where(plane | np.array([load.beside != () for load in loads])[:, None], sizes, 0.0)
     more: dict[Wrench, Row] = {}
-    for load, place, size, shared in zip(loads, places, sizes, straight[:, len(POSE) :], strict=True):
+    end = len(POSE) * (1 + count)
+    for load, place, size, shared in zip(loads, places, sizes, straight[:, len(POSE) : end], strict=True):
         if load not in rows:
             row = with_shared({"status": DONE, "reason": "", "lasting": True}, shared)
+            row = with_slopes(row, place[1 + end :].reshape(-1, len(POSE)))
             row |= dict(zip((*POSE, "min_J", *ERRORS), (*place[: 1 + len(POSE)].tolist(), *size.tolist()), strict=True))
             row |= {"error_mechanics": worst, "iterations": 0, "notes": INTERPOLATED, "seconds": 0.0}
             more[load] = upright(row, load, symmetry)

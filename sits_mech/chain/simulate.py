@@ -86,7 +86,7 @@ def simulate(
     """
     field, _ = loaded_model(sensor, magnetics, tolerance, [*via, wrench])
     layer, _ = mechanical_model(sensor, mechanics, tolerance, [*via, wrench])
-    return _simulated(sensor, field, at_rest(sensor, layer, wrench, via))
+    return simulated(sensor, field, at_rest(sensor, layer, wrench, via))
 
 
 def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench, via: Sequence[Wrench] = ()) -> Equilibrium:
@@ -121,14 +121,14 @@ def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench, via: Sequenc
     try:
         found = with_symmetry(sensor, layer.equilibrium(solved))
     except SolveFailed as error:
-        last = None if error.last is None else _turned(error.last, Wrench(*(back @ error.last.wrench.components)), back)
+        last = None if error.last is None else turned(error.last, Wrench(*(back @ error.last.wrench.components)), back)
         carried = None
         if error.carried is not None:
             load, off = (each.components for each in error.carried)
             carried = Wrench(*image_of(back, load).tolist()), Wrench(*image_of(np.abs(back), off).tolist())
         message = f"{error} (an image of the load was solved)"
         raise SolveFailed(message, error.report, last, error.half, carried) from error
-    return _turned(found, wrench, back)
+    return turned(found, wrench, back)
 
 
 def _passed(sensor: Sensor, layer: MechanicalModel, loads: Sequence[Wrench]) -> Equilibrium:
@@ -137,7 +137,7 @@ def _passed(sensor: Sensor, layer: MechanicalModel, loads: Sequence[Wrench]) -> 
         raise SceneError("via: must be left out without elastomer.friction: the way of the load makes no difference")
     kept = symmetry_of(sensor).projection(*loads)
     found = layer.along(loads)
-    return replace(_turned(found, found.wrench, kept), state=found.state)
+    return replace(turned(found, found.wrench, kept), state=found.state)
 
 
 def with_symmetry(sensor: Sensor, found: Equilibrium) -> Equilibrium:
@@ -145,17 +145,17 @@ def with_symmetry(sensor: Sensor, found: Equilibrium) -> Equilibrium:
     kept = symmetry_of(sensor).projection(found.wrench)
     if np.array_equal(kept, np.eye(len(kept))):
         return found
-    return replace(_turned(found, found.wrench, kept), state=found.state)
+    return replace(turned(found, found.wrench, kept), state=found.state)
 
 
-def _turned(found: Equilibrium, wrench: Wrench, matrix: Array) -> Equilibrium:
+def turned(found: Equilibrium, wrench: Wrench, matrix: Array) -> Equilibrium:
     """Return the image of an equilibrium, without state; errors have no sign."""
     pose, error = image_of(matrix, found.pose.components), image_of(np.abs(matrix), found.error.components)
     shared = found.shared @ matrix.T
     return replace(found, wrench=wrench, pose=Pose.of(pose), error=Pose.of(error), state=np.zeros(0), shared=shared)
 
 
-def _simulated(sensor: Sensor, field: MagneticModel, equilibrium: Equilibrium) -> Simulation:
+def simulated(sensor: Sensor, field: MagneticModel, equilibrium: Equilibrium) -> Simulation:
     """Return what the sensor shows of a target at rest."""
     check_clearance(sensor, equilibrium.pose)
     try:

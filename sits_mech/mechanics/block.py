@@ -36,9 +36,11 @@ import numpy as np
 from sits_mech.mechanics.element.mesh import BRICK
 from sits_mech.mechanics.element.prolongation import Prolongation, along_family
 from sits_mech.mechanics.levels.answer import Solved, starts
-from sits_mech.mechanics.levels.family import Levels, contact_depth
+from sits_mech.mechanics.levels.family import Levels, contact_depth, kept
+from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
 from sits_mech.mechanics.levels.history import arrived, depends_on_path
 from sits_mech.mechanics.levels.retry import Line, settled
+from sits_mech.mechanics.pad.moved import moved_block
 from sits_mech.mechanics.pad.shapes import GRADING, base_cells, shape_of
 from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, pad_parts, pad_scales
 from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
@@ -46,6 +48,7 @@ from sits_mech.mechanics.rest.body import Bonded, packed
 from sits_mech.mechanics.rest.control import Control, under
 from sits_mech.mechanics.rest.failure import ended
 from sits_mech.quantities import Equilibrium, Wrench, refuse_infinite
+from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
 from sits_mech.units import checked_tolerance
@@ -133,6 +136,17 @@ class BlockPad:
             notes = (f"the estimated error is above the tolerance {self.tolerance:g}",) if missed else ()
             return replace(found, report=replace(report, notes=(*report.notes, *notes)))
         raise ended(line, control, solved._replace(found=replace(found, report=report)), "pad")
+
+    @one_thread
+    def slopes(self, found: Equilibrium, parameters: Sequence[Parameter], *, sideways: bool = False) -> PoseSlopes:
+        """Return the derivatives of a pose by its load and by numbers of the scene, of an equilibrium of this model.
+
+        Those by F_y, M_x and M_z of half a pad where `sideways` asks for them. Errors as of `pose_slopes`.
+        """
+        number, size = int(found.state[0]), found.state.size - 1
+        line = self.half if self.half[number].size == size else self.whole
+        scales = partial(pad_scales, share=line.scales.share)
+        return pose_slopes(solved_family(line, found, scales, sideways), found, parameters)
 
     def _settled(self, controls: Sequence[Control], start: Equilibrium | None) -> tuple[Line, Solved]:
         """The last equilibrium towards what is given, and the line of meshes it is on.
@@ -222,10 +236,18 @@ def _family(sensor: Sensor, kind: tuple[float, float], whole: bool, depth: float
             return None
         return along_family(coarse.body.mesh, fine.body.mesh, (coarse.division, fine.division), BRICK)
 
+    def changed(other: Sensor, level: int) -> Bonded | None:
+        """One of them, as a changed scene has it."""
+        own, split = made(level).body, int(_SIZES[level])
+        if not own.parts:
+            return moved_block(own, other, split, kind)
+        body = bonded_block(other, split, *kind, contact_depth(depth, _SIZES, level), whole=whole).body
+        return body if np.array_equal(body.mesh.cells, own.mesh.cells) else None
+
     shape = shape_of(*pad_parts(sensor))
     along, across, through = base_cells(shape)
     cells, order = (along, (2 if whole else 1) * across, through), 2.0 * kind[0] * shape.exponent
-    return Levels(_SIZES, cells, lambda level: made(level).body, carrier, order, _SHARE)
+    return Levels(_SIZES, cells, lambda level: made(level).body, carrier, order, _SHARE, changed=kept(changed))
 
 
 def solved_body(model: BlockPad, equilibrium: Equilibrium) -> Bonded:

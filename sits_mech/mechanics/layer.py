@@ -30,6 +30,7 @@ import numpy as np
 from sits_mech.mechanics.element.kernel import deformation, element_forces
 from sits_mech.mechanics.element.mesh import Indices
 from sits_mech.mechanics.levels.family import extrapolated
+from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
 from sits_mech.mechanics.levels.history import arrived
 from sits_mech.mechanics.levels.retry import Line
 from sits_mech.mechanics.pad.edges import Edges, edge_effect, edge_notes
@@ -39,6 +40,7 @@ from sits_mech.mechanics.rest.body import unpacked
 from sits_mech.mechanics.rest.control import Control, under
 from sits_mech.mechanics.rest.failure import ended
 from sits_mech.quantities import Array, Equilibrium, Wrench, refuse_beside, refuse_infinite
+from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
 
@@ -110,6 +112,14 @@ class PlanarLayer:
             missed = f"estimated error {report.estimated_error:.2g}: the tolerance {self.tolerance:g} is missed"
             notes = (*notes, missed)
         return replace(solved.found, report=replace(report, notes=notes))
+
+    @one_thread
+    def slopes(self, found: Equilibrium, parameters: Sequence[Parameter], *, sideways: bool = False) -> PoseSlopes:
+        """Return the derivatives of a pose by its load and by numbers of the scene, of an equilibrium of this model.
+
+        Of what leaves the plane nothing is known, `sideways` or not. Errors as of `pose_slopes`.
+        """
+        return pose_slopes(solved_family(self.line, found, layer_scales), found, parameters)
 
 
 @one_thread

@@ -11,7 +11,9 @@ Range: loads in the plane y = 0 that move the target by a few percent of the thi
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -19,6 +21,7 @@ from sits_mech.mechanics.block import pad_family
 from sits_mech.mechanics.closed_form import finite_strain_model
 from sits_mech.mechanics.levels.answer import Scales, errors_of, levers, relative
 from sits_mech.mechanics.levels.family import Levels, Limit, extrapolated
+from sits_mech.mechanics.levels.gradient import Family, PoseSlopes, pose_slopes
 from sits_mech.mechanics.pad.edges import Edges, edge_effect, edge_notes
 from sits_mech.mechanics.pad.ladder import layer_family
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
@@ -35,6 +38,7 @@ from sits_mech.quantities import (
     refuse_beside,
     refuse_infinite,
 )
+from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
 from sits_mech.units import checked_tolerance
@@ -95,6 +99,17 @@ class SmallStrain:
             raise SolveFailed(f"wrench: strains are too large for one compliance, got {wrench}: {ask}", report)
         shared = np.pad(limit.parts / lever, ((0, 0), (0, 3)))
         return Equilibrium(wrench, scales.pose(q), Pose.of(error), q, report, shared)
+
+    @one_thread
+    def slopes(self, found: Equilibrium, parameters: Sequence[Parameter], *, sideways: bool = False) -> PoseSlopes:
+        """Return the derivatives of a pose by its load and by numbers of the scene, of an equilibrium of this model.
+
+        Those by F_y, M_x and M_z of half a pad where `sideways` asks for them. Errors as of `pose_slopes`.
+        """
+        flat = len(self.levels.coarse.mesh.axes) == 2
+        scales = layer_scales if flat else partial(pad_scales, share=self.scales.share)
+        family = Family(self.levels, scales, self.sensor, small=len(self.compliances), sideways=sideways)
+        return pose_slopes(family, found, parameters)
 
     def limit(self, values: list[Array]) -> Limit:
         """Return what values of the levels, of one shape, tend to."""

@@ -116,6 +116,7 @@ def _moved(row: Row, matrix: Array) -> Row:
     if row["status"] != DONE or np.array_equal(matrix, np.eye(len(POSE))):
         return row
     moved = with_shared({}, np.array([image_of(matrix, part) for part in shared_of(row)]))
+    moved |= with_slopes({}, slopes_of(row) @ matrix.T)
     for names, signed in ((POSE, matrix), (ERRORS, np.abs(matrix))):
         moved |= dict(zip(names, image_of(signed, [row[name] for name in names]).tolist(), strict=True))
     return row | moved
@@ -129,6 +130,16 @@ def shared_of(row: Row) -> Array:
 def with_shared(row: Row, shared: Array) -> Row:
     """Return a row with the parts of the error of its pose that it has in common with its neighbours."""
     return row | {"shared": (("part", "component"), shared.reshape(-1, len(POSE)))}
+
+
+def slopes_of(row: Row) -> Array:
+    """Return the derivatives of a row's pose by numbers of the scene, as of `Equilibrium`, shape (n, 6)."""
+    return np.asarray(row["slopes"][1] if "slopes" in row else [], dtype=float).reshape(-1, len(POSE))
+
+
+def with_slopes(row: Row, slopes: Array) -> Row:
+    """Return a row with derivatives of its pose; as it is where there are none."""
+    return row | {"slopes": (("number", "component"), slopes)} if slopes.size else row
 
 
 def _image(row: Row, solved: Wrench, back: Array) -> Row:
@@ -159,7 +170,7 @@ def _settled(layer: MechanicalModel, wrench: Wrench, start: Equilibrium | None) 
     row |= {f"error_{name}": float(getattr(found.error, name)) for name in POSE}
     row |= {"min_J": np.nan if found.report.min_J is None else found.report.min_J}
     row |= {"error_mechanics": found.report.estimated_error, "iterations": found.report.iterations}
-    row = with_shared(row, found.shared)
+    row = with_slopes(with_shared(row, found.shared), found.slopes)
     return row | {"notes": "; ".join(found.report.notes), "state": ("unknown", found.state)}
 
 

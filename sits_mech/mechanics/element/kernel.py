@@ -124,6 +124,16 @@ def element_forces(mesh: MixedMesh, law: Law, K: float, u: Array, known: Deforme
     return Forces(energy, forces, p, float(J.min()))
 
 
+def small_strain_forces(mesh: MixedMesh, law: Law, K: float, u: Array) -> Array:
+    """Return the forces (d n,) of small displacements: the law's tangent at rest; arguments as of `element_forces`."""
+    one = np.eye(mesh.nodes.shape[1]).ravel()
+    A = law.tangent(kinematics(one[None, None]))[2][0, 0]
+    strains = gradients(mesh, u)
+    p = K * volumes(mesh, strains @ one)
+    P = mesh.inside.weights[..., None] * (strains @ A.T) + (p[:, None] @ mesh.chi)[:, 0, :, None] * one
+    return summed(mesh.dofs, _along(mesh, P), mesh.nodes.size)
+
+
 def element_stiffness(
     mesh: MixedMesh, law: Law, K: float, u: Array, pressure: Array, known: Deformed | None = None
 ) -> Array:

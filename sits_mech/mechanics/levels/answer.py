@@ -278,7 +278,7 @@ def answer(
 
     values, walk = [shown(state.q, state.load) for state in states], walk or finer(levels, states, (held, goal))
     spent, best = fine.iterations + coarse.iterations, extrapolated(values, levels.sizes, levels.order)
-    large = ""
+    large, beyond, kept = "", list[Array](), 0
     for level in range(2, len(levels.sizes) if asked < np.inf else 0):
         if np.max(best.error) <= asked and not levels.is_cheap(level):
             break
@@ -288,7 +288,9 @@ def answer(
             break
         values, spent = [*values, shown(there.q, there.load)], spent + there.iterations
         limit = extrapolated(values, levels.sizes, levels.order, np.where(held, 0.0, there.off / unit))
-        best = limit if np.max(limit.error) < np.max(best.error) else best
+        beyond.append(np.zeros(0) if there.state is None else packed(there.state))
+        if np.max(limit.error) < np.max(best.error):
+            best, kept = limit, len(beyond)
     share = levels.share if np.isfinite(best.order) else max(levels.share, _UNSEEN)
     creases = hidden_by_creases(body, fine, levels.numbers(len(values) - 1)[-1])
     best = best._replace(error=best.error + creases * np.abs(best.value))
@@ -307,4 +309,5 @@ def answer(
     )
     state_kept = np.concatenate([packed(fine), packed(coarse)])
     shared = np.pad(np.where(held, 0.0, best.parts * unit * scales.lengths[:k]), ((0, 0), (0, 6 - k)))
-    return Equilibrium(scales.wrench(load), scales.pose(q), Pose.of(error), state_kept, report, shared)
+    finest = tuple(beyond[:kept])
+    return Equilibrium(scales.wrench(load), scales.pose(q), Pose.of(error), state_kept, report, shared, finest)

@@ -32,7 +32,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import prod
 from typing import NamedTuple
 
@@ -50,10 +50,12 @@ from sits_mech.mechanics.rest.path import among_faces
 from sits_mech.mechanics.rest.verdict import Way, verdict
 from sits_mech.memory import GIB, memory_limit
 from sits_mech.quantities import Array
+from sits_mech.scene.sensor import Sensor
 
 FEWEST = 3
 """Levels of an answer, if they can be had."""
 _CHEAP = 1500  # cells
+_CHANGED = 64  # layers of changed scenes that a family remembers
 _SAFE = 2.0  # times what the second term leaves: against references of an independent code half of that is too little
 _UNSURE = 0.15  # of what extrapolation adds: the order may be off
 _SHOWN, _HIGH = 0.5, 1.4  # of the order must be shown by three levels, and no more than so many times of it
@@ -84,6 +86,8 @@ class Levels:
         Of the worst component's error that every component owns to.
     eager : bool
         Whether a third level is solved even where two are enough.
+    changed : callable
+        Changed scene, level -> its layer on the same cells; None where it takes others.
     """
 
     sizes: tuple[float, ...]
@@ -93,6 +97,7 @@ class Levels:
     order: float
     share: float
     eager: bool = True
+    changed: Callable[[Sensor, int], Bonded | None] = lambda sensor, level: None
 
     @cached_property
     def coarse(self) -> Bonded:
@@ -136,6 +141,15 @@ class Levels:
             f"memory: a mesh of {cells} cells takes {words} (--memory): a thicker or smaller pad, or a mesh of "
             "your own with fewer cells, would fit"
         )
+
+
+Changed = Callable[[Sensor, int], Bonded | None]
+
+
+def kept(changed: Changed) -> Changed:
+    """Return what makes the layers of changed scenes, those of the first two levels once: tables of loads ask again."""
+    remembered = lru_cache(maxsize=_CHANGED)(changed)
+    return lambda sensor, level: (remembered if level < FEWEST - 1 else changed)(sensor, level)
 
 
 class Limit(NamedTuple):

@@ -17,7 +17,9 @@ from __future__ import annotations
 from functools import cache, partial
 from typing import NamedTuple
 
-from sits_mech.mechanics.levels.family import Levels, contact_depth
+import numpy as np
+
+from sits_mech.mechanics.levels.family import Levels, contact_depth, kept
 from sits_mech.mechanics.levels.retry import Line
 from sits_mech.mechanics.pad.lines import widened
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_parts, layer_scales
@@ -90,12 +92,19 @@ def order_of(sensor: Sensor, grading: float) -> float:
 def _family(sensor: Sensor, kind: _Kind, depth: float) -> Levels:
     """Meshes of one kind; coarser ones have a larger contact depth."""
 
-    @cache
-    def made(level: int) -> Bonded:
-        """One of them."""
+    def made_of(scene: Sensor, level: int) -> Bonded:
+        """One of a scene's."""
         guard, own = kind.guard if level < 2 else 0.0, contact_depth(depth, SIZES, level)
-        return bonded_body(sensor, Fineness(int(SIZES[level]), kind.grading, True, guard, own))
+        return bonded_body(scene, Fineness(int(SIZES[level]), kind.grading, True, guard, own))
+
+    made = cache(partial(made_of, sensor))
+
+    def changed(other: Sensor, level: int) -> Bonded | None:
+        """One of them, as a changed scene has it."""
+        own, body = made(level), made_of(other, level)
+        return body if np.array_equal(body.mesh.cells, own.mesh.cells) else None
 
     _, elastomer = layer_parts(sensor)
     wide = max(1, round(elastomer.extent[0] / elastomer.thickness))
-    return Levels(SIZES, (wide, 1), made, lambda level: None, order_of(sensor, kind.grading), SHARE, kind is _KINDS[0])
+    order = order_of(sensor, kind.grading)
+    return Levels(SIZES, (wide, 1), made, lambda level: None, order, SHARE, kind is _KINDS[0], kept(changed))

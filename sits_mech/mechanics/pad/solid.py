@@ -171,18 +171,30 @@ def numbered(
 def solid(sensor: Sensor, own: NumberedMesh, guard: float, depth: float) -> Solid:
     """Return a pad on its mesh; guard and contact depth as of `bonded_block`."""
     target, elastomer = pad_parts(sensor)
-    silicone = elastomer.silicone
-    K = silicone.bulk_modulus / silicone.shear_modulus
-    guard = min(guard, _GUARD_SHARE * K)
+    law, K = scaled_law(sensor, guard)
     X = own.mesh.nodes[own.where[1]] * (1.0, 1.0, 0.0)
     body = Bonded(
-        own.mesh, Law(isochoric_energy(silicone, guard), isochoric_stress(silicone, guard)), K - guard,
-        target.load_height / elastomer.thickness, own.free(), own.bonded, X, own.faces,
+        own.mesh, law, K, target.load_height / elastomer.thickness, own.free(), own.bonded, X, own.faces,
         components=3 if own.half else 6, parts=contacts(own.faces, own.surfaces, depth, elastomer.friction),
         shared=partial(_pattern, own, depth > 0.0),
         hidden=partial(_pattern, own, depth > 0.0, True) if own.half else None,
     )  # fmt: skip
     return Solid(body, 0.5 if own.half else 1.0, own.division)
+
+
+def scaled_law(sensor: Sensor, guard: float) -> tuple[Law, float]:
+    """Return law and bulk modulus of a pad, a guard in the law [shear moduli]; arguments as of `bonded_block`."""
+    silicone = pad_parts(sensor)[1].silicone
+    K = silicone.bulk_modulus / silicone.shear_modulus
+    guard = min(guard, _GUARD_SHARE * K)
+    return Law(isochoric_energy(silicone, guard), isochoric_stress(silicone, guard)), K - guard
+
+
+def as_in(sensor: Sensor, body: Bonded, guard: float) -> Bonded:
+    """Return a pad on its nodes with the law and the place of the load that a changed scene has; guard as above."""
+    target, elastomer = pad_parts(sensor)
+    law, K = scaled_law(sensor, guard)
+    return replace(body, law=law, K=K, height=target.load_height / elastomer.thickness)
 
 
 def mirrored(half: Bonded, whole: Bonded, state: State) -> State:

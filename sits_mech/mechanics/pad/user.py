@@ -27,7 +27,7 @@ from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, MixedMesh, soli
 from sits_mech.mechanics.element.prolongation import Prolongation, prolongation
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.pad.lines import outlines
-from sits_mech.mechanics.pad.solid import NumberedMesh, numbered, pad_parts, solid
+from sits_mech.mechanics.pad.solid import NumberedMesh, as_in, numbered, pad_parts, solid
 from sits_mech.mechanics.rest.body import Bonded
 from sits_mech.meshing.bricks import Outline, within
 from sits_mech.meshing.refinement import Refinement, refined
@@ -101,9 +101,13 @@ def meshed_family(sensor: Sensor, guard: float, share: float, depth: float = 0.0
         once = refined(_level(sensor, level - 1)[1].mesh, 1)
         return prolongation(made(level - 1).mesh, made(level).mesh, once, element)
 
+    def changed(other: Sensor, level: int) -> Bonded | None:
+        """One of them with what a changed scene says of it beside its sizes."""
+        return as_in(other, made(level), guard) if _sizes(other) == _sizes(sensor) else None
+
     sizes = tuple(2.0**level for level in range(max(count, 2)))
     along = max(1, round((cells / (_PER_BRICK if element is TETRAHEDRON else 1.0)) ** (1.0 / 3.0)))
-    return Levels(sizes, (along, along, along), made, carrier, _ORDER if count > 1 else np.inf, share)
+    return Levels(sizes, (along, along, along), made, carrier, _ORDER if count > 1 else np.inf, share, changed=changed)
 
 
 def _tetrahedral(mesh: MixedMesh) -> bool:
@@ -114,8 +118,13 @@ def _tetrahedral(mesh: MixedMesh) -> bool:
 def _level(sensor: Sensor, times: int, *, constant: bool = False) -> tuple[NumberedMesh, Refinement]:
     """The mesh of a scene with its cells divided, and where they lie in it; pressures linear or constant."""
     target, elastomer = pad_parts(sensor)
-    sizes = _Sizes(elastomer.thickness, elastomer.extent, target.extent)
-    return _divided(_file(elastomer), outlines(target, elastomer)[0], sizes, times, constant)
+    return _divided(_file(elastomer), outlines(target, elastomer)[0], _sizes(sensor), times, constant)
+
+
+def _sizes(sensor: Sensor) -> _Sizes:
+    """What a scene says of its pad's sizes."""
+    target, elastomer = pad_parts(sensor)
+    return _Sizes(elastomer.thickness, elastomer.extent, target.extent)
 
 
 @lru_cache(maxsize=8)

@@ -22,6 +22,7 @@ from sits_mech.mechanics.rest.newton import compliance, newton
 from sits_mech.meshing.bricks import box_bricks
 from sits_mech.meshing.store import read_solid
 from sits_mech.quantities import Wrench
+from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import SceneError, load_sensor, save_sensor, scene_text, sensor_from
 
 MM = 1e-3
@@ -487,3 +488,19 @@ def test_bricks_of_27_nodes_are_those_of_eight_where_they_are_straight(tmp_path,
     meshio.write(tmp_path / "box27.msh", finer, file_format="gmsh22", binary=False)
     plain = stiffness(on_mesh(scene(box)))
     np.testing.assert_allclose(stiffness(on_mesh(scene(tmp_path / "box27.msh"))), plain, rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_a_mesh_in_its_own_sizes_is_differentiated_by_its_silicone_alone(box):
+    """By the modulus, against differences; its sizes are refused by name."""
+    sensor, load = scene(box), Wrench(F_x=0.2, F_z=2.0)
+    pad = block_pad(sensor, 0.1).rough
+    found = pad.equilibrium(load)
+    slope = pad.slopes(found, [parameter(sensor, "modulus")]).pose[:, 0]
+    one, other = (
+        block_pad(parameter(sensor, "modulus").changed(way), 0.1).rough.equilibrium(load).pose.components
+        for way in (1e-3, -1e-3)
+    )
+    np.testing.assert_allclose(slope, (one - other) / 2e-3, atol=1e-4 * np.max(np.abs(slope)))
+    with pytest.raises(SceneError, match=r"elastomer\.thickness: must be a number that can be changed a little"):
+        pad.slopes(found, [parameter(sensor, "elastomer.thickness")])

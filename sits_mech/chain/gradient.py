@@ -1,0 +1,330 @@
+"""How does what the sensor shows change with its sizes, its silicone and its load? Derivatives of the whole chain.
+
+By a number s of the scene, with the pose p(s) of the target under a load held and the inductance L(p, s),
+
+    dL/ds = sum_k dL/dp_k dp_k/ds + dL/ds at the fixed pose,
+
+the pose's half by the factor that the layer at rest has (mechanics/levels/gradient.py), the other by the magnetic
+model's own slopes (magnetics/slopes.py), R alike. A signal is a function of L, of L0 and of where the coils are, and
+goes with all three. Errors: those of the pose's derivatives times the slopes, what lengths' differences may be off, and
+of all of it the share that L, or R, is known to.
+
+What the layer has not costs it nothing, nor what no coil and no plate has the magnetics; a length of a plate takes new
+eddy-current modes. Of images of a load only mirror ones are taken: a scene whose width grows is no longer a square.
+Where target and pad end flush both widths have two derivatives: told is that of a target that grows over its pad, and
+of a pad that shrinks under its target.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+
+from sits_mech.chain.models import MAGNETICS, loaded_model, mechanical_model
+from sits_mech.chain.pose_errors import signal_weights
+from sits_mech.chain.simulate import Simulation, simulated, turned
+from sits_mech.magnetics.slopes import pose_slopes, slopes
+from sits_mech.mechanics.levels.gradient import PoseSlopes
+from sits_mech.mechanics.symmetry import Symmetry, symmetry_of
+from sits_mech.quantities import (
+    POSE,
+    WRENCH,
+    Array,
+    Equilibrium,
+    Impedance,
+    MagneticModel,
+    Pose,
+    Wrench,
+)
+from sits_mech.readout.signals import rows_of, signal_changes, signals
+from sits_mech.scene.parameters import Parameter, parameter
+from sits_mech.scene.sensor import SceneError, Sensor
+
+_NO_LENGTHS = ("conductivity", "relative_permeability", "loss_tangent", "friction")
+_ELECTRIC = ("target", "coils", "conductors", "substrate_radius")
+_FREE = 1e3  # times the step of a number, over which inductances in free space are differenced
+
+
+@runtime_checkable
+class SlopedModel(Protocol):
+    """A mechanical model that knows how its poses change."""
+
+    def slopes(self, found: Equilibrium, parameters: Sequence[Parameter], *, sideways: bool = False) -> PoseSlopes:
+        """Return the derivatives of a pose by its load and by numbers of the scene."""
+        ...
+
+
+@dataclass(frozen=True)
+class Gradient:
+    """Derivatives of what a sensor shows under one load.
+
+    Attributes
+    ----------
+    names : tuple of str
+        n numbers of the scene.
+    simulation : Simulation
+        What it shows.
+    pose, error_pose : ndarray, shape (6, n)
+        By each number [m or rad per its SI unit], and estimated absolute errors, here and below.
+    compliance, error_compliance : ndarray, shape (6, 6)
+        Pose by each component of the load [m or rad per N or N m]; NaN of what the mechanical model does not hold.
+    L, error_L, R, error_R : ndarray, shape (c, c, n)
+        Impedance of the coils [its unit per SI unit].
+    signals, errors : dict of str to ndarray, shape (n,)
+        Signals of the sensor by their names, and their errors.
+    """
+
+    names: tuple[str, ...]
+    simulation: Simulation
+    pose: Array
+    error_pose: Array
+    compliance: Array
+    error_compliance: Array
+    L: Array
+    error_L: Array
+    R: Array
+    error_R: Array
+    signals: dict[str, Array]
+    errors: dict[str, Array]
+
+
+class Moved(NamedTuple):
+    """How p poses change with n numbers, and errors of that, shape (p, 6, n) each [m or rad per SI unit]."""
+
+    pose: Array
+    error: Array
+
+
+class Direct(NamedTuple):
+    """What numbers change of the coils at p fixed poses: L and R with errors, shape (p, c, c, n); L0, (c, n)."""
+
+    L: Array
+    R: Array
+    error_L: Array
+    error_R: Array
+    L0: Array
+
+
+class Shown(NamedTuple):
+    """How what the coils show at p poses changes: impedances, shape (p, c, c, n); signals by their names, (p, n)."""
+
+    L: Array
+    error_L: Array
+    R: Array
+    error_R: Array
+    signals: dict[str, Array]
+    errors: dict[str, Array]
+
+
+def gradient(
+    sensor: Sensor, wrench: Wrench, names: Sequence[str], *, tolerance: float = 1e-2, mechanics: str = "auto",
+    magnetics: str = "auto", sideways: bool = False,
+) -> Gradient:  # fmt: skip
+    """Return how what a sensor shows under a load changes with numbers of its scene and with the load.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        With target and elastomer.
+    wrench : Wrench
+        The load [N, N m].
+    names : sequence of str
+        Dotted keys such as "elastomer.thickness", "coils.*.track_width", "elastomer.material.c10", or "modulus".
+    tolerance, mechanics, magnetics
+        As for `simulate`.
+    sideways : bool
+        Whether the compliance by F_y, M_x and M_z is asked for where half a pad is solved.
+
+    Raises
+    ------
+    SceneError
+        When a name is no number of the scene that a derivative is known by, or a model cannot hold the scene.
+    Collision, SolveFailed
+        As `simulate`.
+    """
+    numbers, moving = numbers_of(sensor, names)
+    field, by_field = loaded_model(sensor, magnetics, tolerance, [wrench])
+    layer, by_layer = mechanical_model(sensor, mechanics, tolerance, [wrench])
+    if not isinstance(layer, SlopedModel):
+        raise SceneError(f"mechanics: must be block, planar or linear for a gradient; got {by_layer.name}")
+    mirrors = mirrors_of(sensor)
+    solved, back = mirrors.standard(wrench) if wrench.beside else (wrench, np.eye(len(WRENCH)))
+    found = layer.equilibrium(solved)
+    by_pose = layer.slopes(found, moving, sideways=sideways)
+    kept = mirrors.projection(wrench) @ back
+    simulation = simulated(sensor, field, turned(found, wrench, kept))
+    moved = columns_of(numbers, moving, Moved((kept @ by_pose.pose)[None], (np.abs(kept) @ by_pose.error)[None]))
+    one = Pose.of(simulation.equilibrium.pose.components[None])
+    direct = at_fixed_poses(sensor, (field, by_field.name, tolerance), one, numbers)
+    shown = simulation.impedance
+    single = {name: getattr(shown, name)[None] for name in ("L", "R", "error_L", "error_R")}
+    change = shown_change(sensor, field, replace(shown, **single), one, numbers, moved, direct)
+    each = [{key: value[0] for key, value in part.items()} for part in (change.signals, change.errors)]
+    L, error_L, R, error_R = (getattr(change, name)[0] for name in ("L", "error_L", "R", "error_R"))
+    compliance, error = _taken_back(by_pose, back)
+    return Gradient(
+        tuple(names), simulation, moved.pose[0], moved.error[0], compliance, error, L, error_L, R, error_R, *each
+    )  # fmt: skip
+
+
+def numbers_of(sensor: Sensor, names: Sequence[str]) -> tuple[list[Parameter], list[Parameter]]:
+    """Return numbers of a scene by their names, and those of them that move the target; errors as of `gradient`."""
+    numbers = [_checked(sensor, name) for name in names]
+    return numbers, [number for number in numbers if _of_layer(sensor, number)]
+
+
+def mirrors_of(sensor: Sensor) -> Symmetry:
+    """Return the symmetry that a scene keeps when its sizes change."""
+    return Symmetry("rectangle") if symmetry_of(sensor).mirrored else Symmetry()
+
+
+def columns_of(numbers: Sequence[Parameter], moving: Sequence[Parameter], found: Moved) -> Moved:
+    """Return how p poses change with n numbers, from those by which they move, shape (p, 6, m)."""
+    every = np.zeros((2, *found.pose.shape[:2], len(numbers)))
+    every[..., [number in moving for number in numbers]] = np.stack(found)
+    return Moved(*every)
+
+
+def _checked(sensor: Sensor, name: str) -> Parameter:
+    """A number of a scene, or its refusal."""
+    if name.rpartition(".")[2] in _NO_LENGTHS or name.startswith("readout."):
+        raise SceneError(f"gradient: {name} has no derivative here; lengths, constants of the silicone, frequency have")
+    return parameter(sensor, name)
+
+
+def _place(number: Parameter) -> Sensor:
+    """A scene in which a number is a little different."""
+    return number.stencil().places[0].sensor
+
+
+def _of_layer(sensor: Sensor, number: Parameter) -> bool:
+    """Whether a number is one of the layer or its target."""
+    other = _place(number)
+    return other.elastomer != sensor.elastomer or other.target != sensor.target
+
+
+def _of_field(sensor: Sensor, number: Parameter) -> bool:
+    """Whether a number is one that the coils' field meets: of coils and plates."""
+    if number.name == "target.load_height":
+        return False
+    other = _place(number)
+    return any(getattr(other, part) != getattr(sensor, part) for part in _ELECTRIC)
+
+
+def _taken_back(found: PoseSlopes, back: Array) -> tuple[Array, Array]:
+    """The compliance and its errors of the load whose image was solved."""
+    if np.array_equal(back, np.eye(len(WRENCH))):
+        return found.compliance, found.error_compliance
+    return back @ found.compliance @ back.T, np.abs(back) @ found.error_compliance @ np.abs(back).T
+
+
+def at_fixed_poses(
+    sensor: Sensor, model: tuple[MagneticModel, str, float], pose: Pose, numbers: Sequence[Parameter]
+) -> Direct:
+    """Return what numbers of a scene change of its coils at p fixed poses.
+
+    Parameters
+    ----------
+    sensor : Sensor
+    model : MagneticModel, str and float
+        Of it, the model's name and its tolerance.
+    pose : Pose of ndarray, shape (p,)
+    numbers : sequence of Parameter
+        n.
+    """
+    (field, name, tolerance), count = model, len(sensor.coils)
+    shape = len(pose.components), count, count, len(numbers)
+    zero = (np.zeros(shape) for _ in range(4))
+    found = Direct(next(zero), next(zero), next(zero), next(zero), np.zeros((count, len(numbers))))
+    lengths = {k: number.name for k, number in enumerate(numbers) if _of_field(sensor, number)}
+    by_frequency = [k for k, number in enumerate(numbers) if number.name == "frequency"]
+    if not lengths and not by_frequency:
+        return found
+    each = slopes(sensor, field, pose, sensor.frequency, components=(), lengths=tuple(lengths.values()))
+    for k, own in enumerate(lengths):
+        found.L[..., own], found.R[..., own] = each.L_lengths[..., k], each.R_lengths[..., k]
+        found.error_L[..., own] = each.error_L_lengths[..., k]
+        found.error_R[..., own] = each.error_R_lengths[..., k]
+        if _place(numbers[own]).coils != sensor.coils:
+            found.L0[:, own] = _free(numbers[own], name, tolerance)
+    for own in by_frequency:
+        found.L[..., own], found.R[..., own] = each.L_frequency, each.R_frequency
+    return found
+
+
+def _free(number: Parameter, name: str, tolerance: float) -> Array:
+    """Derivative of the coils' inductances in free space, shape (c,)."""
+    total, none = np.zeros(len(number.scene.coils)), Pose.of(np.zeros((0, len(POSE))))
+    for place in replace(number, step=_FREE * number.step).stencil().places:
+        alone = MAGNETICS[name](place.sensor, tolerance).impedance(none, place.sensor.frequency)
+        total = total + place.weight * np.diagonal(alone.L0)
+    return np.asarray(total)
+
+
+def shown_change(
+    sensor: Sensor, field: MagneticModel, shown: Impedance, pose: Pose, numbers: Sequence[Parameter],
+    moved: Moved, direct: Direct,
+) -> Shown:  # fmt: skip
+    """Return how what the coils show at p poses changes with n numbers of the scene: both halves joined.
+
+    Parameters
+    ----------
+    sensor, field, pose, numbers
+        As of `at_fixed_poses`.
+    shown : Impedance
+        There, with errors that the poses' errors are part of, shape (p, c, c).
+    moved, direct : Moved, Direct
+    """
+    components = POSE if pose.beside or np.any(moved.pose[:, 3:]) else POSE[:3]
+    _, *each = pose_slopes(sensor, field, pose, sensor.frequency, components)
+    ways = Moved(*(part[:, : len(components)] for part in moved))
+    sizes = (shown.L - shown.L0, shown.R)
+    share_L, share_R = (_share(*both) for both in zip((shown.error_L, shown.error_R), sizes, strict=True))
+    L, error_L = _chained(each[0], ways, direct.L, direct.error_L, share_L)
+    R, error_R = _chained(each[1], ways, direct.R, direct.error_R, share_R)
+    rows = rows_of(signal_weights(sensor))
+    own = [np.einsum("piik->pik", part) for part in (each[0], direct.L, direct.error_L)]
+    _, wrong = _chained(rows @ own[0], ways, rows @ own[1], np.abs(rows) @ own[2], share_L)
+    there = np.einsum("pii->pi", shown.L), np.diagonal(shown.L0)
+    values, errors = _signal_slopes(sensor, there, (np.einsum("piin->pin", L), direct.L0), numbers, wrong)
+    return Shown(L, error_L, R, error_R, values, errors)
+
+
+def _share(error: Array, size: Array) -> Array:
+    """What L or R of p poses is known to, over the largest change of a coil's own, shape (p,)."""
+    own, largest = (np.einsum("pii->pi", np.abs(part)).max(axis=1) for part in (error, size))
+    return np.asarray(own / np.maximum(largest, 1e-300))
+
+
+def _chained(by_pose: Array, moved: Moved, direct: Array, error: Array, share: Array) -> tuple[Array, Array]:
+    """Derivatives by n numbers, and errors, from slopes by k components of p poses, shape (p, ..., k)."""
+    terms = [np.einsum("p...k,pkn->p...n", *pair) for pair in (
+        (by_pose, moved.pose), (np.abs(by_pose), moved.error), (np.abs(by_pose), np.abs(moved.pose))
+    )]  # fmt: skip
+    share = share.reshape(-1, *[1] * (direct.ndim - 1))
+    return terms[0] + direct, terms[1] + error + share * (terms[2] + np.abs(direct))
+
+
+def _signal_slopes(
+    sensor: Sensor, there: tuple[Array, Array], change: tuple[Array, Array], numbers: Sequence[Parameter], wrong: Array
+) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Derivatives of the signals and their errors, from those of L, (p, c, n), and L0, (c, n), and errors of sums."""
+    (L, L0), (by_L, by_L0), weights = there, change, signal_weights(sensor)
+    values, errors = dict[str, list[Array]](), dict[str, list[Array]]()
+    for k, number in enumerate(numbers):
+        unit = max(float(np.max(np.abs(by_L[..., k]))), 1e-300) / float(np.max(L0))  # signals are linear in L
+        total = {name: unit * value for name, value in signal_changes(by_L[..., k] / unit, L0, weights).items()}
+        offset, stencil = signals(L, L0, weights, wrong[..., k]).known, number.stencil()
+        if any(place.sensor.coils != sensor.coils for place in stencil.places):
+            for place in stencil.places:
+                beside = signals(L, L0 + place.amount * by_L0[:, k], signal_weights(place.sensor)).known
+                total = {name: value + place.weight * np.asarray(beside[name]) for name, value in total.items()}
+            total = {name: value + stencil.own * np.asarray(offset[name]) for name, value in total.items()}
+        for name, value in total.items():
+            values.setdefault(name, []).append(value)
+            errors.setdefault(name, []).append(np.asarray(offset[f"error_{name}"]))
+    stacked = [{name: np.stack(each, axis=-1) for name, each in part.items()} for part in (values, errors)]
+    return stacked[0], stacked[1]

@@ -1,0 +1,154 @@
+"""How does what the sensor shows over a grid of loads change with its sizes and its silicone? `gradient` over tables.
+
+Loads are solved as for `calibrate`, on two meshes, as many as predict the others; each that is solved has the
+derivatives of its pose there, by one factor more a mesh (mechanics/levels/gradient.py), and the map that carries poses
+to the loads between carries them as well. What finer meshes change of the poses is in the poses alone. The magnetics'
+half is that of all poses at once (gradient.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from sits_mech.cases import DONE, Progress, Row
+from sits_mech.chain.gradient import (
+    Moved,
+    SlopedModel,
+    at_fixed_poses,
+    columns_of,
+    mirrors_of,
+    numbers_of,
+    shown_change,
+)
+from sits_mech.chain.interpolate import loads_of, poses_on_grid
+from sits_mech.chain.models import loaded_model, mechanical_model
+from sits_mech.chain.pose_errors import stacked
+from sits_mech.geometry.collision import Collision, check_clearance
+from sits_mech.mechanics.loads import slopes_of
+from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, RefinedModel, Wrench
+from sits_mech.scene.parameters import Parameter
+from sits_mech.scene.sensor import SceneError, Sensor
+
+
+@dataclass(frozen=True)
+class WithSlopes:
+    """A mechanical model whose equilibria tell the derivatives of their poses, once for every load.
+
+    Attributes
+    ----------
+    layer : MechanicalModel
+        With slopes.
+    numbers : tuple of Parameter
+        By which its poses move.
+    """
+
+    layer: MechanicalModel
+    numbers: tuple[Parameter, ...]
+
+    @property
+    def rough(self) -> MechanicalModel:
+        """The model on the first meshes; itself, where all answers are on the same."""
+        return replace(self, layer=self.layer.rough) if isinstance(self.layer, RefinedModel) else self
+
+    def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
+        """Return the equilibrium; that of a load which is solved again, on finer meshes, without derivatives."""
+        found = self.layer.equilibrium(wrench, start=start)
+        if (start is not None and start.wrench == wrench) or not isinstance(self.layer, SlopedModel):
+            return found
+        return replace(found, slopes=self.layer.slopes(found, self.numbers).pose.T)
+
+
+def gradient_on_grid(
+    sensor: Sensor, names: Sequence[str], loads: Mapping[str, Sequence[float]], *, tolerance: float = 1e-2,
+    mechanics: str = "auto", magnetics: str = "auto", progress: Progress | None = None,
+) -> xr.Dataset:  # fmt: skip
+    """Return how what a sensor shows over a grid of loads changes with numbers of its scene.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        With target and elastomer.
+    names : sequence of str
+        Numbers of the scene, as of `gradient`.
+    loads : mapping
+        Values of the components of the load by their names [N, N m]; what is left out is zero.
+    tolerance, mechanics, magnetics, progress
+        As of `calibrate`.
+
+    Returns
+    -------
+    Dataset, dims (*loads, coil, coil_2, component, parameter)
+        ``pose``, ``L``, ``R`` and signals; ``by_pose``, ``by_L``, ``by_R``, ``by_`` each signal with the dimension
+        `parameter`; NaN where a load fails, whose ``status`` says so.
+
+    Raises
+    ------
+    SceneError
+        As `gradient`; for a component that no load has.
+    """
+    unknown = [name for name in loads if name not in WRENCH]
+    if unknown:
+        raise SceneError(f"loads: must be of {', '.join(WRENCH)}; got {', '.join(unknown)}")
+    numbers, moving = numbers_of(sensor, names)
+    grid = {name: sorted(float(value) for value in loads.get(name, (0.0,))) for name in WRENCH}
+    every, mirrors = loads_of(grid), mirrors_of(sensor)
+    field, by_field = loaded_model(sensor, magnetics, tolerance, every)
+    layer, by_layer = mechanical_model(sensor, mechanics, tolerance, every)
+    if not isinstance(layer, SlopedModel):
+        raise SceneError(f"mechanics: must be block, planar or linear for a gradient; got {by_layer.name}")
+    rows = poses_on_grid(
+        sensor, WithSlopes(layer, tuple(moving)), grid, symmetry=mirrors, tolerance=tolerance, progress=progress
+    )
+    status = [_status(sensor, rows[load]) for load in every]
+    good = np.array([each == DONE for each in status])
+    own = [rows[load] for load, fine in zip(every, good, strict=True) if fine]
+    pose = stacked([_pose(row) for row in own])
+    slopes = np.array([slopes_of(row).T for row in own]).reshape(len(own), len(POSE), len(moving))
+    moved = columns_of(numbers, moving, Moved(slopes, np.zeros_like(slopes)))
+    direct = at_fixed_poses(sensor, (field, by_field.name, tolerance), pose, numbers)
+    shown = field.impedance(pose, sensor.frequency)
+    change = shown_change(sensor, field, shown, pose, numbers, moved, direct)
+    values = {"pose": pose.components, "L": shown.L, "R": shown.R, "by_pose": moved.pose, "by_L": change.L}
+    values |= {"by_R": change.R, **{f"by_{name}": value for name, value in change.signals.items()}}
+    return _table(sensor, {name: grid[name] for name in loads}, tuple(names), (good, status), values)
+
+
+def _status(sensor: Sensor, row: Row) -> str:
+    """What became of a load: done, or why it has no reading."""
+    if row["status"] != DONE:
+        return str(row["status"])
+    try:
+        check_clearance(sensor, _pose(row))
+    except Collision:
+        return "collision"
+    return DONE
+
+
+def _pose(row: Row) -> Pose:
+    """The pose of a row."""
+    return Pose(*(float(row[name]) for name in POSE))
+
+
+def _table(
+    sensor: Sensor, grid: Mapping[str, Sequence[float]], names: tuple[str, ...],
+    status: tuple[NDArray[np.bool_], list[str]], values: Mapping[str, Array],
+) -> xr.Dataset:  # fmt: skip
+    """Numbers of the good loads as a table over all of them."""
+    good, said = status
+    shape = [len(each) for each in grid.values()]
+    coils = [coil.name for coil in sensor.coils]
+    dims = {"pose": ("component",), "L": ("coil", "coil_2"), "R": ("coil", "coil_2")}
+    places = {"coil": coils, "coil_2": coils, "component": list(POSE), "parameter": list(names)}
+    found = xr.Dataset(coords={**grid, **places})
+    for name, own in values.items():
+        every = np.full((len(good), *own.shape[1:]), np.nan)
+        every[good] = own
+        more = dims.get(name.removeprefix("by_"), ()) + (("parameter",) if name.startswith("by_") else ())
+        found[name] = ((*grid, *more), every.reshape(*shape, *own.shape[1:]))
+    found["status"] = (tuple(grid), np.array(said).reshape(shape))
+    return found

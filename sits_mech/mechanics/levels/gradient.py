@@ -1,0 +1,350 @@
+"""How does the pose of a target at rest change with its load, and with what its layer is? Derivatives of an answer.
+
+On one mesh the free displacements u and the target's motion q are at rest where the forces left on them vanish,
+
+    R(u, q; s) = 0,      R = (R_u, R_q),
+
+s a number of the scene: a constant of the law, a length, which moves the nodes of the same cells, or what the scaled
+load is made of. With K = dR_u/du factored, the motion B = -K^-1 dR_u/dq that follows the target's, and the stiffness S
+that the target has (rest/linearisation.py),
+
+    dq/ds = -S^-1 d/ds [ B^T R_u + R_q ],       u and q held,
+
+the virtual work of three or six motions: one factor serves all parameters, and a parameter costs the forces on two
+changed meshes. Their difference, B held, is the derivative to some 1e-7; bonded nodes are where the changed target has
+them. By the load itself ``dq/df = S^-1 w``, w what its components work with; on the components that half a pad hides,
+by the stiffness there. Increments of a rotation become those of its vector (turns.py).
+
+Poses are extrapolated from the levels of a family (family.py), linearly: so are their derivatives, from the same
+levels, with an error from their own sequence, and what is beyond the meshes in the pose's error (creases, contact left
+out) in proportion. States of finer levels are only nearly at rest: they go one step on, and B with them by the same
+factor; a level that does not come to rest then is left out. At small strain R is linear in u and q.
+
+Source: K. K. Choi, N. H. Kim, Structural Sensitivity Analysis and Optimization 1 (2005), chapter 6, direct and adjoint
+derivatives of condensed equations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import takewhile
+from typing import NamedTuple
+
+import numpy as np
+
+from sits_mech.mechanics.element.kernel import element_forces, small_strain_forces
+from sits_mech.mechanics.element.target import bonded_displacement, bonded_tangent, moved, work_of_load
+from sits_mech.mechanics.levels.answer import Scales, errors_of, levers
+from sits_mech.mechanics.levels.family import Levels, extrapolated
+from sits_mech.mechanics.levels.retry import Line
+from sits_mech.mechanics.rest.body import Bonded, State, rest, unpacked
+from sits_mech.mechanics.rest.linearisation import (
+    Aim,
+    Factor,
+    Gradient,
+    factored,
+    gradient,
+    hidden_stiffness,
+    stepped_around,
+    way_of,
+)
+from sits_mech.quantities import Array, Equilibrium, SolveFailed
+from sits_mech.scene.parameters import Parameter, Stencil
+from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.turns import vector_rates
+
+_UNSEEN = 0.25  # of the worst component's error that every component owns to, where two levels alone tell it
+_TURN = np.array([4, 2, 5])  # where the rotation vector stands among the components of a motion
+_AT_REST = 1e-6  # of the target's way, a step that leaves a state as it is
+_FALLS = 0.1  # of the forces left, what that step may leave
+_WAY = 1e-5  # along the motions B, for differences [thicknesses]
+
+
+@dataclass(frozen=True)
+class Family:
+    """What an equilibrium was solved on.
+
+    Attributes
+    ----------
+    levels : Levels
+    scales : callable
+        Sensor -> scales of its motions and loads.
+    sensor : Sensor
+        The scene.
+    states : sequence of ndarray
+        Packed states of the levels that its pose is extrapolated from, the coarsest first; none at small strain.
+    small : int
+        Where strains are small the number of levels with a compliance; 0 where they are not.
+    sideways : bool
+        Whether the compliance on what half a pad hides, F_y, M_x and M_z, is asked for: one more factor a level.
+    """
+
+    levels: Levels
+    scales: Callable[[Sensor], Scales]
+    sensor: Sensor
+    states: Sequence[Array] = ()
+    small: int = 0
+    sideways: bool = False
+
+    @property
+    def count(self) -> int:
+        """How many levels the pose is extrapolated from."""
+        return self.small or len(self.states)
+
+
+@dataclass(frozen=True)
+class PoseSlopes:
+    """Derivatives of a pose.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of n parameters of the scene.
+    pose, error : ndarray, shape (6, n)
+        By each of them [m or rad per its SI unit], and estimated absolute errors.
+    compliance, error_compliance : ndarray, shape (6, 6)
+        By each component of the wrench [m or rad per N or N m]; NaN of what the model does not hold.
+    """
+
+    names: tuple[str, ...]
+    pose: Array
+    error: Array
+    compliance: Array
+    error_compliance: Array
+
+
+class _Level(NamedTuple):
+    """A level at rest under a load: the motion B that follows the target's, stiffness on it, on what a half hides."""
+
+    body: Bonded
+    state: State
+    load: Array
+    B: Array
+    S: Array
+    hidden: Array | None
+    small: int
+
+    @property
+    def q(self) -> Array:
+        """The target's motion."""
+        return self.state.q
+
+    @property
+    def turned(self) -> Array:
+        """The motion at which the load works: at small strain none, shape (6,)."""
+        found = np.zeros(6)
+        found[: len(self.q)] = 0.0 if self.small else self.q
+        return found
+
+    def work(self, body: Bonded, load: Array) -> Array:
+        """Virtual work of the forces left in a body with the same cells, shape (k,)."""
+        q, axes = self.state.q, list(body.mesh.axes)
+        u = self.state.u.copy()
+        if not self.small:
+            u[body.bonded] = bonded_displacement(body.X, q)[:, axes]
+            own = replace(body.near(u), shared=lambda: self.body.pattern)
+            found = gradient(own, replace(self.state, u=u, load=load, known=None))
+            return np.asarray(self.B.T @ found.free + found.target)
+        T = bonded_tangent(body.X, np.zeros(6))[:, axes, : len(q)]
+        u[body.bonded] = T @ q
+        forces = small_strain_forces(body.mesh, body.law, body.K, u)
+        on_target = np.tensordot(T, forces[body.bonded], axes=((0, 1), (0, 1)))
+        on_target = on_target - work_of_load(load, body.height, np.zeros(6))[: len(q)]
+        return np.asarray(self.B.T @ forces[body.free] + on_target)
+
+
+def solved_family(
+    line: Line, found: Equilibrium, scales: Callable[[Sensor], Scales], sideways: bool = False
+) -> Family:  # fmt: skip
+    """Return the family of a line that an equilibrium is on, with its states as far as they are known.
+
+    Raises
+    ------
+    ValueError
+        For an equilibrium without its state, such as an image of another.
+    SceneError
+        Where faces in contact have friction.
+    """
+    if found.state.size < 2:
+        raise ValueError("equilibrium: must be one of this model with its state, got one without")
+    levels = line[int(found.state[0])]
+    fine, coarse = np.split(found.state[1:], [levels.fine.size])
+    if line.sensor.elastomer is not None and line.sensor.elastomer.friction > 0.0 and levels.fine.parts:
+        raise SceneError("elastomer.friction: must be 0 for a gradient where faces touch: answers depend on their way")
+    finer = takewhile(lambda state: state.size > 0, found.finer)
+    return Family(levels, scales, line.sensor, (coarse, fine, *finer), sideways=sideways)
+
+
+def pose_slopes(family: Family, found: Equilibrium, parameters: Sequence[Parameter]) -> PoseSlopes:
+    """Return the derivatives of a pose by its load and by numbers of its scene.
+
+    Parameters
+    ----------
+    family : Family
+    found : Equilibrium
+        On it, under forces.
+    parameters : sequence of Parameter
+        Of the scene.
+
+    Raises
+    ------
+    SceneError
+        For a parameter that cannot be changed on the same cells, or contact with friction.
+    SolveFailed
+        Where the target has no stiffness.
+    """
+    stencils = [each.stencil(lambda sensor: family.levels.changed(sensor, 0) is not None) for each in parameters]
+    levels: list[_Level] = []
+    by_load, by_each = [], []
+    for number in range(family.count):
+        level = _linearised(family, number, found)
+        if level is None and number > 1:
+            break
+        if level is None:
+            raise SolveFailed("gradient: the target has no stiffness under this load", found.report, found)
+        turns = _of_turns(level.q)
+        by_load.append(turns @ _by_load(level))
+        by_each.append(turns @ _by_each(family, number, found, level, stencils))
+        levels.append(level._replace(B=level.B[:0]))
+    scales, beyond = family.scales(family.sensor), _beyond(family, found, levels)
+    compliance = _limit(family, by_load, scales.lengths[:, None] / scales.loads, beyond)
+    pose, error = _limit(family, by_each, scales.lengths[:, None], beyond)
+    pose += _of_scales(family, found, stencils)
+    if family.levels.fine.components < 6 and levels[0].hidden is None:
+        for each in compliance:
+            each[3:] = each[:, 3:] = np.nan
+    return PoseSlopes(tuple(each.name for each in parameters), pose, error, *compliance)
+
+
+def _linearised(family: Family, number: int, found: Equilibrium) -> _Level | None:
+    """One level at rest; None where it has no stiffness."""
+    body, k = family.levels.maker(number), family.levels.fine.components
+    load = family.scales(family.sensor).load(found.wrench)[:k]
+    if family.small:
+        here = rest(body)
+    else:
+        here = unpacked(body, family.states[number], load)
+        body = body.near(here.u)
+        here = replace(here, p=element_forces(body.mesh, body.law, body.K, here.u).pressure)
+    factor = factored(body, here, gradient(body, here))
+    if factor is None:
+        return None
+    found_there = (here, factor.by_q, factor.stiffness) if family.small else _settled(body, here, factor)
+    if found_there is None:
+        return None
+    here, B, S = found_there
+    hidden = hidden_stiffness(body, factor.made) if family.sideways else None
+    if not np.all(np.isfinite(S)) or not np.linalg.cond(S) < 1.0 / np.finfo(float).eps:
+        return None
+    if family.small:
+        q = np.asarray(np.linalg.solve(S, work_of_load(load, body.height, np.zeros(6))[:k]), dtype=np.float64)
+        here = replace(here, q=q)
+        here.u[body.free] = B @ q
+    return _Level(body, here, load, B, S, hidden, family.small)
+
+
+def _settled(body: Bonded, here: State, factor: Factor) -> tuple[State, Array, Array] | None:
+    """A state that is nearly at rest after one step more, with B and S there by the factor of the state before.
+
+    None where that step does not lead to rest: a corner of a fine mesh folds, though the target stays where it is.
+    What forces change along the motions of an older B, (r_u, r_q) = (K B + C, C^T B + D), takes B on by -K^-1 r_u, and
+    with that B the stiffness is r_q + B^T r_u.
+    """
+    held = np.zeros(body.components, dtype=bool)
+    before, B = gradient(body, here), factor.by_q
+    way = way_of(body, here, before, factor, Aim(held, np.zeros(body.components)))
+    if way is None or body.length(way[1]) <= _AT_REST * body.length(here.q):
+        return here, B, factor.stiffness
+    after = stepped_around(body, here, factor, way)
+    if after is None or not _left(gradient(body, after)) < _FALLS * _left(before):
+        return None
+    on_free, on_target = _along_motions(body, after, B)
+    B = B - factor.of_free.solve(on_free)
+    return after, B, on_target + B.T @ on_free
+
+
+def _left(found: Gradient) -> float:
+    """Size of the forces that are left."""
+    return float(np.hypot(np.linalg.norm(found.free), np.linalg.norm(found.target)))
+
+
+def _along_motions(body: Bonded, here: State, B: Array) -> tuple[Array, Array]:
+    """What forces on the free displacements and on the target change along the motions B, shapes (m, k) and (k, k)."""
+    columns, axes = [], list(body.mesh.axes)
+    for k, motion in enumerate(np.eye(body.components)):
+        ends = []
+        for way in (_WAY, -_WAY):
+            u, q = here.u.copy(), moved(here.q, way * motion)
+            u[body.free] += way * B[:, k]
+            u[body.bonded] = bonded_displacement(body.X, q)[:, axes]
+            found = gradient(body, replace(here, u=u, q=q, known=None))
+            ends.append(np.concatenate([found.free, found.target]))
+        columns.append((ends[0] - ends[1]) / (2.0 * _WAY))
+    both = np.stack(columns, axis=1)
+    return both[: len(body.free)], both[len(body.free) :]
+
+
+def _by_load(level: _Level) -> Array:
+    """Increments of the motion by the components of the load, shape (6, 6), scaled; zero where they are not known."""
+    k, found = len(level.S), np.zeros((6, 6))
+    work = np.stack([work_of_load(unit, level.body.height, level.turned) for unit in np.eye(6)], axis=1)
+    found[:k, :k] = np.linalg.solve(level.S, work[:k, :k])
+    if level.hidden is not None:
+        found[k:, k:] = np.linalg.solve(level.hidden, work[k:, k:])
+    return found
+
+
+def _by_each(family: Family, number: int, found: Equilibrium, level: _Level, stencils: Sequence[Stencil]) -> Array:
+    """Increments of the motion by some parameters, shape (6, n), scaled."""
+    increments = np.zeros((6, len(stencils)))
+    k = len(level.S)
+    for column, stencil in enumerate(stencils):
+        work = stencil.own * level.work(level.body, level.load) if stencil.own else np.zeros(k)
+        for sensor, _, weight in stencil.places:
+            body = family.levels.changed(sensor, number)
+            if body is None:
+                raise SceneError("gradient: a finer mesh has other cells beside this scene; change the sizes a little")
+            work = work + weight * level.work(body, family.scales(sensor).load(found.wrench)[:k])
+        increments[:k, column] = -np.linalg.solve(level.S, work)
+    return increments
+
+
+def _of_scales(family: Family, found: Equilibrium, stencils: Sequence[Stencil]) -> Array:
+    """Derivatives of what the scaled motion stands for, shape (6, n) [m, rad]."""
+    scales = family.scales(family.sensor)
+    q = (found.pose.components - scales.pose(np.zeros(6)).components) / scales.lengths
+    slopes = np.zeros((6, len(stencils)))
+    for column, stencil in enumerate(stencils):
+        slopes[:, column] = stencil.own * scales.pose(q).components
+        for sensor, _, weight in stencil.places:
+            slopes[:, column] += weight * family.scales(sensor).pose(q).components
+    return slopes
+
+
+def _beyond(family: Family, found: Equilibrium, levels: Sequence[_Level]) -> float:
+    """What the pose's error holds beyond that of the meshes, over the displacement."""
+    lever = levers(family.levels.fine, 1.0)[: len(levels[0].S)]
+    limit = extrapolated([level.q * lever for level in levels], family.levels.sizes, family.levels.order)
+    size = max(float(np.max(np.abs(limit.value))), 1e-300)
+    return max(found.report.estimated_error - float(np.max(limit.error)) / size, 0.0) if np.any(limit.value) else 0.0
+
+
+def _limit(family: Family, values: Sequence[Array], unit: Array, beyond: float) -> tuple[Array, Array]:
+    """What derivatives on the levels tend to, and their errors, shape (6, n), in a unit."""
+    lever = levers(family.levels.fine, 1.0)
+    found = np.zeros((2, *values[0].shape))
+    for column in range(values[0].shape[1]):
+        limit = extrapolated([each[:, column] * lever for each in values], family.levels.sizes, family.levels.order)
+        share = family.levels.share if np.isfinite(limit.order) else max(family.levels.share, _UNSEEN)
+        error = errors_of(limit.error + beyond * np.abs(limit.value), np.ones(6), share)
+        found[:, :, column] = np.stack([limit.value, error]) / lever
+    return found[0] * unit, found[1] * unit
+
+
+def _of_turns(q: Array) -> Array:
+    """What turns increments (dc, dw) of a motion into those of its components, shape (6, 6)."""
+    found, whole = np.eye(6), np.zeros(6)
+    whole[: len(q)] = q
+    found[np.ix_(_TURN, _TURN)] = vector_rates(whole[_TURN])
+    return found

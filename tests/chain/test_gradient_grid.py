@@ -1,0 +1,46 @@
+"""Derivatives over a grid of loads: those of single loads, at loads solved and between; loads that fail."""
+
+import numpy as np
+import pytest
+
+from sits_mech.chain.gradient import gradient
+from sits_mech.chain.gradient_grid import gradient_on_grid
+from sits_mech.quantities import POSE, Wrench
+from sits_mech.scene.sensor import SceneError, load_sensor
+
+NAMES = ("elastomer.thickness", "modulus", "coils.*.inner_diameter")
+PLANE = {"mechanics": "planar", "magnetics": "planar", "tolerance": 1e-2}
+LEVER = np.array([1.0, 1.0, 7e-3, 1.0, 7e-3, 7e-3])[:, None]
+
+
+def test_loads_of_a_grid_have_the_derivatives_that_they_have_alone() -> None:
+    """On two meshes instead of three: to 3e-3 of the largest, images and loads between the solved ones as well."""
+    sensor = load_sensor("biorob2018-w15", ['elastomer.standoff="0.1 mm"', 'target.width="14 mm"'])
+    loads = {"F_x": np.linspace(-0.5, 0.5, 7), "F_z": np.linspace(0.0, 3.0, 7)}
+    found = gradient_on_grid(sensor, NAMES, loads, **PLANE)
+    assert found.by_L.dims == ("F_x", "F_z", "coil", "coil_2", "parameter")
+    assert found.by_pose.sizes["component"] == len(POSE)
+    assert np.all(found.status == "converged")
+    poses, signals = (np.abs(found[name].values).max(axis=(0, 1)) for name in ("by_pose", "by_dL_v"))
+    for F_x, F_z in ((0.5, 3.0), (-0.5, 1.5), (1.0 / 6.0, 2.5), (-1.0 / 3.0, 0.5)):
+        own = gradient(sensor, Wrench(F_x=F_x, F_z=F_z), NAMES, **PLANE)
+        here = found.sel(F_x=F_x, F_z=F_z, method="nearest")
+        off = np.abs(here.by_pose.values - own.pose)[:, :2] * LEVER
+        assert np.all(np.max(off, axis=0) < 3e-3 * np.max(poses[:, :2] * LEVER, axis=0))
+        assert np.all(np.abs(here.by_dL_v.values - own.signals["dL_v"]) < 3e-3 * signals)
+
+
+@pytest.mark.slow
+def test_a_load_that_is_not_carried_leaves_a_gap() -> None:
+    """Said by its status; the others have their numbers."""
+    soft = 'elastomer.material={law="neo-hookean", shear_modulus=3e3, bulk_modulus=3e6}'
+    sensor = load_sensor("biorob2018-w15", [soft])
+    found = gradient_on_grid(sensor, ["modulus"], {"F_z": [0.5, 1e3]}, **PLANE)
+    assert list(found.status.values == "converged") == [True, False]
+    assert np.all(np.isfinite(found.by_L.values[0])) and np.all(np.isnan(found.by_L.values[1]))
+
+
+def test_what_is_no_load_is_refused() -> None:
+    """By its name."""
+    with pytest.raises(SceneError, match="loads: must be of F_x"):
+        gradient_on_grid(load_sensor("biorob2018-w15"), ["modulus"], {"F_q": [1.0]}, **PLANE)
