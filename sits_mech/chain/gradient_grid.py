@@ -83,8 +83,9 @@ def gradient_on_grid(
     Returns
     -------
     Dataset, dims (*loads, coil, coil_2, component, parameter)
-        ``pose``, ``L``, ``R`` and signals; ``by_pose``, ``by_L``, ``by_R``, ``by_`` each signal with the dimension
-        `parameter`; NaN where a load fails, whose ``status`` says so.
+        ``pose``, ``L``, ``R``, the errors that the magnetics have of both, and signals; ``by_pose``, ``by_L``,
+        ``by_R``, ``by_`` each signal with the dimension `parameter`; NaN where a load fails, whose ``status`` and
+        ``reason`` say why. ``L0``, and the attributes ``frequency`` and ``unit_L``, as of `calibrate`.
 
     Raises
     ------
@@ -105,7 +106,7 @@ def gradient_on_grid(
         sensor, WithSlopes(layer, tuple(moving)), grid, symmetry=mirrors, tolerance=tolerance, progress=progress
     )
     status = [_status(sensor, rows[load]) for load in every]
-    good = np.array([each == DONE for each in status])
+    good = np.array([each == DONE for each, _ in status])
     own = [rows[load] for load, fine in zip(every, good, strict=True) if fine]
     pose = stacked([_pose(row) for row in own])
     slopes = np.array([slopes_of(row).T for row in own]).reshape(len(own), len(POSE), len(moving))
@@ -113,20 +114,23 @@ def gradient_on_grid(
     direct = at_fixed_poses(sensor, (field, by_field.name, tolerance), pose, numbers)
     shown = field.impedance(pose, sensor.frequency)
     change = shown_change(sensor, field, shown, pose, numbers, moved, direct)
-    values = {"pose": pose.components, "L": shown.L, "R": shown.R, "by_pose": moved.pose, "by_L": change.L}
+    values = {"pose": pose.components, "L": shown.L, "R": shown.R, "error_L": shown.error_L, "error_R": shown.error_R}
+    values |= {"by_pose": moved.pose, "by_L": change.L}
     values |= {"by_R": change.R, **{f"by_{name}": value for name, value in change.signals.items()}}
-    return _table(sensor, {name: grid[name] for name in loads}, tuple(names), (good, status), values)
+    found = _table(sensor, {name: grid[name] for name in loads}, tuple(names), (good, status), values)
+    found["L0"] = (("coil", "coil_2"), shown.L0)
+    return found.assign_attrs(frequency=sensor.frequency, unit_L=shown.unit_L)
 
 
-def _status(sensor: Sensor, row: Row) -> str:
-    """What became of a load: done, or why it has no reading."""
+def _status(sensor: Sensor, row: Row) -> tuple[str, str]:
+    """What became of a load, and why it has no reading."""
     if row["status"] != DONE:
-        return str(row["status"])
+        return str(row["status"]), str(row["reason"])
     try:
         check_clearance(sensor, _pose(row))
-    except Collision:
-        return "collision"
-    return DONE
+    except Collision as error:
+        return "collision", str(error)
+    return DONE, ""
 
 
 def _pose(row: Row) -> Pose:
@@ -136,13 +140,14 @@ def _pose(row: Row) -> Pose:
 
 def _table(
     sensor: Sensor, grid: Mapping[str, Sequence[float]], names: tuple[str, ...],
-    status: tuple[NDArray[np.bool_], list[str]], values: Mapping[str, Array],
+    status: tuple[NDArray[np.bool_], list[tuple[str, str]]], values: Mapping[str, Array],
 ) -> xr.Dataset:  # fmt: skip
     """Numbers of the good loads as a table over all of them."""
     good, said = status
     shape = [len(each) for each in grid.values()]
     coils = [coil.name for coil in sensor.coils]
-    dims = {"pose": ("component",), "L": ("coil", "coil_2"), "R": ("coil", "coil_2")}
+    pair = ("coil", "coil_2")
+    dims = {"pose": ("component",), "L": pair, "R": pair, "error_L": pair, "error_R": pair}
     places = {"coil": coils, "coil_2": coils, "component": list(POSE), "parameter": list(names)}
     found = xr.Dataset(coords={**grid, **places})
     for name, own in values.items():
@@ -150,5 +155,6 @@ def _table(
         every[good] = own
         more = dims.get(name.removeprefix("by_"), ()) + (("parameter",) if name.startswith("by_") else ())
         found[name] = ((*grid, *more), every.reshape(*shape, *own.shape[1:]))
-    found["status"] = (tuple(grid), np.array(said).reshape(shape))
+    for name, words in zip(("status", "reason"), zip(*said, strict=True), strict=True):
+        found[name] = (tuple(grid), np.array(words).reshape(shape))
     return found

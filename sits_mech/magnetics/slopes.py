@@ -9,12 +9,12 @@ By lengths, at a fixed pose: what no coil and no plate has (the layer's) changes
 these drive in the plates, not the plates: all coils with a length a little changed stand in one scene with the coils as
 they are, the plates prepared once, and
 
-    d Delta Z_cd = Delta Z(dc, d) + Delta Z(c, dd),
+    d Delta Z_cd = Delta Z(dc, d) + Delta Z(c, dd);
 
-bilinear in the windings; L0 has its closed forms. Lengths of plates change their eddy-current modes: four preparations
-each, beyond what the pose itself takes, and for `axisymmetric` for lengths of its coil, too. Their divisions follow the
-length, in whole numbers of cells: where one jumps between the places of a difference the error tells, and differences
-on one side of the pose, or over a wider step, are taken where they are better. What is left is told with the slope.
+L0 has its closed forms. All coils moved aside in space under a target alone are the target moved back. Lengths of
+plates change their eddy-current modes: four preparations each, and for `axisymmetric` for lengths of its coil, too.
+Their divisions follow the length, in whole numbers of cells: where one jumps between the places of a difference the
+error tells, and differences to one side, or over a wider step, are taken where they are better.
 
 If all lengths grow by one share, the pose's with them, L does as well at a frequency smaller by the square of that:
 
@@ -31,9 +31,10 @@ import numpy as np
 
 from sits_mech.geometry.collision import room
 from sits_mech.magnetics.rings import Axisymmetric
+from sits_mech.magnetics.sheets import Sheets
 from sits_mech.maps.differences import BACKWARD, CENTRAL, FIRST, FORWARD, WIDE
 from sits_mech.quantities import POSE, Array, Complex, Impedance, MagneticModel, Pose, SolveFailed, SolveReport
-from sits_mech.scene.lengths import moved, numbers_at
+from sits_mech.scene.parameters import Parameter, keys_of, parameter
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.threads import one_thread
 
@@ -63,7 +64,7 @@ class Slopes:
         By the frequency [H/Hz, ohm/Hz].
     L_lengths, R_lengths : ndarray, shape (..., n, n, m)
         By each length at the fixed pose [H/m, ohm/m].
-    error_L_lengths, error_R_lengths : ndarray, shape (..., n, n, m)
+    error_L_lengths, error_R_lengths : ndarray
         What differences may be off, beside the model's own error.
     """
 
@@ -101,21 +102,22 @@ class _Asked:
 
 @dataclass(frozen=True)
 class _Length:
-    """A length of a scene: its keys there, the step it is moved by [m], its size [m], and the scenes by steps."""
+    """A length of a scene with the step of its differences [m], its size [m], and what is solved, by steps."""
 
-    keys: tuple[str, ...]
-    step: float
+    number: Parameter
     size: float
     scenes: dict[int, Sensor]
 
-    def reached(self, sensor: Sensor, places: Sequence[int]) -> bool:
-        """Whether scenes at all places are possible; they are then at hand."""
-        try:
-            self.scenes.update(
-                {place: moved(sensor, self.keys, place * self.step) for place in places if place not in self.scenes}
-            )
-        except SceneError:
+    def reached(self, solved: Sensor, places: Sequence[int]) -> bool:
+        """Whether scenes at all places are possible; they are then at hand, with the conductors that are solved."""
+        new = [place for place in places if place and place not in self.scenes]
+        found = self.number.scenes(new)
+        if len(found) < len(new):
             return False
+        for place, scene in found.items():
+            by_name = {part.name: part for part in scene.conductors}
+            near = tuple(by_name.get(part.name, part) for part in solved.conductors)
+            self.scenes[place] = scene.model_copy(update={"conductors": near})
         return True
 
 
@@ -142,7 +144,7 @@ def slopes(
     Raises
     ------
     ValueError
-        If a component has no such name, a length is none (SceneError); as the model's `impedance`.
+        If a component has no such name, a length is no `parameter` (SceneError); as the model's `impedance`.
     SolveFailed
         If the model's answers jump by more than a length changes them.
     """
@@ -233,8 +235,12 @@ def _by_lengths(sensor: Sensor, asked: _Asked, keys: Sequence[str]) -> list[Arra
     coils, plates = dict[int, _Length](), dict[int, _Length]()
     for k, key in enumerate(keys):
         length = _length(sensor, solved, asked.rows, key)
-        one = next((scene for place, scene in length.scenes.items() if place), solved)
-        if any(getattr(one, part) != getattr(solved, part) for part in _PLATES):
+        one = next(iter(length.scenes.values()))
+        aside = _aside(asked.model, solved, length.number)
+        if aside:
+            _, *slope = pose_slopes(solved, asked.model, Pose.of(asked.rows), asked.frequency, [aside])
+            found[:2, ..., k] = -np.stack(slope)[..., 0]
+        elif any(getattr(one, part) != getattr(solved, part) for part in _PLATES):
             plates[k] = length
         elif one.coils != solved.coils:
             (plates if isinstance(asked.model, Axisymmetric) else coils)[k] = length
@@ -250,27 +256,23 @@ def _by_lengths(sensor: Sensor, asked: _Asked, keys: Sequence[str]) -> list[Arra
 
 
 def _length(sensor: Sensor, solved: Sensor, rows: Array, key: str) -> _Length:
-    """Return a length with the scenes around; none around where all that it is of is left out of what is solved."""
-    numbers = numbers_at(sensor, key)
-    keys = [_there(sensor, solved, name) for name, _ in numbers]
+    """Return a length with the scenes around."""
+    number = parameter(sensor, key)
     least = _LEAST * max(coil.outer_diameter for coil in sensor.coils)
-    size = max(least, *(abs(value) for _, value in numbers))
+    size = max(least, *(abs(value) for _, value in number.numbers))
     near = float(np.min(room(sensor, Pose.of(rows)), initial=np.inf))
-    length = _Length(tuple(filter(None, keys)), min(_SHARE * size, _ROOM * near), size, {})
-    for stencil in (CENTRAL, FORWARD, BACKWARD):
-        if not length.keys or length.reached(solved, [place for place in stencil.places if place]):
-            return length
-    raise SceneError(f"lengths: {key} must leave a possible scene where it goes up or down a little; it does not")
+    length = _Length(replace(number, step=min(_SHARE * size, _ROOM * near)), size, {})
+    if not any(length.reached(solved, stencil.places) for stencil in (CENTRAL, FORWARD, BACKWARD)):
+        raise SceneError(f"{key}: must leave a possible scene where it goes up or down a little; it does not")
+    return length
 
 
-def _there(sensor: Sensor, solved: Sensor, key: str) -> str:
-    """Return a key of a scene as it is in a scene with fewer conductors; nothing where that is without."""
-    table, *steps = key.split(".")
-    if table != "conductors":
-        return key
-    names = [part.name for part in solved.conductors]
-    name = sensor.conductors[int(steps[0])].name
-    return ".".join((table, str(names.index(name)), *steps[1:])) if name in names else ""
+def _aside(model: Any, solved: Sensor, number: Parameter) -> str:
+    """Return the component of the pose that all coils are moved along in space, beside no metal; nothing for others."""
+    if not isinstance(model, Sheets) or solved.target is None or solved.conductors:
+        return ""
+    keys = [key for key, _ in number.numbers]
+    return next((way for k, way in enumerate(("d_h", "d_y")) if keys == keys_of(solved, f"coils.*.centre.{k}")), "")
 
 
 def _of_coils(asked: _Asked, lengths: Sequence[_Length], centre: tuple[Array, Array]) -> list[_Values]:
@@ -280,7 +282,7 @@ def _of_coils(asked: _Asked, lengths: Sequence[_Length], centre: tuple[Array, Ar
     which: list[dict[int, list[tuple[int, int]]]] = [{} for _ in lengths]
     for length, own in zip(lengths, which, strict=True):
         for place, scene in length.scenes.items():
-            for c in range(n) if place else ():
+            for c in range(n):
                 if scene.coils[c] != sensor.coils[c]:
                     own.setdefault(place, []).append((c, n + len(added)))
                     added.append(scene.coils[c].model_copy(update={"name": f"{scene.coils[c].name} {len(added)}"}))
@@ -320,7 +322,7 @@ def _of_plates(asked: _Asked, key: str, length: _Length, known: tuple[tuple[Arra
     if worst > _ROUGH:
         wider = [
             stencil.places for stencil in (FORWARD, BACKWARD, WIDE)
-            if length.reached(sensor, [place for place in stencil.places if place])
+            if length.reached(sensor, stencil.places)
         ]  # fmt: skip
         new = {place for places in wider for place in places} - set(values)
         values |= {place: asked.answer(length.scenes[place]) for place in sorted(new)}
@@ -338,9 +340,9 @@ def _slope(length: _Length, values: _Values, largest: Sequence[float]) -> tuple[
     found: list[tuple[float, Array]] = []
     for stencil in (CENTRAL, WIDE, FORWARD, BACKWARD):
         if all(place in values for place in stencil.places):
-            error = [stencil.error(part, length.step) for part in parts]
+            error = [stencil.error(part, length.number.step) for part in parts]
             worst = max(float(own.max()) / most for own, most in zip(error, largest, strict=True))
-            slope = [stencil.slope(part, length.step) for part in parts]
+            slope = [stencil.slope(part, length.number.step) for part in parts]
             found.append((worst * length.size, np.stack([*slope, *error])))
     worst_of_all, best = min(found, key=lambda one: one[0])
     return best, worst_of_all

@@ -6,7 +6,8 @@ With values y_m at m steps h from where the slope is asked,
 
 where y_4 is the fourth difference: of order h^4 where y is smooth, so that the error is far above that of the slope,
 h^4 y'''''; of noise, or of a jump between two of the places, it is their size, and the error holds what they do to the
-slope. A jump on one side leaves the slope of the other side. `FIRST` is the simple quotient, of first order.
+slope. A jump on one side leaves the slope of the other side. `FIRST` is the simple quotient, of first order;
+`SECOND_ORDER` are those of three places, on both sides and on each.
 """
 
 from __future__ import annotations
@@ -25,6 +26,8 @@ _FOURTH = (1.0, -4.0, 6.0, -4.0, 1.0)  # c
 class Stencil:
     """Places, and what their values are multiplied by.
 
+    Of numbers alone; scene/parameters.py has the scenes at such places.
+
     Attributes
     ----------
     places : tuple of int
@@ -39,10 +42,14 @@ class Stencil:
     weights: tuple[float, ...]
     trust: float = 0.0
 
+    @property
+    def shares(self) -> dict[int, float]:
+        """What the value at each place adds to a slope, for a step of one: w."""
+        return {place: weight / 12.0 for place, weight in zip(self.places, self.weights, strict=True)}
+
     def slope(self, values: Mapping[int, Array], step: float | Array) -> Array:
         """Return the slope of values by their places, `step` apart."""
-        total = sum(weight / 12.0 * values[place] for place, weight in zip(self.places, self.weights, strict=True))
-        return np.asarray(total / step)
+        return np.asarray(sum(share * values[place] for place, share in self.shares.items()) / step)
 
     def error(self, values: Mapping[int, Array], step: float | Array) -> Array:
         """Return how far that may be off."""
@@ -51,6 +58,11 @@ class Stencil:
 
 
 FIRST = Stencil((0, 1), (-12.0, 12.0))
+SECOND_ORDER = (
+    Stencil((-1, 0, 1), (-6.0, 0.0, 6.0)),
+    Stencil((0, 1, 2), (-18.0, 24.0, -6.0)),
+    Stencil((0, -1, -2), (18.0, -24.0, 6.0)),
+)
 CENTRAL = Stencil((-2, -1, 0, 1, 2), (1.0, -8.0, 0.0, 8.0, -1.0), 0.25)
 WIDE = Stencil((-4, -2, 0, 2, 4), (0.5, -4.0, 0.0, 4.0, -0.5), 0.125)
 FORWARD = Stencil((0, 1, 2, 3, 4), (-25.0, 48.0, -36.0, 16.0, -3.0), 2.5)

@@ -1,31 +1,31 @@
 """Which numbers of a scene can an answer be differentiated by, and what does a small change of one make of the scene?
 
-A parameter is a number of the scene that varies continuously, by its dotted key (lengths.py), and what a catalogued
-silicone is made of:
+A parameter is a number of the scene that varies continuously, by its key in scene and study files, with dots and `*`
+for every entry of a list, or what a catalogued silicone is made of:
 
-    elastomer.thickness, target.width, coils.C1.inner_diameter, coils.*.track_width (all coils alike),
-    elastomer.material.c10 (a constant of the silicone, of a catalogued one as well), elastomer.material.mu.0,
+    elastomer.thickness, target.width, coils.C1.inner_diameter, coils.C1.centre.0, coils.*.track_width (of all coils, by
+    as much), elastomer.material.c10 (a constant of the silicone, of a catalogued one as well), elastomer.material.mu.0,
     modulus          a common factor of all constants of the silicone that are stresses, 1 as it is; the bulk modulus
                      stays.
 
-Derivatives by it are those of differences of second order over a step h far below the lengths of the scene,
-
-    f' = [f(h) - f(-h)] / (2 h),      or on one side   f' = [4 f(h) - 3 f - f(2 h)] / (2 h)
-
-where the other is no scene (a stand-off below zero) or one of another kind (a target that takes other cells).
+Derivatives by it are differences of second order (maps/differences.py) over a step h far below the lengths of the
+scene, on both sides, or on one where the other is no scene (a stand-off below zero) or one of another kind (a target
+that takes other cells).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from sits_mech.scene.lengths import moved, numbers_at
-from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.maps.differences import SECOND_ORDER
+from sits_mech.scene.sensor import SceneError, Sensor, changed, scene_table
 from sits_mech.silicone.laws import LAWS
 from sits_mech.silicone.material import Silicone
+from sits_mech.units import shown
 
 MODULUS = "modulus"
 """The parameter that stands for all stresses among a silicone's constants."""
@@ -42,8 +42,11 @@ class Place(NamedTuple):
     weight: float
 
 
-class Stencil(NamedTuple):
-    """A derivative: weights of some changed scenes and of the scene itself [1/unit]."""
+class SceneStencil(NamedTuple):
+    """A derivative: weights of some changed scenes and of the scene itself [1/unit].
+
+    A stencil of maps/differences.py, which has weights of numbered places alone, at the scenes of a parameter.
+    """
 
     places: tuple[Place, ...]
     own: float
@@ -51,14 +54,14 @@ class Stencil(NamedTuple):
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number of a scene.
+    """A number of a scene, or some that change together.
 
     Attributes
     ----------
     name : str
         Its dotted key, or "modulus".
-    value : float
-        What the scene has [SI].
+    numbers : tuple of (str, float)
+        The key of each number that it stands for, without a star, and what the scene has there [SI].
     step : float
         By which it is changed for a derivative [SI].
     scene : Sensor
@@ -66,28 +69,35 @@ class Parameter:
     """
 
     name: str
-    value: float
+    numbers: tuple[tuple[str, float], ...]
     step: float
     scene: Sensor
+
+    @property
+    def value(self) -> float:
+        """What the scene has, of the first where there are some [SI]."""
+        return self.numbers[0][1]
 
     def changed(self, amount: float) -> Sensor:
         """Return the scene with the parameter changed by an amount; raise SceneError where that is no scene."""
         if self.name == MODULUS and self.scene.elastomer is not None:
             return _of_silicone(self.scene, _stiffer(self.scene.elastomer.silicone, 1.0 + amount))
-        return moved(self.scene, [self.name], amount)
+        return changed(self.scene, [f"{key}={value + amount!r}" for key, value in self.numbers])
 
-    @cached_property
-    def _sides(self) -> dict[float, Sensor]:
-        """Scenes at so many steps, those that there are."""
+    def scenes(self, places: Iterable[int]) -> dict[int, Sensor]:
+        """Return the scenes at so many steps, those that are possible."""
         found = {}
-        for side in (1.0, -1.0, 2.0, -2.0):
-            try:
-                found[side] = self.changed(side * self.step)
-            except SceneError:
-                continue
+        for place in places:
+            with suppress(SceneError):
+                found[place] = self.changed(place * self.step)
         return found
 
-    def stencil(self, alike: Callable[[Sensor], bool] = lambda _: True) -> Stencil:
+    @cached_property
+    def _beside(self) -> dict[int, Sensor]:
+        """Scenes that derivatives of second order take."""
+        return self.scenes((1, -1, 2, -2))
+
+    def stencil(self, alike: Callable[[Sensor], bool] = lambda _: True) -> SceneStencil:
         """Return a derivative by changed scenes that are alike the scene.
 
         Parameters
@@ -100,14 +110,12 @@ class Parameter:
         SceneError
             Where there is none on either side.
         """
-        h, there = self.step, {side: sensor for side, sensor in self._sides.items() if alike(sensor)}
-        if {1.0, -1.0} <= there.keys():
-            return Stencil(tuple(Place(there[side], side * h, 0.5 * side / h) for side in (1.0, -1.0)), 0.0)
-        for side in (1.0, -1.0):
-            if {side, 2.0 * side} <= there.keys():
-                near = Place(there[side], side * h, 2.0 * side / h)
-                far = Place(there[2.0 * side], 2.0 * side * h, -0.5 * side / h)
-                return Stencil((near, far), -1.5 * side / h)
+        h, there = self.step, {place: sensor for place, sensor in self._beside.items() if alike(sensor)}
+        for rule in SECOND_ORDER:
+            beside = {m: share / h for m, share in rule.shares.items() if m}
+            if beside.keys() <= there.keys():
+                places = tuple(Place(there[m], m * h, weight) for m, weight in beside.items())
+                return SceneStencil(places, rule.shares[0] / h)
         raise SceneError(f"{self.name}: must be a number that can be changed a little; no scene of this kind is beside")
 
 
@@ -125,15 +133,64 @@ def parameter(sensor: Sensor, name: str) -> Parameter:
     SceneError
         When there is no such number in the scene, or it is a count or a text.
     """
-    of_material = name == MODULUS or name.startswith(_MATERIAL)
-    if of_material and sensor.elastomer is None:
-        raise SceneError(f"{name}: needs an elastomer; it is missing")
-    if of_material and sensor.elastomer is not None:
-        sensor = _of_silicone(sensor, sensor.elastomer.silicone)
     if name == MODULUS:
-        return Parameter(name, 1.0, STEP, sensor)
-    _, value = numbers_at(sensor, name)[0]
-    return Parameter(name, value, STEP * (abs(value) or _size(sensor, of_material)), sensor)
+        return Parameter(name, ((name, 1.0),), STEP, _with_constants(sensor, name))
+    sensor = _with_constants(sensor, name)
+    found = [(key, value) for key, value in _ends(scene_table(sensor), name.split("."), ()) if value is not None]
+    if not found:
+        raise SceneError(f"{name}: must be a number that the scene gives, such as target.width; it gives none")
+    for key, value in found:
+        if not isinstance(value, float):
+            raise SceneError(f"{key}: must be a number that can go up and down a little; got {shown(value)}")
+    size = max(abs(value) for _, value in found) or _size(sensor, name.startswith(_MATERIAL))
+    return Parameter(name, tuple(found), STEP * size, sensor)
+
+
+def value_of(sensor: Sensor, key: str) -> float | None:
+    """Return the number that a key of a scene has [SI], of a count as well; the first one's where it has a star.
+
+    None where the scene gives no number there.
+    """
+    if sensor.elastomer is not None:
+        sensor = _with_constants(sensor, key)
+    here = next((value for _, value in _ends(scene_table(sensor), key.split("."), ()) if value is not None), None)
+    return float(here) if isinstance(here, int | float) and not isinstance(here, bool) else None
+
+
+def keys_of(sensor: Sensor, key: str) -> list[str]:
+    """Return the keys that one stands for, a star in the place of every entry of a list, given there or not."""
+    return [each for each, _ in _ends(scene_table(sensor), key.split("."), ())]
+
+
+def _ends(part: Any, steps: list[str], way: tuple[str, ...]) -> list[tuple[str, Any]]:
+    """Keys and values at the end of some steps down from a part; None where it has none."""
+    if not steps:
+        return [(".".join(way), part)]
+    step, *rest = steps
+    if isinstance(part, list | tuple):
+        part = _named(part)
+        if step == "*":
+            return [end for name, each in part.items() for end in _ends(each, rest, (*way, name))]
+        if step not in part and step in map(str, range(len(part))):
+            step = list(part)[int(step)]
+    if isinstance(part, Mapping) and step in part:
+        return _ends(part[step], rest, (*way, step))
+    return [(".".join((*way, *steps)), None)]
+
+
+def _named(entries: Sequence[Any]) -> dict[str, Any]:
+    """Entries of a list by their names; by their numbers, where they have none, or none that may be part of a key."""
+    names = [str(entry.get("name", "")) if isinstance(entry, Mapping) else "" for entry in entries]
+    return {name if name and not set(name) & set(".=") else str(k): entries[k] for k, name in enumerate(names)}
+
+
+def _with_constants(sensor: Sensor, name: str) -> Sensor:
+    """A scene with the constants of its silicone, where a name is of them; else as it is."""
+    if name != MODULUS and not name.startswith(_MATERIAL):
+        return sensor
+    if sensor.elastomer is None:
+        raise SceneError(f"{name}: needs an elastomer; it is missing")
+    return _of_silicone(sensor, sensor.elastomer.silicone)
 
 
 def _size(sensor: Sensor, of_material: bool) -> float:

@@ -224,10 +224,10 @@ def changed(sensor: Sensor, overrides: Sequence[str]) -> Sensor:
     SceneError
         One line, as from `load_sensor`.
     """
-    return sensor_from(overridden(_table(sensor), overrides), sensor.name)
+    return sensor_from(overridden(scene_table(sensor), overrides), sensor.name)
 
 
-def _table(sensor: Sensor) -> dict[str, Any]:
+def scene_table(sensor: Sensor) -> dict[str, Any]:
     """Return the scene's tables without what is not set."""
     table = sensor.model_dump(exclude_none=True)
     target = table.get("target")
@@ -251,7 +251,7 @@ def _fills_the_target(sensor: Sensor) -> bool:
 
 def scene_text(sensor: Sensor) -> str:
     """Return the scene file of `sensor`: TOML in SI numbers that `load_sensor` reads back to an equal sensor."""
-    return written(_table(sensor))
+    return written(scene_table(sensor))
 
 
 def scene_hash(sensor: Sensor) -> str:

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.gradient import Gradient, gradient
+from sits_mech.chain.models import loaded_model
 from sits_mech.chain.simulate import simulate
+from sits_mech.magnetics.slopes import slopes
 from sits_mech.quantities import Wrench
 from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
@@ -84,6 +86,19 @@ def test_lengths_of_coils_change_what_signals_are_percents_of(sensor: Sensor) ->
     expected = (one.signals.dL_v - other.signals.dL_v) / (2.0 * h)
     assert own.signals["dL_v"][0] == pytest.approx(expected, rel=2e-3)
     assert np.all(own.pose == 0.0)
+
+
+def test_coils_aside_are_the_target_moved_back(sensor: Sensor) -> None:
+    """All of them by a star: minus the derivative by d_h of the pose, which stays; the sum signal with it."""
+    found = gradient(sensor, LOAD, ("coils.*.centre.0", "elastomer.thickness"), **PLANE)
+    pose, (field, _) = found.simulation.equilibrium.pose, loaded_model(sensor, "planar", 1e-2, [LOAD])
+    by_pose = slopes(sensor, field, pose, sensor.frequency, components=["d_h"])
+    for own, expected in ((found.L, by_pose.L), (found.R, by_pose.R)):
+        size = np.abs(expected).max()
+        np.testing.assert_allclose(own[..., 0], -expected[..., 0], rtol=0.0, atol=1e-6 * size)
+    assert np.all(found.pose[:, 0] == 0.0) and np.any(found.pose[:, 1] != 0.0)
+    L0 = np.trace(found.simulation.impedance.L0)
+    assert found.signals["dL_v"][0] == pytest.approx(-100.0 * np.trace(by_pose.L[..., 0]) / L0, rel=1e-6)
 
 
 @pytest.mark.slow

@@ -5,10 +5,12 @@ import pytest
 
 from sits_mech.chain.gradient import gradient
 from sits_mech.chain.gradient_grid import gradient_on_grid
-from sits_mech.quantities import POSE, Wrench
+from sits_mech.chain.models import loaded_model
+from sits_mech.magnetics.slopes import slopes
+from sits_mech.quantities import POSE, Pose, Wrench
 from sits_mech.scene.sensor import SceneError, load_sensor
 
-NAMES = ("elastomer.thickness", "modulus", "coils.*.inner_diameter")
+NAMES = ("elastomer.thickness", "modulus", "coils.*.inner_diameter", "coils.*.centre.0")
 PLANE = {"mechanics": "planar", "magnetics": "planar", "tolerance": 1e-2}
 LEVER = np.array([1.0, 1.0, 7e-3, 1.0, 7e-3, 7e-3])[:, None]
 
@@ -28,6 +30,21 @@ def test_loads_of_a_grid_have_the_derivatives_that_they_have_alone() -> None:
         off = np.abs(here.by_pose.values - own.pose)[:, :2] * LEVER
         assert np.all(np.max(off, axis=0) < 3e-3 * np.max(poses[:, :2] * LEVER, axis=0))
         assert np.all(np.abs(here.by_dL_v.values - own.signals["dL_v"]) < 3e-3 * signals)
+
+
+def test_coils_aside_are_the_target_moved_back_at_every_load() -> None:
+    """All of them by a star: minus the derivative by d_h, at the poses of the table, L and R of all loads at once."""
+    sensor = load_sensor("biorob2018-w15")
+    loads = {"F_x": [-0.3, 0.0, 0.3], "F_z": [0.5, 1.0]}
+    found = gradient_on_grid(sensor, ["coils.*.centre.0"], loads, **PLANE)
+    pose = Pose.of(found.pose.transpose(*loads, "component").values)
+    wrenches = [Wrench(F_x=F_x, F_z=F_z) for F_x in loads["F_x"] for F_z in loads["F_z"]]
+    field, _ = loaded_model(sensor, "planar", 1e-2, wrenches)
+    by_pose = slopes(sensor, field, pose, sensor.frequency, components=["d_h"])
+    for own, expected in ((found.by_L, by_pose.L), (found.by_R, by_pose.R)):
+        np.testing.assert_allclose(own.values, -expected, rtol=0.0, atol=1e-6 * np.abs(expected).max())
+    assert np.all(found.by_pose.values == 0.0)
+    assert np.all(np.abs(found.by_L.values).max(axis=(2, 3, 4)) > 0.0)
 
 
 @pytest.mark.slow

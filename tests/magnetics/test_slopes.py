@@ -19,7 +19,7 @@ from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.slopes import Slopes, pose_slopes, slopes
 from sits_mech.maps.differences import CENTRAL
 from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose, SolveFailed, SolveReport
-from sits_mech.scene.lengths import moved, numbers_at
+from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import Conductor, SceneError, Sensor, Target, load_sensor
 
 MM = 1e-3
@@ -85,7 +85,7 @@ def test_refused(sensor: Sensor) -> None:
 
 def by_all(found: Slopes, sensor: Sensor, pose: Pose, name: str) -> Array:
     """Sum of all lengths, the pose's with them, times the derivatives of L or R by them."""
-    sizes = np.array([numbers_at(sensor, key)[0][1] for key in found.lengths])
+    sizes = np.array([parameter(sensor, key).value for key in found.lengths])
     place = np.array([getattr(pose, one) * one.startswith("d") for one in found.components])
     return np.asarray(getattr(found, f"{name}_lengths") @ sizes + getattr(found, name) @ place)
 
@@ -121,12 +121,14 @@ def test_scaling_in_space(sensor: Sensor) -> None:
 
 
 def test_coils_moved_are_a_target_moved_back(sensor: Sensor) -> None:
-    """All coils along x or y as the target the other way: preparations are held, and both hold to 1e-6."""
-    keys, place = ["coils.*.centre.0", "coils.*.centre.1"], Pose(**PLACE)
+    """One coil and the other along x or y, as the target the other way: preparations are held, and all hold to 1e-6."""
+    keys, place = [f"coils.{name}.centre.{k}" for k in (0, 1) for name in ("C1", "C2")], Pose(**PLACE)
     found = slopes(sensor, sheets(sensor, 1e-2), place, 5e6, components=("d_h", "d_y"), lengths=keys)
     for name in ("L", "R"):
         by_pose, by_length = getattr(found, name), getattr(found, f"{name}_lengths")
-        np.testing.assert_allclose(by_length, -by_pose, rtol=0, atol=1e-6 * np.abs(by_pose).max())
+        both = by_length[..., ::2] + by_length[..., 1::2]
+        np.testing.assert_allclose(both, -by_pose, rtol=0, atol=1e-6 * np.abs(by_pose).max())
+    assert abs(found.L_lengths[1, 1, 0]) < 1e-9 * np.abs(found.L_lengths).max()
 
 
 FRESH = [(planar_bars, 1e-4), pytest.param(sheets, 1e-3, marks=pytest.mark.slow)]
@@ -144,7 +146,7 @@ def test_coils_as_fresh_answers(
     model = make(sensor, 1e-2)
     found, Z = slopes(sensor, model, pose, 5e6, components=(), lengths=[key]), model.impedance(pose, 5e6)
     h, size = 0.01 * sensor.coils[0].inner_diameter, np.abs(Z.L - Z.L0).max() / sensor.coils[0].inner_diameter
-    fresh = {m: make(moved(sensor, [key], m * h), 1e-2).impedance(pose, 5e6).L for m in CENTRAL.places}
+    fresh = {m: make(parameter(sensor, key).changed(m * h), 1e-2).impedance(pose, 5e6).L for m in CENTRAL.places}
     np.testing.assert_allclose(found.L_lengths[..., 0], CENTRAL.slope(fresh, h), rtol=0, atol=share * size)
     assert found.error_L_lengths.max() < 1e-5 * size and abs(found.L_lengths[1, 1, 0]) < 1e-9 * size
 
@@ -172,7 +174,7 @@ def test_disc_over_a_coil_as_the_infinite_plate() -> None:
     )
 
     def plate(gap: float, by: float) -> tuple[float, float]:
-        one = moved(disc, ["coils.0.track_gap"], by).coils[0]
+        one = parameter(disc, "coils.0.track_gap").changed(by).coils[0]
         change = coil_change(coil_sections(one), gap, 5e6, [Layer(5.8e7, 0.2 * MM)])
         L0 = axisymmetric(disc.model_copy(update={"coils": (one,), "target": None})).impedance(Pose(0.0, MM), 5e6).L0
         return float(change.delta_L + L0[0, 0]), float(change.R)
@@ -183,6 +185,38 @@ def test_disc_over_a_coil_as_the_infinite_plate() -> None:
             slope = getattr(found, name if k == 0 else f"{name}_lengths")[0, 0, 0]
             exact = CENTRAL.slope({m: np.array(value[part]) for m, value in values.items()}, h)
             assert slope == pytest.approx(float(exact), rel=5e-3)
+
+
+@pytest.mark.parametrize(("make", "share"), [(planar_bars, 1e-7), pytest.param(sheets, 1e-6, marks=pytest.mark.slow)])
+def test_all_coils_aside_are_the_target_moved_back(make, share: float) -> None:  # type: ignore[no-untyped-def]
+    """Minus the derivative by d_h; that of fresh answers of shifted coils to what is left of steps of 20 um, h^4."""
+    wide, pose, h = load_sensor("biorob2018-w15"), Pose(0.5 * MM, 1.7 * MM, 0.03), 2e-5
+    model, number = make(wide, 1e-2), parameter(wide, "coils.*.centre.0")
+    found = slopes(wide, model, pose, 5e6, components=["d_h"], lengths=["coils.*.centre.0", "coils.*.centre.1"])
+    fresh = {m: make(number.changed(m * h), 1e-2).impedance(pose, 5e6) for m in CENTRAL.places}
+    for name in ("L", "R"):
+        by_length, by_pose = getattr(found, f"{name}_lengths"), getattr(found, name)[..., 0]
+        size = np.abs(by_pose).max()
+        np.testing.assert_allclose(by_length[..., 0], -by_pose, rtol=0, atol=share * size)
+        shifted = CENTRAL.slope({m: getattr(one, name) for m, one in fresh.items()}, h)
+        np.testing.assert_allclose(by_length[..., 0], shifted, rtol=0, atol=share * size)
+        assert np.abs(by_length[..., 1]).max() < 1e-6 * size  # along y the scene is its mirror image
+
+
+def test_all_coils_aside_of_fixed_metal_are_no_target_moved(sensor: Sensor) -> None:
+    """They move over the plate as well, by 1e-2 of what the target's motion changes."""
+    plate = Conductor(  # type: ignore[call-arg]
+        name="plate", material="copper", shape="rectangle", width=8 * MM, length=8 * MM, thickness=0.2 * MM,
+        centre=(3 * MM, 0.0, -2 * MM),
+    )  # fmt: skip
+    among, pose = sensor.model_copy(update={"conductors": (plate,)}), Pose(0.5 * MM, 2.0 * MM)
+    model, key, h = planar_bars(among, 1e-2), "coils.*.centre.0", 2e-5
+    found = slopes(among, model, pose, 5e6, components=["d_h"], lengths=[key])
+    by_pose, by_length = found.L[..., 0], found.L_lengths[..., 0]
+    assert np.abs(by_length + by_pose).max() > 1e-2 * np.abs(by_pose).max()
+    moved = {m: parameter(among, key).changed(m * h) for m in CENTRAL.places}
+    fresh = {m: planar_bars(scene, 1e-2).impedance(pose, 5e6).L for m, scene in moved.items()}
+    np.testing.assert_allclose(by_length, CENTRAL.slope(fresh, h), rtol=0, atol=1e-4 * np.abs(by_length).max())
 
 
 def test_the_layer_and_what_is_left_out_change_nothing(sensor: Sensor) -> None:
@@ -241,7 +275,7 @@ def test_one_answer_a_component_for_errors(sensor: Sensor) -> None:
 
 def test_lengths_refused(sensor: Sensor) -> None:
     model, pose = planar_bars(sensor, 1e-2), Pose(0.0, 2 * MM)
-    with pytest.raises(SceneError, match="lengths: coils.0.turns must be a number that can go up and down"):
+    with pytest.raises(SceneError, match="coils.C1.turns: must be a number that can go up and down"):
         slopes(sensor, model, pose, 5e6, components=(), lengths=["coils.*.turns"])
 
     class Other:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.scene.parameters import parameter
+from sits_mech.scene.parameters import keys_of, parameter, value_of
 from sits_mech.scene.sensor import SceneError, load_sensor
 
 
@@ -63,12 +63,62 @@ def test_a_kind_of_scene_that_is_on_one_side_alone() -> None:
         found.stencil(lambda _: False)
 
 
-@pytest.mark.parametrize("name", ["coils.0.turns", "target.material", "elastomer.hight", "coils.C9.inner_diameter"])
-def test_what_is_no_number_is_refused(name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("coils.0.turns", r"coils\.C1\.turns: must be a number that can go up and down a little; got 12"),
+        ("coils.*.turns", r"coils\.C1\.turns: must be a number that can go up and down a little; got 12"),
+        ("coils.*.centre", r"coils\.C1\.centre: must be a number that can go up"),
+        ("target.material", r'target\.material: must be a number .* got "copper"'),
+        ("elastomer.hight", r"elastomer\.hight: must be a number that the scene gives"),
+        ("coils.C9.inner_diameter", r"coils\.C9\.inner_diameter: must be a number that the scene gives"),
+        ("conductors.*.width", r"conductors\.\*\.width: must be a number that the scene gives"),
+    ],
+)
+def test_what_is_no_number_is_refused(name: str, words: str) -> None:
     """Counts, texts, keys that are not there: by their name, in one line."""
-    with pytest.raises(SceneError, match=name.replace(".", r"\.")) as error:
+    with pytest.raises(SceneError, match=f"^{words}") as error:
         parameter(load_sensor("biorob2018"), name)
     assert "\n" not in str(error.value)
+
+
+def test_a_star_is_every_entry_of_a_list() -> None:
+    """Coils move together, each from where it is; by the largest of them the step is."""
+    sensor = load_sensor("biorob2018", ['coils.C2.centre.0="3 mm"'])
+    found = parameter(sensor, "coils.*.centre.0")
+    assert found.numbers == (("coils.C1.centre.0", -4e-3), ("coils.C2.centre.0", 3e-3))
+    assert found.step == pytest.approx(4e-9)
+    assert [coil.centre[0] for coil in found.changed(1e-4).coils] == pytest.approx([-3.9e-3, 3.1e-3])
+    assert list(found.scenes((1, 3))) == [1, 3]
+    assert parameter(sensor, "coils.C1.centre.0").numbers == parameter(sensor, "coils.0.centre.0").numbers
+
+
+def test_names_that_look_like_numbers_of_a_list_are_names() -> None:
+    """Coils "1" and "0": a number is read and changed where a scene file would set it."""
+    sensor = load_sensor("biorob2018", ['coils.C1.name="1"', 'coils.C2.name="0"', 'coils.0.track_width="0.09 mm"'])
+    narrow = parameter(sensor, "coils.0.track_width")
+    assert narrow.value == 9e-5
+    assert [coil.track_width for coil in narrow.changed(1e-6).coils] == pytest.approx([1e-4, 9.1e-5])
+    both = parameter(sensor, "coils.*.track_width").changed(1e-6)
+    assert [coil.track_width for coil in both.coils] == pytest.approx([1.01e-4, 9.1e-5])
+    dotted = parameter(load_sensor("biorob2018", ['coils.C2.name="U2.L"']), "coils.*.track_width").changed(1e-6)
+    assert [coil.track_width for coil in dotted.coils] == pytest.approx([1.01e-4, 1.01e-4])
+
+
+def test_values_by_keys() -> None:
+    """Lengths, counts, entries of a list, constants of a catalogued silicone; no texts, nothing that is not there."""
+    sensor = load_sensor("biorob2018")
+    assert value_of(sensor, "target.width") == 8e-3
+    assert value_of(sensor, "coils.*.turns") == 12.0
+    assert value_of(sensor, "coils.C2.centre.0") == 4e-3
+    assert value_of(sensor, "elastomer.material.c10") == sensor.elastomer.silicone.constants["c10"]
+    for key in ("target.material", "coils.*.centre", "coils.C9.turns", "elastomer.hight", "target.width.0"):
+        assert value_of(sensor, key) is None
+    welded = sensor.model_copy(update={"elastomer": sensor.elastomer.model_copy(update={"weld": True})})
+    assert value_of(welded, "elastomer.weld") is None
+    assert value_of(sensor.model_copy(update={"elastomer": None}), "elastomer.material.c10") is None
+    assert keys_of(sensor, "coils.*.layer_z") == ["coils.C1.layer_z", "coils.C2.layer_z"]
+    assert keys_of(sensor, "elastomer.material") == ["elastomer.material"]
 
 
 def test_a_scene_without_a_silicone_has_no_modulus() -> None:

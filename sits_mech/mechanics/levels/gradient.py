@@ -50,7 +50,7 @@ from sits_mech.mechanics.rest.linearisation import (
     way_of,
 )
 from sits_mech.quantities import Array, Equilibrium, SolveFailed
-from sits_mech.scene.parameters import Parameter, Stencil
+from sits_mech.scene.parameters import Parameter, SceneStencil
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.turns import vector_rates
 
@@ -295,7 +295,7 @@ def _by_load(level: _Level) -> Array:
     return found
 
 
-def _by_each(family: Family, number: int, found: Equilibrium, level: _Level, stencils: Sequence[Stencil]) -> Array:
+def _by_each(family: Family, number: int, found: Equilibrium, level: _Level, stencils: Sequence[SceneStencil]) -> Array:
     """Increments of the motion by some parameters, shape (6, n), scaled."""
     increments = np.zeros((6, len(stencils)))
     k = len(level.S)
@@ -310,7 +310,7 @@ def _by_each(family: Family, number: int, found: Equilibrium, level: _Level, ste
     return increments
 
 
-def _of_scales(family: Family, found: Equilibrium, stencils: Sequence[Stencil]) -> Array:
+def _of_scales(family: Family, found: Equilibrium, stencils: Sequence[SceneStencil]) -> Array:
     """Derivatives of what the scaled motion stands for, shape (6, n) [m, rad]."""
     scales = family.scales(family.sensor)
     q = (found.pose.components - scales.pose(np.zeros(6)).components) / scales.lengths
