@@ -193,7 +193,7 @@ def table(grid: Mapping[str, Sequence[Any]], rows: Sequence[Row], combine: Combi
     grid : mapping of str to sequence
         The dimensions and their coordinates, the last one running fastest.
     rows : sequence of dict
-        As from `attempt`; where a row lacks a number the table has NaN.
+        As from `attempt`; where a row lacks a number, or an array ends before that of another row, the table has NaN.
     combine : {"product", "zip"}
         As for `sweep`.
 
@@ -215,11 +215,14 @@ def _column(items: list[Any], dims: tuple[str, ...], shape: tuple[int, ...]) -> 
     found = next(item for item in items if item is not None)
     inner, value = found if isinstance(found, tuple | list) else ((), found)
     inner = (inner,) if isinstance(inner, str) else tuple(inner)
-    size, text = np.shape(value), np.asarray(value).dtype.kind in "UO"
+    shapes = [np.shape(item[1]) for item in items if item is not None] if inner else [np.shape(value)]
+    size, text = tuple(max(each) for each in zip(*shapes, strict=True)), np.asarray(value).dtype.kind in "UO"
     values = np.full((len(items), *size), "" if text else math.nan, dtype=object if text else float)
     for index, item in enumerate(items):
         if item is not None:
-            values[index] = item[1] if inner else item
+            own = item[1] if inner else item
+            place: Any = (index, *map(slice, np.shape(own)))
+            values[place] = own
     return (*dims, *inner), values.reshape(*shape, *size)
 
 

@@ -3,8 +3,8 @@
 Conventions (the whole project)
 -------------------------------
 SI and radians. x is shear, y points out of the plane, z up; ``z = 0`` is the top face of the uppermost track layer.
-``alpha > 0`` is clockwise in the x-z picture: the target's left edge rises, its right edge sinks.
-Phasors go as ``exp(+j omega t)``: an impedance is ``R + j omega L`` and an inductance is flux linkage per ampere.
+``alpha > 0`` is clockwise in the x-z picture: the target's left edge rises. Phasors go as ``exp(+j omega t)``: an
+impedance is ``R + j omega L`` and an inductance is flux linkage per ampere.
 """
 
 from __future__ import annotations
@@ -156,6 +156,8 @@ class SolveReport:
         What the scene did not need, with the reason.
     min_J : float or None
         Smallest volume ratio in the deformed layer; None where no layer was solved.
+    stretch : float or None
+        Largest principal stretch, or reciprocal, that all but a thousandth of the layer stays below; None: not known.
     """
 
     model: str
@@ -168,6 +170,7 @@ class SolveReport:
     notes: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     min_J: float | None = None
+    stretch: float | None = None
 
 
 @dataclass(frozen=True)

@@ -95,3 +95,11 @@ def test_tables_survive_the_disk(tmp_path: Path) -> None:
         save_table(found, tmp_path / "nowhere" / "result.nc")
     with pytest.raises(SceneError, match="must be a table"):
         read_table(tmp_path / "absent.nc")
+
+
+def test_arrays_of_different_lengths_are_filled_up() -> None:
+    """With NaN, numbers and their other dimensions as they are."""
+    data = sweep(lambda n: {"parts": (("part", "coil"), np.full((n, 2), float(n)))}, {"n": [2, 3, 1]})
+    assert data["parts"].shape == (3, 3, 2) and not (data["status"] != "converged").any()
+    np.testing.assert_array_equal(np.isfinite(data["parts"]).sum("part"), [[2, 2], [3, 3], [1, 1]])
+    np.testing.assert_array_equal(data["parts"].isel(n=0, part=slice(2)), np.full((2, 2), 2.0))

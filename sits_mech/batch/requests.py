@@ -6,6 +6,7 @@ one process share what they can: a scene's models are made once, and prepare the
 
 from __future__ import annotations
 
+import json
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,7 +14,10 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
+from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
+from sits_mech.analysis.limits import limits_of
 from sits_mech.cases import DONE, Row
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import MAGNETICS, MECHANICS, magnetic_model, mechanical_model
@@ -24,16 +28,19 @@ from sits_mech.quantities import (
     POSE,
     POSE_ARGUMENTS,
     UNITS,
+    WRENCH,
     Equilibrium,
     Impedance,
     MechanicalModel,
     Pose,
     Wrench,
 )  # fmt: skip
+from sits_mech.readout.quality import quality
 from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import Sensor, changed, sensor_from
 from sits_mech.units import SceneError, checked_tolerance, quantity, quantity_or_range, shown
 
+_OWN, _OF_LOADS = {"status", "reason", "seconds"}, "load_"  # what cases have too, and how it is named of their loads
 _LOAD = {argument: UNITS[name] for argument, name in LOAD_ARGUMENTS.items()}
 _PLACE = {argument: UNITS[name] for argument, name in POSE_ARGUMENTS.items()} | {"frequency": "Hz"}
 
@@ -149,13 +156,63 @@ def _calibrate(variant: Variant, asked: Row) -> Row:
     """Answer: what does the sensor show over a grid of loads? A load that failed is NaN and says why."""
     given = {name: asked.pop(argument) for argument, name in LOAD_ARGUMENTS.items() if argument in asked}
     loads = {name: values for name, values in given.items() if values != 0.0}
-    data = calibrate(variant.sensor, **loads, **asked)
-    own = {"status", "reason", "seconds"}
+    return _table_row(calibrate(variant.sensor, **loads, **asked))
+
+
+def _table_row(data: xr.Dataset) -> Row:
+    """Return a calibration as a row; `case_calibration` makes it a calibration again."""
     row: Row = {
-        f"load_{name}" if name in own else str(name): (tuple(map(str, item.dims)), item.to_numpy())
+        f"{_OF_LOADS}{name}" if name in _OWN else str(name): (tuple(map(str, item.dims)), item.to_numpy())
         for name, item in data.data_vars.items()
     }
-    return row | {"failed_loads": int(np.sum(data["status"] != DONE)), "unit_L": data.attrs["unit_L"]}
+    row |= {"failed_loads": int(np.sum(data["status"] != DONE)), "unit_L": data.attrs["unit_L"]}
+    return row | {"attributes": json.dumps(dict(data.attrs), default=float)}
+
+
+def case_calibration(row: xr.Dataset) -> tuple[Sensor, xr.Dataset]:
+    """Return sensor and calibration of a case, a point of the table of a study with a request of `SWEPT`."""
+    attributes = json.loads(row["attributes"].item())
+    asked = json.loads(attributes["request"])
+    axes = {name: asked[name] for name in WRENCH if name in asked}
+    loads = set(row[f"{_OF_LOADS}status"].dims)
+    found = {str(name): item for name, item in row.data_vars.items() if loads <= set(item.dims) or name == "L0"}
+    names = {name.removeprefix(_OF_LOADS): (item.dims, item.to_numpy()) for name, item in found.items()}
+    sensor = sensor_from(tomllib.loads(attributes["scene"]))
+    coils = [coil.name for coil in sensor.coils]
+    data = xr.Dataset(names, {"coil": coils, "coil_2": coils, **axes}, attributes)
+    parts = [name for name in ("part", "cause") if name in data.dims]
+    for name in parts:  # another case of the study may have more of them
+        data = data.dropna(name, how="all", subset=[key for key in data if name in data[key].dims])
+    return sensor, data
+
+
+def _quality(variant: Variant, asked: Row) -> Row:
+    """Answer: how good is the sensor over a grid of loads? Its table, and its figures at the worst load of each force.
+
+    Resolution by the converter's noise and errors of the model in N or N m, shares of the full scale of each force: how
+    far its own signal is from a line, what linear sums of all coils misread of the others, and what the inverse does.
+    """
+    if variant.sensor.readout.converter == "none":
+        raise SceneError('readout.converter must be given for quality, by whose noise forces are resolved; got "none"')
+    row = _calibrate(variant, asked)
+    sensor, data = case_calibration(xr.Dataset(row))
+    noise = sensor_front_end(sensor, data)[0].noise
+    found, force = quality(sensor_calibration(sensor, data), noise, table=coil_table(sensor, data)), ("force",)
+    others = np.where(np.eye(len(found.forces), dtype=bool), 0.0, found.crosstalk)
+    after = np.where(np.eye(len(found.forces), dtype=bool), 0.0, found.crosstalk_after)
+    row |= {
+        "forces": (force, np.array(found.forces, dtype=object)),
+        "resolution": (force, found.resolution[:, 2]),
+        "error_by_model": (force, found.by_model[:, 2]),
+        "linearity": (force, found.linearity),
+        "crosstalk": (force, np.abs(others).max(axis=1)),
+        "error_crosstalk": (force, found.crosstalk_error),
+        "crosstalk_after": (force, np.abs(after).max(axis=1)),
+        "condition": found.condition[1],
+        "valid_share": found.valid_share,
+    }
+    limits = limits_of(sensor, data)
+    return row | {"largest_stretch": limits.stretch, "least_clearance": limits.clearance}
 
 
 def _wrench(asked: Row) -> Wrench:
@@ -186,6 +243,11 @@ REQUESTS: Mapping[str, Request] = {
     "pose": Request(_pose, _LOAD, {"model": _CHAIN["mechanics"]}),
     "inductance": Request(_inductance, _PLACE, {"model": _CHAIN["magnetics"]}, needed=("dv",), layer=False, chunk=25),
     "simulate": Request(_simulate, _LOAD, _CHAIN),
-    "calibrate": Request(_calibrate, _LOAD, _CHAIN, needed=("fx", "fz"), ranges=tuple(_LOAD)),
+    **{
+        name: Request(answer, _LOAD, _CHAIN, needed=("fx", "fz"), ranges=tuple(_LOAD))
+        for name, answer in (("calibrate", _calibrate), ("quality", _quality))
+    },
 }
 """What a study can ask, by the name of the command."""
+SWEPT = ("calibrate", "quality")
+"""Those whose cases are calibrations."""

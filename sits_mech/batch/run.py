@@ -128,6 +128,9 @@ def _labelled(data: xr.Dataset, study: Study) -> xr.Dataset:
     names: dict[str, Any] = {name: fixed.get(argument) for argument, name in LOAD_ARGUMENTS.items()}
     if "coil" in data.dims:
         names |= dict.fromkeys(("coil", "coil_2"), [coil.name for coil in Variant(study.scene).sensor.coils])
+    if "forces" in data:  # the same of all cases, but for those that have none
+        names["force"] = max(data["forces"].to_numpy().reshape(-1, data.sizes["force"]).tolist())
+        data = data.drop_vars("forces")
     data = data.assign_coords({name: values for name, values in names.items() if name in data.dims})
     return data.assign_attrs(
         scene=study.scene, request=study.name, fixed=json.dumps(study.fixed), combine=study.combine, version=__version__

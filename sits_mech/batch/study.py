@@ -1,7 +1,7 @@
 """What does a study file ask? A scene, a request, what varies and what is fixed.
 
     scene = "biorob2018"              # a scene file beside the study, or a name of the catalogue
-    request = "inductance"            # or pose, simulate, calibrate
+    request = "inductance"            # or pose, simulate, calibrate, quality
     combine = "product"               # or "zip"
     [vary]                            # keys of the scene in quotes, arguments of the request bare
     "target.width" = ["8 mm", "15 mm", "22 mm"]

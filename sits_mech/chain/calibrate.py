@@ -78,7 +78,8 @@ def calibrate(
     Returns
     -------
     Dataset, dims (F_x, F_z) and what else is a sequence, in the order of `WRENCH`
-        Pose, impedance, signals, each with ``error_``; ``status``, ``reason``, ``notes``, ``seconds``, ``min_J``. Of
+        Pose, impedance, signals, each with ``error_``; ``status``, ``reason``, ``notes``, ``seconds``, ``min_J`` and
+        ``stretch`` as of `SolveReport`, NaN where not known, the latter straight from solved load to solved load. Of
         the pose d_y, alpha_x and alpha_z only where a load leaves the plane. A load that fails has NaN and says why; a
         pose between solved loads is noted as such. Attributes hold scene, hash, request, version, ``unit_L``, and in
         ``notes`` what conductors change of the model.

@@ -148,23 +148,26 @@ def _between(part: SolvedPart, rows: Mapping[Wrench, Row], symmetry: Symmetry) -
         for k, load in enumerate(loads):
             if load in rows:
                 beside = (shared_of(rows[load])[:count], slopes_of(rows[load])[:slopes])
-                own[k] = [*(rows[load][name] for name in names), *np.concatenate(beside).ravel()]
+                own[k] = [*(rows[load].get(name, np.nan) for name in names), *np.concatenate(beside).ravel()]
         known = np.nan_to_num(own, nan=1.0).reshape(*part.values.shape[:-1], -1)
         return interpolated(part, known, **degree).reshape(len(loads), -1)
 
     worst = max(row["error_mechanics"] for row in solved)
     own = np.array([[row[name] for name in ERRORS] for row in solved])
-    places, straight = on_grid((*POSE, "min_J")), on_grid(ERRORS, degree=1)
+    places, straight = on_grid((*POSE, "min_J")), on_grid((*ERRORS, "stretch"), degree=1)
+    if not all(np.isfinite(row.get("stretch", np.nan)) for row in solved):
+        straight[:, len(POSE)] = np.nan  # not known of one, it is of none between
     sizes = np.clip(straight[:, : len(POSE)], own.min(axis=0), own.max(axis=0)) + part.error
     plane = np.arange(len(POSE)) < 3
     sizes = np.where(plane | np.array([load.beside != () for load in loads])[:, None], sizes, 0.0)
     more: dict[Wrench, Row] = {}
     end = len(POSE) * (1 + count)
-    for load, place, size, shared in zip(loads, places, sizes, straight[:, len(POSE) : end], strict=True):
+    for load, place, size, shared in zip(loads, places, sizes, straight[:, len(POSE) : 1 + end], strict=True):
         if load not in rows:
-            row = with_shared({"status": DONE, "reason": "", "lasting": True}, shared)
+            row = with_shared({"status": DONE, "reason": "", "lasting": True}, shared[1:])
             row = with_slopes(row, place[1 + end :].reshape(-1, len(POSE)))
             row |= dict(zip((*POSE, "min_J", *ERRORS), (*place[: 1 + len(POSE)].tolist(), *size.tolist()), strict=True))
-            row |= {"error_mechanics": worst, "iterations": 0, "notes": INTERPOLATED, "seconds": 0.0}
+            row |= {"stretch": float(shared[0]), "error_mechanics": worst, "iterations": 0}
+            row |= {"notes": INTERPOLATED, "seconds": 0.0}
             more[load] = upright(row, load, symmetry)
     return more

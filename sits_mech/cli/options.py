@@ -25,6 +25,7 @@ app = App(
 Quantity = Annotated[str, Parameter(allow_leading_hyphen=True)]
 Scene = Annotated[str, Parameter(help="Path of a scene file, or a name of the catalogue.")]
 Folder = Annotated[Path, Parameter(help="Of a calibration: what was given to sits-mech calibrate -o.")]
+Case = Annotated[int | None, Parameter(help="Of a sweep's folder: which case, by its number in the sweep's table.")]
 Frequency = Annotated[str, Parameter(allow_leading_hyphen=True, help='One, or a range "first:last:count".')]
 Tolerance = Annotated[float, Parameter(help="Asked relative error.")]
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object and nothing else.")]

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from sits_mech.cli.console import answer, warn
-from sits_mech.cli.options import Folder, Json, Quantity, app
+from sits_mech.cli.options import Case, Folder, Json, Quantity, app
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from sits_mech.analysis.limits import Limits
     from sits_mech.quantities import Array
     from sits_mech.scene.sensor import Sensor
 
@@ -103,9 +104,10 @@ def quality(
     samples: Annotated[int, Parameter(help="Sensors to solve for the deviations, a power of two.")] = 32,
     period: Annotated[Quantity | None, Parameter(help="Of a load to the table's end and back: hysteresis.")] = None,
     components: Annotated[bool, Parameter(help="Which of the six forces and moments do the coils resolve?")] = False,
-    as_json: Json = False,
+    capacity: Annotated[bool, Parameter(help="How much of its corner loads does the pad carry, and then?")] = False,
+    case: Case = None, as_json: Json = False,
 ) -> int:  # fmt: skip
-    """Range, linearity, crosstalk, resolution, condition of a calibrated sensor; what tolerances make of it.
+    """Range, linearity, crosstalk, resolution, condition, limits of a calibrated sensor; what tolerances make of it.
 
     Example: sits-mech quality calibration --modulus "5 %" --gap "20 um"
     """
@@ -117,11 +119,11 @@ def quality(
     from sits_mech.cli.console import progress_bar
     from sits_mech.readout import quality as figures
     from sits_mech.report.folder import read_calibration
-    from sits_mech.report.tables.quality import components_record, quality_record, quality_tables
+    from sits_mech.report.tables import quality as tables
     from sits_mech.units import SceneError
     from sits_mech.units import quantity as written
 
-    sensor, data = read_calibration(folder)
+    sensor, data = read_calibration(folder, case)
     cal, off = sensor_calibration(sensor, data), deviations.given()
     if noise is None and sensor.readout.converter == "none":
         raise SceneError('--noise: must be given, such as "1 pH": the scene has readout.converter = "none"')
@@ -133,11 +135,14 @@ def quality(
     if off:
         with progress_bar("sensors") as progress:
             scatter = force_spread(sensor, data, off, usual_loads(cal).tolist(), samples=samples, progress=progress)
-    record = quality_record(found, data, scatter) | {"noise": sizes.tolist()}
+    record = tables.quality_record(found, data, scatter) | {"noise": sizes.tolist()}
+    record |= {"limits": tables.limits_record(_limits(sensor, data, capacity))}
     if components:
-        record["components"] = components_record(resolved_components(sensor, data, sizes))
-    answer(record, quality_tables(record), as_json)
+        record["components"] = tables.components_record(resolved_components(sensor, data, sizes))
+    answer(record, tables.quality_tables(record), as_json)
     silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
+    if silicone is not None and silicone.spread:
+        warn(f"{silicone.name or 'the silicone'}: {tables.modulus_words(1.0 + silicone.spread)}")
     if silicone is not None and (silicone.prony or silicone.mullins) and period is None:
         warn("hysteresis: the silicone has prony or mullins; --period shows what they make of the forces")
     if one is None:
@@ -176,6 +181,18 @@ def compare(
         warn(f"written to {output}")
     answer(comparison_record(found, names), [key_table(str(measured), comparison_rows(found))], as_json)
     return 0
+
+
+def _limits(sensor: Sensor, data: xr.Dataset, capacity: bool) -> Limits:
+    """Return the limits of a calibrated sensor's pad, on request with what it carries."""
+    from sits_mech.analysis.limits import limits_of, with_capacity
+    from sits_mech.cli.console import progress_bar
+
+    found = limits_of(sensor, data)
+    if not capacity:
+        return found
+    with progress_bar("corner loads") as progress:
+        return with_capacity(found, sensor, data, progress)
 
 
 def _loop(sensor: Sensor, data: xr.Dataset, period: str) -> tuple[Array, Array]:

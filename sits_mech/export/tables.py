@@ -18,7 +18,8 @@ from sits_mech.scene.files import write_bytes, write_text
 from sits_mech.scene.sensor import SceneError, scene_text
 
 _UNITS = {name: shown_unit(name) for name in UNITS}
-_UNITS |= {"seconds": "s"} | dict.fromkeys(("min_J", "iterations", "error_mechanics", "error_magnetics"), "1")
+_UNITS |= {"seconds": "s"}
+_UNITS |= dict.fromkeys(("min_J", "stretch", "iterations", "error_mechanics", "error_magnetics"), "1")
 
 
 def unit_of(name: str, unit_L: str) -> str:

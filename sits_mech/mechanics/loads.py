@@ -53,7 +53,8 @@ def settle(
     Returns
     -------
     dict
-        Rows by load, as from `attempt`: pose with errors, min_J, notes, and the state of those that were solved.
+        Rows by load, as from `attempt`: pose with errors, min_J, stretch, notes, and the state
+        of those that were solved.
     """
     rows: dict[Wrench, Row] = dict(known or {})
     asked = outward(loads)
@@ -168,7 +169,8 @@ def _settled(layer: MechanicalModel, wrench: Wrench, start: Equilibrium | None) 
     found = layer.equilibrium(wrench, start=start)
     row: Row = {name: float(getattr(found.pose, name)) for name in POSE}
     row |= {f"error_{name}": float(getattr(found.error, name)) for name in POSE}
-    row |= {"min_J": np.nan if found.report.min_J is None else found.report.min_J}
+    own = {"min_J": found.report.min_J, "stretch": found.report.stretch}
+    row |= {name: np.nan if value is None else value for name, value in own.items()}
     row |= {"error_mechanics": found.report.estimated_error, "iterations": found.report.iterations}
     row = with_slopes(with_shared(row, found.shared), found.slopes)
     return row | {"notes": "; ".join(found.report.notes), "state": ("unknown", found.state)}

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from sits_mech.batch.requests import SWEPT, case_calibration
 from sits_mech.cases import DONE, read_table, save_table
 from sits_mech.mechanics.loads import kept_key, kept_rest
 from sits_mech.quantities import SolveFailed
@@ -44,13 +45,15 @@ def cases_folder(folder: Path) -> Path:
     return folder / "cases"
 
 
-def read_calibration(folder: Path) -> tuple[Sensor, xr.Dataset]:
-    """Return sensor and table of a folder that `write_calibration` filled.
+def read_calibration(folder: Path, case: int | None = None) -> tuple[Sensor, xr.Dataset]:
+    """Return sensor and table of a folder that `write_calibration` filled, or of a case of a sweep of calibrations.
 
     Parameters
     ----------
     folder : Path
-        As it was given to ``sits-mech calibrate -o``.
+        As it was given to ``sits-mech calibrate -o``, or ``sits-mech sweep -o``.
+    case : int, optional
+        Of the latter the number of a case, from 1 on.
 
     Raises
     ------
@@ -62,6 +65,8 @@ def read_calibration(folder: Path) -> tuple[Sensor, xr.Dataset]:
         state = "a calibration that was stopped: repeat its command" if cases_folder(folder).is_dir() else "none"
         raise SceneError(f"{folder}: must be the folder of a finished calibration (sits-mech calibrate); got {state}")
     data = read_table(path)
+    if case is not None or data.attrs.get("request") in SWEPT:
+        return _case(folder, data, case)
     missing = [name for name in _NEEDED if name not in data.variables]
     if missing:
         raise SceneError(f"{path}: must be the table of a calibration; {missing[0]} is missing")
@@ -74,6 +79,25 @@ def read_calibration(folder: Path) -> tuple[Sensor, xr.Dataset]:
     if not np.any(data["status"] == DONE):
         raise SceneError(f"{folder}: must hold at least one load that converged; got none")
     return sensor, data
+
+
+def _case(folder: Path, data: xr.Dataset, case: int | None) -> tuple[Sensor, xr.Dataset]:
+    """Return sensor and table of a case of a sweep, or refuse its number."""
+    if data.attrs.get("request") not in SWEPT:
+        raise SceneError(f"--case: must be of a sweep with request = {' or '.join(SWEPT)}; got {folder}")
+    count = int(data["status"].size)
+    if case is None or not 1 <= case <= count:
+        came = "no --case" if case is None else f"--case {case}"
+        what = f"quality and report take one of its cases, --case 1 to --case {count}"
+        raise SceneError(f"{folder}: is the folder of a sweep: {what}; got {came}")
+    row = list(points(data))[case - 1]
+    if row["status"].item() != DONE or not (row["load_status"] == DONE).any():
+        why = row["reason"].item() or "no load converged"
+        raise SceneError(f"{folder}: --case {case} must be a case with a table; it has none: {why}")
+    if data.attrs.get("version") != __version__:
+        came = data.attrs.get("version", "an unknown one")
+        raise SceneError(f"{folder}: must be a sweep by version {__version__}; got {came}: sweep anew")
+    return case_calibration(row)
 
 
 def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[str]:

@@ -20,11 +20,9 @@ Record = dict[str, Any]
 
 
 def report_record(report: SolveReport, left_out: tuple[str, ...] = ()) -> Record:
-    """Return how a number came about; ``min_J`` only where a layer was solved."""
+    """Return how a number came about; ``min_J`` and ``stretch`` only where a layer was solved."""
     found = asdict(report) | {"left_out": list(dict.fromkeys((*report.left_out, *left_out)))}
-    if report.min_J is None:
-        del found["min_J"]
-    return found
+    return {name: item for name, item in found.items() if item is not None}
 
 
 def equilibrium_record(found: Equilibrium, left_out: tuple[str, ...] = ()) -> Record:
@@ -65,7 +63,7 @@ def spectrum_record(pose: Pose, data: xr.Dataset, left_out: tuple[str, ...] = ()
         keys = inner | {name: name for name in (*outer, "own_capacitance", "self_resonance")}
         found["terminals"] = _terminals({key: data[name].to_numpy() for key, name in keys.items()})
     report = json.loads(data.attrs["report"])
-    del report["min_J"]
+    del report["min_J"], report["stretch"]
     return found | {"report": report | {"left_out": [*report["left_out"], *left_out]}}
 
 

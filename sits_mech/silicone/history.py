@@ -46,6 +46,7 @@ from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, Wren
 from sits_mech.silicone.material import Silicone
 from sits_mech.turns import rotation_matrix, rotation_vector
 
+_SAMPLES = 200  # of a cycle
 LOST = float(erf(1.0) - (1.0 - np.exp(-1.0)) / np.sqrt(np.pi))  # times U_max/r: what softening loses once
 
 
@@ -149,6 +150,41 @@ def _below_peak(r: float, energy: Callable[[float], float], wanted: float, peak:
         return share * (1.0 - float(erf(1.0 - energy(share) / largest)) / r) - wanted
 
     return float(brentq(excess, 0.0, peak, xtol=1e-13))
+
+
+def loop_width(silicone: Silicone, period: float = 1.0) -> float:
+    """Return how far loading and unloading at one load are apart, at most, over the pose under the peak [-].
+
+    Of a pad that answers like a spring, while a load rises and falls evenly, the second time.
+
+    Parameters
+    ----------
+    silicone : Silicone
+        Its viscosity and softening count.
+    period : float
+        From one minimum of the load to the next [s].
+
+    Returns
+    -------
+    float
+        nan where the silicone has neither ``prony`` nor ``mullins``: it is not known.
+    """
+    if not silicone.prony and silicone.mullins is None:
+        return float("nan")
+    phase = np.linspace(0.0, 2.0, 2 * _SAMPLES + 1)
+    share = 1.0 - np.abs(2.0 * (phase % 1.0) - 1.0)
+    came = softened_share(silicone.mullins, lambda part: part**2, relaxed_share(silicone, period * phase, share))
+    half = _SAMPLES // 2
+    rising, falling = came[_SAMPLES : _SAMPLES + half + 1], came[: _SAMPLES + half - 1 : -1]
+    return float(np.max(np.abs(falling - rising)))
+
+
+def left_share(silicone: Silicone, after: float) -> float:
+    """Return the share of the displacement that is left `after` [s] a load is gone that has rested long, 1 - C(after).
+
+    It is nan where the silicone has no ``prony``: it is not known.
+    """
+    return float(1.0 - creep(silicone, np.array(after))) if silicone.prony else float("nan")
 
 
 def elastic_curve(layer: MechanicalModel, peak: Wrench, *, height: float = 0.0, points: int = 17) -> ElasticCurve:

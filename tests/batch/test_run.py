@@ -1,5 +1,6 @@
 """Studies: what a file may ask, cases that are kept and shared, runs that are killed and go on, clusters."""
 
+import json
 import os
 import signal
 import subprocess
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
 from sits_mech.batch import requests
 from sits_mech.batch.executors import workers
 from sits_mech.batch.run import run_study
@@ -20,6 +22,8 @@ from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.cli.main import run
 from sits_mech.quantities import Pose, Wrench
+from sits_mech.readout.quality import quality
+from sits_mech.report.folder import read_calibration
 from sits_mech.scene.sensor import load_sensor
 from sits_mech.units import SceneError
 
@@ -280,3 +284,42 @@ def test_no_cluster_at_an_address(
     path = written(tmp_path, HEAD + '[vary]\ndv = ["2 mm"]\n' + COARSE)
     assert run(["sweep", str(path), "-o", str(tmp_path / "out"), "--dask", "tcp://127.0.0.1:1"]) == 2
     assert "tcp://127.0.0.1:1" in capsys.readouterr().err
+
+
+def test_cases_of_quality_are_calibrations(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A case is the calibration that the command makes, to the last digit; its figures are those of that."""
+    text = 'scene = "biorob2018"\nrequest = "quality"\n[vary]\n"elastomer.thickness" = ["1 mm", "2 mm", "3 mm"]\n'
+    text += '[fixed]\nfx = "-0.2 N:0.2 N:3"\nfz = "0 N:1 N:3"\nmoment = "1 N*mm"\n'
+    text += 'tolerance = 0.1\nmechanics = "planar"\nmagnetics = "planar"\n"target.width" = "10 mm"\n'
+    out = tmp_path / "out"
+    data = run_study(read_study(written(tmp_path, text)), out)
+    assert data["resolution"].dims == ("elastomer.thickness", "force") and list(data["force"]) == ["F_x", "F_z"]
+    sensor, found = read_calibration(out, 3)
+    alone = load_sensor("biorob2018", ['target.width="10 mm"', 'elastomer.thickness="3 mm"'])
+    words = {"tolerance": 0.1, "mechanics": "planar", "magnetics": "planar"}
+    direct = calibrate(alone, F_x=[-0.2, 0.0, 0.2], F_z=[0.0, 0.5, 1.0], M=1e-3, **words)
+    assert sensor == alone and found.attrs == direct.attrs
+    xr.testing.assert_identical(found.drop_vars("seconds"), direct.drop_vars("seconds"))
+    noise = sensor_front_end(alone, direct)[0].noise
+    figures = quality(sensor_calibration(alone, direct), noise, table=coil_table(alone, direct))
+    np.testing.assert_allclose(data["resolution"][2], figures.resolution[:, 2], rtol=1e-9)
+    np.testing.assert_allclose(data["error_by_model"][2], figures.by_model[:, 2], rtol=1e-9)
+    assert float(data["condition"][2]) == pytest.approx(figures.condition[1], rel=1e-9)
+    assert float(data["crosstalk"][2, 1]) == pytest.approx(abs(figures.crosstalk[1, 0]), rel=1e-9)
+    assert run(["quality", str(out), "--case", "3", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["limits"]["hysteresis"] is None
+    assert run(["report", str(out), "--case", "2"]) == 0 and (out / "report-2.html").exists()
+    capsys.readouterr()
+    for words, message in ((["quality", str(out)], "--case 1 to --case 3"), (["report", str(out), "--case", "4"], "4")):
+        assert run(words) == 2
+        shown = capsys.readouterr()
+        assert shown.out == "" and shown.err.count("\n") == 1 and message in shown.err
+
+
+def test_quality_needs_a_converter_and_says_so(tmp_path: Path) -> None:
+    text = 'scene = "biorob2018"\nrequest = "quality"\n[vary]\n"elastomer.thickness" = ["2 mm"]\n'
+    text += '[fixed]\nfx = "-0.2 N:0.2 N:3"\nfz = "0 N:1 N:3"\n"readout.converter" = "none"\n'
+    data = run_study(read_study(written(tmp_path, text)), tmp_path / "out")
+    assert "readout.converter" in str(data["reason"][0].item())
+    with pytest.raises(SceneError, match="it has none: readout.converter"):
+        read_calibration(tmp_path / "out", 1)

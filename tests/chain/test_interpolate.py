@@ -41,7 +41,7 @@ class Spring:
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the formula's pose."""
         self.solved.append(wrench)
-        report = SolveReport("spring", 1, 1, 0.0, 1e-3, 0.0, min_J=0.9)
+        report = SolveReport("spring", 1, 1, 0.0, 1e-3, 0.0, min_J=0.9, stretch=1.1)
         if wrench.F_z > self.limit:
             raise SolveFailed("too much", replace(report, status="stalled"))
         return Equilibrium(wrench, self.pose(wrench), Pose(1e-7, 1e-7, 1e-6, 1e-7, 1e-6, 1e-6), np.zeros(1), report)
@@ -135,6 +135,29 @@ def test_the_linear_layer_needs_the_fewest() -> None:
     sensor = load_sensor("biorob2018", ['elastomer.length="200 mm"'])
     rows = poses_on_grid(sensor, linear_layer(sensor, 3e-2), GRID, symmetry=MIRRORS, tolerance=1e-2)
     assert sum(row["notes"].endswith(INTERPOLATED) for row in rows.values()) > 66
+
+
+@dataclass
+class Stretched(Spring):
+    """Of a stretch that grows with the load and turns sharply at none; not known under some."""
+
+    known: float = np.inf
+
+    def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
+        found, size = super().equilibrium(wrench), 1.0 + abs(wrench.F_x) + 0.1 * wrench.F_z
+        return replace(found, report=replace(found.report, stretch=size if abs(wrench.F_x) < self.known else None))
+
+
+def test_a_stretch_goes_straight_from_load_to_load() -> None:
+    """Within what neighbours were solved with, whatever the poses' map does; of one not known none is between."""
+    sensor = load_sensor("triaxial-3")
+    rows = poses_on_grid(sensor, Stretched(), GRID, symmetry=NONE, tolerance=1e-2)
+    assert between(rows)
+    for load, row in rows.items():
+        assert row["stretch"] == pytest.approx(1.0 + abs(load.F_x) + 0.1 * load.F_z, abs=0.02)
+    rows = poses_on_grid(sensor, Stretched(known=0.4), GRID, symmetry=NONE, tolerance=1e-2)
+    assert np.isnan([rows[load]["stretch"] for load in between(rows)]).all()
+    assert rows[Wrench()]["stretch"] == 1.0
 
 
 def test_the_map_goes_through_the_solved_loads() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -13,6 +13,8 @@ from sits_mech.silicone.history import (
     LOST,
     creep,
     elastic_curve,
+    left_share,
+    loop_width,
     relaxation,
     relaxed_share,
     retardation,
@@ -140,6 +142,45 @@ def test_the_second_loading_follows_the_first_unloading() -> None:
     np.testing.assert_allclose(second, down[::-1], atol=1e-12)
     np.testing.assert_array_equal(beyond, more)
     assert np.all(down[1:-1] > up[::-1][1:-1]) and down[-1] == 0.0 and np.all(np.diff(down) < 0.0)
+
+
+def test_the_loop_of_a_load_that_comes_and_goes() -> None:
+    """``q(t) = Q(t) - sum c_j int exp(-(t - s)/lambda_j) Q'(s) ds`` with ``Q' = +-2``, integrated leg by leg."""
+    rubber, period = silicone((0.1, 0.3), (0.05, 2.0)), 0.8
+    weights, times = retardation(rubber.prony)
+
+    def lag(now: float) -> float:
+        """What is missing at a time."""
+        legs = [(k * period / 2, (-1.0) ** k * 2.0 / period) for k in range(4)]
+        found = 0.0
+        for begin, slope in legs:
+            if now > begin:
+                end = min(now, begin + period / 2)
+                found += slope * np.sum(weights * times * (np.exp((end - now) / times) - np.exp((begin - now) / times)))
+        return float(found)
+
+    phase = np.linspace(0.0, 0.5, 101)
+    width = max(abs(lag((1.0 + x) * period) - lag((2.0 - x) * period)) for x in phase)
+    assert loop_width(rubber, period) == pytest.approx(width, rel=1e-9)
+    assert loop_width(rubber, 1e-4) < 0.1 * width > loop_width(rubber, 1e4)  # neither sudden nor slow loads lag
+    assert np.isnan(loop_width(silicone()))
+
+
+def test_softening_alone_retraces_what_it_has_softened() -> None:
+    """The second rise follows the first fall, so that there is no loop; with viscosity it widens one."""
+    wet = silicone((0.1, 0.3))
+    assert loop_width(replace(silicone(), mullins=2.0)) == pytest.approx(0.0, abs=1e-9)
+    assert loop_width(replace(wet, mullins=2.0)) > loop_width(wet)
+
+
+def test_what_is_left_of_a_displacement() -> None:
+    """As the history of a load that was held for long and is gone says; all of the viscous share at first."""
+    rubber = silicone(*BRANCHES)
+    for after in (0.1, 3.0, 100.0):
+        time, share = np.array([0.0, 0.0, 1e6, 1e6, 1e6 + after]), np.array([0.0, 1.0, 1.0, 0.0, 0.0])
+        assert left_share(rubber, after) == pytest.approx(relaxed_share(rubber, time, share)[-1], abs=1e-9)
+    assert left_share(rubber, 0.0) == pytest.approx(0.5)  # sum of the weights
+    assert np.isnan(left_share(silicone(), 1.0))
 
 
 def test_stored_energy_of_a_curve() -> None:

@@ -176,7 +176,7 @@ def solve_levels(
         given = {name: value for name in WRENCH if (value := getattr(control, name)) is not None}
         found = replace(found, wrench=replace(found.wrench, **given))
     load = None if limit is None else _carried(found, scales, (begin, end, held), limit)
-    laws = law_notes(sensor, levels.coarse, first.state.u, apart=0.0) if part < 1.0 else ()  # one point can end a path
+    laws = law_notes(sensor, largest_stretch(levels.coarse, first.state.u, apart=0.0)) if part < 1.0 else ()
     return Solved(found, part, reason, load, limit, laws, first.reached)
 
 
@@ -230,7 +230,10 @@ def relative(error: Array, moved: Array, lever: Array) -> float:
 
 
 def largest_stretch(body: Bonded, u: Array, *, apart: float = _STRETCHED) -> float:
-    """Return the largest principal stretch, or reciprocal of one, that all but a share of the silicone stays below."""
+    """Return the largest principal stretch, or reciprocal of one, that all but a share of the silicone stays below.
+
+    Where one point decides, as of a path that ended, none is left out: ``apart=0.0``.
+    """
     smaller, greater = outer_stretches(body.mesh, u)
     stretch = np.maximum(greater, 1.0 / smaller).ravel()
     order = np.argsort(stretch)
@@ -238,14 +241,9 @@ def largest_stretch(body: Bonded, u: Array, *, apart: float = _STRETCHED) -> flo
     return max(1.0, float(stretch[order][np.searchsorted(below, min((1.0 - apart) * below[-1], below[-1]))]))
 
 
-def law_notes(sensor: Sensor, body: Bonded, u: Array, *, apart: float = _STRETCHED) -> tuple[str, ...]:
-    """Return what is to be said of the silicone's law in a deformed state: its stability, the range of its data.
-
-    `apart` is the share of the silicone that may be stretched further.
-    """
-    if sensor.elastomer is None:
-        return ()
-    return layer_notes(sensor.elastomer.silicone, largest_stretch(body, u, apart=apart))
+def law_notes(sensor: Sensor, stretch: float) -> tuple[str, ...]:
+    """Return what is to be said of the silicone's law in a state of a largest stretch: stability, range of its data."""
+    return () if sensor.elastomer is None else layer_notes(sensor.elastomer.silicone, stretch)
 
 
 def load_words(load: Mapping[str, float]) -> str:
@@ -303,9 +301,11 @@ def answer(
         error, off = np.where(held, 0.0, np.maximum(error, whole)), max(off, 1.0)
     plate = sensor.target.thickness / t if sensor.target is not None else 0.0
     notes = face_notes(body.faces, body.mesh, body.parts, fine.u, fine.q, plate)
-    notes = (*notes, *beneath, *law_notes(sensor, body, fine.u), *best.words(levels.order), *([large] if large else []))
+    stretch = largest_stretch(body, fine.u)
+    notes = (*notes, *beneath, *law_notes(sensor, stretch), *best.words(levels.order), *([large] if large else []))
     report = SolveReport(
-        "", len(levels.maker(len(values) - 1).free) + k, spent, fine.residual, off, 0.0, notes=notes, min_J=fine.min_J
+        "", len(levels.maker(len(values) - 1).free) + k, spent, fine.residual, off, 0.0, notes=notes, min_J=fine.min_J,
+        stretch=stretch,
     )
     state_kept = np.concatenate([packed(fine), packed(coarse)])
     shared = np.pad(np.where(held, 0.0, best.parts * unit * scales.lengths[:k]), ((0, 0), (0, 6 - k)))

@@ -19,6 +19,7 @@ from sits_mech.report.page.parts import (
     computed_part,
     figures_part,
     inverse_part,
+    limits_part,
     loads_part,
     pictures_part,
     readout_part,
@@ -31,7 +32,7 @@ from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import Sensor
 from sits_mech.version import __version__
 
-_NAMES = {"inverse": "Forces back", "figures": "Figures", "how": "How computed"}  # shorter ones, to jump to
+_NAMES = {"inverse": "Forces back", "figures": "Figures", "limits": "Limits", "how": "How computed"}  # to jump to
 
 
 def write_html(sensor: Sensor, data: xr.Dataset, folder: Path, path: Path) -> None:
@@ -81,6 +82,7 @@ def _sections(sensor: Sensor, data: xr.Dataset, folder: Path, read: Readings) ->
         ("pictures", "Pictures", pictures_part(folder)),
         ("readout", "Readout", readout_part(sensor, read)),
         ("inverse", "Forces back from inductances", inverse_part(sensor, data, read)),
+        ("limits", "Limits of the pad", limits_part(sensor, data)),
         ("loads", "Loads", loads_part(data)),
         ("scene", "Scene", scene_part(sensor)),
         ("how", "How it was computed", computed_part(data)),

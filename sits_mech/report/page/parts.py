@@ -17,6 +17,7 @@ from rich.table import Table
 
 from sits_mech.analysis.bench import coil_table, sensor_calibration
 from sits_mech.analysis.codes import Readings
+from sits_mech.analysis.limits import limits_of
 from sits_mech.cases import DONE
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.quantities import shown_unit
@@ -25,7 +26,7 @@ from sits_mech.readout.loads import at_middle, fixed, load_words, varied
 from sits_mech.readout.quality import quality
 from sits_mech.readout.signals import told
 from sits_mech.report.tables.loads import failures, load_table, remarks, summary_table
-from sits_mech.report.tables.quality import quality_record, quality_tables
+from sits_mech.report.tables.quality import limits_record, limits_table, quality_record, quality_tables
 from sits_mech.report.tables.readings import front_end_table
 from sits_mech.scene.sensor import Coil, Sensor, scene_text
 
@@ -189,6 +190,11 @@ def inverse_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
     tables = quality_tables(quality_record(found, data))
     hint = '<p class="hint after">Noise is that of the converter at its longest conversion.</p>'
     return _pairs(rows) + hint + "".join(_titled(table) for table in tables)
+
+
+def limits_part(sensor: Sensor, data: xr.Dataset) -> str:
+    """Return what limits the pad, and what the sources of its modulus leave open."""
+    return html_table(limits_table(limits_record(limits_of(sensor, data))))
 
 
 def _titled(table: Table) -> str:

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from rich.table import Table
 
+from sits_mech.batch.requests import SWEPT
 from sits_mech.cases import DONE
 from sits_mech.readout.loads import points
 from sits_mech.readout.signals import SIGNALS, told
@@ -17,6 +18,7 @@ _SHOWN = {
     "inductance": ("relative", "L", "R", "error_magnetics"),
     "simulate": _POSE,
     "calibrate": ("failed_loads",),
+    "quality": ("resolution", "error_by_model", "linearity", "crosstalk", "condition", "failed_loads"),
 }
 _UNITS = {"relative": "of L0"} | {name: "m" if name.startswith("d") else "rad" for name in _POSE}
 _UNITS |= dict.fromkeys((*SIGNALS, "L_v_percent", "L_h_percent"), "% of L0")
@@ -24,7 +26,7 @@ _MOST = 40  # lines: the file holds all
 
 
 def case_table(data: xr.Dataset) -> Table:
-    """Return the cases of a study, SI; of a matrix the diagonal, of a whole calibration the span.
+    """Return the cases of a study, SI; of a matrix the diagonal, of a whole calibration the span, of figures the worst.
 
     Parameters
     ----------
@@ -37,23 +39,27 @@ def case_table(data: xr.Dataset) -> Table:
         At most forty lines.
     """
     shown = _SHOWN[data.attrs["request"]]
-    names = [name for name in (*shown, *told(data)) if name in data]
+    signals = () if data.attrs["request"] == "quality" else told(data)
+    names = [name for name in (*shown, *signals) if name in data]
     where = [str(name) for name in data["status"].coords]
+    numbered = data.attrs["request"] in SWEPT
     found = Table(title=f"{data.attrs['request']}: {data['status'].size} cases", show_edge=False)
-    for heading in (*(_heading(data, name) for name in (*where, *names)), "s", "status"):
+    for heading in (*["case"] * numbered, *(_heading(data, name) for name in (*where, *names)), "s", "status"):
         found.add_column(heading, justify="right")
     for number, row in enumerate(points(data)):
         if number == _MOST:
             found.caption = f"and {data['status'].size - _MOST} more"
             break
         values = [_text(row[name].to_numpy()) for name in (*where, *names, "seconds")]
-        found.add_row(*values, str(row["status"].item()))
+        found.add_row(*[str(number + 1)] * numbered, *values, str(row["status"].item()))
     return found
 
 
 def _heading(data: xr.Dataset, name: str) -> str:
     """Return a column's name with its unit; of inductances that of the models, both where both are there."""
     unit = _UNITS.get(name) or data[name].attrs.get("units", "")
+    if "force" in data[name].dims:
+        return f"{name} [{'  '.join(data['force'].to_numpy())}]"
     if name in ("L", "R"):
         units = sorted({str(unit) for unit in data["unit_L"].to_numpy().ravel()} - {""})
         unit = " or ".join(units).replace("H", "H" if name == "L" else "ohm")

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from rich.table import Table
 
+from sits_mech.analysis.limits import AFTER, PERIOD, Limits
 from sits_mech.analysis.tolerances import ForceSpread
 from sits_mech.quantities import UNITS, Array, as_jsonable, shown_unit
 from sits_mech.readout.crosstalk import crosstalk, largest_rotation, short_name, signals_of
@@ -156,11 +157,69 @@ def _scatter_record(scatter: ForceSpread) -> list[Record]:
     return rows
 
 
+def limits_record(found: Limits) -> Record:
+    """Return the limits of a pad for a program, SI; what is not known is None."""
+    names = ("stretch", "known_stretch", "clearance", "error_clearance", "hysteresis", "left", "spread")
+    values = {name: getattr(found, name) for name in names}
+    record: Record = {name: value if math.isfinite(value) else None for name, value in values.items()}
+    record["force_factor"] = None if record["spread"] is None else [1.0 / found.spread, found.spread]
+    record |= {"stretch_under": found.stretch_under, "clearance_under": found.clearance_under}
+    if found.capacity:
+        record["capacity"] = [
+            {
+                "load": {name: value for name, value in vars(each.load).items() if value != 0.0},
+                "multiple": each.multiple if math.isfinite(each.multiple) else None,
+                "error": each.error if math.isfinite(each.error) else None,
+                "reason": each.reason,
+            }
+            for each in found.capacity
+        ]
+    return record
+
+
+def limits_table(record: Record) -> Table:
+    """Return the limits of a pad for a reader, from `limits_record`."""
+    least, known = record["clearance"], record["known_stretch"]
+    data = "the range of the silicone's data is unknown"
+    if known is not None:
+        side = "" if record["stretch"] is None else "BEYOND " if record["stretch"] > known else "within "
+        data = f"{side}the data behind the silicone's constants, which reach to {known:.3g}"
+    stretch = "unknown" if record["stretch"] is None else f"{record['stretch']:.3g} under {record['stretch_under']}"
+    rows = [("largest stretch", f"{stretch}; {data}")]
+    if least is not None:
+        unsure = math.nan if record["error_clearance"] is None else record["error_clearance"]
+        gap = figure_text(least, unsure, 1e3, "mm")
+        rows.append(("least clearance", f"{gap} over the coils, under {record['clearance_under']}"))
+    loop = f"load up and down in {PERIOD:g} s"
+    left = f"of the displacement left {AFTER:g} s after a long load"
+    rows += [("hysteresis", _known(record["hysteresis"], loop, "neither prony nor mullins"))]
+    rows += [("recovery", _known(record["left"], left, "no prony")), ("modulus", modulus_words(record["spread"]))]
+    for each in record.get("capacity", ()):
+        share, load = each["multiple"], load_words(each["load"])
+        off = "" if each["error"] is None else f" +- {each['error']:.2g}"
+        times = "any multiple of" if share is None else f"{share:.3g}{off} times"
+        rows.append(("carries", f"{times} {load}; then {each['reason']}"))
+    return key_table("limits of the pad", rows)
+
+
+def _known(value: float | None, of: str, lacks: str) -> str:
+    """Return a share in percent, or that it is not known."""
+    return f"unknown: the silicone has {lacks}" if value is None else f"{100.0 * round(value, 9):.2g} %, {of}"
+
+
+def modulus_words(spread: float | None) -> str:
+    """Return what sources that disagree on a silicone's modulus by a factor make of a force."""
+    if spread is None:
+        return "spread between sources unknown"
+    return f"sources differ by a factor of {spread:.3g}: a reading of 1 N means {1.0 / spread:.2g} to {spread:.3g} N"
+
+
 def quality_tables(record: Record) -> list[Table]:
     """Return the tables of a record, for a reader."""
-    scatter = [_scatter_table(record)] if "tolerances" in record else []
+    more = [limits_table(record["limits"])] if "limits" in record else []
+    more += [_scatter_table(record)] if "tolerances" in record else []
     tables = [_force_table(record), _crosstalk_table(record), _coil_table(record)]
-    return [*tables, key_table("sensor", _sensor_rows(record)), *scatter]
+    return [*tables, key_table("sensor", _sensor_rows(record)), *more]
 
 
 def _force_table(record: Record) -> Table:

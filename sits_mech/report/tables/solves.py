@@ -169,10 +169,13 @@ def signal_table(found: Signals, unit_L: str) -> Table:
 
 
 def volume_lines(report: SolveReport) -> list[tuple[str, str]]:
-    """Return the smallest volume ratio of a layer as a line of a table; none where no layer was solved."""
+    """Return smallest volume ratio and largest stretch of a layer as lines of a table; none where none was solved."""
     if report.min_J is None:
         return []
-    return [("smallest J", f"{report.min_J:.4f} at any point of the layer, as a rule at a bonded edge")]
+    lines = [("smallest J", f"{report.min_J:.4f} at any point of the layer, as a rule at a bonded edge")]
+    if report.stretch is not None:
+        lines.append(("stretch", f"{report.stretch:.3f} at most, or its reciprocal, but in a thousandth of the layer"))
+    return lines
 
 
 def report_lines(report: SolveReport) -> list[tuple[str, str]]:

@@ -2,17 +2,20 @@
 
 import io
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
 from rich.console import Console
 
+from sits_mech.analysis.limits import Capacity, Limits
+from sits_mech.quantities import Wrench
 from sits_mech.readout.calibration import calibration_of
 from sits_mech.readout.quality import quality
 from sits_mech.readout.signals import SIGNALS, signals, weights_of
 from sits_mech.report.records import json_text
-from sits_mech.report.tables.quality import quality_record, quality_tables
+from sits_mech.report.tables.quality import limits_record, limits_table, modulus_words, quality_record, quality_tables
 
 ENDS = {"F_x": (-0.5, 0.5), "F_z": (0.0, 2.0), "F_y": (-0.5, 0.5), "M_z": (-1e-3, 1e-3)}
 SHEAR, PRESS, FREE = 1e-8, -4e-9, 2.1e-6  # [H/N], [H/N], [H]
@@ -85,3 +88,36 @@ def test_a_force_that_no_coil_resolves_is_printed_by_name() -> None:
     assert json.loads(json_text(record))["resolution"]["M_z"] == [None] * 3
     assert record["valid_share"] == 0.0 and "not resolved" in text and "M_z: moves the coils by less" in text
     assert "by M_z [ppm/(N" in text and "its best sum" in text and "F_y" not in record["own_signal"]
+
+
+def limits_text(found: Limits) -> str:
+    """Return what is printed of limits, and check that they are JSON."""
+    record = limits_record(found)
+    assert json.loads(json_text(record)) == record
+    console = Console(file=io.StringIO(), width=160, markup=False)
+    console.print(limits_table(record))
+    return console.file.getvalue()
+
+
+def test_limits_that_are_known() -> None:
+    """Stretch against the data, loops in percent, what a factor of two between sources makes of a newton."""
+    carried = Capacity(Wrench(F_x=1.0, F_z=2.0), 2.345, 0.12, "limit load"), Capacity(Wrench(F_z=2.0), 1.5, np.nan, "x")
+    found = Limits(2.6, 2.0, "F_z = 4 N", 1.5e-3, 1e-5, "F_z = 2 N", 0.031, 0.05, 2.0, carried)
+    text = limits_text(found)
+    for words in (
+        "2.6 under F_z = 4 N; BEYOND the data", "1.500 +- 0.010 mm over the coils, under F_z = 2 N", "3.1 %, load up",
+        "5 %, of the displacement left 1 s after", "1 N means 0.5 to 2 N", "1.5 times F_z = 2 N; then x",
+        "2.35 +- 0.12 times F_x = 1 N, F_z = 2 N; then limit load",
+    ):  # fmt: skip
+        assert words in text, words
+    assert limits_record(found)["force_factor"] == [0.5, 2.0] and limits_record(found)["capacity"][1]["error"] is None
+    within = Limits(1.5, 2.0, "F_z = 4 N", 1.5e-3, 1e-5, "F_z = 2 N", 0.031, 0.05, 2.0)
+    assert "; within the data" in limits_text(within) and "carries" not in limits_text(within)
+
+
+def test_limits_that_are_not_known_are_called_so() -> None:
+    nothing = Limits(np.nan, np.nan, "", 1.5e-3, np.nan, "F_z = 2 N", np.nan, np.nan, np.nan)
+    nothing = replace(nothing, capacity=(Capacity(Wrench(F_z=2.0), np.inf, np.nan, "no limit was met"),))
+    text = limits_text(nothing)
+    assert text.count("unknown") == 5 and "any multiple of F_z = 2 N; then no limit was met" in text
+    assert limits_record(nothing)["hysteresis"] is None and modulus_words(None) == "spread between sources unknown"

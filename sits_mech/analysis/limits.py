@@ -1,0 +1,263 @@
+"""What limits a pad? Stretch against the silicone's data, clearance, the load it carries, rate, spread of its modulus.
+
+Of a calibration's table:
+
+    stretch       largest principal stretch, or reciprocal of one, over the loads, against 1 + the largest strain of the
+                  data behind the silicone's constants
+    clearance     least height of the target's lowest point above the coils; its error is that of the pose,
+                  e_v + a e_alpha + b e_alpha_x, of a target of the sides 2 a and 2 b
+    modulus       a pose belongs to forces that are proportional to the modulus: with sources that differ by the factor
+                  s, a reading of F means F/s to F s
+    hysteresis, recovery
+                  of a spring with the silicone's viscosity and softening (silicone/history.py)
+
+The capacity of a load F is the largest m with m F carried: no limit load, no buckling, no fold, target clear of coils
+and fixed plates, stretch within the data. Multiples are doubled until one is not, then
+
+    margin(m) = min((lambda_known - lambda(m))/(lambda_known - 1), room(m)/room(0)) = 0
+
+is bracketed (brentq). A path that ended before is a limit of its own, with the error that its two meshes leave. All on
+a model's first meshes.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field, replace
+from itertools import product
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import brentq
+
+from sits_mech.cases import Progress
+from sits_mech.chain.models import mechanical_model
+from sits_mech.geometry.collision import clearance, room
+from sits_mech.mechanics.rest.verdict import REASONS
+from sits_mech.mechanics.symmetry import symmetry_of
+from sits_mech.quantities import POSE, Array, Equilibrium, MechanicalModel, Pose, RefinedModel, SolveFailed, Wrench
+from sits_mech.readout.loads import fixed, load_words, varied
+from sits_mech.scene.sensor import Sensor
+from sits_mech.silicone.history import left_share, loop_width
+
+PERIOD = 1.0
+"""Of the load that comes and goes for the hysteresis [s]."""
+AFTER = 1.0
+"""After a load is gone: when the share that is left of its displacement is asked for [s]."""
+_WITHIN = 0.005  # of a capacity: how well it is located
+_MOST = 64.0  # multiple of a load up to which a limit is looked for
+_SHORT = {
+    "buckled": "buckling",
+    "sideways": "buckling sideways",
+    "turned": "limit load",
+    "inverted": "folding: the mesh turns inside out at a corner",
+}
+_FOLDED = "pass through one another"
+
+
+@dataclass(frozen=True)
+class Capacity:
+    """How much of a load a pad carries.
+
+    Attributes
+    ----------
+    load : Wrench
+        A corner of the table [N, N m].
+    multiple : float
+        Of it, the largest that is carried; infinite where no limit was met up to 64 times the load.
+    error : float
+        Of the multiple; nan where it is not known.
+    reason : str
+        What comes next.
+    """
+
+    load: Wrench
+    multiple: float
+    error: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of a pad; what is not known is nan.
+
+    Attributes
+    ----------
+    stretch, known_stretch : float
+        Largest over the table; that of the data behind the silicone's constants [-].
+    stretch_under : str
+        The load of the former, in words.
+    clearance, error_clearance : float
+        Least over the table, and its error [m].
+    clearance_under : str
+        Its load.
+    hysteresis, left : float
+        Of the displacement: width of the loop of a load that comes and goes in `PERIOD`, what is left `AFTER` [-].
+    spread : float
+        Largest over smallest stress at 100 % strain of the silicone's sources [-].
+    capacity : tuple of Capacity
+        Where it was asked for.
+    """
+
+    stretch: float
+    known_stretch: float
+    stretch_under: str
+    clearance: float
+    error_clearance: float
+    clearance_under: str
+    hysteresis: float
+    left: float
+    spread: float
+    capacity: tuple[Capacity, ...] = field(default=())
+
+
+def limits_of(sensor: Sensor, data: xr.Dataset) -> Limits:
+    """Return the limits of a pad that its table and its silicone tell; arguments as from `calibrate`."""
+    silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
+    dims, size = data["status"].dims, data["status"].size
+    stretch = data["stretch"].transpose(*dims).to_numpy().ravel() if "stretch" in data else np.full(size, np.nan)
+    pose, error = (_components(data, prefix) for prefix in ("", "error_"))
+    gap = clearance(sensor, Pose.of(pose))
+    half = np.zeros(2) if sensor.target is None else np.array(sensor.target.extent) / 2.0
+    off = error[:, 1] + half[0] * error[:, 2] + half[1] * error[:, 4]
+
+    def under(values: Array) -> tuple[int, str]:
+        """Number and name of the load with the largest value."""
+        k = int(np.nanargmax(values)) if np.any(np.isfinite(values)) else -1
+        row = data.isel(dict(zip(dims, np.unravel_index(k % size, data["status"].shape), strict=True)))
+        return k, "" if k < 0 else load_words({name: float(row[name]) for name in (*varied(data), *fixed(data))})
+
+    (i, where), (j, there) = under(stretch), under(-gap)
+    known = np.nan if silicone is None or silicone.fitted_range is None else 1.0 + silicone.fitted_range[1]
+    spread = np.nan if silicone is None or silicone.spread is None else 1.0 + silicone.spread
+    loop = np.nan if silicone is None else loop_width(silicone, PERIOD)
+    left = np.nan if silicone is None else left_share(silicone, AFTER)
+    return Limits(float(stretch[i]), known, where, float(gap[j]), float(off[j]), there, loop, left, spread)
+
+
+def with_capacity(limits: Limits, sensor: Sensor, data: xr.Dataset, progress: Progress | None = None) -> Limits:
+    """Return limits with the largest multiples of the table's corner loads that a pad carries."""
+    request = json.loads(data.attrs["request"])
+    name = request["mechanics"] if request["mechanics"] in ("block", "planar") else "block"
+    corners, found = corner_loads(sensor, data), []
+    for load in corners:
+        layer, _ = mechanical_model(sensor, name, request["tolerance"], [load])
+        first = layer.rough if isinstance(layer, RefinedModel) else layer
+        found.append(capacity(sensor, first, load, limits.known_stretch))
+        if progress is not None:
+            progress(len(found), len(corners))
+    return replace(limits, capacity=tuple(found))
+
+
+def corner_loads(sensor: Sensor, data: xr.Dataset) -> list[Wrench]:
+    """Return the loads of the ends of a table's components, and of zero, without images of others and without none."""
+    ends = {name: sorted({0.0, float(data[name].min()), float(data[name].max())}) for name in varied(data)}
+    ends |= {name: [value] for name, value in fixed(data).items()}
+    each = (Wrench(**dict(zip(ends, values, strict=True))) for values in product(*ends.values()))
+    return symmetry_of(sensor).without_images(load for load in each if load.components.any())
+
+
+def capacity(sensor: Sensor, layer: MechanicalModel, load: Wrench, known_stretch: float) -> Capacity:
+    """Return how much of a load a pad carries, and what comes next.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        With target.
+    layer : MechanicalModel
+        Of it, for loads as `symmetry_of` has them solved.
+    load : Wrench
+        [N, N m].
+    known_stretch : float
+        Of the data behind the silicone's constants [-]; nan: not known, and no limit.
+    """
+    search = _Search(sensor, layer, load, known_stretch)
+    low, high = 0.0, 1.0
+    while search.margin(high) > 0.0:
+        if high >= _MOST:
+            return Capacity(load, np.inf, np.nan, f"no limit was met up to {_MOST:g} times")
+        low, high = high, 2.0 * high
+    failed = search.failed.get(high)
+    if failed is not None:
+        last = 0.0 if failed.last is None else _share(failed.last.wrench, load)
+        if failed.last is None or last <= low or search.of(failed.last) > 0.0:
+            return _ended(failed, load, max(low, last))
+        high = last
+        search.found[high] = failed.last
+    at = brentq(search.margin, low, high, xtol=_WITHIN * high, rtol=_WITHIN)
+    if at in search.failed:
+        return _ended(search.failed[at], load, low)
+    near = min(search.found, key=lambda m: abs(m - at))
+    return Capacity(load, float(at), np.nan, search.reason(search.found[near]))
+
+
+@dataclass
+class _Search:
+    """Margins of multiples of a load, each solved once."""
+
+    sensor: Sensor
+    layer: MechanicalModel
+    load: Wrench
+    known: float
+    found: dict[float, Equilibrium] = field(default_factory=dict)
+    failed: dict[float, SolveFailed] = field(default_factory=dict)
+
+    def margin(self, multiple: float) -> float:
+        """How far a multiple is from its limits, 1 at rest; -1 where it is not carried."""
+        if multiple == 0.0:
+            return 1.0
+        if multiple not in self.found and multiple not in self.failed:
+            below = [m for m in self.found if m < multiple]
+            start = self.found[max(below)] if below else None
+            wrench = Wrench(*(multiple * self.load.components).tolist())
+            try:
+                self.found[multiple] = self.layer.equilibrium(wrench, start=start)
+            except SolveFailed as error:
+                self.failed[multiple] = error
+        return self.of(self.found[multiple]) if multiple in self.found else -1.0
+
+    def of(self, there: Equilibrium) -> float:
+        """The margin of a state."""
+        return min(value for value, _ in self._margins(there))
+
+    def reason(self, there: Equilibrium) -> str:
+        """Which limit is the nearest."""
+        return min(self._margins(there))[1]
+
+    def _margins(self, there: Equilibrium) -> list[tuple[float, str]]:
+        """Each of them, with its name."""
+        elastomer = self.sensor.elastomer
+        free = 0.0 if elastomer is None else elastomer.standoff + elastomer.thickness
+        coils = float(room(self.sensor, there.pose)) / float(room(self.sensor, Pose(0.0, free)))
+        found = [(coils, "coil contact" if not self.sensor.conductors else "contact with the coils or a fixed plate")]
+        if there.report.stretch is not None and np.isfinite(self.known):
+            left = (self.known - there.report.stretch) / (self.known - 1.0)
+            found.append((left, f"stretch beyond {self.known:.3g}, the data behind the silicone's constants"))
+        if any(_FOLDED in note for note in there.report.notes):
+            found.append((-1.0, "folding: free faces pass through one another"))
+        return found
+
+
+def _ended(failed: SolveFailed, load: Wrench, reached: float) -> Capacity:
+    """A load path that ended: its largest load where that was found, or how far it was followed."""
+    why = next((key for key, words in REASONS.items() if any(words in note for note in failed.report.notes)), "")
+    if failed.carried is None:
+        return Capacity(load, reached, np.nan, _SHORT.get(why, "no state at rest found beyond: it may carry more"))
+    most, off = failed.carried
+    error = float(np.linalg.norm(off.components) / np.linalg.norm(load.components))
+    return Capacity(load, _share(most, load), error, _SHORT.get(why, "limit load"))
+
+
+def _share(part: Wrench, load: Wrench) -> float:
+    """How many times a load another one is that is proportional to it."""
+    whole = load.components
+    return float(part.components @ whole / (whole @ whole))
+
+
+def _components(data: xr.Dataset, prefix: str) -> Array:
+    """Poses of a table, or their errors, (n, 6); what it does not have is zero."""
+    found, dims = np.zeros((data["status"].size, len(POSE))), data["status"].dims
+    for k, name in enumerate(POSE):
+        if f"{prefix}{name}" in data:
+            found[:, k] = data[f"{prefix}{name}"].transpose(*dims).to_numpy().ravel()
+    return found
