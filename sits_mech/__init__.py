@@ -22,17 +22,19 @@ if TYPE_CHECKING:
     from sits_mech.quantities import Impedance, Pose, SolveFailed, Wrench
     from sits_mech.readout.crosstalk import crosstalk, sensitivity
     from sits_mech.scene.sensor import SceneError, Sensor, catalogue, load_sensor, save_sensor
+    from sits_mech.synthesis.run import design
 
 __all__ = [
     "Impedance", "Pose", "SceneError", "Sensor", "SolveFailed", "Wrench", "__version__", "calibrate", "catalogue",
-    "crosstalk", "gradient", "load_sensor", "magnetic_model", "mechanical_model", "plan", "save_sensor", "sensitivity",
-    "sensor_calibration", "simulate", "slopes", "spectrum", "sweep",
+    "crosstalk", "design", "gradient", "load_sensor", "magnetic_model", "mechanical_model", "plan", "save_sensor",
+    "sensitivity", "sensor_calibration", "simulate", "slopes", "spectrum", "sweep",
 ]  # fmt: skip
 
 _HOMES = {
     "analysis.bench": ("sensor_calibration",),
     "chain.calibrate": ("calibrate",),
     "chain.gradient": ("gradient",),
+    "synthesis.run": ("design",),
     "chain.models": ("magnetic_model", "mechanical_model", "plan"),
     "chain.simulate": ("simulate",),
     "magnetics.slopes": ("slopes",),

@@ -1,4 +1,4 @@
-"""What can be looked at, taken over, or handed on? view, import, and of a finished calibration export and report."""
+"""What can be looked at, taken over, designed, or handed on? view, import, design; of a calibration export, report."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import not_converged, warn, write
-from sits_mech.cli.options import Folder, Load, Output, Overrides, Place, Quantity, Scene, app, sensor_of
+from sits_mech.cli.console import answer, not_converged, progress_bar, warn, write
+from sits_mech.cli.options import Case, Folder, Json, Load, Output, Overrides, Place, Quantity, Scene, app, sensor_of
 
 
 @app.command
@@ -95,8 +95,36 @@ def export(
 
 
 @app.command
-def report(folder: Folder, *, output: Output = None) -> int:
-    """Write a calibration as one HTML file with an explorer; it needs no network.
+def design(
+    requirements: Annotated[Path, Parameter(help="Requirement file: scene, loads, vary, require, tolerance, goal.")], *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"], help="Folder of the answer and of solved designs.")],
+    most: Annotated[int, Parameter(help="Designs that the search solves at most.")] = 60,
+    as_json: Json = False,
+) -> int:  # fmt: skip
+    """Find a sensor for requirements: which thickness, silicone, target, coils; a stopped run goes on.
+
+    Example: sits-mech design requirements.toml -o fingertip
+    """
+    from sits_mech.report.design import write_design
+    from sits_mech.report.folder import cases_folder, prepare_folder
+    from sits_mech.report.tables.design import design_record, design_tables
+    from sits_mech.synthesis.requirements import read_requirements
+    from sits_mech.synthesis.run import design as designed
+
+    asked = read_requirements(requirements)
+    folder = prepare_folder(output)
+    with progress_bar("designs") as progress:
+        found = designed(asked, folder=cases_folder(folder), most=most, told=lambda done, all_, _: progress(done, all_))
+    missed = write_design(asked, found, folder)
+    answer(design_record(found), design_tables(asked, found), as_json)
+    for line in [*found.notes, *missed, f"written to {folder}"]:
+        warn(line)
+    return 0 if found.feasible else 3
+
+
+@app.command
+def report(folder: Folder, *, case: Case = None, output: Output = None) -> int:
+    """Write a calibration, or one case of a sweep of them, as one HTML file with an explorer; it needs no network.
 
     Example: sits-mech report calibration -o report.html
     """
@@ -104,10 +132,11 @@ def report(folder: Folder, *, output: Output = None) -> int:
     from sits_mech.report.page.html import write_html
     from sits_mech.scene.sensor import SceneError
 
-    path = folder / "report.html" if output is None else output
+    own = "report.html" if case is None else f"report-{case}.html"
+    path = folder / own if output is None else output
     if path.suffix not in (".html", ".htm"):
         raise SceneError(f"--output: must end in .html; got {path.name!r}")
-    sensor, data = read_calibration(folder)
+    sensor, data = read_calibration(folder, case)
     write_html(sensor, data, folder, path)
     warn(f"written to {path}")
     return 0

@@ -1,0 +1,131 @@
+"""Where does the answer of a search go? A folder: scenes of the recommended design and the front, table, page."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+from itertools import product
+from pathlib import Path
+from string import Template
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from sits_mech.cases import save_table
+from sits_mech.quantities import SolveFailed, Wrench, as_jsonable
+from sits_mech.report.page.explorer import page_file
+from sits_mech.report.page.parts import html_table
+from sits_mech.report.pictures.curves import save_figure
+from sits_mech.report.pictures.design import choice_words, design_pictures
+from sits_mech.report.pictures.section import load_view
+from sits_mech.report.tables.design import design_record, design_tables
+from sits_mech.scene.files import write_text
+from sits_mech.scene.sensor import SceneError, Sensor, save_sensor, scene_text
+from sits_mech.synthesis.answer import DesignAnswer
+from sits_mech.synthesis.answered import Answered
+from sits_mech.synthesis.requirements import Requirements
+from sits_mech.version import __version__
+
+_CAPTIONS = {
+    "front": "Every design that was solved; filled marks hold all limits, dashed lines are limits.",
+    "landscape": "What is minimised around the recommended design, by predictions through the solved ones.",
+    "limits": "Each figure over its limit, with its estimated error.",
+    "worst_load": "The recommended layer under its largest load, in a section along it.",
+}
+
+
+def write_design(asked: Requirements, found: DesignAnswer, folder: Path) -> list[str]:
+    """Write an answer to a folder that exists; return what could not be written.
+
+    Raises
+    ------
+    SceneError
+        When a file cannot be written.
+    """
+    sensor = named(asked, found.best, "recommended")
+    save_sensor(sensor, folder / "recommended.toml")
+    (folder / "front").mkdir(exist_ok=True)
+    for number, each in enumerate(found.front, 1):
+        save_sensor(named(asked, each, f"front {number}"), folder / "front" / f"{number:02d}.toml")
+    data = design_table(asked, found)
+    save_table(data, folder / "designs.nc")
+    data.to_dataframe().to_csv(folder / "designs.csv", index=False)
+    write_text(folder / "answer.json", json.dumps(as_jsonable(design_record(found)), indent=1))
+    missed = []
+    for name, draw in design_pictures(asked, found).items():
+        save_figure(draw(), folder / f"{name}.png")
+    try:
+        save_figure(load_view(sensor, worst_load(asked)), folder / "worst_load.png")
+    except (SceneError, SolveFailed) as error:
+        missed.append(f"no picture of the layer under its largest load: {error}")
+    write_text(folder / "report.html", design_page(asked, found, sensor, folder))
+    return missed
+
+
+def named(asked: Requirements, found: Answered, words: str) -> Sensor:
+    """Return the sensor of a design under a name that says what it is."""
+    sensor = asked.space.sensor(found.design)
+    return sensor.model_copy(update={"name": f"{sensor.name}, {words}: {asked.space.words(found.design)}"})
+
+
+def worst_load(asked: Requirements) -> Wrench:
+    """Return the corner of the loads, in the plane, that is the largest."""
+    plane = {name: pair for name, pair in asked.loads.items() if name in ("F_x", "F_z", "M")} or {"F_z": (0.0, 0.0)}
+    corners = [dict(zip(plane, each, strict=True)) for each in product(*plane.values())]
+    return Wrench(**max(corners, key=lambda load: sum(abs(value) for value in load.values())))
+
+
+def design_table(asked: Requirements, found: DesignAnswer) -> xr.Dataset:
+    """Return all solved designs: what they set, their figures in SI with errors, and why some have none."""
+    rows = [found.best, *found.known]
+    figures = [found.task.figures(each.table, each.plain) if each.carried else each.plain for each in rows]
+    columns: dict[str, Any] = {}
+    for key in asked.space.values(found.best.design):
+        columns[key] = [str(asked.space.values(each.design)[key]) for each in rows]
+    for name in dict.fromkeys(name for own in figures for name in own):
+        columns[name] = [own.get(name, np.nan) for own in figures]
+        columns[f"error_{name}"] = [each.error.get(name, np.nan) for each in rows]
+    columns["reason"] = [each.reason for each in rows]
+    columns["choice"] = [choice_words(asked, each.design.choice) for each in rows]
+    columns["seconds"] = [each.seconds for each in rows]
+    attributes = {"scene": asked.scene, "requirements": asked.identity, "version": __version__}
+    return xr.Dataset({name: ("design", values) for name, values in columns.items()}, attrs=attributes)
+
+
+def design_page(asked: Requirements, found: DesignAnswer, sensor: Sensor, folder: Path) -> str:
+    """Return the answer as one HTML text, its pictures inside."""
+    parts = {"answer": ("Recommended" if found.feasible else "Nearest design", _tables(asked, found))}
+    parts["pictures"] = ("Pictures", _pictures(folder))
+    parts["scene"] = ("Scene", f"<pre>{html.escape(scene_text(sensor))}</pre>")
+    nav = "".join(f'<a href="#{name}">{title}</a>' for name, (title, _) in parts.items())
+    sections = (f'<section id="{name}"><h2>{title}</h2>{text}</section>' for name, (title, text) in parts.items())
+    verdict = "every limit holds" if found.feasible else "no solved design holds every limit"
+    return Template(page_file("page.html")).substitute(
+        title=html.escape(sensor.name), subtitle=html.escape(f"{found.solves} designs solved; {verdict}"), tiles="",
+        nav=nav, sections="\n".join(sections), script="", css=page_file("page.css"),
+        footer=f"Made by sits-mech {html.escape(__version__)}.",
+    )  # fmt: skip
+
+
+def _tables(asked: Requirements, found: DesignAnswer) -> str:
+    """The tables and notes of an answer."""
+    every = design_tables(asked, found)
+    tables = "\n".join(f"<h3>{html.escape(str(each.title))}</h3>{html_table(each)}" for each in every)
+    notes = "".join(f"<li>{html.escape(line)}</li>" for line in found.notes)
+    return f"{tables}<ul class='words'>{notes}</ul>"
+
+
+def _pictures(folder: Path) -> str:
+    """The pictures of a folder with their captions."""
+    found = []
+    for name, caption in _CAPTIONS.items():
+        path = folder / f"{name}.png"
+        if path.is_file():
+            text = base64.b64encode(path.read_bytes()).decode()
+            image = f'<img src="data:image/png;base64,{text}" alt="{caption}">'
+            found.append(f"<figure>{image}<figcaption>{caption}</figcaption></figure>")
+    return "\n".join(found)
+
+

@@ -1,0 +1,150 @@
+"""What does a search for a design look like? The front, the landscape with its feasible region, figures and limits.
+
+Filled marks hold every limit, empty ones do not; the star is the recommended design. Shaded is where predictions of
+the recommended choice hold every limit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sits_mech.report.pictures.curves import new_figure
+from sits_mech.synthesis.answer import DesignAnswer, Landscape, unit_of
+from sits_mech.synthesis.answered import STRAIN, Answered, Task
+from sits_mech.synthesis.figures import INVERSE
+from sits_mech.synthesis.requirements import LEAST, Requirements
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_MOST = 4  # pairs of figures in the picture of the front
+_BAR = 1.3  # of a limit: what bars are cut at
+
+
+def design_pictures(asked: Requirements, found: DesignAnswer) -> dict[str, Callable[[], Figure]]:
+    """Return what draws each picture of an answer, by name."""
+    pictures: dict[str, Callable[[], Figure]] = {"front": lambda: front_picture(asked, found)}
+    if found.landscape is not None:
+        land = found.landscape
+        pictures["landscape"] = lambda: landscape_picture(found, land)
+    if any(each.limit is not None for each in found.figures):
+        pictures["limits"] = lambda: limits_picture(found)
+    return pictures
+
+
+def front_picture(asked: Requirements, found: DesignAnswer) -> Figure:
+    """Return what is minimised, or the first figure, against each other figure that is asked for."""
+    task = found.task
+    names = [name for name in {**task.goal, **task.limits} if name not in (STRAIN, INVERSE)]
+    names = [name for name in names if name in task.figures(found.best.table, found.best.plain)]
+    pairs = [(name, names[0]) for name in names[1 : 1 + _MOST]] or [(names[0], names[0])]
+    columns = min(len(pairs), 2)
+    rows = -(-len(pairs) // columns)
+    with new_figure(0.5 * rows if columns == 2 else 0.8, columns, rows) as (figure, axes):
+        for spot, (x, y) in zip(axes, pairs, strict=False):
+            _marks(spot, asked, found, (x, y))
+        for spot in axes[len(pairs) :]:
+            spot.set_visible(False)
+        handles, labels = axes[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 3))
+    return figure
+
+
+def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[str, str]) -> None:
+    """Draw all solved designs in the plane of two figures, a colour for each choice of the lists."""
+    task, choices = found.task, list(dict.fromkeys(each.design.choice for each in found.known))
+    for number, choice in enumerate(choices):
+        own = [each for each in found.known if each.design.choice == choice and each.carried]
+        for holds in (True, False):
+            some = [each for each in own if _holds(task, each) == holds]
+            x, y = ([_shown(task, each, name) for each in some] for name in names)
+            label = choice_words(asked, choice) if holds == any(_holds(task, each) for each in own) else None
+            spot.plot(x, y, f"C{number % 10}o", mfc=None if holds else "w", label=label)
+    best = [_shown(task, found.best, name) for name in names]
+    spot.plot(best[:1], best[1:], "k*", ms=7, label="recommended" if found.feasible else "nearest")
+    for name, line in zip(names, (spot.axvline, spot.axhline), strict=True):
+        if name in task.limits:
+            line(unit_of(name)[1] * task.limits[name], color="0.5", lw=0.8, ls="--")
+    spot.set(xlabel=_label(names[0]), ylabel=_label(names[1]))
+
+
+def choice_words(asked: Requirements, choice: tuple[int, ...]) -> str:
+    """Return a choice of the lists for a reader."""
+    values = [str(values[k]) for values, k in zip(asked.space.lists.values(), choice, strict=True)]
+    keys = [key.rpartition(".")[2] for key in asked.space.lists]
+    each = (value if key == "material" else f"{key} {value}" for key, value in zip(keys, values, strict=True))
+    return ", ".join(each) or "designs"
+
+
+def _holds(task: Task, each: Answered) -> bool:
+    """Whether a design holds every limit."""
+    excess = task.excess(task.figures(each.table, each.plain), each.table)
+    return each.carried and max(excess.values(), default=-1.0) <= 0.0
+
+
+def _shown(task: Task, each: Answered, name: str) -> float:
+    """A figure in the unit that it is shown in."""
+    return unit_of(name)[1] * task.figures(each.table, each.plain)[name]
+
+
+def _words(name: str) -> str:
+    """Return a figure's name for a picture."""
+    kind, _, part = name.partition(".")
+    return f"{kind} ${part}$" if "_" in part else name.replace("_", " ").replace(".", " ")
+
+
+def _label(name: str) -> str:
+    """Return a figure with its unit, for an axis."""
+    unit = unit_of(name)[0]
+    return f"{_words(name)} [{unit}]" if unit else _words(name)
+
+
+def landscape_picture(found: DesignAnswer, land: Landscape) -> Figure:
+    """Return what is minimised over the first one or two variables, shaded where every limit holds."""
+    task, ends = found.task, [key.rpartition(".")[2] for key in land.names]
+    names = [f"{key} [{unit}]" if unit else key for key, unit in zip(ends, land.units, strict=True)]
+    what = " + ".join(map(_words, task.goal)) or "largest excess of a limit"
+    shown = land.aim if task.goal else land.excess
+    at = [axis[0] + x * (axis[-1] - axis[0]) for axis, x in zip(land.axes, found.best.design.x, strict=False)]
+    with new_figure(0.75) as (figure, (spot,)):
+        if len(land.axes) == 1:
+            spot.plot(land.axes[0], shown, "C0")
+            spot.fill_between(
+                land.axes[0], 0.0, 1.0, where=(land.excess <= 0.0).tolist(), color="C2", alpha=0.15,
+                transform=spot.get_xaxis_transform(), label="every limit holds",
+            )  # fmt: skip
+            spot.set_xlim(land.axes[0][0], land.axes[0][-1])
+            spot.plot(at, [float(np.interp(at[0], land.axes[0], shown))], "k*", ms=7)
+            spot.set(xlabel=names[0], ylabel=f"{what}, relative")
+            spot.legend()
+            return figure
+        levels = np.unique(np.nanquantile(shown, np.linspace(0.02, 0.9, 10)).round(3))
+        lines = spot.contour(*land.axes, shown.T, levels, linewidths=0.7, cmap="viridis")
+        spot.clabel(lines, fontsize=6)
+        spot.contourf(*land.axes, land.excess.T, levels=[-np.inf, 0.0], colors=["C2"], alpha=0.15)
+        spot.contour(*land.axes, land.excess.T, levels=[0.0], colors="C2", linewidths=1.2)
+        spot.plot(at[:1], at[1:2], "k*", ms=7)
+        spot.set(xlabel=names[0], ylabel=names[1], title=f"{what}, relative; shaded: every limit holds")
+        spot.title.set_fontsize(7)
+    return figure
+
+
+def limits_picture(found: DesignAnswer) -> Figure:
+    """Return each figure over its limit with its error, and the yield."""
+    rows = [each for each in found.figures if each.limit]
+    with new_figure(0.12 * (len(rows) + 2) + 0.1) as (figure, (spot,)):
+        for number, each in enumerate(rows):
+            limit = each.limit or 1.0
+            share = limit / each.value if each.name in (*LEAST, INVERSE) else each.value / limit
+            error = 0.0 if np.isnan(each.error) else share * each.error / max(abs(each.value), 1e-300)
+            spot.barh(number, min(share, _BAR), xerr=error, color="C2" if share <= 1.0 else "C3", error_kw={"lw": 0.8})
+        labels = [_words(each.name) for each in rows]
+        spot.axvline(1.0, color="k", lw=0.8)
+        title = "" if np.isnan(found.share) else f"yield {100.0 * found.share:.3g} %"
+        spot.set(yticks=range(len(rows)), yticklabels=labels, xlim=(0.0, _BAR), xlabel="over its limit", title=title)
+        spot.invert_yaxis()
+    return figure

@@ -1,0 +1,261 @@
+"""What is a sensor worth, by its inductances at a few loads? Figures that limits and goals are put on.
+
+Loads lie on a grid of Chebyshev's points of each range; a polynomial through them gives inductances L(F) and slopes
+J = dL/dF everywhere in the box, linear in the table. With W the inverse of each coil's noise and
+``A = (J^T W^2 J)^-1 J^T W^2`` what reads forces,
+
+    resolution.F    sqrt (J^T W^2 J)^-1_kk at the worst load: one standard deviation [N, N m]
+    error.F         |e_k| at the worst load over the range of F_k, that the share `yield` of the sensors made stays
+                    below. A sensor that is off by dL(F) is tared at rest, and its reading of each component scaled at
+                    one known load F_k* alone, its largest, the others none:
+                        e' = A (dL(F) - dL(0)),      e_k(F) = e'_k(F) - F_k/F_k* e'_k(F_k*)
+                    and one reading's noise is no part of it
+    crosstalk_before_inverse
+                    largest share of a component's range that another one feigns at its own in the best linear readout,
+                    as in `readout.quality`
+    inverse         least det (A_mid J(F)): one in the middle, not positive where two loads show the same
+
+dL = sum_p delta_p dL/dp over tolerances p, normal and independent, to first order. Samples of them are the same for
+every design. The share of the samples whose figures hold all limits is the yield; of figures that no tolerance moves,
+the figure itself decides. Numbers only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from scipy.stats import norm, qmc
+
+from sits_mech.quantities import Array
+
+_COUNTS = {1: 5, 2: 5}  # loads along each component, by their number, three of more; one less to one side
+_FINE = {1: 17, 2: 7, 3: 5}
+_FEW, _MANY = 128, 4096  # samples of a search and of an answer
+INVERSE = "inverse"
+"""Name of the figure that tells whether there is one load for each reading."""
+
+
+class Loads(NamedTuple):
+    """Names of components and their values on a grid."""
+
+    names: tuple[str, ...]
+    axes: tuple[Array, ...]
+
+    @property
+    def span(self) -> Array:
+        """Range of each component, shape (d,)."""
+        return np.array([axis[-1] - axis[0] for axis in self.axes])
+
+
+def loads_between(ends: Mapping[str, tuple[float, float]]) -> Loads:
+    """Return Chebyshev's points, the ends among them, of the range of each component.
+
+    A range to both sides has no load among them, and half of its loads for nothing where the pad is symmetric.
+    """
+    count = _COUNTS.get(len(ends), 3)
+    each = {name: count - (count > 3 and -ends[name][0] != ends[name][1]) for name in ends}
+    axes = [0.5 * (a + b) + 0.5 * (b - a) * chebyshev.chebpts2(each[name]) for name, (a, b) in ends.items()]
+    return Loads(tuple(ends), tuple(np.where(np.abs(axis) < 1e-12 * np.ptp(axis), 0.0, axis) for axis in axes))
+
+
+@dataclass(frozen=True)
+class Operator:
+    """What makes inductances and slopes anywhere of those at the loads of a grid.
+
+    Attributes
+    ----------
+    loads : Loads
+    """
+
+    loads: Loads
+
+    @cached_property
+    def fine(self) -> list[Array]:
+        """Values of each component at which loads are looked at."""
+        count = _FINE.get(len(self.loads.names), 4)
+        return [np.linspace(axis[0], axis[-1], count) for axis in self.loads.axes]
+
+    @cached_property
+    def points(self) -> Array:
+        """Loads that are looked at, shape (m, d)."""
+        return np.stack(np.meshgrid(*self.fine, indexing="ij"), -1).reshape(-1, len(self.fine))
+
+    @cached_property
+    def known(self) -> Array:
+        """No load; then for each component its largest, the others none, shape (1 + d, d)."""
+        largest = [axis[int(np.argmax(np.abs(axis)))] for axis in self.loads.axes]
+        rest = np.array([np.clip(0.0, axis[0], axis[-1]) for axis in self.loads.axes])
+        return np.vstack([rest, rest + np.diag(largest - rest)])
+
+    @cached_property
+    def at_points(self) -> tuple[Array, Array]:
+        """Values (m, g) and derivatives (d, m, g) at the points, by the g values of a grid."""
+        return self.values(self.points), self.derivatives(self.points)
+
+    @cached_property
+    def at_known(self) -> tuple[Array, Array]:
+        """The same at the known loads."""
+        return self.values(self.known), self.derivatives(self.known)
+
+    def values(self, points: Array) -> Array:
+        """Return what gives values at points (m, d), shape (m, g)."""
+        return _products([_along(axis, x)[0] for axis, x in zip(self.loads.axes, points.T, strict=True)])
+
+    def derivatives(self, points: Array) -> Array:
+        """Return what gives the derivative by each component at points (m, d), shape (d, m, g)."""
+        each = [_along(axis, x) for axis, x in zip(self.loads.axes, points.T, strict=True)]
+        rows = range(len(each))
+        return np.stack([_products([one[int(k == own)] for k, one in enumerate(each)]) for own in rows])
+
+
+def _along(axis: Array, x: Array) -> tuple[Array, Array]:
+    """What gives values and slopes at x (m,) by values on an axis (k,), shape (m, k) each."""
+    half, middle = 0.5 * (axis[-1] - axis[0]), 0.5 * (axis[-1] + axis[0])
+    s, t = (axis - middle) / half, (x - middle) / half
+    inverse = np.linalg.inv(chebyshev.chebvander(s, len(s) - 1))
+    slope = chebyshev.chebder(np.eye(len(s)), axis=0)
+    rate = chebyshev.chebvander(t, len(s) - 2) @ slope / half
+    return chebyshev.chebvander(t, len(s) - 1) @ inverse, rate @ inverse
+
+
+def _products(parts: list[Array]) -> Array:
+    """Products over the axes, the last running fastest, shape (m, g)."""
+    found = np.ones((len(parts[0]), 1))
+    for part in parts:
+        found = (found[:, :, None] * part[:, None]).reshape(len(part), -1)
+    return found
+
+
+class Table(NamedTuple):
+    """Inductances (g, n) at the loads of a grid [H], their derivatives by tolerances (p, g, n), noise (n,) [H]."""
+
+    L: Array
+    by_tolerance: Array
+    noise: Array
+
+
+@dataclass(frozen=True)
+class Judge:
+    """What tells the figures of tables on one grid.
+
+    Attributes
+    ----------
+    operator : Operator
+    deviations : ndarray, shape (p,)
+        Of the tolerances that tables have derivatives by.
+    limits : dict
+        Of figures, as of `Requirements`.
+    share : float
+        Of the sensors made.
+    """
+
+    operator: Operator
+    deviations: Array
+    limits: Mapping[str, float]
+    share: float
+
+    @cached_property
+    def few(self) -> Array:
+        """Deviations of a few sensors, shape (s, p), as every search has them."""
+        return self.samples(_FEW)
+
+    def samples(self, count: int) -> Array:
+        """Return deviations of the tolerances, shape (count, p)."""
+        if not len(self.deviations):
+            return np.zeros((1, 0))
+        unit = qmc.Sobol(len(self.deviations), rng=np.random.default_rng(0)).random_base2(int(np.log2(count)))
+        return np.asarray(norm.ppf(np.clip(unit, 1e-6, 1.0 - 1e-6)) * self.deviations)
+
+    def figures(self, table: Table) -> dict[str, float]:
+        """Return resolution, error, crosstalk_before_inverse and inverse."""
+        names, span = self.operator.loads.names, self.operator.loads.span
+        slopes = self._slopes(table.L)
+        resolution = np.sqrt(_variances(slopes, table.noise)).max(axis=0)
+        found = dict(zip((f"resolution.{name}" for name in names), resolution.tolist(), strict=True))
+        error = np.zeros(len(span))
+        if len(self.deviations):
+            error = np.quantile(self._worst_errors(table, self.few) / span, self.share, axis=0)
+        found |= dict(zip((f"error.{name}" for name in names), error.tolist(), strict=True))
+        reader = _readers(slopes, table.noise)
+        found[INVERSE] = float(np.min(np.linalg.det(reader[len(reader) // 2] @ slopes)))
+        if len(names) > 1:
+            found["crosstalk_before_inverse"] = self._crosstalk(table.L)
+        return found
+
+    def excess(self, table: Table, count: int = _FEW) -> Array:
+        """Return by how much each of many sensors fails the limit that it fails most, over the limit, shape (s,)."""
+        samples = self.few if count == _FEW else self.samples(count)
+        names, span = self.operator.loads.names, self.operator.loads.span
+        found = np.full(len(samples), -1.0)
+        by_force = [self.limits.get(f"{kind}.{name}") for kind in ("error", "resolution") for name in names]
+        if any(limit is not None for limit in by_force[: len(names)]):
+            worst = self._worst_errors(table, samples) / span
+            for k, limit in enumerate(by_force[: len(names)]):
+                found = found if limit is None else np.maximum(found, worst[:, k] / limit - 1.0)
+        if any(limit is not None for limit in by_force[len(names) :]):
+            sigma = self._resolutions(table, samples)
+            for k, limit in enumerate(by_force[len(names) :]):
+                found = found if limit is None else np.maximum(found, sigma[:, k] / limit - 1.0)
+        return found
+
+    def _slopes(self, L: Array) -> Array:
+        """dL/dF at the points, shape (m, n, d)."""
+        return np.moveaxis(self.operator.at_points[1] @ L, 0, 2)
+
+    def _resolutions(self, table: Table, samples: Array) -> Array:
+        """Standard deviations at the worst load of each sensor, shape (s, d)."""
+        parts = np.array([self._slopes(each) for each in table.by_tolerance])
+        own = self._slopes(table.L)
+        found = np.empty((len(samples), own.shape[2]))
+        for k in range(0, len(samples), _FEW):
+            some = own + np.tensordot(samples[k : k + _FEW], parts, 1) if len(parts) else own[None]
+            found[k : k + _FEW] = np.sqrt(_variances(some, table.noise)).max(axis=1)
+        return found
+
+    def _worst_errors(self, table: Table, samples: Array) -> Array:
+        """Largest misreading over the loads by each sensor that is off, shape (s, d) [N, N m]."""
+        d = len(self.operator.loads.names)
+        if not len(table.by_tolerance):
+            return np.zeros((len(samples), d))
+        (here, _), (there, slopes) = self.operator.at_points, self.operator.at_known
+        at_rest = there[0] @ table.by_tolerance  # (p, n)
+        off = here @ table.by_tolerance - at_rest[:, None]
+        known = np.moveaxis(slopes @ table.L, 0, 2)[1:]
+        known_off = there[1:] @ table.by_tolerance - at_rest[:, None]
+        known_off = np.einsum("dkn,pdn->pdk", _readers(known, table.noise), known_off)
+        gain = np.stack([known_off[:, k, k] for k in range(d)], -1) / np.diag(self.operator.known[1:])
+        wrong = np.einsum("mdn,pmn->pmd", _readers(self._slopes(table.L), table.noise), off)
+        wrong -= gain[:, None] * self.operator.points
+        found = np.empty((len(samples), d))
+        for k in range(0, len(samples), _FEW):
+            found[k : k + _FEW] = np.abs(np.tensordot(samples[k : k + _FEW], wrong, 1)).max(axis=1)
+        return found
+
+    def _crosstalk(self, L: Array) -> float:
+        """Largest share of a range that another component feigns in the best linear readout."""
+        points, span = self.operator.points, self.operator.loads.span
+        here = self.operator.at_points[0] @ L
+        scale = np.ptp(here, axis=0)
+        design = np.hstack([(here - here.mean(axis=0)) / scale, np.ones((len(here), 1))])
+        found = np.linalg.lstsq(design, points, rcond=None)[0]
+        wrong = (design @ found - points).reshape(*(len(axis) for axis in self.operator.fine), -1)
+        axes = range(wrong.ndim - 1)
+        nearest = [int(np.argmin(np.abs(axis))) for axis in self.operator.fine]
+        each = [np.abs(wrong - np.take(wrong, [nearest[k]], axis=k)).max(axis=tuple(axes)) / span for k in axes]
+        return float(max(each[j][k] for j in axes for k in axes if j != k))
+
+
+def _variances(slopes: Array, noise: Array) -> Array:
+    """Variances of the forces by slopes (..., n, d) and noise (n,), shape (..., d)."""
+    seen = slopes / noise[:, None]
+    return np.asarray(np.abs(np.diagonal(np.linalg.pinv(np.swapaxes(seen, -1, -2) @ seen), axis1=-2, axis2=-1)))
+
+
+def _readers(slopes: Array, noise: Array) -> Array:
+    """What reads forces of inductances, shape (..., d, n)."""
+    return np.asarray(np.linalg.pinv(slopes / noise[:, None]) / noise)

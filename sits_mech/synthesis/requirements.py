@@ -1,0 +1,285 @@
+"""What does a requirement file ask? Loads that a sensor meets, what may vary, what it must hold, what is best.
+
+    scene = "biorob2018-w15"             # a scene file beside this one, or a name of the catalogue
+    [loads]                              # ranges of components of the load, as of `Wrench`
+    F_x = ["-1 N", "1 N"]
+    F_z = ["0 N", "4 N"]
+    overload = 1.5                       # times the loads, carried without harm; 1 by default
+    [vary]                               # keys of the scene in quotes: bounds, or a list
+    "elastomer.thickness" = { from = "1 mm", to = "6 mm" }
+    "elastomer.material" = ["ecoflex-00-30", "dragon-skin-10"]
+    "coils.*.turns" = [8, 10, 12]        # a star stands for every coil
+    [require]                            # limits of figures, all optional
+    resolution = { F_x = "10 mN", F_z = "20 mN" }
+    error = { F_z = "5 %" }
+    crosstalk_before_inverse = "60 %"
+    hysteresis = "5 %"
+    rate = "100 Hz"
+    footprint = ["25 mm", "25 mm"]
+    height = "8 mm"
+    [tolerance]                          # one standard deviation of what is made, independent and normal
+    "elastomer.thickness" = "0.05 mm"
+    modulus = "10 %"                     # all stiffnesses of the silicone together
+    coil_offset = "0.1 mm"               # of the coils beside the pad, along x and along y
+    repeatability = "0.01 %"             # of one reading of an inductance, beside the converter's noise
+    [goal]
+    minimise = "error.F_z"               # a figure, {figure = weight, ...}, or "feasible"
+    yield = "95 %"                       # share of the sensors made that must hold every limit
+
+Each figure's meaning stands in `figures.py`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sits_mech.quantities import UNITS, WRENCH
+from sits_mech.scene.files import read_table
+from sits_mech.scene.materials import unknown
+from sits_mech.scene.sensor import SceneError, Sensor, changed, load_sensor, scene_text
+from sits_mech.synthesis.space import Space, space_of
+from sits_mech.units import quantity, shown
+
+KEYS = ("scene", "loads", "vary", "require", "tolerance", "goal")
+BY_FORCE = {"resolution": "", "error": "-"}
+"""Figures that every component of the load has one of; resolution in its own unit."""
+PLAIN = {"crosstalk_before_inverse": "", "hysteresis": "", "rate": "Hz", "height": "m"}
+"""The other figures, with their units."""
+LEAST = ("rate",)
+"""Figures that must be at least so much; the others at most."""
+SPECIAL = {"modulus": "", "coil_offset": "m", "repeatability": ""}
+"""Tolerances that are no key of the scene."""
+_YIELD = 0.95
+_MOST_LISTED = 200  # combinations of lists
+
+
+@dataclass(frozen=True)
+class Requirements:
+    """What is asked; made by `read_requirements` or `requirements_of`.
+
+    Attributes
+    ----------
+    scene : str
+        What every design starts from, as of `scene_text`.
+    loads : dict
+        Least and greatest of each component that varies [N, N m].
+    overload : float
+        Times the loads, that the pad carries.
+    space : Space
+        What may vary.
+    limits : dict
+        Of each figure that is asked, by its name such as "resolution.F_x", "footprint.x", "height" [SI].
+    tolerance : dict
+        Standard deviation of each key of the scene [SI], "modulus" [-], "coil_offset" [m], "repeatability" [-].
+    goal : dict
+        Weight of each figure that is minimised, over its limit, or its size where it has none; empty: the first
+        design that holds all limits is taken.
+    least_yield : float
+        Share of the sensors made that must hold every limit.
+    """
+
+    scene: str
+    loads: dict[str, tuple[float, float]]
+    overload: float
+    space: Space
+    limits: dict[str, float]
+    tolerance: dict[str, float]
+    goal: dict[str, float]
+    least_yield: float
+
+    @property
+    def identity(self) -> str:
+        """What makes it these requirements and no others, as JSON."""
+        rest = [self.loads, self.overload, self.space.record, self.limits, self.tolerance, self.goal, self.least_yield]
+        return json.dumps([self.scene, *rest], indent=1)
+
+    @property
+    def forces(self) -> tuple[str, ...]:
+        """The components that vary."""
+        return tuple(self.loads)
+
+
+def read_requirements(path: Path) -> Requirements:
+    """Read a requirement file.
+
+    Parameters
+    ----------
+    path : Path
+        TOML.
+
+    Raises
+    ------
+    SceneError
+        One line: the file, the key, what it must be, what came.
+    """
+    table = read_table(path)
+    try:
+        return requirements_of(table, path.parent)
+    except SceneError as error:
+        raise SceneError(f"{path}: {error}") from None
+
+
+def requirements_of(table: Mapping[str, Any], folder: Path = Path()) -> Requirements:
+    """Return the requirements that tables, as of a file in a folder, ask for; errors as of `read_requirements`."""
+    for key in table:
+        if key not in KEYS:
+            raise SceneError(f"key {unknown(key, KEYS)}")
+    for key in ("scene", "loads", "vary"):
+        if key not in table:
+            raise SceneError(f"{key}: must be given; it is missing")
+    place = folder / str(table["scene"])
+    sensor = load_sensor(place if place.is_file() else str(table["scene"]))
+    if sensor.target is None or sensor.elastomer is None:
+        raise SceneError("scene: must have a target and an elastomer")
+    loads, overload = _loads(_part(table, "loads"))
+    space = space_of(sensor, _part(table, "vary"))
+    limits = _limits(_part(table, "require"), tuple(loads))
+    tolerance = _tolerance(_part(table, "tolerance"), sensor, space)
+    goal, least_yield = _goal(_part(table, "goal"), limits, tuple(loads))
+    found = Requirements(scene_text(sensor), loads, overload, space, limits, tolerance, goal, least_yield)
+    _check_together(found, sensor)
+    return found
+
+
+def figure_names(forces: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of all figures of a sensor for some components of the load."""
+    return (*(f"{kind}.{name}" for kind in BY_FORCE for name in forces), *PLAIN, "footprint.x", "footprint.y")
+
+
+def _part(table: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    """Return a table of the file, empty where it is not there."""
+    part = table.get(name, {})
+    if not isinstance(part, dict):
+        raise SceneError(f"{name}: must be a table; got {shown(part)}")
+    return part
+
+
+def _loads(table: Mapping[str, Any]) -> tuple[dict[str, tuple[float, float]], float]:
+    """Return the ranges of the loads, in the order of `WRENCH`, and the overload."""
+    for key in table:
+        if key not in (*WRENCH, "overload"):
+            raise SceneError(f"loads: {unknown(key, (*WRENCH, 'overload'))}")
+    found = {}
+    for name in WRENCH:
+        if name not in table:
+            continue
+        ends = table[name]
+        if not isinstance(ends, list) or len(ends) != 2:
+            raise SceneError(f'loads.{name}: must be least and greatest, such as ["0 N", "4 N"]; got {shown(ends)}')
+        low, high = (quantity(end, UNITS[name], f"loads.{name}") for end in ends)
+        if not low < high or low > 0.0 or high < 0.0:
+            raise SceneError(f"loads.{name}: must rise, with no load between its ends; got {shown(ends)}")
+        found[name] = (low, high)
+    if not found:
+        raise SceneError(f"loads: must name at least one of {', '.join(WRENCH)}; got none")
+    overload = quantity(table.get("overload", 1.0), "", "loads.overload")
+    if not overload >= 1.0:
+        raise SceneError(f"loads.overload: must be 1 or more; got {overload:g}")
+    return found, overload
+
+
+def _limits(table: Mapping[str, Any], forces: tuple[str, ...]) -> dict[str, float]:
+    """Return the limits of the figures, by their names."""
+    known = (*BY_FORCE, *PLAIN, "footprint")
+    found: dict[str, float] = {}
+    for key, item in table.items():
+        if key not in known:
+            raise SceneError(f"require: {unknown(key, known)}")
+        if key in BY_FORCE:
+            if not isinstance(item, dict) or not set(item) <= set(forces) or not item:
+                form = f"a table of some of {', '.join(forces)}"
+                raise SceneError(f"require.{key}: must be {form}; got {shown(item)}")
+            unit = {name: UNITS[name] if key == "resolution" else "" for name in item}
+            found |= {f"{key}.{name}": quantity(item[name], unit[name], f"require.{key}.{name}") for name in item}
+        elif key == "footprint":
+            if not isinstance(item, list) or len(item) != 2:
+                form = 'two lengths, such as ["25 mm", "25 mm"]'
+                raise SceneError(f"require.footprint: must be {form}; got {shown(item)}")
+            sides = {f"footprint.{axis}": side for axis, side in zip("xy", item, strict=True)}
+            found |= {name: quantity(side, "m", f"require.{name}") for name, side in sides.items()}
+        else:
+            found[key] = quantity(item, PLAIN[key], f"require.{key}")
+    for name, value in found.items():
+        if not value > 0.0:
+            raise SceneError(f"require.{name}: must be positive; got {value:g}")
+    return found
+
+
+def _tolerance(table: Mapping[str, Any], sensor: Sensor, space: Space) -> dict[str, float]:
+    """Return the standard deviations; of keys of the scene those of a number or a length."""
+    found = {}
+    for key, item in table.items():
+        if key in SPECIAL:
+            found[key] = quantity(item, SPECIAL[key], f"tolerance.{key}")
+        elif key in space.lists:
+            raise SceneError(f"tolerance.{key}: must be of a length or a number; a list varies it")
+        else:
+            own = space.number(sensor, key)
+            if own is None:
+                known = (*SPECIAL, "a dotted key of a length or number of the scene")
+                raise SceneError(f"tolerance: {key} must be one of {', '.join(known)}")
+            found[key] = quantity(item, "m" if isinstance(item, str) else "", f"tolerance.{key}")
+        if not 0.0 < found[key] < np.inf:
+            raise SceneError(f"tolerance.{key}: must be a positive standard deviation; got {shown(item)}")
+    return found
+
+
+def _goal(
+    table: Mapping[str, Any], limits: Mapping[str, float], forces: tuple[str, ...]
+) -> tuple[dict[str, float], float]:
+    """Return the weights of what is minimised, and the yield."""
+    for key in table:
+        if key not in ("minimise", "yield"):
+            raise SceneError(f"goal: {unknown(key, ('minimise', 'yield'))}")
+    asked = table.get("minimise", "feasible")
+    weights = {asked: 1.0} if isinstance(asked, str) else asked
+    if not isinstance(weights, dict) or not weights:
+        raise SceneError(f'goal.minimise: must be a figure, {{figure = weight}} or "feasible"; got {shown(asked)}')
+    known, found = figure_names(forces), {}
+    for name, weight in weights.items():
+        if name == "feasible" and len(weights) == 1:
+            continue
+        for each in (f"{name}.x", f"{name}.y") if name == "footprint" else (name,):
+            if each not in known:
+                raise SceneError(f"goal.minimise: {unknown(each, (*known, 'feasible'))}")
+            found[each] = quantity(weight, "", f"goal.minimise.{name}")
+            if not found[each] > 0.0:
+                raise SceneError(f"goal.minimise.{name}: must be a positive weight; got {shown(weight)}")
+    if not found and not limits:
+        raise SceneError("goal: must name a figure to minimise where nothing is required")
+    share = quantity(table.get("yield", _YIELD), "", "goal.yield")
+    if not 0.5 <= share < 1.0:
+        raise SceneError(f"goal.yield: must be a share from 50 % to below 100 %; got {share:g}")
+    return found, share
+
+
+def _check_together(found: Requirements, sensor: Sensor) -> None:
+    """Refuse requirements that contradict each other."""
+    n, asked = len(sensor.coils), (*found.limits, *found.goal)
+    by_force = [name for name in asked if name.partition(".")[0] in BY_FORCE]
+    if n < len(found.forces) and by_force:
+        raise SceneError(f"loads: must be at most {n} components for as many coils; got {', '.join(found.forces)}")
+    least, height = found.space.least_height(sensor), found.limits.get("height", np.inf)
+    if height <= least:
+        most = f"more than the layer's least thickness, {least:g} m"
+        raise SceneError(f"require.height: must be {most}; got {height:g} m")
+    if "hysteresis" in asked:
+        _check_history(found.space, sensor)
+
+
+def _check_history(space: Space, sensor: Sensor) -> None:
+    """Refuse a hysteresis of silicones whose rate and softening are not known."""
+    key = "elastomer.material"
+    for value in space.lists.get(key, (None,)):
+        other = sensor if value is None else changed(sensor, space.overrides({key: value}))
+        silicone = None if other.elastomer is None else other.elastomer.silicone
+        if silicone is not None and not silicone.prony and silicone.mullins is None:
+            name = silicone.name or "the scene's silicone"
+            what = "needs prony or mullins of every silicone"
+            raise SceneError(f"require.hysteresis: {what}; of {name} both are unknown")

@@ -1,0 +1,183 @@
+"""From requirements to a sensor: search, round, solve anew, answer.
+
+The search solves coarsely (`COARSE`); its best design is moved to round numbers, of which those that promise most are
+solved at the finer tolerance. A design whose figures are nearer to their limits than their errors is solved once more,
+finer still, before it is judged. Everything that was solved is kept, so that a run that was stopped goes on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sits_mech.chain.omissions import strain_bound
+from sits_mech.quantities import Array, Wrench
+from sits_mech.scene.sensor import SceneError
+from sits_mech.synthesis.answer import (
+    DesignAnswer,
+    figures_of,
+    front_of,
+    landscape_of,
+    lost_values,
+    made_share,
+    prices,
+    rounded,
+    sensitivities,
+    tied_with,
+)
+from sits_mech.synthesis.answered import Answered
+from sits_mech.synthesis.requirements import Requirements, read_requirements, requirements_of
+from sits_mech.synthesis.search import MOST, Branch, Search
+from sits_mech.synthesis.solve import Solver
+from sits_mech.synthesis.space import Design
+
+COARSE, FINE, FINEST = 5e-2, 1e-2, 3e-3
+"""Tolerances of the chain: of the search, of the recommended design, and where that is not enough."""
+_TRIES = 3  # round designs that are solved
+
+Told = Callable[[int, int, str], None]
+"""Called with the number of designs solved, the most there will be, and the last one in words."""
+
+
+def design(
+    requirements: Requirements | Mapping[str, Any] | str | Path, *, folder: Path | None = None, most: int = MOST,
+    seed: int = 0, told: Told | None = None,
+) -> DesignAnswer:  # fmt: skip
+    """Return the best sensor for some requirements.
+
+    Parameters
+    ----------
+    requirements : Requirements, mapping, or path
+        As of `requirements.py`: its tables, or a TOML file of them.
+    folder : Path, optional
+        Where solved designs are kept, and looked for first.
+    most : int
+        Designs that the search solves at most.
+    seed : int
+        Of its starts.
+    told : callable, optional
+        For progress.
+
+    Raises
+    ------
+    SceneError
+        For requirements that are none, or loads that no design within the bounds carries.
+    """
+    asked = _asked(requirements)
+    run = _Run(asked, folder, most, told)
+    search = Search(run.coarse.task, asked.space.choices, len(asked.space.variables), run.solve, run.start, most, seed)
+    known = search.run()
+    good = [each for each in known if each.carried]
+    if not good:
+        least = min(known, key=lambda each: min(each.plain.values(), default=np.inf))
+        words = f"{asked.space.words(least.design)}: {least.reason}"
+        raise SceneError(f"loads: no design within the bounds answers them; {words}")
+    best, task = run.refined(search, min(good, key=search.merit)), search.task
+    branch = next(each for each in search.branches if each.choice == best.design.choice)
+    figures = figures_of(task, best)
+    share = made_share(task, best)
+    feasible = search.merit(best) <= task.aim(task.figures(best.table, best.plain)) and not share < asked.least_yield
+    return DesignAnswer(
+        task, feasible, best, asked.space.values(best.design), figures, share, prices(search, branch, best),
+        sensitivities(task, best, asked.space.names), front_of(task, [best, *known]), tuple(known),
+        lost_values(asked, search, known, best), tied_with(asked, search, known, best), run.count,
+        landscape_of(asked, search, branch.prediction, best), run.notes(best),
+    )  # fmt: skip
+
+
+def _asked(requirements: Requirements | Mapping[str, Any] | str | Path) -> Requirements:
+    """Return requirements, read where they are a file's."""
+    if isinstance(requirements, Requirements):
+        return requirements
+    if isinstance(requirements, Mapping):
+        return requirements_of(requirements)
+    return read_requirements(Path(requirements))
+
+
+@dataclass
+class _Run:
+    """A run: solvers, and what was solved."""
+
+    asked: Requirements
+    folder: Path | None
+    most: int
+    told: Told | None
+    count: int = 0
+
+    @property
+    def coarse(self) -> Solver:
+        """What answers designs of the search."""
+        return Solver(self.asked, COARSE, self.folder)
+
+    def solve(self, wanted: Design, tolerance: float = COARSE) -> Answered:
+        """Solve a design, and tell."""
+        found = replace(self.coarse, tolerance=tolerance)(wanted)
+        self.count += 1
+        if self.told is not None:
+            self.told(self.count, self.most + _TRIES, self.asked.space.words(wanted))
+        return found
+
+    def start(self, choice: tuple[int, ...], attempt: int) -> Array | None:
+        """Return where a choice begins: the middle, then the corner of least strain by linear theory."""
+        middle = np.full(len(self.asked.space.variables), 0.5)
+        if attempt == 0:
+            return middle
+        if attempt > 1 or not len(middle):
+            return None
+        ends = {name: self.asked.overload * max(pair, key=abs) for name, pair in self.asked.loads.items()}
+        corners = [middle, *(middle + side * 0.45 * row for row in np.eye(len(middle)) for side in (1.0, -1.0))]
+        bounds = []
+        for x in corners:
+            try:
+                sensor = self.asked.space.sensor(Design(choice, tuple(x.tolist())))
+            except SceneError:
+                bounds.append(np.inf)
+            else:
+                bounds.append(strain_bound(sensor, [Wrench(**ends)]))
+        slope = [np.sign(bounds[2 + 2 * k] - bounds[1 + 2 * k]) for k in range(len(middle))]
+        return np.asarray(np.clip(middle + 0.45 * np.nan_to_num(np.array(slope)), 0.0, 1.0))
+
+    def refined(self, search: Search, best: Answered) -> Answered:
+        """Return the best design in round numbers, solved finer."""
+        branch = next(each for each in search.branches if each.choice == best.design.choice)
+        tries = sorted(rounded(self.asked, best.design), key=lambda each: _promise(search, branch, each))
+        found: list[Answered] = []
+        for wanted in tries[:_TRIES]:
+            found.append(self.solve(wanted, FINE))
+            if _holds(search, found[-1]):
+                break
+        chosen = min(found, key=search.merit)
+        if not chosen.carried:
+            return best
+        if any(each.holds == "within its error" for each in figures_of(search.task, chosen)):
+            finer = self.solve(chosen.design, FINEST)
+            chosen = finer if finer.carried else chosen
+        return chosen
+
+    def notes(self, best: Answered) -> tuple[str, ...]:
+        """Return what a designer must know of the answer besides."""
+        sensor = self.asked.space.sensor(best.design)
+        found = []
+        if sensor.elastomer is not None and sensor.elastomer.silicone.spread:
+            spread = sensor.elastomer.silicone.spread
+            found.append(
+                f"the sources of {sensor.elastomer.silicone.name or 'the silicone'} differ by {1.0 + spread:.3g} in "
+                f"stress: forces may be off by as much; measure the own silicone"
+            )
+        return tuple(found)
+
+
+def _holds(search: Search, found: Answered) -> bool:
+    """Say whether a solved design holds all limits."""
+    excess = search.task.excess(search.task.figures(found.table, found.plain), found.table)
+    return found.carried and max(excess.values(), default=-1.0) <= 0.0
+
+
+def _promise(search: Search, branch: Branch, wanted: Design) -> float:
+    """Merit of a design by the predictions of its choice."""
+    x = np.array(wanted.x, dtype=float)
+    return search.predicted(branch.prediction, x)

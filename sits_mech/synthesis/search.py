@@ -1,0 +1,224 @@
+"""Which design is best? Solves where predictions promise most, by a trust region in every choice of the lists.
+
+With a(x) what is minimised and c_j(x) <= 0 the limits, over themselves, of one choice,
+
+    minimise  a(x) + W s,     c_j(x) <= s,   s >= 0,   |x - x_best| <= r,
+
+on predictions (prediction.py) by sequential quadratic programming from the best of many points; W s leads back where
+limits do not hold. The point is solved, becomes part of the predictions, and the radius r follows how well it was
+foretold. Every choice is solved once; after that the one whose prediction promises most is next, so that choices which
+cannot win are left as they are. A choice rests when its next point is one that was solved, or promises no gain.
+
+Source: N. M. Alexandrov, J. E. Dennis, R. M. Lewis, V. Torczon, Struct. Optim. 15 (1998) 16, trust regions for
+predictions; D. Kraft, DFVLR-FB 88-28 (1988), the programming.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.optimize import Bounds, NonlinearConstraint, minimize
+from scipy.stats import qmc
+
+from sits_mech.quantities import Array
+from sits_mech.synthesis.answered import Answered, Task
+from sits_mech.synthesis.prediction import Prediction
+from sits_mech.synthesis.space import Design
+
+Solve = Callable[[Design], Answered]
+MOST = 60
+"""Designs that a search solves."""
+_WEIGHT = 30.0  # of an exceeded limit, against what is minimised
+_HELD = 2e-3  # excess of a limit that is none to a search: less than figures are known to
+_CLOSE = 0.004  # of the box: a point as near to a solved one is solved
+_GAIN = 2e-3  # of what is minimised: less is not worth a solve
+_LOOKED_AT, _STARTS = 64, 4  # points of a box, and those of them that programming starts at
+_WIDER, _NARROWER = 2.0, 0.4
+_GOOD, _BAD = 0.75, 0.25  # of what was promised came true
+_RADIUS, _LEAST_RADIUS = 0.35, 0.004  # of trust, of the box
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A point with what is promised there."""
+
+    x: Array
+    merit: float
+
+
+@dataclass
+class Branch:
+    """The search of one choice: what is known of it, radius of trust, whether it rests."""
+
+    choice: tuple[int, ...]
+    known: list[Answered] = field(default_factory=list)
+    radius: float = _RADIUS
+    done: bool = False
+    promise: Proposal | None = None
+
+    @property
+    def prediction(self) -> Prediction:
+        """What is known as predictions."""
+        solved = [each for each in self.known if each.carried]
+        return Prediction(solved, [each for each in self.known if not each.carried and each.plain])
+
+
+@dataclass
+class Search:
+    """A search over choices.
+
+    Attributes
+    ----------
+    task : Task
+    choices : sequence
+        As of `Space.choices`.
+    count : int
+        Of the variables.
+    solve : callable
+        Design in, what came of it out.
+    start : callable
+        Choice in, the point to solve first out; another one where that failed, None where there is none.
+    seed : int
+        Of the starts.
+    """
+
+    task: Task
+    choices: Sequence[tuple[int, ...]]
+    count: int
+    solve: Solve
+    start: Callable[[tuple[int, ...], int], Array | None]
+    most: int = MOST
+    seed: int = 0
+    branches: list[Branch] = field(default_factory=list)
+    solved: int = 0
+    missed: list[float] = field(default_factory=list)
+
+    def run(self) -> list[Answered]:
+        """Search, and return everything that was solved."""
+        self.branches = [Branch(choice) for choice in self.choices]
+        for branch in self.branches:
+            self._begin(branch)
+        while self.solved < self.most and (open_ := [each for each in self.branches if not each.done]):
+            for each in open_:
+                each.promise = each.promise or self.propose(each)
+            branch = min(open_, key=self._hope)
+            if self._rests(branch) or (not self.task.goal and self.best_merit <= 0.0):
+                branch.done = True
+            else:
+                self._step(branch)
+        return [each for branch in self.branches for each in branch.known]
+
+    @property
+    def best_merit(self) -> float:
+        """Least merit of all that was solved."""
+        return min((self.merit(each) for branch in self.branches for each in branch.known), default=np.inf)
+
+    def merit(self, found: Answered) -> float:
+        """Return what is minimised of a solved design, exceeded limits added; infinite of one without a table."""
+        if not found.carried:
+            return np.inf
+        return self._merit(found.table, found.plain)
+
+    def predicted(self, prediction: Prediction, x: Array) -> float:
+        """Return the merit that is foretold of a point."""
+        return self._merit(prediction.table(x), prediction.plain(x))
+
+    def _merit(self, table: object, plain: dict[str, float]) -> float:
+        """The same of figures, known or predicted."""
+        figures = self.task.figures(table, plain)  # type: ignore[arg-type]
+        worst = max(self.task.excess(figures, table).values(), default=0.0)  # type: ignore[arg-type]
+        return self.task.aim(figures) + _WEIGHT * max(worst - _HELD, 0.0)
+
+    def _begin(self, branch: Branch) -> None:
+        """Solve a choice where it starts; where that fails, where it starts else."""
+        for attempt in range(3):
+            x = self.start(branch.choice, attempt)
+            if x is None or self.solved >= self.most:
+                break
+            self._add(branch, x)
+            if branch.known[-1].carried:
+                break
+        branch.done = not branch.prediction.solved or self.count == 0
+
+    def _add(self, branch: Branch, x: Array) -> Answered:
+        """Solve a point of a choice."""
+        found = self.solve(Design(branch.choice, tuple(float(each) for each in x)))
+        branch.known.append(found)
+        branch.promise, self.solved = None, self.solved + 1
+        if found.carried and not self.task.sizes:
+            self.task = replace(self.task, sizes=self.task.figures(found.table, found.plain))
+        return found
+
+    def _hope(self, branch: Branch) -> float:
+        """Return what a choice may come to: its promise, and as much better as first promises were wrong by."""
+        promise = np.inf if branch.promise is None else branch.promise.merit
+        first = len(branch.prediction.solved) == 1 and self.missed
+        return promise - (float(np.mean(self.missed)) if first else 0.0)
+
+    def _rests(self, branch: Branch) -> bool:
+        """Say whether a choice has no more to promise."""
+        if branch.promise is None or branch.prediction.distance(branch.promise.x) < _CLOSE:
+            return True
+        return self.best_merit - self._hope(branch) < _GAIN * max(abs(self.best_merit), 1e-12)
+
+    def _step(self, branch: Branch) -> None:
+        """Solve what a choice proposes, and trust its predictions as they proved."""
+        if branch.promise is None:
+            return
+        before, promise, single = min(self.merit(each) for each in branch.known), branch.promise, len(branch.known) == 1
+        found = self._add(branch, promise.x)
+        promised, came = before - promise.merit, before - self.merit(found)
+        if single and np.isfinite(came):
+            self.missed.append(abs(came - promised))
+        if came >= _GOOD * promised:
+            branch.radius = min(_WIDER * branch.radius, 1.0)
+        elif came < _BAD * promised:
+            branch.radius *= _NARROWER
+        branch.done = branch.radius < _LEAST_RADIUS
+
+    def propose(self, branch: Branch) -> Proposal:
+        """Return the point of a choice that promises most within its radius of trust."""
+        prediction = branch.prediction
+        best = min(prediction.solved, key=self.merit)
+        bounds = [(max(0.0, x - branch.radius), min(1.0, x + branch.radius)) for x in best.point]
+        low, high = np.array(bounds).T
+        unit = qmc.Sobol(self.count, rng=np.random.default_rng(self.seed)).random(_LOOKED_AT)
+        seen = [Proposal(x, self.predicted(prediction, x)) for x in (best.point, *(low + (high - low) * unit))]
+        starts = [seen[0], *sorted(seen[1:], key=lambda each: each.merit)[: _STARTS - 1]]
+        found = [self._minimised(prediction, start.x, bounds) for start in starts]
+        return min([*seen, *found], key=lambda each: each.merit)
+
+    def _minimised(self, prediction: Prediction, start: Array, bounds: list[tuple[float, float]]) -> Proposal:
+        """Return where sequential quadratic programming on predictions ends."""
+
+        last: dict[bytes, tuple[float, Array]] = {}
+
+        def seen(x: Array) -> tuple[float, Array]:
+            """What is minimised, and the limits; both are asked for at every point."""
+            key = x.tobytes()
+            if key not in last:
+                table, plain = prediction.table(x), prediction.plain(x)
+                figures = self.task.figures(table, plain)
+                over = np.array(list(self.task.excess(figures, table).values()) or [-1.0])
+                last[key] = self.task.aim(figures), np.clip(over, -1.0, 1e3)
+            return last[key]
+
+        def aimed(z: Array) -> float:
+            """What is minimised, with the slack."""
+            return seen(z[:-1])[0] + _WEIGHT * float(z[-1])
+
+        def left(z: Array) -> Array:
+            """What is left to the limits, with the slack."""
+            return np.asarray(z[-1] - seen(z[:-1])[1])
+
+        slack = max(0.0, float(seen(start)[1].max()))
+        low, high = np.array([*bounds, (0.0, np.inf)]).T
+        result = minimize(
+            aimed, np.append(start, slack), method="SLSQP", bounds=Bounds(low, high),
+            options={"maxiter": 25, "ftol": 1e-6}, constraints=[NonlinearConstraint(left, 0.0, np.inf)],
+        )  # fmt: skip
+        x = np.clip(result.x[:-1], *np.array(bounds).T)
+        aim, over = seen(x)
+        return Proposal(x, aim + _WEIGHT * max(float(over.max()), 0.0))

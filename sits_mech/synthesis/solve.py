@@ -1,0 +1,293 @@
+"""How is one design answered? Sizes first, then the overload, then the loads that the sensor meets; no more than asked.
+
+The overload's corners are solved on a model's first meshes. A design that does not carry one, whose target comes to the
+coils, or that is no scene at all, is told by its reason and solved no further. Of the others a table of inductances
+over the loads is made, with its derivatives (chain/gradient.py); figures that need none of that ask for none.
+
+    height, footprint   of the box around coils, fixed parts, layer and target at rest
+    strain              (largest stretch - 1) under the overload over that of the data behind the silicone's constants
+    rate                readings of all coils a second, by the longest conversion that is fast enough
+    hysteresis          widest difference of loading and unloading at one load, over the peak, of a pad that comes and
+                        goes in a second and answers like a spring with the silicone's viscosity and softening
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from sits_mech.analysis.bench import coil_table, own_inductances, sensor_calibration, sensor_front_end
+from sits_mech.cases import DONE, case_path, finish, read_case
+from sits_mech.chain.calibrate import calibrate
+from sits_mech.chain.gradient_grid import gradient_on_grid
+from sits_mech.chain.models import mechanical_model
+from sits_mech.chain.simulate import at_rest
+from sits_mech.geometry.boxes import fixed_solids
+from sits_mech.geometry.collision import Collision, check_clearance
+from sits_mech.mechanics.symmetry import symmetry_of
+from sits_mech.quantities import Array, RefinedModel, SolveFailed, Wrench
+from sits_mech.readout.quality import quality
+from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.silicone.history import loop_width
+from sits_mech.synthesis.answered import LEAST_INVERSE, STRAIN, Answered, Task
+from sits_mech.synthesis.figures import INVERSE, Judge, Operator, Table, loads_between
+from sits_mech.synthesis.requirements import Requirements
+from sits_mech.synthesis.space import Design
+from sits_mech.version import __version__
+
+_SLOPE, _WIDE = 1e-4, 0.05  # of the unit box: differences of sizes and of the strain by the variables
+_OFFSETS = ("coils.*.centre.0", "coils.*.centre.1")
+_JUDGED = 2e-2  # tolerance from which on figures are told with their errors
+_HARD = 1.3  # strain that a design is given that does not carry the overload, at least
+_OF_TABLE = ("resolution", "error", "crosstalk_before_inverse", "rate")
+_SLOWEST, _FASTEST = 0xFFFF, 5  # counts of a conversion
+
+
+def size_of(sensor: Sensor) -> dict[str, float]:
+    """Return height and footprint of all parts at rest [m]."""
+    solids = [solid for each in fixed_solids(sensor) for solid in each]
+    low = np.min([each.places[0] - each.half for each in solids], axis=0)
+    high = np.max([each.places[0] + each.half for each in solids], axis=0)
+    layer, target = sensor.elastomer, sensor.target
+    top = 0.0 if layer is None else layer.standoff + layer.thickness
+    for part, upper in ((layer, top), (target, top + (0.0 if target is None else target.thickness))):
+        if part is not None:
+            half = np.array(part.extent) / 2.0
+            low, high = np.minimum(low, [*-half, 0.0]), np.maximum(high, [*half, upper])
+    x, y, z = (high - low).tolist()
+    return {"height": z, "footprint.x": x, "footprint.y": y}
+
+
+@dataclass(frozen=True)
+class Solver:
+    """What answers designs.
+
+    Attributes
+    ----------
+    requirements : Requirements
+    tolerance : float
+        Of the chain.
+    folder : Path or None
+        Where answers are kept, and looked for first.
+    """
+
+    requirements: Requirements
+    tolerance: float
+    folder: Path | None = None
+
+    @cached_property
+    def operator(self) -> Operator:
+        """What makes of a table everything between its loads."""
+        return Operator(loads_between(self.requirements.loads))
+
+    @cached_property
+    def scattering(self) -> dict[str, float]:
+        """Tolerances that move a table, with their deviations; the coils' offset along each axis that loads go."""
+        still = ("repeatability", "coil_offset")
+        found = {name: size for name, size in self.requirements.tolerance.items() if name not in still}
+        if "coil_offset" in self.requirements.tolerance:
+            beside = any(name in self.requirements.loads for name in ("F_y", "M_x"))
+            ways = _OFFSETS if beside else _OFFSETS[:1]
+            found |= dict.fromkeys(ways, self.requirements.tolerance["coil_offset"])
+        return found
+
+    @cached_property
+    def task(self) -> Task:
+        """What tells how good an answer is."""
+        asked = self.requirements
+        limits = asked.limits | {STRAIN: 1.0}
+        if self.needs_table:
+            limits |= {INVERSE: LEAST_INVERSE}
+        judge = Judge(self.operator, np.array(list(self.scattering.values())), asked.limits, asked.least_yield)
+        return Task(judge, limits, asked.goal)
+
+    @property
+    def needs_table(self) -> bool:
+        """Whether any figure that is asked for needs inductances."""
+        asked = {*self.requirements.limits, *self.requirements.goal}
+        return any(name.partition(".")[0] in _OF_TABLE for name in asked)
+
+    def __call__(self, design: Design) -> Answered:
+        """Return what comes of a design; kept ones are read."""
+        key = f"{__version__} {self.tolerance} {self.requirements.identity}"
+        path = case_path(self.folder, key, {"choice": list(design.choice), "x": list(design.x)})
+        kept = read_case(path)
+        if kept is None:
+            kept = finish(path, _packed(self.answered(design)))
+        return _unpacked(design, kept)
+
+    def answered(self, design: Design) -> Answered:
+        """Return what comes of a design."""
+        began, v = time.process_time(), len(design.x)
+        try:
+            sensor = self.requirements.space.sensor(design)
+        except SceneError as error:
+            return Answered(design, f"impossible: {error}", None, np.zeros((v, 0, 0)), {}, {})
+        plain, slopes = self._sizes(design, sensor)
+        reason, plain[STRAIN], worst = self._overload(sensor)
+        if not reason:
+            slopes[STRAIN] = self._strain_slopes(design, plain[STRAIN], worst)
+        if reason or not self.needs_table:
+            return Answered(design, reason, None, np.zeros((v, 0, 0)), plain, slopes, {}, time.process_time() - began)
+        try:
+            return self._with_table(design, sensor, (plain, slopes), began)
+        except (SolveFailed, ValueError) as error:
+            spent = time.process_time() - began
+            return Answered(design, str(error), None, np.zeros((v, 0, 0)), plain, slopes, {}, spent)
+
+    def _sizes(self, design: Design, sensor: Sensor) -> tuple[dict[str, float], dict[str, Array]]:
+        """Sizes and hysteresis of a design, and how they go with the variables."""
+        plain, space, x = size_of(sensor), self.requirements.space, np.array(design.x)
+        slopes = {name: np.zeros(len(x)) for name in plain}
+        for k in range(len(x)):
+            way = -_SLOPE if x[k] > 0.5 else _SLOPE
+            beside = tuple((x + way * (np.arange(len(x)) == k)).tolist())
+            moved = size_of(space.sensor(Design(design.choice, beside)))
+            for name, own in slopes.items():
+                own[k] = (moved[name] - plain[name]) / way
+        if "hysteresis" in {*self.requirements.limits, *self.requirements.goal} and sensor.elastomer is not None:
+            plain["hysteresis"] = loop_width(sensor.elastomer.silicone)
+        return plain, slopes
+
+    def _overload(self, sensor: Sensor) -> tuple[str, float, Wrench]:
+        """Why a design does not carry the overload, "" where it does; its strain over what is known, under which."""
+        asked = self.requirements
+        ends = [sorted({0.0, *(asked.overload * end for end in pair)}) for pair in asked.loads.values()]
+        outer = [each for each in product(*ends) if any(each)]
+        corners = [Wrench(**dict(zip(asked.loads, each, strict=True))) for each in outer]
+        corners = sorted(symmetry_of(sensor).without_images(corners), key=lambda load: -np.abs(load.components).sum())
+        found = []
+        for load in corners:
+            try:
+                found.append((self._strain(sensor, load), load))
+            except SolveFailed as error:
+                share = _share(error, load)
+                return f"overload: {error}", max(_HARD, 1.0 / share if share > 0.0 else 0.0), load
+            except Collision as error:
+                return f"overload: {error}", _HARD, load
+        worst, load = max(found, key=lambda pair: pair[0])
+        return "", worst, load
+
+    def _strain(self, sensor: Sensor, load: Wrench) -> float:
+        """Largest strain under a load over what is known of the silicone, on the first meshes."""
+        layer, _ = mechanical_model(sensor, "auto", self.tolerance, [load])
+        found = at_rest(sensor, layer.rough if isinstance(layer, RefinedModel) else layer, load)
+        check_clearance(sensor, found.pose)
+        return ((found.report.stretch or 1.0) - 1.0) / _known_strain(sensor)
+
+    def _strain_slopes(self, design: Design, strain: float, load: Wrench) -> Array:
+        """How the strain under a load goes with the variables; nothing of one where no design beside carries it."""
+        found, x = np.zeros(len(design.x)), np.array(design.x)
+        for k, way in product(range(len(x)), (_WIDE, -_WIDE)):
+            if found[k] or not 0.0 <= x[k] + way <= 1.0:
+                continue
+            beside = tuple((x + way * (np.arange(len(x)) == k)).tolist())
+            with suppress(SceneError, SolveFailed):
+                there = self.requirements.space.sensor(Design(design.choice, beside))
+                found[k] = (self._strain(there, load) - strain) / way
+        return found
+
+    def _with_table(
+        self, design: Design, sensor: Sensor, sizes: tuple[dict[str, float], dict[str, Array]], began: float
+    ) -> Answered:
+        """A design that carries the overload, with its table over the loads."""
+        (plain, slopes), space, loads = sizes, self.requirements.space, self.operator.loads
+        axes = {name: axis.tolist() for name, axis in zip(loads.names, loads.axes, strict=True)}
+        names = (*space.names, *self.scattering)
+        data = gradient_on_grid(sensor, tuple(dict.fromkeys(names)), axes, tolerance=self.tolerance)
+        if not bool((data["status"] == DONE).all()):
+            reason = next(str(each) for each in data["reason"].to_numpy().ravel() if each)
+            return Answered(design, reason, None, np.zeros((len(design.x), 0, 0)), plain, slopes)
+        own = own_inductances(sensor, data)
+        L = own["L"].transpose(*loads.names, "coil").to_numpy().reshape(-1, len(sensor.coils))
+        each = _slopes_of(sensor, data, names, own["L0"].to_numpy())
+        width = [space.width(variable, sensor) for variable in space.variables]
+        noise, rate = self._converter(sensor, data)
+        plain["rate"] = rate
+        table = Table(L, np.array([each[name] for name in self.scattering]).reshape(-1, *L.shape), noise)
+        by_x = np.array([each[name] * size for name, size in zip(space.names, width, strict=True)])
+        errors = self._errors(sensor, axes, noise) if self.tolerance <= _JUDGED else {}
+        by_x = by_x.reshape(-1, *L.shape)
+        return Answered(design, "", table, by_x, plain, slopes, errors, time.process_time() - began)
+
+    def _converter(self, sensor: Sensor, data: xr.Dataset) -> tuple[Array, float]:
+        """Noise of each inductance, and readings a second: the longest conversion that is fast enough."""
+        asked, count = self.requirements.limits.get("rate"), _SLOWEST
+        front, _ = sensor_front_end(sensor, data)
+        n = len(sensor.coils)
+        if asked is not None and front.rate < asked:
+            too_long = 1.0 / front.rate - 1.0 / asked
+            count = int(np.clip(_SLOWEST - too_long / n * front.reference / 16.0, _FASTEST, _SLOWEST))
+            front, _ = sensor_front_end(sensor, data, rcount=count)
+        most = np.nanmax(own_inductances(sensor, data)["L"].to_numpy().reshape(-1, n), axis=0)
+        own = self.requirements.tolerance.get("repeatability", 0.0) * most
+        return np.hypot(front.noise, own), float(front.rate)
+
+    def _errors(self, sensor: Sensor, axes: Mapping[str, list[float]], noise: Array) -> dict[str, float]:
+        """Errors of the figures by those of a whole calibration."""
+        loads: dict[str, Any] = dict(axes)
+        data = calibrate(sensor, **loads, tolerance=self.tolerance)
+        cal = sensor_calibration(sensor, data)
+        found = quality(cal, noise, table=coil_table(sensor, data))
+        span = cal.high - cal.low
+        off = found.error_sensitivity / np.abs(found.sensitivity).max(axis=0)
+        errors = {}
+        for k, name in enumerate(cal.forces):
+            errors[f"resolution.{name}"] = float(np.max(off[:, k]) * found.resolution[k, 2])
+            errors[f"error.{name}"] = float(found.by_model[k, 2] / span[k])
+        return errors | {"crosstalk_before_inverse": float(np.max(found.crosstalk_error))}
+
+
+def _slopes_of(sensor: Sensor, data: xr.Dataset, names: Sequence[str], L0: Array) -> dict[str, Array]:
+    """Derivatives of each coil's inductance by each parameter, shape (g, n) [H]."""
+    n = len(sensor.coils)
+    scale = L0 / np.diagonal(data["L0"].to_numpy()) if data.attrs["unit_L"] != "H" else np.ones(n)
+    own = np.diagonal(data["by_L"].transpose(..., "parameter", "coil", "coil_2").to_numpy(), axis1=-2, axis2=-1)
+    values = own.reshape(-1, data.sizes["parameter"], n) * scale
+    places = [str(name) for name in data["parameter"].to_numpy()]
+    return {name: values[:, places.index(name)] for name in names}
+
+
+def _known_strain(sensor: Sensor) -> float:
+    """Strain of the data behind a silicone's constants; infinite where nothing is known of it."""
+    silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
+    return np.inf if silicone is None or silicone.fitted_range is None else silicone.fitted_range[1]
+
+
+def _share(error: SolveFailed, load: Wrench) -> float:
+    """How much of a load is carried; nothing where that was not found."""
+    if error.carried is None:
+        return 0.0
+    size = float(np.linalg.norm(load.components))
+    return float(np.linalg.norm(error.carried[0].components)) / size
+
+
+def _packed(found: Answered) -> dict[str, Any]:
+    """An answer as a row."""
+    status = DONE if found.carried else "not answered"
+    row: dict[str, Any] = {"status": status, "lasting": True, "reason": found.reason}
+    row |= {"plain": found.plain, "plain_by_x": {name: own.tolist() for name, own in found.plain_by_x.items()}}
+    row |= {"error": found.error, "seconds": found.seconds, "by_x": found.by_x.tolist()}
+    if found.table is not None:
+        row["table"] = [each.tolist() for each in found.table]
+    return row
+
+
+def _unpacked(design: Design, row: Mapping[str, Any]) -> Answered:
+    """The answer of a row."""
+    table = None if "table" not in row else Table(*(np.array(each, dtype=float) for each in row["table"]))
+    if table is not None and not table.by_tolerance.size:
+        table = table._replace(by_tolerance=np.zeros((0, *table.L.shape)))
+    shape = (len(design.x), *table.L.shape) if table is not None else (len(design.x), 0, 0)
+    by_x = np.array(row["by_x"], dtype=float).reshape(shape)
+    slopes = {name: np.array(own, dtype=float) for name, own in row["plain_by_x"].items()}
+    return Answered(design, row["reason"], table, by_x, row["plain"], slopes, row["error"], row["seconds"])

@@ -1,0 +1,216 @@
+"""Which sensors are there to choose from? Numbers between bounds, values of lists, and the scene of each design.
+
+A design is a choice of one value of each list and a point x of the unit box, one coordinate for each number between
+bounds; low at 0, high at 1, lengths in the unit they were written in. Keys are those of `sits-mech --set`, in which a
+star stands for every coil.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from sits_mech.scene.files import written
+from sits_mech.scene.parameters import keys_of, value_of
+from sits_mech.scene.sensor import SceneError, Sensor, changed
+from sits_mech.units import shown, split_quantity
+
+_MOST = 1000  # choices
+_ROUND = 0.02  # of the bounds' distance, at most, from a round number to the next
+_STEPS = (5.0, 2.0, 1.0)
+_BOUNDS = '{ from = "1 mm", to = "6 mm" } with ends that rise, in one unit'
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A number between bounds, as written: ``low`` and ``high`` in ``unit``, "" for SI or none."""
+
+    key: str
+    low: float
+    high: float
+    unit: str
+
+    def value(self, x: float) -> float:
+        """Return the number at a coordinate from 0 to 1 [unit]."""
+        return self.low + x * (self.high - self.low)
+
+    def text(self, number: float) -> Any:
+        """Return a number as it is written in a scene."""
+        plain = float(f"{number:.12g}")
+        return f"{plain!r} {self.unit}" if self.unit else plain
+
+    def round_neighbours(self, x: float) -> tuple[float, ...]:
+        """Return the coordinates of the round numbers beside one, the nearer first: 1, 2 or 5 times a power of ten."""
+        width, number = self.high - self.low, self.value(x)
+        most = _ROUND * width * (1.0 + 1e-9)
+        power = 10.0 ** math.floor(math.log10(most))
+        step = next(each * power for each in _STEPS if each * power <= most)
+        near = {min(max(way(number / step) * step, self.low), self.high) for way in (math.floor, math.ceil)}
+        found = [(each - self.low) / width for each in near]
+        return tuple(sorted(found, key=lambda each: abs(each - x)))
+
+
+@dataclass(frozen=True)
+class Design:
+    """A design: which value of each list, and the coordinates of the numbers, shape (v,), as a tuple."""
+
+    choice: tuple[int, ...]
+    x: tuple[float, ...]
+
+    @property
+    def point(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """The coordinates as an array."""
+        return np.array(self.x, dtype=float)
+
+
+@dataclass(frozen=True)
+class Space:
+    """What may vary.
+
+    Attributes
+    ----------
+    base : Sensor
+        What every design starts from.
+    variables : tuple of Variable
+    lists : dict
+        Values of each key that is chosen from a list.
+    """
+
+    base: Sensor
+    variables: tuple[Variable, ...]
+    lists: dict[str, tuple[Any, ...]]
+
+    @property
+    def record(self) -> list[Any]:
+        """What makes it this space and no other."""
+        return [[(each.key, each.low, each.high, each.unit) for each in self.variables], self.lists]
+
+    @cached_property
+    def choices(self) -> tuple[tuple[int, ...], ...]:
+        """All choices of one value of each list."""
+        return tuple(itertools.product(*(range(len(values)) for values in self.lists.values())))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Keys of the scene that the numbers between bounds stand for."""
+        return tuple(each.key for each in self.variables)
+
+    def values(self, design: Design) -> dict[str, Any]:
+        """Return what a design sets, by key, as written."""
+        listed = {key: values[k] for (key, values), k in zip(self.lists.items(), design.choice, strict=True)}
+        numbers = {each.key: each.text(each.value(x)) for each, x in zip(self.variables, design.x, strict=True)}
+        return listed | numbers
+
+    def sensor(self, design: Design) -> Sensor:
+        """Return the sensor of a design; raise SceneError where it is impossible."""
+        return changed(self.base, self.overrides(self.values(design)))
+
+    def overrides(self, values: Mapping[str, Any]) -> list[str]:
+        """Return values by key as overrides of the scene."""
+        texts = {key: written({"x": item})[3:].strip() for key, item in values.items()}
+        return [f"{name}={text}" for key, text in texts.items() for name in self.keys(key)]
+
+    def keys(self, key: str) -> list[str]:
+        """Return the keys that one stands for: a star in the place of a coil means every coil."""
+        return keys_of(self.base, key)
+
+    def number(self, sensor: Sensor, key: str) -> float | None:
+        """Return the number that a key has in a sensor [SI]; None where there is none."""
+        return value_of(sensor, key)
+
+    def least_height(self, sensor: Sensor) -> float:
+        """Return the least thickness that the layer may have [m]."""
+        for each in self.variables:
+            if each.key == "elastomer.thickness":
+                low = self.number(changed(sensor, self.overrides({each.key: each.text(each.low)})), each.key)
+                return 0.0 if low is None else low
+        return 0.0 if sensor.elastomer is None else sensor.elastomer.thickness
+
+    def width(self, variable: Variable, sensor: Sensor) -> float:
+        """Return the distance of a variable's bounds in SI."""
+        ends = (variable.text(variable.low), variable.text(variable.high))
+        low, high = (self.number(changed(sensor, self.overrides({variable.key: end})), variable.key) for end in ends)
+        return float(high or 0.0) - float(low or 0.0)
+
+    def words(self, design: Design) -> str:
+        """Return a design for a reader: the end of each key and its value."""
+        values = {key: item if isinstance(item, str) else f"{item:g}" for key, item in self._shown(design).items()}
+        return ", ".join(f"{key.rpartition('.')[2]} {item}" for key, item in values.items())
+
+    def _shown(self, design: Design) -> dict[str, Any]:
+        """Return what a design sets, numbers to four digits."""
+        found = self.values(design)
+        for each, x in zip(self.variables, design.x, strict=True):
+            found[each.key] = f"{each.value(x):.4g} {each.unit}".strip()
+        return {key: item if isinstance(item, str | int | float) else json.dumps(item) for key, item in found.items()}
+
+
+def space_of(sensor: Sensor, table: Mapping[str, Any]) -> Space:
+    """Return the designs that a table of bounds and lists allows.
+
+    Raises
+    ------
+    SceneError
+        When there is none, bounds are reversed, a value leaves no possible scene, or there are too many choices.
+    """
+    variables, lists = [], {}
+    for key, item in table.items():
+        if isinstance(item, list):
+            if not item or len({json.dumps(value, default=str) for value in item}) != len(item):
+                raise SceneError(f"vary.{key}: must be a list of different values; got {shown(item)}")
+            lists[key] = tuple(item)
+        else:
+            variables.append(_variable(key, item))
+    if not table:
+        raise SceneError("vary: must be a table of keys and their bounds or lists; got none")
+    found = Space(sensor, tuple(variables), lists)
+    if math.prod(len(values) for values in lists.values()) > _MOST:
+        raise SceneError(f"vary: must leave at most {_MOST} choices of its lists; got more")
+    _check_values(found)
+    return found
+
+
+def _variable(key: str, item: Any) -> Variable:
+    """Return the variable of a pair of bounds."""
+    if not isinstance(item, dict) or set(item) != {"from", "to"}:
+        raise SceneError(f"vary.{key}: must be a list, or bounds {_BOUNDS}; got {shown(item)}")
+    (low, unit), (high, other) = (split_quantity(item[end], f"vary.{key}.{end}") for end in ("from", "to"))
+    if unit != other or not low < high:
+        raise SceneError(f"vary.{key}: must be bounds {_BOUNDS}; got {shown(item)}")
+    return Variable(key, low, high, unit)
+
+
+def _check_values(space: Space) -> None:
+    """Refuse a value that leaves no possible scene, whatever the others are."""
+    ends: dict[str, Sequence[Any]] = {each.key: (each.text(each.low), each.text(each.high)) for each in space.variables}
+    every = {key: list(values) for key, values in (ends | space.lists).items()}
+    for key, values in [*space.lists.items(), *ends.items()]:
+        for value in values:
+            refusal = _refusal(space, every | {key: [value]})
+            if refusal is not None:
+                raise SceneError(f"vary.{key}: {shown(value)} must leave a possible scene; the first one: {refusal}")
+
+
+def _refusal(space: Space, every: Mapping[str, Sequence[Any]]) -> SceneError | None:
+    """Return why no scene of some values is possible; None where one is."""
+    first = None
+    for values in itertools.islice(_corners(every), 200):
+        try:
+            changed(space.base, space.overrides(values))
+        except SceneError as error:
+            first = first or error
+        else:
+            return None
+    return first
+
+
+def _corners(every: Mapping[str, Sequence[Any]]) -> Iterator[dict[str, Any]]:
+    """Yield all combinations of values."""
+    return (dict(zip(every, each, strict=True)) for each in itertools.product(*every.values()))

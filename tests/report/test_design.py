@@ -1,0 +1,120 @@
+"""The folder of an answer: scenes that open, a table, pictures, a page; what a reader and a program are told."""
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sits_mech.cases import read_table
+from sits_mech.cli.main import run
+from sits_mech.report.design import worst_load, write_design
+from sits_mech.report.tables.design import design_record, figure_table
+from sits_mech.scene.sensor import load_sensor
+from sits_mech.synthesis.answered import STRAIN, Answered
+from sits_mech.synthesis.figures import Table
+from sits_mech.synthesis.requirements import requirements_of
+from sits_mech.synthesis.run import design
+from sits_mech.synthesis.solve import Solver
+from sits_mech.synthesis.space import Design
+
+ASKED: dict[str, Any] = {
+    "scene": "biorob2018", "loads": {"F_z": ["0 N", "0.4 N"]},
+    "vary": {
+        "elastomer.thickness": {"from": "1.5 mm", "to": "3 mm"}, "target.width": {"from": "7 mm", "to": "9 mm"},
+        "elastomer.material": ["ecoflex-00-30", "dragon-skin-10"],
+    },
+    "require": {"error": {"F_z": "9 %"}, "height": "3 mm"}, "tolerance": {"modulus": "10 %"},
+    "goal": {"minimise": "resolution.F_z"},
+}  # fmt: skip
+TEXT = """scene = "biorob2018"
+[loads]
+F_z = ["0 N", "0.4 N"]
+[vary]
+"elastomer.thickness" = { from = "1.5 mm", to = "3 mm" }
+[require]
+height = "2.6 mm"
+"""
+
+
+def bent(self: Solver, wanted: Design) -> Answered:
+    """Answer a design in closed form: two coils that both bend with the force."""
+    x, y = wanted.x
+    F, k = self.operator.loads.axes[0], (1.0, 5.0)[wanted.choice[0]]
+
+    def table(x: float, y: float, k: float) -> np.ndarray:
+        """Inductances."""
+        sink = F * (1.0 + x) / (k * (1.0 + 0.2 * y))
+        return np.column_stack([2e-6 - 1e-7 * (sink + side * sink**2) for side in (0.2, 0.3)])
+
+    L, h = table(x, y, k), 1e-6
+    by_x = np.array([(table(x + h, y, k) - L) / h, (table(x, y + h, k) - L) / h])
+    plain = {"height": 1.8e-3 + 1.5e-3 * x, STRAIN: 0.3 / k}
+    slopes = {"height": np.array([1.5e-3, 0.0]), STRAIN: np.zeros(2)}
+    by_tolerance = ((table(x, y, k * (1 + h)) - L) / h)[None]
+    return Answered(wanted, "", Table(L, by_tolerance, np.full(2, 1e-12)), by_x, plain, slopes, {"error.F_z": 1e-3})
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of an answer."""
+    place = tmp_path_factory.mktemp("design")
+    asked = requirements_of(ASKED)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Solver, "answered", bent)
+        found = design(asked)
+    assert write_design(asked, found, place) == []
+    record = design_record(found)
+    assert set(record) >= {"feasible", "recommended", "figures", "binding", "yield", "front", "solves"}
+    assert figure_table(found).row_count == len(found.figures)
+    return place
+
+
+def test_scenes_open(folder: Path) -> None:
+    """The recommended one has the answer's values; those of the front are others."""
+    answer = json.loads((folder / "answer.json").read_text())
+    sensor = load_sensor(folder / "recommended.toml")
+    assert sensor.elastomer is not None
+    thickness = float(str(answer["recommended"]["elastomer.thickness"]).split()[0])
+    assert sensor.elastomer.thickness == pytest.approx(thickness * 1e-3) and "recommended" in sensor.name
+    assert [load_sensor(path) for path in sorted((folder / "front").iterdir())]
+
+
+def test_tables_hold_every_design(folder: Path) -> None:
+    """CSV and netCDF alike, one row each, figures in SI."""
+    data = read_table(folder / "designs.nc")
+    with (folder / "designs.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == data.sizes["design"] > 3
+    np.testing.assert_allclose([float(row["height"]) for row in rows], data["height"])
+
+
+def test_the_page_stands_alone(folder: Path) -> None:
+    """Pictures inside, no address of a network, the requirement's words."""
+    text = (folder / "report.html").read_text()
+    assert text.count("data:image/png;base64,") == 4 and "http" not in text.replace("http://www.w3.org", "")
+    assert "Why not" in text or "why not" in text
+    for name in ("front", "landscape", "limits", "worst_load"):
+        assert (folder / f"{name}.png").stat().st_size > 5000
+
+
+def test_the_largest_load_is_a_corner() -> None:
+    """Of the plane's components, with signs."""
+    loads = {"F_x": ["-1 N", "0.5 N"], "F_z": ["0 N", "4 N"]}
+    load = worst_load(requirements_of(ASKED | {"loads": loads, "require": {}}))
+    assert (load.F_x, load.F_z) == (-1.0, 4.0)
+
+
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """From a file to JSON and a folder; height alone is asked, no inductance is solved."""
+    path = tmp_path / "flat.toml"
+    path.write_text(TEXT)
+    assert run(["design", str(path), "-o", str(tmp_path / "flat"), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["feasible"] and found["figures"]["height"]["value"] <= 2.6e-3 and found["figures"].keys() >= {"strain"}
+    assert (tmp_path / "flat" / "recommended.toml").is_file()
+    path.write_text(TEXT.replace("height", "heigth"))
+    assert run(["design", str(path), "-o", str(tmp_path / "bad")]) == 2
+    assert "require: must be one of" in capsys.readouterr().err

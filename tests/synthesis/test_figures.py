@@ -1,0 +1,96 @@
+"""Figures of tables against closed forms: linear sensors, gains and offsets that are off, loads that look alike."""
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from sits_mech.synthesis.figures import INVERSE, Judge, Operator, Table, loads_between
+
+ENDS = {"F_x": (-1.0, 1.0), "F_z": (0.0, 4.0)}
+MATRIX = np.array([[2.0, -1.0], [-2.0, -1.0], [0.5, -0.5]])  # n x d [H/N]
+NOISE = np.array([0.1, 0.2, 0.4])
+
+
+def grid(operator: Operator) -> np.ndarray:
+    """Return the loads of an operator's grid, (g, d)."""
+    return np.stack(np.meshgrid(*operator.loads.axes, indexing="ij"), -1).reshape(-1, len(operator.loads.axes))
+
+
+def judge(deviations=(), limits=None) -> Judge:
+    """Return a judge of two components."""
+    return Judge(Operator(loads_between(ENDS)), np.array(deviations, dtype=float), limits or {}, 0.95)
+
+
+def table(own: Judge, *by_tolerance: np.ndarray) -> Table:
+    """Return the table of a linear sensor."""
+    L = 10.0 + grid(own.operator) @ MATRIX.T
+    return Table(L, np.array(by_tolerance).reshape(-1, *L.shape), NOISE)
+
+
+def test_polynomials_and_their_slopes_are_exact() -> None:
+    """Up to their degree, along each component, at any load."""
+    operator = Operator(loads_between(ENDS))
+    x, z = grid(operator).T
+    points = np.array([[0.3, 1.7], [-0.9, 3.9]])
+    values = x**3 * z**2 - z
+    exact = points[:, 0] ** 3 * points[:, 1] ** 2 - points[:, 1]
+    np.testing.assert_allclose(operator.values(points) @ values, exact, rtol=1e-12)
+    by_x, by_z = operator.derivatives(points) @ values
+    np.testing.assert_allclose(by_x, 3 * points[:, 0] ** 2 * points[:, 1] ** 2, rtol=1e-11)
+    np.testing.assert_allclose(by_z, 2 * points[:, 0] ** 3 * points[:, 1] - 1.0, rtol=1e-11)
+
+
+def test_resolution_of_a_linear_sensor_is_that_of_least_squares() -> None:
+    """At every load the same: the covariance of a weighted fit; no crosstalk, one load for each reading."""
+    own = judge()
+    found = own.figures(table(own))
+    covariance = np.linalg.inv(MATRIX.T @ np.diag(NOISE**-2) @ MATRIX)
+    sigma = [found["resolution.F_x"], found["resolution.F_z"]]
+    np.testing.assert_allclose(sigma, np.sqrt(np.diag(covariance)), rtol=1e-9)
+    assert found["crosstalk_before_inverse"] < 1e-9 and found[INVERSE] == pytest.approx(1.0, rel=1e-9)
+    assert found["error.F_x"] == found["error.F_z"] == 0.0
+
+
+def test_an_offset_is_tared_and_a_gain_is_scaled_away() -> None:
+    """Neither costs anything; a gain of one component alone is none of the other's business."""
+    own = judge((0.1, 0.2))
+    loads = grid(own.operator)
+    offset, gain = np.ones((len(loads), 3)), (loads * (0.0, 1.0)) @ MATRIX.T
+    found = own.figures(table(own, offset, gain))
+    assert found["error.F_x"] < 1e-9 and found["error.F_z"] < 1e-9
+
+
+def test_a_turned_sensor_misreads_by_the_sine() -> None:
+    """F_z reads as F_x by the tolerance's angle: its quantile times the largest F_z, over the range of F_x."""
+    own = judge((0.05,))
+    turned = grid(own.operator)[:, 1:] * MATRIX[:, 0]
+    found = own.figures(table(own, turned))
+    assert found["error.F_x"] == pytest.approx(norm.ppf(0.975) * 0.05 * 4.0 / 2.0, rel=0.03)
+    assert found["error.F_z"] < 1e-9
+
+
+def test_yield_is_the_share_of_a_normal_distribution() -> None:
+    """Sensors within one standard deviation hold a limit that is what one of them misreads: 68.3 %."""
+    own = judge((0.05,), {"error.F_x": 0.05 * 4.0 / 2.0})
+    turned = grid(own.operator)[:, 1:] * MATRIX[:, 0]
+    excess = own.excess(table(own, turned), 4096)
+    assert np.mean(excess <= 0.0) == pytest.approx(0.6827, abs=2e-3)
+
+
+def test_loads_that_look_alike_have_no_inverse() -> None:
+    """A signal that falls and rises again along F_z shows two loads the same."""
+    own = judge()
+    x, z = grid(own.operator).T
+    folded = Table(np.column_stack([x, (z - 2.5) ** 2]), np.zeros((0, len(x), 2)), np.ones(2))
+    assert own.figures(folded)[INVERSE] < 0.0
+
+
+def test_crosstalk_of_a_bent_signal() -> None:
+    """Inductances with a product of both loads: what a plane through them leaves grows with the product."""
+    own = judge()
+    x, z = grid(own.operator).T
+    sizes = []
+    for size in (0.01, 0.02):
+        L = np.column_stack([x + size * x * z, z])
+        sizes.append(own.figures(Table(L, np.zeros((0, *L.shape)), np.ones(2)))["crosstalk_before_inverse"])
+    assert sizes[0] > 0.0 and sizes[1] / sizes[0] == pytest.approx(2.0, rel=0.05)

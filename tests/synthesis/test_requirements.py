@@ -1,0 +1,84 @@
+"""Requirement files: what they ask in SI, and one clear line for each mistake."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sits_mech.synthesis.requirements import read_requirements, requirements_of
+from sits_mech.units import SceneError
+
+FULL: dict[str, Any] = {
+    "scene": "biorob2018-w15",
+    "loads": {"F_x": ["-1 N", "1 N"], "F_z": ["0 N", "4 N"], "overload": 1.5},
+    "vary": {
+        "elastomer.thickness": {"from": "1 mm", "to": "6 mm"},
+        "elastomer.material": ["ecoflex-00-30", "dragon-skin-10"],
+        "coils.*.turns": [8, 10],
+    },
+    "require": {
+        "resolution": {"F_x": "10 mN"}, "error": {"F_z": "5 %"}, "crosstalk_before_inverse": "60 %", "rate": "100 Hz",
+        "footprint": ["25 mm", "20 mm"], "height": "8 mm",
+    },
+    "tolerance": {
+        "elastomer.thickness": "0.05 mm", "modulus": "10 %", "coil_offset": "0.1 mm", "repeatability": "0.01 %",
+    },
+    "goal": {"minimise": {"error.F_z": 2, "height": 1}, "yield": "90 %"},
+}  # fmt: skip
+
+
+def test_a_file_in_si(tmp_path: Path) -> None:
+    """Every key, units and shares made numbers; a star stands for every coil."""
+    found = requirements_of(FULL)
+    assert found.loads == {"F_x": (-1.0, 1.0), "F_z": (0.0, 4.0)} and found.overload == 1.5
+    assert found.limits == pytest.approx({
+        "resolution.F_x": 0.01, "error.F_z": 0.05, "crosstalk_before_inverse": 0.6, "rate": 100.0, "footprint.x": 0.025,
+        "footprint.y": 0.02, "height": 0.008,
+    })  # fmt: skip
+    assert found.tolerance == pytest.approx(
+        {"elastomer.thickness": 5e-5, "modulus": 0.1, "coil_offset": 1e-4, "repeatability": 1e-4}
+    )
+    assert found.goal == {"error.F_z": 2.0, "height": 1.0} and found.least_yield == 0.9
+    assert len(found.space.choices) == 4 and found.space.keys("coils.*.turns") == ["coils.C1.turns", "coils.C2.turns"]
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "words"),
+    [
+        (("reqire",), {}, r'key must be one of .*\(did you mean "require"'),
+        (("loads", "F_q"), ["0 N", "1 N"], "loads: must be one of"),
+        (("loads", "F_z"), ["4 N", "0 N"], r"loads.F_z: must rise"),
+        (("loads", "F_z"), ["1 N", "2 N"], "with no load between its ends"),
+        (("loads", "overload"), 0.5, "loads.overload: must be 1 or more; got 0.5"),
+        (("vary", "elastomer.thickness"), {"from": "6 mm", "to": "1 mm"}, "vary.elastomer.thickness: must be bounds"),
+        (("vary", "elastomer.material"), ["ecoflex-99"], r"material: .*ecoflex-99.* must leave a possible"),
+        (("vary", "elastomer.thicknes"), {"from": "1 mm", "to": "2 mm"}, "elastomer.thicknes"),
+        (("require", "resolutin"), {"F_x": "1 mN"}, "require: must be one of"),
+        (("require", "resolution"), {"F_y": "1 mN"}, "require.resolution: must be a table of some of F_x, F_z"),
+        (("require", "height"), "0.9 mm", "require.height: must be more than the layer's least thickness, 0.001 m"),
+        (("require", "hysteresis"), "5 %", "require.hysteresis: needs prony or mullins of .*; of ecoflex-00-30"),
+        (("tolerance", "elastomer.material"), "1 mm", "tolerance.elastomer.material: must be of a length"),
+        (("tolerance", "elastomer.thikness"), "1 mm", "tolerance: elastomer.thikness must be one of"),
+        (("tolerance", "modulus"), "0 %", "tolerance.modulus: must be a positive standard deviation"),
+        (("goal", "minimise"), "error.F_y", "goal.minimise: must be one of"),
+        (("goal", "yield"), "110 %", "goal.yield: must be a share"),
+    ],
+)
+def test_mistakes_are_told_in_one_line(place: tuple[str, ...], value: Any, words: str) -> None:
+    """Which key, what it must be, what came."""
+    table = {key: dict(item) if isinstance(item, dict) else item for key, item in FULL.items()}
+    if len(place) == 1:
+        table[place[0]] = value
+    else:
+        table[place[0]][place[1]] = value
+    with pytest.raises(SceneError, match=words) as caught:
+        requirements_of(table)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_file_is_named(tmp_path: Path) -> None:
+    """The message begins with its path."""
+    path = tmp_path / "finger.toml"
+    path.write_text('scene = "biorob2018"\n[loads]\nF_z = ["0 N", "1 N"]\n')
+    with pytest.raises(SceneError, match="finger.toml: vary: must be given; it is missing"):
+        read_requirements(path)

@@ -1,0 +1,60 @@
+"""One design through the whole chain: sizes, overload, table, kept on disk; what is not asked is not solved."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sits_mech.chain.calibrate import calibrate
+from sits_mech.scene.sensor import load_sensor
+from sits_mech.synthesis.answered import STRAIN
+from sits_mech.synthesis.requirements import requirements_of
+from sits_mech.synthesis.solve import Solver, size_of
+from sits_mech.synthesis.space import Design
+
+ASKED: dict[str, Any] = {
+    "scene": "biorob2018", "loads": {"F_z": ["0 N", "0.4 N"]},
+    "vary": {"elastomer.thickness": {"from": "1.5 mm", "to": "3 mm"}},
+    "require": {"resolution": {"F_z": "1 mN"}}, "tolerance": {"modulus": "10 %"},
+    "goal": {"minimise": "resolution.F_z"},
+}  # fmt: skip
+SOLVER = Solver(requirements_of(ASKED), 5e-2)
+
+
+def test_a_table_is_that_of_a_calibration_and_its_slopes_are_differences(tmp_path: Path) -> None:
+    """L at the loads within the chain's tolerance; the slope by another thickness; what is kept is read again."""
+    solver = Solver(SOLVER.requirements, 5e-2, tmp_path)
+    found, more = solver(Design((), (0.3,))), SOLVER(Design((), (0.34,)))
+    sensor = solver.requirements.space.sensor(found.design)
+    data = calibrate(sensor, F_z=solver.operator.loads.axes[0].tolist(), tolerance=5e-2)
+    L = np.diagonal(data["L"].to_numpy()[0], axis1=-2, axis2=-1)
+    assert found.carried and found.table is not None and more.table is not None
+    np.testing.assert_allclose(found.table.L - found.table.L[0], L - L[0], atol=0.03 * np.ptp(L))
+    middle = found.by_x[0] + 0.0
+    np.testing.assert_allclose((more.table.L - found.table.L) / 0.04, middle, rtol=0.06)
+    again = solver(found.design)
+    np.testing.assert_array_equal(again.table.L, found.table.L)
+    assert again.plain == found.plain and 0.0 < found.plain[STRAIN] < 1.0
+
+
+def test_what_is_not_asked_is_not_solved() -> None:
+    """Height alone: no table; the overload is carried in any case."""
+    table = ASKED | {"require": {"height": "4 mm"}, "tolerance": {}, "goal": {}}
+    found = Solver(requirements_of(table), 5e-2)(Design((), (0.5,)))
+    assert found.carried and found.table is None and found.plain["height"] == pytest.approx(2.25e-3 + 0.2e-3 + 0.12e-3)
+
+
+def test_a_design_that_cannot_carry_its_load_says_so() -> None:
+    """With its reason, and a strain beyond what is allowed."""
+    table = ASKED | {"loads": {"F_z": ["-9 N", "0.4 N"]}}
+    found = Solver(requirements_of(table), 5e-2)(Design((), (1.0,)))
+    assert not found.carried and found.reason.startswith("overload: ") and found.plain[STRAIN] > 1.0
+
+
+def test_sizes_hold_all_parts() -> None:
+    """Coils below, layer, target: their boxes together."""
+    sensor = load_sensor("biorob2018")
+    found, coil = size_of(sensor), sensor.coils[0]
+    assert found["height"] == pytest.approx(2.2e-3 + coil.height)
+    assert found["footprint.x"] == pytest.approx(max(20e-3, 8e-3 + coil.extent[0]))

@@ -1,0 +1,31 @@
+"""Designs as scenes: values at coordinates, round numbers, every coil at once."""
+
+import pytest
+
+from sits_mech.scene.sensor import load_sensor
+from sits_mech.synthesis.space import Design, Variable, space_of
+
+SENSOR = load_sensor("biorob2018")
+SPACE = space_of(SENSOR, {
+    "elastomer.thickness": {"from": "1 mm", "to": "6 mm"}, "coils.*.turns": [8, 10],
+    "target.width": {"from": 0.006, "to": 0.01},
+})  # fmt: skip
+
+
+def test_a_design_is_a_scene() -> None:
+    """Bounds in their own unit, or SI; lists by their place; all coils together."""
+    found = SPACE.sensor(Design((1,), (0.5, 0.25)))
+    assert found.elastomer is not None and found.target is not None
+    assert found.elastomer.thickness == pytest.approx(3.5e-3) and found.target.width == pytest.approx(7e-3)
+    assert [coil.turns for coil in found.coils] == [10, 10]
+    assert SPACE.words(Design((1,), (0.5, 0.25))) == "turns 10, thickness 3.5 mm, width 0.007"
+    assert SPACE.width(SPACE.variables[0], SENSOR) == pytest.approx(5e-3)
+
+
+@pytest.mark.parametrize(("x", "near"), [(0.1613, (1.8, 1.9)), (0.5, (3.5,)), (1.0, (6.0,)), (0.0, (1.0,))])
+def test_round_numbers_are_those_of_a_workshop(x: float, near: tuple[float, ...]) -> None:
+    """A fiftieth of the bounds' distance apart: 0.1 mm of 5 mm."""
+    variable = Variable("elastomer.thickness", 1.0, 6.0, "mm")
+    found = [variable.value(each) for each in variable.round_neighbours(x)]
+    assert found[0] == pytest.approx(min(near, key=lambda each: abs(each - variable.value(x))))
+    assert all(abs(each / 0.1 - round(each / 0.1)) < 1e-6 for each in found)
