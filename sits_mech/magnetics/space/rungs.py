@@ -104,7 +104,7 @@ class _Family:
     needed: float
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=12)
 def prepared(
     target: Target, outline: Outline | None, rung: Rung, scale: tuple[float, float, float, float],
     sources: Sources | None = None,
