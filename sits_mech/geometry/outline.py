@@ -2,12 +2,13 @@
 
 Along every rim the cells are quadrilaterals between the polygon and its offsets inwards, graded like those of a
 rectangle; each offset edge is divided evenly, so that mitres take care of corners. What is left inside is
-triangulated (Delaunay, on a triangular lattice). A mesh file brings an outline through the border of its triangles.
+triangulated (Delaunay, on a triangular lattice). The narrowest metal bounds the depth of the quadrilaterals along all
+rims; where that is little, all cells are smaller. A mesh file brings an outline through the border of its triangles.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from sits_mech.scene.outlines import Loop, edges, first_crossing, inside_loops, 
 from sits_mech.scene.sensor import Elastomer, Target
 
 _DEPTH = 0.3  # of the rim's quadrilaterals together, over the narrowest width of metal
+_SHALLOW, _HALVED = 14.0, 0.5  # largest cell over that depth, but no smaller than a share of what is asked
 _TRIES = 4
 _TRIANGLE = 1.3  # lattice spacing over the largest side of a quadrilateral
 _LEVELS = 12  # of the lattice, each twice as coarse
@@ -101,6 +103,8 @@ def outline_plan(outline: Outline, grading: Grading) -> Plan:
     loops = [np.array(loop) for loop in outline.loops]
     loops = [loop if (signed_area(loop) > 0) == (k == 0) else loop[::-1] for k, loop in enumerate(loops)]
     depth = min(_DEPTH * _narrowest(loops), 0.8 * grading.largest)
+    smaller = max(min(grading.largest, _SHALLOW * depth), _HALVED * grading.largest)
+    grading = replace(grading, largest=smaller)
     rim = Grading(min(grading.first, depth / 2), grading.growth, depth, grading.parts)
     layers = depth - graded_axis(depth, rim)
     coarse = [_shares(loop, grading) for loop in loops]

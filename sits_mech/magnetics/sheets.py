@@ -49,8 +49,8 @@ from sits_mech.magnetics.skin import skin_depth
 from sits_mech.magnetics.space.coupling import missed, reactions
 from sits_mech.magnetics.space.near import FACTORS, averaged, carried_down, infinite_plate, under_plate
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
-from sits_mech.magnetics.space.rungs import DIVISIONS, Rung, carried, field_length, limit, prepared, rung_for, unseen
-from sits_mech.magnetics.space.sources import Sources
+from sits_mech.magnetics.space.rungs import DIVISIONS, Rung, carried, field_length, fitting, limit, prepared, unseen
+from sits_mech.magnetics.space.sources import Sources, reach
 from sits_mech.magnetics.stages import clearance_of, clearances, together, tops
 from sits_mech.quantities import Array, Complex, Impedance, Integers, Pose
 from sits_mech.scene.sensor import Sensor, Target
@@ -187,16 +187,19 @@ class Sheets:
 
     def _change(self, parts: Sequence[PlacedPlate], steps: Sequence[int], frequency: tuple[float, float]) -> _Change:
         """What the plates do to the coils by one preparation of each, at a frequency, prepared up to another."""
-        sensor, rung = self.sensor, rung_for(self.tolerance, [(part.plate, part.outline) for part in parts])
-        plates = [
-            _divided(sensor, self._kind(part), rung, clearance_of(step, part.anchor), frequency)
-            for part, step in zip(parts, steps, strict=True)
-        ]
-        notes = [part.title + note for part, plate in zip(parts, plates, strict=True) for note in plate.notes]
+        sensor, asked = self.sensor, [(part.plate, part.outline) for part in parts]
+        clear = [clearance_of(step, part.anchor) for part, step in zip(parts, steps, strict=True)]
+
+        def divided(rung: Rung) -> list[_Divided]:
+            each = zip(map(self._kind, parts), clear, strict=True)
+            return [_divided(sensor, kind, rung, clearance, frequency) for kind, clearance in each]
+
+        plates, rung, large = fitting(self.tolerance, asked, divided)
+        notes = [*large, *(part.title + note for part, each in zip(parts, plates, strict=True) for note in each.notes)]
         near: Complex | float = 0.0
         if sensor.conductors:
             values = self._together(parts, plates, frequency[0])
-        elif clearance_of(steps[0], parts[0].anchor) < plates[0].lowest:
+        elif clear[0] < plates[0].lowest:
             values, near = _lowered(sensor, self.windings, parts[0], plates[0], frequency[0])
             notes.append(f"gaps below {plates[0].lowest * 1e3:.3g} mm: carried down along the infinite plate")
         else:
@@ -303,7 +306,7 @@ def _divided(
         cores = prepared_core(plate, susceptibility, rung, clearance, sources)
         note = f"ferrite, mu_r = {plate.metal.relative_permeability:g}: {cores[0].sheets} boxes through the thickness"
         return _Divided(cores, 0.0, clearance, 0.0, (note,))
-    scale = clearance, top, _reach(sensor, place) + 2 * apart, length
+    scale = clearance, top, reach(sensor.coils, place) + 2 * apart, length
     divisions = prepared(plate, outline, rung, scale, sources)
     thickness = plate.thickness / skin_depth(asked, plate.metal.conductivity)
     lost = unseen(divisions[0].box) if alone else 0.0
@@ -332,12 +335,6 @@ def _lowered(
     infinite = above, averaged(plane, heights, 0.0 * gap)
     results = [carried_down(Z.reshape(above.shape), infinite, gap, plate.lowest) for Z in found]
     return [Z for Z, _ in results], results[0][1]
-
-
-def _reach(sensor: Sensor, middle: tuple[float, float]) -> float:
-    """Farthest winding from a plate's middle along x or y [m]."""
-    away = [max(abs(c - m) for c, m in zip(coil.centre, middle, strict=True)) for coil in sensor.coils]
-    return max(own + coil.outer_diameter / 2 for own, coil in zip(away, sensor.coils, strict=True))
 
 
 def _notes(ratio: float, sheets_used: int, unseen: float) -> tuple[str, ...]:

@@ -58,6 +58,14 @@ def test_inductance_against_independent_numbers(capsys: Capture) -> None:
     np.testing.assert_allclose(found["relative"], np.diagonal(L) / np.diagonal(L0), rtol=1e-15)
 
 
+def test_memory_reaches_the_plates_in_space(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One line with the estimate, of a plate that no other test has prepared."""
+    monkeypatch.setenv("SITS_MECH_MEMORY", "4")
+    words = ("inductance", "biorob2018", "--dv", "5 mm", "--model", "sheets", "--set", 'target.width="7.7 mm"')
+    said = refused(capsys, *words, "--memory", "0.001")
+    assert "cells of the plate of 7.7 x 8 mm take some" in said and "more than the limit of 0.001 GiB (--memory" in said
+
+
 def test_inductance_over_a_range(capsys: Capture) -> None:
     """Lists along the frequency; one frequency keeps its record, without terminals where L is per metre."""
     found = answer(capsys, "inductance", "biorob2018", "--dv", "2 mm", "--frequency", "1 kHz:10 MHz:3")

@@ -28,6 +28,8 @@ from sits_mech.geometry.sheet_plan import Plan, Seams, standing_nodes
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.outlines import signed_area
 
+_LOOKED_AT = 10_000_000  # cells by edges of rims
+
 
 @dataclass(frozen=True)
 class Loops:
@@ -92,6 +94,17 @@ def class_loops(
     return Loops(
         (moments[0], moments[1], moments[2]), sp.csr_array(sp.vstack([side, vertical])), np.outer(area, heights).ravel()
     )
+
+
+def most_unknowns(plan: Plan, depth: float) -> int:
+    """Return how many currents a sheet of a plan has at most in a class; `depth` as in `class_loops`.
+
+    Symmetric classes have fewer. Where even to look which cells are near a rim would take long, all count.
+    """
+    rim = int(((plan.loop[plan.cells] >= 0) & (plan.loop[np.roll(plan.cells, -1, axis=1)] >= 0)).sum())
+    few = rim * plan.cells.shape[0] <= _LOOKED_AT
+    links = int(_near_rim(plan, _centroids(plan.nodes[plan.cells]), depth).sum()) if few else plan.cells.shape[0]
+    return int((plan.loop < 0).sum()) + max(int(plan.loop.max()), 0) + links
 
 
 def _centroids(corners: Array) -> Array:

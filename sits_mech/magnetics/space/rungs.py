@@ -3,14 +3,23 @@
 A plate is prepared for all clearances from some on and all frequencies up to some (`stages`). Its coils' field is
 singular a clearance below it, so that polynomials, and cells, grow in number like the plate's width over the clearance,
 squared; below the `carried` clearance they would be too many (`near` goes on from there).
+
+What a division's dense matrices take is known from its n prisms, the u currents of its largest class, its g images and
+q polynomials, before any of them is made (`modes`): numbers of 8 bytes, c = 2 for complex classes,
+
+    2 g n (n + q) + c max(4 n^2 + 2 n u + 2 u^2, 5 u^2 + 7.5 q u / min(g, 4)),
+
+the means of 1/r and of the fields, and either the kernel mixed to an inductance, or L and R scaled to find modes, and
+what drives them. One that takes more than the limit of memory gives way to a coarser one (`fitting`).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import TypeVar
 
 import numpy as np
 
@@ -21,9 +30,11 @@ from sits_mech.geometry.tracks import standing_rings
 from sits_mech.magnetics.axis.dodd_deeds import spectrum
 from sits_mech.magnetics.skin import skin_depth
 from sits_mech.magnetics.space.fields import Box
+from sits_mech.magnetics.space.loops import most_unknowns
 from sits_mech.magnetics.space.modes import Sheeted, prepare_sheets
 from sits_mech.magnetics.space.near import wave_numbers
 from sits_mech.magnetics.space.sources import Sources
+from sits_mech.memory import GIB, VARIABLE, memory_limit
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil, Target
 
@@ -71,9 +82,29 @@ _REDUCED = 1e-3, 3e-4  # of R and of omega Delta L: what few modes and fields, a
 _MOST = 2000  # polynomials in all; what a wide plate close to the coils misses is in its estimated error
 _UNSEEN = 1e-3  # share of the field that may be missed
 _APART = 4.0  # digits more (natural logarithm) for coils that need fewer polynomials
+_SLACK = 1.15  # of memory: what the large matrices leave out, as measured
 
 
-@lru_cache(maxsize=32)
+_Plates = TypeVar("_Plates")
+
+
+class TooLarge(ValueError):
+    """The divisions of a plate take more memory than they may."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Family:
+    """Divisions of a plate, what prepares them (as `prepare_sheets`), and the bytes that the largest takes."""
+
+    divisions: tuple[tuple[Plan, Array], ...]
+    box: Box
+    highest: float
+    depth: float
+    resolved: bool
+    needed: float
+
+
+@lru_cache(maxsize=12)
 def prepared(
     target: Target, outline: Outline | None, rung: Rung, scale: tuple[float, float, float, float],
     sources: Sources | None = None,
@@ -83,7 +114,30 @@ def prepared(
     `scale` has the clearance from which on it holds [m], the frequency up to which it does [Hz], how far from the
     target's middle the coils' currents call for small cells, and the length on which their field changes [m]. `sources`
     are the coils, if it stands still.
+
+    Raises
+    ------
+    TooLarge
+        Before the first large array.
     """
+    family, limit = _family(target, outline, rung, scale), memory_limit()
+    if family.needed > limit:
+        x, y = np.ptp(target_outline(target, outline).rim, axis=0) * 1e3
+        cells = max(plan.cells.shape[0] * 2 * (z.size - 1) * len(plan.group) for plan, z in family.divisions)
+        raise TooLarge(
+            f"memory: {cells} cells of the plate of {x:.3g} x {y:.3g} mm take some {family.needed / GIB:.2g} GiB, more "
+            f"than the limit of {limit / GIB:.3g} GiB (--memory, or {VARIABLE})"
+        )
+    ways = {"highest": family.highest, "depth": family.depth}
+    found = prepare_sheets(family.divisions, target.metal.conductivity, family.box, sources=sources, **ways)
+    return tuple(plate.resolved for plate in found) if family.resolved else found
+
+
+@lru_cache(maxsize=64)
+def _family(
+    target: Target, outline: Outline | None, rung: Rung, scale: tuple[float, float, float, float]
+) -> _Family:
+    """A plate's divisions, as in `prepared`."""
     clearance, depth = scale[0], skin_depth(scale[1], target.metal.conductivity)
     box = field_box(target, outline, clearance, rung)
     half, width = target.thickness / 2, min(float(box.half[:2].min()), scale[2])
@@ -93,10 +147,29 @@ def prepared(
     along = Grading(min(_ALONG.first * depth, largest), _ALONG.growth, largest, reach=scale[2])
     plans = {m: _plan(target, outline, _level(along, m, _LEVELS[0]), max(box.order[:2])) for m in rung.along}
     sheets = {m: _interfaces(half, depth, m) for m in rung.across}
-    metal, vertical = target.metal.conductivity, _VERTICAL * half
-    divisions = [(plans[m], sheets[k]) for m, k in _star(rung)]
-    found = prepare_sheets(divisions, metal, box, highest=highest, depth=vertical, sources=sources)
-    return found if half > _THICK * depth else tuple(plate.resolved for plate in found)
+    divisions = tuple((plans[m], sheets[k]) for m, k in _star(rung))
+    vertical = _VERTICAL * half
+    needed = max(memory_of(plan, z.size - 1, vertical, math.prod(box.order)) for plan, z in divisions)
+    return _Family(divisions, box, highest, vertical, half <= _THICK * depth, needed)
+
+
+def memory_of(plan: Plan, sheets: int, depth: float, polynomials: int) -> float:
+    """Return what the modes of a division take at most, by the module's formula [bytes].
+
+    Parameters
+    ----------
+    plan : Plan
+    sheets : int
+        Of the upper half.
+    depth : float
+        How far from the rim current may pass between sheets [m].
+    polynomials : int
+        Of the box, along all axes.
+    """
+    g, q, n = len(plan.group), polynomials, plan.cells.shape[0] * sheets
+    u, c = sheets * most_unknowns(plan, depth), 2 if np.iscomplex(plan.characters).any() else 1
+    dense = max(4.0 * n**2 + 2.0 * n * u + 2.0 * u**2, 5.0 * u**2 + 7.5 * q * u / min(g, 4))
+    return float(_SLACK * 8.0 * (2.0 * g * n * (n + q) + c * dense))
 
 
 def rung_for(tolerance: float, plates: Sequence[tuple[Target, Outline | None]]) -> Rung:
@@ -111,6 +184,32 @@ def rung_for(tolerance: float, plates: Sequence[tuple[Target, Outline | None]]) 
         rung = replace(rung, along=along, across=across if across[0] > 1 else rung.across)
     smooth = all(outline is None and plate.shape in ("rectangle", "disc") for plate, outline in plates)
     return rung if smooth else replace(rung, along=_TRIANGLES[int(tolerance < _ROUGH)])
+
+
+def rungs_for(tolerance: float, plates: Sequence[tuple[Target, Outline | None]]) -> tuple[Rung, ...]:
+    """Return the rung for an asked error (`rung_for`), and coarser ones to take where it needs too much memory."""
+    coarser = sorted(error for error in (*(error for error, _ in LADDER), _ROUGH) if error > tolerance)
+    return tuple(dict.fromkeys(rung_for(error, plates) for error in (tolerance, *coarser)))
+
+
+def fitting(
+    tolerance: float, plates: Sequence[tuple[Target, Outline | None]], divided: Callable[[Rung], _Plates]
+) -> tuple[_Plates, Rung, tuple[str, ...]]:
+    """Return plates as the first of `rungs_for` divides them that memory holds, it, and what to say of finer ones.
+
+    Raises
+    ------
+    TooLarge
+        Where not even the coarsest one does.
+    """
+    *finer, coarsest = rungs_for(tolerance, plates)
+    said: tuple[str, ...] = ()
+    for rung in finer:
+        try:
+            return divided(rung), rung, said
+        except TooLarge as refusal:
+            said = (f"{refusal}: a coarser division is taken, whose error is told",)
+    return divided(coarsest), coarsest, said
 
 
 def _stem(rung: Rung) -> int:

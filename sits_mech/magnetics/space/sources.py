@@ -13,6 +13,7 @@ the mean some 2e-4 of the field there, and less elsewhere). Rings have the profi
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -99,3 +100,9 @@ def _around(coil: Coil, windings: str, points: Array, distance: float) -> Array:
         some = level == k
         P[some] = CubicSpline(nodes, row)(u[some])
     return np.column_stack([-points[:, 1] * P, points[:, 0] * P, np.zeros(len(points))])
+
+
+def reach(coils: Sequence[Coil], middle: tuple[float, float]) -> float:
+    """Return how far the farthest winding is from a plate's middle along x or y [m]."""
+    away = [max(abs(c - m) for c, m in zip(coil.centre, middle, strict=True)) for coil in coils]
+    return float(max(own + coil.outer_diameter / 2 for own, coil in zip(away, coils, strict=True)))

@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+import tracemalloc
+from collections.abc import Callable
 from itertools import pairwise
+from math import prod
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from sits_mech.extrapolation import added
+from sits_mech.geometry.outline import Outline, read_outline
 from sits_mech.geometry.sheet_plan import Grading, graded_axis
-from sits_mech.magnetics.space.rungs import LADDER, Rung, _interfaces
+from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.space.loops import most_unknowns
+from sits_mech.magnetics.space.modes import prepare_sheets
+from sits_mech.magnetics.space.rungs import LADDER, Rung, TooLarge, _family, _interfaces, memory_of, rungs_for
+from sits_mech.memory import GIB, VARIABLE
+from sits_mech.quantities import Pose
+from sits_mech.scene.sensor import load_sensor
+
+MESHES = Path(__file__).parents[3] / "meshes"
 
 RATIOS = (0.05, 0.2, 0.5, 0.7)  # skin depth prepared for, over the skin depth
 
@@ -53,3 +67,70 @@ def test_axes_of_one_family_follow_one_map(length: float) -> None:
         np.testing.assert_allclose(axes[m][::m], axes[1], rtol=0.0, atol=1e-5 * length)
     cells = np.diff(axes[6])
     assert all(after <= before * (1.0 + 1e-9) for before, after in pairwise(cells))
+
+
+def family(outline: Outline | None, tolerance: float) -> Any:
+    """Divisions of the catalogue's target."""
+    target = load_sensor("biorob2018").target
+    assert target is not None
+    rung = rungs_for(tolerance, [(target, outline)])[0]
+    return _family(target, outline, rung, (1.5e-3, 1e7, 8e-3, 2e-3))
+
+
+def peak(run: Callable[[], object]) -> int:
+    """Most memory that is held at once, beyond what was [bytes]."""
+    tracemalloc.start()
+    try:
+        run()
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize("mesh, tolerance", [("cross", 1e-1), (None, 1e-3)])
+def test_memory_is_known_before_it_is_taken(mesh: str | None, tolerance: float) -> None:
+    """Of triangles over all of an outline, and of a quarter of a rectangle."""
+    found = family(None if mesh is None else read_outline(MESHES / f"{mesh}.msh"), tolerance)
+    (plan, levels), box = found.divisions[0], found.box
+    known = memory_of(plan, levels.size - 1, found.depth, prod(box.order))
+    taken = peak(lambda: prepare_sheets([(plan, levels)], 5.8e7, box, highest=found.highest, depth=found.depth))
+    assert 1 / 1.5 < known / taken < 1.5
+
+
+def test_memory_grows_like_the_square_of_the_cells() -> None:
+    """Of an outline with narrow places at 2e-2, several GiB: what finer cells take is no matter of their making."""
+    slotted = read_outline(MESHES / "slotted_disc.msh")
+    fine, coarse = family(slotted, 2e-2), family(slotted, 1e-1)
+    cells = [max(len(plan.cells) for plan, _ in each.divisions) for each in (fine, coarse)]
+    assert fine.needed / coarse.needed == pytest.approx((cells[0] / cells[1]) ** 2, rel=0.2)
+    assert fine.needed > 4 * GIB > coarse.needed
+    plan = fine.divisions[0][0]
+    assert most_unknowns(plan, 1.0) == (plan.loop < 0).sum() + len(plan.cells)
+
+
+def test_what_memory_does_not_hold_is_divided_coarser_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The answer is that of the coarser division, with its error, and lies within it of the finer one's."""
+    sensor = load_sensor("biorob2018", ['target.width="7.9 mm"'])
+    pose = Pose(0.0, 2e-3)
+    coarse = sheets(sensor, 5e-3).impedance(pose, 5e6)
+    monkeypatch.setenv(VARIABLE, "0.05")
+    found = sheets(sensor, 2e-3).impedance(pose, 5e6)
+    (said,) = (note for note in found.report.notes if "memory" in note)
+    assert "plate of 7.9 x 8 mm" in said and said.endswith("a coarser division is taken, whose error is told")
+    np.testing.assert_array_equal((found.L, found.error_L), (coarse.L, coarse.error_L))
+    monkeypatch.delenv(VARIABLE)
+    fine = sheets(sensor, 2e-3).impedance(pose, 5e6)
+    assert not any("memory" in note for note in fine.report.notes)
+    assert abs(found.L - fine.L)[0, 0] < (found.error_L + fine.error_L)[0, 0]
+
+
+def test_a_plate_that_no_division_fits_is_refused_before_it_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(VARIABLE, "0.01")
+    model = sheets(load_sensor("biorob2018"), 1e-2, outline=read_outline(MESHES / "slotted_disc.msh"))
+
+    def refused() -> None:
+        with pytest.raises(TooLarge, match=r"^memory: \d+ cells of the plate of .* mm take some .* GiB, more than the "
+                           r"limit of 0.01 GiB \(--memory, or SITS_MECH_MEMORY\)$"):  # fmt: skip
+            model.impedance(Pose(0.0, 2e-3), 5e6)
+
+    assert peak(refused) < 0.1 * GIB
