@@ -286,6 +286,7 @@ def test_no_cluster_at_an_address(
     assert "tcp://127.0.0.1:1" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_cases_of_quality_are_calibrations(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A case is the calibration that the command makes, to the last digit; its figures are those of that."""
     text = 'scene = "biorob2018"\nrequest = "quality"\n[vary]\n"elastomer.thickness" = ["1 mm", "2 mm", "3 mm"]\n'

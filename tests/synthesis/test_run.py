@@ -106,6 +106,7 @@ def test_what_binds_has_a_price_and_others_a_reason() -> None:
     assert found.front and found.landscape is not None and np.isfinite(found.landscape.aim).any()
 
 
+@pytest.mark.slow
 def test_where_nothing_fits_the_nearest_design_says_what_forbids() -> None:
     """A resolution that no design reaches: not feasible, and that limit is named."""
     found = design(asked(require={"resolution": {"F_z": "0.001 mN"}}))
