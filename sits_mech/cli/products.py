@@ -99,12 +99,14 @@ def design(
     requirements: Annotated[Path, Parameter(help="Requirement file: scene, loads, vary, require, tolerance, goal.")], *,
     output: Annotated[Path, Parameter(name=["--output", "-o"], help="Folder of the answer and of solved designs.")],
     most: Annotated[int, Parameter(help="Designs that the search solves at most.")] = 60,
+    processes: Annotated[int, Parameter(name=["--processes", "-j"], help="Of this machine, for first designs.")] = 1,
     as_json: Json = False,
 ) -> int:  # fmt: skip
     """Find a sensor for requirements: which thickness, silicone, target, coils; a stopped run goes on.
 
     Example: sits-mech design requirements.toml -o fingertip
     """
+    from sits_mech.batch.executors import workers
     from sits_mech.report.design import write_design
     from sits_mech.report.folder import cases_folder, prepare_folder
     from sits_mech.report.tables.design import design_record, design_tables
@@ -113,8 +115,11 @@ def design(
 
     asked = read_requirements(requirements)
     folder = prepare_folder(output)
-    with progress_bar("designs") as progress:
-        found = designed(asked, folder=cases_folder(folder), most=most, told=lambda done, all_, _: progress(done, all_))
+    with workers(processes) as executor, progress_bar("designs") as progress:
+        found = designed(
+            asked, folder=cases_folder(folder), most=most, told=lambda done, all_, _: progress(done, all_),
+            executor=executor,
+        )  # fmt: skip
     missed = write_design(asked, found, folder)
     answer(design_record(found), design_tables(asked, found), as_json)
     for line in [*found.notes, *missed, f"written to {folder}"]:

@@ -8,7 +8,8 @@ finer still, before it is judged. Everything that was solved is kept, so that a 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from concurrent.futures import Executor, Future
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +46,7 @@ Told = Callable[[int, int, str], None]
 
 def design(
     requirements: Requirements | Mapping[str, Any] | str | Path, *, folder: Path | None = None, most: int = MOST,
-    seed: int = 0, told: Told | None = None,
+    seed: int = 0, told: Told | None = None, executor: Executor | None = None,
 ) -> DesignAnswer:  # fmt: skip
     """Return the best sensor for some requirements.
 
@@ -61,6 +62,9 @@ def design(
         Of its starts.
     told : callable, optional
         For progress.
+    executor : Executor, optional
+        Where the first designs of all choices are solved side by side; in this process by default. No answer depends on
+        it.
 
     Raises
     ------
@@ -69,6 +73,9 @@ def design(
     """
     asked = _asked(requirements)
     run = _Run(asked, folder, most, told)
+    if executor is not None:
+        first = [Design(choice, tuple(run.middle.tolist())) for choice in asked.space.choices[:most]]
+        run.ahead = {each: executor.submit(run.coarse, each) for each in first}
     search = Search(run.coarse.task, asked.space.choices, len(asked.space.variables), run.solve, run.start, most, seed)
     known = search.run()
     good = [each for each in known if each.carried]
@@ -107,6 +114,12 @@ class _Run:
     most: int
     told: Told | None
     count: int = 0
+    ahead: dict[Design, Future[Answered]] = field(default_factory=dict)
+
+    @property
+    def middle(self) -> Array:
+        """Where every choice begins."""
+        return np.full(len(self.asked.space.variables), 0.5)
 
     @property
     def coarse(self) -> Solver:
@@ -115,7 +128,8 @@ class _Run:
 
     def solve(self, wanted: Design, tolerance: float = COARSE) -> Answered:
         """Solve a design, and tell."""
-        found = replace(self.coarse, tolerance=tolerance)(wanted)
+        begun = self.ahead.pop(wanted, None) if tolerance == COARSE else None
+        found = replace(self.coarse, tolerance=tolerance)(wanted) if begun is None else begun.result()
         self.count += 1
         if self.told is not None:
             self.told(self.count, self.most + _TRIES, self.asked.space.words(wanted))
@@ -123,7 +137,7 @@ class _Run:
 
     def start(self, choice: tuple[int, ...], attempt: int) -> Array | None:
         """Return where a choice begins: the middle, then the corner of least strain by linear theory."""
-        middle = np.full(len(self.asked.space.variables), 0.5)
+        middle = self.middle
         if attempt == 0:
             return middle
         if attempt > 1 or not len(middle):

@@ -1,5 +1,6 @@
 """From requirements to an answer on a sensor in closed form: round, feasible, priced; the same from any seed."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -123,6 +124,14 @@ def test_a_run_that_was_stopped_goes_on(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(Solver, "answered", forbidden)
     again = design(asked(), folder=tmp_path)
     assert again.values == first.values and again.solves == first.solves
+
+
+def test_designs_solved_elsewhere_are_the_same() -> None:
+    """The first of every choice by an executor, each once; the answer does not know."""
+    with ThreadPoolExecutor(2) as executor:
+        found = design(asked(), executor=executor)
+    alone = design(asked())
+    assert found.values == alone.values and found.solves == alone.solves and str(found.figures) == str(alone.figures)
 
 
 def test_loads_that_no_design_carries(monkeypatch: pytest.MonkeyPatch) -> None:
