@@ -1,14 +1,12 @@
-"""What is a design worth? A few figures for a sensor over a range of forces, and the designs that no other one beats.
+"""What is a sensor worth over a range of forces? A few figures of its table.
 
 Resolution is what one reading's noise of the scene's converter is worth in newtons, at the worst load of the range
 (one standard deviation, the forces solved together from all coils); crosstalk is the largest response of a signal to
-the other force, of the signal's own full scale. A design serves when every load of the range converged and the inverse
-is single-valued over it.
+the other force, of the signal's own full scale.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +14,6 @@ import xarray as xr
 
 from sits_mech.analysis.bench import sensor_calibration, sensor_front_end
 from sits_mech.cases import DONE
-from sits_mech.chain.calibrate import calibrate
 from sits_mech.readout.crosstalk import crosstalk
 from sits_mech.scene.sensor import Sensor
 
@@ -26,15 +23,15 @@ _FIGURES = (
 )  # fmt: skip
 
 
-def design_row(sensor: Sensor, **request: Any) -> Row:
+def table_row(sensor: Sensor, data: xr.Dataset) -> Row:
     """Return the figures of a sensor over a range of forces; what cannot be told is NaN.
 
     Parameters
     ----------
     sensor : Sensor
         With target, elastomer and converter.
-    **request
-        As for `calibrate`: ``F_x``, ``F_z`` [N], ``tolerance``, models.
+    data : Dataset
+        As from `calibrate`, over F_x and F_z.
 
     Returns
     -------
@@ -43,11 +40,6 @@ def design_row(sensor: Sensor, **request: Any) -> Row:
         ``resolution_z`` [N], ``unique`` (share of the range with one inverse), ``failed_loads``, ``least_gap`` [m],
         ``min_J``, ``error`` (largest of a signal, of full scale), ``seconds``.
     """
-    return table_row(sensor, calibrate(sensor, **request))
-
-
-def table_row(sensor: Sensor, data: xr.Dataset) -> Row:
-    """Return the figures of a sensor from its table; as `design_row`."""
     good = (data["status"] == DONE).to_numpy()
     row: Row = dict.fromkeys(_FIGURES, np.nan)
     row |= {"failed_loads": int(np.sum(~good)), "seconds": float(data["seconds"].sum())}
@@ -71,29 +63,3 @@ def table_row(sensor: Sensor, data: xr.Dataset) -> Row:
 def _span(values: xr.DataArray) -> float:
     """Return how far values range."""
     return float(values.max() - values.min())
-
-
-def serves(row: Mapping[str, Any]) -> bool:
-    """Tell whether a design answers every load of its range with one force."""
-    return bool(row["failed_loads"] == 0 and row["unique"] == 1.0)
-
-
-def best_designs(rows: Sequence[Row], smaller: Sequence[str]) -> list[Row]:
-    """Return the designs that serve and that no other one beats in all of `smaller`, in the order of the first.
-
-    Parameters
-    ----------
-    rows : sequence of dict
-        As of `design_row`, with whatever names the design.
-    smaller : sequence of str
-        Figures that should be small.
-    """
-    fit = [row for row in rows if serves(row)]
-    front = [
-        row for row in fit
-        if not any(
-            all(other[name] <= row[name] for name in smaller) and any(other[name] < row[name] for name in smaller)
-            for other in fit
-        )
-    ]  # fmt: skip
-    return sorted(front, key=lambda row: float(row[smaller[0]]))
