@@ -152,6 +152,7 @@ def test_corner_loads_are_those_of_no_image() -> None:
     assert {abs(load.M) for load in corner_loads(sensor, held)} == {1e-3}
 
 
+@pytest.mark.slow
 def test_the_capacity_of_a_calibrated_pad(calibrated: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Its pad is at the end of the silicone's data, or past its largest load, where quality says."""
     assert run(["quality", str(calibrated), "--capacity", "--json"]) == 0

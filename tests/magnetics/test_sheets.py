@@ -131,6 +131,7 @@ def test_mirror_and_turns(model: Sheets) -> None:
     assert (turned.L - turned.L0) == pytest.approx(straight.L - straight.L0, rel=1e-6, abs=0.0)  # the plate is square
 
 
+@pytest.mark.slow
 def test_extreme_skin_ratios_follow_the_skin_depth(sensor: Sensor) -> None:
     """Delta L tends to that of a perfect conductor (FEM as above, -61.41 nH), R / sqrt(f / sigma) to one value.
 
@@ -177,6 +178,7 @@ def test_refusals(sensor: Sensor, model: Sheets) -> None:
         sheets(load_sensor("biorob2018", ['target.material="ferrite"']))
 
 
+@pytest.mark.slow
 def test_many_poses_without_a_target() -> None:
     """Fixed metal alone answers alike at every pose, errors and their shared parts too."""
     part = 'conductors=[{name="nut", material="brass", shape="rectangle", centre=["0 mm", "-3 mm"], width="6 mm", ' \

@@ -99,6 +99,7 @@ def test_scaling_of_coils_alone(sensor: Sensor) -> None:
         np.testing.assert_allclose(by_all(found, bare, pose, "L"), degree * L0, rtol=0, atol=1e-8 * L0.max())
 
 
+@pytest.mark.slow
 def test_scaling_of_a_section(sensor: Sensor) -> None:
     """L(s x, f/s^2) = L and R(s x, f/s^2) = R/s^2 per metre of depth, to what the division of the plate holds."""
     model, pose, f = planar_bars(sensor, 1e-4), Pose(0.2 * MM, 2 * MM, 0.02), 1e6

@@ -107,6 +107,7 @@ def rings(tolerance: float) -> Axisymmetric:
     return axisymmetric(sensor.model_copy(update={"coils": (coil,)}), tolerance)
 
 
+@pytest.mark.slow
 def test_rings_of_a_pose_alone_and_among_others() -> None:
     model = rings(1e-3)
     alone = model.impedance(Pose(0.0, 3 * MM), 5e6)

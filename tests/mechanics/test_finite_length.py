@@ -26,6 +26,7 @@ def test_stiffness_of_a_box_in_si():
     np.testing.assert_allclose(found, found.T, atol=1e-6 * found[1, 1])
 
 
+@pytest.mark.slow
 def test_a_long_pad_is_plane_strain_but_for_its_ends():
     short, long = (finite_length_factor(scene(length)) for length in (100, 1000))
     for name in ("shear", "compression", "tilt"):

@@ -70,6 +70,7 @@ def test_coil_and_plate_turned_by_a_quarter() -> None:
     assert turned.R[0, 0] == pytest.approx(along.R[0, 0], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_mirrored_poses_of_a_square() -> None:
     """d_h and -d_h, and d_y instead, are one."""
     model = sheets(scene(rectangle(2.0, 2.0)), 2e-2)

@@ -48,6 +48,7 @@ def test_work_of_the_force_that_is_found_is_the_stored_energy(place: str) -> Non
     assert row.status == DONE and row.holds and row.violation < 2e-3
 
 
+@pytest.mark.slow
 def test_work_on_a_solid_pad_is_its_stored_energy() -> None:
     pad = block_pad(solids.pad(), 2e-2)
     (_, question), *_ = driven.drive(pad, driven.Drive("pressed", "sink", (0.04,), 0.01, by_force=True))

@@ -22,6 +22,7 @@ ASKED: dict[str, Any] = {
 SOLVER = Solver(requirements_of(ASKED), 5e-2)
 
 
+@pytest.mark.slow
 def test_a_table_is_that_of_a_calibration_and_its_slopes_are_differences(tmp_path: Path) -> None:
     """L at the loads within the chain's tolerance; the slope by another thickness; what is kept is read again."""
     solver = Solver(SOLVER.requirements, 5e-2, tmp_path)

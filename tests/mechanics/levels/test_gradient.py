@@ -87,6 +87,7 @@ def test_derivatives_are_those_of_differences(model: str, name: str) -> None:
     assert apart(found.pose[:, 0], difference) < 1e-5
 
 
+@pytest.mark.slow
 def test_a_load_that_leaves_the_plane_turns_the_target_in_space() -> None:
     """All six components of the pose by some of the load and by a length; of a whole pad, to 1e-5."""
     sensor, load = wide(), Wrench(0.2, 1.0, 3e-4, 0.2, 3e-4, 2e-4)
