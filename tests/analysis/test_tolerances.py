@@ -130,6 +130,7 @@ def test_what_has_no_tolerance_is_refused(sensor: Sensor, data: xr.Dataset) -> N
         force_spread(sensor, data, {"modulus": 0.5}, [[0.0, 1.0]], samples=16)
 
 
+@pytest.mark.slow
 def test_quality_command(
     sensor: Sensor, data: xr.Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -159,6 +160,7 @@ def test_quality_command(
     assert "--noise: must be given" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_quality_of_forces_that_two_coils_cannot_resolve(
     three_forces: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -104,6 +104,7 @@ def test_forces_and_poses_are_requests(tmp_path: Path) -> None:
     assert float(run_study(read_study(written(tmp_path, text)), tmp_path / "chain")["L_v_percent"].diff("fz")[0]) < 0.0
 
 
+@pytest.mark.slow
 def test_loads_beside_the_plane_and_small_ones_take_the_commands_models(tmp_path: Path) -> None:
     """All cases of a study that varies fy are solved in space; a small load on a long pad takes one compliance."""
     text = 'scene = "biorob2018"\nrequest = "pose"\n[vary]\nfy = ["-0.2 N", "0.2 N"]\n[fixed]\nfz = "1 N"\n'

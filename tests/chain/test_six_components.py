@@ -43,6 +43,7 @@ def test_shear_along_y_over_turned_coils_is_shear_along_x(sheared):
     np.testing.assert_allclose(found.impedance.R, sheared.impedance.R, rtol=0, atol=1e-3 * sheared.impedance.R.max())
 
 
+@pytest.mark.slow
 def test_command_line(capsys):
     """The keys of a load in the plane, and those of the others; the coils do not tell +y from -y."""
     words = ["simulate", "biorob2018", "--fx", "0.3 N", "--fz", "1 N", "--json", "--fy"]

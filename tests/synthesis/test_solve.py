@@ -46,6 +46,7 @@ def test_what_is_not_asked_is_not_solved() -> None:
     assert found.carried and found.table is None and found.plain["height"] == pytest.approx(2.25e-3 + 0.2e-3 + 0.12e-3)
 
 
+@pytest.mark.slow
 def test_a_design_that_cannot_carry_its_load_says_so() -> None:
     """With its reason, and a strain beyond what is allowed."""
     table = ASKED | {"loads": {"F_z": ["-9 N", "0.4 N"]}}

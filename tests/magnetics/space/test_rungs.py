@@ -108,6 +108,7 @@ def test_memory_grows_like_the_square_of_the_cells() -> None:
     assert most_unknowns(plan, 1.0) == (plan.loop < 0).sum() + len(plan.cells)
 
 
+@pytest.mark.slow
 def test_what_memory_does_not_hold_is_divided_coarser_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     """The answer is that of the coarser division, with its error, and lies within it of the finer one's."""
     sensor = load_sensor("biorob2018", ['target.width="7.9 mm"'])

@@ -187,6 +187,7 @@ def test_a_split_mesh_is_nested_for_every_shape():
         assert near.max() < 1e-9
 
 
+@pytest.mark.slow
 def test_bulging_sides_lie_on_the_target_and_on_the_ground_beyond_the_pad():
     """A pad pressed by a third bulges: its faces stay between the planes."""
     pad = block_pad(scene((10, 10), (8, 8)), 0.5)
