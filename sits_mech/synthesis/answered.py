@@ -101,6 +101,11 @@ class Task:
             found["yield"] = float(np.quantile(self.judge.excess(table), self.judge.share))
         return found
 
+    def holds(self, found: Answered) -> bool:
+        """Say whether a solved design holds every limit."""
+        excess = self.excess(self.figures(found.table, found.plain), found.table)
+        return found.carried and max(excess.values(), default=-1.0) <= 0.0
+
     def aim(self, figures: dict[str, float]) -> float:
         """Return what is minimised: figures over their limits, or over their sizes, by their weights."""
         size = self.sizes | (self.weighed or self.limits)

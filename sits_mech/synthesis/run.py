@@ -162,7 +162,7 @@ class _Run:
         found: list[Answered] = []
         for wanted in tries[:_TRIES]:
             found.append(self.solve(wanted, FINE))
-            if _holds(search, found[-1]):
+            if search.task.holds(found[-1]):
                 break
         chosen = min(found, key=search.merit)
         if not chosen.carried:
@@ -183,12 +183,6 @@ class _Run:
                 f"stress: forces may be off by as much; measure the own silicone"
             )
         return tuple(found)
-
-
-def _holds(search: Search, found: Answered) -> bool:
-    """Say whether a solved design holds all limits."""
-    excess = search.task.excess(search.task.figures(found.table, found.plain), found.table)
-    return found.carried and max(excess.values(), default=-1.0) <= 0.0
 
 
 def _promise(search: Search, branch: Branch, wanted: Design) -> float:

@@ -24,6 +24,7 @@ from scipy.stats import qmc
 
 from sits_mech.quantities import Array
 from sits_mech.synthesis.answered import Answered, Task
+from sits_mech.synthesis.figures import Table
 from sits_mech.synthesis.prediction import Prediction
 from sits_mech.synthesis.space import Design
 
@@ -125,10 +126,10 @@ class Search:
         """Return the merit that is foretold of a point."""
         return self._merit(prediction.table(x), prediction.plain(x))
 
-    def _merit(self, table: object, plain: dict[str, float]) -> float:
+    def _merit(self, table: Table | None, plain: dict[str, float]) -> float:
         """The same of figures, known or predicted."""
-        figures = self.task.figures(table, plain)  # type: ignore[arg-type]
-        worst = max(self.task.excess(figures, table).values(), default=0.0)  # type: ignore[arg-type]
+        figures = self.task.figures(table, plain)
+        worst = max(self.task.excess(figures, table).values(), default=0.0)
         return self.task.aim(figures) + _WEIGHT * max(worst - _HELD, 0.0)
 
     def _begin(self, branch: Branch) -> None:

@@ -146,12 +146,11 @@ class Solver:
 
     def _sizes(self, design: Design, sensor: Sensor) -> tuple[dict[str, float], dict[str, Array]]:
         """Sizes and hysteresis of a design, and how they go with the variables."""
-        plain, space, x = size_of(sensor), self.requirements.space, np.array(design.x)
-        slopes = {name: np.zeros(len(x)) for name in plain}
-        for k in range(len(x)):
-            way = -_SLOPE if x[k] > 0.5 else _SLOPE
-            beside = tuple((x + way * (np.arange(len(x)) == k)).tolist())
-            moved = size_of(space.sensor(Design(design.choice, beside)))
+        plain = size_of(sensor)
+        slopes = {name: np.zeros(len(design.x)) for name in plain}
+        for k, x in enumerate(design.x):
+            way = -_SLOPE if x > 0.5 else _SLOPE
+            moved = size_of(self.requirements.space.sensor(design.moved(k, way)))
             for name, own in slopes.items():
                 own[k] = (moved[name] - plain[name]) / way
         if "hysteresis" in {*self.requirements.limits, *self.requirements.goal} and sensor.elastomer is not None:
@@ -186,13 +185,12 @@ class Solver:
 
     def _strain_slopes(self, design: Design, strain: float, load: Wrench) -> Array:
         """How the strain under a load goes with the variables; nothing of one where no design beside carries it."""
-        found, x = np.zeros(len(design.x)), np.array(design.x)
-        for k, way in product(range(len(x)), (_WIDE, -_WIDE)):
-            if found[k] or not 0.0 <= x[k] + way <= 1.0:
+        found = np.zeros(len(design.x))
+        for (k, x), way in product(enumerate(design.x), (_WIDE, -_WIDE)):
+            if found[k] or not 0.0 <= x + way <= 1.0:
                 continue
-            beside = tuple((x + way * (np.arange(len(x)) == k)).tolist())
-            with suppress(SceneError, SolveFailed):
-                there = self.requirements.space.sensor(Design(design.choice, beside))
+            with suppress(SceneError, SolveFailed, Collision):
+                there = self.requirements.space.sensor(design.moved(k, way))
                 found[k] = (self._strain(there, load) - strain) / way
         return found
 

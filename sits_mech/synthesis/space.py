@@ -15,8 +15,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
 from sits_mech.scene.files import written
 from sits_mech.scene.parameters import keys_of, value_of
 from sits_mech.scene.sensor import SceneError, Sensor, changed
@@ -64,10 +62,9 @@ class Design:
     choice: tuple[int, ...]
     x: tuple[float, ...]
 
-    @property
-    def point(self) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """The coordinates as an array."""
-        return np.array(self.x, dtype=float)
+    def moved(self, number: int, by: float) -> Design:
+        """Return the design with one coordinate changed."""
+        return Design(self.choice, tuple(x + by * (k == number) for k, x in enumerate(self.x)))
 
 
 @dataclass(frozen=True)

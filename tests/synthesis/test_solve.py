@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.scene.sensor import load_sensor
+from sits_mech.geometry.collision import Collision
+from sits_mech.quantities import Wrench
+from sits_mech.scene.sensor import Sensor, load_sensor
 from sits_mech.synthesis.answered import STRAIN
 from sits_mech.synthesis.requirements import requirements_of
 from sits_mech.synthesis.solve import Solver, size_of
@@ -52,6 +54,16 @@ def test_a_design_that_cannot_carry_its_load_says_so() -> None:
     table = ASKED | {"loads": {"F_z": ["-9 N", "0.4 N"]}}
     found = Solver(requirements_of(table), 5e-2)(Design((), (1.0,)))
     assert not found.carried and found.reason.startswith("overload: ") and found.plain[STRAIN] > 1.0
+
+
+def test_a_neighbour_that_comes_to_the_coils_leaves_no_slope(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The design itself carries its load: it is answered."""
+
+    def touching(self: Solver, sensor: Sensor, load: Wrench) -> float:
+        raise Collision("pose: the target must stay above the coil plane")
+
+    monkeypatch.setattr(Solver, "_strain", touching)
+    assert SOLVER._strain_slopes(Design((), (0.5,)), 0.3, Wrench(F_z=1.0)) == pytest.approx(0.0)
 
 
 def test_sizes_hold_all_parts() -> None:

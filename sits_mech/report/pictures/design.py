@@ -60,9 +60,9 @@ def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[st
     for number, choice in enumerate(choices):
         own = [each for each in found.known if each.design.choice == choice and each.carried]
         for holds in (True, False):
-            some = [each for each in own if _holds(task, each) == holds]
+            some = [each for each in own if task.holds(each) == holds]
             x, y = ([_shown(task, each, name) for each in some] for name in names)
-            label = choice_words(asked, choice) if holds == any(_holds(task, each) for each in own) else None
+            label = choice_words(asked, choice) if holds == any(task.holds(each) for each in own) else None
             spot.plot(x, y, f"C{number % 10}o", mfc=None if holds else "w", label=label)
     best = [_shown(task, found.best, name) for name in names]
     spot.plot(best[:1], best[1:], "k*", ms=7, label="recommended" if found.feasible else "nearest")
@@ -78,12 +78,6 @@ def choice_words(asked: Requirements, choice: tuple[int, ...]) -> str:
     keys = [key.rpartition(".")[2] for key in asked.space.lists]
     each = (value if key == "material" else f"{key} {value}" for key, value in zip(keys, values, strict=True))
     return ", ".join(each) or "designs"
-
-
-def _holds(task: Task, each: Answered) -> bool:
-    """Whether a design holds every limit."""
-    excess = task.excess(task.figures(each.table, each.plain), each.table)
-    return each.carried and max(excess.values(), default=-1.0) <= 0.0
 
 
 def _shown(task: Task, each: Answered, name: str) -> float:
