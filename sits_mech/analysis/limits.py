@@ -23,6 +23,7 @@ a model's first meshes.
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
 
@@ -114,6 +115,7 @@ class Limits:
 def limits_of(sensor: Sensor, data: xr.Dataset) -> Limits:
     """Return the limits of a pad that its table and its silicone tell; arguments as from `calibrate`."""
     silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
+    known = 1.0 + known_strain(sensor)
     dims, size = data["status"].dims, data["status"].size
     stretch = data["stretch"].transpose(*dims).to_numpy().ravel() if "stretch" in data else np.full(size, np.nan)
     pose, error = (_components(data, prefix) for prefix in ("", "error_"))
@@ -128,7 +130,6 @@ def limits_of(sensor: Sensor, data: xr.Dataset) -> Limits:
         return k, "" if k < 0 else load_words({name: float(row[name]) for name in (*varied(data), *fixed(data))})
 
     (i, where), (j, there) = under(stretch), under(-gap)
-    known = np.nan if silicone is None or silicone.fitted_range is None else 1.0 + silicone.fitted_range[1]
     spread = np.nan if silicone is None or silicone.spread is None else 1.0 + silicone.spread
     loop = np.nan if silicone is None else loop_width(silicone, PERIOD)
     left = np.nan if silicone is None else left_share(silicone, AFTER)
@@ -151,10 +152,34 @@ def with_capacity(limits: Limits, sensor: Sensor, data: xr.Dataset, progress: Pr
 
 def corner_loads(sensor: Sensor, data: xr.Dataset) -> list[Wrench]:
     """Return the loads of the ends of a table's components, and of zero, without images of others and without none."""
-    ends = {name: sorted({0.0, float(data[name].min()), float(data[name].max())}) for name in varied(data)}
-    ends |= {name: [value] for name, value in fixed(data).items()}
+    ranges = {name: (float(data[name].min()), float(data[name].max())) for name in varied(data)}
+    return corners(sensor, ranges, fixed(data))
+
+
+def corners(
+    sensor: Sensor, ranges: Mapping[str, tuple[float, float]], held: Mapping[str, float] | None = None
+) -> list[Wrench]:
+    """Return the loads of the ends of some components, and of zero, without images of others and without none.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        Whose symmetry says which loads are images.
+    ranges : mapping
+        Least and greatest of components that vary [N, N m].
+    held : mapping, optional
+        Of the others [N, N m].
+    """
+    ends = {name: sorted({0.0, *pair}) for name, pair in ranges.items()}
+    ends |= {name: [value] for name, value in (held or {}).items()}
     each = (Wrench(**dict(zip(ends, values, strict=True))) for values in product(*ends.values()))
     return symmetry_of(sensor).without_images(load for load in each if load.components.any())
+
+
+def known_strain(sensor: Sensor) -> float:
+    """Return the largest strain of the data behind the silicone's constants; nan where it is not known."""
+    silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
+    return np.nan if silicone is None or silicone.fitted_range is None else silicone.fitted_range[1]
 
 
 def capacity(sensor: Sensor, layer: MechanicalModel, load: Wrench, known_stretch: float) -> Capacity:

@@ -25,9 +25,9 @@ import numpy as np
 
 from sits_mech.batch.requests import REQUESTS, Request, Variant
 from sits_mech.cases import Combine, Row, grid_points
-from sits_mech.scene.files import read_table, written
+from sits_mech.scene.files import check_keys, read_as, written
 from sits_mech.scene.materials import unknown
-from sits_mech.scene.sensor import SceneError, load_sensor, scene_text
+from sits_mech.scene.sensor import SceneError, load_beside, scene_text
 from sits_mech.units import shown, split_quantity
 
 _KEYS = ("scene", "request", "combine", "vary", "fixed")
@@ -94,21 +94,12 @@ def read_study(path: Path) -> Study:
     SceneError
         One line: the file, the key, what it must be, what came.
     """
-    table = read_table(path)
-    try:
-        return _study(table, path.parent)
-    except SceneError as error:
-        raise SceneError(f"{path}: {error}") from None
+    return read_as(path, _study)
 
 
 def _study(table: Mapping[str, Any], folder: Path) -> Study:
     """Return the study of a file's tables."""
-    for key in table:
-        if key not in _KEYS:
-            raise SceneError(f"key {unknown(key, _KEYS)}")
-    for key in ("scene", "request", "vary"):
-        if key not in table:
-            raise SceneError(f"{key}: must be given; it is missing")
+    check_keys(table, _KEYS, ("scene", "request", "vary"))
     combine: Combine = table.get("combine", "product")
     for key, value, known in (("request", table["request"], tuple(REQUESTS)), ("combine", combine, ("product", "zip"))):
         if value not in known:
@@ -116,8 +107,7 @@ def _study(table: Mapping[str, Any], folder: Path) -> Study:
     request = REQUESTS[table["request"]]
     varied, fixed = _table(table, "vary"), _table(table, "fixed")
     _check_names(table["request"], request, varied, fixed)
-    place = folder / str(table["scene"])
-    scene = load_sensor(place if place.is_file() else str(table["scene"]), _overrides(fixed, request))
+    scene = load_beside(folder, str(table["scene"]), _overrides(fixed, request))
     if not request.layer and not any(key.startswith("elastomer.") for key in varied):
         scene = scene.model_copy(update={"elastomer": None})
     vary = {name: _values(name, item) for name, item in varied.items()}

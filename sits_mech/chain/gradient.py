@@ -25,7 +25,7 @@ import numpy as np
 
 from sits_mech.chain.models import MAGNETICS, loaded_model, mechanical_model
 from sits_mech.chain.pose_errors import signal_weights
-from sits_mech.chain.simulate import Simulation, simulated, turned
+from sits_mech.chain.simulate import Simulation, image_at_rest, simulated, turned
 from sits_mech.magnetics.slopes import pose_slopes, slopes
 from sits_mech.mechanics.levels.gradient import PoseSlopes
 from sits_mech.mechanics.symmetry import Symmetry, symmetry_of
@@ -151,8 +151,7 @@ def gradient(
     if not isinstance(layer, SlopedModel):
         raise SceneError(f"mechanics: must be block, planar or linear for a gradient; got {by_layer.name}")
     mirrors = mirrors_of(sensor)
-    solved, back = mirrors.standard(wrench) if wrench.beside else (wrench, np.eye(len(WRENCH)))
-    found = layer.equilibrium(solved)
+    found, back = image_at_rest(mirrors, layer, wrench)
     by_pose = layer.slopes(found, moving, sideways=sideways)
     kept = mirrors.projection(wrench) @ back
     simulation = simulated(sensor, field, turned(found, wrench, kept))

@@ -15,7 +15,7 @@ import numpy as np
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.pose_errors import read_poses, signals_at, stacked
 from sits_mech.geometry.collision import check_clearance
-from sits_mech.mechanics.symmetry import image_of, symmetry_of
+from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetry_of
 from sits_mech.quantities import (
     WRENCH,
     Array,
@@ -115,12 +115,25 @@ def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench, via: Sequenc
     """
     if via:
         return _passed(sensor, layer, [*via, wrench])
-    solved, back = symmetry_of(sensor).standard(wrench) if wrench.beside else (wrench, np.eye(len(WRENCH)))
-    if solved == wrench:
-        return with_symmetry(sensor, layer.equilibrium(wrench))
+    found, back = image_at_rest(symmetry_of(sensor), layer, wrench)
+    image = with_symmetry(sensor, found)
+    return image if found.wrench == wrench else turned(image, wrench, back)
+
+
+def image_at_rest(symmetry: Symmetry, layer: MechanicalModel, wrench: Wrench) -> tuple[Equilibrium, Array]:
+    """Return where a target rests under the image of a load that is solved for it, and the matrix that takes it back.
+
+    Raises
+    ------
+    SolveFailed
+        When the layer has no equilibrium that could be reached; of the load, not of its image.
+    """
+    solved, back = symmetry.standard(wrench) if wrench.beside else (wrench, np.eye(len(WRENCH)))
     try:
-        found = with_symmetry(sensor, layer.equilibrium(solved))
+        return layer.equilibrium(solved), back
     except SolveFailed as error:
+        if solved == wrench:
+            raise
         last = None if error.last is None else turned(error.last, Wrench(*(back @ error.last.wrench.components)), back)
         carried = None
         if error.carried is not None:
@@ -128,7 +141,6 @@ def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench, via: Sequenc
             carried = Wrench(*image_of(back, load).tolist()), Wrench(*image_of(np.abs(back), off).tolist())
         message = f"{error} (an image of the load was solved)"
         raise SolveFailed(message, error.report, last, error.half, carried) from error
-    return turned(found, wrench, back)
 
 
 def _passed(sensor: Sensor, layer: MechanicalModel, loads: Sequence[Wrench]) -> Equilibrium:

@@ -10,14 +10,16 @@ import json
 import os
 import tempfile
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+from sits_mech.scene.materials import unknown
 from sits_mech.units import SceneError, shown
 
 Table = dict[str, Any]
+Meant = TypeVar("Meant")
 
 
 def read_table(path: Path) -> Table:
@@ -30,6 +32,38 @@ def read_table(path: Path) -> Table:
         raise SceneError(
             f"{shown(str(path))[1:-1]}: must be a TOML file; got: {' '.join(str(error).split())}"
         ) from None
+
+
+def read_as(path: Path, meaning: Callable[[Table, Path], Meant]) -> Meant:
+    """Return what a TOML file means.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    meaning : callable
+        Takes its tables and its folder.
+
+    Raises
+    ------
+    SceneError
+        One line: the file, the key, what it must be, what came.
+    """
+    table = read_table(path)
+    try:
+        return meaning(table, path.parent)
+    except SceneError as error:
+        raise SceneError(f"{path}: {error}") from None
+
+
+def check_keys(table: Mapping[str, Any], known: Sequence[str], needed: Sequence[str] = ()) -> None:
+    """Raise SceneError where a table has a key that is not known, or lacks one that is needed."""
+    for key in table:
+        if key not in known:
+            raise SceneError(f"key {unknown(key, known)}")
+    for key in needed:
+        if key not in table:
+            raise SceneError(f"{key}: must be given; it is missing")
 
 
 def overridden(table: Mapping[str, Any], overrides: Sequence[str]) -> Table:

@@ -195,6 +195,12 @@ def load_sensor(source: str | Path, overrides: Sequence[str] = ()) -> Sensor:
     return sensor_from(overridden(_found(read_table(path), path.parent), overrides), str(source))
 
 
+def load_beside(folder: Path, source: str, overrides: Sequence[str] = ()) -> Sensor:
+    """Read a sensor from a scene file in the folder of a file that names it, or else as `load_sensor` does."""
+    place = folder / source
+    return load_sensor(place if place.is_file() else source, overrides)
+
+
 def _found(table: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Return a scene's tables with the paths of meshes, written relative to the scene's folder, made whole."""
     for key in ("target", "elastomer"):

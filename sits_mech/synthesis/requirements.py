@@ -40,9 +40,9 @@ from typing import Any
 import numpy as np
 
 from sits_mech.quantities import UNITS, WRENCH
-from sits_mech.scene.files import read_table
+from sits_mech.scene.files import check_keys, read_as
 from sits_mech.scene.materials import unknown
-from sits_mech.scene.sensor import SceneError, Sensor, changed, load_sensor, scene_text
+from sits_mech.scene.sensor import SceneError, Sensor, changed, load_beside, scene_text
 from sits_mech.synthesis.space import Space, space_of
 from sits_mech.units import quantity, shown
 
@@ -118,23 +118,13 @@ def read_requirements(path: Path) -> Requirements:
     SceneError
         One line: the file, the key, what it must be, what came.
     """
-    table = read_table(path)
-    try:
-        return requirements_of(table, path.parent)
-    except SceneError as error:
-        raise SceneError(f"{path}: {error}") from None
+    return read_as(path, requirements_of)
 
 
 def requirements_of(table: Mapping[str, Any], folder: Path = Path()) -> Requirements:
     """Return the requirements that tables, as of a file in a folder, ask for; errors as of `read_requirements`."""
-    for key in table:
-        if key not in KEYS:
-            raise SceneError(f"key {unknown(key, KEYS)}")
-    for key in ("scene", "loads", "vary"):
-        if key not in table:
-            raise SceneError(f"{key}: must be given; it is missing")
-    place = folder / str(table["scene"])
-    sensor = load_sensor(place if place.is_file() else str(table["scene"]))
+    check_keys(table, KEYS, ("scene", "loads", "vary"))
+    sensor = load_beside(folder, str(table["scene"]))
     if sensor.target is None or sensor.elastomer is None:
         raise SceneError("scene: must have a target and an elastomer")
     loads, overload = _loads(_part(table, "loads"))

@@ -26,6 +26,7 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.bench import coil_table, own_inductances, sensor_calibration, sensor_front_end
+from sits_mech.analysis.limits import corners, known_strain
 from sits_mech.cases import DONE, case_path, finish, read_case
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.gradient_grid import gradient_on_grid
@@ -33,7 +34,6 @@ from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.simulate import at_rest
 from sits_mech.geometry.boxes import fixed_solids
 from sits_mech.geometry.collision import Collision, check_clearance
-from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import Array, RefinedModel, SolveFailed, Wrench
 from sits_mech.readout.quality import quality
 from sits_mech.scene.sensor import SceneError, Sensor
@@ -160,12 +160,9 @@ class Solver:
     def _overload(self, sensor: Sensor) -> tuple[str, float, Wrench]:
         """Why a design does not carry the overload, "" where it does; its strain over what is known, under which."""
         asked = self.requirements
-        ends = [sorted({0.0, *(asked.overload * end for end in pair)}) for pair in asked.loads.values()]
-        outer = [each for each in product(*ends) if any(each)]
-        corners = [Wrench(**dict(zip(asked.loads, each, strict=True))) for each in outer]
-        corners = sorted(symmetry_of(sensor).without_images(corners), key=lambda load: -np.abs(load.components).sum())
+        ranges = {name: (asked.overload * low, asked.overload * high) for name, (low, high) in asked.loads.items()}
         found = []
-        for load in corners:
+        for load in sorted(corners(sensor, ranges), key=lambda load: -np.abs(load.components).sum()):
             try:
                 found.append((self._strain(sensor, load), load))
             except SolveFailed as error:
@@ -177,11 +174,12 @@ class Solver:
         return "", worst, load
 
     def _strain(self, sensor: Sensor, load: Wrench) -> float:
-        """Largest strain under a load over what is known of the silicone, on the first meshes."""
+        """Largest strain under a load over what is known of the silicone, on the first meshes; 0 where nothing is."""
         layer, _ = mechanical_model(sensor, "auto", self.tolerance, [load])
         found = at_rest(sensor, layer.rough if isinstance(layer, RefinedModel) else layer, load)
         check_clearance(sensor, found.pose)
-        return ((found.report.stretch or 1.0) - 1.0) / _known_strain(sensor)
+        known = known_strain(sensor)
+        return 0.0 if np.isnan(known) else ((found.report.stretch or 1.0) - 1.0) / known
 
     def _strain_slopes(self, design: Design, strain: float, load: Wrench) -> Array:
         """How the strain under a load goes with the variables; nothing of one where no design beside carries it."""
@@ -253,12 +251,6 @@ def _slopes_of(sensor: Sensor, data: xr.Dataset, names: Sequence[str], L0: Array
     values = own.reshape(-1, data.sizes["parameter"], n) * scale
     places = [str(name) for name in data["parameter"].to_numpy()]
     return {name: values[:, places.index(name)] for name in names}
-
-
-def _known_strain(sensor: Sensor) -> float:
-    """Strain of the data behind a silicone's constants; infinite where nothing is known of it."""
-    silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
-    return np.inf if silicone is None or silicone.fitted_range is None else silicone.fitted_range[1]
 
 
 def _share(error: SolveFailed, load: Wrench) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.analysis.limits import AFTER, Capacity, capacity, corner_loads, limits_of
+from sits_mech.analysis.limits import AFTER, Capacity, capacity, corner_loads, corners, known_strain, limits_of
 from sits_mech.cli.main import run
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.rest.verdict import REASONS
@@ -138,6 +138,7 @@ def test_what_silicone_and_model_do_not_tell_is_not_known() -> None:
     law = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7, prony=[{weight=0.1, time=1.0}]}'
     sensor = load_sensor("biorob2018", [law])
     found = limits_of(sensor, table(sensor, np.full((3, 3), np.nan)))
+    assert np.isnan(known_strain(sensor)) and known_strain(load_sensor("biorob2018")) == 1.0
     assert np.isnan([found.stretch, found.known_stretch, found.spread]).all() and found.stretch_under == ""
     assert sensor.elastomer is not None and 0.0 < found.hysteresis < 0.1
     assert found.left == pytest.approx(1.0 - creep(sensor.elastomer.silicone, np.array(AFTER)))
@@ -148,6 +149,10 @@ def test_corner_loads_are_those_of_no_image() -> None:
     sensor = load_sensor("biorob2018")
     found = corner_loads(sensor, table(sensor, np.ones((3, 3))))
     assert sorted((load.F_x, load.F_z) for load in found) == [(0.0, 2.0), (1.0, 0.0), (1.0, 2.0)]
+    assert corners(sensor, {"F_x": (-1.0, 1.0), "F_z": (0.5, 2.0)}) == [  # what does not go to zero has a third end
+        *(Wrench(F_x=1.0, F_z=value) for value in (0.0, 0.5, 2.0)),
+        *(Wrench(F_z=value) for value in (0.5, 2.0)),
+    ]
     held = table(sensor, np.ones((3, 3))).assign_coords(M=1e-3)
     assert {abs(load.M) for load in corner_loads(sensor, held)} == {1e-3}
 

@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -15,10 +16,11 @@ from sits_mech.chain import models
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.chain.pose_errors import read_poses
-from sits_mech.chain.simulate import at_rest, simulate
+from sits_mech.chain.simulate import at_rest, image_at_rest, simulate
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.space.rungs import prepared
 from sits_mech.mechanics.loads import kept_key, kept_rest
+from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.report.records import failure_record
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor, sensor_from
@@ -293,3 +295,27 @@ def test_the_way_of_the_load_is_asked_of_a_layer_with_friction_alone() -> None:
     for sensor, layer in ((load_sensor("biorob2018"), Sliding(2e-3)), (rough, Spring(2e-3))):
         with pytest.raises(SceneError, match=r"via: must be left out without elastomer\.friction"):
             at_rest(sensor, layer, load, via)
+
+
+@dataclass(frozen=True)
+class Ending:
+    """A spring that carries half of any load."""
+
+    def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
+        """Fail at half of the load, known to a tenth of it."""
+        half = Wrench(*(wrench.components / 2).tolist())
+        carried = half, Wrench(*(wrench.components / 20).tolist())
+        raise SolveFailed("ended", REPORT, Spring(2e-3).equilibrium(half), carried=carried)
+
+
+@pytest.mark.parametrize("kind", ["rectangle", "disc"])
+def test_a_failure_is_that_of_the_load_and_not_of_its_image(kind: Literal["rectangle", "disc"]) -> None:
+    """What was carried lies along the load, whichever image of it was solved; errors have no sign."""
+    load = Wrench(F_x=-1.0, F_z=2.0, F_y=-0.5)
+    with pytest.raises(SolveFailed, match=r"ended \(an image of the load was solved\)") as caught:
+        image_at_rest(Symmetry(kind), Ending(), load)
+    last, (most, off) = caught.value.last, caught.value.carried
+    np.testing.assert_allclose([last.wrench.components, most.components], 2 * [load.components / 2], atol=1e-15)
+    assert last.pose.d_h < 0.0 and np.all(off.components >= 0.0) and off.F_x > 0.0
+    with pytest.raises(SolveFailed, match="ended$"):
+        image_at_rest(Symmetry(kind), Ending(), Wrench(F_x=1.0))
