@@ -79,5 +79,5 @@ def test_one_quantity_is_one_number() -> None:
 @pytest.mark.parametrize(("unit", "into"), [*units._NEAR_BY, ("N*m", "N*m"), ("S/m", "S/m"), ("kPa", "Pa")])
 def test_units_read_at_once_are_those_of_pint(unit: str, into: str) -> None:
     for number in (1.0, 0.3, 57.3):
-        expected = float(f"{pint.UnitRegistry().convert(number, unit, into):.15g}")
+        expected = float(f"{REGISTRY.convert(number, unit, into):.15g}")
         assert units._converted(number, unit, into) == expected

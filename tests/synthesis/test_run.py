@@ -57,6 +57,20 @@ def springs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Solver, "answered", spring)
 
 
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where the designs that `found` solved are kept."""
+    return tmp_path_factory.mktemp("designs")
+
+
+@pytest.fixture(scope="module")
+def found(folder: Path) -> DesignAnswer:
+    """Return what the requirements as they stand come to."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Solver, "answered", spring)
+        return design(asked(), folder=folder)
+
+
 def asked(**changes: Any) -> Requirements:
     """Return the requirements with some tables changed."""
     return requirements_of(ASKED | changes)
@@ -75,13 +89,11 @@ def best_of_grid(wanted: Requirements, found: DesignAnswer, count: int = 26) -> 
     return float(least)
 
 
-def test_the_answer_is_round_feasible_and_as_good_as_a_grid() -> None:
+def test_the_answer_is_round_feasible_and_as_good_as_a_grid(found: DesignAnswer) -> None:
     """Within a tenth of 2,028 designs; round to a fiftieth of the bounds; limits hold, and so does the yield."""
-    wanted = asked()
-    found = design(wanted)
     assert found.feasible and found.share >= 0.9 and found.solves < 40
     figures = found.task.figures(found.best.table, found.best.plain)
-    assert found.task.aim(figures) < 1.1 * best_of_grid(wanted, found)
+    assert found.task.aim(figures) < 1.1 * best_of_grid(asked(), found)
     thickness, width = (float(str(found.values[key]).split()[0]) for key in ("elastomer.thickness", "target.width"))
     assert thickness / 0.1 == pytest.approx(round(thickness / 0.1)) and width / 0.2 == pytest.approx(round(width / 0.2))
 
@@ -96,9 +108,8 @@ def test_any_seed_gives_the_same_answer() -> None:
     assert np.ptp(aims) < 0.03 * min(aims)
 
 
-def test_what_binds_has_a_price_and_others_a_reason() -> None:
+def test_what_binds_has_a_price_and_others_a_reason(found: DesignAnswer) -> None:
     """A looser limit makes it better; every other silicone says why it lost."""
-    found = design(asked())
     assert found.binding and all(price.gain <= 1e-6 or np.isnan(price.gain) for price in found.binding)
     assert {each.value for each in found.lost} == {"ecoflex-00-30", "ecoflex-00-50", "dragon-skin-10"} - {
         str(found.values["elastomer.material"])
@@ -114,24 +125,24 @@ def test_where_nothing_fits_the_nearest_design_says_what_forbids() -> None:
     assert not found.feasible and any("resolution.F_z" == price.name and price.excess > 0.0 for price in found.binding)
 
 
-def test_a_run_that_was_stopped_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_that_was_stopped_goes_on(
+    found: DesignAnswer, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """What was solved is read, not solved again."""
-    first = design(asked(), folder=tmp_path)
 
     def forbidden(self: Solver, wanted: Design) -> Answered:
         raise AssertionError(wanted)
 
     monkeypatch.setattr(Solver, "answered", forbidden)
-    again = design(asked(), folder=tmp_path)
-    assert again.values == first.values and again.solves == first.solves
+    again = design(asked(), folder=folder)
+    assert again.values == found.values and again.solves == found.solves
 
 
-def test_designs_solved_elsewhere_are_the_same() -> None:
+def test_designs_solved_elsewhere_are_the_same(found: DesignAnswer) -> None:
     """The first of every choice by an executor, each once; the answer does not know."""
     with ThreadPoolExecutor(2) as executor:
-        found = design(asked(), executor=executor)
-    alone = design(asked())
-    assert found.values == alone.values and found.solves == alone.solves and str(found.figures) == str(alone.figures)
+        other = design(asked(), executor=executor)
+    assert other.values == found.values and other.solves == found.solves and str(other.figures) == str(found.figures)
 
 
 def test_loads_that_no_design_carries(monkeypatch: pytest.MonkeyPatch) -> None:
