@@ -1,6 +1,7 @@
 """What all tests share: one BLAS thread, no display, and a hypothesis profile that is the same in every run."""
 
 import os
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -10,10 +11,19 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 os.environ.setdefault("MPLBACKEND", "Agg")
 os.environ.setdefault("PYVISTA_OFF_SCREEN", "true")
 
-from hypothesis import settings  # noqa: E402
 
-settings.register_profile("same", derandomize=True, deadline=None, database=None)
-settings.load_profile("same")
+@cache
+def _same_in_every_run() -> None:
+    """Load the profile; hypothesis takes seconds to come."""
+    from hypothesis import settings
+
+    settings.register_profile("same", derandomize=True, deadline=None, database=None)
+    settings.load_profile("same")
+
+
+def pytest_collectstart() -> None:
+    """Load it before any test is imported, in the processes that import tests: the one that deals them out does not."""
+    _same_in_every_run()
 
 
 @pytest.fixture(scope="session")

@@ -67,11 +67,11 @@ def test_whole_calibrations_are_cases(tmp_path: Path) -> None:
     """Loads are inner dimensions with their forces; the numbers are those of the chain."""
     text = 'scene = "biorob2018"\nrequest = "calibrate"\n[vary]\n"elastomer.thickness" = ["2 mm", "3 mm"]\n'
     text += '[fixed]\nfx = "-0.2 N:0.2 N:2"\nfz = "0 N:1 N:2"\ntolerance = 0.1\n'
-    text += '"target.width" = "10 mm"\nmechanics = "planar"\n'
+    text += '"target.width" = "10 mm"\nmechanics = "planar"\nmagnetics = "planar"\n'
     data = run_study(read_study(written(tmp_path, text)), tmp_path / "out")
     assert data["L_v_percent"].dims == ("elastomer.thickness", "F_x", "F_z") and not data["failed_loads"].any()
     sensor = load_sensor("biorob2018", ['target.width="10 mm"', 'elastomer.thickness="3 mm"'])
-    alone = calibrate(sensor, F_x=[-0.2, 0.2], F_z=[0.0, 1.0], tolerance=0.1, mechanics="planar")
+    alone = calibrate(sensor, F_x=[-0.2, 0.2], F_z=[0.0, 1.0], tolerance=0.1, mechanics="planar", magnetics="planar")
     np.testing.assert_allclose(data["L_v_percent"][1], alone["L_v_percent"], rtol=1e-12)
     np.testing.assert_allclose(data["F_z"], [0.0, 1.0])
 

@@ -71,7 +71,9 @@ def table(sensor: Sensor) -> xr.Dataset:
     return calibrate(sensor, **GRID, tolerance=5e-2)
 
 
-@pytest.mark.parametrize("load", [(0.3, 1.0, 0.2), (-0.3, 0.5, -0.2), (0.3, 0.5, 0.0)])
+@pytest.mark.parametrize(
+    "load", [pytest.param((0.3, 1.0, 0.2), marks=pytest.mark.slow), (-0.3, 0.5, -0.2), (0.3, 0.5, 0.0)]
+)
 def test_a_table_holds_what_single_loads_show(sensor: Sensor, table: xr.Dataset, load: tuple[float, ...]) -> None:
     """The same models: to a hundredth of the stated errors, mirror images and loads in the plane included."""
     F_x, F_z, F_y = load

@@ -211,20 +211,20 @@ def test_error_of_the_pose_reaches_the_inductance(sensor: Sensor) -> None:
 @pytest.fixture(scope="module")
 def calibration(sensor: Sensor) -> xr.Dataset:
     """The real chain on a small grid."""
-    return calibrate(sensor, F_x=[-0.5, 0.0, 0.5], F_z=[0.0, 2.0])
+    return calibrate(sensor, F_x=[-0.5, 0.0, 0.5], F_z=[0.0, 2.0], tolerance=5e-2)
 
 
 def test_mirrored_shear_swaps_the_coils(sensor: Sensor, calibration: xr.Dataset) -> None:
     """F_x -> -F_x swaps L1 and L2 to rounding, in a calibration and with both loads solved on their own."""
     L = calibration["L"].to_numpy()
     np.testing.assert_allclose(L[::-1, :, ::-1, ::-1], L, rtol=1e-12)
-    right, left = (simulate(sensor, Wrench(F_x, 2.0)) for F_x in (0.5, -0.5))
+    right, left = (simulate(sensor, Wrench(F_x, 2.0), tolerance=5e-2) for F_x in (0.5, -0.5))
     np.testing.assert_allclose(left.impedance.L[::-1, ::-1], right.impedance.L, rtol=1e-9)
 
 
 def test_a_grid_and_a_single_load_agree(sensor: Sensor, calibration: xr.Dataset) -> None:
     """The way to a load does not matter beyond the reported error."""
-    single = simulate(sensor, Wrench(0.5, 2.0))
+    single = simulate(sensor, Wrench(0.5, 2.0), tolerance=5e-2)
     row = calibration.sel(F_x=0.5, F_z=2.0)
     for name in ("d_h", "d_v", "alpha"):
         assert abs(float(row[name]) - float(getattr(single.equilibrium.pose, name))) <= float(row[f"error_{name}"])

@@ -221,7 +221,7 @@ def test_a_load_too_large(capsys: Capture) -> None:
     assert err.startswith("not converged") and found["report"]["status"] != "converged"
     assert 0.0 <= found["wrench"]["F_z"] < 5000.0 and 0.0 < found["pose"]["d_v"] <= 2e-3
     assert set(found["error"]) == set(found["pose"]) and found["message"] in err
-    assert run(["simulate", *asked, *PLANAR]) == 3
+    assert run(["simulate", *asked, "--mechanics", "linear", "--magnetics", "planar"]) == 3
     report = json.loads(capsys.readouterr().out)["report"]
     assert report["mechanics"]["status"] != "converged" and report["magnetics"] is None
 

@@ -7,8 +7,7 @@ from mechanics_accuracy import judged
 REFERENCES = {one.name: one for one in stored_references(STORED)}
 QUICK = (
     "flush disc 15 x 2, small shear", "disc 10 on 20 x 2, small press", "disc 6 on 12 x 6, sheared little",
-    "flush disc 15 x 2, pulled 8 %", "disc 8 on 20 x 2, ecoflex", "disc 8 on 12 x 3, ogden, pulled",
-    "layer, sheared 10 %", "square section, pulled", "layer, gent",
+    "disc 8 on 12 x 3, ogden, pulled", "layer, sheared 10 %", "square section, pulled", "layer, gent",
 )  # fmt: skip
 
 

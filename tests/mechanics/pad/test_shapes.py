@@ -126,18 +126,23 @@ def test_pressed_pillars_share_the_force():
     assert single.pose.d_v < 1.9 * MM
 
 
-def test_pillars_bear_loads_beside_the_plane_as_a_square_does():
+@pytest.fixture(scope="module")
+def four():
+    """Two by two pillars, and where their target rests under a little shear along y."""
     pad = block_pad(scene((5, 5), pillars()), 0.5)
-    along, across = pad.equilibrium(Wrench(F_x=0.01)).pose, pad.equilibrium(Wrench(F_y=0.01)).pose
+    return pad, pad.equilibrium(Wrench(F_y=1e-3))
+
+
+def test_pillars_bear_loads_beside_the_plane_as_a_square_does(four):
+    pad, found = four
+    along, across = pad.equilibrium(Wrench(F_x=1e-3)).pose, found.pose
     assert across.d_y == pytest.approx(along.d_h, rel=2e-3)
     assert -across.alpha_x == pytest.approx(along.alpha, rel=5e-3)
 
 
-def test_a_slanted_section_is_empty_between_pillars():
+def test_a_slanted_section_is_empty_between_pillars(four):
     """Along the diagonal of two by two pillars, 3.5 mm apart: two of 1.5 mm, to a piece of the grid."""
-    pad = block_pad(scene((5, 5), pillars()), 0.5)
-    found = pad.equilibrium(Wrench(F_x=1e-6, F_y=1e-6))
-    points, quads, _ = deformed_section(pad, found, np.pi / 4)
+    points, quads, _ = deformed_section(*four, np.pi / 4)
     s = points[quads][..., 0]
     length = np.ptp(s, axis=1).sum() / 12  # as many pieces one above the other
     assert length == pytest.approx(2 * DIAMETER * MM, rel=0.1)
