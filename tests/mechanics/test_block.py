@@ -200,9 +200,8 @@ def test_section_for_pictures(pad):
         assert np.min(np.hypot(*(points - [found.pose.d_h, found.pose.d_v]).T)) < 0.01 * MM
 
 
-def test_a_slanted_section_fills_the_pad():
+def test_a_slanted_section_fills_the_pad(pad):
     """Of a whole pad at 30 degrees: as long as the pad is there, hanging on the ground; along x as the faces there."""
-    pad = block_pad(box(), 0.5)
     found = pad.equilibrium(Wrench(0.2, 1.0, F_y=1e-6))
     points, quads, J = deformed_section(pad, found, np.pi / 6)
     across = np.ptp(points[np.abs(points[:, 1]) < 1e-9][:, 0])

@@ -119,6 +119,7 @@ def test_one_pillar_is_a_flush_cylinder():
     np.testing.assert_allclose(np.diag(one), np.diag(cylinder), rtol=3e-3)
 
 
+@pytest.mark.slow
 def test_pressed_pillars_share_the_force():
     one, nine = (block_pad(scene(size, pillars())) for size in ((1.6, 1.6), (8, 8)))
     single, all_nine = one.equilibrium(Wrench(F_z=0.01)), nine.equilibrium(Wrench(F_z=0.09))

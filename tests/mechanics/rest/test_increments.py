@@ -84,6 +84,7 @@ def test_there_and_back_again_loses_the_area_of_the_loop():
     assert gaps[0] < 0.02 and gaps[1] < 0.6 * gaps[0]
 
 
+@pytest.mark.slow
 def test_twice_as_many_increments_halve_what_is_left(monkeypatch):
     """Pressing, drawing and turning at once, pressures settled to 1e-7: of first order or better in the increments.
 
