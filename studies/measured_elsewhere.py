@@ -53,17 +53,16 @@ def bonded(coarse: bool, folder: Path) -> list[Row]:
 
 
 def main() -> None:
-    """Compare all cases; write the table and print it, then the misses with what is known of them."""
+    """Compare all cases; write the table and print it, with what is known of the misses."""
     coarse, folder = study_arguments(__doc__ or "")
     with threadpool_limits(limits=1):
         rows = [row for part in (coils, over_plates, over_steel, bonded) for row in part(coarse, folder)]
     write_rows([row.tabled() for row in rows], folder / "measured_elsewhere.csv")
-    words = "case", "quantity", "unit", "published", "computed", "tolerance", "within"
-    print(write_rows([{word: row.tabled()[word] for word in words} for row in rows], folder / "in_short.csv"))
-    missed = [row for row in rows if not row.within]
-    print(f"{len(rows)} rows, {len(missed)} misses:")
-    for row in missed:
-        print(f"- {row.case}, {row.quantity}: {row.remark}")
+    for row in rows:
+        numbers = f"{row.published:.4g}, computed {row.computed:.4g} {row.unit}, open {row.tolerance + row.error:.2g}"
+        verdict = "" if row.within else f"\n    MISS: {row.remark}"
+        print(f"{row.case}: {row.quantity}: {numbers}{verdict}")
+    print(f"{len(rows)} rows, {sum(not row.within for row in rows)} misses")
 
 
 if __name__ == "__main__":

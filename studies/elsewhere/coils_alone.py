@@ -187,6 +187,6 @@ def draw(found: dict[str, list[tuple[float, float]]], rows: list[Row], folder: P
             mark = "C0o" if row.within else "C3X"
             axes.errorbar(100 * row.miss / row.published, place, xerr=100 * row.tolerance / row.published, fmt=mark)
         axes.set_yticks(range(len(wound)), [row.quantity for row in wound])
-        axes.set(xlabel="computed less published [%]", title="bars: the source's tolerance; crosses: misses")
+        axes.set(xlabel="computed less published [%]")
         axes.invert_yaxis()
         save_figure(figure, folder / "coils_alone.png")

@@ -117,7 +117,7 @@ def draw(curves: dict[str, Array], curve: Array, folder: Path) -> None:
             axes.plot(S, 100 * (computed / published - 1), f"C{number}o-", label=shape)
         for limit in (-10.0, 10.0):
             axes.axhline(limit, color="k", linewidth=0.6, linestyle="--")
-        axes.set(xlabel="shape factor S [-]", ylabel="computed less Gent and Lindley's formula [%]")
+        axes.set(xlabel="shape factor S [-]", ylabel="computed less closed form [%]")
         axes.legend()
         save_figure(figure, folder / "bonded_blocks.png")
     with new_figure() as (figure, (axes,)):

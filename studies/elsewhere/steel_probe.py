@@ -1,14 +1,15 @@
 """What does a flat coil over a steel plate read? An LDC1612 probe of a 3D printer: the shape of its curve, its drift.
 
 The coil is not published, so the curve is a test of shape. A flat coil of uniform turns from 0.2 R to R, at the
-nozzle's height h plus z_0 over a half-space of permeable metal (Dodd and Deeds), in a tank with other inductance beside it:
+nozzle's height h plus z_0 over a half-space of permeable metal (Dodd and Deeds), in a tank with other inductance:
 
     f = f_0 / sqrt(1 + s D((h + z_0)/R; sigma/mu_r)),    D = Re Delta L / L of the coil alone,
 
 five parameters: f_0 (inductance and capacitance, which a frequency does not tell apart), the coil's share s of the
-tank's inductance (at most 1), R, z_0, and sigma/mu_r of the steel, which alone matters where mu_r is large. Residuals are
-weighted to be micrometres of height. Intervals: s on a grid from 0.1 to 1, the other four fitted to each; kept is
-what lies within two standard deviations of the best, each with twice its own.
+tank's inductance (at most 1), R, z_0, and sigma/mu_r of the steel, which alone matters where mu_r is large. Residuals
+are weighted to be micrometres of height. Intervals: s on a grid from 0.1 to 1, the other four fitted to each; kept is
+what lies within two standard deviations of the best, each with twice its own. They are those of this model: what is
+left is not noise, and R goes with the inner radius that is assumed.
 
 Drift. The source gives f(T) = a + b T + c T^2 at nine heights, from 40 degC on; each height follows from f(31 degC) and
 the curve. Computed: steel's resistivity (0.5 %/K, as of iron), the board's expansion (16 ppm/K, of R and so of L and
