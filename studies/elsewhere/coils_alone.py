@@ -94,7 +94,7 @@ def spiral(shape: str, turns: int, outer: float, width: float, gap: float, thick
     sizes = {"inner_diameter": inner} if shape == "circle" else {"shape": "rectangle", "inner_width": inner,
                                                                  "inner_length": inner}  # fmt: skip
     return Coil(name="C", centre=(0.0, 0.0), layers=1, turns=turns, track_width=width, track_gap=gap,
-                track_thickness=thickness, **sizes)  # type: ignore[arg-type]  # fmt: skip
+                track_thickness=thickness, **sizes)  # fmt: skip
 
 
 def closed_forms(shape: str, turns: int, outer: float, width: float, gap: float) -> dict[str, float]:

@@ -114,12 +114,12 @@ def fitted(share: float, start: Array) -> Fit:
     slope = np.abs(np.gradient(np.polynomial.Polynomial.fit(HEIGHT, HERTZ, 9)(HEIGHT), HEIGHT)) * 1e-3  # [Hz/um]
 
     def left(q: Array) -> Array:
-        return (frequency(np.insert(q, 1, share), HEIGHT) - HERTZ) / slope
+        return np.asarray((frequency(np.insert(q, 1, share), HEIGHT) - HERTZ) / slope)
 
     keep = [0, 2, 3, 4]
     bounds = np.array(LOW)[keep], np.array(HIGH)[keep]
     found = least_squares(left, start[keep], x_scale=[1e-3, 1.0, 0.3, 0.3], bounds=bounds)
-    _, s, V = np.linalg.svd(found.jac, full_matrices=False)
+    _, s, V = np.linalg.svd(np.asarray(found.jac), full_matrices=False)
     variance = np.einsum("ki,k->i", V**2, s**-2.0) * 2 * found.cost / (HEIGHT.size - 5)
     return Fit(np.insert(found.x, 1, share), np.insert(np.sqrt(variance), 1, 0.0), found.fun * slope, found.fun)
 
