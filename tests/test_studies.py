@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+FOLDERS = ("sits_mech", "common", "elsewhere", "extreme")
 STUDIES = sorted((Path(__file__).parents[1] / "studies").glob("*.py"))
 
 
@@ -25,7 +26,7 @@ def test_a_study_says_how_it_is_run(path: Path) -> None:
 def test_a_study_finds_what_it_imports(path: Path) -> None:
     """Names of the package and of the studies' own folders, wherever in the file they are imported."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ImportFrom) and str(node.module).split(".")[0] in ("sits_mech", "common", "extreme"):
+        if isinstance(node, ast.ImportFrom) and str(node.module).split(".")[0] in FOLDERS:
             module = import_module(str(node.module))
             assert all(hasattr(module, alias.name) for alias in node.names), ast.unparse(node)
 

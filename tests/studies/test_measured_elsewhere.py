@@ -1,0 +1,69 @@
+"""Others' numbers beside ours: rows, closed forms, sweeps over plates, the probe's curve."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from elsewhere.coils_alone import WINDINGS, bundle, bundles, closed_forms, spiral
+from elsewhere.plates import HERTZ, sweep, swept
+from elsewhere.rows import Row
+from elsewhere.rubber import modulus
+from elsewhere.steel_probe import HEIGHT, drift, fitted, frequency
+from elsewhere.steel_probe import HERTZ as CURVE
+
+from sits_mech.magnetics.coils.loops import coil_inductances, series_inductance
+
+
+def test_a_row_is_within_tolerance_and_error_together() -> None:
+    row = Row("case", "L", "uH", 1.0, 1.25, 0.125, "source", error=0.125)
+    assert row.within and row.tabled()["within"] == "yes"
+    assert not replace(row, computed=1.26).within
+    assert not replace(row, computed=float("nan")).within
+
+
+def test_measured_coils_by_bundles() -> None:
+    """Two coils measured with a Solartron 1260A, sizes to 0.01 mm: within 1 %; finer rings change nothing."""
+    rows = {row.quantity: row for row in bundles()}
+    assert rows["L of coil m1"].within and rows["L of coil pp1"].within
+    one, few, many = (series_inductance(bundle(WINDINGS[0], *parts)) for parts in ((1, 1), (2, 5), (5, 7)))
+    assert one == pytest.approx(many, rel=1e-3) and few == pytest.approx(many, rel=1e-5)
+
+
+def test_designers_figures_of_a_square_spiral() -> None:
+    """The ECAS-8 README's table: 14 turns 1.555 uH, 18 turns 1.654 uH by the modified Wheeler formula."""
+    for turns, L in ((14, 1.555e-6), (18, 1.654e-6)):
+        found = closed_forms("square", turns, 10e-3, 0.127e-3, 0.127e-3)
+        assert found["modified Wheeler"] == pytest.approx(L, abs=6e-10)
+
+
+def test_closed_forms_of_a_usual_spiral() -> None:
+    """Mohan et al. state 1 to 3 %."""
+    for shape in ("square", "circle"):
+        L = coil_inductances((spiral(shape, 6, 300e-6, 10e-6, 5e-6, 1e-6),))[0, 0]
+        for value in closed_forms(shape, 6, 300e-6, 10e-6, 5e-6).values():
+            assert value == pytest.approx(L, rel=0.03)
+
+
+def test_swept_coil_over_blocks() -> None:
+    """One gap fitted at contact; the predictions for three distances and for another metal are within the scatter."""
+    found = sweep(coarse=True)
+    assert 1.1e-3 < found.gap < 1.6e-3  # 1.16 mm by the coil's sizes, 1.4 mm by the fit
+    assert found.inductance == pytest.approx(345.85e-6, rel=5e-3)
+    assert all(row.within for row in swept(found) if "steel" not in row.quantity)
+    assert found.computed["P057"].shape == HERTZ.shape
+
+
+def test_probe_over_steel() -> None:
+    """A lone coil's four parameters leave 3 um of height; far away its tank is at f_0; near steel heats: f falls."""
+    fit = fitted(1.0, np.array([3.174, 1.0, 5.0, 2.5, 4.0]))
+    assert fit.rms < 3.0 and np.abs(fit.um).max() < 7.5
+    assert frequency(fit.p, np.array([1e3]))[0] == pytest.approx(1e6 * fit.p[0], rel=1e-6)
+    assert HEIGHT.size == CURVE.size and np.all(np.diff(CURVE) < 0.0)
+    found = drift(fit)
+    assert np.all(np.abs(found.computed - found.measured[:, 0]) < found.open) and np.all(found.computed < 0.0)
+
+
+def test_modulus_of_a_bonded_disc() -> None:
+    """Gent and Lindley's 1 + 2 S^2 at S = 2 to 5 %, in units of E = 90 kPa."""
+    value, error = modulus("disc", 10.0, 1.25, 0.05)
+    assert value + error > 0 and value / 90e3 == pytest.approx(9.0, rel=0.05)
