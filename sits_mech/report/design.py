@@ -101,10 +101,9 @@ def design_page(asked: Requirements, found: DesignAnswer, sensor: Sensor, folder
     parts["scene"] = ("Scene", f"<pre>{html.escape(scene_text(sensor))}</pre>")
     nav = "".join(f'<a href="#{name}">{title}</a>' for name, (title, _) in parts.items())
     sections = (f'<section id="{name}"><h2>{title}</h2>{text}</section>' for name, (title, text) in parts.items())
-    verdict = "every limit holds" if found.feasible else "no solved design holds every limit"
     return Template(page_file("page.html")).substitute(
-        title=html.escape(sensor.name), subtitle=html.escape(f"{found.solves} designs solved; {verdict}"), tiles="",
-        nav=nav, sections="\n".join(sections), script="", css=page_file("page.css"),
+        title=html.escape(sensor.name), subtitle=html.escape(f"{found.solves} designs solved; {found.verdict}"),
+        tiles="", nav=nav, sections="\n".join(sections), script="", css=page_file("page.css"),
         footer=f"Made by sits-mech {html.escape(__version__)}.",
     )  # fmt: skip
 

@@ -45,6 +45,7 @@ def test_what_is_not_asked_is_not_solved() -> None:
     """Height alone: no table; the overload is carried in any case."""
     table = ASKED | {"require": {"height": "4 mm"}, "tolerance": {}, "goal": {}}
     found = Solver(requirements_of(table), 5e-2)(Design((), (0.5,)))
+    assert 0.0 < found.error[STRAIN] < 0.5 * found.plain[STRAIN]
     assert found.carried and found.table is None and found.plain["height"] == pytest.approx(2.25e-3 + 0.2e-3 + 0.12e-3)
 
 
@@ -59,11 +60,15 @@ def test_a_design_that_cannot_carry_its_load_says_so() -> None:
 def test_a_neighbour_that_comes_to_the_coils_leaves_no_slope(monkeypatch: pytest.MonkeyPatch) -> None:
     """The design itself carries its load: it is answered."""
 
-    def touching(self: Solver, sensor: Sensor, load: Wrench) -> float:
-        raise Collision("pose: the target must stay above the coil plane")
+    def touching(self: Solver, sensor: Sensor, load: Wrench, *, finely: bool = False) -> tuple[float, float]:
+        if sensor.elastomer is None or sensor.elastomer.thickness != pytest.approx(2.25e-3):
+            raise Collision("pose: the target must stay above the coil plane")
+        return 0.3, 0.1
 
     monkeypatch.setattr(Solver, "_strain", touching)
-    assert SOLVER._strain_slopes(Design((), (0.5,)), 0.3, Wrench(F_z=1.0)) == pytest.approx(0.0)
+    worst = SOLVER._overload(SOLVER.requirements.space.sensor(Design((), (0.5,))))
+    assert worst[:3] == ("", 0.3, 0.1)
+    assert SOLVER._strain_slopes(Design((), (0.5,)), worst) == pytest.approx(0.0)
 
 
 def test_sizes_hold_all_parts() -> None:

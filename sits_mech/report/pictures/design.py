@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sits_mech.report.pictures.curves import new_figure
-from sits_mech.synthesis.answer import DesignAnswer, Landscape, unit_of
+from sits_mech.synthesis.answer import DesignAnswer, unit_of
 from sits_mech.synthesis.answered import STRAIN, Answered, Task
+from sits_mech.synthesis.around import Landscape
 from sits_mech.synthesis.figures import INVERSE
 from sits_mech.synthesis.requirements import LEAST, Requirements
 
@@ -138,7 +139,7 @@ def limits_picture(found: DesignAnswer) -> Figure:
             spot.barh(number, min(share, _BAR), xerr=error, color="C2" if share <= 1.0 else "C3", error_kw={"lw": 0.8})
         labels = [_words(each.name) for each in rows]
         spot.axvline(1.0, color="k", lw=0.8)
-        title = "" if np.isnan(found.share) else f"yield {100.0 * found.share:.3g} %"
+        title = "" if np.isnan(found.share.value) else f"yield {100.0 * found.share.value:.3g} %"
         spot.set(yticks=range(len(rows)), yticklabels=labels, xlim=(0.0, _BAR), xlabel="over its limit", title=title)
         spot.invert_yaxis()
     return figure

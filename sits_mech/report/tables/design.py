@@ -3,38 +3,69 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from rich.table import Table
 
 from sits_mech.report.tables.solves import key_table
-from sits_mech.synthesis.answer import DesignAnswer, Figure, unit_of
+from sits_mech.synthesis.answer import DesignAnswer, Figure, Share, unit_of
 from sits_mech.synthesis.answered import Answered
+from sits_mech.synthesis.around import Changes, Price
 from sits_mech.synthesis.figures import INVERSE
 from sits_mech.synthesis.requirements import LEAST, Requirements
 
+_NOTHING = 5e-4  # of what is minimised: a gain that is none
+
 
 def design_tables(asked: Requirements, found: DesignAnswer) -> list[Table]:
-    """Return the tables of an answer: what is recommended, figures, prices and other values."""
-    title = "recommended" if found.feasible else "nearest design: no solved one holds every limit"
-    lines = [(key, str(value)) for key, value in found.values.items()]
-    if math.isfinite(found.share):
+    """Return the tables of an answer: what is recommended, figures, prices, what numbers change, other values."""
+    title = "recommended" if found.feasible else "nearest design"
+    lines = [("limits", found.verdict)] + [(key, str(value)) for key, value in found.values.items()]
+    if math.isfinite(found.share.value):
         asked_for = f"{100.0 * asked.least_yield:.3g} % asked"
-        lines.append(("yield", f"{100.0 * found.share:.3g} % of the sensors made, {asked_for}"))
-    lines += [("as good", words) for words in found.tied]
+        lines.append(("yield", f"{share_words(found.share)} of the sensors made, {asked_for}"))
+    lines += [("may be as good", words) for words in found.tied]
     lines.append(("solved", f"{found.solves} designs"))
     tables = [key_table(title, lines), figure_table(found)]
-    prices = [(each.name, price_words(each.excess, each.gain)) for each in found.binding]
+    prices = [(each.name, price_words(each, list(found.task.goal))) for each in found.binding]
     tables += [key_table("what limits it", prices)] if prices else []
+    if found.sensitivities:
+        names = list(dict.fromkeys([*found.task.goal, *found.task.limits, "yield"]))
+        tables.append(change_table("what a tenth of the bounds' distance changes", found.sensitivities, names))
+        names = list(dict.fromkeys([*found.task.goal, *(each.name for each in found.binding)]))
+        tables.append(change_table("what 10 % more of each number changes of what limits it", found.ten_percent, names))
     others = [(f"{each.key} = {each.value}", f"{each.design}: {each.why}") for each in found.lost]
     return tables + ([key_table("why not", others)] if others else [])
 
 
-def price_words(excess: float, gain: float) -> str:
+def share_words(share: Share) -> str:
+    """Return a share of the sensors made, and between which it is by the errors."""
+    value, low, high = (f"{100.0 * each:.3g}" for each in share)
+    return f"{value} %" if low == high else f"{value} % ({low} to {high} % by the errors)"
+
+
+def price_words(price: Price, goal: Sequence[str]) -> str:
     """Return a binding limit and its price in words."""
-    held = "exceeded by" if excess > 0.0 else "held by"
-    price = f"; a tenth looser would change what is minimised by {100.0 * gain:+.2g} %" if math.isfinite(gain) else ""
-    return f"{held} {100.0 * abs(excess):.2g} % of it{price}"
+    held = "exceeded by" if price.excess > 0.0 else "held with" if price.excess < 0.0 else "just held"
+    words = f"{held} {100.0 * abs(price.excess):.2g} % of it" + (" to spare" if price.excess < 0.0 else "")
+    if not math.isfinite(price.gain):
+        return words
+    aim = " + ".join(goal)
+    if price.gain > -_NOTHING:
+        return f"{words}; 10 % looser would buy nothing"
+    return f"{words}; 10 % looser would buy {100.0 * -price.gain:.2g} % less of {aim}"
+
+
+def change_table(title: str, changes: Changes, names: Sequence[str]) -> Table:
+    """Return how some figures go with the numbers of the scene, in percent of each figure, a line a number."""
+    some = [name for name in names if name in changes]
+    table = Table(title=title, show_edge=False)
+    for heading in ("number", *some):
+        table.add_column(heading, justify="left" if heading == "number" else "right")
+    for key in dict.fromkeys(key for name in some for key in changes[name]):
+        table.add_row(key, *(f"{100.0 * changes[name][key]:+.2g} %" for name in some))
+    return table
 
 
 def figure_table(found: DesignAnswer) -> Table:
@@ -69,12 +100,15 @@ def design_record(found: DesignAnswer) -> dict[str, Any]:
         rows[each.name] = own | {"limit": None if each.limit is None else each.limit / scale}
     return {
         "feasible": found.feasible,
+        "within_error": list(found.undecided),
         "recommended": found.values,
         "figures": rows,
         "binding": [{"name": each.name, "excess": each.excess, "price": each.gain} for each in found.binding],
-        "yield": found.share,
+        "yield": found.share.value,
+        "yield_between": list(found.share[1:]),
         "front": [_front_record(found, each) for each in found.front],
         "sensitivities": found.sensitivities,
+        "ten_percent_more": found.ten_percent,
         "lost": [vars(each) for each in found.lost],
         "tied": list(found.tied),
         "solves": found.solves,
