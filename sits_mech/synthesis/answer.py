@@ -89,6 +89,8 @@ class DesignAnswer:
     figures : tuple of Figure
     share : Share
         Of the sensors made, that hold every limit.
+    held : dict
+        Share of them that hold each limit of a figure which scatters.
     binding : tuple of Price
     sensitivities, ten_percent : dict
         Figure -> number of the scene -> relative change of the figure, by a tenth of the bounds' distance and by ten
@@ -112,6 +114,7 @@ class DesignAnswer:
     values: dict[str, Any]
     figures: tuple[Figure, ...]
     share: Share
+    held: dict[str, float]
     binding: tuple[Price, ...]
     sensitivities: Changes
     ten_percent: Changes
@@ -139,6 +142,13 @@ def unit_of(name: str) -> tuple[str, float]:
     if kind == "footprint" or PLAIN.get(name) == "m":
         return "mm", 1e3
     return ("Hz", 1.0) if name == "rate" else ("", 1.0) if name == INVERSE else ("%", 100.0)
+
+
+TITLES = {
+    STRAIN: "strain under the overload, of its data", INVERSE: "one load for each reading (1: evenly)",
+    "rate": "readings a second",
+}  # fmt: skip
+"""Names of figures for a reader, where they do not tell."""
 
 
 def figure_words(name: str, value: float) -> str:
@@ -222,7 +232,7 @@ def why_not(search: Search, other: Answered, best: Answered) -> str:
         unsure = f" +- {figure_words(name, error)}" if error > 0.0 else ""
         return f"{name} {figure_words(name, figures[name])}{unsure} against {figure_words(name, task.limits[name])}"
     own, least = task.aim(figures), task.aim(task.figures(best.table, best.plain))
-    more = f"{100.0 * (own - least) / abs(least):+.3g} %" if least else "the same"
+    more = f"{100.0 * abs(own - least) / abs(least):.3g} % {'more' if own > least else 'less'}" if least else "no less"
     if own - least < task.doubt(other) + task.doubt(best):
         return f"holds the limits, and is as good within the errors: what is minimised is {more}"
     return f"holds the limits, but what is minimised is {more}"
@@ -248,6 +258,13 @@ def made_share(task: Task, best: Answered) -> Share:
         return Share(0.0, 0.0, 0.0)
     excess, off = task.judge.excess(best.table, _MANY), task.errors(best).get("yield", 0.0)
     return Share(*(float(np.mean(excess <= more)) for more in (0.0, -off, off)))
+
+
+def held_shares(task: Task, best: Answered) -> dict[str, float]:
+    """Return the share of the sensors made that hold each limit of a figure which scatters."""
+    if best.table is None or not len(task.judge.deviations):
+        return {}
+    return {name: float(np.mean(own <= 0.0)) for name, own in task.judge.excesses(best.table, _MANY).items()}
 
 
 def rounded(asked: Requirements, design: Design) -> list[Design]:

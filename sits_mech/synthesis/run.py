@@ -25,6 +25,7 @@ from sits_mech.synthesis.answer import (
     figures_of,
     firsts,
     front_of,
+    held_shares,
     lost_values,
     made_share,
     rounded,
@@ -96,7 +97,8 @@ def design(
     others = [each for each in firsts(search, known) if each.design.choice not in judged]
     return DesignAnswer(
         task, feasible, tuple(open_), best, space.values(best.design), figures_of(task, best), share,
-        prices(search, branch, best), *sensitivities(task, branch.prediction, best.point, space.variables),
+        held_shares(task, best), prices(search, branch, best),
+        *sensitivities(task, branch.prediction, best.point, space.variables),
         front_of(task, [*finals, *known]), tuple(known), lost_values(asked, search, known, finals),
         tied_with(search, [*finals, *others], best, space.words), run.count,
         landscape_of(asked, search, branch.prediction, best), run.notes(best),

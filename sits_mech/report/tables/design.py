@@ -9,7 +9,7 @@ from typing import Any
 from rich.table import Table
 
 from sits_mech.report.tables.solves import key_table
-from sits_mech.synthesis.answer import DesignAnswer, Figure, Share, unit_of
+from sits_mech.synthesis.answer import TITLES, DesignAnswer, Figure, Share, unit_of
 from sits_mech.synthesis.answered import Answered
 from sits_mech.synthesis.around import Changes, Price
 from sits_mech.synthesis.figures import INVERSE
@@ -32,6 +32,7 @@ def design_tables(asked: Requirements, found: DesignAnswer) -> list[Table]:
     tables += [key_table("what limits it", prices)] if prices else []
     if found.sensitivities:
         names = list(dict.fromkeys([*found.task.goal, *found.task.limits, "yield"]))
+        names = [name for name in names if name != INVERSE]
         tables.append(change_table("what a tenth of the bounds' distance changes", found.sensitivities, names))
         names = list(dict.fromkeys([*found.task.goal, *(each.name for each in found.binding)]))
         tables.append(change_table("what 10 % more of each number changes of what limits it", found.ten_percent, names))
@@ -64,8 +65,15 @@ def change_table(title: str, changes: Changes, names: Sequence[str]) -> Table:
     for heading in ("number", *some):
         table.add_column(heading, justify="left" if heading == "number" else "right")
     for key in dict.fromkeys(key for name in some for key in changes[name]):
-        table.add_row(key, *(f"{100.0 * changes[name][key]:+.2g} %" for name in some))
+        table.add_row(key, *(_percent(changes[name][key]) for name in some))
     return table
+
+
+def _percent(share: float) -> str:
+    """A relative change in percent: two digits, no sign of what is none."""
+    if abs(share) < _NOTHING:
+        return "0"
+    return f"{100.0 * share:+.0f} %" if abs(share) >= 0.1 else f"{100.0 * share:+.2g} %"
 
 
 def figure_table(found: DesignAnswer) -> Table:
@@ -83,7 +91,7 @@ def figure_cells(each: Figure) -> tuple[str, str, str, str, str]:
     sign = ">=" if each.name in (*LEAST, INVERSE) else "<="
     limit = "" if each.limit is None else f"{sign} {each.limit:.4g} {each.unit}"
     error = "not known" if math.isnan(each.error) else f"{each.error:.1g}" if each.error else ""
-    return each.name, f"{each.value:.4g} {each.unit}", error, limit, each.holds
+    return TITLES.get(each.name, each.name), f"{each.value:.4g} {each.unit}", error, limit, each.holds
 
 
 def _front_record(found: DesignAnswer, each: Answered) -> dict[str, Any]:
@@ -106,6 +114,7 @@ def design_record(found: DesignAnswer) -> dict[str, Any]:
         "binding": [{"name": each.name, "excess": each.excess, "price": each.gain} for each in found.binding],
         "yield": found.share.value,
         "yield_between": list(found.share[1:]),
+        "yield_of_each": found.held,
         "front": [_front_record(found, each) for each in found.front],
         "sensitivities": found.sensitivities,
         "ten_percent_more": found.ten_percent,
