@@ -8,12 +8,13 @@ from typing import Any
 
 from rich.table import Table
 
+from sits_mech.quantities import UNITS
 from sits_mech.report.tables.solves import key_table
 from sits_mech.synthesis.answer import TITLES, DesignAnswer, Figure, Share, unit_of
 from sits_mech.synthesis.answered import Answered
 from sits_mech.synthesis.around import Changes, Price
 from sits_mech.synthesis.figures import INVERSE
-from sits_mech.synthesis.requirements import LEAST, Requirements
+from sits_mech.synthesis.requirements import LEAST, SPECIAL, Requirements
 
 _NOTHING = 5e-4  # of what is minimised: a gain that is none
 
@@ -38,6 +39,20 @@ def design_tables(asked: Requirements, found: DesignAnswer) -> list[Table]:
         tables.append(change_table("what 10 % more of each number changes of what limits it", found.ten_percent, names))
     others = [(f"{each.key} = {each.value}", f"{each.design}: {each.why}") for each in found.lost]
     return tables + ([key_table("why not", others)] if others else [])
+
+
+def asked_table(asked: Requirements) -> Table:
+    """Return what was asked: loads, what is made how exactly, what is minimised."""
+    lines = [(name, f"{low:g} to {high:g} {UNITS[name]}") for name, (low, high) in asked.loads.items()]
+    lines.append(("overload", f"{asked.overload:g} times the loads, carried within the data of the silicone"))
+    varied = asked.space.variables
+    lines += [(each.key, f"from {each.low:g} to {each.high:g} {each.unit}".strip()) for each in varied]
+    lines += [(key, ", ".join(map(str, values))) for key, values in asked.space.lists.items()]
+    for name, size in asked.tolerance.items():
+        share = name in SPECIAL and not SPECIAL[name]
+        lines.append((f"{name}, made", f"+- {100.0 * size:g} %" if share else f"+- {size:g} in SI units"))
+    goal = " + ".join(f"{weight:g} {name}" if weight != 1.0 else name for name, weight in asked.goal.items())
+    return key_table("asked", [*lines, ("minimised", goal or "nothing: the first design that holds every limit")])
 
 
 def share_words(share: Share) -> str:
