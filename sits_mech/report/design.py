@@ -33,7 +33,7 @@ _CAPTIONS = {
     "front": "Every design that was solved; filled marks hold all limits, dashed lines are limits; numbers are of the "
     "front's scenes in the folder front/; bars are estimated errors.",
     "landscape": "What is minimised around the recommended design, the star, by predictions through the solved "
-    "designs, the dots; nothing is shown far from these.",
+    "designs, the dots; shaded where every limit holds; nothing is shown far from what was solved.",
     "limits": "Each figure over its limit, with its estimated error; share of the sensors made that hold each limit.",
     "worst_load": "The recommended layer under its largest load, in a section along it.",
 }

@@ -28,7 +28,7 @@ from sits_mech.synthesis.space import Variable
 _LOOSER = 0.1  # of a limit
 _STEP = 0.1  # of the bounds' distance, or of a number
 _BINDS = 0.03  # of a limit: what is nearer binds
-_KNOWN = 0.25  # of the box: predictions further from what was solved are not shown
+_KNOWN = 0.2  # of the box: predictions further from what was solved are not shown
 _FINE, _COARSE = 101, 25  # points of a picture along one variable, and along each of two
 
 Changes = dict[str, dict[str, float]]
@@ -126,18 +126,15 @@ def sensitivities(
     """Return how the figures of a design go with its numbers: by a tenth of the bounds' distance, by a tenth more."""
     if not len(x) or not prediction.solved:
         return {}, {}
-    by_bounds, by_value = dict[str, dict[str, float]](), dict[str, dict[str, float]]()
-    here = _figures(task, prediction, x)
+    here, found = _figures(task, prediction, x), (dict[str, dict[str, float]](), dict[str, dict[str, float]]())
     for k, variable in enumerate(variables):
-        row = np.eye(len(x))[k] * (-_STEP if x[k] > 0.5 else _STEP)
-        there, sign = _figures(task, prediction, x + row), np.sign(row[k])
         tenth = variable.value(float(x[k])) / (variable.high - variable.low)  # of the number, for one of the bounds
-        for name, value in here.items():
-            if value:
-                change = float((there[name] - value) / value * sign)
-                by_bounds.setdefault(name, {})[variable.key] = change
-                by_value.setdefault(name, {})[variable.key] = change * tenth
-    return by_bounds, by_value
+        for changes, size in zip(found, (_STEP, _STEP * tenth), strict=True):
+            there = _figures(task, prediction, x + size * np.eye(len(x))[k])
+            for name, value in here.items():
+                if value:
+                    changes.setdefault(name, {})[variable.key] = float((there[name] - value) / value)
+    return found
 
 
 def _figures(task: Task, prediction: Prediction, x: Array) -> dict[str, float]:

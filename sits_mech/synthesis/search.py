@@ -33,7 +33,7 @@ MOST = 60
 """Designs that a search solves."""
 _WEIGHT = 30.0  # of an exceeded limit, against what is minimised
 _HELD = 2e-3  # excess of a limit that is none to a search: less than figures are known to
-_CLOSE = 0.004  # of the box: a point as near to a solved one is solved
+_CLOSE = 1e-3  # of the box: a point as near to a solved one is solved; less than what brings a limit to hold
 _GAIN = 2e-3  # of what is minimised: less is not worth a solve
 _LOOKED_AT, _STARTS = 64, 4  # points of a box, and those of them that programming starts at
 _WIDER, _NARROWER = 2.0, 0.4

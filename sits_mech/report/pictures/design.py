@@ -69,6 +69,7 @@ def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[st
         place = _shown(task, each, names[0]), _shown(task, each, names[1])
         spot.annotate(str(number), place, xytext=(3, 3), textcoords="offset points", fontsize=6)
     x, y, dx, dy = np.array([[f(task, each, name) for f in (_shown, _off) for name in names] for each in found.front]).T
+    spot.set(xlim=spot.get_xlim(), ylim=spot.get_ylim())  # by the designs, not by what is not known of them
     spot.errorbar(x, y, dy, dx, fmt="none", ecolor="0.4", elinewidth=0.7)
     best = [_shown(task, found.best, name) for name in names]
     spot.plot(best[:1], best[1:], "k*", ms=7, label="recommended" if found.feasible else "nearest")
@@ -139,7 +140,7 @@ def landscape_picture(found: DesignAnswer, land: Landscape) -> Figure:
         spot.contour(*land.axes, land.excess.T, levels=[0.0], colors="C2", linewidths=1.2)
         spot.plot(*np.array([each[:2] for each in solved]).T, "k.", ms=3)
         spot.plot(at[:1], at[1:2], "k*", ms=7)
-        spot.set(xlabel=names[0], ylabel=names[1], title=f"{what}; shaded: every limit holds")
+        spot.set(xlabel=names[0], ylabel=names[1], title=what)
         spot.title.set_fontsize(7)
     return figure
 
@@ -147,8 +148,9 @@ def landscape_picture(found: DesignAnswer, land: Landscape) -> Figure:
 def _aim_words(task: Task) -> tuple[float, str]:
     """What makes of what is minimised a figure with a unit, and its words; of several the sum is relative."""
     if len(task.goal) != 1:
-        what = " + ".join(f"{weight:g} {_words(name)}" for name, weight in task.goal.items())
-        return 1.0, f"{what}, each over its limit or size" if what else "largest excess of a limit"
+        each = (_words(name) if weight == 1.0 else f"{weight:g} {_words(name)}" for name, weight in task.goal.items())
+        what = " + ".join(each)
+        return 1.0, f"{what}, relative" if what else "largest excess of a limit"
     (name, weight), size = next(iter(task.goal.items())), task.sizes | (task.weighed or task.limits)
     sign = -1.0 if name in LEAST else 1.0
     return sign * abs(size.get(name, 1.0)) / weight * unit_of(name)[1], _label(name)
@@ -167,10 +169,10 @@ def limits_picture(found: DesignAnswer) -> Figure:
             error = 0.0 if np.isnan(each.error) else share * each.error / max(abs(each.value), 1e-300)
             spot.barh(number, min(share, _BAR), xerr=error, color="C2" if share <= 1.0 else "C3", error_kw={"lw": 0.8})
             sign = ">=" if each.name in (*LEAST, INVERSE) else "<="
-            words = f" {each.value:.3g} {sign} {each.limit:.3g} {each.unit}"
-            spot.text(0.02, number, words, va="center", fontsize=6, color="w" if share > 0.45 else "k")
+            words = f"{each.value:.3g} {sign} {each.limit:.3g} {each.unit}"
+            spot.text(_BAR + 0.05, number, words, va="center", fontsize=6)
         spot.axvline(1.0, color="k", lw=0.8)
-        spot.set(yticks=range(len(rows)), yticklabels=[_short(each.name) for each in rows], xlim=(0.0, _BAR))
+        spot.set(yticks=range(len(rows)), yticklabels=[_short(each.name) for each in rows], xlim=(0.0, 1.9))
         spot.set(xlabel="share of its limit")
         spot.invert_yaxis()
         for other in others:

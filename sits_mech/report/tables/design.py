@@ -105,7 +105,7 @@ def figure_cells(each: Figure) -> tuple[str, str, str, str, str]:
     """Return a figure as cells of a table."""
     sign = ">=" if each.name in (*LEAST, INVERSE) else "<="
     limit = "" if each.limit is None else f"{sign} {each.limit:.4g} {each.unit}"
-    error = "not known" if math.isnan(each.error) else f"{each.error:.1g}" if each.error else ""
+    error = "not known" if math.isnan(each.error) else f"{float(f'{each.error:.2g}'):g}" if each.error else ""
     return TITLES.get(each.name, each.name), f"{each.value:.4g} {each.unit}", error, limit, each.holds
 
 
