@@ -192,10 +192,10 @@ def front_of(task: Task, known: Sequence[Answered]) -> tuple[Answered, ...]:
     return tuple(row[0] for row in rows if not any(beats(other, row) for other in rows))
 
 
-def firsts(search: Search, known: Sequence[Answered]) -> list[Answered]:
-    """Return the best design of each choice, the best choice first."""
+def firsts(known: Sequence[Answered], merit: Callable[[Answered], float]) -> list[Answered]:
+    """Return the design of least merit of each choice, the best choice first."""
     found: dict[tuple[int, ...], Answered] = {}
-    for each in sorted(known, key=search.merit):
+    for each in sorted(known, key=merit):
         if each.carried:
             found.setdefault(each.design.choice, each)
     return list(found.values())

@@ -94,7 +94,7 @@ def design(
     open_ += ["yield"] if share.low < asked.least_yield <= share.high else []
     feasible = search.merit(best) <= task.aim(task.figures(best.table, best.plain)) and not share[0] < asked.least_yield
     judged = {each.design.choice for each in finals}
-    others = [each for each in firsts(search, known) if each.design.choice not in judged]
+    others = [each for each in firsts(known, search.at_best) if each.design.choice not in judged]
     return DesignAnswer(
         task, feasible, tuple(open_), best, space.values(best.design), figures_of(task, best), share,
         held_shares(task, best), prices(search, branch, best),
@@ -166,10 +166,11 @@ class _Run:
 
     def finals(self, search: Search, known: Sequence[Answered]) -> list[Answered]:
         """Return the best designs of the choices that may win, in round numbers, solved finer, the best one first."""
-        first, *others = firsts(search, known)
+        first = min(known, key=search.merit)
         found, sharpest = [self.refined(search, first)], set[Design]()
-        for other in sorted(others, key=search.at_best):
-            if len(found) < _FINALS and search.may_beat(other, min(found, key=search.merit)):
+        for other in firsts(known, search.at_best):
+            new = other.design.choice != first.design.choice and len(found) < _FINALS
+            if new and search.may_beat(other, min(found, key=search.merit)):
                 found.append(self.refined(search, other))
         while True:
             found.sort(key=search.merit)
