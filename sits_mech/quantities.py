@@ -150,14 +150,12 @@ class SolveReport:
         Wall time of this solve.
     status : str
         "converged", or a short name of what stopped the solve.
-    notes : tuple of str
-        Plain sentences: regime used, warnings, reasons.
-    left_out : tuple of str
-        What the scene did not need, with the reason.
+    notes, left_out : tuple of str
+        Plain sentences: regime used, warnings, reasons; what the scene did not need, with the reason.
     min_J : float or None
         Smallest volume ratio in the deformed layer; None where no layer was solved.
-    stretch : float or None
-        Largest principal stretch, or reciprocal, that all but a thousandth of the layer stays below; None: not known.
+    stretch, error_stretch : float or None
+        Largest principal stretch, or reciprocal, that all but 0.1 % of the layer stays below; the last mesh's change.
     """
 
     model: str
@@ -171,6 +169,7 @@ class SolveReport:
     left_out: tuple[str, ...] = ()
     min_J: float | None = None
     stretch: float | None = None
+    error_stretch: float | None = None
 
 
 @dataclass(frozen=True)

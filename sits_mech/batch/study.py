@@ -25,7 +25,11 @@ import numpy as np
 
 from sits_mech.batch.requests import REQUESTS, Request, Variant
 from sits_mech.cases import Combine, Row, grid_points
+<<<<<<< HEAD
 from sits_mech.scene.files import check_keys, read_as, written
+=======
+from sits_mech.scene.files import literal, read_table
+>>>>>>> wE
 from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import SceneError, load_beside, scene_text
 from sits_mech.units import shown, split_quantity
@@ -208,5 +212,5 @@ def _arguments(names: Row, request: Request) -> Row:
 def _overrides(names: Row, request: Request) -> tuple[str, ...]:
     """Return what belongs to the scene, as it is written on the command line."""
     return tuple(
-        f"{name}={written({'x': item})[3:].strip()}" for name, item in names.items() if _of_scene(name, request)
+        f"{name}={literal(item)}" for name, item in names.items() if _of_scene(name, request)
     )

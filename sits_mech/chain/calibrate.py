@@ -23,10 +23,10 @@ from sits_mech.cases import DONE, Progress, Row, table
 from sits_mech.chain.interpolate import loads_of, poses_on_grid
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.plan import leaving
-from sits_mech.chain.pose_errors import Reading, read_poses, signal_weights, signals_at, stacked
+from sits_mech.chain.pose_errors import Reading, pose_of, poses_of, read_poses, signal_weights, signals_at
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.mechanics.linear import linear_pad
-from sits_mech.mechanics.loads import kept_key, shared_of
+from sits_mech.mechanics.loads import kept_key
 from sits_mech.mechanics.pad.solid import pad_parts
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import POSE, WRENCH, Array, Impedance, MagneticModel, Pose, Wrench
@@ -175,9 +175,7 @@ def _read_rows(sensor: Sensor, model: MagneticModel, rows: Sequence[Row]) -> tup
     """Return the impedance of all converged rows, and the rows with what the coils show."""
     checked = [_guarded(sensor, row) for row in rows]
     good = [row for row in checked if row["status"] == DONE]
-    poses, errors = (stacked([_pose(row, prefix) for row in good]) for prefix in ("", "error_"))
-    count = min((len(shared_of(row)) for row in good), default=0)
-    parts = np.array([shared_of(row)[:count] for row in good]).reshape(len(good), count, len(POSE)).swapaxes(0, 1)
+    poses, errors, parts = poses_of(good)
     reading = read_poses(sensor, model, poses, errors, parts)
     found, coils, shared = reading.impedance, ("coil", "coil_2"), _shared(sensor, reading, parts)
     share = found.report.seconds / max(len(good), 1)
@@ -226,12 +224,7 @@ def _guarded(sensor: Sensor, row: Row) -> Row:
     if row["status"] != DONE:
         return row
     try:
-        check_clearance(sensor, _pose(row))
+        check_clearance(sensor, pose_of(row))
     except Collision as error:
         return row | {"status": "collision", "reason": str(error)}
     return row
-
-
-def _pose(row: Row, prefix: str = "") -> Pose:
-    """Return the pose of a row, or by the prefix its error; what the row has not is zero."""
-    return Pose(*(float(row.get(f"{prefix}{name}", 0.0)) for name in POSE))

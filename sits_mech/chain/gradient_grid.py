@@ -27,10 +27,10 @@ from sits_mech.chain.gradient import (
 )
 from sits_mech.chain.interpolate import loads_of, poses_on_grid
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.pose_errors import stacked
+from sits_mech.chain.pose_errors import pose_of, poses_of, read_poses
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.mechanics.loads import slopes_of
-from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, RefinedModel, Wrench
+from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, RefinedModel, Wrench
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import SceneError, Sensor
 
@@ -83,9 +83,9 @@ def gradient_on_grid(
     Returns
     -------
     Dataset, dims (*loads, coil, coil_2, component, parameter)
-        ``pose``, ``L``, ``R``, the errors that the magnetics have of both, and signals; ``by_pose``, ``by_L``,
-        ``by_R``, ``by_`` each signal with the dimension `parameter`; NaN where a load fails, whose ``status`` and
-        ``reason`` say why. ``L0``, and the attributes ``frequency`` and ``unit_L``, as of `calibrate`.
+        ``pose``, ``L``, ``R`` and signals; ``by_pose``, ``by_L``, ``by_R``, ``by_`` each signal with the dimension
+        `parameter`; NaN where a load fails, whose ``status`` and ``reason`` say why. Errors of L and R, ``shared_L``
+        and ``alone_L`` of them, ``L0``, and the attributes ``frequency`` and ``unit_L``, as of `calibrate`.
 
     Raises
     ------
@@ -108,13 +108,15 @@ def gradient_on_grid(
     status = [_status(sensor, rows[load]) for load in every]
     good = np.array([each == DONE for each, _ in status])
     own = [rows[load] for load, fine in zip(every, good, strict=True) if fine]
-    pose = stacked([_pose(row) for row in own])
+    pose, error, parts = poses_of(own)
     slopes = np.array([slopes_of(row).T for row in own]).reshape(len(own), len(POSE), len(moving))
     moved = columns_of(numbers, moving, Moved(slopes, np.zeros_like(slopes)))
     direct = at_fixed_poses(sensor, (field, by_field.name, tolerance), pose, numbers)
-    shown = field.impedance(pose, sensor.frequency)
+    reading = read_poses(sensor, field, pose, error, parts)
+    shown = reading.impedance
     change = shown_change(sensor, field, shown, pose, numbers, moved, direct)
     values = {"pose": pose.components, "L": shown.L, "R": shown.R, "error_L": shown.error_L, "error_R": shown.error_R}
+    values |= {"shared_L": reading.shared.swapaxes(0, 1), "alone_L": reading.alone.swapaxes(0, 1)}
     values |= {"by_pose": moved.pose, "by_L": change.L}
     values |= {"by_R": change.R, **{f"by_{name}": value for name, value in change.signals.items()}}
     found = _table(sensor, {name: grid[name] for name in loads}, tuple(names), (good, status), values)
@@ -127,15 +129,10 @@ def _status(sensor: Sensor, row: Row) -> tuple[str, str]:
     if row["status"] != DONE:
         return str(row["status"]), str(row["reason"])
     try:
-        check_clearance(sensor, _pose(row))
+        check_clearance(sensor, pose_of(row))
     except Collision as error:
         return "collision", str(error)
     return DONE, ""
-
-
-def _pose(row: Row) -> Pose:
-    """The pose of a row."""
-    return Pose(*(float(row[name]) for name in POSE))
 
 
 def _table(
@@ -148,6 +145,7 @@ def _table(
     coils = [coil.name for coil in sensor.coils]
     pair = ("coil", "coil_2")
     dims = {"pose": ("component",), "L": pair, "R": pair, "error_L": pair, "error_R": pair}
+    dims |= {"shared_L": ("part", "coil"), "alone_L": ("cause", "coil")}
     places = {"coil": coils, "coil_2": coils, "component": list(POSE), "parameter": list(names)}
     found = xr.Dataset(coords={**grid, **places})
     for name, own in values.items():

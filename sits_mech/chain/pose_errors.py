@@ -21,7 +21,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sits_mech.cases import Row
 from sits_mech.magnetics.slopes import pose_slopes
+from sits_mech.mechanics.loads import shared_of
 from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose
 from sits_mech.readout.signals import Signals, combine, rows_of, signals, weights_of
 from sits_mech.scene.sensor import Sensor
@@ -88,6 +90,19 @@ class _Uncertain:
 def stacked(poses: Sequence[Pose]) -> Pose:
     """Return many poses as one."""
     return Pose.of(np.array([pose.components for pose in poses]).reshape(-1, len(POSE)))
+
+
+def pose_of(row: Row, prefix: str = "") -> Pose:
+    """Return the pose of a row, or by the prefix its error; what the row has not is zero."""
+    return Pose(*(float(row.get(f"{prefix}{name}", 0.0)) for name in POSE))
+
+
+def poses_of(rows: Sequence[Row]) -> tuple[Pose, Pose, Array]:
+    """Return the poses of p rows of loads, their errors, and the signed parts that all share, shape (m, p, 6)."""
+    count = min((len(shared_of(row)) for row in rows), default=0)
+    parts = np.array([shared_of(row)[:count] for row in rows]).reshape(len(rows), count, len(POSE))
+    pose, error = (stacked([pose_of(row, prefix) for row in rows]) for prefix in ("", "error_"))
+    return pose, error, parts.swapaxes(0, 1)
 
 
 def signals_at(found: Signals, index: int) -> Signals:

@@ -20,7 +20,8 @@ from sits_mech.report.page.parts import html_table
 from sits_mech.report.pictures.curves import save_figure
 from sits_mech.report.pictures.design import choice_words, design_pictures
 from sits_mech.report.pictures.section import load_view
-from sits_mech.report.tables.design import design_record, design_tables
+from sits_mech.report.tables.design import asked_table, design_record, design_tables
+from sits_mech.report.tables.solves import key_table
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError, Sensor, save_sensor, scene_text
 from sits_mech.synthesis.answer import DesignAnswer
@@ -29,11 +30,25 @@ from sits_mech.synthesis.requirements import Requirements
 from sits_mech.version import __version__
 
 _CAPTIONS = {
-    "front": "Every design that was solved; filled marks hold all limits, dashed lines are limits.",
-    "landscape": "What is minimised around the recommended design, by predictions through the solved ones.",
-    "limits": "Each figure over its limit, with its estimated error.",
+    "front": "Every design that was solved; filled marks hold all limits, dashed lines are limits; numbers are of the "
+    "front's scenes in the folder front/; bars are estimated errors.",
+    "landscape": "What is minimised around the recommended design, the star, by predictions through the solved "
+    "designs, the dots; shaded where every limit holds; nothing is shown far from what was solved.",
+    "limits": "Each figure over its limit, with its estimated error; share of the sensors made that hold each limit.",
     "worst_load": "The recommended layer under its largest load, in a section along it.",
 }
+_MEANINGS = {
+    "resolution": "one standard deviation of a reading, at the load where it is largest.",
+    "error": "largest misreading over the loads, of the range, that the asked share of the sensors made stays below, "
+    "after each is tared and reads one known load of each component.",
+    "crosstalk before the inverse": "what another component feigns at most in the best linear readout, of the range.",
+    "strain": "largest stretch of the silicone less one, under the overload, of that in the data behind its constants.",
+    "one load for each reading": "1 where the coils tell the loads as evenly everywhere as in the middle, not above 0 "
+    "where two loads show the same.",
+    "yield": "share of the sensors made, scattering by the tolerances, that hold every limit.",
+    "within its error": "the figure is nearer to its limit than it is known: whether the limit holds is open.",
+}  # fmt: skip
+"""What a reader must know of the figures."""
 
 
 def write_design(asked: Requirements, found: DesignAnswer, folder: Path) -> list[str]:
@@ -97,14 +112,16 @@ def design_table(asked: Requirements, found: DesignAnswer) -> xr.Dataset:
 def design_page(asked: Requirements, found: DesignAnswer, sensor: Sensor, folder: Path) -> str:
     """Return the answer as one HTML text, its pictures inside."""
     parts = {"answer": ("Recommended" if found.feasible else "Nearest design", _tables(asked, found))}
-    parts["pictures"] = ("Pictures", _pictures(folder))
+    parts["pictures"] = ("Pictures", f'<div class="pictures">{_pictures(folder)}</div>')
+    asked_for = html_table(asked_table(asked))
+    meanings = html_table(key_table("what the figures mean", list(_MEANINGS.items())))
+    parts["asked"] = ("Asked", f"{asked_for}<h3>what the figures mean</h3>{meanings}")
     parts["scene"] = ("Scene", f"<pre>{html.escape(scene_text(sensor))}</pre>")
     nav = "".join(f'<a href="#{name}">{title}</a>' for name, (title, _) in parts.items())
     sections = (f'<section id="{name}"><h2>{title}</h2>{text}</section>' for name, (title, text) in parts.items())
-    verdict = "every limit holds" if found.feasible else "no solved design holds every limit"
     return Template(page_file("page.html")).substitute(
-        title=html.escape(sensor.name), subtitle=html.escape(f"{found.solves} designs solved; {verdict}"), tiles="",
-        nav=nav, sections="\n".join(sections), script="", css=page_file("page.css"),
+        title=html.escape(sensor.name), subtitle=html.escape(f"{found.solves} designs solved; {found.verdict}"),
+        tiles="", nav=nav, sections="\n".join(sections), script="", css=page_file("page.css"),
         footer=f"Made by sits-mech {html.escape(__version__)}.",
     )  # fmt: skip
 

@@ -155,7 +155,7 @@ def written(table: Mapping[str, Any]) -> str:
 def _lines(table: Mapping[str, Any], path: str) -> list[str]:
     """Return the lines of one table, its plain keys first."""
     plain = {key: item for key, item in table.items() if item is not None and not _is_table(item)}
-    lines = [f"{key} = {_literal(item)}" for key, item in plain.items()]
+    lines = [f"{key} = {literal(item)}" for key, item in plain.items()]
     for key, item in table.items():
         if isinstance(item, Mapping):
             lines += [f"[{path}{key}]", *_lines(item, f"{path}{key}.")]
@@ -170,10 +170,12 @@ def _is_table(item: Any) -> bool:
     return isinstance(item, Mapping) or (isinstance(item, list | tuple) and any(isinstance(x, Mapping) for x in item))
 
 
-def _literal(item: Any) -> str:
-    """Return a plain TOML value."""
+def literal(item: Any) -> str:
+    """Return a TOML value on one line, tables too."""
+    if isinstance(item, Mapping):
+        return f"{{{', '.join(f'{key} = {literal(entry)}' for key, entry in item.items() if entry is not None)}}}"
     if isinstance(item, list | tuple):
-        return f"[{', '.join(_literal(entry) for entry in item)}]"
+        return f"[{', '.join(literal(entry) for entry in item)}]"
     if isinstance(item, bool):
         return str(item).lower()
     if isinstance(item, str):

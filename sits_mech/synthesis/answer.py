@@ -1,34 +1,30 @@
 """What came out of a search, for a designer? The recommendation, what it costs, and why the others lost.
 
-Prices are those of the predictions around the recommended design: what is minimised, with one limit a tenth looser.
-Sensitivities are the change of a figure by a tenth of the bounds' distance. The front holds the designs that carry the
-overload, have one load for each reading, and that no other solved one beats in every figure that is asked for. Two
-designs that differ by less than their errors are as good as each other.
+The front holds the designs that carry the overload, have one load for each reading, and that no other solved one beats
+in every figure that is asked for. Designs of two choices that differ by less than their errors do not beat each other;
+those of one choice have most of their errors in common, and go by their figures. What is around the recommended
+design stands in around.py.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sits_mech.quantities import Array, shown_unit
 from sits_mech.synthesis.answered import LEAST_INVERSE, STRAIN, Answered, Task, over
-from sits_mech.synthesis.figures import INVERSE, Table
-from sits_mech.synthesis.prediction import Prediction
+from sits_mech.synthesis.around import Changes, Landscape, Price
+from sits_mech.synthesis.figures import INVERSE
 from sits_mech.synthesis.requirements import BY_FORCE, LEAST, PLAIN, Requirements
 from sits_mech.synthesis.search import Search
 from sits_mech.synthesis.space import Design
 
-_LOOSER = 0.1  # of a limit
-_STEP = 0.1  # of the bounds' distance
-_BINDS = 0.03  # of a limit: what is nearer binds
+Words = Callable[[Design], str]
 _MANY = 4096  # sensors made
-_KNOWN = 0.25  # of the box: predictions further from what was solved are not shown
-_FINE, _COARSE = 101, 25  # points of a picture along one variable, and along each of two
+_UNKNOWN = (*BY_FORCE, "crosstalk_before_inverse", STRAIN)  # figures whose error is not known where it is not told
 
 
 @dataclass(frozen=True)
@@ -57,15 +53,6 @@ class Figure:
 
 
 @dataclass(frozen=True)
-class Price:
-    """A limit that binds, by how much it is exceeded, and the relative change of what is minimised were it looser."""
-
-    name: str
-    excess: float
-    gain: float
-
-
-@dataclass(frozen=True)
 class Lost:
     """A value of a list that was not taken: its best design and why."""
 
@@ -75,30 +62,12 @@ class Lost:
     why: str
 
 
-@dataclass(frozen=True)
-class Landscape:
-    """What the predictions show around the recommended design over one or two variables, the others as they are.
+class Share(NamedTuple):
+    """A share of the sensors made, and between which it is by the errors of the figures; nan without tolerances."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Keys of the scene.
-    axes : tuple of ndarray
-        Values of each, as written.
-    units : tuple of str
-    aim, excess : ndarray
-        What is minimised, and the limit that is exceeded most, over itself; shape of the axes, nan far from all that
-        was solved.
-    worst : ndarray of str
-        Which limit that is.
-    """
-
-    names: tuple[str, ...]
-    axes: tuple[Array, ...]
-    units: tuple[str, ...]
-    aim: Array
-    excess: Array
-    worst: NDArray[np.str_]
+    value: float
+    low: float
+    high: float
 
 
 @dataclass(frozen=True)
@@ -110,22 +79,27 @@ class DesignAnswer:
     task : Task
         What tells figures and excess of its designs.
     feasible : bool
-        Whether the recommended design holds all limits; where none does, it is the nearest one.
+        Whether the recommended design holds all limits by its figures; where none does, it is the nearest one.
+    undecided : tuple of str
+        Limits that are nearer to their figures than these are known: whether they hold is open.
     best : Answered
         Of round numbers, solved anew.
     values : dict
         What it sets, by key of the scene, as written.
     figures : tuple of Figure
-    share : float
-        Of the sensors made, that hold every limit; nan without tolerances.
+    share : Share
+        Of the sensors made, that hold every limit.
+    held : dict
+        Share of them that hold each limit of a figure which scatters.
     binding : tuple of Price
-    sensitivities : dict
-        Figure -> variable -> change of the figure, over it.
+    sensitivities, ten_percent : dict
+        Figure -> number of the scene -> relative change of the figure, by a tenth of the bounds' distance and by ten
+        percent more of the number.
     front, known : tuple of Answered
         The front; all that was solved.
     lost : tuple of Lost
     tied : tuple of str
-        Designs that are as good within their errors.
+        Best designs of other choices that may be as good or better within the errors.
     solves : int
         Chains solved.
     landscape : Landscape or None
@@ -135,12 +109,15 @@ class DesignAnswer:
 
     task: Task
     feasible: bool
+    undecided: tuple[str, ...]
     best: Answered
     values: dict[str, Any]
     figures: tuple[Figure, ...]
-    share: float
+    share: Share
+    held: dict[str, float]
     binding: tuple[Price, ...]
-    sensitivities: dict[str, dict[str, float]]
+    sensitivities: Changes
+    ten_percent: Changes
     front: tuple[Answered, ...]
     known: tuple[Answered, ...]
     lost: tuple[Lost, ...]
@@ -148,6 +125,12 @@ class DesignAnswer:
     solves: int
     landscape: Landscape | None = None
     notes: tuple[str, ...] = ()
+
+    @property
+    def verdict(self) -> str:
+        """What is to be said of the limits."""
+        open_ = f"; within its error: {', '.join(self.undecided)}" if self.undecided else ""
+        return f"{'every limit holds' if self.feasible else 'no solved design holds every limit'}{open_}"
 
 
 def unit_of(name: str) -> tuple[str, float]:
@@ -161,6 +144,13 @@ def unit_of(name: str) -> tuple[str, float]:
     return ("Hz", 1.0) if name == "rate" else ("", 1.0) if name == INVERSE else ("%", 100.0)
 
 
+TITLES = {
+    STRAIN: "strain under the overload, of its data", INVERSE: "one load for each reading (1: evenly)",
+    "rate": "readings a second",
+}  # fmt: skip
+"""Names of figures for a reader, where they do not tell."""
+
+
 def figure_words(name: str, value: float) -> str:
     """Return a figure for a reader."""
     unit, scale = unit_of(name)
@@ -172,7 +162,7 @@ def figures_of(task: Task, found: Answered) -> tuple[Figure, ...]:
     figures, rows = task.figures(found.table, found.plain), []
     for name, value in figures.items():
         unit, scale = unit_of(name)
-        limit, unknown = task.limits.get(name), np.nan if name.partition(".")[0] in BY_FORCE else 0.0
+        limit, unknown = task.limits.get(name), np.nan if name.partition(".")[0] in _UNKNOWN else 0.0
         error = found.error.get(name, unknown)
         holds = ""
         if limit is not None:
@@ -180,74 +170,6 @@ def figures_of(task: Task, found: Answered) -> tuple[Figure, ...]:
             holds = "within its error" if abs(value - limit) < error else holds
         rows.append(Figure(name, scale * value, scale * error, unit, None if limit is None else scale * limit, holds))
     return tuple(rows)
-
-
-def prices(search: Search, branch: Any, best: Answered) -> tuple[Price, ...]:
-    """Return the limits that bind at a design, with their prices; `branch` is that of its choice."""
-    task = search.task
-    figures = task.figures(best.table, best.plain)
-    found = []
-    for name, excess in task.excess(figures, best.table).items():
-        if excess < -_BINDS or name == "yield" and len(task.excess(figures, best.table)) > 1 and excess < 0.0:
-            continue
-        gain = np.nan
-        if name in task.limits and task.goal and branch.prediction.solved and len(best.design.x):
-            other, aim = replace(search, task=_looser(task, name)), search.propose(branch).merit
-            gain = (other.propose(branch).merit - aim) / abs(aim) if aim else np.nan
-        found.append(Price(name, excess, float(gain)))
-    return tuple(sorted(found, key=lambda price: -price.excess))
-
-
-def _looser(task: Task, name: str) -> Task:
-    """A task with one limit a tenth looser, what is minimised weighed as before."""
-    factor = 1.0 - _LOOSER if name in (*LEAST, INVERSE) else 1.0 + _LOOSER
-    limits = task.limits | {name: task.limits[name] * factor}
-    judge = replace(task.judge, limits={key: limits[key] for key in task.judge.limits})
-    return replace(task, judge=judge, limits=limits, weighed=task.weighed or task.limits)
-
-
-def landscape_of(asked: Requirements, search: Search, prediction: Prediction, best: Answered) -> Landscape | None:
-    """Return what the predictions of a choice show around its best design."""
-    some = asked.space.variables[:2]
-    if not some or not prediction.solved:
-        return None
-    count = _FINE if len(some) == 1 else _COARSE
-    unit = np.linspace(0.0, 1.0, count)
-    shape = (count,) * len(some)
-    aim, excess, worst = np.zeros(shape), np.zeros(shape), np.full(shape, "", dtype="<U40")
-    for index in np.ndindex(shape):
-        x = best.point.copy()
-        x[: len(some)] = unit[list(index)]
-        if prediction.distance(x) > _KNOWN:
-            aim[index] = excess[index] = np.nan
-            continue
-        table, plain = prediction.table(x), prediction.plain(x)
-        figures = search.task.figures(table, plain)
-        beyond = search.task.excess(figures, table)
-        aim[index] = search.task.aim(figures)
-        excess[index], worst[index] = max(((value, name) for name, value in beyond.items()), default=(-1.0, ""))
-    axes = tuple(np.array([each.value(x) for x in unit]) for each in some)
-    return Landscape(tuple(each.key for each in some), axes, tuple(each.unit for each in some), aim, excess, worst)
-
-
-def sensitivities(task: Task, best: Answered, names: Sequence[str]) -> dict[str, dict[str, float]]:
-    """Return how the figures of a design go with its variables, by its own tangent."""
-    here = task.figures(best.table, best.plain)
-    found: dict[str, dict[str, float]] = {}
-    for k, key in enumerate(names):
-        step = np.zeros(len(names))
-        step[k] = -_STEP if best.design.x[k] > 0.5 else _STEP
-        table = best.table
-        if table is not None:
-            table = Table(table.L + np.tensordot(step, best.by_x, 1), table.by_tolerance, table.noise)
-        plain = dict(best.plain)
-        for name, slope in best.plain_by_x.items():
-            plain[name] += float(slope @ step)
-        there = task.figures(table, plain)
-        for name, value in here.items():
-            if value and (name in best.plain_by_x or name not in best.plain):
-                found.setdefault(name, {})[key] = float((there[name] - value) / value * np.sign(step[k]))
-    return found
 
 
 def front_of(task: Task, known: Sequence[Answered]) -> tuple[Answered, ...]:
@@ -258,22 +180,38 @@ def front_of(task: Task, known: Sequence[Answered]) -> tuple[Answered, ...]:
         figures = task.figures(each.table, each.plain) if each.carried else {}
         if not each.carried or figures.get(INVERSE, 1.0) < LEAST_INVERSE or figures.get(STRAIN, 0.0) > 1.0:
             continue
-        signs = {name: -1.0 if name in LEAST else 1.0 for name in asked if name in figures}
-        rows.append((each, np.array([sign * figures[name] for name, sign in signs.items()])))
-    return tuple(
-        each for each, own in rows if not any(np.all(other <= own) and np.any(other < own) for _, other in rows)
-    )  # fmt: skip
+        names = [name for name in asked if name in figures]
+        own = np.array([(-1.0 if name in LEAST else 1.0) * figures[name] for name in names])
+        rows.append((each, own, np.array([each.error.get(name, 0.0) for name in names])))
+
+    def beats(other: tuple[Answered, Array, Array], one: tuple[Answered, Array, Array]) -> bool:
+        """Whether a design is in no figure worse than another, and in one better than their errors hide."""
+        hidden = 0.0 if other[0].design.choice == one[0].design.choice else other[2] + one[2]
+        return bool(np.all(other[1] <= one[1]) and np.any(other[1] < one[1] - hidden))
+
+    return tuple(row[0] for row in rows if not any(beats(other, row) for other in rows))
 
 
-def lost_values(asked: Requirements, search: Search, known: Sequence[Answered], best: Answered) -> tuple[Lost, ...]:
-    """Return why other values of the lists were not taken."""
-    found, space = [], asked.space
+def firsts(known: Sequence[Answered], merit: Callable[[Answered], float]) -> list[Answered]:
+    """Return the design of least merit of each choice, the best choice first."""
+    found: dict[tuple[int, ...], Answered] = {}
+    for each in sorted(known, key=merit):
+        if each.carried:
+            found.setdefault(each.design.choice, each)
+    return list(found.values())
+
+
+def lost_values(
+    asked: Requirements, search: Search, known: Sequence[Answered], finals: Sequence[Answered]
+) -> tuple[Lost, ...]:
+    """Return why other values of the lists were not taken; `finals` were solved finer, the best one first."""
+    found, space, best = [], asked.space, finals[0]
+    judged = {each.design.choice for each in finals}
+    every = [*finals, *(each for each in known if each.design.choice not in judged)]
     for place, (key, values) in enumerate(space.lists.items()):
         for number, value in enumerate(values):
-            if number == best.design.choice[place]:
-                continue
-            own = [each for each in known if each.design.choice[place] == number]
-            if own:
+            own = [each for each in every if each.design.choice[place] == number]
+            if own and number != best.design.choice[place]:
                 first = min(own, key=search.merit)
                 found.append(Lost(key, str(value), space.words(first.design), why_not(search, first, best)))
     return tuple(found)
@@ -290,41 +228,43 @@ def why_not(search: Search, other: Answered, best: Answered) -> str:
     if name and excess[name] > 0.0:
         if name == "yield":
             return f"fewer than {100.0 * task.judge.share:.3g} % of the sensors made hold the limits"
-        return f"{name} {figure_words(name, figures[name])} against {figure_words(name, task.limits[name])}"
+        error = other.error.get(name, 0.0)
+        unsure = f" +- {figure_words(name, error)}" if error > 0.0 else ""
+        return f"{name} {figure_words(name, figures[name])}{unsure} against {figure_words(name, task.limits[name])}"
     own, least = task.aim(figures), task.aim(task.figures(best.table, best.plain))
-    more = f"{100.0 * (own - least) / abs(least):.3g} % more" if least else "no less"
+    more = f"{100.0 * abs(own - least) / abs(least):.3g} % {'more' if own > least else 'less'}" if least else "no less"
+    if own - least < task.doubt(other) + task.doubt(best):
+        return f"holds the limits, and is as good within the errors: what is minimised is {more}"
     return f"holds the limits, but what is minimised is {more}"
 
 
-def tied_with(asked: Requirements, search: Search, known: Sequence[Answered], best: Answered) -> tuple[str, ...]:
-    """Return designs of other choices that are as good as the best one within their errors."""
-    task, found = search.task, []
-    size = task.sizes | task.limits
-
-    def doubt(each: Answered) -> float:
-        """Error of what is minimised."""
-        return sum(weight * each.error.get(name, 0.0) / abs(size.get(name, 1.0)) for name, weight in task.goal.items())
-
-    least = search.merit(best)
-    for choice in dict.fromkeys(each.design.choice for each in known):
-        own = [each for each in known if each.design.choice == choice and each.carried]
-        if choice == best.design.choice or not own or not task.goal:
-            continue
-        first = min(own, key=search.merit)
-        if search.merit(first) - least < doubt(first) + doubt(best):
-            found.append(asked.space.words(first.design))
+def tied_with(search: Search, others: Sequence[Answered], best: Answered, words: Words) -> tuple[str, ...]:
+    """Return which designs of other choices may be as good as the best one or better, within the errors."""
+    found = []
+    for each in others:
+        if each.design.choice != best.design.choice and search.task.goal and search.may_beat(each, best):
+            open_ = search.task.undecided(each)
+            found.append(words(each.design) + (f" ({', '.join(open_)} within its error)" if open_ else ""))
     return tuple(found)
 
 
-def made_share(task: Task, best: Answered) -> float:
-    """Return the share of the sensors made that hold every limit; nan without tolerances."""
+def made_share(task: Task, best: Answered) -> Share:
+    """Return the share of the sensors made that hold every limit."""
     if best.table is None or not len(task.judge.deviations):
-        return np.nan
+        return Share(np.nan, np.nan, np.nan)
     figures = task.figures(best.table, best.plain)
     fixed = [name for name in figures if name.partition(".")[0] not in BY_FORCE]
     if any(over(name, figures[name], task.limits[name]) > 0.0 for name in fixed if name in task.limits):
-        return 0.0
-    return float(np.mean(task.judge.excess(best.table, _MANY) <= 0.0))
+        return Share(0.0, 0.0, 0.0)
+    excess, off = task.judge.excess(best.table, _MANY), task.errors(best).get("yield", 0.0)
+    return Share(*(float(np.mean(excess <= more)) for more in (0.0, -off, off)))
+
+
+def held_shares(task: Task, best: Answered) -> dict[str, float]:
+    """Return the share of the sensors made that hold each limit of a figure which scatters."""
+    if best.table is None or not len(task.judge.deviations):
+        return {}
+    return {name: float(np.mean(own <= 0.0)) for name, own in task.judge.excesses(best.table, _MANY).items()}
 
 
 def rounded(asked: Requirements, design: Design) -> list[Design]:

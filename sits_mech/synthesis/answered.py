@@ -13,7 +13,7 @@ import numpy as np
 
 from sits_mech.quantities import Array
 from sits_mech.synthesis.figures import INVERSE, Judge, Table
-from sits_mech.synthesis.requirements import LEAST
+from sits_mech.synthesis.requirements import BY_FORCE, LEAST
 from sits_mech.synthesis.space import Design
 
 STRAIN = "strain"
@@ -100,6 +100,23 @@ class Task:
         if table is not None and len(self.judge.deviations):
             found["yield"] = float(np.quantile(self.judge.excess(table), self.judge.share))
         return found
+
+    def errors(self, found: Answered) -> dict[str, float]:
+        """Return how far each excess may be off, where that is known; the yield's by the worst of its limits."""
+        each = {name: found.error.get(name, 0.0) / abs(limit) for name, limit in self.limits.items()}
+        scattering = [name for name in each if name.partition(".")[0] in BY_FORCE]
+        return each | {"yield": max((each[name] for name in scattering), default=0.0)}
+
+    def undecided(self, found: Answered) -> tuple[str, ...]:
+        """Return the limits of which the errors of a solved design leave open whether they hold."""
+        off, excess = self.errors(found), self.excess(self.figures(found.table, found.plain), found.table)
+        return tuple(name for name, value in excess.items() if abs(value) < off.get(name, 0.0))
+
+    def doubt(self, found: Answered) -> float:
+        """Return the error of what is minimised."""
+        size = self.sizes | (self.weighed or self.limits)
+        each = (weight * found.error.get(name, 0.0) / abs(size.get(name, 1.0)) for name, weight in self.goal.items())
+        return float(sum(each))
 
     def holds(self, found: Answered) -> bool:
         """Say whether a solved design holds every limit."""

@@ -189,18 +189,21 @@ class Judge:
 
     def excess(self, table: Table, count: int = _FEW) -> Array:
         """Return by how much each of many sensors fails the limit that it fails most, over the limit, shape (s,)."""
+        each = self.excesses(table, count)
+        none = np.full(len(self.few) if count == _FEW else count if len(self.deviations) else 1, -1.0)
+        return np.asarray(np.max([none, *each.values()], axis=0))
+
+    def excesses(self, table: Table, count: int = _FEW) -> dict[str, Array]:
+        """Return by how much each of many sensors fails each limit of its scattering figures, over it, shape (s,)."""
         samples = self.few if count == _FEW else self.samples(count)
         names, span = self.operator.loads.names, self.operator.loads.span
-        found = np.full(len(samples), -1.0)
-        by_force = [self.limits.get(f"{kind}.{name}") for kind in ("error", "resolution") for name in names]
-        if any(limit is not None for limit in by_force[: len(names)]):
-            worst = self._worst_errors(table, samples) / span
-            for k, limit in enumerate(by_force[: len(names)]):
-                found = found if limit is None else np.maximum(found, worst[:, k] / limit - 1.0)
-        if any(limit is not None for limit in by_force[len(names) :]):
-            sigma = self._resolutions(table, samples)
-            for k, limit in enumerate(by_force[len(names) :]):
-                found = found if limit is None else np.maximum(found, sigma[:, k] / limit - 1.0)
+        found: dict[str, Array] = {}
+        for kind, of in (("error", self._worst_errors), ("resolution", self._resolutions)):
+            limits = [self.limits.get(f"{kind}.{name}") for name in names]
+            if any(limit is not None for limit in limits):
+                values = of(table, samples) / (span if kind == "error" else 1.0)
+                pairs = zip(names, limits, values.T, strict=True)
+                found |= {f"{kind}.{name}": own / limit - 1.0 for name, limit, own in pairs if limit is not None}
         return found
 
     def _slopes(self, L: Array) -> Array:

@@ -1,13 +1,15 @@
 """From requirements to a sensor: search, round, solve anew, answer.
 
 The search solves coarsely (`COARSE`); its best design is moved to round numbers, of which those that promise most are
-solved at the finer tolerance. A design whose figures are nearer to their limits than their errors is solved once more,
-finer still, before it is judged. Everything that was solved is kept, so that a run that was stopped goes on.
+solved at the finer tolerance. So are the best designs of other choices, as far as the errors leave open that they are
+better, those that may be best first, `_FINALS` in all. One whose figures are nearer to their limits than their errors
+is solved once more, finer still, before it is judged. What then stays open is told: limits as undecided, designs as
+tied. Everything that was solved is kept, so that a run that was stopped goes on.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -21,16 +23,16 @@ from sits_mech.scene.sensor import SceneError
 from sits_mech.synthesis.answer import (
     DesignAnswer,
     figures_of,
+    firsts,
     front_of,
-    landscape_of,
+    held_shares,
     lost_values,
     made_share,
-    prices,
     rounded,
-    sensitivities,
     tied_with,
 )
 from sits_mech.synthesis.answered import Answered
+from sits_mech.synthesis.around import landscape_of, prices, sensitivities
 from sits_mech.synthesis.requirements import Requirements, read_requirements, requirements_of
 from sits_mech.synthesis.search import MOST, Branch, Search
 from sits_mech.synthesis.solve import Solver
@@ -38,7 +40,8 @@ from sits_mech.synthesis.space import Design
 
 COARSE, FINE, FINEST = 5e-2, 1e-2, 3e-3
 """Tolerances of the chain: of the search, of the recommended design, and where that is not enough."""
-_TRIES = 3  # round designs that are solved
+_TRIES = 3  # round designs of a choice that are solved
+_FINALS = 3  # choices whose best designs are solved finer
 
 Told = Callable[[int, int, str], None]
 """Called with the number of designs solved, the most there will be, and the last one in words."""
@@ -83,15 +86,21 @@ def design(
         least = min(known, key=lambda each: min(each.plain.values(), default=np.inf))
         words = f"{asked.space.words(least.design)}: {least.reason}"
         raise SceneError(f"loads: no design within the bounds answers them; {words}")
-    best, task = run.refined(search, min(good, key=search.merit)), search.task
+    finals = run.finals(search, known)
+    best, task, space = finals[0], search.task, asked.space
     branch = next(each for each in search.branches if each.choice == best.design.choice)
-    figures = figures_of(task, best)
     share = made_share(task, best)
-    feasible = search.merit(best) <= task.aim(task.figures(best.table, best.plain)) and not share < asked.least_yield
+    open_ = [name for name in task.undecided(best) if name != "yield"]
+    open_ += ["yield"] if share.low < asked.least_yield <= share.high else []
+    feasible = search.merit(best) <= task.aim(task.figures(best.table, best.plain)) and not share[0] < asked.least_yield
+    judged = {each.design.choice for each in finals}
+    others = [each for each in firsts(known, search.at_best) if each.design.choice not in judged]
     return DesignAnswer(
-        task, feasible, best, asked.space.values(best.design), figures, share, prices(search, branch, best),
-        sensitivities(task, best, asked.space.names), front_of(task, [best, *known]), tuple(known),
-        lost_values(asked, search, known, best), tied_with(asked, search, known, best), run.count,
+        task, feasible, tuple(open_), best, space.values(best.design), figures_of(task, best), share,
+        held_shares(task, best), prices(search, branch, best),
+        *sensitivities(task, branch.prediction, best.point, space.variables),
+        front_of(task, [*finals, *known]), tuple(known), lost_values(asked, search, known, finals),
+        tied_with(search, [*finals, *others], best, space.words), run.count,
         landscape_of(asked, search, branch.prediction, best), run.notes(best),
     )  # fmt: skip
 
@@ -132,7 +141,7 @@ class _Run:
         found = replace(self.coarse, tolerance=tolerance)(wanted) if begun is None else begun.result()
         self.count += 1
         if self.told is not None:
-            self.told(self.count, self.most + _TRIES, self.asked.space.words(wanted))
+            self.told(self.count, self.most + (_TRIES + 1) * _FINALS, self.asked.space.words(wanted))
         return found
 
     def start(self, choice: tuple[int, ...], attempt: int) -> Array | None:
@@ -155,8 +164,28 @@ class _Run:
         slope = [np.sign(bounds[2 + 2 * k] - bounds[1 + 2 * k]) for k in range(len(middle))]
         return np.asarray(np.clip(middle + 0.45 * np.nan_to_num(np.array(slope)), 0.0, 1.0))
 
+    def finals(self, search: Search, known: Sequence[Answered]) -> list[Answered]:
+        """Return the best designs of the choices that may win, in round numbers, solved finer, the best one first."""
+        first = min(known, key=search.merit)
+        found, sharpest = [self.refined(search, first)], set[Design]()
+        for other in firsts(known, search.at_best):
+            new = other.design.choice != first.design.choice and len(found) < _FINALS
+            if new and search.may_beat(other, min(found, key=search.merit)):
+                found.append(self.refined(search, other))
+        while True:
+            found.sort(key=search.merit)
+            open_ = [
+                each for each in found if each.design not in sharpest and search.task.undecided(each)
+                and (each is found[0] or search.may_beat(each, found[0]))
+            ]  # fmt: skip
+            if not open_:
+                return found
+            sharpest.add(open_[0].design)
+            finer = self.solve(open_[0].design, FINEST)
+            found[found.index(open_[0])] = finer if finer.carried else open_[0]
+
     def refined(self, search: Search, best: Answered) -> Answered:
-        """Return the best design in round numbers, solved finer."""
+        """Return the best design of a choice in round numbers, solved finer; itself where none of them is carried."""
         branch = next(each for each in search.branches if each.choice == best.design.choice)
         tries = sorted(rounded(self.asked, best.design), key=lambda each: _promise(search, branch, each))
         found: list[Answered] = []
@@ -165,12 +194,7 @@ class _Run:
             if search.task.holds(found[-1]):
                 break
         chosen = min(found, key=search.merit)
-        if not chosen.carried:
-            return best
-        if any(each.holds == "within its error" for each in figures_of(search.task, chosen)):
-            finer = self.solve(chosen.design, FINEST)
-            chosen = finer if finer.carried else chosen
-        return chosen
+        return chosen if chosen.carried else best
 
     def notes(self, best: Answered) -> tuple[str, ...]:
         """Return what a designer must know of the answer besides."""

@@ -33,7 +33,7 @@ MOST = 60
 """Designs that a search solves."""
 _WEIGHT = 30.0  # of an exceeded limit, against what is minimised
 _HELD = 2e-3  # excess of a limit that is none to a search: less than figures are known to
-_CLOSE = 0.004  # of the box: a point as near to a solved one is solved
+_CLOSE = 1e-3  # of the box: a point as near to a solved one is solved; less than what brings a limit to hold
 _GAIN = 2e-3  # of what is minimised: less is not worth a solve
 _LOOKED_AT, _STARTS = 64, 4  # points of a box, and those of them that programming starts at
 _WIDER, _NARROWER = 2.0, 0.4
@@ -122,6 +122,19 @@ class Search:
             return np.inf
         return self._merit(found.table, found.plain)
 
+    def at_best(self, found: Answered) -> float:
+        """Return the merit of a solved design, were all its figures better by their errors."""
+        if not found.carried:
+            return np.inf
+        task = self.task
+        figures, off = task.figures(found.table, found.plain), task.errors(found)
+        left = [value - off.get(name, 0.0) for name, value in task.excess(figures, found.table).items()]
+        return task.aim(figures) - task.doubt(found) + _exceeded(max(left, default=0.0))
+
+    def may_beat(self, other: Answered, best: Answered) -> bool:
+        """Say whether the errors leave open that another design is better than the best one."""
+        return self.at_best(other) < self.merit(best) + self.task.doubt(best)
+
     def predicted(self, prediction: Prediction, x: Array) -> float:
         """Return the merit that is foretold of a point."""
         return self._merit(prediction.table(x), prediction.plain(x))
@@ -130,7 +143,7 @@ class Search:
         """The same of figures, known or predicted."""
         figures = self.task.figures(table, plain)
         worst = max(self.task.excess(figures, table).values(), default=0.0)
-        return self.task.aim(figures) + _WEIGHT * max(worst - _HELD, 0.0)
+        return self.task.aim(figures) + _exceeded(worst)
 
     def _begin(self, branch: Branch) -> None:
         """Solve a choice where it starts; where that fails, where it starts else."""
@@ -222,4 +235,9 @@ class Search:
         )  # fmt: skip
         x = np.clip(result.x[:-1], *np.array(bounds).T)
         aim, over = seen(x)
-        return Proposal(x, aim + _WEIGHT * max(float(over.max()), 0.0))
+        return Proposal(x, aim + _exceeded(float(over.max())))
+
+
+def _exceeded(worst: float) -> float:
+    """What the limit that is exceeded most adds to a merit."""
+    return _WEIGHT * max(worst - _HELD, 0.0)

@@ -1,8 +1,10 @@
 """How is one design answered? Sizes first, then the overload, then the loads that the sensor meets; no more than asked.
 
-The overload's corners are solved on a model's first meshes. A design that does not carry one, whose target comes to the
-coils, or that is no scene at all, is told by its reason and solved no further. Of the others a table of inductances
-over the loads is made, with its derivatives (chain/gradient.py); figures that need none of that ask for none.
+The overload's corners are solved on a model's first meshes, the one that strains the silicone most once more as finely
+as the tolerance asks. A design that does not carry one, whose target comes to the coils, or that is no scene at all, is
+told by its reason and solved no further. Of the others a table of inductances over the loads is made, with its
+derivatives and its errors (chain/gradient_grid.py); figures that need none of that ask for none. Errors of the figures
+are those of `readout.quality`, that of the strain is what the last refinement of the mesh changed.
 
     height, footprint   of the box around coils, fixed parts, layer and target at rest
     strain              (largest stretch - 1) under the overload over that of the data behind the silicone's constants
@@ -16,11 +18,11 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -28,9 +30,9 @@ import xarray as xr
 from sits_mech.analysis.bench import coil_table, own_inductances, sensor_calibration, sensor_front_end
 from sits_mech.analysis.limits import corners, known_strain
 from sits_mech.cases import DONE, case_path, finish, read_case
-from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.gradient_grid import gradient_on_grid
 from sits_mech.chain.models import mechanical_model
+from sits_mech.chain.omissions import strain_bound
 from sits_mech.chain.simulate import at_rest
 from sits_mech.geometry.boxes import fixed_solids
 from sits_mech.geometry.collision import Collision, check_clearance
@@ -46,7 +48,6 @@ from sits_mech.version import __version__
 
 _SLOPE, _WIDE = 1e-4, 0.05  # of the unit box: differences of sizes and of the strain by the variables
 _OFFSETS = ("coils.*.centre.0", "coils.*.centre.1")
-_JUDGED = 2e-2  # tolerance from which on figures are told with their errors
 _HARD = 1.3  # strain that a design is given that does not carry the overload, at least
 _OF_TABLE = ("resolution", "error", "crosstalk_before_inverse", "rate")
 _SLOWEST, _FASTEST = 0xFFFF, 5  # counts of a conversion
@@ -133,16 +134,18 @@ class Solver:
         except SceneError as error:
             return Answered(design, f"impossible: {error}", None, np.zeros((v, 0, 0)), {}, {})
         plain, slopes = self._sizes(design, sensor)
-        reason, plain[STRAIN], worst = self._overload(sensor)
-        if not reason:
-            slopes[STRAIN] = self._strain_slopes(design, plain[STRAIN], worst)
-        if reason or not self.needs_table:
-            return Answered(design, reason, None, np.zeros((v, 0, 0)), plain, slopes, {}, time.process_time() - began)
-        try:
-            return self._with_table(design, sensor, (plain, slopes), began)
-        except (SolveFailed, ValueError) as error:
-            spent = time.process_time() - began
-            return Answered(design, str(error), None, np.zeros((v, 0, 0)), plain, slopes, {}, spent)
+        worst = self._overload(sensor)
+        plain[STRAIN] = worst.strain
+        known = {} if np.isnan(worst.error) else {STRAIN: worst.error}
+        found = Answered(design, worst.reason, None, np.zeros((v, 0, 0)), plain, slopes, known)
+        if not worst.reason:
+            slopes[STRAIN] = self._strain_slopes(design, worst)
+            if self.needs_table:
+                try:
+                    found = self._with_table(found, sensor)
+                except (SolveFailed, ValueError) as refusal:
+                    found = replace(found, reason=str(refusal))
+        return replace(found, seconds=time.process_time() - began)
 
     def _sizes(self, design: Design, sensor: Sensor) -> tuple[dict[str, float], dict[str, Array]]:
         """Sizes and hysteresis of a design, and how they go with the variables."""
@@ -157,63 +160,71 @@ class Solver:
             plain["hysteresis"] = loop_width(sensor.elastomer.silicone)
         return plain, slopes
 
-    def _overload(self, sensor: Sensor) -> tuple[str, float, Wrench]:
-        """Why a design does not carry the overload, "" where it does; its strain over what is known, under which."""
+    def _overload(self, sensor: Sensor) -> _Overload:
+        """Whether a design carries the overload."""
         asked = self.requirements
         ranges = {name: (asked.overload * low, asked.overload * high) for name, (low, high) in asked.loads.items()}
         found = []
         for load in sorted(corners(sensor, ranges), key=lambda load: -np.abs(load.components).sum()):
             try:
-                found.append((self._strain(sensor, load), load))
+                found.append((self._strain(sensor, load)[0], load))
             except SolveFailed as error:
                 share = _share(error, load)
-                return f"overload: {error}", max(_HARD, 1.0 / share if share > 0.0 else 0.0), load
+                return _Overload(f"overload: {error}", max(_HARD, 1.0 / share if share > 0.0 else 0.0), np.nan, load)
             except Collision as error:
-                return f"overload: {error}", _HARD, load
-        worst, load = max(found, key=lambda pair: pair[0])
-        return "", worst, load
+                return _Overload(f"overload: {error}", _HARD, np.nan, load)
+        load = max(found, key=lambda pair: pair[0])[1]
+        with suppress(SolveFailed, Collision):  # where finer meshes do not get there, the first ones stand
+            return _Overload("", *self._strain(sensor, load, finely=True), load)
+        return _Overload("", *self._strain(sensor, load), load)
 
-    def _strain(self, sensor: Sensor, load: Wrench) -> float:
-        """Largest strain under a load over what is known of the silicone, on the first meshes; 0 where nothing is."""
+    def _strain(self, sensor: Sensor, load: Wrench, *, finely: bool = False) -> tuple[float, float]:
+        """Largest strain under a load over what is known of the silicone, and its error; on the first meshes, or as
+        finely as asked.
+        """
         layer, _ = mechanical_model(sensor, "auto", self.tolerance, [load])
-        found = at_rest(sensor, layer.rough if isinstance(layer, RefinedModel) else layer, load)
+        layer = layer.rough if isinstance(layer, RefinedModel) and not finely else layer
+        found, known = at_rest(sensor, layer, load), known_strain(sensor)
+        known = np.inf if np.isnan(known) else known
         check_clearance(sensor, found.pose)
-        known = known_strain(sensor)
-        return 0.0 if np.isnan(known) else ((found.report.stretch or 1.0) - 1.0) / known
+        stretch, error = found.report.stretch, found.report.error_stretch
+        if stretch is None:
+            return 0.0, strain_bound(sensor, [load]) / known  # small strain: no more is known than that
+        return (stretch - 1.0) / known, (stretch - 1.0 if error is None else error) / known
 
-    def _strain_slopes(self, design: Design, strain: float, load: Wrench) -> Array:
-        """How the strain under a load goes with the variables; nothing of one where no design beside carries it."""
-        found = np.zeros(len(design.x))
+    def _strain_slopes(self, design: Design, worst: _Overload) -> Array:
+        """How the strain goes with the variables, by the first meshes; nothing of one where no design beside carries
+        the load.
+        """
+        found, load = np.zeros(len(design.x)), worst.load
+        here = self._strain(self.requirements.space.sensor(design), load)[0]
         for (k, x), way in product(enumerate(design.x), (_WIDE, -_WIDE)):
             if found[k] or not 0.0 <= x + way <= 1.0:
                 continue
             with suppress(SceneError, SolveFailed, Collision):
                 there = self.requirements.space.sensor(design.moved(k, way))
-                found[k] = (self._strain(there, load) - strain) / way
-        return found
+                found[k] = (self._strain(there, load)[0] - here) / way
+        return found * (worst.strain / here if here else 1.0)
 
-    def _with_table(
-        self, design: Design, sensor: Sensor, sizes: tuple[dict[str, float], dict[str, Array]], began: float
-    ) -> Answered:
+    def _with_table(self, found: Answered, sensor: Sensor) -> Answered:
         """A design that carries the overload, with its table over the loads."""
-        (plain, slopes), space, loads = sizes, self.requirements.space, self.operator.loads
+        space, loads = self.requirements.space, self.operator.loads
         axes = {name: axis.tolist() for name, axis in zip(loads.names, loads.axes, strict=True)}
         names = (*space.names, *self.scattering)
         data = gradient_on_grid(sensor, tuple(dict.fromkeys(names)), axes, tolerance=self.tolerance)
         if not bool((data["status"] == DONE).all()):
-            reason = next(str(each) for each in data["reason"].to_numpy().ravel() if each)
-            return Answered(design, reason, None, np.zeros((len(design.x), 0, 0)), plain, slopes)
+            return replace(found, reason=next(str(each) for each in data["reason"].to_numpy().ravel() if each))
         own = own_inductances(sensor, data)
         L = own["L"].transpose(*loads.names, "coil").to_numpy().reshape(-1, len(sensor.coils))
         each = _slopes_of(sensor, data, names, own["L0"].to_numpy())
         width = [space.width(variable, sensor) for variable in space.variables]
         noise, rate = self._converter(sensor, data)
-        plain["rate"] = rate
         table = Table(L, np.array([each[name] for name in self.scattering]).reshape(-1, *L.shape), noise)
         by_x = np.array([each[name] * size for name, size in zip(space.names, width, strict=True)])
-        errors = self._errors(sensor, axes, noise) if self.tolerance <= _JUDGED else {}
-        by_x = by_x.reshape(-1, *L.shape)
-        return Answered(design, "", table, by_x, plain, slopes, errors, time.process_time() - began)
+        return replace(
+            found, table=table, by_x=by_x.reshape(-1, *L.shape), plain=found.plain | {"rate": rate},
+            error=found.error | _errors(sensor, data, noise),
+        )  # fmt: skip
 
     def _converter(self, sensor: Sensor, data: xr.Dataset) -> tuple[Array, float]:
         """Noise of each inductance, and readings a second: the longest conversion that is fast enough."""
@@ -228,19 +239,32 @@ class Solver:
         own = self.requirements.tolerance.get("repeatability", 0.0) * most
         return np.hypot(front.noise, own), float(front.rate)
 
-    def _errors(self, sensor: Sensor, axes: Mapping[str, list[float]], noise: Array) -> dict[str, float]:
-        """Errors of the figures by those of a whole calibration."""
-        loads: dict[str, Any] = dict(axes)
-        data = calibrate(sensor, **loads, tolerance=self.tolerance)
+
+class _Overload(NamedTuple):
+    """Why a design does not carry the overload, "" where it does; its largest strain over what is known, with its
+    error, nan where that is not known; under which load.
+    """
+
+    reason: str
+    strain: float
+    error: float
+    load: Wrench
+
+
+def _errors(sensor: Sensor, data: xr.Dataset, noise: Array) -> dict[str, float]:
+    """Errors of the figures by those of a table; nothing where it holds too few loads for a calibration."""
+    try:
         cal = sensor_calibration(sensor, data)
-        found = quality(cal, noise, table=coil_table(sensor, data))
-        span = cal.high - cal.low
-        off = found.error_sensitivity / np.abs(found.sensitivity).max(axis=0)
-        errors = {}
-        for k, name in enumerate(cal.forces):
-            errors[f"resolution.{name}"] = float(np.max(off[:, k]) * found.resolution[k, 2])
-            errors[f"error.{name}"] = float(found.by_model[k, 2] / span[k])
-        return errors | {"crosstalk_before_inverse": float(np.max(found.crosstalk_error))}
+    except ValueError:
+        return {}
+    found = quality(cal, noise, table=coil_table(sensor, data))
+    span = cal.high - cal.low
+    off = found.error_sensitivity / np.abs(found.sensitivity).max(axis=0)
+    errors = {}
+    for k, name in enumerate(cal.forces):
+        errors[f"resolution.{name}"] = float(np.max(off[:, k]) * found.resolution[k, 2])
+        errors[f"error.{name}"] = float(found.by_model[k, 2] / span[k])
+    return errors | {"crosstalk_before_inverse": float(np.max(found.crosstalk_error))}
 
 
 def _slopes_of(sensor: Sensor, data: xr.Dataset, names: Sequence[str], L0: Array) -> dict[str, Array]:

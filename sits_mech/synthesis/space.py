@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from sits_mech.scene.files import written
+from sits_mech.scene.files import literal
 from sits_mech.scene.parameters import keys_of, value_of
 from sits_mech.scene.sensor import SceneError, Sensor, changed
 from sits_mech.units import shown, split_quantity
@@ -111,7 +111,7 @@ class Space:
 
     def overrides(self, values: Mapping[str, Any]) -> list[str]:
         """Return values by key as overrides of the scene."""
-        texts = {key: written({"x": item})[3:].strip() for key, item in values.items()}
+        texts = {key: literal(item) for key, item in values.items()}
         return [f"{name}={text}" for key, text in texts.items() for name in self.keys(key)]
 
     def keys(self, key: str) -> list[str]:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.gradient import gradient
 from sits_mech.chain.gradient_grid import gradient_on_grid
 from sits_mech.chain.models import loaded_model
@@ -55,6 +56,16 @@ def test_a_load_that_is_not_carried_leaves_a_gap() -> None:
     found = gradient_on_grid(sensor, ["modulus"], {"F_z": [0.5, 1e3]}, **PLANE)
     assert list(found.status.values == "converged") == [True, False]
     assert np.all(np.isfinite(found.by_L.values[0])) and np.all(np.isnan(found.by_L.values[1]))
+
+
+def test_errors_are_those_of_a_calibration() -> None:
+    """L with all errors, their signed parts too, at the same loads by the same models."""
+    sensor, loads = load_sensor("biorob2018-w15"), {"F_x": [-0.3, 0.0, 0.3], "F_z": [0.5, 1.0]}
+    found, data = gradient_on_grid(sensor, ["modulus"], loads, **PLANE), calibrate(sensor, **loads, **PLANE)
+    for name in ("L", "R", "error_L", "error_R", "shared_L", "alone_L"):
+        own, expected = (each[name].transpose("F_x", "F_z", ...).values for each in (found, data))
+        np.testing.assert_allclose(own, expected, rtol=1e-9, atol=1e-12 * np.abs(data.L.values).max(), err_msg=name)
+    assert np.all(np.abs(np.diagonal(found.error_L.values, axis1=-2, axis2=-1)) > 0.0)
 
 
 def test_what_is_no_load_is_refused() -> None:

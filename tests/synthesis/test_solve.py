@@ -9,9 +9,10 @@ import pytest
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.geometry.collision import Collision
 from sits_mech.quantities import Wrench
-from sits_mech.scene.sensor import Sensor, load_sensor
+from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
 from sits_mech.synthesis.answered import STRAIN
 from sits_mech.synthesis.requirements import requirements_of
+from sits_mech.synthesis.run import design
 from sits_mech.synthesis.solve import Solver, size_of
 from sits_mech.synthesis.space import Design
 
@@ -45,6 +46,7 @@ def test_what_is_not_asked_is_not_solved() -> None:
     """Height alone: no table; the overload is carried in any case."""
     table = ASKED | {"require": {"height": "4 mm"}, "tolerance": {}, "goal": {}}
     found = Solver(requirements_of(table), 5e-2)(Design((), (0.5,)))
+    assert 0.0 < found.error[STRAIN] < 0.5 * found.plain[STRAIN]
     assert found.carried and found.table is None and found.plain["height"] == pytest.approx(2.25e-3 + 0.2e-3 + 0.12e-3)
 
 
@@ -59,11 +61,15 @@ def test_a_design_that_cannot_carry_its_load_says_so() -> None:
 def test_a_neighbour_that_comes_to_the_coils_leaves_no_slope(monkeypatch: pytest.MonkeyPatch) -> None:
     """The design itself carries its load: it is answered."""
 
-    def touching(self: Solver, sensor: Sensor, load: Wrench) -> float:
-        raise Collision("pose: the target must stay above the coil plane")
+    def touching(self: Solver, sensor: Sensor, load: Wrench, *, finely: bool = False) -> tuple[float, float]:
+        if sensor.elastomer is None or sensor.elastomer.thickness != pytest.approx(2.25e-3):
+            raise Collision("pose: the target must stay above the coil plane")
+        return 0.3, 0.1
 
     monkeypatch.setattr(Solver, "_strain", touching)
-    assert SOLVER._strain_slopes(Design((), (0.5,)), 0.3, Wrench(F_z=1.0)) == pytest.approx(0.0)
+    worst = SOLVER._overload(SOLVER.requirements.space.sensor(Design((), (0.5,))))
+    assert worst[:3] == ("", 0.3, 0.1)
+    assert SOLVER._strain_slopes(Design((), (0.5,)), worst) == pytest.approx(0.0)
 
 
 def test_sizes_hold_all_parts() -> None:
@@ -72,3 +78,40 @@ def test_sizes_hold_all_parts() -> None:
     found, coil = size_of(sensor), sensor.coils[0]
     assert found["height"] == pytest.approx(2.2e-3 + coil.height)
     assert found["footprint.x"] == pytest.approx(max(20e-3, 8e-3 + coil.extent[0]))
+
+
+def silicone(**more: Any) -> dict[str, Any]:
+    """Return a silicone of the scene's own."""
+    return {"law": "neo-hookean", "shear_modulus": "30 kPa", "bulk_modulus": "30 MPa", **more}
+
+
+def loop_of_one_branch(weight: float, tau: float) -> float:
+    """Return the width of the loop of a standard linear solid whose load rises and falls in 1 s, the second time.
+
+    With F the load over its peak, ``u = F + v,  theta dv/dt = c F - v``, c = w / (1 - w), theta = tau / (1 - w); over
+    1 + c, where it comes to rest under the peak.
+    """
+    t, v, c, theta = np.linspace(0.0, 2.0, 40_001), 0.0, weight / (1.0 - weight), tau / (1.0 - weight)
+    F, u = 1.0 - np.abs(2.0 * (t % 1.0) - 1.0), [0.0]
+    decay = np.exp(-(t[1] - t[0]) / theta)
+    for before, after in zip(F[:-1], F[1:], strict=True):
+        v = c * 0.5 * (before + after) * (1.0 - decay) + v * decay
+        u.append(after + v)
+    came = np.array(u)
+    up, down = came[20_000:30_001], came[:29_999:-1]
+    return float(np.max(np.abs(down - up)) / (1.0 + c))
+
+
+def test_hysteresis_is_required_of_silicones_whose_constants_are_given() -> None:
+    """Of two in a list the one that holds is taken, the other says what it has; by a standard linear solid, 1 %."""
+    lazy, quick = silicone(prony=[{"weight": 0.3, "time": "0.2 s"}]), silicone(prony=[{"weight": 0.1, "time": "0.2 s"}])
+    table = ASKED | {"vary": {"elastomer.material": [lazy, quick]}, "tolerance": {}, "goal": {}}
+    found = design(requirements_of(table | {"require": {"hysteresis": "6 %"}}))
+    assert found.feasible and found.best.design.choice == (1,) and found.best.table is None
+    assert found.best.plain["hysteresis"] == pytest.approx(loop_of_one_branch(0.1, 0.2), rel=0.01)
+    other = next(each for each in found.known if each.design.choice == (0,))
+    assert other.plain["hysteresis"] == pytest.approx(loop_of_one_branch(0.3, 0.2), rel=0.01)
+    assert next(each.why for each in found.lost).startswith("hysteresis ")
+    vary = {"elastomer.material": [quick, silicone()]}
+    with pytest.raises(SceneError, match="require.hysteresis: needs prony or mullins of every silicone"):
+        requirements_of(table | {"vary": vary, "require": {"hysteresis": "6 %"}})

@@ -277,6 +277,7 @@ def answer(
     values, walk = [shown(state.q, state.load) for state in states], walk or finer(levels, states, (held, goal))
     spent, best = fine.iterations + coarse.iterations, extrapolated(values, levels.sizes, levels.order)
     large, beyond, kept = "", list[Array](), 0
+    stretches = [largest_stretch(levels.coarse, coarse.u), largest_stretch(body, fine.u)]
     for level in range(2, len(levels.sizes) if asked < np.inf else 0):
         if np.max(best.error) <= asked and not levels.is_cheap(level):
             break
@@ -287,6 +288,7 @@ def answer(
         values, spent = [*values, shown(there.q, there.load)], spent + there.iterations
         limit = extrapolated(values, levels.sizes, levels.order, np.where(held, 0.0, there.off / unit))
         beyond.append(np.zeros(0) if there.state is None else packed(there.state))
+        stretches += [] if there.state is None else [largest_stretch(levels.maker(level), there.state.u)]
         if np.max(limit.error) < np.max(best.error):
             best, kept = limit, len(beyond)
     share = levels.share if np.isfinite(best.order) else max(levels.share, _UNSEEN)
@@ -301,11 +303,11 @@ def answer(
         error, off = np.where(held, 0.0, np.maximum(error, whole)), max(off, 1.0)
     plate = sensor.target.thickness / t if sensor.target is not None else 0.0
     notes = face_notes(body.faces, body.mesh, body.parts, fine.u, fine.q, plate)
-    stretch = largest_stretch(body, fine.u)
-    notes = (*notes, *beneath, *law_notes(sensor, stretch), *best.words(levels.order), *([large] if large else []))
+    laws = law_notes(sensor, stretches[-1])
+    notes = (*notes, *beneath, *laws, *best.words(levels.order), *([large] if large else []))
     report = SolveReport(
         "", len(levels.maker(len(values) - 1).free) + k, spent, fine.residual, off, 0.0, notes=notes, min_J=fine.min_J,
-        stretch=stretch,
+        stretch=stretches[-1], error_stretch=abs(stretches[-1] - stretches[-2]),
     )
     state_kept = np.concatenate([packed(fine), packed(coarse)])
     shared = np.pad(np.where(held, 0.0, best.parts * unit * scales.lengths[:k]), ((0, 0), (0, 6 - k)))

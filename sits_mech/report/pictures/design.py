@@ -1,7 +1,7 @@
 """What does a search for a design look like? The front, the landscape with its feasible region, figures and limits.
 
-Filled marks hold every limit, empty ones do not; the star is the recommended design. Shaded is where predictions of
-the recommended choice hold every limit.
+Filled marks hold every limit, empty ones do not; the star is the recommended design, numbers are those of the front's
+scenes. Shaded is where predictions of the recommended choice hold every limit; dots are designs that were solved.
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sits_mech.report.pictures.curves import new_figure
-from sits_mech.synthesis.answer import DesignAnswer, Landscape, unit_of
+from sits_mech.synthesis.answer import DesignAnswer, unit_of
 from sits_mech.synthesis.answered import STRAIN, Answered, Task
+from sits_mech.synthesis.around import Landscape
 from sits_mech.synthesis.figures import INVERSE
 from sits_mech.synthesis.requirements import LEAST, Requirements
 
@@ -44,7 +45,7 @@ def front_picture(asked: Requirements, found: DesignAnswer) -> Figure:
     pairs = [(name, names[0]) for name in names[1 : 1 + _MOST]] or [(names[0], names[0])]
     columns = min(len(pairs), 2)
     rows = -(-len(pairs) // columns)
-    with new_figure(0.5 * rows if columns == 2 else 0.8, columns, rows) as (figure, axes):
+    with new_figure(0.15 + 0.5 * rows if columns == 2 else 0.8, columns, rows) as (figure, axes):
         for spot, (x, y) in zip(axes, pairs, strict=False):
             _marks(spot, asked, found, (x, y))
         for spot in axes[len(pairs) :]:
@@ -64,6 +65,12 @@ def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[st
             x, y = ([_shown(task, each, name) for each in some] for name in names)
             label = choice_words(asked, choice) if holds == any(task.holds(each) for each in own) else None
             spot.plot(x, y, f"C{number % 10}o", mfc=None if holds else "w", label=label)
+    for number, each in enumerate(found.front, 1):
+        place = _shown(task, each, names[0]), _shown(task, each, names[1])
+        spot.annotate(str(number), place, xytext=(3, 3), textcoords="offset points", fontsize=6)
+    x, y, dx, dy = np.array([[f(task, each, name) for f in (_shown, _off) for name in names] for each in found.front]).T
+    spot.set(xlim=spot.get_xlim(), ylim=spot.get_ylim())  # by the designs, not by what is not known of them
+    spot.errorbar(x, y, dy, dx, fmt="none", ecolor="0.4", elinewidth=0.7)
     best = [_shown(task, found.best, name) for name in names]
     spot.plot(best[:1], best[1:], "k*", ms=7, label="recommended" if found.feasible else "nearest")
     for name, line in zip(names, (spot.axvline, spot.axhline), strict=True):
@@ -85,6 +92,11 @@ def _shown(task: Task, each: Answered, name: str) -> float:
     return unit_of(name)[1] * task.figures(each.table, each.plain)[name]
 
 
+def _off(task: Task, each: Answered, name: str) -> float:
+    """The error of a figure in the unit that it is shown in; zero where it is not known."""
+    return unit_of(name)[1] * each.error.get(name, 0.0)
+
+
 def _words(name: str) -> str:
     """Return a figure's name for a picture."""
     kind, _, part = name.partition(".")
@@ -101,9 +113,13 @@ def landscape_picture(found: DesignAnswer, land: Landscape) -> Figure:
     """Return what is minimised over the first one or two variables, shaded where every limit holds."""
     task, ends = found.task, [key.rpartition(".")[2] for key in land.names]
     names = [f"{key} [{unit}]" if unit else key for key, unit in zip(ends, land.units, strict=True)]
-    what = " + ".join(map(_words, task.goal)) or "largest excess of a limit"
-    shown = land.aim if task.goal else land.excess
-    at = [axis[0] + x * (axis[-1] - axis[0]) for axis, x in zip(land.axes, found.best.design.x, strict=False)]
+    scale, what = _aim_words(task)
+    shown = land.aim * scale if task.goal else land.excess
+    own = [each for each in found.known if each.design.choice == found.best.design.choice and len(each.design.x)]
+    at, *solved = (
+        [axis[0] + x * (axis[-1] - axis[0]) for axis, x in zip(land.axes, each.design.x, strict=False)]
+        for each in (found.best, *own)
+    )
     with new_figure(0.75) as (figure, (spot,)):
         if len(land.axes) == 1:
             spot.plot(land.axes[0], shown, "C0")
@@ -112,33 +128,62 @@ def landscape_picture(found: DesignAnswer, land: Landscape) -> Figure:
                 transform=spot.get_xaxis_transform(), label="every limit holds",
             )  # fmt: skip
             spot.set_xlim(land.axes[0][0], land.axes[0][-1])
-            spot.plot(at, [float(np.interp(at[0], land.axes[0], shown))], "k*", ms=7)
-            spot.set(xlabel=names[0], ylabel=f"{what}, relative")
+            for x, form in [*((each[0], "k.") for each in solved), (at[0], "k*")]:
+                spot.plot([x], [float(np.interp(x, land.axes[0], shown))], form, ms=7 if form == "k*" else 3)
+            spot.set(xlabel=names[0], ylabel=what)
             spot.legend()
             return figure
-        levels = np.unique(np.nanquantile(shown, np.linspace(0.02, 0.9, 10)).round(3))
+        levels = np.unique([float(f"{each:.3g}") for each in np.nanquantile(shown, np.linspace(0.02, 0.9, 10))])
         lines = spot.contour(*land.axes, shown.T, levels, linewidths=0.7, cmap="viridis")
-        spot.clabel(lines, fontsize=6)
+        spot.clabel(lines, fontsize=6, fmt="%.3g")
         spot.contourf(*land.axes, land.excess.T, levels=[-np.inf, 0.0], colors=["C2"], alpha=0.15)
         spot.contour(*land.axes, land.excess.T, levels=[0.0], colors="C2", linewidths=1.2)
+        spot.plot(*np.array([each[:2] for each in solved]).T, "k.", ms=3)
         spot.plot(at[:1], at[1:2], "k*", ms=7)
-        spot.set(xlabel=names[0], ylabel=names[1], title=f"{what}, relative; shaded: every limit holds")
+        spot.set(xlabel=names[0], ylabel=names[1], title=what)
         spot.title.set_fontsize(7)
     return figure
 
 
+def _aim_words(task: Task) -> tuple[float, str]:
+    """What makes of what is minimised a figure with a unit, and its words; of several the sum is relative."""
+    if len(task.goal) != 1:
+        each = (_words(name) if weight == 1.0 else f"{weight:g} {_words(name)}" for name, weight in task.goal.items())
+        what = " + ".join(each)
+        return 1.0, f"{what}, relative" if what else "largest excess of a limit"
+    (name, weight), size = next(iter(task.goal.items())), task.sizes | (task.weighed or task.limits)
+    sign = -1.0 if name in LEAST else 1.0
+    return sign * abs(size.get(name, 1.0)) / weight * unit_of(name)[1], _label(name)
+
+
 def limits_picture(found: DesignAnswer) -> Figure:
-    """Return each figure over its limit with its error, and the yield."""
-    rows = [each for each in found.figures if each.limit]
-    with new_figure(0.12 * (len(rows) + 2) + 0.1) as (figure, (spot,)):
+    """Return each figure over its limit with its error, and the share of the sensors made that hold each limit."""
+    rows, shares = [each for each in found.figures if each.limit], dict(found.held)
+    if not np.isnan(found.share.value):
+        shares["all limits"] = found.share.value
+    heights = [len(rows) + 1.0] + ([len(shares) + 1.0] if shares else [])
+    with new_figure(0.09 * (sum(heights) + 2.5), 1, len(heights), shares=heights) as (figure, (spot, *others)):
         for number, each in enumerate(rows):
             limit = each.limit or 1.0
             share = limit / each.value if each.name in (*LEAST, INVERSE) else each.value / limit
             error = 0.0 if np.isnan(each.error) else share * each.error / max(abs(each.value), 1e-300)
             spot.barh(number, min(share, _BAR), xerr=error, color="C2" if share <= 1.0 else "C3", error_kw={"lw": 0.8})
-        labels = [_words(each.name) for each in rows]
+            sign = ">=" if each.name in (*LEAST, INVERSE) else "<="
+            words = f"{each.value:.3g} {sign} {each.limit:.3g} {each.unit}"
+            spot.text(_BAR + 0.05, number, words, va="center", fontsize=6)
         spot.axvline(1.0, color="k", lw=0.8)
-        title = "" if np.isnan(found.share) else f"yield {100.0 * found.share:.3g} %"
-        spot.set(yticks=range(len(rows)), yticklabels=labels, xlim=(0.0, _BAR), xlabel="over its limit", title=title)
+        spot.set(yticks=range(len(rows)), yticklabels=[_short(each.name) for each in rows], xlim=(0.0, 1.9))
+        spot.set(xlabel="share of its limit")
         spot.invert_yaxis()
+        for other in others:
+            other.barh(range(len(shares)), [100.0 * each for each in shares.values()], color="C0")
+            other.set(yticks=range(len(shares)), yticklabels=[_short(name) for name in shares], xlim=(0.0, 100.0))
+            other.axvline(100.0 * found.task.judge.share, color="k", lw=0.8, ls="--")
+            other.set(xlabel="sensors made that hold it; dashed: asked [%]")
+            other.invert_yaxis()
     return figure
+
+
+def _short(name: str) -> str:
+    """A figure's name beside a bar."""
+    return {INVERSE: "one load a reading", "crosstalk_before_inverse": "crosstalk"}.get(name, _words(name))

@@ -3,38 +3,92 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from rich.table import Table
 
+from sits_mech.quantities import UNITS
 from sits_mech.report.tables.solves import key_table
-from sits_mech.synthesis.answer import DesignAnswer, Figure, unit_of
+from sits_mech.synthesis.answer import TITLES, DesignAnswer, Figure, Share, unit_of
 from sits_mech.synthesis.answered import Answered
+from sits_mech.synthesis.around import Changes, Price
 from sits_mech.synthesis.figures import INVERSE
-from sits_mech.synthesis.requirements import LEAST, Requirements
+from sits_mech.synthesis.requirements import LEAST, SPECIAL, Requirements
+
+_NOTHING = 5e-4  # of what is minimised: a gain that is none
 
 
 def design_tables(asked: Requirements, found: DesignAnswer) -> list[Table]:
-    """Return the tables of an answer: what is recommended, figures, prices and other values."""
-    title = "recommended" if found.feasible else "nearest design: no solved one holds every limit"
-    lines = [(key, str(value)) for key, value in found.values.items()]
-    if math.isfinite(found.share):
+    """Return the tables of an answer: what is recommended, figures, prices, what numbers change, other values."""
+    title = "recommended" if found.feasible else "nearest design"
+    lines = [("limits", found.verdict)] + [(key, str(value)) for key, value in found.values.items()]
+    if math.isfinite(found.share.value):
         asked_for = f"{100.0 * asked.least_yield:.3g} % asked"
-        lines.append(("yield", f"{100.0 * found.share:.3g} % of the sensors made, {asked_for}"))
-    lines += [("as good", words) for words in found.tied]
+        lines.append(("yield", f"{share_words(found.share)} of the sensors made, {asked_for}"))
+    lines += [("may be as good", words) for words in found.tied]
     lines.append(("solved", f"{found.solves} designs"))
     tables = [key_table(title, lines), figure_table(found)]
-    prices = [(each.name, price_words(each.excess, each.gain)) for each in found.binding]
+    prices = [(each.name, price_words(each, list(found.task.goal))) for each in found.binding]
     tables += [key_table("what limits it", prices)] if prices else []
+    if found.sensitivities:
+        names = list(dict.fromkeys([*found.task.goal, *found.task.limits, "yield"]))
+        names = [name for name in names if name != INVERSE]
+        tables.append(change_table("what a tenth of the bounds' distance changes", found.sensitivities, names))
+        names = list(dict.fromkeys([*found.task.goal, *(each.name for each in found.binding)]))
+        tables.append(change_table("what 10 % more of each number changes of what limits it", found.ten_percent, names))
     others = [(f"{each.key} = {each.value}", f"{each.design}: {each.why}") for each in found.lost]
     return tables + ([key_table("why not", others)] if others else [])
 
 
-def price_words(excess: float, gain: float) -> str:
+def asked_table(asked: Requirements) -> Table:
+    """Return what was asked: loads, what is made how exactly, what is minimised."""
+    lines = [(name, f"{low:g} to {high:g} {UNITS[name]}") for name, (low, high) in asked.loads.items()]
+    lines.append(("overload", f"{asked.overload:g} times the loads, carried within the data of the silicone"))
+    varied = asked.space.variables
+    lines += [(each.key, f"from {each.low:g} to {each.high:g} {each.unit}".strip()) for each in varied]
+    lines += [(key, ", ".join(map(str, values))) for key, values in asked.space.lists.items()]
+    for name, size in asked.tolerance.items():
+        share = name in SPECIAL and not SPECIAL[name]
+        lines.append((f"{name}, made", f"+- {100.0 * size:g} %" if share else f"+- {size:g} in SI units"))
+    goal = " + ".join(f"{weight:g} {name}" if weight != 1.0 else name for name, weight in asked.goal.items())
+    return key_table("asked", [*lines, ("minimised", goal or "nothing: the first design that holds every limit")])
+
+
+def share_words(share: Share) -> str:
+    """Return a share of the sensors made, and between which it is by the errors."""
+    value, low, high = (f"{100.0 * each:.3g}" for each in share)
+    return f"{value} %" if low == high else f"{value} % ({low} to {high} % by the errors)"
+
+
+def price_words(price: Price, goal: Sequence[str]) -> str:
     """Return a binding limit and its price in words."""
-    held = "exceeded by" if excess > 0.0 else "held by"
-    price = f"; a tenth looser would change what is minimised by {100.0 * gain:+.2g} %" if math.isfinite(gain) else ""
-    return f"{held} {100.0 * abs(excess):.2g} % of it{price}"
+    held = "exceeded by" if price.excess > 0.0 else "held with" if price.excess < 0.0 else "just held"
+    words = f"{held} {100.0 * abs(price.excess):.2g} % of it" + (" to spare" if price.excess < 0.0 else "")
+    if not math.isfinite(price.gain):
+        return words
+    aim = " + ".join(goal)
+    if price.gain > -_NOTHING:
+        return f"{words}; 10 % looser would buy nothing"
+    return f"{words}; 10 % looser would buy {100.0 * -price.gain:.2g} % less of {aim}"
+
+
+def change_table(title: str, changes: Changes, names: Sequence[str]) -> Table:
+    """Return how some figures go with the numbers of the scene, in percent of each figure, a line a number."""
+    some = [name for name in names if name in changes]
+    table = Table(title=title, show_edge=False)
+    for heading in ("number", *some):
+        table.add_column(heading, justify="left" if heading == "number" else "right")
+    for key in dict.fromkeys(key for name in some for key in changes[name]):
+        table.add_row(key, *(_percent(changes[name][key]) for name in some))
+    return table
+
+
+def _percent(share: float) -> str:
+    """A relative change in percent: two digits, no sign of what is none."""
+    if abs(share) < _NOTHING:
+        return "0"
+    return f"{100.0 * share:+.0f} %" if abs(share) >= 0.1 else f"{100.0 * share:+.2g} %"
 
 
 def figure_table(found: DesignAnswer) -> Table:
@@ -51,8 +105,8 @@ def figure_cells(each: Figure) -> tuple[str, str, str, str, str]:
     """Return a figure as cells of a table."""
     sign = ">=" if each.name in (*LEAST, INVERSE) else "<="
     limit = "" if each.limit is None else f"{sign} {each.limit:.4g} {each.unit}"
-    error = "not known" if math.isnan(each.error) else f"{each.error:.1g}" if each.error else ""
-    return each.name, f"{each.value:.4g} {each.unit}", error, limit, each.holds
+    error = "not known" if math.isnan(each.error) else f"{float(f'{each.error:.2g}'):g}" if each.error else ""
+    return TITLES.get(each.name, each.name), f"{each.value:.4g} {each.unit}", error, limit, each.holds
 
 
 def _front_record(found: DesignAnswer, each: Answered) -> dict[str, Any]:
@@ -69,12 +123,16 @@ def design_record(found: DesignAnswer) -> dict[str, Any]:
         rows[each.name] = own | {"limit": None if each.limit is None else each.limit / scale}
     return {
         "feasible": found.feasible,
+        "within_error": list(found.undecided),
         "recommended": found.values,
         "figures": rows,
         "binding": [{"name": each.name, "excess": each.excess, "price": each.gain} for each in found.binding],
-        "yield": found.share,
+        "yield": found.share.value,
+        "yield_between": list(found.share[1:]),
+        "yield_of_each": found.held,
         "front": [_front_record(found, each) for each in found.front],
         "sensitivities": found.sensitivities,
+        "ten_percent_more": found.ten_percent,
         "lost": [vars(each) for each in found.lost],
         "tied": list(found.tied),
         "solves": found.solves,

@@ -1,0 +1,146 @@
+"""What is there around the recommended design? Prices of limits, what each number changes, a map of two of them.
+
+All by the predictions of its choice (prediction.py), beside which a design's own figures are solved finer:
+
+    price           what is minimised, with one limit a tenth looser, over what it is: negative is a gain
+    sensitivity     change of a figure, over it, where a number goes up by a tenth of its bounds' distance
+    ten percent     the same where the number itself goes up by a tenth, whatever its bounds
+    landscape       what is minimised and what is exceeded, over the first two numbers
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sits_mech.quantities import Array
+from sits_mech.synthesis.answered import Answered, Task
+from sits_mech.synthesis.figures import INVERSE
+from sits_mech.synthesis.prediction import Prediction
+from sits_mech.synthesis.requirements import LEAST, Requirements
+from sits_mech.synthesis.search import Search
+from sits_mech.synthesis.space import Variable
+
+_LOOSER = 0.1  # of a limit
+_STEP = 0.1  # of the bounds' distance, or of a number
+_BINDS = 0.03  # of a limit: what is nearer binds
+_KNOWN = 0.2  # of the box: predictions further from what was solved are not shown
+_FINE, _COARSE = 101, 25  # points of a picture along one variable, and along each of two
+
+Changes = dict[str, dict[str, float]]
+"""Figure -> number of the scene -> relative change of the figure."""
+
+
+@dataclass(frozen=True)
+class Price:
+    """A limit that binds, by how much it is exceeded, over itself, and its price: the relative change of what is
+    minimised were the limit a tenth looser, negative where that would be better; nan where nothing tells.
+    """
+
+    name: str
+    excess: float
+    gain: float
+
+
+@dataclass(frozen=True)
+class Landscape:
+    """What the predictions show around the recommended design over one or two variables, the others as they are.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Keys of the scene.
+    axes : tuple of ndarray
+        Values of each, as written.
+    units : tuple of str
+    aim, excess : ndarray
+        What is minimised, and the limit that is exceeded most, over itself; shape of the axes, nan far from all that
+        was solved.
+    worst : ndarray of str
+        Which limit that is.
+    """
+
+    names: tuple[str, ...]
+    axes: tuple[Array, ...]
+    units: tuple[str, ...]
+    aim: Array
+    excess: Array
+    worst: NDArray[np.str_]
+
+
+def prices(search: Search, branch: Any, best: Answered) -> tuple[Price, ...]:
+    """Return the limits that bind at a design, with their prices; `branch` is that of its choice."""
+    task = search.task
+    figures = task.figures(best.table, best.plain)
+    found = []
+    for name, excess in task.excess(figures, best.table).items():
+        if excess < -_BINDS or name == "yield" and len(task.excess(figures, best.table)) > 1 and excess < 0.0:
+            continue
+        gain = np.nan
+        if name in task.limits and task.goal and branch.prediction.solved and len(best.design.x):
+            other, aim = replace(search, task=_looser(task, name)), search.propose(branch).merit
+            gain = (other.propose(branch).merit - aim) / abs(aim) if aim else np.nan
+        found.append(Price(name, excess, float(gain)))
+    return tuple(sorted(found, key=lambda price: -price.excess))
+
+
+def _looser(task: Task, name: str) -> Task:
+    """A task with one limit a tenth looser, what is minimised weighed as before."""
+    factor = 1.0 - _LOOSER if name in (*LEAST, INVERSE) else 1.0 + _LOOSER
+    limits = task.limits | {name: task.limits[name] * factor}
+    judge = replace(task.judge, limits={key: limits[key] for key in task.judge.limits})
+    return replace(task, judge=judge, limits=limits, weighed=task.weighed or task.limits)
+
+
+def landscape_of(asked: Requirements, search: Search, prediction: Prediction, best: Answered) -> Landscape | None:
+    """Return what the predictions of a choice show around its best design."""
+    some = asked.space.variables[:2]
+    if not some or not prediction.solved:
+        return None
+    count = _FINE if len(some) == 1 else _COARSE
+    unit = np.linspace(0.0, 1.0, count)
+    shape = (count,) * len(some)
+    aim, excess, worst = np.zeros(shape), np.zeros(shape), np.full(shape, "", dtype="<U40")
+    for index in np.ndindex(shape):
+        x = best.point.copy()
+        x[: len(some)] = unit[list(index)]
+        if prediction.distance(x) > _KNOWN:
+            aim[index] = excess[index] = np.nan
+            continue
+        table, plain = prediction.table(x), prediction.plain(x)
+        figures = search.task.figures(table, plain)
+        beyond = search.task.excess(figures, table)
+        aim[index] = search.task.aim(figures)
+        excess[index], worst[index] = max(((value, name) for name, value in beyond.items()), default=(-1.0, ""))
+    axes = tuple(np.array([each.value(x) for x in unit]) for each in some)
+    return Landscape(tuple(each.key for each in some), axes, tuple(each.unit for each in some), aim, excess, worst)
+
+
+def sensitivities(
+    task: Task, prediction: Prediction, x: Array, variables: Sequence[Variable]
+) -> tuple[Changes, Changes]:  # fmt: skip
+    """Return how the figures of a design go with its numbers: by a tenth of the bounds' distance, by a tenth more."""
+    if not len(x) or not prediction.solved:
+        return {}, {}
+    here, found = _figures(task, prediction, x), (dict[str, dict[str, float]](), dict[str, dict[str, float]]())
+    for k, variable in enumerate(variables):
+        tenth = variable.value(float(x[k])) / (variable.high - variable.low)  # of the number, for one of the bounds
+        for changes, size in zip(found, (_STEP, _STEP * tenth), strict=True):
+            there = _figures(task, prediction, x + size * np.eye(len(x))[k])
+            for name, value in here.items():
+                if value:
+                    changes.setdefault(name, {})[variable.key] = float((there[name] - value) / value)
+    return found
+
+
+def _figures(task: Task, prediction: Prediction, x: Array) -> dict[str, float]:
+    """The figures that are foretold of a point; of those made where they scatter, the share that holds all limits."""
+    table = prediction.table(x)
+    found = task.figures(table, prediction.plain(x))
+    if table is not None and len(task.judge.deviations):
+        found["yield"] = float(np.mean(task.judge.excess(table) <= 0.0))
+    return found
