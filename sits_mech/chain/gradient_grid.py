@@ -34,6 +34,8 @@ from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalMod
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import SceneError, Sensor
 
+_COMPARED = 3e-2  # tolerance of designs that are compared: two loads on finer meshes are enough
+
 
 @dataclass(frozen=True)
 class WithSlopes:
@@ -103,8 +105,9 @@ def gradient_on_grid(
     if not isinstance(layer, SlopedModel):
         raise SceneError(f"mechanics: must be block, planar or linear for a gradient; got {by_layer.name}")
     rows = poses_on_grid(
-        sensor, WithSlopes(layer, tuple(moving)), grid, symmetry=mirrors, tolerance=tolerance, progress=progress
-    )
+        sensor, WithSlopes(layer, tuple(moving)), grid, symmetry=mirrors, tolerance=tolerance, progress=progress,
+        in_share=tolerance >= _COMPARED,
+    )  # fmt: skip
     status = [_status(sensor, rows[load]) for load in every]
     good = np.array([each == DONE for each, _ in status])
     own = [rows[load] for load, fine in zip(every, good, strict=True) if fine]

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from sits_mech.cases import DONE, Progress, Row
-from sits_mech.chain.corrections import corrected
+from sits_mech.chain.corrections import corrected, corrected_in_share
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
 from sits_mech.mechanics.loads import (
     ERRORS,
@@ -50,6 +50,7 @@ def poses_on_grid(
     tolerance: float,
     keep: tuple[Path | None, str] = (None, ""),
     progress: Progress | None = None,
+    in_share: bool = False,
 ) -> dict[Wrench, Row]:
     """Return a row for every load of a grid, solved or between solved ones.
 
@@ -63,6 +64,9 @@ def poses_on_grid(
         Values of components of a load, by the names of `WRENCH` [N, N m]; others are zero.
     tolerance : float
         Of the poses; the map is given a share of it, relative to the range of each component.
+    in_share : bool
+        Whether finer meshes change all poses in proportion, as two loads tell (`corrected_in_share`), and the errors
+        stay those of the first meshes.
 
     Returns
     -------
@@ -97,7 +101,11 @@ def poses_on_grid(
             progress(len(loads), len(loads))
     if first is not layer:
         again = partial(settled_again, layer, rows, keep=keep)
-        rows = corrected(rows, again, symmetry, levers, _at_rest(sensor))
+        at_rest = _at_rest(sensor)
+        if in_share:
+            rows = corrected_in_share(rows, again, levers, at_rest)
+        else:
+            rows = corrected(rows, again, symmetry, levers, at_rest)
         rows |= {} if part is None else _with_error(rows, error, symmetry)
     return {load: rows[load] for load in loads}
 

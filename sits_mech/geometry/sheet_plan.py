@@ -132,6 +132,33 @@ def disc_plan(diameter: float, grading: Grading, *, orders: int | None = None) -
     return Plan(nodes, cells, loop, group, np.exp(1j * np.outer(order, turns)), weights)
 
 
+def stretched(plan: Plan, growth: tuple[float, float], rim: float) -> Plan:
+    """Return a plan whose cells are those of another: its rim is moved, the cells near it as they are.
+
+    Parameters
+    ----------
+    plan : Plan
+        As of `rectangle_plan` or `disc_plan`.
+    growth : tuple of float
+        Of the half sides along x and y, or twice that of the radius [m].
+    rim : float
+        How far from the rim cells keep their sizes; half way to the middle at most [m].
+    """
+    if plan.tensor is not None:
+        axes = tuple(axis + own * _moved(axis, rim) for axis, own in zip(plan.tensor, growth, strict=True))
+        nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+        return replace(plan, nodes=nodes, tensor=(axes[0], axes[1]))
+    r = np.linalg.norm(plan.nodes, axis=1)
+    along = plan.nodes / np.where(r > 0.0, r, 1.0)[:, None]
+    return replace(plan, nodes=plan.nodes + growth[0] * _moved(r, rim)[:, None] * along)
+
+
+def _moved(place: Array, rim: float) -> Array:
+    """Share of the motion of the rim, the farthest of some places from the middle."""
+    end = float(place.max())
+    return np.minimum(1.0, place / max(end - rim, 0.5 * end))
+
+
 def graded_axis(length: float, grading: Grading) -> Array:
     """Return the nodes of ``[0, length]``, finest at the end; their number is a multiple of `parts` [m]."""
     slope = np.log(grading.growth)

@@ -33,21 +33,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from sits_mech.geometry.outline import Outline
-from sits_mech.geometry.solids import PlacedPlate, lowest_points, overlapping, placed_plates
+from sits_mech.geometry.solids import PlacedPlate, overlapping, placed_plates
 from sits_mech.geometry.tracks import path_notes
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest
 from sits_mech.magnetics.coils.alone import free_inductances, track_resistances
 from sits_mech.magnetics.ferrite.core import prepared_core
 from sits_mech.magnetics.skin import skin_depth
 from sits_mech.magnetics.space.coupling import missed, reactions
-from sits_mech.magnetics.space.near import FACTORS, averaged, carried_down, infinite_plate, under_plate
+from sits_mech.magnetics.space.near import lowered
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.space.rungs import DIVISIONS, Rung, carried, field_length, fitting, limit, prepared, unseen
 from sits_mech.magnetics.space.sources import Sources, reach
@@ -61,7 +61,7 @@ from sits_mech.units import checked_tolerance
 _KIND = Kind("sheets", "H")
 _MUTUAL = (1.0, 0.1), (0.4, 0.045)  # of two coils' own estimate, and of each coil's error, in theirs, of R and L
 _BETWEEN = 2.5  # error of R of plates that answer each other over what their divisions tell, as measured
-_Asked = tuple[Target, Outline | None, complex, Sources | None]
+_Asked = tuple[Target, Outline | None, complex, Sources | None, Target | None]
 _UNSEEN = 1e-3  # from which bound on it is asked what polynomials of the coils' fields really miss
 _RADIATED = 0.02  # of the bound that they miss of what a plate radiates: several times what was seen of coils
 _HIGHEST, _DEEP = 1e7, 3.0  # skin depths of ferrite at that frequency [Hz] over its thickness, at least
@@ -124,12 +124,19 @@ class Sheets:
         "rings" or "spiral".
     outline : Outline or None
         The target's outline, where it is not the scene's.
+    like : Sensor or None
+        A scene that differs a little in its coils, or in the size of a target alone, a rectangle or a disc, by whose
+        preparations this one is divided; None: by its own.
+    single : bool
+        Whether one division is enough, the coarsest, for differences from such a scene; errors are not told.
     """
 
     sensor: Sensor
     tolerance: float
     windings: str = "rings"
     outline: Outline | None = None
+    like: Sensor | None = None
+    single: bool = False
 
     @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
@@ -170,11 +177,24 @@ class Sheets:
         L, R = share.T[:, :, None, None]
         return np.asarray(2 * R * largest(change.real) + 1j * L * largest(change.imag))
 
+    def beside(self, sensor: Sensor, *, single: bool = False) -> Sheets:
+        """Return the model of a scene that differs a little, divided alike where that can be; for `like` and `single`.
+
+        Of outlines, and of plates that answer each other, each scene has divisions of its own.
+        """
+        (one, other), free = (self.sensor.target, sensor.target), not self.sensor.conductors and self.outline is None
+        if one is not None and other is not None:
+            free &= one.shape == other.shape != "outline" and one.metal == other.metal
+        return replace(self, sensor=sensor, like=self.sensor if free else None, single=single and free)
+
     def _kind(self, part: PlacedPlate) -> _Asked:
-        """A plate, its outline and, if it stands still, its susceptibility and the coils as it sees them."""
+        """A plate, its outline; if it stands still, its susceptibility and the coils it sees; what is divided like it.
+        """
+        if self.like is not None and self.like.target is not None:
+            return self.like.target, part.outline, part.susceptibility, None, part.plate
         fixed = part.windings > 0.0
         seen = Sources(self.sensor.coils, self.windings, part.middle, part.windings) if fixed else None
-        return part.plate, part.outline, part.susceptibility, seen
+        return part.plate, part.outline, part.susceptibility, seen, None
 
     def _winding_notes(self) -> tuple[str, ...]:
         """Say how far spiral windings are from rings, and what free tracks are without."""
@@ -192,7 +212,8 @@ class Sheets:
 
         def divided(rung: Rung) -> list[_Divided]:
             each = zip(map(self._kind, parts), clear, strict=True)
-            return [_divided(sensor, kind, rung, clearance, frequency) for kind, clearance in each]
+            own = replace(rung, single=self.single)
+            return [_divided(self.like or sensor, kind, own, clearance, frequency) for kind, clearance in each]
 
         plates, rung, large = fitting(self.tolerance, asked, divided)
         notes = [*large, *(part.title + note for part, each in zip(parts, plates, strict=True) for note in each.notes)]
@@ -200,13 +221,14 @@ class Sheets:
         if sensor.conductors:
             values = self._together(parts, plates, frequency[0])
         elif clear[0] < plates[0].lowest:
-            values, near = _lowered(sensor, self.windings, parts[0], plates[0], frequency[0])
+            plate = plates[0].divisions, plates[0].lowest
+            values, near = lowered(sensor.coils, self.windings, parts[0], plate, frequency[0])
             notes.append(f"gaps below {plates[0].lowest * 1e3:.3g} mm: carried down along the infinite plate")
         else:
             poses = parts[0].turns, parts[0].places
             values = reactions(sensor.coils, self.windings, plates[0].divisions, poses, frequency[0])
         thickness, finest = max(plate.thickness for plate in plates), math.sqrt(frequency[0] / frequency[1])
-        value, left = limit(values, rung, thickness, finest)
+        value, left = limit(values, replace(rung, single=self.single), thickness, finest)
         lost = max(plate.unseen for plate in plates)
         if sensor.conductors:
             left, near = _BETWEEN * left.real + 1j * left.imag, self._missed(parts, plates, value)
@@ -295,7 +317,7 @@ def _divided(
 
     Alone, not for smaller ones than its polynomials carry.
     """
-    alone, (asked, top), (plate, outline, susceptibility, sources) = not sensor.conductors, frequency, part
+    alone, (asked, top), (plate, outline, susceptibility, sources, become) = not sensor.conductors, frequency, part
     if alone:
         clearance = carried(plate, outline, clearance, rung)
     apart, place = (clearance, (0.0, 0.0)) if sources is None else (sources.distance, sources.place[:2])
@@ -307,8 +329,8 @@ def _divided(
         note = f"ferrite, mu_r = {plate.metal.relative_permeability:g}: {cores[0].sheets} boxes through the thickness"
         return _Divided(cores, 0.0, clearance, 0.0, (note,))
     scale = clearance, top, reach(sensor.coils, place) + 2 * apart, length
-    divisions = prepared(plate, outline, rung, scale, sources)
-    thickness = plate.thickness / skin_depth(asked, plate.metal.conductivity)
+    divisions = prepared(plate, outline, rung, scale, sources, become if become != plate else None)
+    thickness = (become or plate).thickness / skin_depth(asked, plate.metal.conductivity)
     lost = unseen(divisions[0].box) if alone else 0.0
     return _Divided(divisions, thickness, clearance, lost, _notes(thickness, divisions[-1].sheets, lost))
 
@@ -318,23 +340,6 @@ def _shared(error: Array, share: tuple[float, float]) -> Array:
     own = np.sqrt(np.diagonal(error, axis1=-2, axis2=-1))
     mutual = share[0] * error + share[1] * own[..., None] * own[..., None, :]
     return np.where(np.eye(error.shape[-1], dtype=bool), error, mutual)
-
-
-def _lowered(
-    sensor: Sensor, windings: str, part: PlacedPlate, plate: _Divided, frequency: float
-) -> tuple[list[Complex], Complex]:
-    """Delta Z of a plate closer than it is divided for, on all divisions, and what carrying it down may be off by."""
-    gap, up = lowest_points(part.plate, part.outline, part.turns, part.places), FACTORS * plate.lowest
-    lift = (up - gap[:, None])[..., None] * (0.0, 0.0, 1.0)
-    poses = np.repeat(part.turns, up.size, axis=0), (part.places[:, None] + lift).reshape(-1, 3)
-    found = reactions(sensor.coils, windings, plate.divisions, poses, frequency)
-    heights = under_plate(sensor.coils, part.plate, part.outline, (part.turns, part.places), gap)
-    reach = float(heights[0].max()) + up[-1]
-    plane = infinite_plate(sensor.coils, part.plate, (float(gap.min()), reach), frequency)
-    above = np.stack([averaged(plane, heights, height - gap) for height in up], axis=1)
-    infinite = above, averaged(plane, heights, 0.0 * gap)
-    results = [carried_down(Z.reshape(above.shape), infinite, gap, plate.lowest) for Z in found]
-    return [Z for Z, _ in results], results[0][1]
 
 
 def _notes(ratio: float, sheets_used: int, unseen: float) -> tuple[str, ...]:

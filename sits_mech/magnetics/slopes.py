@@ -12,9 +12,10 @@ they are, the plates prepared once, and
     d Delta Z_cd = Delta Z(dc, d) + Delta Z(c, dd);
 
 L0 has its closed forms. All coils moved aside in space under a target alone are the target moved back. Lengths of
-plates change their eddy-current modes: four preparations each, and for `axisymmetric` for lengths of its coil, too.
-Their divisions follow the length, in whole numbers of cells: where one jumps between the places of a difference the
-error tells, and differences to one side, or over a wider step, are taken where they are better.
+plates change their modes. The cells of a rectangle or disc alone in space are stretched with it, so that differences
+are free of jumps: two preparations are enough, from the tolerance `_SINGLE` on of the coarsest division, with a few
+times what it is off in the change as the error. Others take four, `axisymmetric` for lengths of its coil, too. Their
+divisions follow in whole cells: where one jumps in a difference the error tells; others may be better.
 
 If all lengths grow by one share, the pose's with them, L does as well at a frequency smaller by the square of that:
 
@@ -32,7 +33,7 @@ import numpy as np
 from sits_mech.geometry.collision import room
 from sits_mech.magnetics.rings import Axisymmetric
 from sits_mech.magnetics.sheets import Sheets
-from sits_mech.maps.differences import BACKWARD, CENTRAL, FIRST, FORWARD, WIDE
+from sits_mech.maps.differences import BACKWARD, CENTRAL, FIRST, FORWARD, SECOND_ORDER, WIDE, best_slopes
 from sits_mech.quantities import POSE, Array, Complex, Impedance, MagneticModel, Pose, SolveFailed, SolveReport
 from sits_mech.scene.parameters import Parameter, keys_of, parameter
 from sits_mech.scene.sensor import SceneError, Sensor
@@ -42,8 +43,9 @@ _STEP = 0.01  # of the room around the target; of ln f
 _QUICK = -0.1  # of that, towards the coils, where slopes are steeper
 _SHARE, _LEAST = 0.005, 0.01  # step of a length over the length, which is at least a share of the largest winding
 _ROOM = 0.05  # of the room around the target: that step at most
-_ROUGH = 1e-3  # error of a slope, times length over change of L or R, from which on other differences are looked at
-_USELESS = 0.5  # and from which on there is no slope
+_ROUGH, _USELESS = 1e-3, 0.5  # error of a slope, by length and change, that asks for other differences; that is none
+_SINGLE, _OFF = 3e-2, 5.0  # tolerance; error of a single division's slopes over that of its changes, as measured
+_BEND = 3e-4  # error of differences of second order over a slope, three times what was seen
 _PLATES = ("target", "conductors", "substrate_radius")  # of a scene, what has to be prepared
 _Values = Mapping[int, tuple[Array, Array]]  # L and R by places, each of shape (p, n, n)
 
@@ -88,16 +90,19 @@ class _Asked:
     rows: Array
     frequency: float
 
-    def answer(self, sensor: Sensor | None = None) -> tuple[Array, Array]:
+    def answer(self, sensor: Sensor, *, single: bool = False) -> tuple[Array, Array]:
         """Return L and R of its scene or of another."""
-        model = self.model if sensor is None else replace(self.model, sensor=sensor)
-        found = model.impedance(Pose.of(self.rows), self.frequency)
+        found = self.beside(sensor, single=single).impedance(Pose.of(self.rows), self.frequency)
         return found.L, found.R
+
+    def beside(self, sensor: Sensor, *, single: bool = False) -> Any:
+        """Return the model of its scene or of another, divided alike where that can be."""
+        sheets = isinstance(self.model, Sheets)
+        return self.model.beside(sensor, single=single) if sheets else replace(self.model, sensor=sensor)
 
     def free(self, sensor: Sensor) -> Array:
         """Return L0 of another scene."""
-        none = Pose.of(np.zeros((0, len(POSE))))
-        return np.asarray(replace(self.model, sensor=sensor).impedance(none, self.frequency).L0)
+        return np.asarray(self.beside(sensor).impedance(Pose.of(np.zeros((0, len(POSE)))), self.frequency).L0)
 
 
 @dataclass(frozen=True)
@@ -151,12 +156,11 @@ def slopes(
     for name in components:
         if name not in POSE:
             raise ValueError(f"components: must be of {', '.join(POSE)}, got {name!r}")
-    shape, rows = pose.components.shape[:-1], pose.components.reshape(-1, len(POSE))
+    rows = pose.components.reshape(-1, len(POSE))
     _, *by_pose = pose_slopes(sensor, model, Pose.of(rows), frequency, components)
     asked = _Asked(_solver(model) if lengths else model, rows, frequency)
     found = (*by_pose, *_by_frequency(model, rows, frequency), *_by_lengths(sensor, asked, lengths))
-    n = len(sensor.coils)
-    each = (part.reshape(*shape, n, n, *part.shape[3:]) for part in found)
+    each = (part.reshape(*pose.components.shape[:-1], *part.shape[1:]) for part in found)
     return Slopes(tuple(components), tuple(lengths), *each)
 
 
@@ -246,7 +250,7 @@ def _by_lengths(sensor: Sensor, asked: _Asked, keys: Sequence[str]) -> list[Arra
             (plates if isinstance(asked.model, Axisymmetric) else coils)[k] = length
     if not coils and not plates:
         return list(found)
-    centre = asked.answer()
+    centre = asked.answer(solved)
     largest = [float(np.abs(part).max(initial=1e-300)) for part in (centre[0] - asked.free(solved), centre[1])]
     for k, values in zip(coils, _of_coils(asked, list(coils.values()), centre), strict=True):
         found[..., k], _ = _slope(coils[k], values, largest)
@@ -306,24 +310,30 @@ def _reaction(asked: _Asked, sensor: Sensor) -> Complex:
     shape = len(asked.rows), len(sensor.coils), len(sensor.coils)
     if sensor.target is None and not sensor.conductors:
         return np.zeros(shape, dtype=complex)
-    react = one_thread(replace(asked.model, sensor=sensor)._reaction)
+    react = one_thread(asked.beside(sensor)._reaction)
     return np.broadcast_to(react(Pose.of(asked.rows), asked.frequency).change, shape)
 
 
-def _of_plates(asked: _Asked, key: str, length: _Length, known: tuple[tuple[Array, Array], Sequence[float]]) -> Array:
-    """Derivatives and errors by a length that changes what is prepared, shape (4, p, n, n).
+def _of_alike(asked: _Asked, length: _Length, centre: tuple[Array, Array]) -> Array:
+    """Derivatives and errors by a length of a plate that is divided alike, (4, p, n, n)."""
+    sensor, single = asked.model.sensor, asked.model.tolerance >= _SINGLE
+    stencil = next(one for one in SECOND_ORDER if length.reached(sensor, one.places))
+    found = {m: np.stack(asked.answer(length.scenes.get(m, sensor), single=single)) for m in stencil.places}
+    slopes = stencil.slope(found, length.number.step)
+    off, largest = (np.abs(part).max(axis=(1, 2, 3), keepdims=True) for part in (found[0] - np.stack(centre), slopes))
+    return np.concatenate([slopes, np.broadcast_to(_BEND * largest + _OFF * off / length.size, slopes.shape)])
 
-    `known` are L and R as it is, and the largest changes that plates make of them.
-    """
+
+def _of_plates(asked: _Asked, key: str, length: _Length, known: tuple[tuple[Array, Array], Sequence[float]]) -> Array:
+    """Derivatives and errors by a length that changes what is prepared, (4, p, n, n); `known` L and R, and changes."""
     sensor, (centre, largest) = asked.model.sensor, known
+    if getattr(asked.beside(next(iter(length.scenes.values()))), "like", None):
+        return _of_alike(asked, length, centre)
     values = {0: centre}
     values |= {place: asked.answer(scene) for place, scene in length.scenes.items()}
     best, worst = _slope(length, values, largest)
     if worst > _ROUGH:
-        wider = [
-            stencil.places for stencil in (FORWARD, BACKWARD, WIDE)
-            if length.reached(sensor, stencil.places)
-        ]  # fmt: skip
+        wider = [stencil.places for stencil in (FORWARD, BACKWARD, WIDE) if length.reached(sensor, stencil.places)]
         new = {place for places in wider for place in places} - set(values)
         values |= {place: asked.answer(length.scenes[place]) for place in sorted(new)}
         best, worst = _slope(length, values, largest)
@@ -335,14 +345,6 @@ def _of_plates(asked: _Asked, key: str, length: _Length, known: tuple[tuple[Arra
 
 
 def _slope(length: _Length, values: _Values, largest: Sequence[float]) -> tuple[Array, float]:
-    """Slopes of L and R and their errors, shape (4, p, n, n), by the best stencil; its error over that of a change."""
+    """Slopes of L and R and their errors, shape (4, p, n, n); the worst over the largest changes, by size."""
     parts = [{place: value[k] for place, value in values.items()} for k in (0, 1)]
-    found: list[tuple[float, Array]] = []
-    for stencil in (CENTRAL, WIDE, FORWARD, BACKWARD):
-        if all(place in values for place in stencil.places):
-            error = [stencil.error(part, length.number.step) for part in parts]
-            worst = max(float(own.max()) / most for own, most in zip(error, largest, strict=True))
-            slope = [stencil.slope(part, length.number.step) for part in parts]
-            found.append((worst * length.size, np.stack([*slope, *error])))
-    worst_of_all, best = min(found, key=lambda one: one[0])
-    return best, worst_of_all
+    return best_slopes(parts, length.number.step, [most / length.size for most in largest])

@@ -12,7 +12,7 @@ slope. A jump on one side leaves the slope of the other side. `FIRST` is the sim
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,3 +67,31 @@ CENTRAL = Stencil((-2, -1, 0, 1, 2), (1.0, -8.0, 0.0, 8.0, -1.0), 0.25)
 WIDE = Stencil((-4, -2, 0, 2, 4), (0.5, -4.0, 0.0, 4.0, -0.5), 0.125)
 FORWARD = Stencil((0, 1, 2, 3, 4), (-25.0, 48.0, -36.0, 16.0, -3.0), 2.5)
 BACKWARD = Stencil((0, -1, -2, -3, -4), (25.0, -48.0, 36.0, -16.0, 3.0), 2.5)
+
+
+def best_slopes(
+    parts: Sequence[Mapping[int, Array]], step: float, sizes: Sequence[float]
+) -> tuple[Array, float]:  # fmt: skip
+    """Return slopes by the stencil of the fourth order that has the least error, and its worst error over the sizes.
+
+    Parameters
+    ----------
+    parts : sequence of mapping
+        Values of k functions by their places, some or all of those that the stencils take.
+    step : float
+    sizes : sequence of float
+        What the errors of each function are measured by.
+
+    Returns
+    -------
+    ndarray, shape (2 k, ...), and float
+        Slopes, then their errors.
+    """
+    found: list[tuple[float, Array]] = []
+    for stencil in (CENTRAL, WIDE, FORWARD, BACKWARD):
+        if all(place in parts[0] for place in stencil.places):
+            error = [stencil.error(part, step) for part in parts]
+            worst = max(float(own.max()) / size for own, size in zip(error, sizes, strict=True))
+            found.append((worst, np.stack([*(stencil.slope(part, step) for part in parts), *error])))
+    worst, best = min(found, key=lambda one: one[0])
+    return best, worst

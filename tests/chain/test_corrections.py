@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 
 from sits_mech.cases import DONE
-from sits_mech.chain.corrections import corrected
+from sits_mech.chain.corrections import corrected, corrected_in_share
 from sits_mech.mechanics.loads import ERRORS, shared_of, with_shared
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import POSE, Wrench
@@ -101,3 +101,20 @@ def test_what_the_finer_answers_share_goes_with_the_load():
         np.testing.assert_allclose(shared_of(found), part(load), atol=1e-20)
         assert found["error_d_v"] >= abs(part(load)[0, 1]) and found["error_d_h"] >= abs(part(load)[0, 0])
     assert corrected(before, told, RECTANGLE, LEVERS, AT_REST)[Wrench(1.0, 4.0)]["error_d_h"] < 3e-8 + 1e-7
+
+
+def test_a_change_in_proportion_is_found_from_two_loads():
+    """Of each component its own share of the displacement; errors are those of before, failures change nothing."""
+    before, seen = rows_of(np.linspace(-1, 1, 7), np.linspace(0, 4, 7)), []
+    share = np.array([0.02, -0.03, 0.1, 0.0, 0.0, 0.0])
+
+    def finer(load):
+        seen.append(load)
+        return row(rough(load) + share * (rough(load) - AT_REST), 1e-8)
+
+    found = corrected_in_share(before, finer, LEVERS, AT_REST)
+    assert len(seen) == 2 and all("state" in before[load] and abs(load.F_x) < 1.0 for load in seen)
+    for load, pose in poses(found).items():
+        np.testing.assert_allclose(pose, rough(load) + share * (rough(load) - AT_REST), atol=1e-15)
+    assert {one["error_d_h"] for one in found.values()} == {1e-6}
+    assert corrected_in_share(before, lambda load: {"status": "failed"}, LEVERS, AT_REST) == before

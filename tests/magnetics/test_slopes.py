@@ -285,3 +285,37 @@ def test_lengths_refused(sensor: Sensor) -> None:
 
     with pytest.raises(ValueError, match="lengths: need a model that can be made for another scene, got Other"):
         slopes(sensor, Other(), pose, 5e6, components=(), lengths=["target.width"])
+
+
+@pytest.mark.parametrize("key", ["target.width", "target.thickness"])
+def test_cells_that_stretch_have_smooth_answers(sensor: Sensor, key: str) -> None:
+    """The coarsest division alone: differences over steps of one and four agree to what the steps leave, h^2."""
+    model, pose, number = sheets(sensor, 5e-2), Pose(0.3 * MM, 2 * MM, 0.02), parameter(sensor, key)
+    found = []
+    for h in (2e-3 * number.value, 8e-3 * number.value):
+        ends = [model.beside(number.changed(way * h), single=True).impedance(pose, 5e6).L for way in (-1, 1)]
+        found.append((ends[1] - ends[0]) / (2 * h))
+    np.testing.assert_allclose(found[0], found[1], rtol=0, atol=2e-3 * np.abs(found[0]).max())
+
+
+def test_plates_that_answer_each_other_are_divided_anew(sensor: Sensor) -> None:
+    """And a target of another shape; a scene that is the same has the same answer."""
+    part = {"name": "plate", "material": "copper", "shape": "disc", "diameter": MM, "thickness": MM}
+    plate = Conductor(**part, centre=(0.0, 0.0, -5 * MM))  # type: ignore[arg-type]
+    among = sensor.model_copy(update={"conductors": (plate,)})
+    assert sheets(among, 5e-2).beside(among, single=True).like is None
+    disc = sensor.model_copy(update={"target": Target(material="copper", shape="disc", diameter=MM, thickness=MM)})
+    assert sheets(sensor, 5e-2).beside(disc, single=True).single is False
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", ["target.width", "target.length", "target.thickness"])
+def test_a_single_division_for_a_coarse_tolerance(sensor: Sensor, key: str) -> None:
+    """A slope by all divisions of a finer tolerance is within the error told, which is below the tolerance for L."""
+    pose, size = Pose(0.3 * MM, 2 * MM, 0.02), parameter(sensor, key).value
+    fine, found = (slopes(sensor, sheets(sensor, own), pose, 5e6, components=(), lengths=[key]) for own in (5e-3, 5e-2))
+    Z = sheets(sensor, 5e-3).impedance(pose, 5e6)
+    for name, change in (("L", Z.L - Z.L0), ("R", Z.R)):
+        off = np.abs(getattr(found, f"{name}_lengths") - getattr(fine, f"{name}_lengths")).max()
+        assert off <= getattr(found, f"error_{name}_lengths").max()
+        assert name == "R" or found.error_L_lengths.max() * size < 5e-2 * np.abs(change).max()

@@ -31,9 +31,12 @@ from scipy.interpolate import CubicSpline
 from scipy.special import j0
 
 from sits_mech.geometry.outline import Outline, target_outline
+from sits_mech.geometry.solids import PlacedPlate, lowest_points
 from sits_mech.geometry.tracks import standing_rings, track_places
 from sits_mech.geometry.windings import distinct_pairs
 from sits_mech.magnetics.axis.dodd_deeds import Layer, reflection, spectrum
+from sits_mech.magnetics.space.coupling import reactions
+from sits_mech.magnetics.space.modes import Sheeted
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.outlines import inside_loops
 from sits_mech.scene.sensor import Coil, Target
@@ -47,6 +50,34 @@ _FLAT = 1e-9  # of the gap: a plate without tilt
 _STEEP = 0.2  # least cosine of a plate's tilt
 
 Reference = Callable[[Array, slice | int], Complex]
+
+
+def lowered(
+    coils: tuple[Coil, ...], windings: str, part: PlacedPlate, plate: tuple[tuple[Sheeted, ...], float],
+    frequency: float,
+) -> tuple[list[Complex], Complex]:  # fmt: skip
+    """Return Delta Z of a plate closer than it is divided for, on all divisions, and what carrying it down may be off.
+
+    Parameters
+    ----------
+    coils, windings, frequency
+        As of `reactions`.
+    part : PlacedPlate
+    plate : tuple
+        Its divisions, and the smallest distance that they are for [m].
+    """
+    divisions, lowest = plate
+    gap, up = lowest_points(part.plate, part.outline, part.turns, part.places), FACTORS * lowest
+    lift = (up - gap[:, None])[..., None] * (0.0, 0.0, 1.0)
+    poses = np.repeat(part.turns, up.size, axis=0), (part.places[:, None] + lift).reshape(-1, 3)
+    found = reactions(coils, windings, divisions, poses, frequency)
+    heights = under_plate(coils, part.plate, part.outline, (part.turns, part.places), gap)
+    reach = float(heights[0].max()) + up[-1]
+    plane = infinite_plate(coils, part.plate, (float(gap.min()), reach), frequency)
+    above = np.stack([averaged(plane, heights, height - gap) for height in up], axis=1)
+    infinite = above, averaged(plane, heights, 0.0 * gap)
+    results = [carried_down(Z.reshape(above.shape), infinite, gap, lowest) for Z in found]
+    return [Z for Z, _ in results], results[0][1]
 
 
 def carried_down(

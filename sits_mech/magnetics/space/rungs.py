@@ -25,7 +25,7 @@ import numpy as np
 
 from sits_mech.extrapolation import added
 from sits_mech.geometry.outline import Outline, outline_plan, target_outline
-from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan, graded_axis, rectangle_plan
+from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan, graded_axis, rectangle_plan, stretched
 from sits_mech.geometry.tracks import standing_rings
 from sits_mech.magnetics.axis.dodd_deeds import spectrum
 from sits_mech.magnetics.skin import skin_depth
@@ -49,11 +49,14 @@ class Rung:
         Levels of the cells along the plate and of its sheets, the coarsest first.
     terms : float
         Digits (natural logarithm) the coils' field keeps.
+    single : bool
+        Whether the coarsest division is all: nothing is extrapolated, and no error told.
     """
 
     along: tuple[int, int, int]
     across: tuple[int, int, int]
     terms: float
+    single: bool = False
 
 
 # Asked error of the changes of inductance and resistance -> division; measured in studies/benchmark_sheets.py.
@@ -73,6 +76,7 @@ _DEEPEST, _NARROWEST = 0.13, 0.006  # least skin depth that is resolved, over th
 _THICK = 5.0  # half thickness over the skin depth from which on higher frequencies follow from lower ones
 _STEM = 4  # level along on which the sheets are refined
 _VERTICAL = 3.0  # half thicknesses from the rim up to which current passes between sheets
+_KEPT = 1.1  # of that, from the rim on where cells keep their sizes when a plate grows
 _ORDER, _FASTER = 2.0, 6.0  # of the error in the size of cells; how much higher at a rim where current crowds
 _CROWDED, _COARSE = 2.3, 0.3  # thickness, and skin depth divided for, over the skin depth where it begins to
 _TRIANGLES, _ROUGH = ((2, 2, 4), (3, 3, 6)), 3e-2  # levels of divisions that follow no smooth map, from which error on
@@ -107,13 +111,14 @@ class _Family:
 @lru_cache(maxsize=12)
 def prepared(
     target: Target, outline: Outline | None, rung: Rung, scale: tuple[float, float, float, float],
-    sources: Sources | None = None,
+    sources: Sources | None = None, become: Target | None = None,
 ) -> tuple[Sheeted, ...]:  # fmt: skip
     """Return the target on some divisions, the finest first, prepared for a range of clearance and frequency.
 
     `scale` has the clearance from which on it holds [m], the frequency up to which it does [Hz], how far from the
     target's middle the coils' currents call for small cells, and the length on which their field changes [m]. `sources`
-    are the coils, if it stands still.
+    are the coils, if it stands still. A rectangle or disc that the target has `become`, a little larger or smaller, has
+    the target's cells and polynomials, so that differences of both are free of what other divisions change.
 
     Raises
     ------
@@ -121,6 +126,7 @@ def prepared(
         Before the first large array.
     """
     family, limit = _family(target, outline, rung, scale), memory_limit()
+    family = family if become is None else _carried_to(family, target, become)
     if family.needed > limit:
         x, y = np.ptp(target_outline(target, outline).rim, axis=0) * 1e3
         cells = max(plan.cells.shape[0] * 2 * (z.size - 1) * len(plan.group) for plan, z in family.divisions)
@@ -151,6 +157,15 @@ def _family(
     vertical = _VERTICAL * half
     needed = max(memory_of(plan, z.size - 1, vertical, math.prod(box.order)) for plan, z in divisions)
     return _Family(divisions, box, highest, vertical, half <= _THICK * depth, needed)
+
+
+def _carried_to(family: _Family, target: Target, other: Target) -> _Family:
+    """A plate's divisions with their nodes where another of the same shape has them."""
+    now, was = (np.array([*plate.extent, plate.thickness]) for plate in (other, target))
+    x, y = ((now - was)[:2] / 2).tolist()
+    plans = {id(plan): stretched(plan, (x, y), _KEPT * family.depth) for plan, _ in family.divisions}
+    divisions = tuple((plans[id(plan)], z * now[2] / was[2]) for plan, z in family.divisions)
+    return replace(family, divisions=divisions, box=replace(family.box, half=family.box.half * now / was))
 
 
 def memory_of(plan: Plan, sheets: int, depth: float, polynomials: int) -> float:
@@ -219,8 +234,10 @@ def _stem(rung: Rung) -> int:
 
 def _star(rung: Rung) -> list[tuple[int, int]]:
     """Levels along and across of a rung's divisions: all levels along with the fewest sheets, the finest first; then
-    all other numbers of sheets on one level along.
+    all other numbers of sheets on one level along. Of a single one, the coarsest of both.
     """
+    if rung.single:
+        return [(rung.along[0], rung.across[0])]
     return [(m, rung.across[0]) for m in rung.along[::-1]] + [(rung.along[_stem(rung)], k) for k in rung.across[1:]]
 
 
@@ -238,6 +255,8 @@ def limit(values: Sequence[Complex], rung: Rung, thickness: float, finest: float
     thickness, finest : float
         Of the plate, and skin depth for which it is divided, over the skin depth.
     """
+    if rung.single:
+        return values[0], np.zeros_like(values[0])
     along, stem, others = values[2::-1], values[2 - _stem(rung)], values[DIVISIONS:]
     across = stem, *values[3:DIVISIONS]
     crowded = math.prod(x**6 / (1.0 + x**6) for x in (thickness / _CROWDED, finest / _COARSE))
