@@ -189,7 +189,10 @@ class Judge:
 
     def excess(self, table: Table, count: int = _FEW) -> Array:
         """Return by how much each of many sensors fails the limit that it fails most, over the limit, shape (s,)."""
-        samples = self.few if count == _FEW else self.samples(count)
+        return self.excess_of(table, self.few if count == _FEW else self.samples(count))
+
+    def excess_of(self, table: Table, samples: Array) -> Array:
+        """Return the same of sensors whose tolerances are off by samples of their own, shape (s, p)."""
         names, span = self.operator.loads.names, self.operator.loads.span
         found = np.full(len(samples), -1.0)
         by_force = [self.limits.get(f"{kind}.{name}") for kind in ("error", "resolution") for name in names]
