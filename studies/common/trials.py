@@ -10,27 +10,23 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.stats import qmc
 
 from sits_mech.analysis.bench import own_inductances
-from sits_mech.cases import DONE, attempt, case_path, finish, read_case
+from sits_mech.cases import DONE, case_path, finish, read_case
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, SolveFailed
 from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import Sensor
 from sits_mech.synthesis.answered import Answered, Task
 from sits_mech.synthesis.figures import Table
-from sits_mech.synthesis.requirements import Requirements
 from sits_mech.synthesis.search import Search
 from sits_mech.synthesis.solve import Solver
 from sits_mech.synthesis.space import Design, Space
 from sits_mech.version import __version__
-
-_OFFSETS = ("coils.*.centre.0", "coils.*.centre.1")
 
 
 def grid_designs(space: Space, most: int) -> list[Design]:
@@ -101,46 +97,42 @@ def shares_made(solver: Solver, task: Task, best: Answered, count: int, seed: in
         return np.nan, np.nan
     names, deviations = tuple(solver.scattering), np.array(list(solver.scattering.values()))
     drawn = np.random.default_rng(seed).normal(size=(count, len(names))) * deviations
-    sensor, axes = asked.space.sensor(best.design), solver.operator.loads
-    nominal = _inductances(solver, asked, best.design, np.zeros(len(names)), sensor)
+    sensor = asked.space.sensor(best.design)
+    nominal = _inductances(solver, best.design, np.zeros(len(names)), sensor)
     held = []
     for amounts in drawn:
-        L = _inductances(solver, asked, best.design, amounts, sensor)
+        L = _inductances(solver, best.design, amounts, sensor)
         if L is None or nominal is None:
             held.append(False)
             continue
         off = Table(nominal, (L - nominal)[None], best.table.noise)
         held.append(bool(task.judge.excess_of(off, np.ones((1, 1)))[0] <= 0.0))
     told = task.judge.excess_of(best.table, drawn) <= 0.0
-    return float(np.mean(held)), float(np.mean(told)) if len(axes.names) else np.nan
+    return float(np.mean(held)), float(np.mean(told))
 
 
-def _inductances(
-    solver: Solver, asked: Requirements, design: Design, amounts: Array, sensor: Sensor
-) -> Array | None:
+def _inductances(solver: Solver, design: Design, amounts: Array, sensor: Sensor) -> Array | None:
     """Inductances (g, n) of one sensor that is made, kept; None where a load fails."""
+    asked = solver.requirements
     key = f"{__version__} {solver.tolerance} {asked.identity} made"
     point = {"choice": list(design.choice), "x": list(design.x), "amounts": amounts.tolist()}
     path = case_path(solver.folder, key, point)
     row = read_case(path)
     if row is None:
-        row = finish(path, attempt(lambda: _solved(solver, made(sensor, tuple(solver.scattering), amounts)), {}))
-    return np.array(row["table"]) if row["status"] == DONE and row["table"] else None
+        other = made(sensor, tuple(solver.scattering), amounts)
+        row = finish(path, {"status": DONE, "lasting": True, "table": _solved(solver, other)})
+    return np.array(row["table"]) if row["table"] else None
 
 
-def _solved(solver: Solver, sensor: Sensor) -> dict[str, Any]:
+def _solved(solver: Solver, sensor: Sensor) -> list[Any]:
     """The table of a sensor over the loads; empty where one fails."""
     loads = solver.operator.loads
     axes: dict[str, Any] = {name: axis.tolist() for name, axis in zip(loads.names, loads.axes, strict=True)}
-    data = calibrate(sensor, **axes, tolerance=solver.tolerance)
+    try:
+        data = calibrate(sensor, **axes, tolerance=solver.tolerance)
+    except SolveFailed:
+        return []
     if not bool((data["status"] == DONE).all()):
-        return {"table": []}
-    own = own_inductances(sensor, data)
-    L = own["L"].transpose(*loads.names, "coil").to_numpy().reshape(-1, len(sensor.coils))
-    return {"table": L.tolist()}
-
-
-def cases_in(folder: Path) -> Path:
-    """Return the folder that solved designs are kept in, made."""
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
+        return []
+    own = own_inductances(sensor, data)["L"].transpose(*loads.names, "coil").to_numpy()
+    return list(own.reshape(-1, len(sensor.coils)).tolist())
