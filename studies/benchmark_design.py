@@ -113,8 +113,8 @@ def row_of(name: str, effort: Effort, most: int, folder: Path) -> Row:
     row |= {"random": random.count, "over_random_%": more(merit, random.merit), "best_of_random": random.words}
     row |= seeded(asked, found, effort, most, cases)
     solved, told = shares_made(coarse, found.task, coarse(found.best.design), effort.made, 0)
-    row |= {"made": effort.made, "yield_told_%": 100.0 * found.share, "yield_by_slopes_%": 100.0 * told}
-    row |= {"yield_solved_%": 100.0 * solved}
+    shares = {"told": float(np.ravel(found.share)[0]), "by_slopes": told, "solved": solved}
+    row |= {"made": effort.made, **{f"yield_{key}_%": 100.0 * value for key, value in shares.items()}}
     print(f"{name}: {time.process_time() - began:.0f} s here", *(f"   {key} {row[key]}" for key in row), sep="\n")
     return row
 

@@ -152,17 +152,20 @@ class Judge:
         Of figures, as of `Requirements`.
     share : float
         Of the sensors made.
+    drawn : ndarray, shape (s, p), optional
+        Deviations of a few sensors; normal ones by default.
     """
 
     operator: Operator
     deviations: Array
     limits: Mapping[str, float]
     share: float
+    drawn: Array | None = None
 
     @cached_property
     def few(self) -> Array:
         """Deviations of a few sensors, shape (s, p), as every search has them."""
-        return self.samples(_FEW)
+        return self.samples(_FEW) if self.drawn is None else self.drawn
 
     def samples(self, count: int) -> Array:
         """Return deviations of the tolerances, shape (count, p)."""
@@ -189,10 +192,7 @@ class Judge:
 
     def excess(self, table: Table, count: int = _FEW) -> Array:
         """Return by how much each of many sensors fails the limit that it fails most, over the limit, shape (s,)."""
-        return self.excess_of(table, self.few if count == _FEW else self.samples(count))
-
-    def excess_of(self, table: Table, samples: Array) -> Array:
-        """Return the same of sensors whose tolerances are off by samples of their own, shape (s, p)."""
+        samples = self.few if count == _FEW else self.samples(count)
         names, span = self.operator.loads.names, self.operator.loads.span
         found = np.full(len(samples), -1.0)
         by_force = [self.limits.get(f"{kind}.{name}") for kind in ("error", "resolution") for name in names]

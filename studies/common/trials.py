@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -106,8 +106,8 @@ def shares_made(solver: Solver, task: Task, best: Answered, count: int, seed: in
             held.append(False)
             continue
         off = Table(nominal, (L - nominal)[None], best.table.noise)
-        held.append(bool(task.judge.excess_of(off, np.ones((1, 1)))[0] <= 0.0))
-    told = task.judge.excess_of(best.table, drawn) <= 0.0
+        held.append(bool(replace(task.judge, deviations=np.ones(1), drawn=np.ones((1, 1))).excess(off)[0] <= 0.0))
+    told = replace(task.judge, drawn=drawn).excess(best.table) <= 0.0
     return float(np.mean(held)), float(np.mean(told))
 
 
