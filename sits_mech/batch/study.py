@@ -25,11 +25,7 @@ import numpy as np
 
 from sits_mech.batch.requests import REQUESTS, Request, Variant
 from sits_mech.cases import Combine, Row, grid_points
-<<<<<<< HEAD
-from sits_mech.scene.files import check_keys, read_as, written
-=======
-from sits_mech.scene.files import literal, read_table
->>>>>>> wE
+from sits_mech.scene.files import check_keys, literal, read_as
 from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import SceneError, load_beside, scene_text
 from sits_mech.units import shown, split_quantity

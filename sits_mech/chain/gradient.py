@@ -26,6 +26,7 @@ import numpy as np
 from sits_mech.chain.models import MAGNETICS, loaded_model, mechanical_model
 from sits_mech.chain.pose_errors import signal_weights
 from sits_mech.chain.simulate import Simulation, image_at_rest, simulated, turned
+from sits_mech.magnetics.rings import Axisymmetric
 from sits_mech.magnetics.slopes import pose_slopes, slopes
 from sits_mech.mechanics.levels.gradient import PoseSlopes
 from sits_mech.mechanics.symmetry import Symmetry, symmetry_of
@@ -213,6 +214,11 @@ def _of_field(sensor: Sensor, number: Parameter) -> bool:
     return any(getattr(other, part) != getattr(sensor, part) for part in _ELECTRIC)
 
 
+def _on_axis(field: MagneticModel) -> bool:
+    """Whether a model keeps a disc on its coil's axis: what moves either aside, or tilts it, changes nothing there."""
+    return isinstance(getattr(field, "model", field), Axisymmetric)
+
+
 def _taken_back(found: PoseSlopes, back: Array) -> tuple[Array, Array]:
     """The compliance and its errors of the load whose image was solved."""
     if np.array_equal(back, np.eye(len(WRENCH))):
@@ -239,6 +245,8 @@ def at_fixed_poses(
     zero = (np.zeros(shape) for _ in range(4))
     found = Direct(next(zero), next(zero), next(zero), next(zero), np.zeros((count, len(numbers))))
     lengths = {k: number.name for k, number in enumerate(numbers) if _of_field(sensor, number)}
+    if _on_axis(field):
+        lengths = {k: key for k, key in lengths.items() if ".centre." not in key}
     by_frequency = [k for k, number in enumerate(numbers) if number.name == "frequency"]
     if not lengths and not by_frequency:
         return found
@@ -277,9 +285,10 @@ def shown_change(
         There, with errors that the poses' errors are part of, shape (p, c, c).
     moved, direct : Moved, Direct
     """
-    components = POSE if pose.beside or np.any(moved.pose[:, 3:]) else POSE[:3]
+    components: Sequence[str] = POSE if pose.beside or np.any(moved.pose[:, 3:]) else POSE[:3]
+    components = ("d_v",) if _on_axis(field) else components
     _, *each = pose_slopes(sensor, field, pose, sensor.frequency, components)
-    ways = Moved(*(part[:, : len(components)] for part in moved))
+    ways = Moved(*(part[:, [POSE.index(name) for name in components]] for part in moved))
     sizes = (shown.L - shown.L0, shown.R)
     share_L, share_R = (_share(*both) for both in zip((shown.error_L, shown.error_R), sizes, strict=True))
     L, error_L = _chained(each[0], ways, direct.L, direct.error_L, share_L)

@@ -152,17 +152,20 @@ class Judge:
         Of figures, as of `Requirements`.
     share : float
         Of the sensors made.
+    drawn : ndarray, shape (s, p), optional
+        Deviations of a few sensors; normal ones by default.
     """
 
     operator: Operator
     deviations: Array
     limits: Mapping[str, float]
     share: float
+    drawn: Array | None = None
 
     @cached_property
     def few(self) -> Array:
         """Deviations of a few sensors, shape (s, p), as every search has them."""
-        return self.samples(_FEW)
+        return self.samples(_FEW) if self.drawn is None else self.drawn
 
     def samples(self, count: int) -> Array:
         """Return deviations of the tolerances, shape (count, p)."""

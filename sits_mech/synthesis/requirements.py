@@ -42,6 +42,7 @@ import numpy as np
 from sits_mech.quantities import UNITS, WRENCH
 from sits_mech.scene.files import check_keys, read_as
 from sits_mech.scene.materials import unknown
+from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import SceneError, Sensor, changed, load_beside, scene_text
 from sits_mech.synthesis.space import Space, space_of
 from sits_mech.units import quantity, shown
@@ -56,7 +57,7 @@ LEAST = ("rate",)
 SPECIAL = {"modulus": "", "coil_offset": "m", "repeatability": ""}
 """Tolerances that are no key of the scene."""
 _YIELD = 0.95
-_MOST_LISTED = 200  # combinations of lists
+_TWICE = 2.0  # standard deviations of a tolerance, that leave a sensor
 
 
 @dataclass(frozen=True)
@@ -217,7 +218,20 @@ def _tolerance(table: Mapping[str, Any], sensor: Sensor, space: Space) -> dict[s
             found[key] = quantity(item, "m" if isinstance(item, str) else "", f"tolerance.{key}")
         if not 0.0 < found[key] < np.inf:
             raise SceneError(f"tolerance.{key}: must be a positive standard deviation; got {shown(item)}")
+        _check_scatter(sensor, key, found[key], shown(item))
     return found
+
+
+def _check_scatter(sensor: Sensor, key: str, deviation: float, said: str) -> None:
+    """Refuse a deviation twice of which leaves no sensor."""
+    small = f"tolerance.{key}: must leave a sensor that is off by twice of it; got {said}"
+    if key == "modulus" and not _TWICE * deviation < 1.0:
+        raise SceneError(small)
+    if key not in SPECIAL:
+        try:
+            parameter(sensor, key).changed(-_TWICE * deviation)
+        except SceneError as error:
+            raise SceneError(f"{small}: {error}") from None
 
 
 def _goal(
@@ -255,15 +269,16 @@ def _check_together(found: Requirements, sensor: Sensor) -> None:
     by_force = [name for name in asked if name.partition(".")[0] in BY_FORCE]
     if n < len(found.forces) and by_force:
         raise SceneError(f"loads: must be at most {n} components for as many coils; got {', '.join(found.forces)}")
-    least, height = found.space.least_height(sensor), found.limits.get("height", np.inf)
-    if height <= least:
-        most = f"more than the layer's least thickness, {least:g} m"
-        raise SceneError(f"require.height: must be {most}; got {height:g} m")
+    for name, least in found.space.least_sizes().items():
+        limit = found.limits.get(name, np.inf)
+        if limit < least * (1.0 - 1e-9):
+            most = f"at least {least:g} m, which the parts have within the bounds"
+            raise SceneError(f"require.{name}: must be {most}; got {limit:g} m")
     if "hysteresis" in asked:
-        _check_history(found.space, sensor)
+        _check_history(found.space, sensor, "require" if "hysteresis" in found.limits else "goal")
 
 
-def _check_history(space: Space, sensor: Sensor) -> None:
+def _check_history(space: Space, sensor: Sensor, place: str) -> None:
     """Refuse a hysteresis of silicones whose rate and softening are not known."""
     key = "elastomer.material"
     for value in space.lists.get(key, (None,)):
@@ -272,4 +287,4 @@ def _check_history(space: Space, sensor: Sensor) -> None:
         if silicone is not None and not silicone.prony and silicone.mullins is None:
             name = silicone.name or "the scene's silicone"
             what = "needs prony or mullins of every silicone"
-            raise SceneError(f"require.hysteresis: {what}; of {name} both are unknown")
+            raise SceneError(f"{place}: hysteresis {what}; of {name} both are unknown")

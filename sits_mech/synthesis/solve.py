@@ -34,7 +34,6 @@ from sits_mech.chain.gradient_grid import gradient_on_grid
 from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.omissions import strain_bound
 from sits_mech.chain.simulate import at_rest
-from sits_mech.geometry.boxes import fixed_solids
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.quantities import Array, RefinedModel, SolveFailed, Wrench
 from sits_mech.readout.quality import quality
@@ -43,7 +42,7 @@ from sits_mech.silicone.history import loop_width
 from sits_mech.synthesis.answered import LEAST_INVERSE, STRAIN, Answered, Task
 from sits_mech.synthesis.figures import INVERSE, Judge, Operator, Table, loads_between
 from sits_mech.synthesis.requirements import Requirements
-from sits_mech.synthesis.space import Design
+from sits_mech.synthesis.space import Design, size_of
 from sits_mech.version import __version__
 
 _SLOPE, _WIDE = 1e-4, 0.05  # of the unit box: differences of sizes and of the strain by the variables
@@ -51,21 +50,6 @@ _OFFSETS = ("coils.*.centre.0", "coils.*.centre.1")
 _HARD = 1.3  # strain that a design is given that does not carry the overload, at least
 _OF_TABLE = ("resolution", "error", "crosstalk_before_inverse", "rate")
 _SLOWEST, _FASTEST = 0xFFFF, 5  # counts of a conversion
-
-
-def size_of(sensor: Sensor) -> dict[str, float]:
-    """Return height and footprint of all parts at rest [m]."""
-    solids = [solid for each in fixed_solids(sensor) for solid in each]
-    low = np.min([each.places[0] - each.half for each in solids], axis=0)
-    high = np.max([each.places[0] + each.half for each in solids], axis=0)
-    layer, target = sensor.elastomer, sensor.target
-    top = 0.0 if layer is None else layer.standoff + layer.thickness
-    for part, upper in ((layer, top), (target, top + (0.0 if target is None else target.thickness))):
-        if part is not None:
-            half = np.array(part.extent) / 2.0
-            low, high = np.minimum(low, [*-half, 0.0]), np.maximum(high, [*half, upper])
-    x, y, z = (high - low).tolist()
-    return {"height": z, "footprint.x": x, "footprint.y": y}
 
 
 @dataclass(frozen=True)

@@ -11,19 +11,40 @@ import itertools
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
+from sits_mech.geometry.boxes import fixed_solids
 from sits_mech.scene.files import literal
 from sits_mech.scene.parameters import keys_of, value_of
 from sits_mech.scene.sensor import SceneError, Sensor, changed
 from sits_mech.units import shown, split_quantity
 
 _MOST = 1000  # choices
+_CORNERS = 256  # of bounds and lists, whose sizes are looked at
+_SILICONE = "elastomer.material"  # has no size
 _ROUND = 0.02  # of the bounds' distance, at most, from a round number to the next
 _STEPS = (5.0, 2.0, 1.0)
 _BOUNDS = '{ from = "1 mm", to = "6 mm" } with ends that rise, in one unit'
+
+
+def size_of(sensor: Sensor) -> dict[str, float]:
+    """Return height and footprint of all parts at rest [m]."""
+    solids = [solid for each in fixed_solids(sensor) for solid in each]
+    low = np.min([each.places[0] - each.half for each in solids], axis=0)
+    high = np.max([each.places[0] + each.half for each in solids], axis=0)
+    layer, target = sensor.elastomer, sensor.target
+    top = 0.0 if layer is None else layer.standoff + layer.thickness
+    for part, upper in ((layer, top), (target, top + (0.0 if target is None else target.thickness))):
+        if part is not None:
+            half = np.array(part.extent) / 2.0
+            low, high = np.minimum(low, [*-half, 0.0]), np.maximum(high, [*half, upper])
+    x, y, z = (high - low).tolist()
+    return {"height": z, "footprint.x": x, "footprint.y": y}
 
 
 @dataclass(frozen=True)
@@ -122,13 +143,18 @@ class Space:
         """Return the number that a key has in a sensor [SI]; None where there is none."""
         return value_of(sensor, key)
 
-    def least_height(self, sensor: Sensor) -> float:
-        """Return the least thickness that the layer may have [m]."""
-        for each in self.variables:
-            if each.key == "elastomer.thickness":
-                low = self.number(changed(sensor, self.overrides({each.key: each.text(each.low)})), each.key)
-                return 0.0 if low is None else low
-        return 0.0 if sensor.elastomer is None else sensor.elastomer.thickness
+    def least_sizes(self) -> dict[str, float]:
+        """Return the least height and footprint of all corners of the bounds and all choices [m]; none of too many."""
+        every = {key: list(values) for key, values in self.lists.items() if key != _SILICONE}
+        every |= {each.key: [each.text(each.low), each.text(each.high)] for each in self.variables}
+        found: dict[str, float] = {}
+        if math.prod(len(values) for values in every.values()) > _CORNERS:
+            return found
+        for values in _corners(every):
+            with suppress(SceneError):
+                own = size_of(changed(self.base, self.overrides(values)))
+                found = {name: min(size, found.get(name, size)) for name, size in own.items()}
+        return found
 
     def width(self, variable: Variable, sensor: Sensor) -> float:
         """Return the distance of a variable's bounds in SI."""
@@ -185,14 +211,18 @@ def _variable(key: str, item: Any) -> Variable:
 
 
 def _check_values(space: Space) -> None:
-    """Refuse a value that leaves no possible scene, whatever the others are."""
+    """Refuse a value that leaves no possible scene, whatever the others are; of some, one that does so by itself."""
     ends: dict[str, Sequence[Any]] = {each.key: (each.text(each.low), each.text(each.high)) for each in space.variables}
     every = {key: list(values) for key, values in (ends | space.lists).items()}
-    for key, values in [*space.lists.items(), *ends.items()]:
-        for value in values:
-            refusal = _refusal(space, every | {key: [value]})
-            if refusal is not None:
-                raise SceneError(f"vary.{key}: {shown(value)} must leave a possible scene; the first one: {refusal}")
+    found = []
+    for key, value in ((key, value) for key, values in every.items() for value in values):
+        refusal = _refusal(space, every | {key: [value]})
+        if refusal is not None:
+            found.append((key, value, refusal))
+    if found:
+        alone = ((*each[:2], _refusal(space, {each[0]: [each[1]]})) for each in found)
+        key, value, refusal = next((each for each in alone if each[2] is not None), found[0])
+        raise SceneError(f"vary.{key}: {shown(value)} must leave a possible scene; the first one: {refusal}")
 
 
 def _refusal(space: Space, every: Mapping[str, Sequence[Any]]) -> SceneError | None:

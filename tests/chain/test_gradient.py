@@ -101,6 +101,24 @@ def test_coils_aside_are_the_target_moved_back(sensor: Sensor) -> None:
     assert found.signals["dL_v"][0] == pytest.approx(-100.0 * np.trace(by_pose.L[..., 0]) / L0, rel=1e-6)
 
 
+def test_a_disc_on_its_axis_changes_with_the_gap_alone() -> None:
+    """A press along the axis, by differences of the chain; coils moved aside change nothing, as symmetry has it."""
+    coil = load_sensor("biorob2018").coils[0].model_copy(update={"centre": (0.0, 0.0)})
+    disc = ['target={material="copper", shape="disc", diameter="8 mm", thickness="0.2 mm"}']
+    sensor, load = load_sensor("biorob2018", disc).model_copy(update={"coils": (coil,)}), Wrench(F_z=0.05)
+    names = ("elastomer.thickness", "target.thickness", "coils.*.centre.0", "modulus")
+    found = gradient(sensor, load, names, mechanics="linear", magnetics="axisymmetric")
+    for k in (0, 3):
+        number = parameter(sensor, names[k])
+        h = 1e-3 * number.value
+        one, other = (
+            simulate(number.changed(way * h), load, mechanics="linear", magnetics="axisymmetric") for way in (1, -1)
+        )
+        expected = (one.impedance.L - other.impedance.L) / (2.0 * h)
+        assert found.L[0, 0, k] == pytest.approx(expected[0, 0], rel=1e-4)
+    assert found.L[0, 0, 2] == found.R[0, 0, 2] == 0.0 and found.L[0, 0, 1] != 0.0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("load", [Wrench(F_y=-0.2, F_z=1.0), Wrench(F_x=0.1, F_z=1.0, F_y=0.2)])
 def test_loads_that_leave_the_plane_have_images_in_mirrors_alone(load: Wrench) -> None:

@@ -1,5 +1,7 @@
 """Figures of tables against closed forms: linear sensors, gains and offsets that are off, loads that look alike."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import norm
@@ -75,6 +77,14 @@ def test_yield_is_the_share_of_a_normal_distribution() -> None:
     turned = grid(own.operator)[:, 1:] * MATRIX[:, 0]
     excess = own.excess(table(own, turned), 4096)
     assert np.mean(excess <= 0.0) == pytest.approx(0.6827, abs=2e-3)
+
+
+def test_sensors_that_are_drawn_are_judged_one_by_one() -> None:
+    """Each by its own deviation: it misreads by the sine, over the limit of a sensor that is off by 0.05."""
+    own = judge((0.05,), {"error.F_x": 0.05 * 4.0 / 2.0})
+    turned = grid(own.operator)[:, 1:] * MATRIX[:, 0]
+    found = replace(own, drawn=np.array([[0.04], [-0.06]])).excess(table(own, turned))
+    np.testing.assert_allclose(found, [-0.2, 0.2], rtol=0.03)
 
 
 def test_loads_that_look_alike_have_no_inverse() -> None:

@@ -9,11 +9,11 @@ import pytest
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.geometry.collision import Collision
 from sits_mech.quantities import Wrench
-from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
+from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.synthesis.answered import STRAIN
 from sits_mech.synthesis.requirements import requirements_of
 from sits_mech.synthesis.run import design
-from sits_mech.synthesis.solve import Solver, size_of
+from sits_mech.synthesis.solve import Solver
 from sits_mech.synthesis.space import Design
 
 ASKED: dict[str, Any] = {
@@ -70,14 +70,6 @@ def test_a_neighbour_that_comes_to_the_coils_leaves_no_slope(monkeypatch: pytest
     worst = SOLVER._overload(SOLVER.requirements.space.sensor(Design((), (0.5,))))
     assert worst[:3] == ("", 0.3, 0.1)
     assert SOLVER._strain_slopes(Design((), (0.5,)), worst) == pytest.approx(0.0)
-
-
-def test_sizes_hold_all_parts() -> None:
-    """Coils below, layer, target: their boxes together."""
-    sensor = load_sensor("biorob2018")
-    found, coil = size_of(sensor), sensor.coils[0]
-    assert found["height"] == pytest.approx(2.2e-3 + coil.height)
-    assert found["footprint.x"] == pytest.approx(max(20e-3, 8e-3 + coil.extent[0]))
 
 
 def silicone(**more: Any) -> dict[str, Any]:

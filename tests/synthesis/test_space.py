@@ -2,8 +2,8 @@
 
 import pytest
 
-from sits_mech.scene.sensor import load_sensor
-from sits_mech.synthesis.space import Design, Variable, space_of
+from sits_mech.scene.sensor import SceneError, load_sensor
+from sits_mech.synthesis.space import Design, Variable, size_of, space_of
 
 SENSOR = load_sensor("biorob2018")
 SPACE = space_of(SENSOR, {
@@ -29,3 +29,27 @@ def test_round_numbers_are_those_of_a_workshop(x: float, near: tuple[float, ...]
     found = [variable.value(each) for each in variable.round_neighbours(x)]
     assert found[0] == pytest.approx(min(near, key=lambda each: abs(each - variable.value(x))))
     assert all(abs(each / 0.1 - round(each / 0.1)) < 1e-6 for each in found)
+
+
+def test_sizes_hold_all_parts() -> None:
+    """Coils below, layer, target: their boxes together."""
+    sensor = SENSOR
+    found, coil = size_of(sensor), sensor.coils[0]
+    assert found["height"] == pytest.approx(2.2e-3 + coil.height)
+    assert found["footprint.x"] == pytest.approx(max(20e-3, 8e-3 + coil.extent[0]))
+
+
+def test_the_least_sizes_are_those_of_the_smallest_scene() -> None:
+    """Thinnest layer and fewest turns; too many corners are not looked at."""
+    smallest = SPACE.sensor(Design((0,), (0.0, 0.0)))
+    assert SPACE.least_sizes() == pytest.approx(size_of(smallest))
+    many = space_of(SENSOR, {"coils.*.turns": list(range(2, 8)), "frequency": list(range(1_000_000, 1_000_050))})
+    assert many.least_sizes() == {}
+
+
+def test_what_leaves_no_scene_by_itself_is_named() -> None:
+    """Not a list beside it, all of whose values are as impossible with it."""
+    with pytest.raises(SceneError, match="vary.elastomer.thicknes: .*must leave a possible scene"):
+        space_of(SENSOR, {"coils.*.turns": [8, 10], "elastomer.thicknes": {"from": "1 mm", "to": "2 mm"}})
+    with pytest.raises(SceneError, match="vary.coils.*turns: 99 must leave a possible scene"):
+        space_of(SENSOR, {"elastomer.thickness": {"from": "1 mm", "to": "2 mm"}, "coils.*.turns": [8, 99]})
