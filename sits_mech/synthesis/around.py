@@ -27,7 +27,7 @@ from sits_mech.synthesis.space import Variable
 
 _LOOSER = 0.1  # of a limit
 _STEP = 0.1  # of the bounds' distance, or of a number
-_BINDS = 0.03  # of a limit: what is nearer binds
+_BINDS = 0.03  # of a limit: what is nearer binds, and what is nearer than its error
 _KNOWN = 0.2  # of the box: predictions further from what was solved are not shown
 _FINE, _COARSE = 101, 25  # points of a picture along one variable, and along each of two
 
@@ -75,10 +75,11 @@ class Landscape:
 def prices(search: Search, branch: Any, best: Answered) -> tuple[Price, ...]:
     """Return the limits that bind at a design, with their prices; `branch` is that of its choice."""
     task = search.task
-    figures = task.figures(best.table, best.plain)
+    figures, off = task.figures(best.table, best.plain), task.errors(best)
     found = []
-    for name, excess in task.excess(figures, best.table).items():
-        if excess < -_BINDS or name == "yield" and len(task.excess(figures, best.table)) > 1 and excess < 0.0:
+    every = task.excess(figures, best.table)
+    for name, excess in every.items():
+        if excess < -max(_BINDS, off.get(name, 0.0)) or name == "yield" and len(every) > 1 and excess < 0.0:
             continue
         gain = np.nan
         if name in task.limits and task.goal and branch.prediction.solved and len(best.design.x):
