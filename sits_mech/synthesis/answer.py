@@ -212,7 +212,7 @@ def lost_values(
         for number, value in enumerate(values):
             own = [each for each in every if each.design.choice[place] == number]
             if own and number != best.design.choice[place]:
-                first = min(own, key=search.merit)
+                first = min(own, key=lambda each: (search.merit(each), each.plain.get(STRAIN, np.inf)))
                 found.append(Lost(key, str(value), space.words(first.design), why_not(search, first, best)))
     return tuple(found)
 

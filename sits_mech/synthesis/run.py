@@ -191,7 +191,7 @@ class _Run:
         found: list[Answered] = []
         for wanted in tries[:_TRIES]:
             found.append(self.solve(wanted, FINE))
-            if search.task.holds(found[-1]):
+            if search.task.holds(found[-1]) and not made_share(search.task, found[-1]).value < self.asked.least_yield:
                 break
         chosen = min(found, key=search.merit)
         return chosen if chosen.carried else best

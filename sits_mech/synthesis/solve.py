@@ -31,8 +31,9 @@ from sits_mech.analysis.bench import coil_table, own_inductances, sensor_calibra
 from sits_mech.analysis.limits import corners, known_strain
 from sits_mech.cases import DONE, case_path, finish, read_case
 from sits_mech.chain.gradient_grid import gradient_on_grid
-from sits_mech.chain.models import mechanical_model
+from sits_mech.chain.models import MECHANICS, mechanical_model
 from sits_mech.chain.omissions import strain_bound
+from sits_mech.chain.plan import choose_mechanics
 from sits_mech.chain.simulate import at_rest
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.quantities import Array, RefinedModel, SolveFailed, Wrench
@@ -153,8 +154,7 @@ class Solver:
             try:
                 found.append((self._strain(sensor, load)[0], load))
             except SolveFailed as error:
-                share = _share(error, load)
-                return _Overload(f"overload: {error}", max(_HARD, 1.0 / share if share > 0.0 else 0.0), np.nan, load)
+                return _Overload(f"overload: {error}", _hard(error, sensor, load), np.nan, load)
             except Collision as error:
                 return _Overload(f"overload: {error}", _HARD, np.nan, load)
         load = max(found, key=lambda pair: pair[0])[1]
@@ -195,7 +195,10 @@ class Solver:
         space, loads = self.requirements.space, self.operator.loads
         axes = {name: axis.tolist() for name, axis in zip(loads.names, loads.axes, strict=True)}
         names = (*space.names, *self.scattering)
-        data = gradient_on_grid(sensor, tuple(dict.fromkeys(names)), axes, tolerance=self.tolerance)
+        mechanics = self._mechanics(found.design.choice, sensor)
+        data = gradient_on_grid(
+            sensor, tuple(dict.fromkeys(names)), axes, tolerance=self.tolerance, mechanics=mechanics
+        )  # fmt: skip
         if not bool((data["status"] == DONE).all()):
             return replace(found, reason=next(str(each) for each in data["reason"].to_numpy().ravel() if each))
         own = own_inductances(sensor, data)
@@ -209,6 +212,19 @@ class Solver:
             found, table=table, by_x=by_x.reshape(-1, *L.shape), plain=found.plain | {"rate": rate},
             error=found.error | _errors(sensor, data, noise),
         )  # fmt: skip
+
+    def _mechanics(self, choice: tuple[int, ...], sensor: Sensor) -> str:
+        """Name of the model of a design's table: of finite strain where any corner of its choice asks for that, so that
+        no two designs that are compared differ by their models.
+        """
+        space, ranges = self.requirements.space, self.requirements.loads
+        names = set()
+        for ends in product((0.0, 1.0), repeat=len(space.variables)):
+            with suppress(SceneError):
+                corner = space.sensor(Design(choice, ends))
+                known = corners(corner, ranges)
+                names.add(choose_mechanics(corner, "auto", tuple(MECHANICS), known, self.tolerance).name)
+        return "auto" if names <= {"linear"} else choose_mechanics(sensor, "auto", tuple(MECHANICS)).name
 
     def _converter(self, sensor: Sensor, data: xr.Dataset) -> tuple[Array, float]:
         """Noise of each inductance, and readings a second: the longest conversion that is fast enough."""
@@ -261,12 +277,14 @@ def _slopes_of(sensor: Sensor, data: xr.Dataset, names: Sequence[str], L0: Array
     return {name: values[:, places.index(name)] for name in names}
 
 
-def _share(error: SolveFailed, load: Wrench) -> float:
-    """How much of a load is carried; nothing where that was not found."""
-    if error.carried is None:
-        return 0.0
-    size = float(np.linalg.norm(load.components))
-    return float(np.linalg.norm(error.carried[0].components)) / size
+def _hard(error: SolveFailed, sensor: Sensor, load: Wrench) -> float:
+    """Strain over what is known that stands for a load which is not carried: what the last state had on the way, or
+    the load over the largest one that is carried, at least `_HARD`.
+    """
+    strain = ((error.report.stretch or 1.0) - 1.0) / known_strain(sensor)
+    carried = 0.0 if error.carried is None else float(np.linalg.norm(error.carried[0].components))
+    over = float(np.linalg.norm(load.components)) / carried if carried else 0.0
+    return float(np.nanmax([_HARD, strain, over]))
 
 
 def _packed(found: Answered) -> dict[str, Any]:

@@ -105,5 +105,14 @@ def test_hysteresis_is_required_of_silicones_whose_constants_are_given() -> None
     assert other.plain["hysteresis"] == pytest.approx(loop_of_one_branch(0.3, 0.2), rel=0.01)
     assert next(each.why for each in found.lost).startswith("hysteresis ")
     vary = {"elastomer.material": [quick, silicone()]}
-    with pytest.raises(SceneError, match="require.hysteresis: needs prony or mullins of every silicone"):
+    with pytest.raises(SceneError, match="require: hysteresis needs prony or mullins of every silicone"):
         requirements_of(table | {"vary": vary, "require": {"hysteresis": "6 %"}})
+
+
+def test_designs_of_a_choice_have_one_model() -> None:
+    """Under 0.2 N small strain would do for 1.5 mm and not for 3 mm: all are of finite strain."""
+    few, many = ({"loads": {"F_z": ["0 N", load]}, "tolerance": {}} for load in ("1 mN", "0.2 N"))
+    for loads, name in ((few, "auto"), (many, "block")):
+        solver = Solver(requirements_of(ASKED | loads), 5e-2)
+        thin = solver.requirements.space.sensor(Design((), (0.0,)))
+        assert solver._mechanics((), thin) == name
