@@ -63,7 +63,7 @@ def spectrum_record(pose: Pose, data: xr.Dataset, left_out: tuple[str, ...] = ()
         keys = inner | {name: name for name in (*outer, "own_capacitance", "self_resonance")}
         found["terminals"] = _terminals({key: data[name].to_numpy() for key, name in keys.items()})
     report = json.loads(data.attrs["report"])
-    del report["min_J"], report["stretch"]
+    del report["min_J"], report["stretch"], report["error_stretch"]
     return found | {"report": report | {"left_out": [*report["left_out"], *left_out]}}
 
 
