@@ -74,6 +74,8 @@ class Comparison:
     def profile(self, name: str, points: int = 9, reach: float = 1.5) -> tuple[Array, Array]:
         """Return values of a parameter, and how far chi^2 without its own term rises there (`maps.fit.profile`).
 
+        The rise is over the fit's variance, as the half-widths are.
+
         Parameters
         ----------
         name : str
@@ -92,7 +94,7 @@ class Comparison:
             raise SceneError(f"profile: {name}: must have a half-width, and the noise be given; got none")
         values = best + width * np.linspace(-reach, reach, points)
         rise = profile(self.model, self.measured.L, self.free, self.fit, name, noise=self.noise, values=values)
-        return values, rise
+        return values, rise / self.fit.variance
 
 
 def tank_of(sensor: Sensor, data: xr.Dataset, clock: float | None = None) -> Tank | None:

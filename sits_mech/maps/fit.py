@@ -74,6 +74,8 @@ class ParameterFit:
         Of the residual with the best and with the first values, over each output's range.
     chi_square : float
         What is least, in units of the noise; over each range where no noise is known.
+    variance : float
+        By which the half-widths are those of more than the noise.
     """
 
     names: tuple[str, ...]
@@ -84,6 +86,7 @@ class ParameterFit:
     rms: float
     rms_before: float
     chi_square: float
+    variance: float
 
 
 def fit_parameters(
@@ -133,7 +136,7 @@ def fit_parameters(
     rms, before = (float(np.sqrt(np.mean((each / ranges) ** 2))) for each in off)
     return ParameterFit(
         tuple(each.name for each in free), found.x, widths, spread / np.outer(safe, safe), off[0], rms, before,
-        chi_square,
+        chi_square, variance,
     )  # fmt: skip
 
 

@@ -100,7 +100,7 @@ def draw_profiles(found: Comparison, coarse: bool, path: Path) -> list[dict[str,
         axes[0].grid(False)
         for spot, name, own in list(zip(axes[1:], names, found.free, strict=False))[-1 if coarse else 0 :]:
             scale, unit = KNOWN[name][1:]
-            values, rise = found.profile(name, points=3 if coarse else 7)
+            values, rise = found.profile(name, points=3 if coarse else 5)
             spot.plot(scale * values, rise, "o-", color="black")
             fine = np.linspace(values[0], values[-1], 60)
             spot.plot(scale * fine, ((fine - own.start) / own.deviation) ** 2, ":", color="tab:blue")
@@ -108,8 +108,9 @@ def draw_profiles(found: Comparison, coarse: bool, path: Path) -> list[dict[str,
             spot.set(ylim=(-0.3, 8.0), xlabel=f"{short[names.index(name)]} [{unit}]", ylabel="rise of $\\chi^2$")
             for value, up in zip(values.tolist(), rise.tolist(), strict=True):
                 rows.append({"parameter": f"{name} [{unit}]", "value": scale * value, "rise of chi^2": up})
-        for spot in axes[1 + len(names) :]:
-            spot.set_axis_off()
+        for spot in axes:
+            if not spot.has_data():
+                spot.set_axis_off()
         figure.suptitle("black: what the points say; dotted: what was known beforehand; red: 95 %", fontsize=7)
     save_figure(figure, path)
     return rows
