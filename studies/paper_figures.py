@@ -29,6 +29,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from common.accuracy import forget
 from common.outputs import study_arguments, write_rows
 from common.paper import (
     ALONE,
@@ -99,7 +100,7 @@ def figure_4(coarse: bool, folder: Path) -> None:
     shown = (STATED,) if coarse else (STATED, FITTING)
     x, z = np.linspace(-12.0, 12.0, 161), np.linspace(-4.0, 8.0, 81)
     places = (x + 1j * z[:, None]) * MM
-    with new_figure(height=0.27 * len(shown), columns=len(chosen), rows=len(shown), width=WIDE) as (figure, axes):
+    with new_figure(height=0.22 * len(shown), columns=len(chosen), rows=len(shown), width=WIDE) as (figure, axes):
         for spot, (setting, (name, place)) in zip(axes, product(shown, chosen), strict=True):
             pose = Pose(place[0] * MM, place[1] * MM, place[2] * DEGREE)
             field = planar_fem(setting.sensor(), 0.1).field(pose, setting.frequency)
@@ -112,7 +113,7 @@ def figure_4(coarse: bool, folder: Path) -> None:
             spot.contour(x, z, A, lines, cmap="turbo", linewidths=0.5, linestyles="solid")
             for plate in field.plates:
                 corners = np.stack([plate.corners.real, plate.corners.imag], -1) / MM
-                add_polygons(spot, corners[None], facecolor="peru", edgecolor="black", linewidth=0.4)
+                add_polygons(spot, corners[None], facecolor="peru", edgecolor="black", linewidth=0.4, zorder=5)
             spot.grid(False)
             spot.set_aspect("equal")
             spot.set_title(f"{name}, {setting.short}", fontsize=7)
@@ -192,25 +193,26 @@ def ranges(setting: Setting, width: float, count: int, tolerance: float) -> tupl
     gaps = np.linspace(1.0, 5.0, count)
     d_h, d_v = (part.ravel() for part in np.meshgrid(np.linspace(0.0, 5.0, count), np.append(gaps, 2.0), indexing="ij"))
     found = setting.percent(poses(d_h, d_v), tolerance, width).reshape(count, count + 1, 2)
+    forget()  # plates of many widths are not kept: memory
     difference, total = found[:, -1, 0] - found[:, -1, 1], found[0, :-1].sum(axis=-1)
     return float(2.0 * np.max(np.abs(difference))), float(200.0 - np.min(total)), found[:, :-1]
 
 
 def figure_7(count: int, tolerance: float, folder: Path) -> list[dict[str, object]]:
     """Draw figure 7 in each setting side by side and return the ranges of the width study beside those printed."""
-    rows, at = [], (np.linspace(0, 5, count), np.linspace(1, 5, count))
-    settings = (ALONE, FITTING, SPATIAL)
-    for place, signal in enumerate(("difference", "sum")):
+    rows, maps, at = [], [], (np.linspace(0, 5, count), np.linspace(1, 5, count))
+    cases = list(product((ALONE, FITTING, SPATIAL), RANGES.items()))
+    for setting, (width, printed) in cases:
+        shear, normal, found = ranges(setting, width, count, tolerance)
+        maps.append(found)
+        rows.append(
+            {"setting": setting.name, "width [mm]": width, "shear range [%]": shear, "printed shear [%]": printed[0],
+             "normal range [%]": normal, "printed normal [%]": printed[1]}
+        )  # fmt: skip
+    for signal in ("difference", "sum"):
         with new_figure(height=0.75, columns=3, rows=3, width=WIDE) as (figure, axes):
-            for number, (setting, (width, printed)) in enumerate(product(settings, RANGES.items())):
-                shear, normal, found = ranges(setting, width, count, tolerance)
+            for number, (spot, (setting, (width, _)), found) in enumerate(zip(axes, cases, maps, strict=True)):
                 values = found[..., 0] - found[..., 1] if signal == "difference" else found.sum(axis=-1)
-                if place == 0:
-                    rows.append(
-                        {"setting": setting.name, "width [mm]": width, "shear range [%]": shear,
-                         "printed shear [%]": printed[0], "normal range [%]": normal, "printed normal [%]": printed[1]}
-                    )  # fmt: skip
-                spot = axes[number]
                 picture = spot.pcolormesh(*at, values.T, shading="gouraud")
                 figure.colorbar(picture, ax=spot).ax.tick_params(labelsize=6)
                 spot.grid(False)

@@ -27,8 +27,11 @@ KNOWN = {
     "axis_x": ("0 +- 1 mm", 1e3, "mm"), "axis_z": ("0 +- 1 mm", 1e3, "mm"),
     "target.conductivity": ("55 +- 4 MS/m", 1e-6, "MS/m"),
 }  # fmt: skip
+SHIFTS = tuple(KNOWN)[:-1]  # without the conductivity, which the points do not resolve: profiles
 STILL = ("capacitance", "lead", "gap", "d_h", "alpha", "target.conductivity")  # nothing turns
-TESTS = {"one set-up": (1, 2, 5), "vertical test": (1, 5), "rotation test": (2,)}
+FEW = ("capacitance", "gap", "alpha", "axis_z")  # coarse
+ONE = "one set-up"
+TESTS = {ONE: (1, 2, 5), "vertical test": (1, 5), "rotation test": (2,)}
 
 
 def bench(gaps: Sequence[int]) -> Measured:
@@ -39,11 +42,10 @@ def bench(gaps: Sequence[int]) -> Measured:
     return Measured(np.zeros((len(poses), 0)), percent / 100.0 * FREE_MEASURED, "BioRob 2018", poses)
 
 
-def fitted(test: str, coarse: bool) -> Comparison:
-    """Return the comparison of a test; coarse: four parameters."""
-    names = ("capacitance", "gap", "alpha", "axis_z") if coarse else STILL if test == "vertical test" else tuple(KNOWN)
+def fitted(test: str, names: Sequence[str]) -> Comparison:
+    """Return the comparison of a test by some parameters."""
     free = [f"{name} = {KNOWN[name][0]}" for name in names]
-    return compare(scene(), None, bench(TESTS[test]), free, noise=NOISE, magnetics="sheets", tolerance=1e-2)
+    return compare(scene(), None, bench(TESTS[test]), free, noise=NOISE, magnetics="sheets", tolerance=2e-2)
 
 
 def scene() -> Sensor:
@@ -119,14 +121,14 @@ def draw_profiles(found: Comparison, coarse: bool, path: Path) -> list[dict[str,
 def measured_sensor(coarse: bool, folder: Path) -> str:
     """Write every table and the picture of the measured sensor, and return them for a reader."""
     tables: dict[str, list[dict[str, object]]] = {"measured_points": [], "measured_parameters": []}
-    for test in ("one set-up",) if coarse else TESTS:
-        found = fitted(test, coarse)
+    for test in (ONE,) if coarse else TESTS:
+        found = fitted(test, FEW if coarse else STILL if test == "vertical test" else tuple(KNOWN))
         tables["measured_points"] += points(test, found)
         tables["measured_parameters"] += parameters(test, found)
         free = 100.0 * (found.measured.L[0] - found.fit.residual[0]) / found.measured.L[0] - 100.0
         tables["measured_parameters"].append(
             {"fit": test, "parameter": "L0, fitted less measured, at most [%]", "value": float(np.abs(free).max())}
         )
-        if test == "one set-up":
-            tables["measured_profiles"] = draw_profiles(found, coarse, folder / "measured_profiles.png")
+    shown = fitted(ONE, FEW if coarse else SHIFTS)
+    tables["measured_profiles"] = draw_profiles(shown, coarse, folder / "measured_profiles.png")
     return "\n".join(f"{name}\n\n{write_rows(rows, folder / f'{name}.csv')}" for name, rows in tables.items())
