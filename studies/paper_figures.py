@@ -59,6 +59,7 @@ from sits_mech.quantities import Array, Pose
 from sits_mech.report.pictures.curves import add_polygons, new_figure, save_figure
 
 SHOWN = (STATED, FITTING, SPATIAL)
+_FEW = 3  # heights of a coarse map
 WIDE = 7.0  # of figures side by side [in]
 FIELDS = {"2 mm": (0.0, 2.0, 0.0), "$d_v$ 1 mm": (0.0, 1.0, 0.0), "$d_h$ 3 mm": (3.0, 2.0, 0.0),
           "$\\alpha$ 20 deg": (0.0, 2.0, 20.0)}  # fmt: skip
@@ -193,7 +194,8 @@ def ranges(setting: Setting, width: float, count: int, tolerance: float) -> tupl
     gaps = np.linspace(1.0, 5.0, count)
     d_h, d_v = (part.ravel() for part in np.meshgrid(np.linspace(0.0, 5.0, count), np.append(gaps, 2.0), indexing="ij"))
     found = setting.percent(poses(d_h, d_v), tolerance, width).reshape(count, count + 1, 2)
-    forget()  # plates of many widths are not kept: memory
+    if count > _FEW:
+        forget()  # plates of many widths are not kept: memory
     difference, total = found[:, -1, 0] - found[:, -1, 1], found[0, :-1].sum(axis=-1)
     return float(2.0 * np.max(np.abs(difference))), float(200.0 - np.min(total)), found[:, :-1]
 

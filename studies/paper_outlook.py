@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from common.accuracy import forget
 from common.outputs import study_arguments, write_rows
 
 from sits_mech.analysis.bench import sensor_calibration
@@ -120,6 +121,7 @@ def answer(it: Base, what: str, name: str, changes: list[str], tolerance: float)
     load = it.known.forward(*LOAD)
     moved = it.L0 * (share[1] - share[0] - own[1] + own[0])
     tared = it.known.inverse(load + moved).forces - np.array(LOAD)
+    forget()  # plates are not kept: memory
     row: dict[str, object] = {
         "changed": what, "to": name, "model": model, "L0 changed by [%]": float(100.0 * np.mean(L0 / own_L0 - 1.0)),
         "L_v, rest to load [%]": float(100.0 * np.sum(share[1] - share[0])),
@@ -160,7 +162,11 @@ def draw(what: str, rows: list[dict[str, object]], path: Path) -> None:
                     spot.plot(range(len(names)), told, ":", color=line.get_color(), linewidth=0.6)
             spot.set_xticks(range(len(names)), names)
             spot.set_xlim(-0.3, len(names) - 0.7)
-            spot.set_yscale("symlog" if spot is axes[0] else "log", **({"linthresh": 0.1} if spot is axes[0] else {}))
+            if scale > 1.0:
+                spot.set_yscale("symlog", linthresh=1.0)
+                spot.set_ylim(bottom=0.0)
+            else:
+                spot.set_ylim(bottom=0.0)
         axes[0].set_ylabel("tared, misread [mN]")
         axes[1].set_ylabel("untared, misread [mN]" if nearby else "1e-5 of $L_0$ is [mN]")
         axes[1].set_xlabel(what)

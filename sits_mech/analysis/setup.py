@@ -45,7 +45,7 @@ _PRIOR = re.compile(r"\s*([\w.*]+)\s*(?:=\s*(.+?)\s*(?:\+-|\+/-|±)\s*(.+?)\s*)?
 _REACH = 0.25  # of the least clearance: how far lengths may move of which nothing is known
 _WIDE = 4.0  # deviations: how far from what is known
 _NODES = (-2.0, 0.0, 2.0)  # deviations: scenes that are solved for a key
-_CLEAR = 0.1  # of the set clearance: a target that comes closer to the coils has no answer
+_CLEAR = 0.25  # of the set clearance: what brings a target closer to the coils has no answer
 _LEAD = 2e-6  # [H] most
 
 
