@@ -3,7 +3,7 @@
 What the experiment leaves open, with what a bench of two linear stages, a rotation stage and a board may be off by; the
 capacitances of LDC evaluation boards and their leads are some 40 to 140 pF beside the 330 pF of the tank. A reading is
 weighed with 0.3 points of L0: 0.05 of its rounding, the rest what three repeats and the scene leave. The two rows at
-2 mm belong to the rotation, the others to the vertical test. As one set-up, C1 at 2 mm stays some 0.75 points off:
+2 mm belong to the rotation, others to the vertical test. As one set-up, C1 at 2 mm stays some 0.75 points off:
 at 1 mm C1 sees more of the plate than C2, at 2 mm less, and no offset or tilt that both rows share turns round between
 them. As two, every point is within 0.5 points and L0 within 2 %. Leads and capacitance show as one, offset and tilt too.
 """
