@@ -5,7 +5,7 @@ capacitances of LDC evaluation boards and their leads are some 40 to 140 pF besi
 weighed with 0.3 points of L0: 0.05 of its rounding, the rest what three repeats and the scene leave. The two rows at
 2 mm belong to the rotation, others to the vertical test. As one set-up, C1 at 2 mm stays some 0.75 points off:
 at 1 mm C1 sees more of the plate than C2, at 2 mm less, and no offset or tilt that both rows share turns round between
-them. As two, every point is within 0.5 points and L0 within 2 %. Leads and capacitance show as one, offset and tilt too.
+them. As two, every point is within 0.5 points and L0 within 2 %. Leads and capacitance show as one as offset and tilt.
 """
 
 from __future__ import annotations
