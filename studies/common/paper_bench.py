@@ -1,12 +1,12 @@
 """Which set-up explains the measured sensor? `compare` on the printed points, its parameters, what they share.
 
 What the experiment leaves open, with what a bench of two linear stages, a rotation stage and a board may be off by. The
-tank's capacitance is not printed: what is beside the scene's 330 pF is taken as what L0 asks for, 90 pF, known to 50 pF;
+tank's capacitance is not printed: beside the scene's 330 pF stands what L0 asks for, 90 pF, known to 50 pF;
 it scales every L and leaves percentages alone. A reading is weighed with 0.3 points of L0: 0.05 are its rounding, the
 rest what three repeats and the scene leave. The two rows at 2 mm belong to the rotation, others to the vertical test.
 
 As one set-up, C1 at 2 mm stays some 0.75 points off: at 1 mm C1 sees more of the plate than C2, at 2 mm less, and no
-offset or tilt that both rows share turns round between them. As two, every point is within 0.5 points and L0 within 2 %.
+offset or tilt that both rows share turns round between them. As two, every point is within 0.5 and L0 within 2 %.
 Leads cannot be told from capacitance, nor offset from tilt; the points say nothing of the conductivity.
 """
 
