@@ -118,6 +118,8 @@ def figure_4(coarse: bool, folder: Path) -> None:
             spot.grid(False)
             spot.set_aspect("equal")
             spot.set_title(f"{name}, {setting.short}", fontsize=7)
+            if not coarse:
+                forget()
         for spot in axes[-len(chosen) :]:
             spot.set_xlabel("$x$ [mm]")
         for spot in axes[:: len(chosen)]:
@@ -147,6 +149,8 @@ def figure_6(count: int, tolerance: float, folder: Path) -> list[dict[str, objec
             own[4].plot(along[1], shear, "k")
             own[5].plot(along[2], reads, "k")
             _mark(own)
+            if count > _FEW:
+                forget()
             own[0].set_title(setting.name.replace(": ", ":\n"), fontsize=7)
             found = setting.percent(spots(), tolerance)
             rows.append(
