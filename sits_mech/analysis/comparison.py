@@ -1,44 +1,40 @@
 """How far is a measurement from the model, and which few physical parameters bring them together?
 
-    L_i(F) = L_map,i(F / s, g) + l,     s  modulus of the silicone over the scene's
-                                        g  more gap than the scene has, between coils and target [m]
-                                        l  inductance of the leads [H], besides the scene's
+    L_i(F) = L_map,i(F / s) + L_i(pose + moved, scene + changed) - L_i(pose, scene),    pose = map(F / s),
 
-A hyperelastic layer under dead loads, all of whose moduli are s times as large, rests under F where it rested under
-F / s: no layer is solved again. The gap moves every pose of the table up by g, which costs one magnetic solve of all
-poses. What is per metre of depth is taken relative to free space (`bench`): its scale then is part of the misfit.
-Inductances are those at the terminals, with leads and idle coils; without more gap they are the table's own. Loads
-F / s may leave the table while the map can be followed: its first missing term, of the size of its error e on [-1, 1],
-is e T_(P+1)(x) beyond, and may be 5 e.
+    s   modulus of the silicone over the scene's
+
+or, where stages have set poses, the model there. What may be moved and changed, and what leads and tank add, is in
+`setup`. A hyperelastic layer under dead loads, all of whose moduli are s times as large, rests under F where it rested
+under F / s: no layer is solved again. What is per metre of depth is taken relative to free space (`bench`): its scale
+then is part of the misfit. Inductances are those at the terminals, with leads and idle coils; with nothing moved they
+are the table's own. Loads F / s may leave the table while the map can be followed: its first missing term, of the size
+of its error e on [-1, 1], is e T_(P+1)(x) beyond, and may be 5 e.
 Neglected: that a gap of adhesive also changes the layer; rate, friction, temperature.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
-from scipy.interpolate import BarycentricInterpolator
 
-from sits_mech.analysis.bench import absolute, sensor_front_end, terminals
-from sits_mech.analysis.spectrum import at_terminals
+from sits_mech.analysis.bench import sensor_front_end, table_impedance
+from sits_mech.analysis.setup import Setup, checked, shown_inductances
 from sits_mech.cases import DONE
-from sits_mech.chain.models import loaded_model
-from sits_mech.geometry.collision import clearance
+from sits_mech.chain.models import loaded_model, magnetic_model
+from sits_mech.maps.fit import Free, Model, ParameterFit, fit_parameters, profile
 from sits_mech.maps.surrogate import SmoothMap, fit_map
-from sits_mech.quantities import POSE, Array, Pose, shown_unit
+from sits_mech.quantities import POSE, Array, MagneticModel, Pose, shown_unit
 from sits_mech.readout.loads import points, several, varied, wrench_of
-from sits_mech.readout.measured import Measured, ParameterFit, Tank, fit_parameters
+from sits_mech.readout.measured import Measured, Tank
 from sits_mech.scene.sensor import SceneError, Sensor
 
-PARAMETERS = ("modulus", "gap", "lead")
-"""What can be fitted: s, g and l above."""
-_LEVELS = 5  # heights of the map
-_REACH = 0.25  # of the least clearance over the table: how far the gap may move
-_LEAD = 2e-6  # [H] most
+USUAL = ("modulus", "gap", "lead")
+"""What is fitted of a bench of loads unless it is said."""
 _MISSING = 5.0  # of the map's error: what its first missing term may be beyond the table
 _MODULI = (0.02, 10.0)  # least and greatest factor
 
@@ -51,20 +47,54 @@ class Comparison:
     ----------
     measured : Measured
     fit : ParameterFit
-        ``modulus`` [-], ``gap`` [m], ``lead`` [H].
+        In SI.
+    free : tuple of Free
+        What was known of each parameter beforehand.
+    model : callable
+        Values of the parameters, shape (k, p), to inductances, shape (k, m, n) [H].
+    noise : float or None
+        Of a reading [H].
     predicted : ndarray, shape (m, n)
         By the scene as it is [H].
     shear_modulus : float
         The scene's at small strain, times the fitted factor where it was fitted [Pa].
     map_error : float
-        Of the map between the table's loads, over each coil's range.
+        Of the map between the table's loads, over each coil's range; 0 where poses were measured.
     """
 
     measured: Measured
     fit: ParameterFit
+    free: tuple[Free, ...]
+    model: Model
+    noise: float | None
     predicted: Array
     shear_modulus: float
     map_error: float
+
+    def profile(self, name: str, points: int = 9, reach: float = 1.5) -> tuple[Array, Array]:
+        """Return values of a parameter, and how far chi^2 without its own term rises there (`maps.fit.profile`).
+
+        The rise is over the fit's variance, as the half-widths are.
+
+        Parameters
+        ----------
+        name : str
+        points : int
+        reach : float
+            How far the values go on both sides of the best, in its half-widths.
+
+        Raises
+        ------
+        SceneError
+            When the noise is not known, or the measurement does not determine the parameter.
+        """
+        place = self.fit.names.index(name)
+        best, width = float(self.fit.values[place]), float(self.fit.half_widths[place])
+        if self.noise is None or not np.isfinite(width):
+            raise SceneError(f"profile: {name}: must have a half-width, and the noise be given; got none")
+        values = best + width * np.linspace(-reach, reach, points)
+        rise = profile(self.model, self.measured.L, self.free, self.fit, name, noise=self.noise, values=values)
+        return values, rise / self.fit.variance
 
 
 def tank_of(sensor: Sensor, data: xr.Dataset, clock: float | None = None) -> Tank | None:
@@ -87,65 +117,107 @@ def tank_of(sensor: Sensor, data: xr.Dataset, clock: float | None = None) -> Tan
     return Tank(front.part, sensor.readout.parallel_capacitance, front.reference, front.input_divider)
 
 
-def compare(sensor: Sensor, data: xr.Dataset, measured: Measured, free: Sequence[str] = PARAMETERS) -> Comparison:
+def compare(
+    sensor: Sensor, data: xr.Dataset | None, measured: Measured, free: Sequence[str] = USUAL, *,
+    noise: float | None = None, magnetics: str = "auto", tolerance: float = 1e-3,
+) -> Comparison:  # fmt: skip
     """Return a measurement beside the model, and the parameters that bring them together.
 
     Parameters
     ----------
     sensor : Sensor
         What was calibrated.
-    data : Dataset
+    data : Dataset or None
         As from `calibrate`; its loads must reach as far as the measured ones over the modulus that is to be found, or
-        a little less, as far as its map can be followed.
+        a little less, as far as its map can be followed. Poses need none.
     measured : Measured
-        Forces in the order of `several`, inductances at the terminals.
+        Forces in the order of `several`, or poses; inductances at the terminals.
     free : sequence of str
-        Which of `PARAMETERS` to fit.
+        What to fit, each a name of `setup` or a key of the scene, with what is known: ``"gap = 0 +- 0.3 mm"``.
+    noise : float, optional
+        Standard deviation of a reading [H]: what is known is weighed against it.
+    magnetics, tolerance
+        Of the model, for poses without a table.
 
     Raises
     ------
     SceneError
         When a parameter is unknown, the table is too small, or a value is at the end of its reach.
     """
-    unknown = [name for name in free if name not in PARAMETERS]
-    if unknown or not free:
-        raise SceneError(f"fit: must be some of {', '.join(PARAMETERS)}; got {', '.join(unknown) or 'none'}")
-    names, reach = several(data), _gap_reach(sensor, data)
-    lifted = _lifted_map(sensor, data, names, reach)
-    (softest, stiffest), why = _moduli(measured.forces, lifted, names)
-    if not softest <= 1.0 <= stiffest and "modulus" not in free:
+    known = checked(sensor, free, measured.poses is not None)
+    setup = Setup(sensor, known, _maker(data, measured, magnetics, tolerance))
+    if measured.poses is not None:
+        return _of_poses(setup, measured, measured.poses, noise)
+    if data is None:
+        raise SceneError(f"{measured.source}: loads must come with a calibration; got a scene alone")
+    return _of_loads(setup, data, measured, noise)
+
+
+def _maker(
+    data: xr.Dataset | None, measured: Measured, magnetics: str, tolerance: float
+) -> Callable[[Sensor], MagneticModel]:
+    """Return what makes the magnetic model of a scene: the table's, or that of the poses."""
+    if data is not None:
+        request = json.loads(data.attrs["request"])
+        loads = [wrench_of(row) for row in points(data)]
+        return lambda scene: loaded_model(scene, request["magnetics"], request["tolerance"], loads)[0]
+    poses = np.zeros((0, len(POSE))) if measured.poses is None else measured.poses
+    there = [Pose.of(row) for row in poses if np.all(np.isfinite(row))]
+    return lambda scene: magnetic_model(scene, magnetics, tolerance, there)[0]
+
+
+def _of_poses(setup: Setup, measured: Measured, poses: Array, noise: float | None) -> Comparison:
+    """Compare what stages have set."""
+    if not np.any(np.isfinite(poses[:, POSE.index("d_v")])):
+        raise SceneError(f"{measured.source}: must hold a row with a target; got d_v = inf in all")
+
+    def model(P: Array) -> Array:
+        """Return the inductances for values of the parameters."""
+        return setup.readings(np.tile(poses, (len(P), 1, 1)), P)
+
+    free = setup.free(poses, {})
+    fit = fit_parameters(model, measured.L, free, noise=noise)
+    bare = replace(setup, parameters=())
+    return Comparison(measured, fit, free, model, noise, bare.readings(poses[None], np.zeros((1, 0)))[0], np.nan, 0.0)
+
+
+def _of_loads(setup: Setup, data: xr.Dataset, measured: Measured, noise: float | None) -> Comparison:
+    """Compare what loads have moved."""
+    sensor, names = setup.sensor, several(data)
+    table = _table(sensor, data, names)
+    (softest, stiffest), why = _moduli(measured.forces, table, names)
+    columns = [each.name for each in setup.parameters]
+    if not softest <= 1.0 <= stiffest and "modulus" not in columns:
         raise SceneError(f"table: must reach beyond the measured forces; {why[int(softest <= 1.0)]}")
 
-    def model(p: Array) -> Array:
-        """Return the inductances for the free parameters."""
-        values = {"modulus": 1.0, "gap": 0.0, "lead": 0.0} | dict(zip(free, p.tolist(), strict=True))
-        return np.asarray(lifted.at(measured.forces / values["modulus"], values["gap"]) + values["lead"])
+    def model(P: Array) -> Array:
+        """Return the inductances for values of the parameters."""
+        s = P[:, columns.index("modulus")] if "modulus" in columns else np.ones(len(P))
+        L, poses = table.at(measured.forces / s[:, None, None])
+        return setup.readings(poses, P, L)
 
-    ends = {"modulus": (softest, stiffest), "gap": (-reach, reach), "lead": (-_LEAD, _LEAD)}
     inside = (softest + 1e-3 * (stiffest - softest), stiffest - 1e-3 * (stiffest - softest))
-    start = {"modulus": float(np.clip(1.0, *inside)), "gap": 0.0, "lead": 0.0}
-    sizes = {"modulus": 1.0, "gap": reach, "lead": 1e-8}
-    low, high = zip(*(ends[name] for name in free), strict=True)
-    fit = fit_parameters(
-        model, measured.L, free, start=[start[name] for name in free], bounds=(low, high),
-        sizes=[sizes[name] for name in free], beyond={"modulus": why}, own=lifted.own,
-    )  # fmt: skip
-    factor = float(fit.values[list(free).index("modulus")]) if "modulus" in free else 1.0
-    modulus = np.nan if sensor.elastomer is None else sensor.elastomer.silicone.shear_modulus
-    return Comparison(measured, fit, lifted.at(measured.forces, 0.0), factor * modulus, lifted.error)
+    modulus = Free("modulus", float(np.clip(1.0, *inside)), softest, stiffest, 1.0, beyond=why)
+    free = setup.free(table.poses, {"modulus": modulus})
+    fit = fit_parameters(model, measured.L, free, noise=noise, own=table.own)
+    factor = float(fit.values[columns.index("modulus")]) if "modulus" in columns else 1.0
+    stiffness = np.nan if sensor.elastomer is None else factor * sensor.elastomer.silicone.shear_modulus
+    bare = table.at(measured.forces[None])[0][0]
+    return Comparison(measured, fit, free, model, noise, bare, stiffness, table.error)
 
 
 @dataclass(frozen=True)
-class _Lifted:
-    """Inductances over the forces at several gaps, between them by the polynomial through all of them."""
+class _Table:
+    """Inductances at the terminals over the forces, and the poses, those of its loads as well."""
 
     map: SmoothMap
-    gaps: Array
+    places: SmoothMap
+    poses: Array
 
-    def at(self, forces: Array, gap: float) -> Array:
-        """Return L at forces (m, d) with a gap [m], shape (m, n) [H]."""
-        each = self.map.at(forces).reshape(len(forces), len(self.gaps), -1)
-        return np.asarray(BarycentricInterpolator(self.gaps, each, axis=1)(gap)).reshape(len(forces), -1)
+    def at(self, forces: Array) -> tuple[Array, Array]:
+        """Return L, shape (k, m, n) [H], and the poses, shape (k, m, 6), at forces (k, m, d)."""
+        flat, shape = forces.reshape(-1, forces.shape[-1]), forces.shape[:-1]
+        return self.map.at(flat).reshape(*shape, -1), self.places.at(flat).reshape(*shape, -1)
 
     def ends(self) -> tuple[Array, Array]:
         """Return how far the map can be followed in each force [N, N m]."""
@@ -172,41 +244,22 @@ class _Lifted:
         return np.asarray(np.ptp(self.map.at(loads), axis=0))
 
 
-def _gap_reach(sensor: Sensor, data: xr.Dataset) -> float:
-    """Return how far the gap may move from the scene's [m]."""
-    return _REACH * float(np.nanmin(clearance(sensor, Pose.of(_places(data.where(data["status"] == DONE))))))
-
-
-def _places(data: xr.Dataset) -> Array:
-    """Return the poses of a table's loads, shape (*sizes, 6) [m, rad]."""
-    each = [data[name] if name in data else 0.0 * data["d_v"] for name in POSE]
-    return np.stack([part.transpose(*varied(data)).to_numpy() for part in each], -1)
-
-
-def _lifted_map(sensor: Sensor, data: xr.Dataset, names: Sequence[str], reach: float) -> _Lifted:
-    """Return the coils' inductances at their terminals over forces and gap."""
+def _table(sensor: Sensor, data: xr.Dataset, names: Sequence[str]) -> _Table:
+    """Return the maps of a calibration over its forces."""
     data = data.isel({name: 0 for name in varied(data) if name not in names})
     good = (data["status"].transpose(*names) == DONE).to_numpy()
     forces = np.stack(np.meshgrid(*(data[name].to_numpy() for name in names), indexing="ij"), -1)[good]
-    gaps = -reach * np.cos(np.linspace(0.0, np.pi, _LEVELS))
-    request = json.loads(data.attrs["request"])
-    loads = [wrench_of(row) for row in points(data)]
-    field, _ = loaded_model(sensor, request["magnetics"], request["tolerance"], loads)
-    places = np.tile(_places(data)[good], (_LEVELS, 1, 1))
-    places[..., POSE.index("d_v")] += gaps[:, None]
-    shown, _ = absolute(sensor, field.impedance(Pose.of(places.reshape(-1, len(POSE))), sensor.frequency))
-    seen, _ = at_terminals(sensor, shown)
-    own = np.diagonal(shown.L, axis1=-2, axis2=-1) + sensor.readout.lead_inductance
-    L = (own if seen is None else seen.L).reshape(_LEVELS, len(forces), -1)
-    if seen is not None:  # the middle gap is the scene's: there the table's own holds
-        L = L - L[_LEVELS // 2] + terminals(sensor, data)[0]["L"].transpose(*names, "coil").to_numpy()[good]
-    return _Lifted(fit_map(names, forces, L.swapaxes(0, 1).reshape(len(forces), -1)), gaps)
+    each = [data[name] if name in data else 0.0 * data["d_v"] for name in POSE]
+    poses = np.stack([part.transpose(*names).to_numpy() for part in each], -1)[good]
+    found = table_impedance(data)
+    L = shown_inductances(sensor, replace(found, L=found.L[good], R=found.R[good]))
+    return _Table(fit_map(names, forces, L), fit_map(names, forces, poses), poses)
 
 
-def _moduli(forces: Array, lifted: _Lifted, names: Sequence[str]) -> tuple[tuple[float, float], tuple[str, str]]:
+def _moduli(forces: Array, table: _Table, names: Sequence[str]) -> tuple[tuple[float, float], tuple[str, str]]:
     """Return the least and greatest factor of the modulus for which the map holds every measured force, and why."""
     (least, most), (why_least, why_most) = _MODULI, ("", "")
-    for k, (name, low, high) in enumerate(zip(names, *lifted.ends(), strict=True)):
+    for k, (name, low, high) in enumerate(zip(names, *table.ends(), strict=True)):
         unit = shown_unit(name)
         span = f"the table's map can be followed for {name} from {low:.4g} to {high:.4g} {unit}"
         for sign, end in ((1.0, high), (-1.0, -low)):

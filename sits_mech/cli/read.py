@@ -152,13 +152,16 @@ def quality(
 
 @app.command
 def compare(
-    folder: Folder, measured: Annotated[Path, Parameter(help="CSV: forces; L1 [uH] at the terminals or code1, ...")], *,
-    free: Annotated[str, Parameter(help="To fit: modulus, gap, lead, with commas.")] = "modulus,gap,lead",
+    folder: Annotated[Path, Parameter(help="Of a calibration; or a scene, of a bench whose stages set poses.")],
+    measured: Annotated[Path, Parameter(help="CSV: F_x, ... or d_v [mm], alpha [deg], ...; L1 [uH] or code1, ...")], *,
+    free: Annotated[str, Parameter(help='To fit, with commas: modulus, "gap=0+-0.3 mm", a key of the scene, ...')] = "",
+    noise: Annotated[Quantity | None, Parameter(help="Of a reading: what is known is weighed against it.")] = None,
+    magnetics: Annotated[str, Parameter(help="Model of poses without a calibration.")] = "auto",
     clock: Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's greatest.")] = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"], help="Picture of data and model.")] = None,
     as_json: Json = False,
 ) -> int:  # fmt: skip
-    """How far is a measurement from a calibration, and which modulus, gap and lead bring them together?
+    """How far is a measurement from the model, and which modulus, gap, leads, tilt, ... bring them together?
 
     Example: sits-mech compare calibration bench.csv --free modulus,lead -o residual.png
     """
@@ -169,13 +172,19 @@ def compare(
     from sits_mech.report.pictures.curves import save_figure
     from sits_mech.report.pictures.measured import comparison_figure, comparison_record, comparison_rows
     from sits_mech.report.tables.solves import key_table
+    from sits_mech.scene.sensor import load_sensor
     from sits_mech.units import quantity
 
-    sensor, data = read_calibration(folder)
-    tank = comparison.tank_of(sensor, data, None if clock is None else quantity(clock, "Hz", "--clock"))
-    names = [coil.name for coil in sensor.coils]
-    bench = read_measured(measured, several(data), names, tank, fixed(data))
-    found = comparison.compare(sensor, data, bench, [name.strip() for name in free.split(",")])
+    alone = not folder.is_dir()
+    sensor, data = (load_sensor(str(folder)), None) if alone else read_calibration(folder)
+    hertz = None if clock is None else quantity(clock, "Hz", "--clock")
+    tank = None if data is None else comparison.tank_of(sensor, data, hertz)
+    names, loads = [coil.name for coil in sensor.coils], () if data is None else several(data)
+    bench = read_measured(measured, loads, names, tank, None if data is None else fixed(data))
+    asked = free or ",".join(comparison.USUAL if bench.poses is None else comparison.USUAL[1:])
+    one = None if noise is None else quantity(noise, "H", "--noise")
+    parts = [part.strip() for part in asked.split(",")]
+    found = comparison.compare(sensor, data, bench, parts, noise=one, magnetics=magnetics)
     if output is not None:
         save_figure(comparison_figure(found, names), output)
         warn(f"written to {output}")

@@ -1,30 +1,24 @@
-"""What was measured, and which parameters of a model describe it? A table of forces and inductances or codes; a fit.
+"""What did a bench record? A table of forces, or of poses that stages set, and of inductances or codes.
 
 A file has a row of column names and rows of numbers, separated by commas, semicolons or tabs; what precedes the names
 or starts with # is passed over. Columns, in any order, a unit in brackets (SI without one):
 
-    F_x [N], M_x [N mm], ...    the forces and moments that the model varies; others must be as it has them
+    F_x [N], M_x [N mm], ...    the forces and moments that the model varies; others must be as it has them, or
+    d_v [mm], alpha [deg], ...  where stages have put the target, zero without a column; d_v = inf: no target
     L1 [uH], L2 [uH], ...       the inductance of each coil at its terminals, by number or by name (L_C1), or
     code1, code2, ...           the converter's codes, from which L = 1 / ((2 pi f)^2 C), f = code d_in f_ref / 2^bits
-
-The fit minimises the sum of squares of L_model(forces; parameters) - L over all rows and coils, each coil over its
-range. Half-widths at 95 % are those of Student's t with the residual's variance, or the model's own if that is more:
-the residuals' picture must look like noise for them to hold. Numbers only: the model is any function.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike
-from scipy.optimize import least_squares
-from scipy.stats import t as student
 
-from sits_mech.quantities import UNITS, WRENCH, Array, shown_unit
+from sits_mech.quantities import POSE, UNITS, WRENCH, Array, shown_unit
 from sits_mech.readout.converter import Converter, frequency_of, tank_inductance
 from sits_mech.units import SceneError, quantity
 
@@ -51,41 +45,19 @@ class Measured:
     Attributes
     ----------
     forces : ndarray, shape (m, d)
-        In the order asked for [N].
+        In the order asked for [N]; d is 0 where poses were recorded.
     L : ndarray, shape (m, n)
         [H].
     source : str
         File it came from.
+    poses : ndarray, shape (m, 6), or None
+        Where stages have put the target, in the order of `POSE` [m, rad]; d_v is infinite where there was none.
     """
 
     forces: Array
     L: Array
     source: str
-
-
-@dataclass(frozen=True)
-class ParameterFit:
-    """Parameters of a model that describe a measurement.
-
-    Attributes
-    ----------
-    names : tuple of str
-    values, half_widths : ndarray, shape (p,)
-        Best values and their 95 % half-widths; infinite where the data do not determine them.
-    correlation : ndarray, shape (p, p)
-    residual : ndarray, shape (m, n)
-        Measured less model [H].
-    rms, rms_before : float
-        Of the residual with the best and with the first values, over each coil's range.
-    """
-
-    names: tuple[str, ...]
-    values: Array
-    half_widths: Array
-    correlation: Array
-    residual: Array
-    rms: float
-    rms_before: float
+    poses: Array | None = None
 
 
 def read_measured(
@@ -98,7 +70,7 @@ def read_measured(
     ----------
     path : str or Path
     forces, coils : sequence of str
-        What the model has, such as ("F_x", "F_z") and ("C1", "C2").
+        What the model has, such as ("F_x", "F_z") and ("C1", "C2"); without forces the file must have poses.
     tank : Tank, optional
         Needed where the file holds codes.
     held : mapping, optional
@@ -107,38 +79,60 @@ def read_measured(
     Raises
     ------
     SceneError
-        When the file cannot be read, a column is missing or of an unknown unit, there are fewer than four rows, or
-        the file has other loads than the model.
+        When the file cannot be read, a column is missing or of an unknown unit, there are fewer than four rows of
+        loads, or the file has other loads than the model.
     """
     try:
         lines = Path(path).read_text(encoding="utf-8-sig", errors="replace").splitlines()
     except OSError as error:
         raise SceneError(f"{path}: must be a readable measurement; got: {error.strerror or error}") from None
     lines = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
-    number, separator, columns = _heading(lines, forces[0].lower())
+    number, separator, columns = _heading(lines, (*(name.lower() for name in forces[:1]), "d_v"))
     if number < 0:
-        raise SceneError(f"{path}: must have a column {forces[0]} and one for each coil, such as L1 [uH]; got none")
-    rows = _numbers(lines[number + 1 :], separator)
-    if len(rows) < _LEAST_ROWS:
-        raise SceneError(f"{path}: must hold at least {_LEAST_ROWS} rows of numbers; got {len(rows)}")
+        needed = f"{forces[0]}, or d_v of a pose," if forces else "d_v, of a pose,"
+        raise SceneError(f"{path}: must have a column {needed} and one for each coil, such as L1 [uH]; got none")
+    rows, moved = _numbers(lines[number + 1 :], separator), not forces or forces[0].lower() not in columns
+    if len(rows) < (least := 1 if moved else _LEAST_ROWS):
+        raise SceneError(f"{path}: must hold at least {least} rows of numbers; got {len(rows)}")
+    poses = _poses(rows, columns, str(path)) if moved else None
+    found = [] if moved else _forces(rows, columns, forces, held or {}, str(path))
+    _check_coils(columns, coils, str(path))
+    L = np.stack([_inductance(rows, columns, (k, coil), tank, str(path)) for k, coil in enumerate(coils)], -1)
+    if not np.all(np.isfinite(L)) or not np.all(np.isfinite(found)):
+        raise SceneError(f"{path}: must hold finite numbers, of d_v alone inf for no target; got inf in another column")
+    return Measured(np.stack(found, -1) if found else np.zeros((len(rows), 0)), L, str(path), poses)
+
+
+def _forces(
+    rows: Array, columns: dict[str, tuple[int, str]], forces: Sequence[str], held: Mapping[str, float], source: str
+) -> list[Array]:
+    """Return the components of the load that the model varies, others being as it has them."""
     absent = [name for name in forces if name.lower() not in columns]
     if absent:
-        raise SceneError(
-            f"{path}: must have the column {absent[0]}, which the calibration varies; got {', '.join(columns)}"
-        )
-    found = [_values(rows, columns, name.lower(), UNITS[name], str(path)) for name in forces]
-    _check_others(rows, columns, forces, held or {}, str(path))
-    _check_coils(columns, coils, str(path))
-    L = [_inductance(rows, columns, (k, coil), tank, str(path)) for k, coil in enumerate(coils)]
-    return Measured(np.stack(found, -1), np.stack(L, -1), str(path))
+        every = ", ".join(columns)
+        raise SceneError(f"{source}: must have the column {absent[0]}, which the calibration varies; got {every}")
+    found = [_values(rows, columns, name.lower(), UNITS[name], source) for name in forces]
+    _check_others(rows, columns, forces, held, source)
+    return found
 
 
-def _heading(lines: Sequence[str], needed: str) -> tuple[int, str, dict[str, tuple[int, str]]]:
-    """Return number, separator and columns of the row of names that has the needed one; -1 where there is none."""
+def _poses(rows: Array, columns: dict[str, tuple[int, str]], source: str) -> Array:
+    """Return the poses, zero in what has no column, shape (m, 6) [m, rad]."""
+    each = {name: _values(rows, columns, name.lower(), UNITS[name], source) for name in POSE if name.lower() in columns}
+    poses = np.stack([each.get(name, np.zeros(len(rows))) for name in POSE], -1)
+    others = np.delete(poses, POSE.index("d_v"), axis=-1)
+    if not np.all(each["d_v"] > 0.0) or not np.all(np.isfinite(others)):
+        came = f"{each['d_v'].min():g}"
+        raise SceneError(f"{source}: d_v must be above zero, or inf where there is no target; got {came}")
+    return poses
+
+
+def _heading(lines: Sequence[str], needed: Sequence[str]) -> tuple[int, str, dict[str, tuple[int, str]]]:
+    """Return number, separator and columns of the row of names that has one of those needed; -1 if there is none."""
     for number, line in enumerate(lines):
         separator = next((mark for mark in ";\t," if mark in line), ",")
         columns = _columns([cell.strip().strip('"') for cell in line.split(separator)])
-        if needed in columns:
+        if any(name in columns for name in needed):
             return number, separator, columns
     return -1, ",", {}
 
@@ -161,7 +155,7 @@ def _numbers(lines: Sequence[str], separator: str) -> Array:
             row = [float(cell) for cell in line.split(separator)]
         except ValueError:
             continue
-        if np.all(np.isfinite(row)) and (not rows or len(row) == len(rows[0])):
+        if not np.any(np.isnan(row)) and (not rows or len(row) == len(rows[0])):
             rows.append(row)
     return np.array(rows)
 
@@ -218,62 +212,3 @@ def _inductance(
         raise SceneError(f"{source}: the column {name} must come with a converter; the scene has none for it")
     codes = _values(rows, columns, name, "", source)
     return tank_inductance(frequency_of(codes, tank.part, tank.reference, tank.divider), tank.capacitance)
-
-
-def fit_parameters(
-    model: Callable[[Array], Array], L: ArrayLike, names: Sequence[str], *,
-    start: Sequence[float], bounds: tuple[Sequence[float], Sequence[float]], sizes: Sequence[float],
-    beyond: Mapping[str, tuple[str, str]] | None = None, own: float = 0.0,
-) -> ParameterFit:  # fmt: skip
-    """Return the parameters of a model that describe inductances best.
-
-    Parameters
-    ----------
-    model : callable
-        Parameters (p,) to inductances (m, n) [H].
-    L : array_like, shape (m, n)
-        Measured [H].
-    names : sequence of str
-        Of the parameters.
-    start, sizes : sequence of float
-        First values, and how large a change of each is.
-    bounds : tuple
-        Least and greatest values.
-    beyond : mapping, optional
-        Of parameters: why they must not be less, and not be more.
-    own : float
-        Root mean square error of the model itself, over each range: half-widths are not of less scatter.
-
-    Raises
-    ------
-    SceneError
-        When there are no more numbers than parameters, or the best value lies at a bound.
-    """
-    L = np.asarray(L, dtype=float)
-    if L.size <= len(names):
-        raise SceneError(f"measurement: must hold more than {len(names)} inductances; got {L.size}")
-    scale = np.maximum(np.ptp(L, axis=0), 1e-6 * np.abs(L).max(axis=0))
-
-    def off(p: Array) -> Array:
-        """Return model less measured, over the range."""
-        return np.asarray((model(p) - L) / scale).ravel()
-
-    before = off(np.asarray(start, dtype=float))
-    scales = np.asarray(sizes, dtype=float)
-    found = least_squares(off, start, bounds=bounds, x_scale=scales, jac="3-point", xtol=1e-12, ftol=1e-12, gtol=1e-14)
-    for name, value, low, high in zip(names, found.x, *bounds, strict=True):
-        if min(value - low, high - value) < 1e-6 * (high - low):
-            reason = (beyond or {}).get(name, ("", ""))[int(high - value < value - low)]
-            came = f"the best value is at an end, {value:.4g}{': ' if reason else ''}{reason}"
-            raise SceneError(f"{name}: must fit from {low:.4g} to {high:.4g}; {came}")
-    freedom = L.size - len(names)
-    jacobian = found.jac * np.asarray(sizes)
-    flat = np.linalg.norm(jacobian, axis=0) < 1e-12
-    spread = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-12, hermitian=True)
-    variance = max(float(np.sum(found.fun**2)) / freedom, own**2)
-    deviation = np.sqrt(np.diagonal(spread) * variance) * np.asarray(sizes)
-    widths = np.where(flat, np.inf, student.ppf(0.975, freedom) * deviation)
-    safe = np.sqrt(np.maximum(np.diagonal(spread), 1e-300))
-    rms, first = (float(np.sqrt(np.mean(r**2))) for r in (found.fun, before))
-    residual = -(found.fun.reshape(L.shape) * scale)
-    return ParameterFit(tuple(names), found.x, widths, spread / np.outer(safe, safe), residual, rms, first)

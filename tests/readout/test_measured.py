@@ -1,4 +1,4 @@
-"""Reading measurements, and fits whose answers are known."""
+"""Measurements that are read: loads, poses, codes; what cannot be read is refused."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sits_mech.readout.converter import CONVERTERS, code_of, tank_frequency
-from sits_mech.readout.measured import Tank, fit_parameters, read_measured
+from sits_mech.readout.measured import Tank, read_measured
 
 NAMES = ("F_x", "F_z")
 COILS = ("C1", "C2")
@@ -47,7 +47,7 @@ def test_what_cannot_be_read_is_refused(tmp_path: Path) -> None:
     """No file, no names, a missing coil, a wrong unit, too few rows: one line each."""
     with pytest.raises(ValueError, match="must be a readable measurement"):
         read_measured(tmp_path / "none.csv", NAMES, COILS)
-    with pytest.raises(ValueError, match="must have a column F_x and one for each coil"):
+    with pytest.raises(ValueError, match="must have a column F_x, or d_v of a pose, and one for each coil"):
         read_measured(written(tmp_path, "force,L1\n1,2\n"), NAMES, COILS)
     good = "\n".join("1,2,3,4" for _ in range(4))
     with pytest.raises(ValueError, match="must have a column L2 or code2; got f_x, f_z, l1, q"):
@@ -68,31 +68,19 @@ def test_what_cannot_be_read_is_refused(tmp_path: Path) -> None:
         read_measured(written(tmp_path, "F_x,F_z,L1,L2\n1,2,3,4\n1,2,3,4\n1,2,3,4"), NAMES, COILS)
 
 
-def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
-    """300 noisy lines: the 95 % interval of the slope holds the true one in 92 to 98 of 100 cases."""
-    x = np.linspace(0.0, 1.0, 20)[:, None]
-    rng = np.random.default_rng(4)
-    held = 0
-    for _ in range(300):
-        L = 1e-6 * (2.0 + 0.3 * x + 0.02 * rng.standard_normal(x.shape))
-        found = fit_parameters(
-            lambda p: 1e-6 * (p[0] + p[1] * x), L, ["a", "b"],
-            start=[0.0, 0.0], bounds=([-9.0, -9.0], [9.0, 9.0]), sizes=[1.0, 1.0],
-        )  # fmt: skip
-        held += abs(found.values[1] - 0.3) <= found.half_widths[1]
-    assert 276 <= held <= 294
-    assert found.residual.shape == (20, 1) and 0.03 < found.rms < 0.15 < found.rms_before
-
-
-def test_what_the_data_do_not_hold() -> None:
-    """A parameter without effect has no finite interval; one at its bound, or too few data, are refused."""
-    x = np.linspace(0.0, 1.0, 9)[:, None]
-    found = fit_parameters(
-        lambda p: p[0] * x + 0.0 * p[1], 2.0 * x + 1e-3 * x**2, ["a", "b"],
-        start=[1.0, 0.0], bounds=([0.0, -1.0], [9.0, 1.0]), sizes=[1.0, 1.0],
-    )  # fmt: skip
-    assert np.isfinite(found.half_widths[0]) and np.isinf(found.half_widths[1])
-    with pytest.raises(ValueError, match="a: must fit from 0 to 1; the best value is at an end, 1"):
-        fit_parameters(lambda p: p[0] * x, 2.0 * x, ["a"], start=[0.5], bounds=([0.0], [1.0]), sizes=[1.0])
-    with pytest.raises(ValueError, match="must hold more than 1 inductances; got 1"):
-        fit_parameters(lambda p: p[0] * x[:1], x[:1], ["a"], start=[0.5], bounds=([0.0], [1.0]), sizes=[1.0])
+def test_poses_that_stages_set(tmp_path: Path) -> None:
+    """In millimetres and degrees, what has no column is zero, inf is no target; loads come first where both stand."""
+    rows = "inf,0,3.21,3.19\n1,0,2.9,2.95\n2,-20,3.1,3.0"
+    found = read_measured(written(tmp_path, f"d_v [mm],alpha [deg],L1 [uH],L2 [uH]\n{rows}"), NAMES, COILS)
+    assert found.poses is not None and found.forces.shape == (3, 0)
+    expected = [[0, np.inf, 0, 0, 0, 0], [0, 1e-3, 0, 0, 0, 0], [0, 2e-3, -np.pi / 9.0, 0, 0, 0]]
+    np.testing.assert_allclose(found.poses, expected, rtol=1e-14)
+    loads = "\n".join("1,2,3,4,5" for _ in range(4))
+    both = read_measured(written(tmp_path, f"F_x,F_z,d_v [mm],L1,L2\n{loads}"), NAMES, COILS)
+    assert both.poses is None and both.forces.shape == (4, 2)
+    with pytest.raises(ValueError, match="d_v must be above zero, or inf where there is no target; got -0.001"):
+        read_measured(written(tmp_path, "d_v [mm],L1,L2\n-1,2,3"), (), COILS)
+    with pytest.raises(ValueError, match="of d_v alone inf for no target; got inf in another column"):
+        read_measured(written(tmp_path, "d_v [mm],L1,L2\n1,inf,3"), (), COILS)
+    with pytest.raises(ValueError, match="must have a column d_v, of a pose, and one for each coil"):
+        read_measured(written(tmp_path, "F_x,L1,L2\n1,2,3"), (), COILS)

@@ -8,21 +8,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sits_mech.analysis.comparison import Comparison
+from sits_mech.analysis.setup import PARAMETERS
 from sits_mech.report.pictures.curves import new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _UNITS = ((1e9, "nH"), (1e12, "pH"), (1e15, "fH"))
-_SCALES = {"modulus": (1.0, "times the scene's"), "gap": (1e6, "um more"), "lead": (1e9, "nH")}
+_SCALES = {"": (1.0, "times the scene's"), "m": (1e6, "um"), "rad": (180.0 / np.pi, "deg"), "H": (1e9, "nH"),
+           "F": (1e12, "pF")}  # fmt: skip
 
 
 def comparison_record(found: Comparison, coils: Sequence[str]) -> dict[str, Any]:
     """Return a comparison for a program, SI."""
     fit = found.fit
     values = {
-        name: {"value": float(value), "half_width": float(width)}
-        for name, value, width in zip(fit.names, fit.values, fit.half_widths, strict=True)
+        name: {"value": float(value), "half_width": float(width), "known": known.start, "deviation": known.deviation}
+        for name, value, width, known in zip(fit.names, fit.values, fit.half_widths, found.free, strict=True)
     }
     return {
         "parameters": values,
@@ -41,7 +43,7 @@ def comparison_rows(found: Comparison) -> list[tuple[str, str]]:
     """Return a comparison as rows of a table: each parameter with its 95 % half-width."""
     fit, rows = found.fit, []
     for name, value, width in zip(fit.names, fit.values, fit.half_widths, strict=True):
-        scale, unit = _SCALES[name]
+        scale, unit = _SCALES[PARAMETERS[name]] if name in PARAMETERS else (1.0, "(SI)")
         rows.append((name, f"{scale * value:.5g} \u00b1 {scale * width:.2g} {unit}"))
     if "modulus" in fit.names:
         rows.append(("shear modulus", f"{1e-3 * found.shear_modulus:.4g} kPa at small strain"))
@@ -52,7 +54,8 @@ def comparison_rows(found: Comparison) -> list[tuple[str, str]]:
     if strong:
         rows.append(("hardly resolved", f"correlation of {'; '.join(strong)}"))
     rows.append(("left (rms)", f"{100.0 * fit.rms:.3g} % of the range, {100.0 * fit.rms_before:.3g} % before the fit"))
-    rows.append(("map", f"error {found.map_error:.1e} of the range between the loads of the table"))
+    if found.map_error > 0.0:
+        rows.append(("map", f"error {found.map_error:.1e} of the range between the loads of the table"))
     return [*rows, ("rows", f"{len(found.measured.L)} of {found.measured.source}")]
 
 

@@ -1,0 +1,270 @@
+"""What may a bench have otherwise than the scene says? Where the target stands, what leads and tank add, any number.
+
+    L_i = (L_model,i(pose, scene) + l) (1 + c / C)
+
+    modulus              factor of all stresses of the silicone, where loads were measured, see `comparison` [-]
+    gap, d_h, d_y        how much higher, further along x and y the target is than was set or computed [m]
+    alpha, alpha_x,      how far it is turned on its holder, before the stages turn it: R = R_set R_holder, rotation
+    alpha_z              vectors, each component one of them [rad]
+    axis_x, axis_z       where the axis is that stages turn it about, from the centre of its bottom face, which goes to
+                         c + a - R_set a with a = (axis_x, 0, axis_z) [m]
+    lead                 l, inductance of the leads besides the scene's [H]
+    capacitance          c, of the tank besides the scene's C, with which frequencies became inductances [F]
+    target.width, ...    a number of the scene by its key, a star for every entry of a list; L is the parabola through
+                         the models at v and v +- 2 s for what is v +- s beforehand, and several keys add up
+
+Neglected: what two keys do together; that a change of the gap also changes the layer.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from sits_mech.analysis.bench import absolute
+from sits_mech.analysis.spectrum import at_terminals
+from sits_mech.geometry.collision import clearance
+from sits_mech.maps.fit import Free
+from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose
+from sits_mech.scene.parameters import keys_of, value_of
+from sits_mech.scene.sensor import SceneError, Sensor, changed
+from sits_mech.turns import rotation_matrix, rotation_vector
+from sits_mech.units import quantity, shown, si_label, split_quantity
+
+PARAMETERS = {
+    "modulus": "", "gap": "m", "d_h": "m", "d_y": "m", "alpha": "rad", "alpha_x": "rad", "alpha_z": "rad",
+    "axis_x": "m", "axis_z": "m", "lead": "H", "capacitance": "F",
+}  # fmt: skip
+"""What can be fitted besides keys of the scene, with its unit."""
+_SERIES = ("modulus", "lead", "capacitance")  # no magnetic solve
+_PRIOR = re.compile(r"\s*([\w.*]+)\s*(?:=\s*(.+?)\s*(?:\+-|\+/-|±)\s*(.+?)\s*)?")
+_REACH = 0.25  # of the least clearance: how far lengths may move of which nothing is known
+_WIDE = 4.0  # deviations: how far from what is known
+_NODES = (-2.0, 0.0, 2.0)  # deviations: scenes that are solved for a key
+_CLEAR = 0.25  # of the set clearance: what brings a target closer to the coils has no answer
+_LEAD = 2e-6  # [H] most
+
+
+@dataclass(frozen=True)
+class Known:
+    """A parameter with what is known of it beforehand: value and standard deviation [SI], or neither."""
+
+    name: str
+    value: float | None = None
+    deviation: float = np.inf
+
+
+def known(text: str) -> Known:
+    """Return a parameter as it is written: ``gap``, ``gap = 0 +- 0.3 mm``, ``target.width = 8 mm +- 20 um``.
+
+    Raises
+    ------
+    SceneError
+        When it is neither a name nor a name with a value and a positive deviation of the same dimension.
+    """
+    match = _PRIOR.fullmatch(text)
+    if match is None or (match[1] not in PARAMETERS and "." not in match[1]):
+        names = ", ".join(PARAMETERS)
+        raise SceneError(f'fit: must be {names} or a key of the scene, or "gap=0+-0.3 mm"; got {shown(text.strip())}')
+    if match[2] is None:
+        return Known(match[1])
+    unit = split_quantity(match[3], match[1])[1]
+    value, deviation = (
+        each if split_quantity(each, match[1])[1] else f"{each} {unit}".strip() for each in (match[2], match[3])
+    )
+    if match[1] in PARAMETERS:
+        found = [quantity(each, PARAMETERS[match[1]], f"fit: {match[1]}") for each in (value, deviation)]
+    else:
+        labels = [si_label(each) for each in (value, deviation)]
+        found = [float(each) if isinstance(each, int | float) else np.nan for each in labels]
+    if not found[1] > 0.0 or not np.isfinite(found[0]):
+        raise SceneError(f"fit: {match[1]}: must be a value +- a deviation above zero; got {shown(text.strip())}")
+    return Known(match[1], *found)
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A bench: the scene, and what it may have otherwise.
+
+    Attributes
+    ----------
+    sensor : Sensor
+    parameters : tuple of Known
+        In the order of the columns of P below.
+    model : callable
+        Makes the magnetic model of a scene.
+    """
+
+    sensor: Sensor
+    parameters: tuple[Known, ...]
+    model: Callable[[Sensor], MagneticModel]
+
+    def readings(self, poses: Array, P: Array, L: Array | None = None) -> Array:
+        """Return what the bench shows, shape (k, m, n) [H]; NaN where a target would touch the coil plane.
+
+        Parameters
+        ----------
+        poses : ndarray, shape (k, m, 6)
+            Set or computed; d_v is infinite where there is no target.
+        P : ndarray, shape (k, p)
+            Values of the parameters.
+        L : ndarray, shape (k, m, n), optional
+            At the terminals with nothing otherwise, where that is known better than by the model [H].
+        """
+        here = dict(zip((each.name for each in self.parameters), P.T, strict=True))
+        if L is None or not here.keys() <= set(_SERIES):
+            moved = _moved(poses, here)
+            clear = self._clearances(moved) > _CLEAR * self._clearances(poses)
+            shown_L = np.full((*poses.shape[:2], len(self.sensor.coils)), np.nan)
+            inside = {name: values[clear] for name, values in here.items()}
+            if np.any(clear):
+                shown_L[clear] = self._changed(moved[clear], inside)
+            L = shown_L if L is None else L + shown_L - self._shown(0, poses)
+        zero = np.zeros(len(P))
+        lead, more = (here.get(name, zero)[:, None, None] for name in ("lead", "capacitance"))
+        return np.asarray((L + lead) * (1.0 + more / self.sensor.readout.parallel_capacitance))
+
+    def free(self, poses: Array, ends: Mapping[str, Free]) -> tuple[Free, ...]:
+        """Return the parameters to be fitted with their first values, ends and sizes.
+
+        Parameters
+        ----------
+        poses : ndarray, shape (m, 6)
+            Of the measurement, or of the table.
+        ends : mapping
+            Those that are decided elsewhere.
+        """
+        reach = _REACH * float(np.min(self._clearances(poses[None])))
+        lengths = {"m": reach, "rad": reach / max(self._half(), reach), "H": _LEAD}
+        lengths["F"] = 0.5 * self.sensor.readout.parallel_capacitance
+        found = []
+        for each in self.parameters:
+            own = ends.get(each.name)
+            if own is None and each.value is None:
+                most = lengths[PARAMETERS[each.name]]
+                own = Free(each.name, 0.0, -most, most, 1e-8 if each.name == "lead" else most)
+            elif each.value is not None:
+                wide = _WIDE * each.deviation
+                low, high, beyond = (own.low, own.high, own.beyond) if own else (-np.inf, np.inf, ("", ""))
+                ends_here = max(each.value - wide, low), min(each.value + wide, high)
+                own = Free(each.name, each.value, *ends_here, each.deviation, each.deviation, beyond)
+            if own is not None:
+                found.append(own)
+        return tuple(found)
+
+    @cached_property
+    def _scenes(self) -> tuple[tuple[Sensor, MagneticModel], ...]:
+        """The scene and those of each key's nodes, with their models."""
+        scenes = [self.sensor]
+        for each in self._keys:
+            for node in _NODES:
+                value = (each.value or 0.0) + node * each.deviation
+                scenes.append(changed(self.sensor, [f"{key}={value!r}" for key in keys_of(self.sensor, each.name)]))
+        return tuple((scene, self.model(scene)) for scene in scenes)
+
+    @property
+    def _keys(self) -> tuple[Known, ...]:
+        """The parameters that are keys of the scene."""
+        return tuple(each for each in self.parameters if each.name not in PARAMETERS)
+
+    def _changed(self, poses: Array, here: Mapping[str, Array]) -> Array:
+        """Return L at the terminals of changed scenes at poses (k, m, 6)."""
+        base = self._shown(0, poses)
+        total = base.copy()
+        for number, each in enumerate(self._keys):
+            x = (here[each.name] - (each.value or 0.0)) / each.deviation
+            for k, node in enumerate(_NODES):
+                others = [other for other in _NODES if other != node]
+                share = np.prod([(x - other) / (node - other) for other in others], axis=0)
+                if self._scenes[1 + 3 * number + k][0] != self.sensor:  # which the middle one mostly is
+                    total += share[:, None, None] * (self._shown(1 + 3 * number + k, poses) - base)
+        return np.asarray(total)
+
+    def _shown(self, number: int, poses: Array) -> Array:
+        """Return L at the terminals of one of the scenes at poses (..., 6), shape (..., n)."""
+        scene, model = self._scenes[number]
+        flat = poses.reshape(-1, len(POSE))
+        there = np.isfinite(flat[:, POSE.index("d_v")])
+        found = model.impedance(Pose.of(flat[there]), scene.frequency)
+        parts = {name: getattr(found, name) for name in ("L", "R", "error_L", "error_R")}
+        empty = {"L": found.L0, "R": 0.0 * found.L0, "error_L": 0.0 * found.L0, "error_R": 0.0 * found.L0}
+        for name, part in parts.items():
+            whole = np.tile(empty[name], (len(flat), 1, 1))
+            whole[there] = part
+            parts[name] = whole
+        return shown_inductances(scene, replace(found, **parts)).reshape(*poses.shape[:-1], -1)
+
+    def _clearances(self, poses: Array) -> Array:
+        """Return the least clearance of each set of poses (k, m, 6), shape (k,) [m]."""
+        there = np.isfinite(poses[..., POSE.index("d_v")])
+        safe = np.where(there[..., None], poses, 1.0)
+        return np.asarray(np.min(np.where(there, clearance(self.sensor, Pose.of(safe)), np.inf), axis=-1))
+
+    def _half(self) -> float:
+        """Return half of the target's longer side [m]."""
+        return 0.0 if self.sensor.target is None else 0.5 * max(self.sensor.target.extent)
+
+
+def checked(sensor: Sensor, texts: Sequence[str], posed: bool) -> tuple[Known, ...]:
+    """Return the parameters of some texts, or refuse them.
+
+    Parameters
+    ----------
+    sensor : Sensor
+    texts : sequence of str
+        As for `known`.
+    posed : bool
+        Whether poses were measured, not loads.
+
+    Raises
+    ------
+    SceneError
+        When there is none, one comes twice, is not of such a bench, or a key is no number of the scene or has no
+        deviation.
+    """
+    found = tuple(known(text) for text in texts)
+    names = [each.name for each in found]
+    if not found or len({*names}) < len(names):
+        raise SceneError(f"fit: must be one or more different parameters; got {', '.join(names) or 'none'}")
+    for each in found:
+        if each.name == "modulus" and posed:
+            raise SceneError("fit: modulus: must be of loads; got a bench of poses")
+        if each.name.startswith("axis") and not posed:
+            raise SceneError(f"fit: {each.name}: must be of poses that stages set; got a bench of loads")
+        if each.name not in PARAMETERS and each.value is None:
+            raise SceneError(f'fit: {each.name}: must come with what is known, "{each.name}=value +- deviation"')
+        if each.name not in PARAMETERS and value_of(sensor, each.name) is None:
+            raise SceneError(f"fit: {each.name}: must be a number that the scene gives; it gives none")
+    return found
+
+
+def shown_inductances(sensor: Sensor, found: Impedance) -> Array:
+    """Return the inductances at the terminals, shape (..., n) [H]; without idle coils where losses are not known."""
+    henry, _ = absolute(sensor, found)
+    seen, _ = at_terminals(sensor, henry)
+    own = np.diagonal(henry.L, axis1=-2, axis2=-1) + sensor.readout.lead_inductance
+    return np.asarray(own if seen is None else seen.L)
+
+
+def _moved(poses: Array, here: Mapping[str, Array]) -> Array:
+    """Return poses (k, m, 6) with what the set-up does to them; without a target nothing."""
+    zero = np.zeros(len(poses))
+    part = {name: here.get(name, zero)[:, None] for name in PARAMETERS}
+    moved = poses.copy()
+    w = poses[..., [POSE.index(name) for name in ("alpha_x", "alpha", "alpha_z")]]
+    axis = np.stack([part["axis_x"], 0.0 * part["axis_x"], part["axis_z"]], -1)
+    turned = rotation_matrix(w)
+    shift = axis - np.einsum("kmij,kmj->kmi", turned, np.broadcast_to(axis, w.shape))
+    for place, (name, more) in enumerate((("d_h", "d_h"), ("d_y", "d_y"), ("d_v", "gap"))):
+        moved[..., POSE.index(name)] += part[more] + shift[..., place]
+    holder = np.stack([part[name] for name in ("alpha_x", "alpha", "alpha_z")], -1)
+    if np.any(holder):
+        whole = turned @ rotation_matrix(holder)
+        vectors = np.array([rotation_vector(each) for each in whole.reshape(-1, 3, 3)]).reshape(w.shape)
+        for place, name in enumerate(("alpha_x", "alpha", "alpha_z")):
+            moved[..., POSE.index(name)] = vectors[..., place]
+    return moved
