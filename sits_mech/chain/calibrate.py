@@ -24,6 +24,7 @@ from sits_mech.chain.interpolate import loads_of, poses_on_grid
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.plan import leaving
 from sits_mech.chain.pose_errors import Reading, read_poses, signal_weights, signals_at, stacked
+from sits_mech.chain.prices.ends import rows_held
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.mechanics.linear import linear_pad
 from sits_mech.mechanics.loads import kept_key, shared_of
@@ -106,6 +107,7 @@ def calibrate(
     rows = poses_on_grid(
         sensor, layer, axes, symmetry=symmetry_of(sensor), tolerance=tolerance, keep=keep, progress=progress
     )
+    rows = rows_held(sensor, by_layer.name, rows, by_name=by_layer.by_name)
     ahead.join()
     reading, done = _read_rows(sensor, field, _shown(rows, loads))
     coils = [coil.name for coil in sensor.coils]

@@ -14,6 +14,7 @@ import numpy as np
 
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.pose_errors import read_poses, signals_at, stacked
+from sits_mech.chain.prices.ends import held
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.mechanics.symmetry import image_of, symmetry_of
 from sits_mech.quantities import (
@@ -85,8 +86,9 @@ def simulate(
         When the layer has no equilibrium that could be reached, or the coils cannot be solved at the pose.
     """
     field, _ = loaded_model(sensor, magnetics, tolerance, [*via, wrench])
-    layer, _ = mechanical_model(sensor, mechanics, tolerance, [*via, wrench])
-    return simulated(sensor, field, at_rest(sensor, layer, wrench, via))
+    layer, choice = mechanical_model(sensor, mechanics, tolerance, [*via, wrench])
+    rest = held(sensor, choice.name, at_rest(sensor, layer, wrench, via), by_name=choice.by_name)
+    return simulated(sensor, field, rest)
 
 
 def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench, via: Sequence[Wrench] = ()) -> Equilibrium:

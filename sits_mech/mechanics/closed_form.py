@@ -30,6 +30,8 @@ from sits_mech.scene.sensor import Sensor
 SHEAR_EDGES = 0.2308  # thicknesses by which the two free edges shorten an incompressible strip in shear
 LONG = 10.0
 """Widths of a pad, or of a target, from which on its length stands for the depth of a planar model."""
+COVERED = 0.95
+"""Share of a long pad's length under the target from which on plane strain stands for both."""
 
 
 def compression_modulus(shear_modulus: float, bulk_modulus: float, shape_factor: float) -> float:
@@ -146,6 +148,9 @@ def _decay(shear_modulus: float, bulk_modulus: float, shape_factor: float) -> fl
 
 
 def finite_strain_model(sensor: Sensor) -> str:
-    """Return the model to ask for where strains are finite: "planar" for a long pad, "block" for any other."""
-    elastomer = sensor.elastomer
-    return "planar" if elastomer is None or elastomer.extent[1] >= LONG * elastomer.extent[0] else "block"
+    """Return the model to ask for at finite strain: "planar" for a long pad under as long a target, or "block"."""
+    target, elastomer = sensor.target, sensor.elastomer
+    if target is None or elastomer is None:
+        return "planar"
+    (width, length), covered = elastomer.extent, target.extent[1] >= COVERED * elastomer.extent[1]
+    return "planar" if length >= LONG * width and covered else "block"
