@@ -19,7 +19,7 @@ def test_scenes_are_drawn_alike() -> None:
         assert (pose is None) == ("load" in kind) == (load is not None) and sensor.target is not None
 
 
-@pytest.mark.parametrize("number", [0, 4])
+@pytest.mark.parametrize("number", [0, 2])
 def test_sections_hold_their_ends(number: int) -> None:
     """Against sheets: the ends are most of the change's error, and in it."""
     row = measure(number)

@@ -46,7 +46,7 @@ from sits_mech.quantities import (
 from sits_mech.scene.sensor import Sensor, Target
 
 ROUGH = 0.1  # tolerance of the answers in space
-_MISSED = 0.03  # of space's change, what its coarsest rung was seen to miss beyond its own estimate
+_MISSED = 0.02  # of space's change, what its coarsest rung was seen to miss beyond its own estimate
 _POSES = 32  # that are asked of a batch
 _BEYOND = 1.0, 2.0  # coil diameters, gaps
 
@@ -84,7 +84,7 @@ def ends_of_plates(sensor: Sensor, found: Impedance, pose: Pose) -> Ends | None:
     pose : Pose
         Those of `found`.
     """
-    if not_representable(sensor) is not None or sensor.target is None or sensor.conductors:
+    if found.unit_L != "H/m" or sensor.target is None or sensor.conductors or not_representable(sensor) is not None:
         return None
     rows, n = Pose.of(pose.components.reshape(-1, len(POSE))), len(sensor.coils)
     L, R = (values.reshape(-1, n, n) for values in (found.L, found.R))

@@ -58,7 +58,7 @@ class Rung:
 
 # Asked error of the changes of inductance and resistance -> division; measured in studies/benchmark_sheets.py.
 LADDER = (
-    (1e-1, Rung(along=(2, 3, 4), across=(1, 2, 3), terms=5.0)),
+    (1e-1, Rung(along=(2, 3, 4), across=(1, 2, 3), terms=7.0)),
     (1e-2, Rung(along=(3, 4, 5), across=(2, 3, 4), terms=7.0)),
     (5e-3, Rung(along=(3, 4, 5), across=(3, 4, 5), terms=8.0)),
     (2e-3, Rung(along=(4, 5, 6), across=(3, 4, 5), terms=9.0)),
