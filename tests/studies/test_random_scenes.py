@@ -19,12 +19,12 @@ def test_scenes_are_drawn_alike() -> None:
         assert (pose is None) == ("load" in kind) == (load is not None) and sensor.target is not None
 
 
-@pytest.mark.parametrize("number", [0, 2])
-def test_sections_hold_their_ends(number: int) -> None:
-    """Against sheets: the ends are most of the change's error, and in it."""
+@pytest.mark.parametrize("number", [0, *(pytest.param(number, marks=pytest.mark.slow) for number in (2, 3, 4))])
+def test_bars_hold_what_the_richest_models_change(number: int) -> None:
+    """Of two sections, whose ends are most of the error, a disc and a load; against sheets and block."""
     row = measure(number)
-    assert row["status"] == "judged" and row["model"] == "planar"
-    assert 0.1 < row["L over bar"] <= 1.0 and row["bar"] > 0.02 * row["change"]
+    assert row["status"] == "judged" and (row["model"] == "planar") == (row["kind"] == "section")
+    assert row["L over bar"] <= 1.0 and (row["kind"] != "section" or row["bar"] > 0.02 * row["change"])
     assert row.get("nut", 0.0) < 1e-4
 
 

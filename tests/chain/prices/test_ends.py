@@ -124,6 +124,7 @@ def test_a_table_and_a_single_load_are_held_alike() -> None:
         assert float(table[f"error_{name}"][0, 0]) == pytest.approx(getattr(one.equilibrium.error, name), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_pitch_of_spirals_is_worth_something() -> None:
     """A true spiral under a disc against rings of it: a percent of the change or less, and no exact nothing."""
     coil = (
