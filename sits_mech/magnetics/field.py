@@ -37,7 +37,7 @@ from sits_mech.magnetics.skin import skin_depth
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
-from sits_mech.units import checked_tolerance
+from sits_mech.units import SceneError, checked_tolerance
 
 _KIND = Kind("planar-fem", "H/m", beyond="sheets")
 # Division for a tolerance of 1e-3, measured against an independent high-order FEM.
@@ -196,14 +196,16 @@ def planar_fem(sensor: Sensor, tolerance: float = 1e-3) -> PlanarFem:
 
     Raises
     ------
+    SceneError
+        If the scene is not one this model can represent.
     ValueError
-        If the scene is not one this model can represent, or the tolerance is not between 1e-7 and 1.
+        If the tolerance is not between 1e-7 and 1.
     """
     if refusal := section_refusal(sensor.coils) or outline_refusal(sensor):
-        raise ValueError(refusal)
+        raise SceneError(refusal)
     for part in sensor.conductors:
         if part.loss_tangent > 0.0:
-            raise ValueError(
+            raise SceneError(
                 f"conductors.{part.name}.loss_tangent: planar-fem takes permeable parts without losses, got "
                 f"{part.loss_tangent:g}; model 'sheets' takes it"
             )
