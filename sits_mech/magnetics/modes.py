@@ -31,6 +31,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, eigh
@@ -177,13 +178,12 @@ def _krylov_space(L: Complex, R: Complex, B: Complex, omega: float) -> Complex:
     return np.asarray(X @ (vectors[:, kept] / np.sqrt(values[kept])))
 
 
-def _factored(matrix: Complex, single: type) -> tuple[Complex, bool]:
+def _factored(matrix: Complex, single: type) -> Any:
     """Cholesky's factor in single precision; in double where that loses the small resistances."""
     try:
-        factor, lower = cho_factor(matrix.astype(single), lower=True, overwrite_a=True, check_finite=False)
+        return cho_factor(matrix.astype(single), lower=True, overwrite_a=True, check_finite=False)
     except np.linalg.LinAlgError:
-        factor, lower = cho_factor(matrix, lower=True, check_finite=False)
-    return factor, bool(lower)
+        return cho_factor(matrix, lower=True, check_finite=False)
 
 
 def _onwards(at: float, nodes: Array, values: Sequence[Array]) -> Array:

@@ -117,7 +117,7 @@ def _coils(dice: Dice) -> list[Table]:
     shape = dice.one_of("circle", "circle", "circle", "rectangle", "path")
     one = _path(dice) if shape == "path" else _turned(dice, shape)
     coil = Coil.model_validate(one | {"name": "C", "centre": (0.0, 0.0)}) if _is_coil(one) else None
-    count = dice.one_of(1, 1, 1, 2, 2, 2, 3, 4, 4, 9, 16, 64)
+    count = dice.one_of(*3 * (1, 1, 2, 2, 3, 4, 4), 9, 16, 64)
     row = count if count < 4 else round(count**0.5)
     pitch = (coil.outer_diameter if coil else dice.size) * (1.0 + dice.log(1e-3, 1.0))
     places = [(k % row - 0.5 * (row - 1), k // row - 0.5 * ((count - 1) // row)) for k in range(count)]
@@ -168,9 +168,9 @@ def _path(dice: Dice) -> Table:
 def _metal(dice: Dice) -> Table:
     """Return what a plate is made of."""
     if dice.chance(0.4):
-        return {"material": dice.one_of("copper", "aluminium", "ferrite", "brass")}
+        return {"material": dice.one_of(*4 * ("copper", "aluminium", "brass"), "ferrite")}
     table = {"conductivity": dice.log(1e2, 1e9, (1e-9, 1e20))}
-    return table | ({"relative_permeability": dice.log(1.0, 1e4, (1.0, 1e7))} if dice.chance(0.2) else {})
+    return table | ({"relative_permeability": dice.log(1.0, 1e4, (1.0, 1e7))} if dice.chance(0.1) else {})
 
 
 def _outline(dice: Dice) -> Table:
@@ -205,7 +205,8 @@ def _layer(dice: Dice, target: Table) -> Table:
     else:
         across, along = (target.get(key, target.get("diameter")) for key in ("width", "length"))
     overhang = [dice.one_of(1.0, dice.log(0.2, 5.0)) for _ in range(2)]
-    table: Table = {"material": _silicone(dice), "thickness": thickness, "contact": dice.one_of("auto", "always", "never")}
+    table: Table = {"material": _silicone(dice), "thickness": thickness}
+    table["contact"] = dice.one_of("auto", "always", "never")
     if kind == "pillars":
         pitch = min(across, along) / dice.count(6)
         table |= {"shape": kind, "pitch": pitch, "diameter": pitch * dice.rng.uniform(0.2, 0.95)}
@@ -225,8 +226,10 @@ def _silicone(dice: Dice) -> Table | str:
     if dice.chance(0.2):
         return str(dice.one_of("ecoflex-00-30", "dragon-skin-30", "rtv615"))
     law, mu = dice.one_of(*LAWS), dice.log(1e3, 1e7, (1e-3, 1e12))
-    constants: Table = {"neo-hookean": {"shear_modulus": mu}, "gent": {"shear_modulus": mu, "j_m": dice.log(0.1, 100.0)}}.get(law, {})
-    if law == "mooney-rivlin":
+    constants: Table = {"shear_modulus": mu}
+    if law == "gent":
+        constants["j_m"] = dice.log(0.1, 100.0)
+    elif law == "mooney-rivlin":
         share = dice.rng.uniform(-0.2, 1.0)
         constants = {"c10": 0.5 * mu * (1.0 - share), "c01": 0.5 * mu * share}
     elif law == "yeoh":
@@ -249,12 +252,12 @@ def _plate(dice: Dice, number: int) -> Table:
 
 def _case(number: int, dice: Dice, sensor: Sensor) -> Case:
     """Return what is asked of a scene."""
-    tolerance = dice.log(1e-6, 1e-2) if dice.chance(0.12) else dice.log(1e-2, 0.3)
+    tolerance = dice.log(1e-6, 1e-2) if dice.chance(0.06) else dice.log(1e-2, 0.3)
     kinds = ("inductance",) if sensor.elastomer is None else ("inductance", "pose", "simulate")
     kind = dice.one_of(*kinds)
     models = {"pose": ("planar", "linear", "block", "closed-form")}
     names = models.get(kind, ("planar", "planar-fem", "axisymmetric", "sheets"))
-    model = "auto" if kind == "simulate" or dice.chance(0.6) else dice.one_of(*names)
+    model = "auto" if kind == "simulate" or dice.chance(0.75) else dice.one_of(*names)
     given = _pose(dice, sensor) if kind == "inductance" else _load(dice, sensor)
     return Case(number, sensor, kind, given, model, tolerance)
 
