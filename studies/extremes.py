@@ -34,7 +34,7 @@ from extreme.solids import solids
 from extreme.walls import walls
 from threadpoolctl import threadpool_limits
 
-from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.report.pictures.curves import COLUMN, new_figure, save_figure
 
 
 def mechanics(coarse: bool) -> Iterator[Row]:
@@ -48,7 +48,7 @@ def magnetics(coarse: bool) -> Iterator[Row]:
 
 
 PARTS = {"mechanics": mechanics, "magnetics": magnetics, "chain": chain, "scenes": any_scenes}
-SMALLEST, LARGEST = 1e-6, 1e2  # between which is drawn
+SMALLEST, LARGEST = 1e-4, 1e2  # between which is drawn
 MARKS = (
     "full: true over stated error, against a richer or another model; hollow: violation of an identity over what is "
     "allowed; cross: refused by name; star: does not hold"
@@ -66,18 +66,19 @@ def draw(rows: Sequence[Row], path: Path) -> None:
     kinds = list(dict.fromkeys(row.status for row in drawn))
     labels += [f"{sum(row.status == kind for row in drawn)} random scenes: {kind}" for kind in kinds]
     places = [*range(len(named)), *(len(named) + kinds.index(row.status) for row in drawn)]
-    with new_figure(height=max(0.6, 0.022 * len(labels)), columns=1) as (figure, axes):
+    height, width = max(0.5, 0.014 * len(labels)), 2.0 * COLUMN
+    with new_figure(height=height, width=width) as (figure, (axes,)):
         for place, row in zip(places, [*named, *drawn], strict=True):
             share = min(max(row.violation / row.allowed, SMALLEST), LARGEST)
             refused = row.status != DONE
             mark = "*" if not row.holds else "x" if refused else "o"
-            color = "r" if not row.holds else f"C{list(PARTS).index(row.part)}"
+            color = "r" if not row.holds else f"C{(0, 1, 2, 4)[list(PARTS).index(row.part)]}"
             fill = color if row.against and not refused else "none"
             at = share if np.isfinite(share) else 1.0
             axes.plot(at, place, mark, color=color, markerfacecolor=fill, markersize=3)
         axes.axvline(1.0, color="0.5", lw=0.8)
         axes.set(xscale="log", xlabel="violation over what is allowed [-]", ylim=(len(labels), -1.0))
-        axes.set_yticks(range(len(labels)), labels, fontsize=4)
+        axes.set_yticks(range(len(labels)), labels, fontsize=4.5)
         axes.grid(axis="y", lw=0.2)
         figure.suptitle(MARKS, fontsize=5, wrap=True)
         save_figure(figure, path)

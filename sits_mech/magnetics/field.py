@@ -20,6 +20,7 @@ the published sensor a circle four times as large changes Delta L by 3e-9.
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass
 
@@ -44,6 +45,7 @@ _KIND = Kind("planar-fem", "H/m", beyond="sheets")
 _DEFAULT = Fineness(skin=0.7, edge=0.5, growth=0.6, near=0.6, share=0.12, around=40)
 _MOST_UNKNOWNS = 300_000
 _DIGITS = 1e-10  # a part of the flux below this share of the whole is not asked to be accurate
+_ROUNDS, _FAR = 3, 10.0  # divisions that an order is measured from, and error over tolerance that no more would mend
 _FINER = 0.7  # cells of a plate from one division to the next
 _GAINED = 0.3  # part of what order 3 adds that is left as its error where no plate is permeable
 _SMALL_SHARE = 0.1  # of the estimated error: a plate with less keeps its cells
@@ -222,7 +224,7 @@ def _adapted(model: PlanarFem, plates: tuple[Plate, ...], omega: float) -> Plana
     hertz = omega / (2 * np.pi)
     depths = np.array([skin_depth(hertz, p.conductivity, p.relative_permeability) for p in plates])
     fineness = tuple(_DEFAULT.times(float(np.clip((model.tolerance / 1e-3) ** 0.25, 0.25, 1.5))) for _ in plates)
-    solves = 0
+    solves, missed = 0, list[tuple[int, float]]()
     while True:
         division = divide_plane(plates, bars, depths, fineness, ground)
         coarse, fine = (solve_field(division, plates, coils, omega, order, ground) for order in (2, 3))
@@ -231,7 +233,8 @@ def _adapted(model: PlanarFem, plates: tuple[Plate, ...], omega: float) -> Plana
         error_L, error_R = found.relative_errors()
         if error_L <= model.tolerance and error_R <= 10 * model.tolerance:
             return found
-        if fine.basis.N > _MOST_UNKNOWNS:
+        missed.append((fine.basis.N, max(error_L, 0.1 * error_R) / model.tolerance))
+        if fine.basis.N > _MOST_UNKNOWNS or _hopeless(missed):
             break
         fineness = _finer(fineness, _plate_errors(found))
     seconds = time.perf_counter() - began
@@ -240,6 +243,15 @@ def _adapted(model: PlanarFem, plates: tuple[Plate, ...], omega: float) -> Plana
         f"error is {error_L:.2g} of Delta L and {error_R:.2g} of R; ask for a larger tolerance",
         SolveReport("planar-fem", fine.basis.N, solves, fine.residual, error_L, seconds, "tolerance not reached"),
     )
+
+
+def _hopeless(missed: list[tuple[int, float]]) -> bool:
+    """Whether errors over the tolerance, by unknowns, fall so slowly that the most unknowns leave them far above it."""
+    if len(missed) < _ROUNDS:
+        return False
+    (before, was), (now, error) = missed[-_ROUNDS], missed[-1]
+    order = max(math.log(was / error) / math.log(now / before), 0.0)
+    return bool(error * (now / _MOST_UNKNOWNS) ** order > _FAR)
 
 
 def _finer(fineness: tuple[Fineness, ...], errors: Array) -> tuple[Fineness, ...]:
