@@ -293,3 +293,9 @@ def test_the_way_of_the_load_is_asked_of_a_layer_with_friction_alone() -> None:
     for sensor, layer in ((load_sensor("biorob2018"), Sliding(2e-3)), (rough, Spring(2e-3))):
         with pytest.raises(SceneError, match=r"via: must be left out without elastomer\.friction"):
             at_rest(sensor, layer, load, via)
+
+
+def test_a_frequency_of_waves_is_refused_before_the_layer_is_solved(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sits_mech.chain.simulate.mechanical_model", None)
+    with pytest.raises(ValueError, match="frequency: must be below"):
+        simulate(load_sensor("biorob2018", ['frequency="10 GHz"']), Wrench(F_z=0.1))
