@@ -48,7 +48,6 @@ UNMIRRORED = {
         ("synthesis/answer.py", "synthesis/answered.py", "synthesis/around.py"),
         "tests/synthesis/test_run.py: what comes of a search",
     ),
-    "synthesis/prediction.py": "tests/synthesis/test_search.py: searches by it",
     "export/fixed_point.py": "tests/export/test_firmware.py: the header made of its integers",
     **dict.fromkeys(
         ("export/formats.py", "export/source.py"), "tests/export/test_tables.py: every format goes through them"

@@ -6,7 +6,8 @@ a Gaussian process over the unit box with the kernel
     k(x, x') = exp(-|x - x'|^2 / (2 l^2)),      <y(x), g_b(x')> = dk/dx'_b,      <g_a(x), g_b(x')> = d2k/dx_a dx'_b.
 
 The best prediction is a sum of values and slopes with weights that hang on the points alone, so that one set of them
-serves a whole table. It meets what is known; of one point it is the tangent. Positive figures go by their logarithm.
+serves a whole table. It meets what is known; of one point it is the tangent, or without slopes the value. Positive
+figures go by their logarithm.
 
 Source: A. I. J. Forrester, A. Sobester, A. J. Keane, Engineering Design via Surrogate Modelling (2008), chapter 7.
 """
@@ -44,18 +45,25 @@ class Kriging:
     def weights(self, x: Array) -> tuple[Array, Array]:
         """Return the weights of values (k,) and of slopes (k, v) in the prediction at a point (v,)."""
         k, v = self.points.shape
-        side = np.concatenate([_covariance(self.points, x[None], self.slopes, False)[:, 0], [1.0], x])
-        found = self._inverse @ side
-        own = found[: len(self._inverse) - 1 - v]
+        covariance = _covariance(self.points, x[None], self.slopes, False)[:, 0]
+        side = np.concatenate([covariance, [1.0], x[: self._linear]])
+        own = (self._inverse @ side)[: len(covariance)]
         return own[:k], own[k:].reshape(v, k).T if self.slopes else np.zeros((k, v))
+
+    @cached_property
+    def _linear(self) -> int:
+        """Coordinates that the linear function has: none where values alone do not tell its slopes."""
+        k, v = self.points.shape
+        known = self.slopes or np.linalg.matrix_rank(np.column_stack([np.ones(k), self.points])) > v
+        return v if known else 0
 
     @cached_property
     def _inverse(self) -> Array:
         """Inverse of the equations of all weights, and of the linear function's multipliers."""
-        k, v = self.points.shape
+        k, v = self.points.shape[0], self._linear
         C = _covariance(self.points, self.points, self.slopes, self.slopes)
         rows = np.zeros((len(C), 1 + v))
-        rows[:k] = np.column_stack([np.ones(k), self.points])
+        rows[:k] = np.column_stack([np.ones(k), self.points[:, :v]])
         for axis in range(v if self.slopes else 0):
             rows[k * (1 + axis) : k * (2 + axis), 1 + axis] = 1.0
         whole = np.block([[C + _JITTER * np.eye(len(C)), rows], [rows.T, np.zeros((1 + v, 1 + v))]])
