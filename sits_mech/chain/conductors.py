@@ -16,9 +16,11 @@ import numpy as np
 from sits_mech.chain.omissions import Omission
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.magnetics.remote import half_space_share, remote_bounds
-from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveFailed
+from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose, SolveFailed
 from sits_mech.scene.sensor import Conductor, Sensor
 
+_LEAST = 1e-6  # of L0: the change of inductance is taken as more than that; of what is then worth less than
+_NOTHING = 1e-2  # of the tolerance nothing more is asked
 _LOOSE = 1.0  # of the change: bounds of conductors near the coils from which on a half-space's is told
 
 
@@ -71,7 +73,7 @@ class AmongFar:
 
 
 def without_far(
-    sensor: Sensor, model: Callable[[Sensor], MagneticModel], pose: Pose, tolerance: float
+    sensor: Sensor, model: Callable[[Sensor], MagneticModel], pose: Pose, tolerance: float, *, section: bool = False
 ) -> tuple[Sensor, tuple[Omission, ...], str]:
     """Return a scene with the conductors that matter, the omission of the others, and what bounds those that matter.
 
@@ -85,11 +87,17 @@ def without_far(
         One or many, where the change of inductance is asked for.
     tolerance : float
         Asked relative error of that.
+    section : bool
+        Whether that model is one: what its plane cuts then counts as endless.
     """
     if sensor.target is None:  # there is no change but theirs
         return sensor, (), ""
+    bare = _with(sensor, ())
+    least = _shares(bare, pose, np.full(pose.components.size // len(POSE), _LEAST), section, sensor.conductors)
+    if least.sum() <= _NOTHING * tolerance:  # whatever the change is
+        return bare, tuple(map(_omission, sensor.conductors, least.tolist())), ""
     try:
-        found = model(_with(sensor, ())).impedance(pose, sensor.frequency)
+        found = model(bare).impedance(pose, sensor.frequency)
     except SolveFailed:
         return sensor, (), ""
     change = np.abs(found.L - found.L0).max(axis=(-2, -1)).ravel() / np.diag(found.L0).max()
@@ -100,7 +108,7 @@ def without_far(
         left = _small_together(far, shares, tolerance)
         if len(left) == len(far):
             left_out = tuple(_omission(part, float(size)) for part, size in zip(far, shares(far), strict=True))
-            alone = partial(_shares, _with(sensor, ()), pose, change, found.unit_L == "H/m")
+            alone = partial(_shares, bare, pose, change, found.unit_L == "H/m")
             said = [_counted(sensor, part, float(alone([part])[0])) for part in kept]
             return solved, left_out, "; ".join(said)
         kept += [part for part in far if part not in left]
@@ -138,4 +146,5 @@ def _counted(sensor: Sensor, part: Conductor, size: float) -> str:
 def _omission(part: Conductor, size: float) -> Omission:
     """Return the omission of a far conductor."""
     place = ", ".join(f"{1e3 * value:.4g}" for value in part.centre)
-    return Omission(f"conductors.{part.name}", f"far away, at ({place}) mm; its bound is in the error", size)
+    reason = f"far away, at ({place}) mm; its bound is in the error"
+    return Omission(f"conductors.{part.name}", reason, size, in_error=True)

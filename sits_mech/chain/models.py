@@ -9,8 +9,11 @@ from functools import partial
 import numpy as np
 
 from sits_mech.chain.conductors import AmongFar, without_far
-from sits_mech.chain.omissions import Omission
-from sits_mech.chain.plan import Choice, Plan, choose_magnetics, choose_mechanics, magnetic_tolerance
+from sits_mech.chain.omissions import Omission, Shown
+from sits_mech.chain.plan import Choice, choose_magnetics, choose_mechanics
+from sits_mech.chain.prices.costs import magnetic_tolerance
+from sits_mech.chain.prices.ends import ROUGH, InSection
+from sits_mech.chain.prices.request import Plan
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.magnetics.rings import axisymmetric
@@ -19,7 +22,7 @@ from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import small_strain
 from sits_mech.mechanics.strip import strip_layer
-from sits_mech.quantities import POSE, MagneticModel, MechanicalModel, Pose, Wrench
+from sits_mech.quantities import POSE, MagneticModel, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.scene.sensor import Sensor
 from sits_mech.units import checked_tolerance
 
@@ -62,8 +65,20 @@ def plan(
         When a model is unknown or cannot hold the scene.
     """
     by_layer = choose_mechanics(sensor, mechanics, tuple(MECHANICS), loads, tolerance) if loads else None
-    _, by_field = _settled(sensor, magnetics, tolerance, loads, bool(loads))
-    return Plan.of(sensor, loads, checked_tolerance(tolerance), by_layer, by_field)
+    solved, by_field = _settled(sensor, magnetics, tolerance, loads, bool(loads))
+    return Plan.of(sensor, loads, checked_tolerance(tolerance), by_layer, by_field, _rest(solved, by_field.name))
+
+
+def _rest(sensor: Sensor, name: str) -> Shown | None:
+    """Return what the coils show with the target at rest, about: for sizes that need it; None if it is not known."""
+    pose, shorted = _shown_at(sensor, ()), len(sensor.coils) > 1 and sensor.readout.idle_coil == "shorted"
+    needed = shorted or sensor.target is not None and (_KINDS[name] == "section" or sensor.coils[0].winding == "spiral")
+    if pose is None or not needed or (name == "sheets" and sensor.conductors):  # seconds among other metal
+        return None
+    try:
+        return Shown(pose, MAGNETICS[name](sensor, ROUGH).impedance(pose, sensor.frequency), answered=False)
+    except (SolveFailed, ValueError):
+        return None
 
 
 def mechanical_model(
@@ -114,6 +129,8 @@ def _built(sensor: Sensor, settled: tuple[Sensor, Choice], tolerance: float) -> 
     """Return the model of a choice for what is solved of a scene, with the choice."""
     solved, choice = settled
     model = MAGNETICS[choice.name](solved, tolerance)
+    if _KINDS[choice.name] == "section" and not choice.by_name and sensor.target is not None:
+        model = InSection(model, solved)
     if choice.left_out or choice.notes:
         model = AmongFar(model, sensor, solved, tuple(item.text for item in choice.left_out), choice.notes)
     return model, choice
@@ -131,7 +148,8 @@ def _settled(
     pose = _shown_at(sensor, given)
     if pose is not None and sensor.substrate_radius is None:
         asked = magnetic_tolerance(plain.name, tolerance) if loaded else tolerance
-        solved, left_out, counted = without_far(sensor, partial(_coarse, plain.name), pose, asked)
+        flat = _KINDS[plain.name] == "section"
+        solved, left_out, counted = without_far(sensor, partial(_coarse, plain.name), pose, asked, section=flat)
     choice = choose_magnetics(solved, name, known, given, loaded)
     choice = replace(choice, reason=f"{choice.reason} ({counted})") if counted else choice
     notes = () if choice.name == plain.name else (_changed(plain, choice),)

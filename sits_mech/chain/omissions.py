@@ -1,7 +1,8 @@
 """What does a request not need solved, and how large at most is what that leaves out?
 
 Sizes are of the answer's relative change: of the target's displacement for what the mechanics leave out, of the change
-of inductance for the magnetics, of L0 for idle coils; zero where nothing changes at all.
+of inductance for the magnetics, of L0 for idle coils; zero where nothing changes at all. Those that the answer's errors
+do not hold add up to what stands beside them (`beside_errors`); what has no size is named there.
 
 Small strain. A bonded strip of width w, the target's or the layer's, whichever is narrower, of thickness t, depth L and
 shape factor S = w/(2 t) under the load
@@ -18,7 +19,11 @@ edge under combined loads (w/t from 1.3 to 7.5); slender layers, which buckle, a
 
 Skin. Of a plate of n = t/skin depth much is current in two skins; what passes from face to face is exp(-n).
 
-Idle coils. A shorted coil beside the driven one takes M^2/L_2 from its inductance: M^2/(L_1 L_2) of L0.
+Ends along y, pitch of spirals, idle coils: `prices.ends`, `prices.idle`, by the answer itself where it is there.
+
+Rate and history. A sudden load meets 1/(1 - sum w) times the stiffness that a Prony series with the weights w has under
+a slow one, so that it moves the target by sum w less; below a larger load of the past Mullins' softening leaves at
+least 1 - erf(1)/r of it. Neither is an error of the answer to a slow first load.
 """
 
 from __future__ import annotations
@@ -29,14 +34,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sits_mech.magnetics.coils.loops import coil_inductances
+from sits_mech.chain.prices.ends import ends_of_pad, ends_of_plates, in_plane_strain, pitch_of_spirals, whole_factors
+from sits_mech.chain.prices.idle import idle_bound, idle_share
 from sits_mech.magnetics.skin import skin_depth
-from sits_mech.mechanics.closed_form import LONG, small_strain_bound
+from sits_mech.mechanics.closed_form import small_strain_bound
 from sits_mech.mechanics.symmetry import symmetry_of
-from sits_mech.quantities import Wrench
+from sits_mech.quantities import Impedance, Pose, Wrench
 from sits_mech.scene.sensor import Sensor
+from sits_mech.silicone.material import Silicone
 
-_COVERED = 0.95  # share of a long pad under the target that plane strain stands for
+ENDS = "ends "
+"""How the names of what sections leave out begin."""
 _SLENDER = 0.5  # shape factor below which no layer counts as one of small strain
 _THICK = 3.0  # skin depths from which on the inside of a plate is at rest
 
@@ -55,6 +63,10 @@ class Omission:
         Whether the size is of the change of inductance, to which errors are stated, or of L0.
     half : str
         "mechanics" or "magnetics": whose work is spared.
+    in_error : bool
+        Whether the answer's errors hold it.
+    asked : bool
+        False for what another request would change, which is no error of this one.
     """
 
     what: str
@@ -62,6 +74,13 @@ class Omission:
     size: float = 0.0
     of_change: bool = True
     half: str = "magnetics"
+    in_error: bool = False
+    asked: bool = True
+
+    @property
+    def counts(self) -> bool:
+        """Whether it is an error of the change of inductance that was asked for."""
+        return self.of_change and self.asked
 
     @property
     def text(self) -> str:
@@ -105,20 +124,42 @@ def skin_depths(sensor: Sensor) -> float:
     return target.thickness / skin_depth(sensor.frequency, conductivity)
 
 
-def idle_coupling(sensor: Sensor) -> float:
-    """Return what the shorted idle coils take at most of a coil's inductance, over L0."""
-    if len(sensor.coils) < 2:
-        return 0.0
-    L = coil_inductances(sensor.coils, tolerance=1e-6)
-    own = np.diagonal(L)
-    share = L**2 / np.outer(own, own)
-    np.fill_diagonal(share, 0.0)
-    return float(np.max(share.sum(axis=1)))
+@dataclass(frozen=True)
+class Shown:
+    """What the coils show: the answer at its poses, or a coarse one with the target at rest where none is known.
+
+    Attributes
+    ----------
+    pose : Pose
+    found : Impedance
+        By the model that answers.
+    answered : bool
+        Whether it is the answer; of others the sizes hold at rest.
+    """
+
+    pose: Pose
+    found: Impedance
+    answered: bool = True
+
+
+def beside_errors(items: Sequence[Omission], half: str | None = None) -> tuple[float, tuple[str, ...]]:
+    """Return what omissions are worth together beside an answer's errors, and the names of those without a size.
+
+    Parameters
+    ----------
+    items : sequence of Omission
+    half : str, optional
+        "mechanics" or "magnetics"; both by default.
+    """
+    some = [item for item in items if item.counts and not item.in_error and half in (None, item.half)]
+    missing = tuple(item.what for item in some if math.isnan(item.size))
+    return sum(item.size for item in some if not math.isnan(item.size)), missing
 
 
 def omissions(
-    sensor: Sensor, loads: Sequence[Wrench], mechanics: str | None, magnetics: str | None
-) -> tuple[Omission, ...]:
+    sensor: Sensor, loads: Sequence[Wrench], mechanics: str | None, magnetics: str | None, shown: Shown | None = None,
+    auto: bool = False,
+) -> tuple[Omission, ...]:  # fmt: skip
     """Return what a request leaves out.
 
     Parameters
@@ -129,6 +170,10 @@ def omissions(
         The loads asked for; none where the pose is given.
     mechanics, magnetics : str
         The models that were chosen; None where no load, or no inductance, is asked for.
+    shown : Shown, optional
+        Without it what depends on the pose is not estimated.
+    auto : bool
+        Whether the magnetic model was not asked for by name: the errors of a section then hold the ends.
 
     Returns
     -------
@@ -141,55 +186,79 @@ def omissions(
     elif mechanics == "linear":
         bound = strain_bound(sensor, loads)
         reason = "the load strains the layer so little that one compliance will do"
-        found.append(Omission("finite strain", reason, bound, half="mechanics"))
+        found.append(Omission("finite strain", reason, bound, half="mechanics", in_error=True))
     found += _ends(sensor, mechanics)
     silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
     if loads and silicone is not None and (silicone.prony or silicone.mullins):
         reason = "slow load on virgin material; ask for cycle"
-        found.append(Omission("rate and history of the silicone", reason, math.nan, half="mechanics"))
+        size = history_share(silicone)
+        found.append(Omission("rate and history of the silicone", reason, size, half="mechanics", asked=False))
     if loads and symmetry_of(sensor).mirrored and not any(load.F_x or load.M or load.beside for load in loads):
         found.append(Omission("poses beside and turned", "scene and load are symmetric"))
     elif (own := len(symmetry_of(sensor).without_images(loads))) < len(set(loads)):
         reason = f"pad and target are their own image: {own} of {len(set(loads))} loads stand for all"
         found.append(Omission("images of loads", reason, half="mechanics"))
-    return tuple(found) if magnetics is None else tuple(found) + _magnetic(sensor, magnetics)
+    return tuple(found) if magnetics is None else (*found, *_magnetic(sensor, magnetics, shown, auto))
+
+
+def history_share(silicone: Silicone) -> float:
+    """Return by how much a sudden load, or one below a larger load of the past, moves the target otherwise [-]."""
+    quick = sum(weight for weight, _ in silicone.prony)
+    left = 1.0 if silicone.mullins is None else 1.0 - math.erf(1.0) / silicone.mullins
+    return max(quick, 1.0 / left - 1.0)
 
 
 def _ends(sensor: Sensor, mechanics: str | None) -> list[Omission]:
     """Return what plane strain leaves out of a pad, or a target on it, that has ends along y."""
     target, elastomer = sensor.target, sensor.elastomer
-    if mechanics in (None, "block") or target is None or elastomer is None:
+    if mechanics is None or target is None or elastomer is None or not in_plane_strain(sensor, mechanics):
         return []
-    pad, plate = elastomer.extent[1], target.extent[1]
-    if pad >= LONG * elastomer.extent[0] and plate >= _COVERED * pad:
-        return []
+    pad, plate, factor = elastomer.extent[1], target.extent[1], ends_of_pad(sensor)
+    size = math.nan if factor is None else float(np.max(whole_factors(factor)))
     reason = f"plane strain spreads the force over {pad:g} m of pad, the target covers {plate:g} m: ask for block"
-    return [Omission("ends of pad and target along y", reason, math.nan, half="mechanics")]
+    return [Omission("ends of pad and target along y", reason, size, half="mechanics")]
 
 
-def _magnetic(sensor: Sensor, model: str) -> tuple[Omission, ...]:
+def _magnetic(sensor: Sensor, model: str, shown: Shown | None, auto: bool) -> tuple[Omission, ...]:
     """Return what the magnetic half leaves out."""
     found, depths = [], skin_depths(sensor)
     if sensor.target is None:
         found.append(Omission("eddy currents", "no target: the coils in free space"))
     elif depths >= _THICK and model in ("planar-fem", "sheets"):
         reason = f"{depths:.2g} skin depths thick: its surface stands for it"
-        found.append(Omission("inside of the target", reason, math.exp(-depths)))
-    if model in ("planar", "planar-fem") and sensor.target is not None:
-        reason = "a plane section stands for coils and plates: ask for sheets for what their ends are worth"
-        found.append(Omission("ends along y", reason, math.nan))
-        if sensor.target.shape == "disc":
-            found.append(Omission("roundness of the target", "a strip as wide as its diameter stands for it", math.nan))
+        found.append(Omission("inside of the target", reason, math.exp(-depths), in_error=model == "sheets"))
+    section = model in ("planar", "planar-fem")
+    if section and sensor.target is not None:
+        reason = f"a section stands for coils and plates{_as_strip(sensor)}: ask for sheets"
+        ends = None if shown is None else ends_of_plates(sensor, shown.found, shown.pose)
+        known = auto and ends is not None
+        found.append(Omission("ends along y", reason, math.nan if ends is None else ends.size, in_error=known))
     if model != "planar-fem":
         found.append(Omission("mesh of the air", "nothing permeable: integral model"))
-    if sensor.coils[0].winding == "spiral" and model != "sheets":
-        found.append(Omission("pitch of the spiral windings", "rings stand for them in this model"))
-    if len(sensor.coils) > 1 and sensor.readout.idle_coil == "shorted":
-        reason = "each coil is driven alone; L holds the mutual inductances to add it"
-        found.append(Omission("current in the idle coil", reason, idle_coupling(sensor), False))
-    elif len(sensor.coils) > 1:
-        found.append(Omission("current in the idle coil", "it is open"))
-    return tuple(found)
+    if model == "axisymmetric" and sensor.coils[0].winding == "spiral":
+        pitch = math.nan if shown is None else pitch_of_spirals(sensor, shown.found, shown.pose)
+        found.append(Omission("pitch of the spiral windings", "rings stand for them in this model", pitch))
+    return (*found, *_idle(sensor, shown))
+
+
+def _as_strip(sensor: Sensor) -> str:
+    """Say what a section makes of a disc and of spirals, whose size the ends have."""
+    disc = sensor.target is not None and sensor.target.shape == "disc"
+    spiral = any(coil.is_round and coil.winding == "spiral" for coil in sensor.coils)
+    said = ("a strip for a disc of its diameter" if disc else "", "endless tracks for spirals" if spiral else "")
+    return "".join(f", {each}" for each in said if each)
+
+
+def _idle(sensor: Sensor, shown: Shown | None) -> list[Omission]:
+    """Return what idle coils would change of the answer, each coil alone driven."""
+    if len(sensor.coils) < 2:
+        return []
+    if sensor.readout.idle_coil != "shorted":
+        return [Omission("current in the idle coil", "it is open")]
+    reason, size = "each coil is driven alone; L holds the mutual inductances to add it", math.nan
+    if shown is not None:
+        size = idle_share(shown.found) if shown.answered else idle_bound(shown.found)
+    return [Omission("current in the idle coil", reason, size, of_change=False)]
 
 
 def keeps_axis(load: Wrench) -> bool:

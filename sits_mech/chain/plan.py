@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sits_mech.chain.interpolate import solved_likely
-from sits_mech.chain.omissions import Omission, keeps_axis, omissions, strain_bound
+from sits_mech.chain.omissions import Omission, keeps_axis, strain_bound
 from sits_mech.geometry.tracks import section_refusal
 from sits_mech.magnetics.rings import on_axis
 from sits_mech.magnetics.sheets import not_representable as sheets_refuse
@@ -15,35 +14,7 @@ from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import Sensor, Target
-from sits_mech.silicone.material import implausible
 from sits_mech.units import SceneError
-
-_SHARE = 0.1  # of the tolerance that is asked of the magnetics where they are much the cheaper half
-COSTS: dict[tuple[str, str], tuple[tuple[float, float, float], ...]] = {
-    ("mechanics", "closed-form"): ((0.0, 0.0, 1e-5),),
-    ("mechanics", "linear"): ((0.0, 0.5, 0.02),),
-    ("mechanics", "planar"): ((1e-2, 0.1, 0.1), (0.0, 0.1, 0.6)),
-    ("mechanics", "block"): ((1e-2, 0.2, 0.35), (1e-3, 0.2, 0.5), (0.0, 0.5, 5.0)),
-    ("magnetics", "planar"): ((1e-2, 0.04, 1e-5), (1e-3, 0.1, 2e-5), (1e-4, 0.5, 2e-5), (0.0, 3.2, 6e-5)),
-    ("magnetics", "planar-fem"): ((1e-2, 0.1, 0.12), (1e-3, 0.2, 0.22), (1e-4, 0.1, 0.75), (0.0, 0.1, 3.2)),
-    ("magnetics", "axisymmetric"): ((1e-2, 0.06, 2e-6), (1e-3, 0.13, 2e-6), (0.0, 1.1, 2e-6)),
-    ("magnetics", "sheets"): ((1e-2, 2.0, 2e-4), (5e-3, 4.0, 2e-4), (2e-3, 12.0, 2e-4), (0.0, 20.0, 2e-4)),
-}
-"""Seconds by half and model: from each tolerance on, once for a scene and for each load or pose; as measured."""
-REACHED: dict[tuple[str, str], float] = {
-    ("mechanics", "closed-form"): 6e-2,
-    ("mechanics", "linear"): 5e-4,
-    ("mechanics", "planar"): 2e-4,
-    ("mechanics", "block"): 5e-4,
-    ("magnetics", "planar"): 3e-6,
-    ("magnetics", "planar-fem"): 1e-6,
-    ("magnetics", "axisymmetric"): 4e-7,
-    ("magnetics", "sheets"): 5e-4,
-}
-"""Relative errors that the finest rungs estimate of themselves, as seen under gentle loads."""
-_AMONG = 1.0  # seconds more for a load, or a pose, among conductors: 0.5 over a ground plane, more among several plates
-_OUTLINE = 15.0  # seconds more for each fixed plate of any outline: no symmetry shares its cells
-_HELD = 0.4  # small strain's bound from which on pads were seen to give way: in shear; compression goes to some 1.5
 
 
 @dataclass(frozen=True)
@@ -60,12 +31,15 @@ class Choice:
         What an answer says of the choice: where conductors make the model another one than the bare sensor takes.
     left_out : tuple of Omission
         Conductors that are too far to matter.
+    by_name : bool
+        Whether it was asked for: a section then stands for itself, and its errors do not hold what it leaves out.
     """
 
     name: str
     reason: str
     notes: tuple[str, ...] = ()
     left_out: tuple[Omission, ...] = ()
+    by_name: bool = False
 
 
 _PLANE = (
@@ -73,6 +47,7 @@ _PLANE = (
     "a pad or a target shorter than that is softer: compare with block"
 )
 
+_ASKED = "asked for"
 _LEAVES = "no other model leaves the plane, and one model answers all loads of a request"
 
 
@@ -118,7 +93,7 @@ def choose_mechanics(
         if asked not in ("auto", "block"):
             raise SceneError(f"model (mechanics) must be auto or block for {', '.join(beside)}; got {asked}")
         reason = f"{', '.join(beside)}: {_LEAVES}"
-        return Choice("block", reason if asked == "auto" else "asked for")
+        return Choice("block", reason if asked == "auto" else _ASKED, by_name=asked != "auto")
     rough = sensor.elastomer is not None and sensor.elastomer.friction > 0.0
     if rough and asked in ("linear", "closed-form"):
         raise SceneError(f"model (mechanics) must be auto, block or planar with elastomer.friction; got {asked}")
@@ -126,7 +101,7 @@ def choose_mechanics(
     if own and asked not in ("auto", "block"):
         raise SceneError(f"{sensor.name}: model (mechanics) must be block for {own}; got {asked}")
     if asked != "auto":
-        return Choice(asked, "asked for")
+        return Choice(asked, _ASKED, by_name=True)
     if own:
         return Choice("block", f"no section stands for {own}")
     finite = "block" in known and _is_finite(sensor)
@@ -190,7 +165,7 @@ def choose_magnetics(
     if beside and asked not in ("auto", "sheets"):
         raise SceneError(f"model (magnetics) must be auto or sheets for {', '.join(beside)}; got {asked}")
     if asked != "auto":
-        return Choice(asked, "asked for")
+        return Choice(asked, _ASKED, by_name=True)
     free = target is not None and target.net_current == "free"
     if (permeable := _permeable(sensor)) and not free and "sheets" in known and sheets_refuse(sensor) is None:
         return Choice("sheets", f"{', '.join(permeable)}: ferrite that does not conduct, magnetised in space")
@@ -264,82 +239,3 @@ def _check_known(kind: str, asked: str, known: tuple[str, ...]) -> None:
     """Refuse a model that does not exist."""
     if asked not in ("auto", *known):
         raise SceneError(f"model ({kind}) {unknown(asked, ('auto', *known))}")
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What a request takes, what it leaves out, and what to expect of it.
-
-    Attributes
-    ----------
-    mechanics : Choice or None
-        None where no load is asked for.
-    magnetics : Choice
-        The other half.
-    rungs : tuple of str
-        Which rung of their ladders the tolerance picks.
-    left_out : tuple of Omission
-        With sizes.
-    error : float
-        Asked relative error of the change of inductance: the pose's tolerance, the magnetics', the omissions'; of each
-        half no less than its finest rung reaches. What a solve reaches its report says.
-    seconds : float
-        Expected on one core of the machine that the ladders were measured on; within a factor of some three.
-    notes : tuple of str
-        Another model than the bare sensor's; what speaks against the request: loads that may be too large, constants
-        that no silicone has.
-    """
-
-    mechanics: Choice | None
-    magnetics: Choice
-    rungs: tuple[str, ...]
-    left_out: tuple[Omission, ...]
-    error: float
-    seconds: float
-    notes: tuple[str, ...] = ()
-
-    @classmethod
-    def of(
-        cls, sensor: Sensor, loads: Sequence[Wrench], tolerance: float, mechanics: Choice | None, magnetics: Choice
-    ) -> Plan:
-        """Return the plan of a request whose models are chosen; arguments as of `sits_mech.chain.models.plan`."""
-        asked = magnetic_tolerance(magnetics.name, tolerance) if loads else tolerance
-        parts = [("magnetics", magnetics.name, asked, max(len(loads), 1))]
-        if mechanics is not None:
-            first = solved_likely(loads)
-            count = len(symmetry_of(sensor).without_images(first))
-            parts.insert(0, ("mechanics", mechanics.name, tolerance, count))
-        missing = omissions(sensor, loads, None if mechanics is None else mechanics.name, magnetics.name)
-        missing += magnetics.left_out
-        if mechanics is not None and len(first) < len(loads):
-            reason = f"a smooth map through some {len(first)} of {len(loads)} predicts them within the tolerance"
-            missing += (Omission("loads between solved ones", reason, tolerance),)
-        rungs = tuple(f"{name} at {asked:.1g}" for _, name, asked, _ in parts)
-        sizes = [item.size for item in missing if item.of_change and item.size > 0.0]
-        error = sum(max(asked, REACHED[half, name]) for half, name, asked, _ in parts) + sum(sizes)
-        seconds = sum(cost(*part) for part in parts)
-        if magnetics.name == "sheets" and len(sensor.conductors) > len(magnetics.left_out):
-            outlines = sum(part.shape == "outline" for part in sensor.conductors)
-            seconds += _AMONG * max(len(loads), 1) + _OUTLINE * outlines
-        return cls(mechanics, magnetics, rungs, missing, error, seconds, (*magnetics.notes, *_notes(sensor, loads)))
-
-
-def _notes(sensor: Sensor, loads: Sequence[Wrench]) -> tuple[str, ...]:
-    """Return what speaks against a request."""
-    bound = strain_bound(sensor, loads)
-    found = () if sensor.elastomer is None else implausible(sensor.elastomer.silicone)
-    if not loads or not _HELD < bound < float("inf"):
-        return found
-    seen = f"pads were seen to give way in shear from {_HELD:g} on, in compression from some 1.5 on"
-    return (*found, f"small strain would be off by {bound:.2g}: {seen}; a solve may end before such a load")
-
-
-def magnetic_tolerance(model: str, tolerance: float) -> float:
-    """Return what is asked of a magnetic model for poses of a tolerance: a tenth, but where that costs much."""
-    return tolerance if model == "sheets" else _SHARE * tolerance
-
-
-def cost(half: str, model: str, tolerance: float, count: int) -> float:
-    """Return the seconds to expect of a model for a number of loads or poses; see `COSTS`."""
-    once, each = next((once, each) for asked, once, each in COSTS[half, model] if asked <= tolerance)
-    return once + count * each

@@ -49,16 +49,16 @@ def explain(
     scene: Scene, *, load: Load = Load(), models: Models = Models(),
     overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
-    """Tell which models a request takes, what it leaves out and what that is worth, and what error and time to expect.
+    """What a request solves in how many seconds, what it leaves out and is worth, and what finer answers would take.
 
     Example: sits-mech explain biorob2018 --fx "0.5 N" --fz "2 N"
     """
     from sits_mech.chain.models import plan
-    from sits_mech.report.tables.plan import plan_record, plan_table
+    from sits_mech.report.tables.plan import plan_record, plan_tables
 
     sensor, wrench = sensor_of(scene, overrides), load.wrench()
     found = plan(sensor, [wrench] if wrench.components.any() else [], **asdict(models))
-    answer(plan_record(sensor, found), [plan_table(sensor, found)], as_json)
+    answer(plan_record(sensor, found), plan_tables(sensor, found), as_json)
     return 0
 
 

@@ -36,6 +36,7 @@ def pose(
     from sits_mech.chain.simulate import at_rest
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import equilibrium_record
+    from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import equilibrium_table
 
     sensor, via = sensor_of(scene, overrides), way.loads()
@@ -45,8 +46,8 @@ def pose(
         found = at_rest(sensor, layer, loads[-1], via)
     except SolveFailed as error:
         return not_converged(error, as_json)
-    unsolved = tuple(item.text for item in omissions(sensor, loads, choice.name, None))
-    answer(equilibrium_record(found, unsolved), [equilibrium_table(found)], as_json)
+    unsolved = omissions(sensor, loads, choice.name, None)
+    answer(equilibrium_record(found, unsolved), [equilibrium_table(found), *left_out_tables(unsolved)], as_json)
     return 0
 
 
@@ -61,9 +62,10 @@ def inductance(
     """
     from sits_mech.analysis.spectrum import at_terminals, frequency_range, spectrum
     from sits_mech.chain.models import magnetic_model
-    from sits_mech.chain.omissions import omissions
+    from sits_mech.chain.omissions import Shown, omissions
     from sits_mech.quantities import Pose, SolveFailed
     from sits_mech.report.records import impedance_record, spectrum_record
+    from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import impedance_table, spectrum_table, terminal_table
 
     sensor = sensor_of(scene, overrides)
@@ -71,19 +73,20 @@ def inductance(
     hertz = [sensor.frequency] if frequency is None else frequency_range(frequency, "--frequency")
     solver, choice = magnetic_model(sensor, model, tolerance, [pose])
     slowest = sensor.model_copy(update={"frequency": min(hertz)})
-    unsolved = tuple(item.text for item in omissions(slowest, (), None, choice.name))
     try:
-        if len(hertz) > 1:
-            data = spectrum(sensor, solver, pose, hertz)
-            answer(spectrum_record(pose, data, unsolved), [spectrum_table(data)], as_json)
-            return 0
-        found = solver.impedance(pose, hertz[0])
+        data = spectrum(sensor, solver, pose, hertz) if len(hertz) > 1 else None
+        found = solver.impedance(pose, min(hertz))
     except SolveFailed as error:
         return not_converged(error, as_json)
+    unsolved = omissions(slowest, (), None, choice.name, Shown(pose, found), not choice.by_name)
+    beside = left_out_tables(unsolved)
+    if data is not None:
+        answer(spectrum_record(pose, data, unsolved), [spectrum_table(data), *beside], as_json)
+        return 0
     seen, missing = at_terminals(sensor, found)
     names = [coil.name for coil in sensor.coils]
-    tables = [impedance_table(names, found), terminal_table(names, seen, missing)]
-    answer(impedance_record(pose, found, (*unsolved, *missing), seen), tables, as_json)
+    tables = [impedance_table(names, found), *beside, terminal_table(names, seen, missing)]
+    answer(impedance_record(pose, found, unsolved, seen, more=missing), tables, as_json)
     return 0
 
 
@@ -96,23 +99,27 @@ def simulate(
 
     Example: sits-mech simulate biorob2018 --fx "0.5 N" --fz "2 N"
     """
-    from sits_mech.chain.models import plan
+    from sits_mech.chain.omissions import Shown, omissions
     from sits_mech.chain.simulate import simulate as simulated
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import simulation_record
+    from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import equilibrium_table, impedance_table, signal_table
 
     sensor, wrench = sensor_of(scene, overrides), load.wrench()
     via = way.loads()
-    unsolved = plan(sensor, [*via, wrench], **asdict(models)).left_out
     try:
         found = simulated(sensor, wrench, via=via, **asdict(models))
     except SolveFailed as error:
         return not_converged(error, as_json, True)
+    shown, names = found.impedance, (found.equilibrium.report.model, found.impedance.report.model)
+    auto = models.magnetics == "auto"
+    unsolved = omissions(sensor, [*via, wrench], *names, Shown(found.equilibrium.pose, shown), auto)
     tables = [
         equilibrium_table(found.equilibrium),
         impedance_table([coil.name for coil in sensor.coils], found.impedance),
         signal_table(found.signals, found.impedance.unit_L),
+        *left_out_tables(unsolved),
     ]
     answer(simulation_record(found, unsolved), tables, as_json)
     return 0

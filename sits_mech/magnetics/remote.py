@@ -199,7 +199,13 @@ def _image_share(coil: Coil, gap: Array, below: bool = False) -> Array:
     away = 2.0 * gap[:, None, None] + down[:, None] + down
     sign = np.broadcast_to(rings.sign, rings.radius.shape)
     image = sign @ (mutual_loops(rings.radius[:, None], rings.radius, away) @ sign).T
-    return np.asarray(np.minimum(image / series_inductance(rings), 1.0))
+    return np.asarray(np.minimum(image / _standing_inductance(coil), 1.0))
+
+
+@lru_cache(maxsize=32)
+def _standing_inductance(coil: Coil) -> float:
+    """L_cc of the rings that stand for a coil [H]."""
+    return float(series_inductance(standing_rings(coil)))
 
 
 def half_space_share(coils: Sequence[Coil], part: Conductor) -> float:
@@ -235,7 +241,7 @@ def _in_space(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) 
     """Far conductors as ellipsoids and balls."""
     L = max(_self_inductance(coil) for coil in coils)
     bodies, middle = [_body(part) for part in far], np.array([part.centre for part in far]).reshape(-1, 3)
-    own = [[_own_strength(coil, body, place) for coil in coils] for body, place in zip(bodies, middle, strict=True)]
+    own = [[_own_strength(coil, part) for coil in coils] for part in far]
     kappa = [_kappa(body, place, solved) for body, place in zip(bodies, middle, strict=True)]
     return _Far(np.array(own) / math.sqrt(L), np.stack(kappa, axis=-1), _pairs(bodies, middle))
 
@@ -252,8 +258,10 @@ def _pairs(bodies: Sequence[_Body], middle: Array) -> Array:
     return np.minimum(pairs, pairs.T)
 
 
-def _own_strength(coil: Coil, body: _Body, place: Array) -> float:
+@lru_cache(maxsize=256)
+def _own_strength(coil: Coil, part: Conductor) -> float:
     """a_c of a conductor; infinite where it is near the coil [sqrt(H)]."""
+    body, place = _body(part), np.array(part.centre)
     across = math.dist(place[:2], coil.centre) - 0.5 * coil.outer_diameter
     if math.hypot(max(across, 0.0), max(place[2], -coil.height - place[2], 0.0)) <= _NEAR * body.radius:
         return math.inf

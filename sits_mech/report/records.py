@@ -12,32 +12,42 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.spectrum import Terminals
-from sits_mech.chain.omissions import Omission
+from sits_mech.chain.omissions import Omission, beside_errors
 from sits_mech.chain.simulate import Simulation
 from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, as_jsonable
 
 Record = dict[str, Any]
 
 
-def report_record(report: SolveReport, left_out: tuple[str, ...] = ()) -> Record:
-    """Return how a number came about; ``min_J`` and ``stretch`` only where a layer was solved."""
-    found = asdict(report) | {"left_out": list(dict.fromkeys((*report.left_out, *left_out)))}
+def report_record(
+    report: SolveReport, left_out: Sequence[Omission] = (), more: Sequence[str] = (), half: str | None = None
+) -> Record:
+    """Return how a number came about; ``min_J`` and ``stretch`` only where a layer was solved.
+
+    ``left_out_error`` is what is left out and stands in no error, relative as ``estimated_error`` is, the names of what
+    has no size beside it. Parts: omissions, of one half or of both, and more sentences.
+    """
+    texts = [item.text for item in left_out if half in (None, item.half)]
+    size, unknown = beside_errors(left_out, half)
+    found = asdict(report) | {"left_out": list(dict.fromkeys((*report.left_out, *texts, *more)))}
+    found |= {"left_out_error": size, "not_estimated": list(unknown)}
     return {name: item for name, item in found.items() if item is not None}
 
 
-def equilibrium_record(found: Equilibrium, left_out: tuple[str, ...] = ()) -> Record:
+def equilibrium_record(found: Equilibrium, left_out: Sequence[Omission] = (), half: str | None = None) -> Record:
     """Return where the target rests under a load: pose, its error, wrench, report."""
     return {
         "pose": asdict(found.pose),
         "error": asdict(found.error),
         "wrench": asdict(found.wrench),
-        "report": report_record(found.report, left_out),
+        "report": report_record(found.report, left_out, half=half),
     }
 
 
 def impedance_record(
-    pose: Pose, found: Impedance, left_out: tuple[str, ...] = (), seen: Terminals | None = None
-) -> Record:
+    pose: Pose, found: Impedance, left_out: Sequence[Omission] = (), seen: Terminals | None = None, *,
+    more: Sequence[str] = (), half: str | None = None,
+) -> Record:  # fmt: skip
     """Return what the coils show at one pose; ``relative`` is each coil's L over its L0, ``terminals`` is `seen`."""
     own, free = np.diagonal(found.L), np.diagonal(found.L0)
     matrices = {name: getattr(found, name) for name in ("L", "R", "L0", "error_L", "error_R", "R_dc")}
@@ -48,11 +58,11 @@ def impedance_record(
         **matrices,
         "relative": own / free,
         **({} if seen is None else {"terminals": _terminals(vars(seen))}),
-        "report": report_record(found.report, left_out),
+        "report": report_record(found.report, left_out, more, half),
     }
 
 
-def spectrum_record(pose: Pose, data: xr.Dataset, left_out: tuple[str, ...] = ()) -> Record:
+def spectrum_record(pose: Pose, data: xr.Dataset, left_out: Sequence[Omission] = ()) -> Record:
     """Return what the coils show at one pose over a range of frequencies: lists along the frequency."""
     names = ("frequency", "L", "R", "Q", "error_L", "error_R", "R_track", "L0", "R_dc")
     found: Record = {"pose": asdict(pose), "unit_L": data.attrs["unit_L"]}
@@ -64,7 +74,9 @@ def spectrum_record(pose: Pose, data: xr.Dataset, left_out: tuple[str, ...] = ()
         found["terminals"] = _terminals({key: data[name].to_numpy() for key, name in keys.items()})
     report = json.loads(data.attrs["report"])
     del report["min_J"], report["stretch"], report["error_stretch"]
-    return found | {"report": report | {"left_out": [*report["left_out"], *left_out]}}
+    size, unknown = beside_errors(left_out)
+    report |= {"left_out": [*report["left_out"], *(item.text for item in left_out)]}
+    return found | {"report": report | {"left_out_error": size, "not_estimated": list(unknown)}}
 
 
 def _terminals(seen: Mapping[str, Array]) -> Record:
@@ -80,15 +92,10 @@ def _terminals(seen: Mapping[str, Array]) -> Record:
 
 def simulation_record(found: Simulation, left_out: Sequence[Omission] = ()) -> Record:
     """Return the whole chain at one load; ``report`` has one part for each physics, with what was left out of it."""
-    layer = equilibrium_record(found.equilibrium, texts_of(left_out, "mechanics"))
-    coils = impedance_record(found.equilibrium.pose, found.impedance, texts_of(left_out, "magnetics"))
+    layer = equilibrium_record(found.equilibrium, left_out, "mechanics")
+    coils = impedance_record(found.equilibrium.pose, found.impedance, left_out, half="magnetics")
     reports = {"mechanics": layer["report"], "magnetics": coils["report"]}
     return layer | coils | {"signals": found.signals.known, "report": reports}
-
-
-def texts_of(left_out: Sequence[Omission], half: str) -> tuple[str, ...]:
-    """Return as lines what one half of a request leaves out."""
-    return tuple(item.text for item in left_out if item.half == half)
 
 
 def failure_record(error: SolveFailed, whole: bool = False) -> Record:

@@ -59,7 +59,7 @@ class Landscape:
     units : tuple of str
     aim, excess : ndarray
         What is minimised, and the limit that is exceeded most, over itself; shape of the axes, nan far from all that
-        was solved.
+        was solved, and the former where a reading has more than one load.
     worst : ndarray of str
         Which limit that is.
     """
@@ -115,7 +115,7 @@ def landscape_of(asked: Requirements, search: Search, prediction: Prediction, be
         table, plain = prediction.table(x), prediction.plain(x)
         figures = search.task.figures(table, plain)
         beyond = search.task.excess(figures, table)
-        aim[index] = search.task.aim(figures)
+        aim[index] = np.nan if beyond.get(INVERSE, 0.0) > 0.0 else search.task.aim(figures)
         excess[index], worst[index] = max(((value, name) for name, value in beyond.items()), default=(-1.0, ""))
     axes = tuple(np.array([each.value(x) for x in unit]) for each in some)
     return Landscape(tuple(each.key for each in some), axes, tuple(each.unit for each in some), aim, excess, worst)

@@ -214,6 +214,7 @@ def read_seconds(folder: Path) -> xr.DataArray:
 def test_a_killed_run_goes_on(words: list[str], tmp_path: Path) -> None:
     """kill -9 in the middle: no case is lost or torn, the resumed result is that of a run without a stop."""
     text = HEAD + '[vary]\n"target.width" = ["8 mm", "9 mm", "10 mm"]\n' + GAPS.replace("5 }", "80 }") + COARSE
+    text += 'model = "planar"\n'
     path, cases = written(tmp_path, text), tmp_path / "out" / "cases"
     begin = [sys.executable, "-c", "from sits_mech.cli.main import main; main()", "sweep", str(path), "-o"]
     words = [*begin, str(cases.parent), *words]

@@ -5,16 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.chain.interpolate import solved_likely
 from sits_mech.chain.models import MECHANICS, magnetic_model, mechanical_model, plan
-from sits_mech.chain.omissions import idle_coupling, omissions, skin_depths, strain_bound
-from sits_mech.chain.plan import REACHED, choose_magnetics, choose_mechanics, cost
+from sits_mech.chain.omissions import beside_errors, history_share, omissions, skin_depths, strain_bound
+from sits_mech.chain.plan import choose_magnetics, choose_mechanics
+from sits_mech.chain.prices.costs import REACHED, cost
 from sits_mech.chain.simulate import simulate
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
 
-LONG = 'elastomer.length="200 mm"'
+LONG = ("elastomer.length=0.2", "target.length=0.2")
 COAXIAL = (
     'coils=[{name="C", centre=["0 mm", "0 mm"], layers=2, turns=12, inner_diameter="2.2 mm", track_width="0.1 mm", '
     'track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]',
@@ -29,7 +29,7 @@ SHEET = (BACKING[0].replace('"disc"', '"rectangle"').replace("diameter", 'width=
 
 def test_choices_have_reasons() -> None:
     """What was asked for is taken; auto says why."""
-    sensor, long = load_sensor("biorob2018"), load_sensor("biorob2018", [LONG])
+    sensor, long = load_sensor("biorob2018"), load_sensor("biorob2018", LONG)
     assert choose_mechanics(sensor, "linear", ("planar", "linear")).reason == "asked for"
     assert choose_mechanics(sensor, "auto", ("planar", "linear")).name == "planar"
     assert choose_mechanics(sensor, "auto", ("planar", "block")).name == "block"
@@ -57,7 +57,7 @@ def test_free_tracks_are_solved_in_space() -> None:
 
 def test_pillars_are_solved_in_space_alone() -> None:
     """No section, no strip and no small-strain bound stands for them."""
-    keys = ['elastomer.shape="pillars"', 'elastomer.pitch="2.5 mm"', 'elastomer.diameter="1.5 mm"', LONG]
+    keys = ['elastomer.shape="pillars"', 'elastomer.pitch="2.5 mm"', 'elastomer.diameter="1.5 mm"', *LONG]
     sensor, known = load_sensor("biorob2018", keys), ("planar", "linear", "block")
     assert choose_mechanics(sensor, "auto", known, [Wrench(1e-6)]).name == "block"
     assert math.isinf(strain_bound(sensor, [Wrench(1e-6)]))
@@ -80,7 +80,8 @@ def test_five_scenes_have_five_plans() -> None:
     assert "eddy currents" in whats[0] and "poses beside and turned" in whats[2] and "mesh of the air" not in whats[3]
     assert skin_depths(sensor) > 6.0 > 1.0 > skin_depths(load_sensor("biorob2018", ["frequency=5e3"]))
     assert all(found.seconds > 0.0 and found.error > 0.0 for found in plans)
-    assert "roundness of the target" in {item.what for item in omissions(requests[1][0], (), None, "planar-fem")}
+    strip = next(item for item in omissions(requests[1][0], (), None, "planar-fem") if item.what == "ends along y")
+    assert "a strip for a disc of its diameter" in strip.reason and math.isnan(strip.size)  # no pose, no size
     assert {item.what for item in omissions(sensor, (), None, "sheets")} >= {"mechanics", "inside of the target"}
 
 
@@ -97,7 +98,7 @@ def test_a_sheet_of_ferrite_is_magnetised_in_space() -> None:
 @pytest.mark.parametrize("wrench", [(0.0, 1.0), (1.0, 0.0), (0.5, 1.0)], ids=["press", "shear", "both"])
 def test_one_compliance_misses_less_than_its_bound(keys: list[str], wrench: tuple[float, float]) -> None:
     """The nonlinear layer against the linear one, at a load whose bound is 1 %."""
-    sensor = load_sensor("biorob2018", [LONG, *keys])
+    sensor = load_sensor("biorob2018", [*LONG, *keys])
     part = 1e-2 / strain_bound(sensor, [Wrench(*wrench)])
     load = Wrench(*(part * force for force in wrench))
     full, small = (mechanical_model(sensor, name, 1e-3)[0].equilibrium(load) for name in ("planar", "linear"))
@@ -118,23 +119,34 @@ def test_slender_layers_have_no_small_strain() -> None:
     assert math.isinf(strain_bound(load_sensor("biorob2018", ['elastomer.thickness="10 mm"']), [Wrench(0.0, 0.01)]))
 
 
-def test_the_idle_coil_is_worth_its_coupling() -> None:
-    """Shorted or open at the terminals, against the promise of the omission."""
-    sensor = load_sensor("biorob2018", ["target.thickness=2e-4"])
-    open_ = sensor.model_copy(update={"readout": sensor.readout.model_copy(update={"idle_coil": "open"})})
-    bare = sensor.model_copy(update={"target": None})
-    found = magnetic_model(bare, "sheets", 1e-2)[0].impedance(Pose(0.0, 2e-3), sensor.frequency)
-    seen, _ = at_terminals(sensor, found)
-    alone, _ = at_terminals(open_, found)
-    assert seen is not None and alone is not None
-    missed = float(np.max(np.abs(seen.L - alone.L)) / found.L0[0, 0])
-    promise = idle_coupling(sensor)
-    assert promise == pytest.approx(3.58e-4, rel=1e-3) and 0.5 * promise < missed < 1.05 * promise
+def test_a_long_pad_under_a_short_target_is_told_with_its_price() -> None:
+    """Plane strain spreads the force over a length twenty times the target's, as whoever makes a pad long asks for."""
+    short = load_sensor("biorob2018", LONG[:1])
+    assert [plan(short, [Wrench(0.5, 1.0)]).mechanics.name] == ["planar"]  # type: ignore[union-attr]
+    forced = omissions(short, [Wrench(0.5, 1.0)], "planar", None)
+    size = next(item.size for item in forced if item.what.startswith("ends of pad"))
+    assert size > 20.0 and beside_errors(forced) == (size, ())
+
+
+@pytest.mark.parametrize(
+    ("prony", "mullins", "share"),
+    [("[]", None, 0.0), ('[{weight=0.2, time="1 s"}, {weight=0.1, time="9 s"}]', None, 0.3), ("[]", 2.0, 0.7281)],
+)
+def test_what_rate_and_history_are_worth(prony: str, mullins: float | None, share: float) -> None:
+    """A sudden load meets 1/(1 - sum w) times the stiffness; softening leaves 1 - erf(1)/r of it: erf(1) = 0.8427."""
+    softening = "" if mullins is None else f", mullins={{r={mullins}}}"
+    law = f'law="neo-hookean", shear_modulus="30 kPa", bulk_modulus="30 MPa", prony={prony}{softening}'
+    sensor = load_sensor("biorob2018", [f"elastomer.material={{{law}}}"])
+    assert sensor.elastomer is not None
+    assert history_share(sensor.elastomer.silicone) == pytest.approx(share, rel=1e-4)
+    found = [item for item in omissions(sensor, [Wrench(F_z=1.0)], "block", None) if item.what.startswith("rate")]
+    assert [item.size for item in found] == ([pytest.approx(share, rel=1e-4)] if share else [])
+    assert not any(item.counts for item in found)  # another request's: no error of a slow first load
 
 
 def test_a_symmetric_load_needs_no_places_beside(monkeypatch: pytest.MonkeyPatch) -> None:
     """The same answer with and without them, from fewer poses."""
-    sensor = load_sensor("biorob2018", [LONG])
+    sensor = load_sensor("biorob2018", LONG)
     asked = {"tolerance": 3e-2, "mechanics": "linear"}
     few = simulate(sensor, Wrench(0.0, 1.0), **asked)
     monkeypatch.setattr("sits_mech.chain.pose_errors._ROUNDING", -1.0)

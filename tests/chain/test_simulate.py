@@ -81,7 +81,7 @@ def sensor() -> Sensor:
 @pytest.mark.usefixtures("fakes")
 def test_simulate_by_hand(sensor: Sensor) -> None:
     """Pose, inductance, signals and their errors of a linear chain: |slope| times error, plus the model's own."""
-    found = simulate(sensor, Wrench(1.0, 2.0))
+    found = simulate(sensor, Wrench(1.0, 2.0), mechanics="planar")  # by name: its errors are its own
     assert (found.equilibrium.pose.d_h, found.equilibrium.pose.alpha) == (4e-4, 5e-3)
     odd = 20.0 * 4e-4 - 5e-4
     np.testing.assert_allclose(np.diagonal(found.impedance.L), [1.16 + odd, 1.16 - odd], rtol=1e-14)
@@ -198,7 +198,7 @@ def test_what_cannot_be_asked_is_refused(sensor: Sensor) -> None:
 
 def test_error_of_the_pose_reaches_the_inductance(sensor: Sensor) -> None:
     """Real magnetics: the reported error covers what a pose off by its error changes, without being ten times it."""
-    model, _ = magnetic_model(sensor, tolerance=1e-4)
+    model, _ = magnetic_model(sensor, "planar", 1e-4)
     pose, error = Pose(np.array([3e-4]), np.array([1.7e-3]), np.array([4e-3])), Pose(*(np.array([2e-6]),) * 3)
     found = read_poses(sensor, model, pose, error)
     worst: Array = np.zeros((2, 2))

@@ -20,7 +20,8 @@ from sits_mech.scene.sensor import SceneError, load_sensor
 
 ROOT = Path(__file__).parents[2]
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT)}
-REPORT = {"model", "unknowns", "iterations", "residual", "estimated_error", "seconds", "status", "notes", "left_out"}
+REPORT = {"model", "unknowns", "iterations", "residual", "estimated_error", "seconds", "status", "notes", "left_out",
+          "left_out_error", "not_estimated"}  # fmt: skip
 PLANAR = ("--mechanics", "planar")  # the quicker one, where the answer plays no part
 Capture = pytest.CaptureFixture[str]
 

@@ -26,6 +26,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import Chebyshev
@@ -118,9 +119,16 @@ def ring_inductance(rings: Sections, *, points: tuple[int, int] = (3, 3)) -> Arr
     return np.asarray((L + L.T) / 2)
 
 
+@lru_cache(maxsize=64)
+def _gauss(count: int) -> tuple[Array, Array]:
+    """Gauss points on (-1, 1) and their weights."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    return nodes, weights
+
+
 def _offsets(rings: Sections, points: tuple[int, int]) -> list[tuple[Array, Array, float]]:
     """Gauss points of the sections: offsets along r and z from the centres and their weight."""
-    (gr, wr), (gz, wz) = (np.polynomial.legendre.leggauss(n) for n in points)
+    (gr, wr), (gz, wz) = map(_gauss, points)
     return [
         (rings.width / 2 * r, rings.height / 2 * z, float(u * v / 4))
         for r, u in zip(gr, wr, strict=True)

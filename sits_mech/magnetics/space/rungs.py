@@ -66,6 +66,7 @@ LADDER = (
     (2e-3, Rung(along=(4, 5, 6), across=(3, 4, 5), terms=9.0)),
     (1e-3, Rung(along=(4, 5, 6), across=(4, 5, 6), terms=10.0)),
 )
+ROUGHEST = 1e-1, Rung(along=(2, 3, 4), across=(1, 2, 3), terms=7.0)  # for what a part of a scene is worth
 DIVISIONS = 5  # of a plate: levels along and across, one of them twice
 _ALONG = Grading(first=1.3, growth=1.9, largest=0.5)  # first over the skin depth, largest over `field_length`
 _ACROSS = Grading(first=0.58, growth=1.35, largest=np.inf)  # sheets over the skin depth
@@ -193,7 +194,7 @@ def rung_for(tolerance: float, plates: Sequence[tuple[Target, Outline | None]]) 
     Where no smooth map divides one of the plates' outlines, all have two levels along; plates that answer each other
     have one level less, as measured against rings.
     """
-    rung = next((rung for error, rung in LADDER if tolerance >= error), LADDER[-1][1])
+    rung = next((rung for error, rung in (ROUGHEST, *LADDER) if tolerance >= error), LADDER[-1][1])
     if len(plates) > 1:
         along, across = ((a - 1, b - 1, c - 1) for a, b, c in (rung.along, rung.across))
         rung = replace(rung, along=along, across=across if across[0] > 1 else rung.across)

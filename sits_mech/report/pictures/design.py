@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 _MOST = 4  # pairs of figures in the picture of the front
 _BAR = 1.3  # of a limit: what bars are cut at
+_SHORT = 15  # letters of a label: three of longer ones do not stand beside each other
 
 
 def design_pictures(asked: Requirements, found: DesignAnswer) -> dict[str, Callable[[], Figure]]:
@@ -51,7 +52,8 @@ def front_picture(asked: Requirements, found: DesignAnswer) -> Figure:
         for spot in axes[len(pairs) :]:
             spot.set_visible(False)
         handles, labels = axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 3))
+        columns = 3 if max(map(len, labels)) < _SHORT else 2
+        figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), columns))
     return figure
 
 

@@ -1,46 +1,84 @@
-"""What does one print of a plan? The models and why, what is left out and its size, the error asked, the time."""
+"""What does one print of a plan? What is solved, what is left out and worth, what finer answers take: one screen."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 from rich.table import Table
 
-from sits_mech.chain.omissions import skin_depths
-from sits_mech.chain.plan import Plan
-from sits_mech.mechanics.finite_length import FiniteLength, finite_length_factor
+from sits_mech.chain.omissions import Omission, beside_errors, skin_depths
+from sits_mech.chain.prices.costs import Step
+from sits_mech.chain.prices.ends import ends_of_pad
+from sits_mech.chain.prices.request import Plan
 from sits_mech.report.tables.solves import key_table
 from sits_mech.scene.sensor import Sensor
 
 
-def plan_rows(sensor: Sensor, found: Plan) -> list[tuple[str, str]]:
-    """Return the lines of a plan: name and text of each."""
-    rows = []
-    for half, choice in (("mechanics", found.mechanics), ("magnetics", found.magnetics)):
-        if choice is not None:
-            rows.append((half, f"{choice.name}: {choice.reason}"))
-    rows.append(("resolution", "; ".join(found.rungs)))
-    if found.mechanics is not None and (factor := plane_strain(sensor)) is not None:
-        text = f"shear {factor.shear:.3g}, compression {factor.compression:.3g}, tilt {factor.tilt:.3g}"
-        rows.append(("plane strain", f"too stiff for this pad by {text} (small strain, to {factor.error:.1g})"))
+def plan_tables(sensor: Sensor, found: Plan) -> list[Table]:
+    """Return a plan as tables: what is solved, what is left out, what finer answers take, what else there is to say."""
+    solved = _table(f"{sensor.name}: solved", ("half", "model", "asked", "seconds", "why"))
+    reasons = {"magnetics": found.magnetics.reason}
+    reasons |= {} if found.mechanics is None else {"mechanics": found.mechanics.reason}
+    for step in found.steps:
+        solved.add_row(*_cells(step), reasons[step.half])
+    finer = _table("finer answers", ("half", "model", "asked", "seconds", "error of all"))
+    for step in found.finer:
+        finer.add_row(*_cells(step), f"{step.whole:.2g} instead of {found.error:.2g}")
+    rows = [("asked error", _error(found)), ("expected time", f"about {_short(found.seconds)} s on one core")]
     if sensor.target is not None:
         rows.append(("skin", _skin(skin_depths(sensor))))
-    rows += [("left out", item.text) for item in found.left_out]
     rows += [("note", note) for note in found.notes]
-    asked = "of the change of inductance: tolerances, not below the finest rungs, and omissions; answers tell their own"
-    rows.append(("asked error", f"{found.error:.1g} {asked}"))
-    rows.append(("expected time", f"about {float(f'{found.seconds:.1g}'):g} s on one core, if the solve holds"))
-    return rows
+    return [solved, _omitted(found.left_out), *([finer] if found.finer else []), key_table("together", rows)]
 
 
-def plane_strain(sensor: Sensor) -> FiniteLength | None:
-    """Return what the planar layer is worth for a pad; None where no planar layer stands for it at all."""
-    target, elastomer = sensor.target, sensor.elastomer
-    if target is None or elastomer is None or target.shape == "outline":
-        return None
-    if elastomer.mesh is not None or elastomer.kind == "pillars":
-        return None
-    return finite_length_factor(sensor)
+def left_out_tables(items: Sequence[Omission]) -> list[Table]:
+    """Return what an answer leaves out that is worth anything, or nobody knows what: a table, or none."""
+    some = [item for item in items if item.size > 0.0 or math.isnan(item.size)]
+    if not some:
+        return []
+    found, (size, unknown) = _omitted(some), beside_errors(items)
+    parts = [f"beside the errors above: {size:.2g}"] if size > 0.0 else []
+    parts += [f"not estimated: {', '.join(unknown)}"] if unknown else []
+    found.caption = "; ".join(parts)
+    return [found]
+
+
+def _omitted(items: Sequence[Omission]) -> Table:
+    """Return omissions as a table, the largest first."""
+    found = _table("left out", ("what", "worth at most", "of", "in the errors", "why"))
+    for item in sorted(items, key=lambda item: -math.inf if math.isnan(item.size) else -item.size):
+        size = "not estimated" if math.isnan(item.size) else f"{item.size:.2g}" if item.size else "nothing"
+        of = "L0" if not item.of_change else "the displacement" if item.half == "mechanics" else "the change"
+        held = "" if item.size == 0.0 else "another request's" if not item.counts else "yes" if item.in_error else "no"
+        found.add_row(item.what, size, of if item.size else "", held, item.reason)
+    return found
+
+
+def _table(title: str, headings: Sequence[str]) -> Table:
+    """Return an empty table."""
+    found = Table(title=title, show_edge=False)
+    for heading in headings:
+        found.add_column(heading)
+    return found
+
+
+def _cells(step: Step) -> tuple[str, str, str, str]:
+    """Return half, model, asked error and seconds of a step."""
+    return step.half, step.model, f"{step.error:.1g}", _short(step.seconds)
+
+
+def _error(found: Plan) -> str:
+    """Return what an answer of a plan may be off."""
+    unknown = f", and {', '.join(found.not_estimated)}, not estimated" if found.not_estimated else ""
+    return f"{found.error:.2g} of the change of inductance, by tolerances and what is left out{unknown}"
+
+
+def _short(seconds: float) -> str:
+    """Return seconds to one digit."""
+    return f"{float(f'{seconds:.1g}'):g}"
 
 
 def _skin(depths: float) -> str:
@@ -52,24 +90,22 @@ def _skin(depths: float) -> str:
     return f"the target is {depths:.2g} skin depths thick: current in its skins"
 
 
-def plan_table(sensor: Sensor, found: Plan) -> Table:
-    """Return a plan as a table."""
-    return key_table(sensor.name, plan_rows(sensor, found))
-
-
 def plan_record(sensor: Sensor, found: Plan) -> dict[str, Any]:
     """Return a plan for a program."""
     choices = {"mechanics": found.mechanics, "magnetics": found.magnetics}
-    factor = None if found.mechanics is None else plane_strain(sensor)
+    factor = None if found.mechanics is None else ends_of_pad(sensor)
     return {
         **{
             half: None if choice is None else {"name": choice.name, "reason": choice.reason}
             for half, choice in choices.items()
         },
         "rungs": found.rungs,
+        "steps": [asdict(step) for step in found.steps],
+        "finer": [asdict(step) for step in found.finer],
         "skin_depths": skin_depths(sensor),
         "plane_strain": None if factor is None else vars(factor),
         "left_out": [vars(item) for item in found.left_out],
+        "not_estimated": found.not_estimated,
         "notes": found.notes,
         "asked_error": found.error,
         "expected_seconds": found.seconds,

@@ -18,7 +18,7 @@ from sits_mech.geometry.sheet_plan import Grading, graded_axis
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.loops import most_unknowns
 from sits_mech.magnetics.space.modes import prepare_sheets
-from sits_mech.magnetics.space.rungs import LADDER, Rung, TooLarge, _family, _interfaces, memory_of, rungs_for
+from sits_mech.magnetics.space.rungs import LADDER, ROUGHEST, Rung, TooLarge, _family, _interfaces, memory_of, rungs_for
 from sits_mech.memory import GIB, VARIABLE
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import load_sensor
@@ -44,7 +44,7 @@ def sheet_impedance(heights: np.ndarray, ratio: float, parity: int) -> complex:
     return complex(E @ np.linalg.solve(A, np.eye(n + 1)[n]))
 
 
-@pytest.mark.parametrize("asked, rung", LADDER)
+@pytest.mark.parametrize("asked, rung", (ROUGHEST, *LADDER))
 @pytest.mark.parametrize("half", [0.2, 0.7, 2.0, 4.8, 7.6, 15.0, 60.0])
 def test_sheets_carry_the_skin_effect(asked: float, rung: Rung, half: float) -> None:
     """The extrapolated resistance of both faces together and against each other: coth and tanh of (1 + j) half."""
@@ -100,7 +100,7 @@ def test_memory_is_known_before_it_is_taken(mesh: str | None, tolerance: float) 
 def test_memory_grows_like_the_square_of_the_cells() -> None:
     """Of an outline with narrow places at 2e-2, several GiB: what finer cells take is no matter of their making."""
     slotted = read_outline(MESHES / "slotted_disc.msh")
-    fine, coarse = family(slotted, 2e-2), family(slotted, 1e-1)
+    fine, coarse = family(slotted, 2e-2), family(slotted, 5e-2)
     cells = [max(len(plan.cells) for plan, _ in each.divisions) for each in (fine, coarse)]
     assert fine.needed / coarse.needed == pytest.approx((cells[0] / cells[1]) ** 2, rel=0.2)
     assert fine.needed > 4 * GIB > coarse.needed

@@ -1,0 +1,205 @@
+"""What is it worth that a section stands for coils, plates and pads that have ends along y? A coarse answer in space.
+
+Coils, plates. A section's L [H/m] says something of a sensor relative to its inductances without target alone. With
+s_cd = sqrt(L0_cc L0_dd) of each model,
+
+    e_L,cd = |(L_cd/s_cd)_space - (L_cd/s_cd)_section| s_cd,section,    e_R of R/s alike,
+
+at the same pose and frequency, is what the section leaves out of each entry: the ends of tracks and plates, the
+roundness of coils and targets, the pitch of spirals. The space's comes of `sheets` on its coarsest rung, within a few
+percent of the change in some tenths of a second; its own error is added. Of a target longer or
+wider than the coils see, as much counts as lies under them and a coil's diameter and two gaps beyond.
+
+Pads. Plane strain makes a pad too stiff by the factors of `mechanics.finite_length` in shear, compression and tilt: it
+leaves (factor - 1) times a displacement out. A pad that a user made long stands for plane strain: this is told beside
+the errors, never in them.
+
+Range: no size is known where `sheets` does not hold the scene (permeable targets, curved substrates) or takes long
+(among other metal), or no factor is (pillars, outlines, meshes of the user's). Neglected: finite strain in the factors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sits_mech.geometry.collision import clearance
+from sits_mech.magnetics.answer import largest
+from sits_mech.magnetics.sheets import not_representable, sheets
+from sits_mech.mechanics.closed_form import finite_strain_model
+from sits_mech.mechanics.finite_length import FiniteLength, finite_length_factor
+from sits_mech.quantities import POSE, Array, Impedance, Integers, MagneticModel, Pose, SolveFailed
+from sits_mech.scene.sensor import Sensor, Target
+
+ROUGH = 0.1  # tolerance of the answers in space
+_MISSED = 0.02  # of space's change, what its coarsest rung was seen to miss beyond its own estimate
+_BEYOND = 1.0, 2.0  # coil diameters, gaps
+
+
+@dataclass(frozen=True)
+class Ends:
+    """What a section leaves out of inductances and resistances.
+
+    Attributes
+    ----------
+    L, R : ndarray, shape (..., n, n)
+        What space has more than the section, with its sign [unit_L of the section and its resistance].
+    error_L, error_R : ndarray
+        How far that may be off.
+    size : float
+        The largest of coils' own L, its error included, over the section's largest change of inductance at the pose.
+    """
+
+    L: Array
+    R: Array
+    error_L: Array
+    error_R: Array
+    size: float
+
+
+def ends_of_plates(sensor: Sensor, found: Impedance, pose: Pose) -> Ends | None:
+    """Return what the answer of a section leaves out; None where space has no model of the scene, or a slow one.
+
+    Each pose is priced by itself: no price depends on the other poses.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        With a target.
+    found : Impedance
+        Per metre of depth, at one pose or many.
+    pose : Pose
+        Those of `found`.
+    """
+    if found.unit_L != "H/m" or sensor.target is None or sensor.conductors or not_representable(sensor) is not None:
+        return None
+    rows, n = pose.components.reshape(-1, len(POSE)), len(sensor.coils)
+    L, R = (values.reshape(-1, n, n) for values in (found.L, found.R))
+    more = np.zeros((4, *L.shape))
+    try:
+        for twin, own in _under_coils(sensor, Pose.of(rows)):
+            space = sheets(twin, ROUGH).impedance(Pose.of(rows[own]), found.frequency)
+            scale, other = (np.sqrt(np.outer(np.diag(L0), np.diag(L0))) for L0 in (found.L0, space.L0))
+            ratio = scale / other
+            more[0, own], more[1, own] = space.L * ratio - L[own], space.R * ratio - R[own]
+            more[2, own] = (space.error_L + _MISSED * largest(space.L - space.L0)) * ratio
+            more[3, own] = (space.error_R + _MISSED * largest(space.R)) * ratio
+    except (SolveFailed, ValueError):
+        return None
+    more = _told(more)
+    change = np.abs(L - found.L0).max(axis=(1, 2))
+    own_L = np.diagonal(np.abs(more[0]) + more[2], axis1=1, axis2=2).max(axis=1)
+    size = float(np.max(own_L / np.where(change > 0.0, change, np.inf), initial=0.0))
+    by_L, by_R, error_L, error_R = (each.reshape(found.L.shape) for each in more)
+    return Ends(by_L, by_R, error_L, error_R, size)
+
+
+def _told(values: Array) -> Array:
+    """Return numbers to three digits: a price has no more, and rounding of a batch shows in none."""
+    scale = 10.0 ** (np.floor(np.log10(np.where(values == 0.0, 1.0, np.abs(values)))) - 2.0)
+    return np.asarray(np.round(values / scale) * scale)
+
+
+def _under_coils(sensor: Sensor, pose: Pose) -> list[tuple[Sensor, Integers]]:
+    """Return scenes whose rectangular target ends where the coils no longer see it, with the poses that each is for.
+
+    What a coil sees is told in powers of two of its diameter, so that many poses have few scenes.
+    """
+    target, every = sensor.target, np.arange(len(pose.components))
+    if target is None or target.shape != "rectangle":
+        return [(sensor, every)]
+    D = max(coil.outer_diameter for coil in sensor.coils)
+    beyond = _BEYOND[0] * D + _BEYOND[1] * np.maximum(clearance(sensor, pose), pose.d_v)
+    sides = np.empty((len(every), 2))
+    for axis, side in enumerate(target.extent):
+        away = np.max([np.abs(coil.centre[axis] - pose.centre[:, axis]) for coil in sensor.coils], axis=0)
+        seen = 2.0 * (away + 0.5 * D + beyond)
+        sides[:, axis] = np.minimum(side, D * 2.0 ** np.ceil(np.log2(seen / D)))
+    found = []
+    for width, length in np.unique(sides, axis=0):
+        own = every[(sides == (width, length)).all(axis=1)]
+        cut = Target.model_validate(target.model_dump() | {"width": float(width), "length": float(length)})
+        whole = (width, length) == target.extent
+        found.append((sensor if whole else sensor.model_copy(update={"target": cut}), own))
+    return found
+
+
+@dataclass(frozen=True)
+class InSection:
+    """A model in section whose errors hold what it leaves out of a scene with ends.
+
+    Attributes
+    ----------
+    model : MagneticModel
+        Per metre of depth.
+    sensor : Sensor
+    """
+
+    model: MagneticModel
+    sensor: Sensor
+
+    def impedance(self, pose: Pose, frequency: float) -> Impedance:
+        """Return what the model does; where the size is not known, the report says so."""
+        found = self.model.impedance(pose, frequency)
+        if found.unit_L != "H/m":
+            return found
+        ends = ends_of_plates(self.sensor, found, pose)
+        if ends is None:
+            note = "ends along y: in no error, not estimated for this scene"
+            return replace(found, report=replace(found.report, notes=(*found.report.notes, note)))
+        note = f"a section stands for coils and plates with ends: {ends.size:.2g} of the change, in the error; ask for"
+        report = replace(
+            found.report, estimated_error=found.report.estimated_error + ends.size,
+            notes=(*found.report.notes, f"{note} sheets"),
+        )  # fmt: skip
+        known = np.zeros((0, *found.L.shape)) if found.shared_L is None else found.shared_L
+        return replace(
+            found, error_L=found.error_L + np.abs(ends.L) + ends.error_L, report=report,
+            error_R=found.error_R + np.abs(ends.R) + ends.error_R, shared_L=np.concatenate([known, ends.L[None]]),
+        )  # fmt: skip
+
+
+def ends_of_pad(sensor: Sensor) -> FiniteLength | None:
+    """Return by how much plane strain is too stiff for a pad; None where no planar layer stands for it at all."""
+    target, elastomer = sensor.target, sensor.elastomer
+    if target is None or elastomer is None or target.shape == "outline":
+        return None
+    if elastomer.mesh is not None or elastomer.kind == "pillars":
+        return None
+    return finite_length_factor(sensor)
+
+
+def in_plane_strain(sensor: Sensor, model: str) -> bool:
+    """Say whether a mechanical model, by its name, takes a pad in plane strain."""
+    target, elastomer = sensor.target, sensor.elastomer
+    flat = elastomer is not None and elastomer.mesh is None and finite_strain_model(sensor) == "planar"
+    flat |= target is not None and target.shape == "outline"
+    return model in ("planar", "closed-form") or (model == "linear" and flat)
+
+
+def whole_factors(factor: FiniteLength) -> Array:
+    """Return how much farther a pad moves its target than plane strain says: d_h, d_v and alpha, shape (3,) [-]."""
+    more = np.array([max(factor.shear, factor.tilt), factor.compression, factor.tilt]) - 1.0
+    return np.asarray(np.maximum(more, 0.0) + factor.error)
+
+
+def pitch_of_spirals(sensor: Sensor, found: Impedance, pose: Pose) -> float:
+    """Return what rings leave out of spirals, over the largest change of inductance at the same pose [-].
+
+    From the difference of both in space at the coarsest rung, whose errors they share; NaN where space has no model.
+
+    Parameters
+    ----------
+    sensor, found, pose
+        As for `ends_of_plates`, in henry.
+    """
+    if not_representable(sensor) is not None or sensor.target is None:
+        return float("nan")
+    some = Pose.of(pose.components.reshape(-1, len(POSE)))
+    try:
+        each = [sheets(sensor, ROUGH, windings=kind).impedance(some, found.frequency) for kind in ("rings", "spiral")]
+    except (SolveFailed, ValueError):
+        return float("nan")
+    rings, spirals = (np.diagonal(one.L, axis1=1, axis2=2) / np.diag(one.L0) - 1.0 for one in each)
+    return float((np.abs(spirals - rings).max(axis=1) / np.abs(rings).max(axis=1)).max())

@@ -1,0 +1,131 @@
+"""What does a request take, what does it leave out, how far is it off, and what would finer answers gain?"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from sits_mech.chain.interpolate import solved_likely
+from sits_mech.chain.omissions import ENDS, Omission, Shown, omissions, strain_bound
+from sits_mech.chain.plan import Choice
+from sits_mech.chain.prices.costs import Steps, cost, steps
+from sits_mech.chain.prices.ends import ROUGH
+from sits_mech.mechanics.symmetry import symmetry_of
+from sits_mech.quantities import Wrench
+from sits_mech.scene.sensor import Sensor
+from sits_mech.silicone.material import implausible
+
+_SPACE = {"mechanics": "block", "magnetics": "sheets"}  # what a half takes instead of a section
+_HELD = 0.4  # small strain's bound from which on pads were seen to give way: in shear; compression goes to some 1.5
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a request takes, what it leaves out, and what to expect of it.
+
+    Attributes
+    ----------
+    mechanics : Choice or None
+        None where no load is asked for.
+    magnetics : Choice
+        The other half.
+    steps : tuple of Step
+        What is solved: a rung of each half's ladder, as the tolerance picks it.
+    finer : tuple of Step
+        What finer tolerances would take, each half on its next rungs.
+    left_out : tuple of Omission
+        With sizes.
+    error : float
+        Asked relative error of the change of inductance: the pose's tolerance, the magnetics', the omissions'; of each
+        half no less than its finest rung reaches. What a solve reaches its report says.
+    not_estimated : tuple of str
+        What is left out and in no error, because its size is not known.
+    seconds : float
+        Processor time to expect on the machine that the ladders were measured on; within a factor of some three.
+    notes : tuple of str
+        Another model than the bare sensor's; what speaks against the request: loads that may be too large, constants
+        that no silicone has.
+    """
+
+    mechanics: Choice | None
+    magnetics: Choice
+    steps: Steps
+    finer: Steps
+    left_out: tuple[Omission, ...]
+    error: float
+    not_estimated: tuple[str, ...]
+    seconds: float
+    notes: tuple[str, ...] = ()
+
+    @property
+    def rungs(self) -> tuple[str, ...]:
+        """Which rung of their ladders the tolerance picks."""
+        return tuple(f"{step.model} at {step.tolerance:.1g}" for step in self.steps)
+
+    @classmethod
+    def of(
+        cls, sensor: Sensor, loads: Sequence[Wrench], tolerance: float, mechanics: Choice | None, magnetics: Choice,
+        shown: Shown | None = None,
+    ) -> Plan:  # fmt: skip
+        """Return the plan of a request whose models are chosen; arguments as of `models.plan` and `omissions`."""
+        parts = [("magnetics", magnetics.name, max(len(loads), 1))]
+        if mechanics is not None:
+            first = solved_likely(loads)
+            parts.insert(0, ("mechanics", mechanics.name, len(symmetry_of(sensor).without_images(first))))
+        asked, finer = steps(parts, tolerance, bool(loads), _among(sensor, magnetics))
+        name = None if mechanics is None else mechanics.name
+        missing = omissions(sensor, loads, name, magnetics.name, shown, not magnetics.by_name) + magnetics.left_out
+        if mechanics is not None and len(first) < len(loads):
+            reason = f"a smooth map through some {len(first)} of {len(loads)} predicts them within the tolerance"
+            missing += (Omission("loads between solved ones", reason, tolerance, in_error=True),)
+        sizes = [item.size for item in missing if item.counts and item.size > 0.0]
+        error = sum(step.error for step in asked) + sum(sizes)
+        finer = _gains(asked, _solid(parts, missing, (tolerance, bool(loads))) + finer, missing, error)
+        unknown = tuple(item.what for item in missing if item.counts and math.isnan(item.size))
+        notes = (*magnetics.notes, *_notes(sensor, loads))
+        seconds = sum(step.seconds for step in asked) + _priced(missing, max(len(loads), 1))
+        return cls(mechanics, magnetics, asked, finer, missing, error, unknown, seconds, notes)
+
+
+def _priced(missing: Sequence[Omission], count: int) -> float:
+    """Return the seconds that it takes to price the ends of plates, which errors hold."""
+    held = [item for item in missing if item.what.startswith(ENDS) and item.in_error]
+    return len(held) * cost("magnetics", "sheets", ROUGH, count)
+
+
+def _solid(parts: Sequence[tuple[str, str, int]], missing: Sequence[Omission], asked: tuple[float, bool]) -> Steps:
+    """Return the steps in space that halves with ends along y would take instead, for a tolerance, of loads or not."""
+    ends = {item.half for item in missing if item.what.startswith(ENDS) and not math.isnan(item.size)}
+    instead = [(half, _SPACE[half], count) for half, _, count in parts if half in ends]
+    return steps(instead, *asked)[0]
+
+
+def _gains(asked: Steps, finer: Steps, missing: Sequence[Omission], error: float) -> Steps:
+    """Return finer steps with the error of the request that they would leave; those that leave less."""
+    found = []
+    for step in finer:
+        own = next(each for each in asked if each.half == step.half)
+        ends = [item.size for item in missing if item.half == step.half and item.what.startswith(ENDS)]
+        whole = error - own.error + step.error - (sum(ends) if step.model != own.model else 0.0)
+        found.append(replace(step, whole=whole))
+    return tuple(found)
+
+
+def _among(sensor: Sensor, magnetics: Choice) -> tuple[int, int]:
+    """Return how many conductors are solved in space, and how many of them are outlines."""
+    far = {item.what for item in magnetics.left_out}
+    near = [part for part in sensor.conductors if f"conductors.{part.name}" not in far]
+    if magnetics.name != "sheets":
+        return 0, 0
+    return len(near), sum(part.shape == "outline" for part in near)
+
+
+def _notes(sensor: Sensor, loads: Sequence[Wrench]) -> tuple[str, ...]:
+    """Return what speaks against a request."""
+    bound = strain_bound(sensor, loads)
+    found = () if sensor.elastomer is None else implausible(sensor.elastomer.silicone)
+    if not loads or not _HELD < bound < float("inf"):
+        return found
+    seen = f"pads were seen to give way in shear from {_HELD:g} on, in compression from some 1.5 on"
+    return (*found, f"small strain would be off by {bound:.2g}: {seen}; a solve may end before such a load")

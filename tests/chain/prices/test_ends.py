@@ -1,0 +1,136 @@
+"""What ends along y are worth: by space for coils and plates, by its stiffness for pads, and whose errors hold it."""
+
+import numpy as np
+import pytest
+
+from sits_mech.chain.calibrate import calibrate
+from sits_mech.chain.models import magnetic_model, mechanical_model
+from sits_mech.chain.omissions import Shown, beside_errors, omissions
+from sits_mech.chain.prices.ends import InSection, ends_of_plates, pitch_of_spirals
+from sits_mech.magnetics.bars import planar_bars
+from sits_mech.magnetics.sheets import sheets
+from sits_mech.quantities import Pose, Wrench
+from sits_mech.scene.sensor import Sensor, load_sensor
+
+MM = 1e-3
+ENDS = "ends along y"
+
+
+@pytest.fixture(scope="module")
+def sensor() -> Sensor:
+    return load_sensor("biorob2018")
+
+
+def own(values: np.ndarray) -> np.ndarray:
+    """Diagonals."""
+    return np.diagonal(values, axis1=-2, axis2=-1)
+
+
+@pytest.mark.parametrize(
+    ("keys", "tilt"),
+    [
+        ([], 0.0), pytest.param(["target.width=0.015"], 0.05, marks=pytest.mark.slow),
+        pytest.param(["frequency=5e4"], 0.0, marks=pytest.mark.slow),
+    ],
+    ids=["8", "15", "5e4"],
+)  # fmt: skip
+def test_ends_are_what_space_has_more(keys: list[str], tilt: float) -> None:
+    """Against sheets a rung finer: relative to the free-space inductances of each, within a few percent."""
+    scene = load_sensor("biorob2018", keys)
+    pose = Pose(np.array([20 * tilt * MM]), np.array([(2 - 10 * tilt) * MM]), np.array([tilt]))
+    section = planar_bars(scene, 1e-3).impedance(pose, scene.frequency)
+    found, fine = ends_of_plates(scene, section, pose), sheets(scene, 1e-2).impedance(pose, scene.frequency)
+    assert found is not None
+    scale = own(section.L0) / own(fine.L0)
+    true = own(fine.L) * scale - own(section.L)
+    assert np.all(np.abs(own(found.L) - true) <= own(found.error_L) + 1.5 * own(fine.error_L) * scale)
+    assert np.all(own(found.error_L) < 0.2 * np.abs(true).max())
+    size = np.abs(true).max(axis=1) / np.abs(section.L - section.L0).max(axis=(1, 2))
+    assert found.size == pytest.approx(size.max(), rel=0.1)
+
+
+def test_the_published_sensor_in_section_is_half_off(sensor: Sensor) -> None:
+    """0.52 of the change in space is 0.34 of the section's own, and 0.03; auto's error holds it, not planar's."""
+    pose = Pose(0.0, 2 * MM)
+    chosen, asked = (magnetic_model(sensor, name, 1e-2, [pose])[0] for name in ("auto", "planar"))
+    assert isinstance(chosen, InSection) and not isinstance(asked, InSection)
+    wide, narrow = (model.impedance(pose, sensor.frequency) for model in (chosen, asked))
+    np.testing.assert_array_equal(wide.L, narrow.L)
+    change = abs(narrow.L - narrow.L0)[0, 0]
+    assert wide.error_L[0, 0] / change == pytest.approx(0.36, abs=0.01)
+    assert wide.report.estimated_error == pytest.approx(0.36, abs=0.01) and "ask for sheets" in wide.report.notes[-1]
+    assert narrow.report.estimated_error < 2e-3
+    both = [omissions(sensor, (), None, "planar", Shown(pose, narrow), auto) for auto in (True, False)]
+    assert [beside_errors(items)[0] for items in both] == [0.0, pytest.approx(0.36, abs=0.01)]
+    assert wide.shared_L is not None and wide.shared_L[-1, 0, 0] > 0.0  # endless plates take more
+
+
+def test_a_long_target_ends_where_no_coil_sees_it(sensor: Sensor) -> None:
+    """The same size from 40 mm as from 200 mm of plate."""
+    pose, found = Pose(0.0, 2 * MM), []
+    for length in (0.04, 0.2):
+        scene = load_sensor("biorob2018", [f"target.length={length}"])
+        ends = ends_of_plates(scene, planar_bars(scene, 1e-2).impedance(pose, scene.frequency), pose)
+        assert ends is not None
+        found.append(ends.size)
+    assert found[1] == pytest.approx(found[0], rel=0.02)
+
+
+def test_a_pose_has_its_own_price(sensor: Sensor) -> None:
+    """Digit by digit what it has alone, whatever poses are beside it; within the coarse answer of space's."""
+    poses = Pose(np.linspace(0.0, 4.0, 9) * MM, np.linspace(1.5, 6.0, 9) * MM)
+    section = planar_bars(sensor, 1e-2)
+    found, whole = (each.impedance(poses, sensor.frequency) for each in (section, sheets(sensor, 0.1)))
+    ends = ends_of_plates(sensor, found, poses)
+    assert ends is not None
+    true = own(whole.L / whole.L0 - found.L / found.L0)[:, 0] * found.L0[0, 0]
+    np.testing.assert_allclose(own(ends.L)[:, 0], true, rtol=0.06, atol=1e-6 * found.L0[0, 0])
+    wide = load_sensor("biorob2018", ["target.width=0.05", "target.length=0.05"])
+    for scene in (sensor, wide):
+        every = planar_bars(scene, 1e-2).impedance(poses, scene.frequency)
+        both = ends_of_plates(scene, every, poses)
+        for k in (0, 8):
+            pose = Pose.of(poses.components[k])
+            alone = ends_of_plates(scene, planar_bars(scene, 1e-2).impedance(pose, scene.frequency), pose)
+            assert both is not None and alone is not None
+            np.testing.assert_array_equal(both.L[k], alone.L)
+            np.testing.assert_array_equal(both.error_R[k], alone.error_R)
+
+
+def test_no_size_where_space_has_no_model(sensor: Sensor) -> None:
+    """Permeable targets: named as not estimated, in the answer and beside it."""
+    shape = 'shape="rectangle", width=8e-3, length=8e-3, thickness=2e-4'
+    steel = load_sensor("biorob2018", [f"target={{conductivity=7e6, relative_permeability=100, {shape}}}"])
+    model, choice = magnetic_model(steel, "auto", 1e-2, [Pose(0.0, 2 * MM)])
+    found = model.impedance(Pose(0.0, 2 * MM), steel.frequency)
+    assert choice.name == "planar-fem" and "in no error" in found.report.notes[-1]
+    items = omissions(steel, (), None, "planar-fem", Shown(Pose(0.0, 2 * MM), found), True)
+    assert beside_errors(items)[1] == (ENDS,)
+
+
+def test_a_long_pad_stands_for_plane_strain() -> None:
+    """What its ends and a shorter target are worth is told beside the errors of a load and of a table, in neither."""
+    scene, load = load_sensor("biorob2018", ["elastomer.length=0.2", "target.length=0.1"]), Wrench(0.1, 1.0)
+    layer, choice = mechanical_model(scene, "auto", 3e-2, [load])
+    items = omissions(scene, [load], choice.name, None)
+    size, unknown = beside_errors(items)
+    assert choice.name in ("planar", "linear") and size > 0.5 and unknown == ()
+    assert layer.equilibrium(load).report.estimated_error < 0.05
+    table = calibrate(scene, F_x=[0.1], F_z=[1.0], magnetics="planar", tolerance=3e-2)
+    assert "what sections leave out, up to 1.4 of the change" in table.attrs["notes"]  # 1.1 and the plates' own
+    assert float(table["error_d_h"][0, 0]) < 0.05 * float(table["d_h"][0, 0])
+
+
+@pytest.mark.slow
+def test_the_pitch_of_spirals_is_worth_something() -> None:
+    """A true spiral under a disc against rings of it: a percent of the change or less, and no exact nothing."""
+    coil = (
+        'coils=[{name="C", centre=["0 mm", "0 mm"], layers=2, turns=12, inner_diameter="2.2 mm", track_width="0.1 mm", '
+        'track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um", winding="spiral"}]'
+    )
+    scene = load_sensor(
+        "biorob2018", [coil, 'target={material="copper", shape="disc", diameter="8 mm", thickness="0.2 mm"}']
+    )
+    pose = Pose(0.0, 2 * MM)
+    rings = magnetic_model(scene, "axisymmetric", 1e-2)[0].impedance(pose, scene.frequency)
+    assert 1e-5 < pitch_of_spirals(scene, rings, pose) < 3e-2

@@ -1,0 +1,80 @@
+"""What shorted coils take: by the answer's own matrices, and at most where no pose is known."""
+
+import numpy as np
+import pytest
+
+from sits_mech.analysis.spectrum import at_terminals
+from sits_mech.chain.models import magnetic_model, plan
+from sits_mech.chain.omissions import Shown, omissions
+from sits_mech.chain.prices.idle import idle_bound, idle_share
+from sits_mech.magnetics.coils.terminals import terminal_impedance
+from sits_mech.quantities import Array, Impedance, Pose, SolveReport, Wrench
+from sits_mech.scene.sensor import Sensor, load_sensor
+
+MM = 1e-3
+IDLE = "current in the idle coil"
+REPORT = SolveReport("none", 0, 0, 0.0, 0.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def sensor() -> Sensor:
+    return load_sensor("biorob2018")
+
+
+def seen(L: Array, L0: Array, R: Array) -> Impedance:
+    """An answer of some matrices at 1 rad/s."""
+    none = np.zeros_like(L0)
+    return Impedance(1.0 / (2.0 * np.pi), L, R, L0, np.zeros(len(L0)), none, none, "H", REPORT)
+
+
+@pytest.mark.parametrize(("gap", "true"), [(1 * MM, 0.0054), (2 * MM, 0.0073), (5 * MM, 0.0104)])
+def test_sections_take_their_own_coupling(sensor: Sensor, gap: float, true: float) -> None:
+    """Twenty times that of rings in space, as two endless windings at the terminals show."""
+    found = magnetic_model(sensor, "planar", 1e-2)[0].impedance(Pose(0.0, gap), sensor.frequency)
+    assert idle_share(found) == pytest.approx(true, rel=0.01)
+    unsolved = omissions(sensor, (), None, "planar", Shown(Pose(0.0, gap), found))
+    (item,) = (item for item in unsolved if item.what == IDLE)
+    assert item.size == idle_share(found) and not item.of_change
+
+
+def test_a_plan_holds_for_all_distances_beyond_rest(sensor: Sensor) -> None:
+    """By formula (2), within twice the largest; and for the sheets' coils as well."""
+    model = magnetic_model(sensor, "planar", 1e-2)[0]
+    most = max(idle_share(model.impedance(Pose(0.0, d * MM), 5e6)) for d in (2.0, 3.0, 5.0, 8.0, 20.0))
+    for loads, least in (([], most), ([Wrench(0.5, 2.0)], 3.92e-4)):  # sheets: at 5 mm
+        (size,) = (item.size for item in plan(sensor, loads).left_out if item.what == IDLE)
+        assert least < size < 2.0 * least
+
+
+def test_shorted_at_the_terminals(sensor: Sensor) -> None:
+    """In free space, henry and ohm, with tracks and without leads: M^2/L less what resistance takes of it."""
+    open_ = sensor.model_copy(update={"readout": sensor.readout.model_copy(update={"idle_coil": "open"})})
+    bare = sensor.model_copy(update={"target": None})
+    found = magnetic_model(bare, "sheets", 1e-2)[0].impedance(Pose(0.0, 2 * MM), sensor.frequency)
+    (shorted, _), (alone, _) = (at_terminals(each, found) for each in (sensor, open_))
+    assert shorted is not None and alone is not None
+    missed = float(np.max(np.abs(shorted.L - alone.L)) / found.L0[0, 0])
+    assert idle_share(found) == pytest.approx(3.58e-4, rel=1e-3)
+    assert idle_bound(found) == pytest.approx(idle_share(found), rel=1e-9)
+    assert missed == pytest.approx(idle_share(found), rel=0.05)
+
+
+def test_many_coils_are_bounded_by_all() -> None:
+    """Random passive targets over five coils: formula (2) is no less than (1), which terminals show."""
+    random = np.random.default_rng(7)
+    for _ in range(50):
+        flux = random.normal(size=(5, 8)) * 0.1
+        L0 = np.eye(5) + 0.04 * (lambda a: a + a.T)(np.triu(random.uniform(-1, 1, (5, 5)), 1))
+        found = seen(L0 - flux @ flux.T, L0, 0.05 * flux @ flux.T)
+        shorted = load_sensor("biorob2018").readout
+        Z = found.R + 1j * found.L
+        taken = np.abs(np.diag(Z) - terminal_impedance(Z, np.zeros(5), shorted, 1.0)).max()
+        assert idle_share(found) == pytest.approx(taken, rel=1e-9)
+        assert idle_share(found) <= idle_bound(found)
+
+
+def test_coils_that_are_one_have_no_bound() -> None:
+    """And a single one none beside it."""
+    one = np.ones((2, 2))
+    assert np.isinf(idle_bound(seen(np.zeros((2, 2)), one, 0.0 * one)))
+    assert idle_bound(seen(np.eye(1), np.eye(1), np.zeros((1, 1)))) == 0.0

@@ -1,0 +1,53 @@
+"""Scenes by chance: drawn alike every time, judged by both errors, kept as they are done, counted as they are."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+import random_scenes
+from random_scenes import KINDS, Row, counts, draw, kept, measure
+
+
+def test_scenes_are_drawn_alike() -> None:
+    """By their number alone; all kinds come, with a pose or a load."""
+    drawn = [draw(number) for number in range(60)]
+    assert [item[1:] for item in drawn[:5]] == [draw(number)[1:] for number in range(5)]
+    assert {kind for kind, *_ in drawn} == set(KINDS)
+    for kind, sensor, pose, load in drawn:
+        assert (pose is None) == ("load" in kind) == (load is not None) and sensor.target is not None
+
+
+@pytest.mark.parametrize("number", [0, *(pytest.param(number, marks=pytest.mark.slow) for number in (2, 3, 4))])
+def test_bars_hold_what_the_richest_models_change(number: int) -> None:
+    """Of two sections, whose ends are most of the error, a disc and a load; against sheets and block."""
+    row = measure(number)
+    assert row["status"] == "judged" and (row["model"] == "planar") == (row["kind"] == "section")
+    assert row["L over bar"] <= 1.0 and (row["kind"] != "section" or row["bar"] > 0.02 * row["change"])
+    assert row.get("nut", 0.0) < 1e-4
+
+
+def test_a_stopped_run_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is done is kept, and not done again."""
+    asked: list[int] = []
+
+    def measured(number: int) -> Row:
+        asked.append(number)
+        return {"scene": number, "pose over bar": math.nan}
+
+    monkeypatch.setattr(random_scenes, "measure", measured)
+    rows = [kept(number, tmp_path) for number in (3, 4, 3)]
+    assert asked == [3, 4] and rows[0]["scene"] == rows[2]["scene"] == 3 and math.isnan(rows[2]["pose over bar"])
+
+
+def test_counts_hide_nothing() -> None:
+    """Misses, ends and scenes without a judge each have their line."""
+    one = {"kind": "section", "status": "judged", "L over bar": 0.5, "seconds": 1.0, "told": 2.0}
+    nut = {"nut": 1e-6, "nut seconds": 1.2}
+    rows = [one, one | {"L over bar": 1.5, "seconds": 9.0} | nut, one | {"kind": "load", "pose over bar": 2.0},
+            {"kind": "load", "status": "ended"}, one | {"status": "no richer model"}]  # fmt: skip
+    found = {row["what"]: (row["hold"], row["of"]) for row in counts(rows)}
+    assert found["ended before the load, named"] == (1, 5) and found["no richer model"] == (1, 5)
+    assert found["L within both errors"] == (2, 3) and found["pose within both errors"] == (0, 1)
+    assert found["a nut takes less than 5 % more"] == (1, 1) and found["seconds within 3 of explain's"] == (3, 4)
