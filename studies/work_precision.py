@@ -81,8 +81,8 @@ def main() -> None:
                 lines.append(measure(name, sensor, tolerance, delta_L, R))
                 print(*vars(lines[-1]).values(), flush=True)
     write_rows([vars(line) for line in lines], folder / "work_precision.csv")
-    rungs = [Rung(x.model, f"{x.tolerance:g}", x.one_pose, x.error_L, x.estimated_L) for x in lines]
-    rungs += [Rung(f"{x.model}, 1000", f"{x.tolerance:g}", x.thousand_poses, x.error_L, x.estimated_L) for x in lines]
+    rungs = [Rung(f"{x.model}, one pose", x.tolerance, x.one_pose, x.error_L, x.estimated_L, 1e-6) for x in lines]
+    rungs += [Rung(f"{x.model}, 1000", x.tolerance, x.thousand_poses, x.error_L, x.estimated_L, 1e-6) for x in lines]
     draw_ladders({"magnetics": rungs}, folder / "work_precision.png")
 
 

@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from textwrap import fill
+from typing import Any
 
 from common.references import FINER
 from threadpoolctl import threadpool_info
@@ -37,7 +38,8 @@ class Rung:
     seconds : float
         Processor time.
     error, estimated : float
-        Relative error against the reference, and what the solve itself said; infinite where there is no answer.
+        Relative error against the reference, not a number where none is finer; what the solve itself said. Both
+        infinite where there is no answer.
     resolved : float
         Error of the reference itself: where `error` is below five times that, it does not judge.
     """
@@ -67,11 +69,13 @@ def curves_of(rungs: Sequence[Rung]) -> dict[str, list[Rung]]:
 
 
 def said(rungs: Sequence[Rung]) -> str:
-    """Return what a user wants of one figure: what asking costs, what is not to be had, how the judged estimates did."""
-    rows = [[Asked(one.tolerance, one.estimated, one.seconds) for one in row] for row in curves_of(rungs).values()]
-    judged = [one for one in rungs if one.judged]
+    """Return what a user wants of one figure: what asking costs, what is not to be had, how judged estimates did."""
+    curves = curves_of(rungs).values()
+    rows = [[Asked(one.tolerance, one.estimated, one.seconds) for one in row] for row in curves]
+    points = [one for row in curves for _, one in merged(row)]
+    judged = [one for one in points if one.judged]
     held = sum(one.honest for one in judged)
-    return f"{sentence(rows)}. Estimates within a factor of 5: {held} of {len(judged)} judged, {len(rungs)} solved."
+    return f"{sentence(rows)}. Estimates within a factor of 5: {held} of {len(judged)} judged points, of {len(points)}."
 
 
 def merged(row: Sequence[Rung]) -> list[tuple[str, Rung]]:
@@ -100,7 +104,7 @@ def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
     """
     columns = min(2, len(panels))
     rows = -(-len(panels) // columns)
-    with new_figure(height=0.83 * rows / columns, columns=columns, rows=rows, width=1.7 * columns * COLUMN) as (
+    with new_figure(height=0.9 * rows / columns, columns=columns, rows=rows, width=1.3 * columns * COLUMN) as (
         figure,
         axes,
     ):
@@ -117,11 +121,8 @@ def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
         save_figure(figure, path)
 
 
-def _draw(spot: object, title: str, rungs: Sequence[Rung]) -> None:
+def _draw(axes: Any, title: str, rungs: Sequence[Rung]) -> None:
     """Draw one question."""
-    from typing import Any
-
-    axes: Any = spot
     for number, (model, row) in enumerate(curves_of(rungs).items()):
         colour = f"C{number}"
         points = [(label, one) for label, one in merged(row) if math.isfinite(one.error)]
@@ -137,7 +138,7 @@ def _draw(spot: object, title: str, rungs: Sequence[Rung]) -> None:
     axes.margins(x=0.12)
     axes.xaxis.set_minor_formatter("")
     axes.set_title(title, fontsize=9)
-    axes.set_xlabel("processor time [s]\n" + fill(said(rungs), 88), fontsize=6.5)
+    axes.set_xlabel("processor time [s]\n" + fill(said(rungs), 84), fontsize=6)
     axes.legend(loc="best", fontsize=6, handlelength=1.2, framealpha=0.6)
 
 
