@@ -104,7 +104,7 @@ def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
     """
     columns = min(2, len(panels))
     rows = -(-len(panels) // columns)
-    with new_figure(height=0.9 * rows / columns, columns=columns, rows=rows, width=1.3 * columns * COLUMN) as (
+    with new_figure(height=0.9 * rows / columns, columns=columns, rows=rows, width=1.15 * columns * COLUMN) as (
         figure,
         axes,
     ):
@@ -138,7 +138,8 @@ def _draw(axes: Any, title: str, rungs: Sequence[Rung]) -> None:
     axes.margins(x=0.12)
     axes.xaxis.set_minor_formatter("")
     axes.set_title(title, fontsize=9)
-    axes.set_xlabel("processor time [s]\n" + fill(said(rungs), 84), fontsize=6)
+    words = said(rungs).replace(" s", "\N{NO-BREAK SPACE}s").replace(" of ", "\N{NO-BREAK SPACE}of\N{NO-BREAK SPACE}")
+    axes.set_xlabel("processor time [s]\n" + fill(words, 84), fontsize=5.5)
     axes.legend(loc="best", fontsize=6, handlelength=1.2, framealpha=0.6)
 
 

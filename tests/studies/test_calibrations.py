@@ -30,6 +30,6 @@ def test_stored_signals_are_those_of_the_cases() -> None:
 def test_errors_are_of_full_scale() -> None:
     """The largest over the loads."""
     known = np.array([[0.0, 1.0], [2.0, 4.0]])
-    data = xr.Dataset({"L_v_percent": (("x", "y"), known + [[0.0, 0.4], [0.0, -0.2]])})
+    data = xr.Dataset({"L_v_percent": (("x", "y"), known + [[0.0, -0.4], [0.0, 0.2]])})
     data["error_L_v_percent"] = (("x", "y"), np.full((2, 2), 0.8))
     assert errors(data, "L_v", known) == pytest.approx((0.1, 0.2))
