@@ -2,13 +2,15 @@
 
 What is asked and held against what: extreme/layers.py and extreme/solids.py (stiff, thin, tall, pressed, pulled,
 sheared, tilted, overloaded layers and pads: work = energy, moment identity, path), extreme/films.py and walls.py (pads
-of 0.02 mm: thin-layer limit; columns that fall over: beams), extreme/plates.py (skin depth over thickness 1e-3 to 1e3,
-gaps from 0.05 mm, 1 Hz to 100 MHz: reciprocity, passivity, growth with frequency; whole sensors). Each row is
+of 0.01 mm: thin-layer limit; columns that fall over: beams), extreme/plates.py (skin depth over thickness 1e-3 to 1e3,
+gaps from 0.05 mm, 1 Hz to 100 MHz: reciprocity, passivity, growth with frequency; whole sensors), extreme/poses.py
+(gaps of 10 um, tilts to touching, foils and blocks, 1 to 60 turns, 64 coils: against richer models) and
+extreme/any_answer.py (500 random scenes from all that the loader accepts: answered or refused by name). Each row is
 converged and within what is allowed, or, where it is an extreme indeed, refused by name; any other ends the study with
 exit code 1.
 
-Run ``python studies/extremes.py [--coarse] [--only mechanics,magnetics,chain] --output DIR``: a table as CSV and
-Markdown, written anew after every row, and a picture of violations beside what is allowed.
+Run ``python studies/extremes.py [--coarse] [--only mechanics,magnetics,chain,scenes] --output DIR``: a table as CSV and
+Markdown, written anew after every row, and a picture of each row's violation over what is allowed, grouped by kind.
 """
 
 from __future__ import annotations
@@ -22,15 +24,17 @@ from pathlib import Path
 
 import numpy as np
 from common.outputs import write_rows
+from extreme.any_answer import any_scenes
 from extreme.films import films
 from extreme.layers import layers
 from extreme.plates import chain, plates
+from extreme.poses import poses
 from extreme.rows import DONE, Row
 from extreme.solids import solids
 from extreme.walls import walls
 from threadpoolctl import threadpool_limits
 
-from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.report.pictures.curves import COLUMN, new_figure, save_figure
 
 
 def mechanics(coarse: bool) -> Iterator[Row]:
@@ -38,30 +42,45 @@ def mechanics(coarse: bool) -> Iterator[Row]:
     return joined(layers(coarse), solids(coarse), films(coarse), walls(coarse))
 
 
-PARTS = {"mechanics": mechanics, "magnetics": plates, "chain": chain}
-SMALLEST = 1e-9  # where nothing at all, and less, is drawn
-MARKS = "cross: refused, with the error of what it reached; star: does not hold"
+def magnetics(coarse: bool) -> Iterator[Row]:
+    """Yield the rows of plates and of poses."""
+    return joined(plates(coarse), poses(coarse))
+
+
+PARTS = {"mechanics": mechanics, "magnetics": magnetics, "chain": chain, "scenes": any_scenes}
+SMALLEST, LARGEST = 1e-4, 1e2  # between which is drawn
+MARKS = (
+    "full: true over stated error, against a richer or another model; hollow: violation of an identity over what is "
+    "allowed; cross: refused by name; star: does not hold"
+)
 
 
 def draw(rows: Sequence[Row], path: Path) -> None:
-    """Write a picture: estimated error and violation over allowance of each row against its seconds."""
-    with new_figure(height=0.7, columns=2) as (figure, (left, right)):
-        for number, part in enumerate(PARTS):
-            own = [row for row in rows if row.physics == part]
-            over = [row.violation / row.allowed for row in own]
-            for axes, values in ((left, [row.estimated for row in own]), (right, over)):
-                done = [row.status == DONE for row in own]
-                seconds = np.maximum([row.seconds for row in own], 1e-2)
-                share = np.maximum(values, SMALLEST)
-                axes.plot(seconds[done], share[done], f"C{number}o", label=part, alpha=0.7)
-                stopped = ~np.array(done, dtype=bool)
-                axes.plot(seconds[stopped], share[stopped], f"C{number}x")
-        wrong = [row for row in rows if not row.holds]
-        right.plot([max(row.seconds, 1e-2) for row in wrong], [1.0] * len(wrong), "r*")
-        for axes, words in ((left, "estimated error [-]"), (right, "violation over allowance [-]")):
-            axes.set(xscale="log", yscale="log", xlabel="processor time [s]", ylabel=words)
-        left.set_ylim(1e-6, 0.3)
-        figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3, title=MARKS)
+    """Write a picture: each row's violation over what is allowed, one line each under its name, grouped by kind.
+
+    Random scenes are too many for names: they share the lines of how they ended.
+    """
+    named = [row for row in rows if row.physics != "any scene"]
+    drawn = [row for row in rows if row.physics == "any scene"]
+    labels = [f"{row.physics}: {row.case}" for row in named]
+    kinds = list(dict.fromkeys(row.status for row in drawn))
+    labels += [f"{sum(row.status == kind for row in drawn)} random scenes: {kind}" for kind in kinds]
+    places = [*range(len(named)), *(len(named) + kinds.index(row.status) for row in drawn)]
+    height, width = max(0.5, 0.014 * len(labels)), 2.0 * COLUMN
+    with new_figure(height=height, width=width) as (figure, (axes,)):
+        for place, row in zip(places, [*named, *drawn], strict=True):
+            share = min(max(row.violation / row.allowed, SMALLEST), LARGEST)
+            refused = row.status != DONE
+            mark = "*" if not row.holds else "x" if refused else "o"
+            color = "r" if not row.holds else f"C{(0, 1, 2, 4)[list(PARTS).index(row.part)]}"
+            fill = color if row.against and not refused else "none"
+            at = share if np.isfinite(share) else 1.0
+            axes.plot(at, place, mark, color=color, markerfacecolor=fill, markersize=3)
+        axes.axvline(1.0, color="0.5", lw=0.8)
+        axes.set(xscale="log", xlabel="violation over what is allowed [-]", ylim=(len(labels), -1.0))
+        axes.set_yticks(range(len(labels)), labels, fontsize=4.5)
+        axes.grid(axis="y", lw=0.2)
+        figure.suptitle(MARKS, fontsize=5, wrap=True)
         save_figure(figure, path)
 
 
@@ -70,7 +89,8 @@ def tabled(row: Row) -> dict[str, object]:
     return {
         "physics": row.physics, "case": row.case, "status": row.status, "holds": row.holds, "min J": row.min_J,
         "estimated error": row.estimated, "violation": row.violation, "allowed": row.allowed,
-        "violation / allowed": row.violation / row.allowed, "seconds": row.seconds, "remark": row.remark,
+        "violation / allowed": row.violation / row.allowed, "reference": "yes" if row.against else "",
+        "seconds": row.seconds, "remark": row.remark,
     }  # fmt: skip
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.pose_errors import read_poses, signals_at, stacked
 from sits_mech.geometry.collision import check_clearance
+from sits_mech.geometry.waves import check_frequency
 from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetry_of
 from sits_mech.quantities import (
     WRENCH,
@@ -84,6 +85,7 @@ def simulate(
     SolveFailed
         When the layer has no equilibrium that could be reached, or the coils cannot be solved at the pose.
     """
+    check_frequency(sensor.coils, sensor.frequency)  # before the layer is solved
     field, _ = loaded_model(sensor, magnetics, tolerance, [*via, wrench])
     layer, _ = mechanical_model(sensor, mechanics, tolerance, [*via, wrench])
     return simulated(sensor, field, at_rest(sensor, layer, wrench, via))

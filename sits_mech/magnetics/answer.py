@@ -16,7 +16,7 @@ import numpy as np
 
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.waves import check_frequency
-from sits_mech.quantities import POSE, Array, Complex, Impedance, Pose, SolveReport, refuse_beside
+from sits_mech.quantities import POSE, Array, Complex, Impedance, Pose, SolveFailed, SolveReport, refuse_beside
 from sits_mech.scene.sensor import Sensor
 
 
@@ -110,13 +110,15 @@ def answer(
     ------
     Collision, ValueError
         As `check_asked`.
+    SolveFailed
+        If the model's matrices cannot be factored, or give no numbers.
     """
     began = time.perf_counter()
     check_asked(kind, sensor, pose, frequency)
     places, n = pose.components, len(sensor.coils)
     shape, rows = (*places.shape[:-1], n, n), places.reshape(-1, len(POSE))
     if rows.size and (sensor.target is not None or sensor.conductors):
-        found = react(Pose.of(rows), frequency)
+        found = _finite(kind, react, Pose.of(rows), frequency)
     else:
         none, why = np.zeros((len(rows), n, n), dtype=complex), ("eddy currents: the scene has no target",)
         found = Reaction(none, none, left_out=() if sensor.target is not None or sensor.conductors else why)
@@ -133,6 +135,23 @@ def answer(
         parts = np.broadcast_to(found.shared.imag / omega, (len(found.shared), len(rows), n, n))
         shared = parts.reshape(-1, *shape)
     return Impedance(frequency, *values, kind.unit_L, report, shared)
+
+
+def _finite(kind: Kind, react: Callable[[Pose, float], Reaction], pose: Pose, frequency: float) -> Reaction:
+    """Return what a model answers, or refuse what rounding has lost."""
+    try:
+        found = react(pose, frequency)
+        if np.all(np.isfinite(found.change)) and np.all(np.isfinite(found.error)) and np.isfinite(found.relative):
+            return found
+        why = "the answer is no number"
+    except np.linalg.LinAlgError as error:
+        why = str(error)
+    raise SolveFailed(
+        f"{kind.name}: sizes, gaps and skin depth of this scene are too far apart to be resolved ({why}); ask for "
+        "another model or a larger tolerance",
+        SolveReport(kind.name, 0, 0, 0.0, 1.0, 0.0, "not resolved"),
+        half="magnetics",
+    )
 
 
 def sizes(Z: Complex) -> Array:

@@ -51,7 +51,7 @@ from sits_mech.magnetics.stages import clearance_of, clearances, together, tops
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Coil, Sensor
 from sits_mech.threads import one_thread
-from sits_mech.units import checked_tolerance
+from sits_mech.units import SceneError, checked_tolerance
 
 # Asked error of the change of inductance -> division of the plate. Largest errors against an independent high-order FEM
 # (8 x 0.2 mm, 1 to 5 mm, 5 kHz and 5 MHz): L 1.8e-3, 6.3e-4, 5.5e-5, 7e-6; R 5e-4, 3e-4, 7e-5, 2e-5.
@@ -100,9 +100,12 @@ class PlanarBars:
         react, gaps = _among_others if self.sensor.conductors else _alone, _gaps(self.sensor, pose)
         change, check = np.zeros((2, len(gaps[0][0]), *(2 * [len(self.sensor.coils)])), dtype=complex)
         cells = 0
-        for steps, some, share in together([clearances(*own) for own in gaps]):
-            clear = [clearance_of(step, anchor) for step, (_, anchor) in zip(steps, gaps, strict=True)]
-            for top, own in tops(frequency):
+        stages = [
+            ([clearance_of(step, anchor) for step, (_, anchor) in zip(steps, gaps, strict=True)], some, share)
+            for steps, some, share in together([clearances(*own) for own in gaps])
+        ]
+        for clear, some, share in sorted(stages, key=lambda stage: min(stage[0])):  # what is too fine is refused first
+            for top, own in sorted(tops(frequency), reverse=True):
                 found = react(self.sensor, resolution, Pose.of(pose.components[some]), (clear, frequency, top))
                 change[some] += (own * share)[:, None, None] * found[0]
                 check[some] += (own * share)[:, None, None] * found[1]
@@ -127,12 +130,12 @@ def planar_bars(sensor: Sensor, tolerance: float = 1e-3) -> PlanarBars:
 
     Raises
     ------
-    ValueError
+    SceneError
         If the scene is not one this model can represent.
     """
     refusal = not_representable(sensor)
     if refusal:
-        raise ValueError(refusal)
+        raise SceneError(refusal)
     return PlanarBars(sensor, checked_tolerance(tolerance))
 
 

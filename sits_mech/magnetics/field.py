@@ -20,6 +20,7 @@ the published sensor a circle four times as large changes Delta L by 3e-9.
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass
 
@@ -37,13 +38,14 @@ from sits_mech.magnetics.skin import skin_depth
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
-from sits_mech.units import checked_tolerance
+from sits_mech.units import SceneError, checked_tolerance
 
 _KIND = Kind("planar-fem", "H/m", beyond="sheets")
 # Division for a tolerance of 1e-3, measured against an independent high-order FEM.
 _DEFAULT = Fineness(skin=0.7, edge=0.5, growth=0.6, near=0.6, share=0.12, around=40)
 _MOST_UNKNOWNS = 300_000
 _DIGITS = 1e-10  # a part of the flux below this share of the whole is not asked to be accurate
+_ROUNDS, _FAR = 3, 10.0  # divisions that an order is measured from, and error over tolerance that no more would mend
 _FINER = 0.7  # cells of a plate from one division to the next
 _GAINED = 0.3  # part of what order 3 adds that is left as its error where no plate is permeable
 _SMALL_SHARE = 0.1  # of the estimated error: a plate with less keeps its cells
@@ -196,14 +198,16 @@ def planar_fem(sensor: Sensor, tolerance: float = 1e-3) -> PlanarFem:
 
     Raises
     ------
+    SceneError
+        If the scene is not one this model can represent.
     ValueError
-        If the scene is not one this model can represent, or the tolerance is not between 1e-7 and 1.
+        If the tolerance is not between 1e-7 and 1.
     """
     if refusal := section_refusal(sensor.coils) or outline_refusal(sensor):
-        raise ValueError(refusal)
+        raise SceneError(refusal)
     for part in sensor.conductors:
         if part.loss_tangent > 0.0:
-            raise ValueError(
+            raise SceneError(
                 f"conductors.{part.name}.loss_tangent: planar-fem takes permeable parts without losses, got "
                 f"{part.loss_tangent:g}; model 'sheets' takes it"
             )
@@ -220,7 +224,7 @@ def _adapted(model: PlanarFem, plates: tuple[Plate, ...], omega: float) -> Plana
     hertz = omega / (2 * np.pi)
     depths = np.array([skin_depth(hertz, p.conductivity, p.relative_permeability) for p in plates])
     fineness = tuple(_DEFAULT.times(float(np.clip((model.tolerance / 1e-3) ** 0.25, 0.25, 1.5))) for _ in plates)
-    solves = 0
+    solves, missed = 0, list[tuple[int, float]]()
     while True:
         division = divide_plane(plates, bars, depths, fineness, ground)
         coarse, fine = (solve_field(division, plates, coils, omega, order, ground) for order in (2, 3))
@@ -229,7 +233,8 @@ def _adapted(model: PlanarFem, plates: tuple[Plate, ...], omega: float) -> Plana
         error_L, error_R = found.relative_errors()
         if error_L <= model.tolerance and error_R <= 10 * model.tolerance:
             return found
-        if fine.basis.N > _MOST_UNKNOWNS:
+        missed.append((fine.basis.N, max(error_L, 0.1 * error_R) / model.tolerance))
+        if fine.basis.N > _MOST_UNKNOWNS or _hopeless(missed):
             break
         fineness = _finer(fineness, _plate_errors(found))
     seconds = time.perf_counter() - began
@@ -238,6 +243,15 @@ def _adapted(model: PlanarFem, plates: tuple[Plate, ...], omega: float) -> Plana
         f"error is {error_L:.2g} of Delta L and {error_R:.2g} of R; ask for a larger tolerance",
         SolveReport("planar-fem", fine.basis.N, solves, fine.residual, error_L, seconds, "tolerance not reached"),
     )
+
+
+def _hopeless(missed: list[tuple[int, float]]) -> bool:
+    """Whether errors over the tolerance, by unknowns, fall so slowly that the most unknowns leave them far above it."""
+    if len(missed) < _ROUNDS:
+        return False
+    (before, was), (now, error) = missed[-_ROUNDS], missed[-1]
+    order = max(math.log(was / error) / math.log(now / before), 0.0)
+    return bool(error * (now / _MOST_UNKNOWNS) ** order > _FAR)
 
 
 def _finer(fineness: tuple[Fineness, ...], errors: Array) -> tuple[Fineness, ...]:

@@ -31,6 +31,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, eigh
@@ -163,10 +164,10 @@ def _krylov_space(L: Complex, R: Complex, B: Complex, omega: float) -> Complex:
     some = strength > _NOTHING * strength.max()
     B = B[some] / strength[some, None]
     for share, times in _SHIFTS:
-        factor = cho_factor((R + share * omega * L).astype(single), lower=True, overwrite_a=True, check_finite=False)
+        factor = _factored(R + share * omega * L, single)
         driven = B.conj().T
         for _ in range(times):
-            found = np.asarray(cho_solve(factor, driven.astype(single), check_finite=False), dtype=R.dtype)
+            found = np.asarray(cho_solve(factor, driven.astype(factor[0].dtype), check_finite=False), dtype=R.dtype)
             driven = R @ found
             size = np.sqrt(np.real(np.einsum("ij,ij->j", found.conj(), driven)))
             blocks.append(found / size)
@@ -175,6 +176,14 @@ def _krylov_space(L: Complex, R: Complex, B: Complex, omega: float) -> Complex:
     values, vectors = eigh(X.conj().T @ (R @ X))
     kept = values > _SPAN * values[-1]
     return np.asarray(X @ (vectors[:, kept] / np.sqrt(values[kept])))
+
+
+def _factored(matrix: Complex, single: type) -> Any:
+    """Cholesky's factor in single precision; in double where that loses the small resistances."""
+    try:
+        return cho_factor(matrix.astype(single), lower=True, overwrite_a=True, check_finite=False)
+    except np.linalg.LinAlgError:
+        return cho_factor(matrix, lower=True, check_finite=False)
 
 
 def _onwards(at: float, nodes: Array, values: Sequence[Array]) -> Array:

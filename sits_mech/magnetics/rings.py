@@ -29,7 +29,7 @@ from sits_mech.magnetics.stages import clearances, lowest_served, served, togeth
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Coil, Sensor
 from sits_mech.threads import one_thread
-from sits_mech.units import checked_tolerance
+from sits_mech.units import SceneError, checked_tolerance
 
 _KIND = Kind("axisymmetric", "H")  # what leaves the axis `_check_coaxial` refuses
 _MOST = 4200  # rings in half the disc: half a minute and a gigabyte
@@ -122,12 +122,12 @@ def axisymmetric(sensor: Sensor, tolerance: float = 1e-3) -> Axisymmetric:
 
     Raises
     ------
-    ValueError
+    SceneError
         If the scene is not axisymmetric; the message names the model for it.
     """
     reason = _reason_against(sensor)
     if reason:
-        raise ValueError(f"axisymmetric: {reason}")
+        raise SceneError(f"axisymmetric: {reason}")
     return Axisymmetric(sensor, checked_tolerance(tolerance))
 
 

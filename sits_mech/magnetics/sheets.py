@@ -56,7 +56,7 @@ from sits_mech.quantities import Array, Complex, Impedance, Integers, Pose
 from sits_mech.scene.sensor import Sensor, Target
 from sits_mech.threads import one_thread
 from sits_mech.turns import rotation_matrix
-from sits_mech.units import checked_tolerance
+from sits_mech.units import SceneError, checked_tolerance
 
 _KIND = Kind("sheets", "H")
 _MUTUAL = (1.0, 0.1), (0.4, 0.045)  # of two coils' own estimate, and of each coil's error, in theirs, of R and L
@@ -271,12 +271,12 @@ def sheets(
 
     Raises
     ------
-    ValueError
+    SceneError
         If the scene is not one this model can represent.
     """
     refusal = not_representable(sensor)
     if refusal:
-        raise ValueError(refusal)
+        raise SceneError(refusal)
     if windings is None:
         windings = next((coil.winding for coil in sensor.coils if coil.is_round), "rings")
     if windings not in ("rings", "spiral"):

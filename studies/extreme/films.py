@@ -66,7 +66,7 @@ def stiffness_down(sensor: Sensor) -> float:
 def films(coarse: bool) -> Iterator[Row]:
     """Yield the rows of films, pressed by 1 % and sheared by 10 %; the coarse ones: one."""
     for name in list(PARTS)[:1] if coarse else PARTS:
-        for t in (0.1,) if coarse else (0.1, 0.02):
+        for t in (0.1,) if coarse else (0.1, 0.01):
             for way in ("pressed",) if coarse else ("pressed", "sheared"):
                 case, sensor = f"3D film {name}, {t:g} mm, {way}", shaped(*PARTS[name], t)
                 yield measured("mechanics", case, lambda sensor=sensor, way=way: limit_row(sensor, way), True)

@@ -65,13 +65,11 @@ def layers(coarse: bool) -> Iterator[Row]:
     def ask(case: str, question: Callable[[], Row], must: bool = True) -> Row:
         return measured("mechanics", case, question, must)
 
-    for ratio in (10.0, 1e7) if coarse else (10.0, 1e2, 1e3, 1e5, 1e7):
+    for ratio in (0.5, 1e9) if coarse else (0.5, 10.0, 1e3, 1e5, 1e9):
         yield ask(f"K/mu = {ratio:g}", lambda ratio=ratio: combined(pad(20, 15, 2, ratio=ratio)))
     for S in (0.3,) if coarse else (0.3, 0.5, 1, 3, 8, 25):
         t, ratio = 7.5 / S, 1e5 if S > 8 else 1e3
         yield ask(f"S = {S:g}, flush", lambda t=t, ratio=ratio: combined(pad(15, 15, t, ratio=ratio), press=0.03))
-    for mu in (1e3, 1e7):
-        yield ask(f"mu = {mu:g} Pa", lambda mu=mu: combined(pad(20, 15, 2, mu=mu)))
     for t in (20.0,) if coarse else (0.1, 20.0):
         yield ask(f"t = {t:g} mm", lambda t=t: combined(pad(20, 15, t, ratio=1e5), press=0.02))
     for name, sizes in (("overhanging 20/15/2", (20, 15, 2)), ("flush 15/15/3", (15, 15, 3))):
@@ -87,7 +85,7 @@ def layers(coarse: bool) -> Iterator[Row]:
     yield ask("moment identity, sheared by half", lambda: identity(block, Wrench(F_x=200.0)))
     pads = {"overhanging 20/15/2": thin.sensor, "flush 15/15/3": block}
     for F_x, F_z in LOADS[:1] if coarse else LOADS:
-        for name, sensor in pads.items():
+        for name, sensor in list(pads.items())[: 1 if coarse else None]:
             load, case = Wrench(F_x, F_z), f"{name}, refined at {F_x:g} and {F_z:g} N/m"
             yield ask(case, lambda load=load, sensor=sensor: refined(sensor, load), F_z == 1000.0)
     if not coarse:

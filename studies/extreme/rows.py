@@ -13,7 +13,8 @@ from sits_mech.quantities import SolveFailed
 from sits_mech.scene.sensor import SceneError
 
 DONE = "converged"
-REFUSALS = ("load path ended", "too many bars", "too many rings", "not resolved", "collision", "bad input")
+REFUSALS = ("load path ended", "too many bars", "too many rings", "not resolved", "collision", "bad input",
+            "strains too large", "tolerance not reached", "not smooth")
 """The names that a refusal may have."""
 
 
@@ -31,6 +32,17 @@ class Row:
     seconds: float = 0.0
     remark: str = ""
     must: bool = False  # a case that no refusal will do for
+    compared: bool = True  # whether a violation in sums of stated errors, of which one is allowed, had a reference
+
+    @property
+    def against(self) -> bool:
+        """Whether the violation is in errors that were stated, against a richer or another model."""
+        return self.compared and self.allowed == 1.0
+
+    @property
+    def part(self) -> str:
+        """The study's part that it belongs to."""
+        return "scenes" if self.physics == "any scene" else self.physics or "chain"
 
     @property
     def holds(self) -> bool:

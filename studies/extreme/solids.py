@@ -92,8 +92,8 @@ def solids(coarse: bool) -> Iterator[Row]:
     )
     for name, model, ways in (("3D box", box, WAYS), ("3D cylinder", drum, WAYS[:1])):
         yield from led(name, model, ways)
-    odd = {"K/mu = 10": pad(ratio=10.0), "K/mu = 1e+05": pad(ratio=1e5), "mu = 1000 Pa": pad(mu=1e3)}
-    odd |= {"mu = 1e+07 Pa": pad(mu=1e7), "t = 0.5 mm": pad(t=0.5), "t = 10 mm": pad(t=10.0)}
+    odd = {"K/mu = 0.5": pad(ratio=0.5), "K/mu = 1e+09": pad(ratio=1e9)}
+    odd |= {"t = 0.5 mm": pad(t=0.5), "t = 10 mm": pad(t=10.0)}
     for name, sensor in odd.items():
         yield from led(f"3D box, {name}", block_pad(sensor, 2e-2), SHORT)
     yield from led("3D box, Gent j_m = 2 (locks at shear 1.41)", block_pad(pad(j_m=2.0), 2e-2), (LOCKING,))

@@ -320,3 +320,9 @@ def test_a_failure_is_that_of_the_load_and_not_of_its_image(kind: Literal["recta
     assert last.pose.d_h < 0.0 and np.all(off.components >= 0.0) and off.F_x > 0.0
     with pytest.raises(SolveFailed, match="ended$"):
         image_at_rest(Symmetry(kind), Ending(), Wrench(F_x=1.0))
+
+
+def test_a_frequency_of_waves_is_refused_before_the_layer_is_solved(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sits_mech.chain.simulate.mechanical_model", None)
+    with pytest.raises(ValueError, match="frequency: must be below"):
+        simulate(load_sensor("biorob2018", ['frequency="10 GHz"']), Wrench(F_z=0.1))

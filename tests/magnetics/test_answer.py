@@ -5,7 +5,7 @@ import pytest
 
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.answer import Kind, Reaction, answer
-from sits_mech.quantities import Array, Impedance, Pose
+from sits_mech.quantities import Array, Impedance, Pose, SolveFailed
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 PLANE = Kind("plane", "H/m", beyond="another")
@@ -55,3 +55,17 @@ def test_refusals() -> None:
         asked(Pose(0.0, -1.0, d_y=1e-3))
     with pytest.raises(Collision, match="above the coil plane"):
         asked(Pose(0.0, -1.0, d_y=1e-3), kind=Kind("space", "H"))
+
+
+@pytest.mark.parametrize("lost", [np.nan, np.inf, None])
+def test_what_rounding_has_lost_is_refused_by_name(lost: float | None) -> None:
+    """An answer that is no number, and matrices that cannot be factored, are no answer."""
+
+    def broken(pose: Pose, frequency: float) -> Reaction:
+        if lost is None:
+            np.linalg.cholesky(-np.eye(2))
+        return Reaction(np.full((1, 2, 2), lost, dtype=complex), np.zeros((1, 2, 2), dtype=complex))
+
+    with pytest.raises(SolveFailed, match="plane: .* resolved") as caught:
+        answer(PLANE, load_sensor("biorob2018"), Pose(0.0, 0.25), 1e6, alone, broken)
+    assert (caught.value.report.status, caught.value.half) == ("not resolved", "magnetics")

@@ -5,8 +5,9 @@ import pytest
 from common.strip import strip_reaction
 
 from sits_mech.geometry.collision import Collision
+from sits_mech.magnetics import bars
 from sits_mech.magnetics.bars import bars_of_coils, free_space_inductance, planar_bars
-from sits_mech.quantities import Pose
+from sits_mech.quantities import Pose, SolveFailed
 from sits_mech.scene.sensor import load_sensor
 
 MM = 1e-3
@@ -177,3 +178,14 @@ def test_refusals(sensor):
     with pytest.raises(ValueError, match="planar_boundary_radius"):
         small = load_sensor("biorob2018", ['target.net_current="free"', 'target.planar_boundary_radius="5 mm"'])
         planar_bars(small).impedance(Pose(0.0, 2 * MM, 0.0), 5e6)
+
+
+def test_a_plate_too_fine_for_bars_is_refused_before_any_is_solved(monkeypatch):
+    """0.2 m over 0.8 mm: the nearer of two preparations does not fit, the farther one would take seconds."""
+    sizes = ['target.width="215 mm"', 'coils.C1.turns=3', 'coils.C2.turns=3', "frequency=1e6"]
+    solved = []
+    own = bars.prepare_plate
+    monkeypatch.setattr(bars, "prepare_plate", lambda *given: solved.append(own(*given)))
+    with pytest.raises(SolveFailed, match="too many bars|bars and"):
+        planar_bars(load_sensor("biorob2018", sizes), 0.2).impedance(Pose(0.0, 0.8 * MM), 1e6)
+    assert not solved

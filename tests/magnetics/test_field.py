@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from sits_mech.geometry.collision import Collision
+from sits_mech.magnetics import field
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.meshing.unstructured import MesherMissing
@@ -205,3 +206,11 @@ def test_off_the_main_thread_is_refused(sensor: Sensor) -> None:
     thread.start()
     thread.join()
     assert "main thread" in str(caught[0])
+
+
+def test_errors_that_fall_too_slowly_are_given_up_early():
+    """Order 2 from 10 times the tolerance at 10,000 unknowns gets there; a fourth root from 100 times does not."""
+    assert not field._hopeless([(10_000, 10.0), (20_000, 2.5)])
+    assert not field._hopeless([(10_000, 10.0), (20_000, 2.5), (40_000, 0.7)])
+    assert field._hopeless([(10_000, 100.0), (20_000, 84.0), (40_000, 71.0)])
+    assert field._hopeless([(10_000, 100.0), (20_000, 150.0), (40_000, 120.0)])

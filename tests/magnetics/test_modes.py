@@ -37,6 +37,18 @@ def test_few_modes_answer_as_all(turned):
         np.testing.assert_allclose(few.admittance(omega), exact, rtol=0.0, atol=1e-3 * np.abs(exact).max())
 
 
+def test_few_modes_where_single_precision_loses_the_resistances():
+    """R is 1e-11 of omega L there: the sum is positive in double precision only."""
+    n = 240
+    rng = np.random.default_rng(5)
+    Q = np.linalg.qr(rng.normal(size=(n, n)))[0]
+    L, B = (Q * np.r_[np.full(n - 200, 1e11), np.full(200, 1e-9)]) @ Q.T, rng.normal(size=(2, n)) @ Q.T
+    L = (L + L.T) / 2
+    with pytest.raises(np.linalg.LinAlgError):
+        np.linalg.cholesky((np.eye(n) + L).astype(np.float32))
+    assert np.all(np.isfinite(few_modes(L, np.eye(n), B, 1.0).admittance(1.0)))
+
+
 def test_beyond_the_highest_frequency_resistance_goes_like_the_skin_depth():
     """R / omega = c d + e d^2 and L = l + m d, d the skin depth: exactly gone on with, without a step."""
     c, e, m = 0.7, 0.1, 0.3

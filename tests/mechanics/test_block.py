@@ -6,13 +6,13 @@ import pytest
 from sits_mech.mechanics.block import block_pad, solved_body
 from sits_mech.mechanics.element.kernel import deformation, element_forces
 from sits_mech.mechanics.levels.answer import largest_stretch
-from sits_mech.mechanics.pad.solid import bonded_block
+from sits_mech.mechanics.pad.solid import bonded_block, pad_parts
 from sits_mech.mechanics.pictured import deformed_section
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.newton import compliance
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.quantities import SolveFailed, Wrench
-from sits_mech.scene.sensor import load_sensor
+from sits_mech.scene.sensor import SceneError, load_sensor
 
 MU, MM = 3e4, 1e-3
 NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
@@ -210,3 +210,14 @@ def test_a_slanted_section_fills_the_pad(pad):
     for low in (np.min, np.max):
         assert low(near[0][near[1]], axis=(0, 1)) == pytest.approx(low(straight[0], axis=0), abs=0.02 * MM)
     assert near[2].min() == pytest.approx(straight[2].min(), abs=1e-6)
+
+
+def test_a_hair_is_refused_by_name():
+    """2001 mm high and 2 mm thin; 1999 mm is a pad of this model."""
+    for thickness in ("2001 mm", "1999 mm"):
+        sizes = [f'elastomer.thickness="{thickness}"', 'elastomer.width="2 mm"']
+        if thickness == "2001 mm":
+            with pytest.raises(SceneError, match="elastomer.thickness: must be at most 1000 times"):
+                pad_parts(load_sensor("biorob2018", sizes))
+        else:
+            assert pad_parts(load_sensor("biorob2018", sizes))

@@ -9,13 +9,15 @@ from pathlib import Path
 import extremes
 import numpy as np
 import pytest
-from extreme import checks, driven, films, layers, plates, solids, walls
+from common.children import asked_apart
+from extreme import any_answer, any_scene, checks, driven, films, layers, plates, poses, solids, walls
 from extreme.rows import DONE, Row, measured
 
 from sits_mech.chain.models import MAGNETICS
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.layer import planar_layer
-from sits_mech.quantities import Pose, Wrench
+from sits_mech.quantities import Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.scene.sensor import SceneError
 
 
 def test_a_row_holds_only_if_converged_and_consistent_or_refused_by_name() -> None:
@@ -125,3 +127,63 @@ def test_quick_rows_hold(name: str) -> None:
         "moment identity, sheared by half": lambda: checks.identity(layers.pad(15, 15, 3), Wrench(F_x=200.0)),
     }[name]()
     assert row.holds and row.status == DONE
+
+
+def test_random_scenes_are_the_same_ones_and_of_all_kinds() -> None:
+    drawn = [any_scene.random_case(number) for number in range(40)]
+    again = any_scene.random_case(7)
+    assert (again.sensor, again.given, again.tolerance) == (drawn[7].sensor, drawn[7].given, drawn[7].tolerance)
+    assert {case.kind for case in drawn} == {"inductance", "pose", "simulate"}
+    assert {case.sensor.coils[0].shape for case in drawn} == {"circle", "rectangle", "path"}
+    layers_of = {case.sensor.elastomer.kind for case in drawn if case.sensor.elastomer is not None}
+    assert layers_of == {"box", "cylinder", "pillars"}
+
+
+@pytest.mark.parametrize(
+    ("error", "status"),
+    [
+        (ValueError("too many values to unpack"), "exception"), (ZeroDivisionError("by zero"), "exception"),
+        (np.linalg.LinAlgError("8-th leading minor"), "exception"), (SceneError("target: must be"), "bad input"),
+        (SolveFailed("lost", SolveReport("planar", 1, 1, 0.0, 1.0, 0.0, "load path ended")), "load path ended"),
+    ],
+)  # fmt: skip
+def test_what_is_refused_by_name_and_what_only_broke(error: Exception, status: str) -> None:
+    try:
+        raise error
+    except Exception as caught:
+        assert any_answer.refusal(caught).status == status
+
+
+def test_a_question_that_does_not_end_and_one_that_takes_too_much_are_seen() -> None:
+    def endless() -> None:
+        while True:
+            pass
+
+    ended = asked_apart(endless, seconds=0.5, gib=4.0)
+    assert ended.value is None and ended.killed == "more than 0.5 s" and ended.seconds < 5.0
+    assert asked_apart(lambda: np.ones(2**31), seconds=5.0, gib=4.0).killed == "no answer"
+    assert asked_apart(lambda: 3, seconds=5.0, gib=4.0).value == 3
+
+
+def test_answers_that_cannot_be_are_seen() -> None:
+    sensor = plates.scene("planar", 8, 0.2, 5.8e7)
+    z = MAGNETICS["planar"](sensor, 1e-2).impedance(Pose(3e-4, 2e-3), 1e6)
+    assert not any_answer.field_wrong(sensor, z)
+    wrongs = (replace(z, R=-z.R), replace(z, L=1.01 * z.L0), replace(z, L=-z.L), replace(z, error_L=np.nan * z.L))
+    assert all(any_answer.field_wrong(sensor, wrong) for wrong in wrongs)
+    layer = planar_layer(layers.pad(20, 15, 2), 2e-2)
+    rest = layer.equilibrium(Wrench(50.0, 500.0))
+    assert not any_answer.rest_wrong(layer.sensor, rest)
+    assert any_answer.rest_wrong(layer.sensor, replace(rest, wrench=Wrench(-50.0, -500.0)))
+    moved = replace(rest, pose=replace(rest.pose, d_v=float(rest.pose.d_v) + 3.0 * float(rest.error.d_v)))
+    assert any_answer.apart((rest, None), (moved, None)) == pytest.approx(1.5, rel=1e-2)
+
+
+def test_rows_of_poses_hold_and_see_what_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = poses.questions()["tolerance 0.3"]
+    assert poses.richer(asked).holds
+    wider = replace(asked, sensor=poses.plate(turns=13))
+    own = MAGNETICS["planar"]
+    models = {"planar": lambda sensor, tolerance: own(wider.sensor if tolerance < 1e-2 else sensor, tolerance)}
+    monkeypatch.setattr(poses, "MAGNETICS", models)
+    assert not poses.richer(asked).holds

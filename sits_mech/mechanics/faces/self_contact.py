@@ -23,6 +23,7 @@ from sits_mech.mechanics.element.mesh import Indices
 from sits_mech.quantities import Array
 
 _SEEN = 1e-6  # thicknesses behind the plane of symmetry that count, and shares of a triangle that do not
+_BLOCK = 256  # triangles compared with those around them at once: slender ones have thousands
 
 
 def skin(basis: Basis, facets: Indices) -> Indices:
@@ -77,14 +78,20 @@ def triangles_cross(faces: Indices, place: Array, plane: float = -np.inf) -> boo
     corners, ring = place[faces.reshape(-1, 3)], np.repeat(faces[:, :, 0], faces.shape[1], axis=0)
     centre = corners.mean(axis=1)
     radius = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
-    near = cKDTree(centre).query_ball_point(centre, 2.0 * radius, return_sorted=False)  # of a pair, from the larger one
-    one, other = np.repeat(np.arange(len(near)), list(map(len, near))), np.concatenate(near).astype(int)
-    meet = np.linalg.norm(centre[one] - centre[other], axis=1) < radius[one] + radius[other]
-    one, other = one[meet], other[meet]
-    apart = ~np.any(ring[one][:, :, None] == ring[other][:, None, :], axis=(1, 2))
-    one, other = one[apart], other[apart]
-    both = ((corners[one], corners[other]), (corners[other], corners[one]))
-    return any(_passes(sides[:, k], sides[:, (k + 1) % 3], through) for sides, through in both for k in range(3))
+    slack = 4.0 * _SEEN * radius[:, None]
+    low, high, tree = corners.min(axis=1) - slack, corners.max(axis=1) + slack, cKDTree(centre)
+    for first in range(0, len(centre), _BLOCK):
+        some = np.arange(first, min(first + _BLOCK, len(centre)))
+        near = tree.query_ball_point(centre[some], 2.0 * radius[some], return_sorted=False)  # from the larger of a pair
+        one, other = np.repeat(some, list(map(len, near))), np.concatenate(near).astype(int)
+        meet = np.all((low[one] <= high[other]) & (low[other] <= high[one]), axis=1)
+        one, other = one[meet], other[meet]
+        apart = ~np.any(ring[one][:, :, None] == ring[other][:, None, :], axis=(1, 2))
+        one, other = one[apart], other[apart]
+        both = ((corners[one], corners[other]), (corners[other], corners[one]))
+        if any(_passes(sides[:, k], sides[:, (k + 1) % 3], through) for sides, through in both for k in range(3)):
+            return True
+    return False
 
 
 def _passes(begin: Array, end: Array, triangle: Array) -> bool:

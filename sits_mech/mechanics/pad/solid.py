@@ -30,7 +30,9 @@ from sits_mech.meshing.copies import both_halves
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
 from sits_mech.silicone.energy import isochoric_energy, isochoric_stress
+from sits_mech.units import SceneError
 
+_SLENDER = 1e3  # times as high as thin: what stands beyond is a hair, whose faces' triangles all overlap
 _GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
 
 
@@ -252,6 +254,12 @@ def pad_parts(sensor: Sensor) -> tuple[Target, Elastomer]:
     target, elastomer = layer_parts(sensor)
     if target.shape == "outline":
         raise ValueError("target.shape: must be 'rectangle' or 'disc' for the model 'block', got 'outline'")
+    thin = elastomer.diameter if elastomer.diameter is not None else min(elastomer.extent)
+    if elastomer.thickness > _SLENDER * thin:
+        raise SceneError(
+            f"elastomer.thickness: must be at most {_SLENDER:g} times its smallest width ({thin:g} m) for the model "
+            f"'block', which does not resolve hairs; got {elastomer.thickness:g} m"
+        )
     return target, elastomer
 
 

@@ -135,7 +135,7 @@ def pursued(
     gone = _GONE * here.stiffness if np.isfinite(here.stiffness) else 0.0  # it is infinite where every place is held
     begun, spent, first = body.length(start[0].q) + length, start[0].iterations, here.stiffness
     for _ in range(_MOST):
-        if end is None and length < smallest * max(begun, body.length(here.state.q)):
+        if end is None and length <= smallest * max(begun, body.length(here.state.q)):
             break
         if end is not None and _located(here, end, first):
             return _limited(here, end, spent, first)

@@ -70,3 +70,16 @@ def test_half_a_pad_meets_its_image(bar):
     assert not triangles_cross(faces, section.nodes - [0.0, 0.01, 0.0], plane=-0.01)
     assert triangles_cross(faces, section.nodes - [0.0, 0.01, 0.0], plane=0.0)
     assert not triangles_cross(faces, section.nodes - [0.0, 0.01, 0.0])
+
+
+def test_slender_faces_are_compared_in_blocks(bar, monkeypatch):
+    """A bar stretched to a hair has each triangle within reach of all others, and crosses nothing."""
+    from sits_mech.mechanics.faces import self_contact
+
+    section, faces = bar
+    most: list[int] = []
+    own = self_contact._passes
+    monkeypatch.setattr(self_contact, "_BLOCK", 8)
+    monkeypatch.setattr(self_contact, "_passes", lambda a, b, c: most.append(len(a)) or own(a, b, c))
+    assert not triangles_cross(faces, section.nodes * [1.0, 1.0, 1e4])
+    assert max(most) <= 8 * faces.size // 3

@@ -12,10 +12,10 @@ from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_scales
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.control import Control
 from sits_mech.mechanics.rest.failure import carried_words
-from sits_mech.mechanics.rest.limit import PRECISE, Outcome, carried
+from sits_mech.mechanics.rest.limit import PRECISE, Outcome, carried, pursued
 from sits_mech.mechanics.rest.newton import Arc, newton, rate
 from sits_mech.mechanics.rest.path import follow
-from sits_mech.mechanics.rest.verdict import REASONS, reason_words, stable
+from sits_mech.mechanics.rest.verdict import REASONS, Way, reason_words, stable
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.report.records import failure_record
 from sits_mech.scene.sensor import load_sensor
@@ -163,3 +163,11 @@ def test_words_and_stability():
     assert {reason_words(reason) for reason in REASONS} == set(REASONS.values())
     assert stable(np.diag([1.0, 2.0])) and not stable(np.diag([1.0, -2.0])) and not stable(np.full((2, 2), np.nan))
     assert stable(np.diag([1.0, -2.0]), np.array([False, True])) and stable(np.eye(2), np.array([True, True]))
+
+
+def test_a_path_of_no_length_is_lost():
+    """Not followed in steps of nothing, whose square divides."""
+    body, held = bonded_body(scene(15, 3), Fineness(2, 1.5)), np.zeros(3, dtype=bool)
+    load = layer_scales(scene(15, 3)).load(Wrench(F_z=100.0))[:3]
+    found = pursued(body, Way(0.0 * load, load, held), (rest(body), 0.0), 0.0, smallest=1e-2)
+    assert (found.reason, found.reached, found.state.iterations) == ("lost", 0.0, rest(body).iterations)

@@ -1,0 +1,62 @@
+"""What does a question end with, asked in a process of its own whose processor time and memory have a limit?
+
+A forked child answers; one that is killed, or that runs out of memory, is told of as any other end.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import resource
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+GIB = 2**30
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a question ended: what it returned or None, seconds of processor time, peak memory, and why it was killed."""
+
+    value: Any
+    seconds: float
+    peak: float
+    killed: str = ""
+
+
+def asked_apart(question: Callable[[], Any], *, seconds: float, gib: float) -> Ended:
+    """Return what a question returns in a child that has so many seconds of processor time and GiB of memory."""
+    read, write = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.close(read)
+        _answer(question, write, seconds, gib)
+    os.close(write)
+    with os.fdopen(read, "rb") as stream:
+        text = stream.read()
+    _, status, used = os.wait4(child, 0)
+    spent, peak = used.ru_utime + used.ru_stime, 1024.0 * used.ru_maxrss
+    if os.WIFSIGNALED(status):
+        number = os.WTERMSIG(status)
+        why = f"more than {seconds:g} s" if number in (signal.SIGXCPU, signal.SIGKILL) else signal.Signals(number).name
+        return Ended(None, spent, peak, why)
+    return Ended(pickle.loads(text), spent, peak) if text else Ended(None, spent, peak, "no answer")
+
+
+def _answer(question: Callable[[], Any], write: int, seconds: float, gib: float) -> None:
+    """Answer in the child, which ends here."""
+    began = time.process_time()
+    resource.setrlimit(resource.RLIMIT_CPU, (int(began + seconds) + 1, int(began + seconds) + 2))
+    resource.setrlimit(resource.RLIMIT_AS, (int(gib * GIB), int(gib * GIB)))
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    code = 1
+    try:
+        text = pickle.dumps(question())
+        with os.fdopen(write, "wb") as stream:
+            stream.write(text)
+        code = 0
+    finally:
+        os._exit(code)

@@ -1,0 +1,106 @@
+"""Plates and coils at the ends of what is built and asked: is each answer within its error of a richer one?
+
+Gaps of 10 um, tilts of 85 % of what touches, foils of 10 nm and blocks of 10 mm, permeability 1e4, one turn and sixty,
+64 coils, a nut at 0.05 mm and at 1 m, from 1 Hz to the guard, tolerances from 0.3 to 1e-6. Each is asked of a model
+and, for the reference, of a finer rung of it or of another model; the violation is what L is apart, in sums of the
+errors that both state, of which one is allowed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from extreme.plates import MM, coil, scene
+from extreme.rows import DONE, Row, measured
+from scipy.constants import c
+
+from sits_mech.chain.models import MAGNETICS
+from sits_mech.geometry.tracks import track_length
+from sits_mech.quantities import Pose
+from sits_mech.scene.sensor import Conductor, Sensor
+
+GUARD = c / track_length(coil("C", 0.0))
+TOUCHING = float(np.arcsin(0.5 / 4.0))  # of 8 mm, half a millimetre up
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A scene at a pose and a frequency: model and tolerance, and those of the reference."""
+
+    sensor: Sensor
+    pose: Pose
+    first: tuple[str, float] = ("planar", 1e-2)
+    second: tuple[str, float] = ("planar", 1e-3)
+    frequency: float = 1e6
+
+
+def plate(thickness: float = 0.2, sigma: float = 5.8e7, mu: float = 1.0, turns: int = 12) -> Sensor:
+    """Return two coils under a square plate of 8 mm [mm, S/m]."""
+    bare = scene("planar", 8, thickness, sigma, mu)
+    coils = tuple(each.model_copy(update={"turns": turns}) for each in bare.coils)
+    return bare.model_copy(update={"coils": coils})
+
+
+def beside(away: float) -> Sensor:
+    """Return the same with a nut so far below the coils' tracks [mm]."""
+    z = -(plate().coils[0].height / MM + away + 0.5)
+    nut = Conductor(
+        name="nut", material="copper", shape="rectangle", centre=(0.0, 0.0, z * MM), width=2 * MM, length=2 * MM,
+        thickness=1 * MM,
+    )  # fmt: skip
+    return plate().model_copy(update={"conductors": (nut,)})
+
+
+def many() -> Sensor:
+    """Return 64 coils in eight rows."""
+    places = [(7.5 * (k % 8 - 3.5), 7.5 * (k // 8 - 3.5)) for k in range(64)]
+    one = coil("C", 0.0).model_copy(update={"turns": 6})
+    coils = [one.model_copy(update={"name": f"C{k}", "centre": (x * MM, y * MM)}) for k, (x, y) in enumerate(places)]
+    return plate().model_copy(update={"coils": tuple(coils)})
+
+
+def questions() -> dict[str, Asked]:
+    """Return what is asked, by names; the first ones are quick."""
+    up, sheets = Pose(0.3 * MM, 2 * MM), (("sheets", 2e-2), ("sheets", 5e-3))
+    fem = (("planar", 1e-2), ("planar-fem", 1e-3))
+    return {
+        "gap 10 um": Asked(plate(), Pose(0.3 * MM, 1e-5), ("planar-fem", 1e-2), ("planar-fem", 1e-3)),
+        "gap 10 um, too fine for bars": Asked(plate(), Pose(0.3 * MM, 1e-5)),
+        "gap 50 um": Asked(plate(), Pose(0.3 * MM, 5e-5), *fem),
+        "gap 0.5 mm, 85 % of the tilt to touching": Asked(plate(), Pose(0.0, 0.5 * MM, 0.85 * TOUCHING), *fem),
+        "foil of 10 nm": Asked(plate(1e-5), up, *fem),
+        "block of 10 mm": Asked(plate(10.0), up, *fem),
+        "1 Hz": Asked(plate(), up, *fem, frequency=1.0),
+        f"{0.99 * GUARD:.2g} Hz, below the guard": Asked(plate(), up, *fem, frequency=0.99 * GUARD),
+        "1 turn": Asked(plate(turns=1), up, *fem),
+        "tolerance 0.3": Asked(plate(), up, ("planar", 0.3)),
+        "tolerance 1e-6": Asked(plate(), up, ("planar", 1e-3), ("planar", 1e-6)),
+        "permeability 1e4": Asked(plate(sigma=1e7, mu=1e4), up, ("planar-fem", 3e-2), ("planar-fem", 3e-3)),
+        "nut at 0.05 mm": Asked(beside(0.05), up, *sheets),
+        "nut at 1 m": Asked(beside(1e3), up, *sheets),
+        "64 coils": Asked(many(), up, *sheets),
+        "gap 0.1 mm in space": Asked(plate(), Pose(0.3 * MM, 1e-4), *sheets),
+    }
+
+
+def poses(coarse: bool) -> Iterator[Row]:
+    """Yield the rows; the coarse ones: the quick ones of one model."""
+    for name, asked in questions().items():
+        if not coarse or asked.second[0] == "planar":
+            yield measured("magnetics", f"{asked.first[0]}: {name}", lambda asked=asked: richer(asked))
+
+
+def richer(asked: Asked) -> Row:
+    """Return how far an answer is from a richer one, in sums of the errors that both state."""
+    found = [
+        MAGNETICS[model](asked.sensor, tolerance).impedance(asked.pose, asked.frequency)
+        for model, tolerance in (asked.first, asked.second)
+    ]
+    change = [z.L - z.L0 for z in found]
+    error = found[0].error_L + found[1].error_L + 1e-9 * found[0].L0.max()
+    away = float(np.max(np.abs(change[0] - change[1]) / error))
+    share = float(np.abs(change[0] - change[1]).max() / max(np.abs(change[1]).max(), 1e-300))
+    remark = f"{share:.1e} of Delta L from {asked.second[0]} at {asked.second[1]:g}"
+    return Row("", "", DONE, violation=away, allowed=1.0, estimated=found[0].report.estimated_error, remark=remark)
