@@ -9,7 +9,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import answer, show, warn
+from sits_mech.cli.console import answer, progress_bar, show, warn
 from sits_mech.cli.options import Json, Load, Models, Overrides, Scene, app, sensor_of
 
 
@@ -47,19 +47,30 @@ def doctor() -> int:
 @app.command
 def explain(
     scene: Scene, *, load: Load = Load(), models: Models = Models(),
-    overrides: Overrides = Overrides(), as_json: Json = False,
+    ladder: Annotated[
+        bool, Parameter(negative="", help="Solve the load at every tolerance from 1e-1 to a tenth of the asked one.")
+    ] = False, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
     """What a request solves in how many seconds, what it leaves out and is worth, and what finer answers would take.
 
-    Example: sits-mech explain biorob2018 --fx "0.5 N" --fz "2 N"
+    Example: sits-mech explain biorob2018 --fx "0.5 N" --fz "2 N" --ladder
     """
     from sits_mech.chain.models import plan
+    from sits_mech.chain.prices.ladder import ladder as solved
+    from sits_mech.report.tables.ladder import ladder_record, ladder_tables
     from sits_mech.report.tables.plan import plan_record, plan_tables
 
     sensor, wrench = sensor_of(scene, overrides), load.wrench()
     found = plan(sensor, [wrench] if wrench.components.any() else [], **asdict(models))
-    answer(plan_record(sensor, found), plan_tables(sensor, found), as_json)
-    return 0
+    record, tables = plan_record(sensor, found), plan_tables(sensor, found)
+    rungs = []
+    if ladder:
+        with progress_bar("rungs") as progress:
+            rungs = solved(sensor, wrench, **asdict(models), progress=progress)
+        record |= ladder_record(rungs)
+        tables += ladder_tables(rungs)
+    answer(record, tables, as_json)
+    return 0 if not rungs or any(one.status == "converged" for one in rungs) else 3
 
 
 @app.command

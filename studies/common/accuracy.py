@@ -1,20 +1,26 @@
-"""How much error for how much time? Points of any models on logarithmic axes, the estimated error beside the true one.
+"""How much error for how much time? Points of one question on logarithmic axes, each with the tolerance it was asked.
 
-Drawn with matplotlib through `curves`, which alone imports it.
+Full points are those that their reference can judge: it is five times better. Drawn with matplotlib through `curves`,
+which alone imports it.
 """
 
 from __future__ import annotations
 
+import math
 import os
 import platform
-import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from textwrap import fill
+from typing import Any
 
+from common.references import FINER
 from threadpoolctl import threadpool_info
 
-from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.chain.prices.ladder import Asked, power, sentence
+from sits_mech.chain.prices.ladder import forget as forget
+from sits_mech.report.pictures.curves import COLUMN, new_figure, save_figure
 
 _LEAST = 1e-12  # an error of zero on a logarithmic axis
 
@@ -25,22 +31,30 @@ class Rung:
 
     Attributes
     ----------
-    model, label : str
-        The curve it belongs to, and what distinguishes it there.
+    model : str
+        The curve it belongs to: a problem and what solves it.
+    tolerance : float
+        Asked.
     seconds : float
         Processor time.
     error, estimated : float
-        Relative error against the reference, and what the solve itself said.
+        Relative error against the reference, not a number where none is finer; what the solve itself said. Both
+        infinite where there is no answer.
     resolved : float
-        Error of the reference itself: where `error` is below it, only that much is known.
+        Error of the reference itself: where `error` is below five times that, it does not judge.
     """
 
     model: str
-    label: str
+    tolerance: float
     seconds: float
     error: float
     estimated: float
     resolved: float = 0.0
+
+    @property
+    def judged(self) -> bool:
+        """Whether the reference is five times better than the point."""
+        return math.isfinite(self.error) and FINER * self.resolved <= self.error
 
     @property
     def honest(self) -> bool:
@@ -49,67 +63,97 @@ class Rung:
         return lowest / 5.0 <= self.estimated <= 5.0 * highest
 
 
-def pareto_front(rungs: Sequence[Rung]) -> list[Rung]:
-    """Return the rungs that no other one beats in both time and error, in the order of their times."""
-    front: list[Rung] = []
-    for rung in sorted(rungs, key=lambda rung: (rung.seconds, rung.error)):
-        if not front or rung.error < front[-1].error:
-            front.append(rung)
-    return front
+def curves_of(rungs: Sequence[Rung]) -> dict[str, list[Rung]]:
+    """Return the rungs of each curve, in the order given."""
+    return {name: [one for one in rungs if one.model == name] for name in dict.fromkeys(one.model for one in rungs)}
+
+
+def said(rungs: Sequence[Rung]) -> str:
+    """Return what a user wants of one figure: what asking costs, what is not to be had, how judged estimates did."""
+    curves = curves_of(rungs).values()
+    rows = [[Asked(one.tolerance, one.estimated, one.seconds) for one in row] for row in curves]
+    points = [one for row in curves for _, one in merged(row)]
+    judged = [one for one in points if one.judged]
+    held = sum(one.honest for one in judged)
+    return f"{sentence(rows)}. Estimates within a factor of 5: {held} of {len(judged)} judged points, of {len(points)}."
+
+
+def merged(row: Sequence[Rung]) -> list[tuple[str, Rung]]:
+    """Return the points of a curve with their labels: tolerances with one and the same answer are one point."""
+    found: list[tuple[list[float], Rung]] = []
+    for one in row:
+        if found and (one.error, one.estimated) == (found[-1][1].error, found[-1][1].estimated):
+            least = min(one.seconds, found[-1][1].seconds)
+            found[-1] = ([*found[-1][0], one.tolerance], replace(one, seconds=least))
+        else:
+            found.append(([one.tolerance], one))
+    return [(" to ".join(dict.fromkeys((power(asked[0]), power(asked[-1])))), one) for asked, one in found]
 
 
 def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
-    """Write error against seconds: full marks the true error, hollow ones the estimate, a grey line the Pareto front.
+    """Write error against seconds, a figure a question, with the sentence that its points come to below it.
 
-    A bar upwards from a true error: the error of the reference, below which no more is known.
+    A point is the true error, hollow where its reference cannot judge it; a bar goes from there to the estimate.
 
     Parameters
     ----------
     panels : mapping
-        Rungs by the title of their panel; in each one curve for each model, in the order given.
+        Rungs by the question that they answer; in each one curve for each problem and model, in the order given.
     path : Path
         The PNG to write.
     """
-    with new_figure(height=0.8 * len(panels), rows=len(panels)) as (figure, axes):
-        for spot, (title, rungs) in zip(axes, panels.items(), strict=True):
-            front = pareto_front(rungs)
-            seconds, errors = [rung.seconds for rung in front], [max(rung.error, _LEAST) for rung in front]
-            spot.step(seconds, errors, "0.8", where="post", lw=3)
-            for number, model in enumerate(dict.fromkeys(rung.model for rung in rungs)):
-                own = [rung for rung in rungs if rung.model == model]
-                seconds = [rung.seconds for rung in own]
-                errors = [max(rung.error, _LEAST) for rung in own]
-                spot.plot(seconds, errors, f"C{number}o-", label=model)
-                spread = [rung.resolved for rung in own]
-                spot.errorbar(seconds, errors, ([0.0] * len(own), spread), fmt="none", ecolor=f"C{number}", lw=0.6)
-                spot.plot(seconds, [rung.estimated for rung in own], f"C{number}o:", mfc="none", lw=0.6)
-            spot.set(xscale="log", yscale="log", ylabel="relative error [-]")
-            spot.set_title(title, fontsize=8)
-            spot.set_xlabel("processor time [s]")
-            spot.legend(loc="upper center", bbox_to_anchor=(0.5, -0.24), ncols=3, fontsize=5.5, handlelength=1.5)
-        figure.suptitle("full: true error, bar: its reference's own, hollow: estimated, grey: Pareto front", fontsize=6)
+    columns = min(2, len(panels))
+    rows = -(-len(panels) // columns)
+    with new_figure(height=0.9 * rows / columns, columns=columns, rows=rows, width=1.15 * columns * COLUMN) as (
+        figure,
+        axes,
+    ):
+        for spot, (title, rungs) in zip(axes, panels.items(), strict=False):
+            _draw(spot, title, rungs)
+        for spot in axes[len(panels) :]:
+            spot.set_axis_off()
+            words = (
+                "point: true error, labelled with what was asked",
+                "hollow: the reference is not five times better,\nnot counted",
+                "thin line: from the true error to the\nestimated one (dash)",
+            )
+            spot.text(0.1, 0.9, "\n\n".join(words), va="top", fontsize=9, transform=spot.transAxes)
         save_figure(figure, path)
 
 
+def _draw(axes: Any, title: str, rungs: Sequence[Rung]) -> None:
+    """Draw one question."""
+    for number, (model, row) in enumerate(curves_of(rungs).items()):
+        colour = f"C{number}"
+        points = [(label, one) for label, one in merged(row) if math.isfinite(one.error)]
+        seconds = [one.seconds for _, one in points]
+        errors = [max(one.error, _LEAST) for _, one in points]
+        axes.plot(seconds, errors, f"{colour}-", lw=0.8, label=model)
+        for (label, one), error in zip(points, errors, strict=True):
+            axes.plot(one.seconds, error, f"{colour}o", ms=4.5, mfc=colour if one.judged else "white")
+            axes.plot([one.seconds] * 2, [error, max(one.estimated, _LEAST)], f"{colour}:", lw=0.6)
+            axes.plot(one.seconds, max(one.estimated, _LEAST), f"{colour}_", ms=5)
+            axes.annotate(label, (one.seconds, error), (3, 3), textcoords="offset points", fontsize=5.5, color=colour)
+    axes.set(xscale="log", yscale="log", ylabel="relative error [-]")
+    axes.margins(x=0.12)
+    axes.xaxis.set_minor_formatter("")
+    axes.set_title(title, fontsize=9)
+    words = said(rungs).replace(" s", "\N{NO-BREAK SPACE}s").replace(" of ", "\N{NO-BREAK SPACE}of\N{NO-BREAK SPACE}")
+    axes.set_xlabel("processor time [s]\n" + fill(words, 84), fontsize=5.5)
+    axes.legend(loc="best", fontsize=6, handlelength=1.2, framealpha=0.6)
+
+
 def rung_rows(panels: Mapping[str, Sequence[Rung]]) -> list[dict[str, object]]:
-    """Return the rungs as rows of a table, each with whether it is on its panel's Pareto front."""
+    """Return the rungs as rows of a table."""
     rows: list[dict[str, object]] = []
     for title, rungs in panels.items():
-        front = pareto_front(rungs)
         for rung in rungs:
-            row: dict[str, object] = {"part": title, "model": rung.model, "rung": rung.label, "seconds": rung.seconds}
-            row |= {"true error": rung.error, "estimated": rung.estimated, "error of reference": rung.resolved}
-            rows.append(row | {"within 5": "yes" if rung.honest else "no", "front": "yes" if rung in front else ""})
+            row: dict[str, object] = {"question": title, "model": rung.model, "asked": rung.tolerance}
+            row |= {"seconds": rung.seconds, "true error": rung.error, "estimated": rung.estimated}
+            honest = ("yes" if rung.honest else "no") if rung.judged else ""
+            row |= {"error of reference": rung.resolved, "judged": "yes" if rung.judged else "no"}
+            rows.append(row | {"within 5": honest})
     return rows
-
-
-def forget() -> None:
-    """Empty all caches of the package, so that a solve pays for everything."""
-    for name, module in list(sys.modules.items()):
-        if name.startswith("sits_mech."):
-            for item in vars(module).values():
-                if hasattr(item, "cache_clear"):
-                    item.cache_clear()
 
 
 def machine() -> str:

@@ -135,6 +135,9 @@ def _layers() -> list[Case]:
         Case("flush layer, sheared 50 %", "plane", *flush, (213.0, 0.0, 0.0)),
         Case("layer, sheared 74 %", "plane", (20.0, 1e3), (8.0, 1e3), 2.0, (178.0, 0.0, 0.0)),
         Case("soft layer, nu 0.45", "plane", (10.0, 1e3), (6.0, 1e3), 4.0, (5.0, 120.0, 0.0), bulk=9.7),
+        Case("layer, small press", "plane", *wide, (0.0, 1e-2, 0.0), linear=True),
+        Case("layer, small shear", "plane", *wide, (1e-2, 0.0, 0.0), linear=True),
+        Case("flush layer, small press", "plane", *flush, (0.0, 1e-2, 0.0), linear=True),
         Case("square section, pulled", "plane", (4.0, 1e3), (4.0, 1e3), 4.0, (3.0, -25.0, 0.0)),
     ]
     for law in ("mooney-rivlin", "yeoh", "ogden", "gent"):

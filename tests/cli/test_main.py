@@ -1,6 +1,7 @@
 """The command line's contract: answers, exit codes, one line for each refusal, nothing half-written."""
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import pytest
 from rich.table import Table
 
 from sits_mech.cases import read_table
+from sits_mech.chain.prices.ladder import Rung
 from sits_mech.cli.console import show
 from sits_mech.cli.main import run
 from sits_mech.mechanics.block import BlockPad
@@ -108,6 +110,23 @@ def test_pose_against_independent_numbers(capsys: Capture) -> None:
     for name, (expected, bar) in (bars | {"alpha": (0.0020452455720867636, 5.0e-4)}).items():
         assert abs(found["pose"][name] - expected) <= bar + found["error"][name]
     assert found["report"]["estimated_error"] < 2e-2
+
+
+def test_explain_solves_the_ladder_of_a_load(capsys: Capture) -> None:
+    """One object with rungs and sentence, progress on stderr; without a load, or an answer, it is refused."""
+    words = ("explain", "biorob2018", "--fz", "1 N", *PLANAR, "--magnetics", "planar", "--tolerance", "0.1", "--ladder")
+    assert run([*words, "--json"]) == 0
+    out, err = capsys.readouterr()
+    found = json.loads(out)
+    assert [rung["tolerance"] for rung in found["ladder"]] == [1e-1, 3e-2, 1e-2] and "rungs" in err
+    assert found["ladder"][-1]["difference"] == 0.0 and found["ladder_sentence"].startswith("ask 1e-1: ")
+    assert run(words) == 0 and "from the finest" in capsys.readouterr().out
+    assert run(["explain", "biorob2018", "--ladder"]) == 2 and "ladder: must have a load" in capsys.readouterr().err
+    failing = Rung(1e-1, 1.0, math.nan, math.nan, math.nan, math.nan, "SolveFailed: not carried; and why")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sits_mech.chain.prices.ladder.ladder", lambda *_, **__: [failing])
+        assert run(words) == 3
+    assert "not carried " in capsys.readouterr().out
 
 
 def test_explain_and_fit_name_what_cannot_be(capsys: Capture, tmp_path: Path) -> None:

@@ -1,16 +1,19 @@
-"""Ladders: which rungs are on the front, whose estimates hold."""
+"""Ladders: what a reference can judge, whose estimates hold, which points are one, what is said of a figure."""
 
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from common.accuracy import Rung, draw_ladders, machine, pareto_front, rung_rows
+from common.accuracy import Rung, draw_ladders, machine, merged, rung_rows, said
 
 
-def test_the_front_is_what_nothing_beats() -> None:
-    """Slower and worse is off; slower and better, or faster and worse, stays."""
-    fast, slow = Rung("a", "1", 0.1, 1e-1, 1e-1), Rung("a", "2", 1.0, 1e-3, 1e-3)
-    beaten, best = Rung("b", "1", 0.5, 2e-1, 1e-1), Rung("b", "2", 2.0, 1e-4, 1e-4)
-    assert pareto_front([best, beaten, slow, fast]) == [fast, slow, best]
+@pytest.mark.parametrize(
+    ("error", "resolved", "judged"), [(5e-3, 1e-3, True), (4.9e-3, 1e-3, False), (math.inf, 1e-3, False)]
+)
+def test_a_reference_judges_what_is_five_times_its_error(error: float, resolved: float, judged: bool) -> None:
+    """No answer is not judged either."""
+    assert Rung("a", 1e-2, 1.0, error, 1e-3, resolved).judged is judged
 
 
 @pytest.mark.parametrize(
@@ -22,14 +25,34 @@ def test_an_estimate_holds_within_a_factor_of_five(
     error: float, estimated: float, resolved: float, honest: bool
 ) -> None:
     """Too small and too large both fail; what the reference cannot tell is not held against it."""
-    assert Rung("a", "1", 1.0, error, estimated, resolved).honest is honest
+    assert Rung("a", 1.0, 1.0, error, estimated, resolved).honest is honest
+
+
+def test_tolerances_with_one_answer_are_one_point() -> None:
+    """At the least of their times; another answer is another point."""
+    first, last = Rung("a", 1e-1, 0.4, 5e-3, 8e-3), Rung("a", 1e-3, 2.0, 1e-4, 5e-4)
+    found = merged([first, replace(first, tolerance=3e-2, seconds=0.3), last])
+    assert [(label, one.seconds) for label, one in found] == [("1e-1 to 3e-2", 0.3), ("1e-3", 2.0)]
+
+
+def test_only_judged_points_are_counted() -> None:
+    """The hollow one has an estimate that nobody can hold against it; both were solved, and have their seconds."""
+    first = Rung("a", 1e-2, 0.3, 5e-3, 8e-3, 1e-4)
+    rungs = [first, replace(first, tolerance=3e-3), Rung("a", 1e-3, 1.1, 1e-4, 9e-4, 1e-4)]
+    words = "ask 1e-2: 0.3 s; 1e-3: 1.1 s; finer than 1e-3 was not asked. "
+    assert said(rungs) == words + "Estimates within a factor of 5: 1 of 1 judged points, of 2."
 
 
 def test_tables_and_pictures(tmp_path: Path) -> None:
-    """One row a rung with its panel; an error of zero can be drawn; the machine is named."""
-    panels = {"one": [Rung("a", "1", 0.1, 0.0, 1e-3)], "two": [Rung("b", "1", 0.1, 1e-2, 1e-2)]}
+    """One row a rung with its question; an error of zero and a missing answer can be drawn; the machine is named."""
+    panels = {
+        "one": [Rung("a", 1e-2, 0.1, 0.0, 1e-3), Rung("a", 1e-3, 0.2, math.inf, math.inf)],
+        "two": [Rung("b", 1e-2, 0.1, 1e-2, 1e-2)],
+        "three": [Rung("b", 1e-2, 0.1, 1e-2, 1e-2, 1e-2)],
+    }
     draw_ladders(panels, tmp_path / "ladders.png")
     assert (tmp_path / "ladders.png").stat().st_size > 10_000
     rows = rung_rows(panels)
-    assert [row["part"] for row in rows] == ["one", "two"] and rows[1]["front"] == "yes"
+    assert [row["question"] for row in rows] == ["one", "one", "two", "three"]
+    assert [row["judged"] for row in rows] == ["yes", "no", "yes", "no"]
     assert "cores" in machine() and "BLAS thread" in machine()

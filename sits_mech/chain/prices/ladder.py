@@ -1,0 +1,186 @@
+"""How exact can an answer be, and in what time? A load solved to finer and finer tolerances, each from the scene on.
+
+Every rung is solved with caches emptied, and costs what it costs cold. It has its own estimate, what it differs from
+the finest rung by, and its processor time; the finest one is no truth: its own estimate says how far it may be off.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from sits_mech.cases import Progress
+from sits_mech.chain.simulate import Simulation, simulate
+from sits_mech.quantities import Pose, SolveFailed, Wrench
+from sits_mech.scene.sensor import Sensor
+from sits_mech.units import SceneError, checked_tolerance
+
+TOLERANCES = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
+
+
+class Asked(NamedTuple):
+    """What was asked, what the answer says its error is, and what it took [s]; the error of no answer is infinite."""
+
+    tolerance: float
+    estimated: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Rung:
+    """A load solved to one tolerance.
+
+    Attributes
+    ----------
+    tolerance : float
+        Asked.
+    seconds : float
+        Processor time, from the scene on.
+    estimated, difference : float
+        The largest error of L as the solve says, and what L differs from the finest rung by, over the largest change
+        of L; not a number without an answer.
+    estimated_pose, difference_pose : float
+        Of the pose, over the size of the displacement, an angle counted at the target's end.
+    status : str
+        "converged", or why there is no answer.
+    """
+
+    tolerance: float
+    seconds: float
+    estimated: float
+    difference: float
+    estimated_pose: float
+    difference_pose: float
+    status: str
+
+    @property
+    def asked(self) -> Asked:
+        """What the sentence of a ladder takes of it."""
+        return Asked(self.tolerance, self.estimated if self.status == "converged" else math.inf, self.seconds)
+
+
+def ladder(
+    sensor: Sensor, wrench: Wrench, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto",
+    progress: Progress | None = None,
+) -> list[Rung]:  # fmt: skip
+    """Return a load solved at every tolerance from 0.1 down to a tenth of the asked one.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        With target and elastomer.
+    wrench : Wrench
+        The load [N, N m], not zero.
+    tolerance, mechanics, magnetics
+        As for `simulate`.
+    progress : Progress, optional
+        Called with the number of rungs that are solved, and of all.
+
+    Raises
+    ------
+    SceneError
+        When there is no load, or a model cannot hold the scene.
+    """
+    if not wrench.components.any():
+        raise SceneError("ladder: must have a load, such as fz = 1 N, whose answer is solved at every rung; none came")
+    least = 0.0999 * checked_tolerance(tolerance)
+    asked = [one for one in TOLERANCES if one > least]
+    solved = []
+    for number, one in enumerate(asked):
+        if progress is not None:
+            progress(number, len(asked))
+        solved.append(_solved(sensor, wrench, one, mechanics, magnetics))
+    if progress is not None:
+        progress(len(asked), len(asked))
+    finest = next((found for _, found, _ in reversed(solved) if found is not None), None)
+    rows = []
+    for one, (seconds, found, status) in zip(asked, solved, strict=True):
+        sizes = (math.nan,) * 4 if found is None or finest is None else _sizes(sensor, found, finest)
+        rows.append(Rung(one, seconds, *sizes, status))
+    return rows
+
+
+def sentence(ladders: Sequence[Sequence[Asked]]) -> str:
+    """Return what a user wants of some ladders: "ask 1e-2: 0.3 s; 3e-3: 1.1 s; finer than 1e-3 is not to be had".
+
+    A tolerance counts where the answer's own estimate is within it; of several ladders that not all hold it, how many
+    do is said. What is not to be had is what is below the least estimate of a ladder whose finest rung misses.
+    """
+    parts, count = [], len(ladders)
+    for tolerance in sorted({one.tolerance for row in ladders for one in row}, reverse=True):
+        held = [one.seconds for row in ladders for one in row if one.tolerance == tolerance and _holds(one)]
+        if held:
+            some = f" ({len(held)} of {count})" if len(held) < count else ""
+            parts.append(f"{power(tolerance)}: {_span([f'{x:.2g}' for x in (min(held), max(held))])} s{some}")
+    reached = [min(one.estimated for one in row) for row in ladders if not _holds(_finest(row))]
+    limits = sorted(x for x in reached if math.isfinite(x))
+    if limits:
+        parts.append(f"finer than {_span([power(limits[0]), power(limits[-1])])} is not to be had")
+        parts[-1] += f" ({len(reached)} of {count})" if len(reached) < count else ""
+    elif not reached:
+        parts.append(f"finer than {power(_finest(ladders[0]).tolerance)} was not asked")
+    return f"ask {'; '.join(parts)}" if parts else "no tolerance of the ladder is to be had"
+
+
+def forget() -> None:
+    """Empty all caches of the package, so that a solve pays for everything."""
+    for name, module in list(sys.modules.items()):
+        if name.startswith("sits_mech."):
+            for item in list(vars(module).values()):
+                if hasattr(item, "cache_clear"):
+                    item.cache_clear()
+
+
+def power(value: float) -> str:
+    """Return a tolerance as it is asked: 3e-3."""
+    return f"{value:.0e}".replace("e-0", "e-")
+
+
+def _span(ends: Sequence[str]) -> str:
+    """Return the ends of a range, once where they are the same."""
+    return ends[0] if ends[0] == ends[-1] else f"{ends[0]} to {ends[-1]}"
+
+
+def _holds(one: Asked) -> bool:
+    """Say whether an answer is as exact as asked, by its own estimate."""
+    return one.estimated <= one.tolerance
+
+
+def _finest(row: Sequence[Asked]) -> Asked:
+    """Return the rung of the least tolerance."""
+    return min(row, key=lambda one: one.tolerance)
+
+
+def _solved(
+    sensor: Sensor, wrench: Wrench, tolerance: float, mechanics: str, magnetics: str
+) -> tuple[float, Simulation | None, str]:
+    """Return processor time, answer and status of a rung, from the scene on."""
+    forget()
+    began = time.process_time()
+    try:
+        found = simulate(sensor, wrench, tolerance=tolerance, mechanics=mechanics, magnetics=magnetics)
+    except (SolveFailed, MemoryError) as failure:
+        return time.process_time() - began, None, f"{type(failure).__name__}: {failure}"
+    return time.process_time() - began, found, "converged"
+
+
+def _sizes(sensor: Sensor, found: Simulation, finest: Simulation) -> tuple[float, float, float, float]:
+    """Return estimate and difference of L over its largest change, and those of the pose over the displacement."""
+    L, best, bottom = found.impedance, finest.impedance.L, 0.0
+    change = np.max(np.abs(best - L.L0))
+    x, y = (0.5, 0.5) if sensor.target is None else (0.5 * size for size in sensor.target.extent)
+    lever = np.array([1.0, 1.0, x, 1.0, y, max(x, y)])
+    if sensor.elastomer is not None:
+        bottom = sensor.elastomer.standoff + sensor.elastomer.thickness
+    pose, end, error = (
+        one.components for one in (found.equilibrium.pose, finest.equilibrium.pose, found.equilibrium.error)
+    )
+    moved = np.max(np.abs(end - Pose(0.0, bottom).components) * lever)
+    away = float(np.max(np.abs(L.L - best)) / change), float(np.max(np.abs(pose - end) * lever) / moved)
+    return float(np.max(L.error_L) / change), away[0], float(np.max(error * lever) / moved), away[1]

@@ -1,0 +1,30 @@
+"""What does one print of a ladder? Each rung's errors and seconds, and the one sentence that they come to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+from rich.table import Table
+
+from sits_mech.chain.prices.ladder import Rung, power, sentence
+from sits_mech.report.tables.solves import key_table
+
+
+def ladder_tables(rungs: Sequence[Rung]) -> list[Table]:
+    """Return the rungs as a table, and the sentence."""
+    found = Table(title="solved to finer and finer tolerances, each from the scene on", show_edge=False)
+    for heading in ("asked", "error of dL", "from the finest", "error of pose", "from the finest", "seconds", "status"):
+        found.add_column(heading)
+    for one in rungs:
+        errors = (one.estimated, one.difference, one.estimated_pose, one.difference_pose)
+        cells = ("-" if math.isnan(error) else f"{error:.2g}" for error in errors)
+        found.add_row(power(one.tolerance), *cells, f"{one.seconds:.2g}", one.status.partition(";")[0])
+    return [found, key_table("ladder", [("of the change of L", sentence([[one.asked for one in rungs]]))])]
+
+
+def ladder_record(rungs: Sequence[Rung]) -> dict[str, Any]:
+    """Return the rungs and their sentence for a program."""
+    return {"ladder": [asdict(one) for one in rungs], "ladder_sentence": sentence([[one.asked for one in rungs]])}

@@ -1,0 +1,83 @@
+"""A load solved to finer tolerances: what each rung says, what it costs, the sentence that they come to."""
+
+import math
+
+import numpy as np
+import pytest
+
+from sits_mech.chain.prices import ladder as module
+from sits_mech.chain.prices.ladder import Asked, forget, ladder, sentence
+from sits_mech.chain.simulate import simulate
+from sits_mech.magnetics.bars import planar_bars
+from sits_mech.quantities import Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.scene.sensor import load_sensor
+from sits_mech.units import SceneError
+
+SECTION = {"mechanics": "planar", "magnetics": "planar"}
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ([[(1e-2, 8e-3, 0.3), (3e-3, 2e-3, 1.1), (1e-3, 1.4e-3, 4.0)]],
+         "ask 1e-2: 0.3 s; 3e-3: 1.1 s; finer than 1e-3 is not to be had"),
+        ([[(1e-2, 8e-3, 0.3), (3e-3, 2e-3, 1.1)]], "ask 1e-2: 0.3 s; 3e-3: 1.1 s; finer than 3e-3 was not asked"),
+        ([[(1e-2, 8e-3, 0.3), (3e-3, 4e-3, 1.1)], [(1e-2, 1e-3, 0.5), (3e-3, 1e-3, 0.6)]],
+         "ask 1e-2: 0.3 to 0.5 s; 3e-3: 0.6 s (1 of 2); finer than 4e-3 is not to be had (1 of 2)"),
+        ([[(1e-2, math.inf, 0.3)]], "no tolerance of the ladder is to be had"),
+    ],
+)  # fmt: skip
+def test_the_sentence_counts_what_an_estimate_holds(rows: list[list[tuple[float, float, float]]], said: str) -> None:
+    """Seconds of what is as exact as asked by its own word; the least estimate of a ladder whose finest rung misses."""
+    assert sentence([[Asked(*one) for one in row] for row in rows]) == said
+
+
+def test_rungs_are_the_answers_of_simulate() -> None:
+    """Each is what `simulate` says, beside the finest; an estimate never rises, and holds the differences."""
+    sensor, wrench, seen = load_sensor("biorob2018"), Wrench(0.2, 1.0), []
+    found = ladder(sensor, wrench, tolerance=3e-2, **SECTION, progress=lambda done, of: seen.append((done, of)))
+    assert [one.tolerance for one in found] == [1e-1, 3e-2, 1e-2, 3e-3] and seen[-1] == (4, 4)
+    first, last = (simulate(sensor, wrench, tolerance=one.tolerance, **SECTION) for one in (found[0], found[-1]))
+    change = np.max(np.abs(last.impedance.L - last.impedance.L0))
+    assert found[0].estimated == pytest.approx(np.max(first.impedance.error_L) / change, rel=1e-9)
+    assert found[0].difference == pytest.approx(np.max(np.abs(first.impedance.L - last.impedance.L)) / change, rel=1e-6)
+    moved = last.equilibrium.pose.components - Pose(0.0, 2e-3).components
+    assert found[-1].estimated_pose == pytest.approx(
+        np.max(last.equilibrium.error.components * [1, 1, 4e-3, 1, 4e-3, 4e-3])
+        / np.max(np.abs(moved) * [1, 1, 4e-3, 1, 4e-3, 4e-3])
+    )  # the target is 8 x 8 mm
+    assert found[-1].difference == found[-1].difference_pose == 0.0 < found[0].difference
+    estimates = [one.estimated for one in found]
+    assert estimates == sorted(estimates, reverse=True) and all(one.seconds > 0.0 for one in found)
+    assert all(one.difference <= 2.0 * (one.estimated + found[-1].estimated) for one in found)
+
+
+def test_a_rung_without_answer_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The others stand beside the finest of those that have one."""
+
+    def sometimes(*args: object, tolerance: float, **options: object) -> object:
+        if tolerance == 1e-2:
+            raise SolveFailed("not carried", SolveReport("planar", 1, 1, 0.0, 1.0, 0.0))
+        return simulate(*args, tolerance=tolerance, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(module, "simulate", sometimes)
+    found = ladder(load_sensor("biorob2018"), Wrench(0.0, 1.0), tolerance=1e-1, **SECTION)
+    assert found[-1].status == "SolveFailed: not carried" and math.isnan(found[-1].estimated)
+    assert found[-1].asked.estimated == math.inf and found[-2].difference == 0.0
+
+
+def test_no_load_has_no_ladder() -> None:
+    """Every rung would be the target at rest."""
+    with pytest.raises(SceneError, match="ladder: must have a load, .*; none came"):
+        ladder(load_sensor("biorob2018"), Wrench())
+
+
+def test_forgotten_caches_are_empty() -> None:
+    """What a model kept is gone: a plate that was prepared is prepared again."""
+    from sits_mech.magnetics import bars
+
+    planar_bars(load_sensor("biorob2018"), 1e-2).impedance(Pose(0.0, 2e-3), 5e6)
+    kept = [item for item in vars(bars).values() if hasattr(item, "cache_info")]
+    assert any(item.cache_info().currsize for item in kept)
+    forget()
+    assert not any(item.cache_info().currsize for item in kept)
