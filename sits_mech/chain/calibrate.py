@@ -13,6 +13,7 @@ import multiprocessing
 import os
 import threading
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from sits_mech.cases import DONE, Progress, Row, table
 from sits_mech.chain.interpolate import loads_of, poses_on_grid
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omissions import Shown, beside_errors, omissions
-from sits_mech.chain.plan import Choice, leaving
+from sits_mech.chain.plan import leaving
 from sits_mech.chain.pose_errors import Reading, pose_of, poses_of, read_poses, signal_weights, signals_at
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.mechanics.linear import linear_pad
@@ -113,21 +114,23 @@ def calibrate(
     data = table(grid, done).assign_coords({"coil": coils, "coil_2": coils, **fixed})
     data["L0"] = (("coil", "coil_2"), reading.L0)
     said = (*by_field.notes, *(f"left out: {item.text}" for item in by_field.left_out))
-    said += _beside(sensor, (by_layer, by_field), done, reading)
+    said += _beside(sensor, (by_layer.name, by_field.name), done, reading)
     attributes = {"frequency": sensor.frequency, "unit_L": reading.unit_L, "request": json.dumps(request)}
     attributes |= {"notes": "; ".join(said)}
     scene = {"scene": scene_text(sensor), "scene_hash": scene_hash(sensor), "version": __version__, "name": sensor.name}
     return data.assign_attrs(**scene, **attributes)
 
 
-def _beside(sensor: Sensor, choices: tuple[Choice, Choice], rows: Sequence[Row], found: Impedance) -> tuple[str, ...]:
-    """Say what sections leave out beside the errors."""
-    layer, field = choices
+def _beside(sensor: Sensor, names: tuple[str, str], rows: Sequence[Row], found: Impedance) -> tuple[str, ...]:
+    """Say what sections leave out beside the errors, by the outermost poses."""
     done = [row for row in rows if row["status"] == DONE]
     if not done:
         return ()
-    shown = Shown(poses_of(done)[0], found)
-    size, unknown = beside_errors(omissions(sensor, (), layer.name, field.name if field.by_name else None, shown))
+    poses = poses_of(done)[0].components
+    outer = np.unique([*poses.argmin(axis=0), *poses.argmax(axis=0)])
+    own = {name: getattr(found, name)[outer] for name in ("L", "R", "error_L", "error_R")}
+    shown = Shown(Pose.of(poses[outer]), replace(found, **own, shared_L=None))
+    size, unknown = beside_errors(omissions(sensor, (), *names, shown))
     parts = [f"what sections leave out, up to {size:.2g} of the change, is in no error"] if size > 0.0 else []
     return (*parts, *(f"{name}: in no error, not estimated" for name in unknown))
 

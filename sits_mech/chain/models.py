@@ -112,24 +112,29 @@ def magnetic_model(
     """Return the magnetic model of a name of `MAGNETICS` or "auto" with the reason; as `mechanical_model`.
 
     Known `poses` tell whether they leave the plane or an axis, and which conductors are too far to matter there;
-    otherwise that is asked of the target at rest.
+    otherwise that is asked of the target at rest. The errors of a section that was not asked for by name hold its ends.
     """
-    return _built(sensor, _settled(sensor, name, checked_tolerance(tolerance), poses, False), tolerance)
+    return _built(sensor, _settled(sensor, name, checked_tolerance(tolerance), poses, False), tolerance, ends=True)
 
 
 def loaded_model(
     sensor: Sensor, name: str = "auto", tolerance: float = 1e-2, loads: Sequence[Wrench] = ()
 ) -> tuple[MagneticModel, Choice]:
-    """Return the magnetic model for poses that loads give to a tolerance, with the reason; as `mechanical_model`."""
+    """Return the magnetic model for poses that loads give to a tolerance, with the reason; as `mechanical_model`.
+
+    What a section leaves out is told beside the errors of loads, once for all of them: it would cost more than they do.
+    """
     solved, choice = _settled(sensor, name, checked_tolerance(tolerance), loads, True)
     return _built(sensor, (solved, choice), magnetic_tolerance(choice.name, tolerance))
 
 
-def _built(sensor: Sensor, settled: tuple[Sensor, Choice], tolerance: float) -> tuple[MagneticModel, Choice]:
-    """Return the model of a choice for what is solved of a scene, with the choice."""
+def _built(
+    sensor: Sensor, settled: tuple[Sensor, Choice], tolerance: float, *, ends: bool = False
+) -> tuple[MagneticModel, Choice]:
+    """Return the model of a choice for what is solved of a scene, with the choice; its errors may hold the ends."""
     solved, choice = settled
     model = MAGNETICS[choice.name](solved, tolerance)
-    if _KINDS[choice.name] == "section" and not choice.by_name and sensor.target is not None:
+    if ends and _KINDS[choice.name] == "section" and not choice.by_name and sensor.target is not None:
         model = InSection(model, solved)
     if choice.left_out or choice.notes:
         model = AmongFar(model, sensor, solved, tuple(item.text for item in choice.left_out), choice.notes)

@@ -113,8 +113,7 @@ def simulate(
     except SolveFailed as error:
         return not_converged(error, as_json, True)
     shown, names = found.impedance, (found.equilibrium.report.model, found.impedance.report.model)
-    auto = models.magnetics == "auto"
-    unsolved = omissions(sensor, [*via, wrench], *names, Shown(found.equilibrium.pose, shown), auto)
+    unsolved = omissions(sensor, [*via, wrench], *names, Shown(found.equilibrium.pose, shown))
     tables = [
         equilibrium_table(found.equilibrium),
         impedance_table([coil.name for coil in sensor.coils], found.impedance),

@@ -75,7 +75,8 @@ class Plan:
             parts.insert(0, ("mechanics", mechanics.name, len(symmetry_of(sensor).without_images(first))))
         asked, finer = steps(parts, tolerance, bool(loads), _among(sensor, magnetics))
         name = None if mechanics is None else mechanics.name
-        missing = omissions(sensor, loads, name, magnetics.name, shown, not magnetics.by_name) + magnetics.left_out
+        auto = not (loads or magnetics.by_name)
+        missing = omissions(sensor, loads, name, magnetics.name, shown, auto) + magnetics.left_out
         if mechanics is not None and len(first) < len(loads):
             reason = f"a smooth map through some {len(first)} of {len(loads)} predicts them within the tolerance"
             missing += (Omission("loads between solved ones", reason, tolerance, in_error=True),)
