@@ -169,6 +169,12 @@ def face_contact(faces: Faces, mesh: MixedMesh, parts: tuple[Part, ...], u: Arra
     return FaceContact(behind["ground"], behind["plane"], behind["wall"], rise, held, crossing, missed)
 
 
+def faces_press(mesh: MixedMesh, parts: tuple[Part, ...], u: Array, q: Array) -> bool:
+    """Say of a section whether its free faces press something, so that its meshes show no order; others as above."""
+    touching = (part for part in parts if isinstance(part, Contact | SelfContact))
+    return len(mesh.axes) == 2 and any(part(u, q).energy > _PRESSED for part in touching)
+
+
 def face_notes(
     faces: Faces, mesh: MixedMesh, parts: tuple[Part, ...], u: Array, q: Array, plate: float
 ) -> tuple[str, ...]:  # fmt: skip

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.geometry.collision import ground_notes
-from sits_mech.mechanics.faces.face_contact import face_notes
+from sits_mech.mechanics.faces.face_contact import face_notes, faces_press
 from sits_mech.mechanics.levels.creases import hidden_by_creases, outer_stretches
 from sits_mech.mechanics.levels.family import Levels, extrapolated, finer, next_at_rest
 from sits_mech.mechanics.rest.body import Bonded, State, packed, rest, unpacked
@@ -275,7 +275,8 @@ def answer(
         return np.where(held, load, q) / unit
 
     values, walk = [shown(state.q, state.load) for state in states], walk or finer(levels, states, (held, goal))
-    spent, best = fine.iterations + coarse.iterations, extrapolated(values, levels.sizes, levels.order)
+    pressed = faces_press(body.mesh, body.parts, fine.u, fine.q)
+    spent, best = fine.iterations + coarse.iterations, extrapolated(values, levels.sizes, levels.order, pressed=pressed)
     large, beyond, kept = "", list[Array](), 0
     stretches = [largest_stretch(levels.coarse, coarse.u), largest_stretch(body, fine.u)]
     for level in range(2, len(levels.sizes) if asked < np.inf else 0):
@@ -286,10 +287,11 @@ def answer(
         if there is None:
             break
         values, spent = [*values, shown(there.q, there.load)], spent + there.iterations
-        limit = extrapolated(values, levels.sizes, levels.order, np.where(held, 0.0, there.off / unit))
+        last = np.where(held, 0.0, there.off / unit)
+        limit = extrapolated(values, levels.sizes, levels.order, last, pressed=pressed)
         beyond.append(np.zeros(0) if there.state is None else packed(there.state))
         stretches += [] if there.state is None else [largest_stretch(levels.maker(level), there.state.u)]
-        if np.max(limit.error) < np.max(best.error):
+        if pressed or np.max(limit.error) < np.max(best.error):
             best, kept = limit, len(beyond)
     share = levels.share if np.isfinite(best.order) else max(levels.share, _UNSEEN)
     creases = hidden_by_creases(body, fine, levels.numbers(len(values) - 1)[-1])

@@ -18,6 +18,18 @@ of the two differences, and is said. Where it lies far above p, what is added is
 two levels alone the error is ``|Y - y|``. The smallest error counts. No component is called better than a share of the
 worst, an angle counted at the target's end; of forces that hold the target, likewise.
 
+Where free faces press a plane or each other no order is shown: the end of contact moves by less than a cell from
+level to level, now this way, now that, so that two differences may be small, or stand in the ratio of the order, by
+chance. There the whole sequence tells how large the term a m**-p may be, not its last differences: with a_j what is
+added at level j,
+
+    error = 2.2 max_j |a_j| (m_j/m_k)**p,    j = 2 ... k,
+
+and the last level counts, not the smallest error. The 2.2 is measured, in the plane alone (in space contact is taken to
+show its order): on 19 flush layers, 10/10/2 to 20/20/2 mm, of three laws, at loads where contact moves the target by
+more than a percent, 55 of 57 estimates of 8, 12 and 16 cells hold what 24 or 32 cells give; true errors are 0.44 of
+them in the median, 1.5 at most. The smallest error of neighbouring levels held it in one case of eight.
+
 The first two levels are brought to rest (path.py), the second from the first one's state. On finer ones the target's
 place is corrected by Newton steps from the state of the level before, until it stays; corners need not come to rest
 for that. Where no state is carried to a level, or none can be followed by another step, it is brought to rest from the
@@ -57,6 +69,7 @@ FEWEST = 3
 _CHEAP = 1500  # cells
 _CHANGED = 64  # layers of changed scenes that a family remembers
 _SAFE = 2.0  # times what the second term leaves: against references of an independent code half of that is too little
+_IN_CONTACT = 2.2  # times the largest term that a sequence in contact shows
 _UNSURE = 0.15  # of what extrapolation adds: the order may be off
 _SHOWN, _HIGH = 0.5, 1.4  # of the order must be shown by three levels, and no more than so many times of it
 _ENOUGH = 0.02  # of the difference of two levels: a correction that is closer is not gone on with
@@ -156,7 +169,8 @@ class Limit(NamedTuple):
     """What a sequence tends to, shape (k,), its error, and the order that its last three levels show (nan: two).
 
     The parts of the error, shape (2, k), have the signs of what they are taken from: what the second term leaves, and
-    what the order may be off by. Neighbouring loads on the same meshes share them, up to a factor each.
+    what the order may be off by. Neighbouring loads on the same meshes share them, up to a factor each; in contact they
+    share nothing, and no order is shown (nan): there the parts are zero.
     """
 
     value: Array
@@ -177,7 +191,9 @@ def contact_depth(depth: float, sizes: tuple[float, ...], level: int) -> float:
     return depth * (sizes[1] / sizes[level]) ** 2
 
 
-def extrapolated(values: list[Array], sizes: tuple[float, ...], order: float, off: Array | float = 0.0) -> Limit:
+def extrapolated(
+    values: list[Array], sizes: tuple[float, ...], order: float, off: Array | float = 0.0, *, pressed: bool = False
+) -> Limit:  # fmt: skip
     """Return the limit of what some levels gave, two or more, the last of which may be off.
 
     Parameters
@@ -188,6 +204,10 @@ def extrapolated(values: list[Array], sizes: tuple[float, ...], order: float, of
         m of each.
     order : float
         p.
+    off : float or ndarray, shape (k,)
+        What the last level may be off by.
+    pressed : bool
+        Whether free faces press something.
     """
     if not np.isfinite(order):
         return _limit(values[-1], np.nan, values[-1] - values[-2], np.zeros_like(values[-1]))
@@ -195,6 +215,10 @@ def extrapolated(values: list[Array], sizes: tuple[float, ...], order: float, of
     ratios = m[1:] / m[:-1]
     added = [(b - a) / (ratio**order - 1.0) for a, b, ratio in zip(values[:-1], values[1:], ratios, strict=True)]
     ends = [y + more for y, more in zip(values[1:], added, strict=True)]
+    beyond = off * ratios[-1] ** order / (ratios[-1] ** order - 1.0)
+    if pressed:
+        shrunk = [np.abs(more) * (size / m[-1]) ** order for more, size in zip(added, m[1:], strict=True)]
+        return Limit(ends[-1], _IN_CONTACT * np.max(shrunk, axis=0) + beyond, np.nan, np.zeros((2, len(ends[-1]))))
     if len(values) == 2:
         return _limit(ends[-1], np.nan, added[-1], np.zeros_like(added[-1]))
     apart, gone = ends[-1] - ends[-2], values[-1] - values[-2]
@@ -204,7 +228,7 @@ def extrapolated(values: list[Array], sizes: tuple[float, ...], order: float, of
         return _limit(ends[-1], shown, apart, added[-1])
     left = _SAFE * apart / ((m[-1] / m[-3]) ** order - 1.0)
     unsure = (_UNSURE + (1.0 if shown > _HIGH * order else 0.0)) * added[-1]
-    return _limit(ends[-1], shown, left, unsure, off * ratios[-1] ** order / (ratios[-1] ** order - 1.0))
+    return _limit(ends[-1], shown, left, unsure, beyond)
 
 
 def _limit(value: Array, order: float, left: Array, unsure: Array, off: Array | float = 0.0) -> Limit:

@@ -106,5 +106,5 @@ def _family(sensor: Sensor, kind: _Kind, depth: float) -> Levels:
 
     _, elastomer = layer_parts(sensor)
     wide = max(1, round(elastomer.extent[0] / elastomer.thickness))
-    order = order_of(sensor, kind.grading)
-    return Levels(SIZES, (wide, 1), made, lambda level: None, order, SHARE, kind is _KINDS[0], kept(changed))
+    order, eager = order_of(sensor, kind.grading), kind is _KINDS[0] or depth > 0.0 == kind.guard
+    return Levels(SIZES, (wide, 1), made, lambda level: None, order, SHARE, eager, kept(changed))

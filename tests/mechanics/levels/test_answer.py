@@ -14,10 +14,10 @@ MM = 1e-3
 NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
 
 
-def pad(W, w, t):
+def pad(W, w, t, law=NEO_HOOKEAN):
     """A pad a metre long; the force acts at the bonded face."""
     sizes = [f'elastomer.width="{W} mm"', f'elastomer.thickness="{t} mm"', f'target.width="{w} mm"']
-    return load_sensor("biorob2018", ["elastomer.length=1.0", "target.load_height=0", NEO_HOOKEAN, *sizes])
+    return load_sensor("biorob2018", ["elastomer.length=1.0", "target.load_height=0", law, *sizes])
 
 
 def test_scales_lead_there_and_back():
@@ -76,6 +76,27 @@ def test_poses_at_two_tolerances_are_within_both_errors(answers):
         away = np.abs(found.pose.components - best.pose.components)
         lever = np.array([1.0, 1.0, 7.5 * MM])
         assert np.max(away[:3] * lever) < np.max((found.error.components + best.error.components)[:3] * lever)
+
+
+YEOH = 'elastomer.material={law="yeoh", c10=1.5e4, c20=1500.0, c30=100.0, bulk_modulus=3e7}'
+
+
+@pytest.mark.parametrize(
+    ("sizes", "law", "load"),
+    [
+        ((15, 15, 3), NEO_HOOKEAN, (100.0, 1000.0)),
+        ((10, 10, 2), YEOH, (30.0, 660.0)),
+        pytest.param((20, 20, 2), NEO_HOOKEAN, (60.0, 4800.0), marks=pytest.mark.slow),
+    ],
+)  # fmt: skip
+def test_poses_in_contact_at_two_tolerances_are_within_both_errors(sizes, law, load):
+    """Flush layers whose free faces lie on ground and target: the first two levels agree there by chance."""
+    sensor = pad(*sizes, law)
+    rough, best = (planar_layer(sensor, each).equilibrium(Wrench(*load)) for each in (1e-2, 2e-3))
+    assert any("lies on the ground" in note for note in rough.report.notes)
+    assert best.report.estimated_error < rough.report.estimated_error and best.report.unknowns > rough.report.unknowns
+    away = np.abs(rough.pose.components - best.pose.components)[:3]
+    assert np.all(away <= (rough.error.components + best.error.components)[:3])
 
 
 def test_the_state_that_is_kept_is_that_of_the_first_two_levels(answers):

@@ -76,6 +76,27 @@ def test_a_sequence_that_is_not_there_yet_says_so_and_widens_its_error():
     assert found.error[0] > 3.0 * extrapolated(sequence(2.0, 3), SIZES, 2.0).error[0]
 
 
+@pytest.mark.parametrize("p", [1.2, 2.0, 2.378])
+def test_in_contact_one_power_is_owned_to_more_than_once(p):
+    """What is added of one power is a m^-p at every level: the largest, carried to the last, is that of the last."""
+    for count in (2, 3, 5):
+        found = extrapolated(sequence(p, count), SIZES, p, pressed=True)
+        np.testing.assert_allclose(found.value, LIMIT, rtol=1e-13)
+        np.testing.assert_allclose(found.error, 2.2 * np.abs(FIRST) * SIZES[count - 1] ** -p, rtol=1e-9)
+        assert np.isnan(found.order) and found.words(p) == ()
+
+
+@pytest.mark.parametrize("count", [3, 4, 5])
+def test_in_contact_levels_that_agree_by_chance_do_not_narrow_the_error(count):
+    """An amplitude of either sign from level to level, those of the last two levels so that the two agree."""
+    m = np.array(SIZES[:count])
+    amplitude = 0.3 * np.array([1.0, -1.0] * 3)[:count]
+    amplitude[-1] = amplitude[-2] * (m[-2] / m[-1]) ** -2.0
+    values = [np.array([1.0 + a * size**-2.0]) for a, size in zip(amplitude, m, strict=True)]
+    blind, found = (extrapolated(values[-2:], tuple(m[-2:]), 2.0), extrapolated(values, SIZES, 2.0, pressed=True))
+    assert blind.error[0] < 1e-12 < abs(found.value[0] - 1.0) < found.error[0]
+
+
 def test_two_meshes_of_one_fineness_are_told_by_their_difference():
     found = extrapolated([np.array([1.0]), np.array([1.1])], (1.0, 2.0), np.inf)
     assert found.value[0] == 1.1 and found.error[0] == pytest.approx(0.1) and found.words(np.inf) == ()
