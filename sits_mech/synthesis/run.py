@@ -31,7 +31,7 @@ from sits_mech.synthesis.answer import (
     rounded,
     tied_with,
 )
-from sits_mech.synthesis.answered import Answered
+from sits_mech.synthesis.answered import Answered, Task
 from sits_mech.synthesis.around import landscape_of, prices, sensitivities
 from sits_mech.synthesis.requirements import Requirements, read_requirements, requirements_of
 from sits_mech.synthesis.search import MOST, Branch, Search
@@ -191,10 +191,14 @@ class _Run:
         found: list[Answered] = []
         for wanted in tries[:_TRIES]:
             found.append(self.solve(wanted, FINE))
-            if search.task.holds(found[-1]) and not made_share(search.task, found[-1]).value < self.asked.least_yield:
+            if self._stands(search.task, found[-1]):
                 break
-        chosen = min(found, key=search.merit)
+        chosen = min(found, key=lambda each: (not self._stands(search.task, each), search.merit(each)))
         return chosen if chosen.carried else best
+
+    def _stands(self, task: Task, found: Answered) -> bool:
+        """Say whether a design holds its limits, and as many sensors made as are asked."""
+        return task.holds(found) and not made_share(task, found).value < self.asked.least_yield
 
     def notes(self, best: Answered) -> tuple[str, ...]:
         """Return what a designer must know of the answer besides."""

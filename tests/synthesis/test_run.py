@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sits_mech.synthesis.answer import DesignAnswer
+from sits_mech.synthesis.answer import DesignAnswer, Share
 from sits_mech.synthesis.answered import STRAIN, Answered, Task
 from sits_mech.synthesis.figures import Table
 from sits_mech.synthesis.requirements import Requirements, requirements_of
@@ -217,3 +217,18 @@ def test_what_numbers_change_is_what_differences_show(found: DesignAnswer) -> No
     assert found.sensitivities["height"]["elastomer.thickness"] == pytest.approx(0.5 / height, rel=0.02)
     assert found.ten_percent["height"]["elastomer.thickness"] == pytest.approx(0.1 * thickness / height, rel=0.02)
     assert found.sensitivities[STRAIN]["target.width"] < 0.0 < found.sensitivities["resolution.F_z"]["target.width"]
+
+
+def test_of_round_designs_one_whose_yield_holds_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Though the one that promised more holds its limits: too few of those made do."""
+    first: list[Design] = []
+
+    def share(task: Task, found: Answered) -> Share:
+        """Half of the first design that is asked, all of others."""
+        first.append(found.design)
+        value = 0.5 if found.design == first[0] else 1.0
+        return Share(value, value, value)
+
+    monkeypatch.setattr("sits_mech.synthesis.run.made_share", share)
+    found = design(asked())
+    assert found.best.design != first[0] and found.feasible
