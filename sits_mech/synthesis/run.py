@@ -192,8 +192,8 @@ class _Run:
         for wanted in tries[:_TRIES]:
             found.append(self.solve(wanted, FINE))
             if self._stands(search.task, found[-1]):
-                break
-        chosen = min(found, key=lambda each: (not self._stands(search.task, each), search.merit(each)))
+                return found[-1]
+        chosen = min(found, key=search.merit)
         return chosen if chosen.carried else best
 
     def _stands(self, task: Task, found: Answered) -> bool:

@@ -17,6 +17,7 @@ import numpy as np
 
 from sits_mech.cases import Progress
 from sits_mech.chain.simulate import Simulation, simulate
+from sits_mech.mechanics.levels.answer import relative
 from sits_mech.quantities import Pose, SolveFailed, Wrench
 from sits_mech.scene.sensor import Sensor
 from sits_mech.units import SceneError, checked_tolerance
@@ -181,6 +182,6 @@ def _sizes(sensor: Sensor, found: Simulation, finest: Simulation) -> tuple[float
     pose, end, error = (
         one.components for one in (found.equilibrium.pose, finest.equilibrium.pose, found.equilibrium.error)
     )
-    moved = np.max(np.abs(end - Pose(0.0, bottom).components) * lever)
-    away = float(np.max(np.abs(L.L - best)) / change), float(np.max(np.abs(pose - end) * lever) / moved)
-    return float(np.max(L.error_L) / change), away[0], float(np.max(error * lever) / moved), away[1]
+    moved = end - Pose(0.0, bottom).components
+    own, away = (relative(each, moved, lever) for each in (error, np.abs(pose - end)))
+    return float(np.max(L.error_L) / change), float(np.max(np.abs(L.L - best)) / change), own, away
