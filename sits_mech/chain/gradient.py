@@ -37,6 +37,7 @@ from sits_mech.quantities import (
     Equilibrium,
     Impedance,
     MagneticModel,
+    MechanicalModel,
     Pose,
     Wrench,
 )
@@ -50,7 +51,7 @@ _FREE = 1e3  # times the step of a number, over which inductances in free space 
 
 
 @runtime_checkable
-class SlopedModel(Protocol):
+class SlopedModel(MechanicalModel, Protocol):
     """A mechanical model that knows how its poses change."""
 
     def slopes(self, found: Equilibrium, parameters: Sequence[Parameter], *, sideways: bool = False) -> PoseSlopes:
@@ -120,6 +121,14 @@ class Shown(NamedTuple):
     errors: dict[str, Array]
 
 
+def sloped_model(sensor: Sensor, mechanics: str, tolerance: float, loads: Sequence[Wrench]) -> SlopedModel:
+    """Return the mechanical model for some loads, or refuse one that knows no derivatives."""
+    layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
+    if not isinstance(layer, SlopedModel):
+        raise SceneError(f"mechanics: must be block, planar or linear for a gradient; got {choice.name}")
+    return layer
+
+
 def gradient(
     sensor: Sensor, wrench: Wrench, names: Sequence[str], *, tolerance: float = 1e-2, mechanics: str = "auto",
     magnetics: str = "auto", sideways: bool = False,
@@ -148,9 +157,7 @@ def gradient(
     """
     numbers, moving = numbers_of(sensor, names)
     field, by_field = loaded_model(sensor, magnetics, tolerance, [wrench])
-    layer, by_layer = mechanical_model(sensor, mechanics, tolerance, [wrench])
-    if not isinstance(layer, SlopedModel):
-        raise SceneError(f"mechanics: must be block, planar or linear for a gradient; got {by_layer.name}")
+    layer = sloped_model(sensor, mechanics, tolerance, [wrench])
     mirrors = mirrors_of(sensor)
     found, back = image_at_rest(mirrors, layer, wrench)
     by_pose = layer.slopes(found, moving, sideways=sideways)

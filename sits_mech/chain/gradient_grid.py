@@ -24,9 +24,10 @@ from sits_mech.chain.gradient import (
     mirrors_of,
     numbers_of,
     shown_change,
+    sloped_model,
 )
 from sits_mech.chain.interpolate import loads_of, poses_on_grid
-from sits_mech.chain.models import loaded_model, mechanical_model
+from sits_mech.chain.models import loaded_model
 from sits_mech.chain.pose_errors import pose_of, poses_of, read_poses
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.mechanics.loads import slopes_of
@@ -101,9 +102,7 @@ def gradient_on_grid(
     grid = {name: sorted(float(value) for value in loads.get(name, (0.0,))) for name in WRENCH}
     every, mirrors = loads_of(grid), mirrors_of(sensor)
     field, by_field = loaded_model(sensor, magnetics, tolerance, every)
-    layer, by_layer = mechanical_model(sensor, mechanics, tolerance, every)
-    if not isinstance(layer, SlopedModel):
-        raise SceneError(f"mechanics: must be block, planar or linear for a gradient; got {by_layer.name}")
+    layer = sloped_model(sensor, mechanics, tolerance, every)
     rows = poses_on_grid(
         sensor, WithSlopes(layer, tuple(moving)), grid, symmetry=mirrors, tolerance=tolerance, progress=progress,
         in_share=tolerance >= _COMPARED,
