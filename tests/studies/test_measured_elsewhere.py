@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from elsewhere.coils_alone import WINDINGS, bundle, bundles, closed_forms, spiral, wired
-from elsewhere.plates import HERTZ, sweep, swept
+from elsewhere.plates import HERTZ, sweep, swept, team
 from elsewhere.rows import Row
 from elsewhere.rubber import modulus
 from elsewhere.steel_probe import HEIGHT, drift, fitted, frequency
@@ -65,6 +65,11 @@ def test_swept_coil_over_blocks() -> None:
     assert found.inductance == pytest.approx(345.85e-6, rel=5e-3)
     assert all(row.within for row in swept(found) if "steel" not in row.quantity)
     assert found.computed["P057"].shape == HERTZ.shape
+
+
+def test_coil_over_a_plate_as_by_another_code() -> None:
+    """Dodd and Deeds against finite elements in space: 178.63 mH and 120.67 ohm, see `coils_alone.TEAM`."""
+    assert [row.published for row in team()] == [178.63, 120.67] and all(row.within for row in team())
 
 
 def test_probe_over_steel() -> None:
