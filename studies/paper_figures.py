@@ -60,6 +60,7 @@ from sits_mech.quantities import Array, Pose
 from sits_mech.report.pictures.curves import add_polygons, new_figure, save_figure
 
 SHOWN = (STATED, FITTING, SPATIAL)
+FIGURE_7 = (STATED, ALONE, FITTING, SPATIAL)
 _FEW = 3  # heights of a coarse map
 PARTS = 8  # in which a field is asked: finding all places at once in a graded mesh takes 0.8 GB
 WIDE = 7.0  # of figures side by side [in]
@@ -222,7 +223,8 @@ def ranges(setting: Setting, width: float, count: int, tolerance: float) -> tupl
 def figure_7(count: int, tolerance: float, folder: Path) -> list[dict[str, object]]:
     """Draw figure 7 in each setting side by side and return the ranges of the width study beside those printed."""
     rows, maps, at = [], [], (np.linspace(0, 5, count), np.linspace(1, 5, count))
-    cases = list(product((STATED, ALONE, FITTING, SPATIAL), RANGES.items()))
+    printed_ranges = list(RANGES.items())[: 1 if count <= _FEW else None]
+    cases, columns = list(product(FIGURE_7, printed_ranges)), len(printed_ranges)
     for setting, (width, printed) in cases:
         shear, normal, found = ranges(setting, width, count, tolerance)
         maps.append(found)
@@ -231,16 +233,16 @@ def figure_7(count: int, tolerance: float, folder: Path) -> list[dict[str, objec
              "normal range [%]": normal, "printed normal [%]": printed[1]}
         )  # fmt: skip
     for signal in ("difference", "sum"):
-        with new_figure(height=1.0, columns=3, rows=4, width=WIDE) as (figure, axes):
+        with new_figure(height=1.0, columns=columns, rows=len(FIGURE_7), width=WIDE) as (figure, axes):
             for number, (spot, (setting, (width, _)), found) in enumerate(zip(axes, cases, maps, strict=True)):
                 values = found[..., 0] - found[..., 1] if signal == "difference" else found.sum(axis=-1)
                 picture = spot.pcolormesh(*at, values.T, shading="gouraud")
                 figure.colorbar(picture, ax=spot).ax.tick_params(labelsize=6)
                 spot.grid(False)
                 spot.set_title(f"{setting.short}, {width} mm", fontsize=7)
-                if number % 3 == 0:
+                if number % columns == 0:
                     spot.set_ylabel("$d_v$ [mm]")
-                if number >= len(cases) - 3:
+                if number >= len(cases) - columns:
                     spot.set_xlabel("$d_h$ [mm]")
             figure.suptitle(f"{signal} of both coils [% of $L_0$]", fontsize=8)
         save_figure(figure, folder / f"figure_7_{signal}.png")
