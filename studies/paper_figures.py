@@ -13,7 +13,7 @@ them both coils, free, 5 MHz comes near every printed point, the coils' own indu
 20 degrees read as. Every figure is drawn in the setting that is stated, in the one that fits, and in space.
 
 What the width study's ranges span is not said. They are taken as the difference over d_h from -5 to 5 mm at 2 mm, and
-the sum from free space to 1 mm. `figure_7` tells what no setting gives.
+the sum from free space to 1 mm. `figure_7` tells what no setting gives: the normal range of 8 mm, 24.2 % printed.
 
 The measured sensor is compared with the model in space, as it is and with what the experiment leaves open
 (common/paper_bench.py).
