@@ -150,27 +150,30 @@ def draw(what: str, rows: list[dict[str, object]], path: Path) -> None:
     """Draw the forces misread over what was changed, and what noise is, or what is misread untared."""
     names, nearby = [str(row["to"]) for row in rows], what in NOISES
     below = "misread, as it comes [N]" if nearby else "by noise [mN]"
-    with new_figure(height=1.0, rows=2) as (figure, axes):
+    with new_figure(height=1.1, rows=2) as (figure, axes):
         for spot, key in zip(axes, ("misread, tared [N]", below), strict=True):
-            scale = 1e3 if key.endswith("[N]") else 1.0
+            scale, most = (1e3 if key.endswith("[N]") else 1.0), 0.0
             for force, style in (("F_x", "o-"), ("F_z", "s-")):
                 values = [row[f"{force} {key}"] for row in rows]
-                sizes = [scale * abs(value) if isinstance(value, float) else np.nan for value in values]
+                sizes = np.array([scale * abs(value) if isinstance(value, float) else np.nan for value in values])
                 line = spot.plot(range(len(names)), sizes, style, label=f"${force}$")[0]
+                most = max(most, float(np.max(sizes, initial=0.0, where=np.isfinite(sizes))))
                 if scale > 1.0:  # below it the models cannot tell
                     told = [row[f"{force} told to [mN]"] for row in rows]
-                    spot.plot(range(len(names)), told, ":", color=line.get_color(), linewidth=0.6)
+                    spot.plot(range(len(names)), told, ":", color=line.get_color(), linewidth=0.8, label="not resolved")
+                    most = max(most, *map(float, told))
             spot.set_xticks(range(len(names)), names)
             spot.set_xlim(-0.3, len(names) - 0.7)
             if scale > 1.0:
                 spot.set_yscale("symlog", linthresh=1.0)
-                spot.set_ylim(bottom=0.0)
-            else:
-                spot.set_ylim(bottom=0.0)
+            spot.set_ylim(0.0, (3.0 if scale > 1.0 else 1.15) * most)
+            for place in np.flatnonzero(~np.isfinite(sizes)):
+                spot.text(place, most, "outside\nthe table", ha="center", va="top", fontsize=6)
         axes[0].set_ylabel("tared, misread [mN]")
         axes[1].set_ylabel("untared, misread [mN]" if nearby else "1e-5 of $L_0$ is [mN]")
         axes[1].set_xlabel(what)
-        axes[0].legend()
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+        figure.suptitle(f"{SENSOR} under {LOAD[0]} N of shear, {LOAD[1]} N down", fontsize=8)
     save_figure(figure, path)
 
 
