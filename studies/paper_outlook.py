@@ -64,6 +64,7 @@ CHANGES = {
         **{f"{r}": [f'substrate_radius="{r} mm"'] for r in (25, 50, 100, 200)}, "flat": [],
     },
 }  # fmt: skip
+COARSE = ("copper plate below [mm]", "target thickness [mm]", "substrate radius [mm] (section)")
 NOISES = tuple(CHANGES)[:3]  # what comes after the calibration
 FAR = [NEIGHBOUR.format(x=40)]  # changes L by less than 1e-7: metal near is told from the same division of the target
 
@@ -190,7 +191,7 @@ def main() -> None:
     tolerance = 0.1 if coarse else 2e-2
     it, rows = base(tolerance, coarse), []
     for number, (what, changes) in enumerate(CHANGES.items(), 1):
-        if coarse and what in NOISES[1:]:  # they take longest
+        if coarse and what not in COARSE:
             continue
         chosen = list(changes.items())[:1] if coarse else list(changes.items())
         found = [answer(it, what, name, keys, tolerance) for name, keys in chosen]
