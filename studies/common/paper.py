@@ -33,7 +33,7 @@ class Setting:
     Attributes
     ----------
     name, short : str
-        For tables, for file names.
+        For tables, for titles.
     model : str
         "planar" or "sheets".
     both : bool
@@ -74,7 +74,7 @@ class Setting:
 
 STATED = Setting("stated: one coil driven, no net current, 5 kHz", "stated", frequency=5e3)
 FITTING = Setting("fitting: both coils, net current free, 5 MHz", "fitting", both=True, net_current="free")
-ALONE = Setting("planar: one coil, no net current, 5 MHz", "planar")
+ALONE = Setting("planar: one coil, no net current, 5 MHz", "one coil, 5 MHz")
 SPATIAL = Setting("sheets (3D), 5 MHz", "sheets", model="sheets")
 
 
