@@ -173,7 +173,7 @@ def draw(what: str, rows: list[dict[str, object]], path: Path) -> None:
             spot.set_xticks(range(len(names)), names)
             spot.set_xlim(-0.3, len(names) - 0.7)
             if scale > 1.0:
-                spot.set_yscale("symlog", linthresh=1.0)
+                spot.set_yscale("symlog", linthresh=0.1)
             spot.set_ylim(0.0, (3.0 if scale > 1.0 else 1.15) * most)
             for place in np.flatnonzero(~np.isfinite(sizes)):
                 spot.text(place, most, "outside\nthe table", ha="center", va="top", fontsize=6)
