@@ -218,7 +218,10 @@ def draw(found: dict[str, list[tuple[float, float]]], rows: list[Row], folder: P
         for place, row in enumerate(wound):
             mark = "C0o" if row.within else "C3X"
             axes.errorbar(100 * row.miss / row.published, place, xerr=100 * row.tolerance / row.published, fmt=mark)
-        axes.set_yticks(range(len(wound)), [row.quantity for row in wound])
-        axes.set(xlabel="computed less published [%]")
+        labels = [row.quantity if row.case == "wound coils" else f"ECAS-8: {row.quantity}" for row in wound]
+        axes.set_yticks(range(len(wound)), labels, fontsize=5.5)
+        axes.set_xscale("symlog", linthresh=5.0)
+        axes.set_xticks([-50, -10, -5, -2, 0, 2, 5], ["-50", "-10", "-5", "-2", "0", "2", "5"])
+        axes.set(xlabel="computed less published [%]", xlim=(-70.0, 7.0))
         axes.invert_yaxis()
         save_figure(figure, folder / "coils_alone.png")
