@@ -33,7 +33,7 @@ from sits_mech.turns import rotation_matrix
 
 REFUSAL = 10.0
 """Seconds of processor time that a refusal may take."""
-ANSWER, MEMORY = 20.0, 4.0  # seconds for an answer, GiB
+ANSWER, MEMORY = 10.0, 4.0  # seconds for an answer, GiB
 QUICK = 0.5  # seconds up to which a second answer is asked
 FINER = 0.2  # of the tolerance
 ROUNDING = 1e-9
