@@ -202,20 +202,20 @@ def gradients(box: Box, scale: Array) -> list[tuple[Integers, Array]]:
     return found
 
 
-def without_gradients(box: Box, scale: Array, rows: Integers, seen: Array) -> Array:
+def without_gradients(freed: Sequence[tuple[Integers, Array]], rows: Integers, seen: Array) -> Array:
     """Return what some coefficients drive, less what gradients among them do, which should drive nothing.
 
     Parameters
     ----------
-    box, scale
-        As in `gradients`.
+    freed : sequence
+        The box's `gradients`.
     rows : ndarray of int, shape (n,)
         Which of the three components' coefficients, ascending.
     seen : ndarray, shape (n, m)
         What each drives, of its size.
     """
     seen = seen.copy()
-    for index, Q in gradients(box, scale):
+    for index, Q in freed:
         at = np.searchsorted(rows, index)
         known = at < rows.size
         known[known] = rows[at[known]] == index[known]
