@@ -20,8 +20,8 @@ from sits_mech.scene.sensor import SceneError, Sensor, sensor_from
 Table = dict[str, Any]
 LAWS = ("neo-hookean", "mooney-rivlin", "yeoh", "ogden", "gent")
 _TRIES = 400
-_FINE = {"inductance": 0.06, "pose": 0.02, "simulate": 0.02}  # share that is asked to better than 0.1: whether an answer
-# stands shows in coarse ones, which take a third of the time
+_FINE = {"inductance": 0.06, "pose": 0.02, "simulate": 0.02}  # share that is asked to better than 0.1, a third of
+# whose time the others take: whether an answer stands shows in them
 
 
 @dataclass(frozen=True)

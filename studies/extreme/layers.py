@@ -106,7 +106,7 @@ def cornered() -> Iterator[Row]:
         assert sharp.elastomer is not None
         rounded = sharp.model_copy(update={"elastomer": sharp.elastomer.model_copy(update={"edge_radius": 1e-5})})
         case = f"corners of 0.01 mm radius, t = {t:g} mm"
-        yield measured("mechanics", case, lambda sensor=rounded: refined(sensor, Wrench(300.0, 3000.0)), t < 1.0)
+        yield measured("mechanics", case, lambda sensor=rounded: refined(sensor, Wrench(300.0, 3000.0), 2e-3), t < 1.0)
 
 
 def driven(name: str, sensor: Sensor, coarse: bool) -> Iterator[Row]:

@@ -99,7 +99,7 @@ def many() -> Sensor:
 
 def questions() -> dict[str, Asked]:
     """Return what is asked, by names; the first ones are quick."""
-    up, sheets = Pose(0.3 * MM, 2 * MM), (("sheets", 2e-2), ("sheets", 5e-3))
+    up = Pose(0.3 * MM, 2 * MM)
     fem = (("planar", 1e-2), ("planar-fem", 1e-3))
     return {
         "gap 10 um": Asked(plate(), Pose(0.3 * MM, 1e-5), ("planar-fem", 1e-2), ("planar-fem", 1e-3)),

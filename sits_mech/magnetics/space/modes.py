@@ -34,7 +34,7 @@ from scipy.linalg import cholesky, eigh, solve_triangular
 
 from sits_mech.geometry.sheet_plan import Integers, Plan, plan_seams
 from sits_mech.magnetics.modes import Modes, few_modes
-from sits_mech.magnetics.space.fields import Box, decay_scale, field_means, gradients, to_coefficients, without_gradients
+from sits_mech.magnetics.space.fields import Box, decay_scale, field_means, to_coefficients, without_gradients
 from sits_mech.magnetics.space.loops import Loops, class_loops
 from sits_mech.magnetics.space.prisms import Prisms, box_means, prism_means
 from sits_mech.magnetics.space.sources import Sources
@@ -168,7 +168,6 @@ def _modes(
     scale = decay_scale(box)
     seams = plan_seams(plan)
     classes, unknowns, first = {}, 0, not bases
-    freed = gradients(box, scale) if first else []
     for order, (character, weight) in enumerate(zip(plan.characters, plan.weights, strict=True)):
         for mirror in (1, -1):
             loops = class_loops(plan, seams, np.diff(levels), (character, mirror), depth=depth)
@@ -181,7 +180,7 @@ def _modes(
             B, own = B[: rows.size] * scale[rows, None], B[rows.size :]
             if basis is None:
                 size = scale[rows, None]
-                driven = without_gradients(freed, rows, _resisted(R, B, weight))
+                driven = without_gradients(box, rows, _resisted(R, B, weight))
                 basis = bases[order, mirror] = _by_level(box, rows, _strongest(driven) / size)
             combined = (basis.fields * scale[basis.rows, None]).T @ B[np.searchsorted(rows, basis.rows)]
             classes[order, mirror] = few_modes(L, R, np.vstack([combined, own]), metal[1], weight=weight)

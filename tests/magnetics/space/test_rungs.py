@@ -16,11 +16,19 @@ from sits_mech.extrapolation import added
 from sits_mech.geometry.outline import Outline, read_outline
 from sits_mech.geometry.sheet_plan import Grading, graded_axis
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.magnetics.space.loops import most_unknowns
 from sits_mech.magnetics.space.fields import to_coefficients
+from sits_mech.magnetics.space.loops import most_unknowns
 from sits_mech.magnetics.space.modes import prepare_sheets
 from sits_mech.magnetics.space.rungs import (
-    LADDER, ROUGHEST, Rung, TooLarge, _family, _interfaces, field_box, memory_of, rungs_for,
+    LADDER,
+    ROUGHEST,
+    Rung,
+    TooLarge,
+    _family,
+    _interfaces,
+    field_box,
+    memory_of,
+    rungs_for,
 )  # fmt: skip
 from sits_mech.memory import GIB, VARIABLE
 from sits_mech.quantities import Pose
