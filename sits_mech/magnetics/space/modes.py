@@ -180,7 +180,7 @@ def _modes(
             B, own = B[: rows.size] * scale[rows, None], B[rows.size :]
             if basis is None:
                 size = scale[rows, None]
-                driven = without_gradients(box, scale, rows, _resisted(R, B, weight))
+                driven = without_gradients(box, rows, _resisted(R, B, weight))
                 basis = bases[order, mirror] = _by_level(box, rows, _strongest(driven) / size)
             combined = (basis.fields * scale[basis.rows, None]).T @ B[np.searchsorted(rows, basis.rows)]
             classes[order, mirror] = few_modes(L, R, np.vstack([combined, own]), metal[1], weight=weight)
