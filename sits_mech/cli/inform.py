@@ -84,19 +84,20 @@ def fit(
 
     Example: sits-mech fit tensile.csv --law yeoh --max-strain 1.0 -o fit.png
     """
-    from sits_mech.report.pictures.curves import save_figure
+    from sits_mech.report.pictures.curves import checked_picture, save_figure
     from sits_mech.report.pictures.fit import fit_figure, fit_rows
     from sits_mech.report.tables.solves import key_table
     from sits_mech.silicone.fitting import fit_law
     from sits_mech.silicone.material import Silicone, implausible
     from sits_mech.silicone.tensile import read_tensile
 
+    picture = None if output is None else checked_picture(output)
     test = read_tensile(tensile)
     found = fit_law(test, law, max_strain, terms=terms)
     slips = implausible(Silicone("", found.law, found.constants, math.inf))  # a fit tells no bulk modulus
     found = replace(found, notes=(*found.notes, *slips))
-    if output is not None:
-        save_figure(fit_figure(test, found), output)
-        warn(f"written to {output}")
+    if picture is not None:
+        save_figure(fit_figure(test, found), picture)
+        warn(f"written to {picture}")
     answer(asdict(found), [key_table(str(tensile), fit_rows(found))], as_json)
     return 0

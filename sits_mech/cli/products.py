@@ -135,11 +135,12 @@ def report(folder: Folder, *, case: Case = None, output: Output = None) -> int:
     """
     from sits_mech.report.folder import read_calibration
     from sits_mech.report.page.html import write_html
+    from sits_mech.scene.files import is_open_end
     from sits_mech.scene.sensor import SceneError
 
     own = "report.html" if case is None else f"report-{case}.html"
     path = folder / own if output is None else output
-    if path.suffix not in (".html", ".htm"):
+    if path.suffix not in (".html", ".htm") and not is_open_end(path):
         raise SceneError(f"--output: must end in .html; got {path.name!r}")
     sensor, data = read_calibration(folder, case)
     write_html(sensor, data, folder, path)

@@ -238,6 +238,15 @@ def _crosstalk_matrix(data: xr.Dataset, stray: xr.Dataset) -> Figure:
     return figure
 
 
+def checked_picture(path: Path) -> Path:
+    """Return where a picture goes; raise SceneError where its format cannot be drawn or its folder is not there."""
+    if path.suffix not in _FORMATS:
+        raise SceneError(f"--output: must end in {', '.join(_FORMATS)}; got {path.name!r}")
+    if not path.parent.is_dir():
+        raise SceneError(f"--output: must be in a folder that exists; got {path}")
+    return path
+
+
 def save_figure(figure: Figure, path: Path) -> None:
     """Write a figure by an atomic rename, 300 dots per inch; raise SceneError when it cannot be written."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
