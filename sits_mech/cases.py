@@ -30,6 +30,7 @@ Row = dict[str, Any]
 Progress = Callable[[int, int], None]
 Combine = Literal["product", "zip"]
 DONE = "converged"
+_CHECKSUM = "sha256"
 _LASTING = (ValueError, ArithmeticError, SolveFailed)  # a failure that another try would only repeat
 
 
@@ -168,20 +169,28 @@ def case_path(folder: Path | None, key: str, point: Mapping[str, Any]) -> Path |
 
 
 def read_case(path: Path | None) -> Row | None:
-    """Return the row kept in `path`, or None when there is none that can be read."""
+    """Return the row kept in `path`, or None when there is none as it was written: one that was edited is none."""
     if path is None or not path.exists():
         return None
     try:
         row = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return None
-    return row if isinstance(row, dict) and "status" in row else None
+    if not isinstance(row, dict) or row.pop(_CHECKSUM, None) != _checksum(row):
+        return None
+    return row if "status" in row else None
+
+
+def _checksum(row: Row) -> str:
+    """Return a hash of a row; numbers keep every digit in the text that it is of."""
+    return hashlib.sha256(json.dumps(row, sort_keys=True).encode()).hexdigest()
 
 
 def finish(path: Path | None, row: Row) -> Row:
     """Keep a row in `path`, unless another try may give a better one, and return it."""
     if path is not None and row["lasting"]:
-        write_text(path, json.dumps(as_jsonable(row)))
+        kept = as_jsonable(row)
+        write_text(path, json.dumps(kept | {_CHECKSUM: _checksum(kept)}))
     return row
 
 

@@ -82,6 +82,9 @@ def fit(
 ) -> int:  # fmt: skip
     """Fit a silicone's constants to a tensile test, with the planar and biaxial ones of the same file.
 
+    The file has rows of numbers below a row of names, in any order: "engineering strain (-)" or "(%)" and "engineering
+    stress (MPa)", "(kPa)", "(Pa)" or "(psi)"; "planar engineering strain", "biaxial ..." for other tests beside.
+
     Example: sits-mech fit tensile.csv --law yeoh --max-strain 1.0 -o fit.png
     """
     from sits_mech.report.pictures.curves import checked_picture, save_figure

@@ -8,7 +8,20 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from sits_mech.cli.console import answer, not_converged, progress_bar, warn, write
-from sits_mech.cli.options import Case, Folder, Json, Load, Output, Overrides, Place, Quantity, Scene, app, sensor_of
+from sits_mech.cli.options import (
+    Case,
+    Folder,
+    Json,
+    Load,
+    Output,
+    Overrides,
+    Place,
+    Quantity,
+    Scene,
+    app,
+    pose_of,
+    sensor_of,
+)
 
 
 @app.command
@@ -27,7 +40,7 @@ def view(
     from sits_mech.report.pictures.request import Request, draw, kind_of_picture, picture_path
     from sits_mech.units import quantity
 
-    sensor, pose = sensor_of(scene, overrides), place.pose() if place.given else None
+    sensor, pose = sensor_of(scene, overrides), pose_of(place, overrides) if place.given else None
     kind = kind_of_picture(kind, load.wrench(), pose)
     path = picture_path(output, scene, kind)
     hertz = sensor.frequency if frequency is None else quantity(frequency, "Hz", "--frequency")

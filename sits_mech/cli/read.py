@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from sits_mech.cli.console import answer, warn
-from sits_mech.cli.options import Case, Folder, Json, Quantity, app
+from sits_mech.cli.options import Case, Folder, Json, Magnetics, Quantity, app
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -156,7 +156,7 @@ def compare(
     measured: Annotated[Path, Parameter(help="CSV: F_x, ... or d_v [mm], alpha [deg], ...; L1 [uH] or code1, ...")], *,
     free: Annotated[str, Parameter(help='To fit, with commas: modulus, "gap=0+-0.3 mm", a key of the scene, ...')] = "",
     noise: Annotated[Quantity | None, Parameter(help="Of a reading: what is known is weighed against it.")] = None,
-    magnetics: Annotated[str, Parameter(help="Model of poses without a calibration.")] = "auto",
+    magnetics: Magnetics = "auto",
     clock: Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's greatest.")] = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"], help="Picture of data and model.")] = None,
     as_json: Json = False,

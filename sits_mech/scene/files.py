@@ -19,11 +19,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
+from sits_mech.memory import input_text
 from sits_mech.scene.materials import unknown
 from sits_mech.units import SceneError, shown
 
 Table = dict[str, Any]
 Meant = TypeVar("Meant")
+_LONGEST = 8  # MiB of a scene; fifty thousand corners take two
+_DEEPEST = 16  # tables and lists within another; a scene has four
 _DESCRIPTORS = tuple(map(Path, ("/dev", "/dev/fd", "/proc/self/fd")))
 _STDOUT = ("/dev/stdout", "/dev/fd/1", "/proc/self/fd/1")
 _MOST_LINKS = 40  # as many as the system follows
@@ -32,13 +35,29 @@ _MOST_LINKS = 40  # as many as the system follows
 def read_table(path: Path) -> Table:
     """Return the tables of the TOML file `path`; raise SceneError when it cannot be read or is not TOML."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise SceneError(f"{path}: must be a readable scene file; got: {error.strerror or error}") from None
+        found = tomllib.loads(input_text(path, "a readable scene file", _LONGEST))
+    except SceneError:
+        raise
     except (ValueError, RecursionError) as error:  # not UTF-8, not TOML, or a path that cannot be
         raise SceneError(
             f"{shown(str(path))[1:-1]}: must be a TOML file; got: {' '.join(str(error).split())}"
         ) from None
+    try:
+        check_depth(found)
+    except SceneError as error:
+        raise SceneError(f"{path}: {error}") from None
+    return found
+
+
+def check_depth(value: Any) -> None:
+    """Raise SceneError where tables and lists are nested deeper than any scene's, so that all else may recurse."""
+    level, depth = [value], 0
+    while level and depth <= _DEEPEST:
+        inner = [tuple(each.values()) if isinstance(each, Mapping) else each for each in level]
+        level = [item for each in inner for item in each if isinstance(item, Mapping | list | tuple)]
+        depth += 1
+    if level:
+        raise SceneError(f"tables must be nested at most {_DEEPEST} deep; got more")
 
 
 def read_as(path: Path, meaning: Callable[[Table, Path], Meant]) -> Meant:
@@ -99,7 +118,11 @@ def overridden(table: Mapping[str, Any], overrides: Sequence[str]) -> Table:
         steps = key.strip().split(".")
         if not equals or not all(steps):
             raise SceneError(f'--set {shown(override)}: must be key=value, such as target.width="15 mm"')
-        _set(result, steps, _value(text.strip()), key.strip())
+        if len(steps) > _DEEPEST:
+            raise SceneError(f"--set {shown(override)}: must lead through at most {_DEEPEST} tables; got {len(steps)}")
+        value = _value(text.strip())
+        check_depth([value])
+        _set(result, steps, value, key.strip())
     return result
 
 

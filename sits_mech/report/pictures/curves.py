@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _KINDS = {"F_x": "shear force", "F_y": "shear force", "F_z": "normal force"}
+_FORMATS = (".png", ".pdf", ".svg")
 COLUMN = 88.0 / 25.4  # width of a paper's column [in]
 _STYLE: Any = {
     "font.size": 8, "axes.labelsize": 8, "legend.fontsize": 6.5, "legend.title_fontsize": 6.5, "axes.linewidth": 0.6,
