@@ -16,15 +16,16 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, as_completed
 from contextlib import closing
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import xarray as xr
-from xarray.backends import H5NetCDFStore
 
 from sits_mech.quantities import SolveFailed, as_jsonable
 from sits_mech.scene.files import replaced, write_text
 from sits_mech.units import SceneError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Row = dict[str, Any]
 Progress = Callable[[int, int], None]
@@ -211,6 +212,8 @@ def table(grid: Mapping[str, Sequence[Any]], rows: Sequence[Row], combine: Combi
     Dataset
         One variable for each name in any row.
     """
+    import xarray as xr
+
     zipped = combine == "zip"
     dims = ("case",) if zipped else tuple(grid)
     shape = (len(rows),) if zipped else tuple(len(values) for values in grid.values())
@@ -250,12 +253,16 @@ def save_table(dataset: xr.Dataset, path: Path) -> None:
     SceneError
         When it cannot be written.
     """
+    from xarray.backends import H5NetCDFStore
+
     with replaced(path) as other, closing(H5NetCDFStore.open(str(other), mode="w", lock=False)) as store:
         dataset.dump_to_store(store)  # `to_netcdf` would import dask's schedulers for this
 
 
 def read_table(path: Path) -> xr.Dataset:
     """Return the table that `save_table` wrote; raise SceneError when there is none."""
+    import xarray as xr
+
     try:
         return xr.load_dataset(path, engine="h5netcdf")
     except (OSError, ValueError) as error:
