@@ -19,7 +19,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 from scipy.sparse import csr_array
 
 from sits_mech.quantities import Array
@@ -192,6 +191,8 @@ def _quadrant_cells(nodes_x: Array, nodes_z: Array) -> Cells:
 
 def _nodes(length: float, first: float, largest: float, growth: float) -> Array:
     """Graded nodes of [0, length], their intervals in a number that four divides."""
+    from scipy.interpolate import PchipInterpolator
+
     nodes = _graded(length, first, largest, growth)
     count = nodes.size - 1
     if count == 1:
