@@ -15,10 +15,9 @@ import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from sits_mech.cases import DONE, Progress, Row, table
 from sits_mech.chain.interpolate import loads_of, poses_on_grid
@@ -36,6 +35,9 @@ from sits_mech.readout.signals import Signals, signal_changes, signals
 from sits_mech.scene.sensor import SceneError, Sensor, scene_hash, scene_text
 from sits_mech.units import shown
 from sits_mech.version import __version__
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _UNTILTED = {"dL_x": "dL_x_untilted", "dL_y": "dL_y_untilted", "L_h_percent": "L_h_untilted_percent"}
 _SAME = 1e-9  # of the largest value of a component: what is closer is twice the same

@@ -13,7 +13,6 @@ ball inside both, by linear programming, has a radius below zero where they are 
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
 from sits_mech.geometry.boxes import Solid, fixed_solids, separation
@@ -135,6 +134,8 @@ def gap_to_plate(sensor: Sensor, target: Target, pose: Pose, number: int) -> Arr
 
 def _depth(target: Target, part: Conductor, turn: Array, middle: Array) -> float:
     """Return the radius of the largest ball inside both plates; below zero where they are apart [m]."""
+    from scipy.optimize import linprog
+
     own, other = _half_spaces(target), _half_spaces(part)
     normals, size = np.vstack([own[:, :3] @ turn.T, other[:, :3]]), max(*part.extent, *target.extent)
     offsets = np.concatenate([own[:, 3], other[:, 3] + other[:, :3] @ (part.centre - middle)]) / size
