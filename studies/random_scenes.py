@@ -187,12 +187,14 @@ def measure(number: int) -> Row:
     row |= {"model": found.report.model, "seconds": seconds, "told": told(sensor, load, found.report.model)}
     r, own = relative(found)
     if number % 3 == 0:
-        (nut, *_), with_nut = timed(lambda: answered(beside(sensor, number), pose, load))
+        more = beside(sensor, number)
+        (nut, *_), with_nut = timed(lambda: answered(more, pose, load))
         moved = float(np.abs(relative(nut)[0] - r).max() / np.abs(r - 1.0).max())
         row |= {"nut": moved, "nut seconds": with_nut}
     if not_representable(sensor) is not None:
         return row | {"status": "no richer model"}
-    best, right, off = richest(sensor, pose, load, FINER.get(found.report.model, ASKED))
+    finer = FINER.get(found.report.model, ASKED)
+    (best, right, off), row["seconds of richest"] = timed(lambda: richest(sensor, pose, load, finer))
     true, other = relative(best)
     share = [float(np.max(np.abs(r - true) / (own + other)))]
     row |= {"change": float(np.abs(true - 1.0).max()), "difference": float(np.abs(r - true).max())}
