@@ -42,8 +42,9 @@ from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import Conductor, Sensor, load_sensor
 
 MM, ASKED = 1e-3, 1e-2
-COUNT, COARSE = 200, (0, 2, 3, 4, 6, 9)
-FINER, STIFF = {"sheets": 5e-3}, 2e-3  # of sheets, where auto took another model ASKED is enough; of block
+COUNT, COARSE = 200, (0, 2, 3, 6, 9, 56)
+FINER = {"sheets": 5e-3}  # of sheets; where auto took another model ASKED is enough
+STIFF, LONG = 5e-3, 5e-2  # of block; of a long pad, whose section leaves out tenths and whose cells are many
 NAMES = ("d_h", "d_v", "alpha")
 Row = dict[str, Any]
 Drawn = tuple[str, Sensor, Pose | None, Wrench | None]
@@ -126,7 +127,7 @@ def richest(
 ) -> tuple[Impedance, Array, Array]:  # fmt: skip
     """Return the same by block on finer meshes and by sheets to a tolerance."""
     if load is not None:
-        rest = at_rest(sensor, block_pad(sensor, STIFF), load)
+        rest = at_rest(sensor, block_pad(sensor, STIFF if short(sensor) is sensor else LONG), load)
         return read(simulated(sensor, sheets(short(sensor), tolerance), rest))
     assert pose is not None
     return sheets(sensor, tolerance).impedance(pose, sensor.frequency), pose.components[:3], np.zeros(3)
