@@ -6,10 +6,11 @@ import pytest
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.chain.omissions import Shown, beside_errors, omissions
+from sits_mech.chain.prices import ends
 from sits_mech.chain.prices.ends import InSection, ends_of_plates, pitch_of_spirals
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.quantities import Pose, Wrench
+from sits_mech.quantities import MagneticModel, Pose, Wrench
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 MM = 1e-3
@@ -95,6 +96,22 @@ def test_a_pose_has_its_own_price(sensor: Sensor) -> None:
             assert both is not None and alone is not None
             np.testing.assert_array_equal(both.L[k], alone.L)
             np.testing.assert_array_equal(both.error_R[k], alone.error_R)
+
+
+def test_an_answer_and_its_table_price_the_ends_once(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the errors hold is what the table of omissions says, of one solve in space."""
+    asked = []
+
+    def counted(scene: Sensor, tolerance: float) -> MagneticModel:
+        asked.append(tolerance)
+        return sheets(scene, tolerance)
+
+    monkeypatch.setattr(ends, "sheets", counted)
+    pose = Pose(0.123 * MM, 2 * MM)
+    found = magnetic_model(sensor, "auto", 1e-2, [pose])[0].impedance(pose, sensor.frequency)
+    items = omissions(sensor, (), None, "planar", Shown(pose, found), True)
+    size = next(item.size for item in items if item.what == ENDS)
+    assert len(asked) == 1 and f"{size:.2g} of the change" in found.report.notes[-1]
 
 
 def test_no_size_where_space_has_no_model(sensor: Sensor) -> None:
