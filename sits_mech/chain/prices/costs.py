@@ -1,7 +1,7 @@
 """What does a solve cost and reach? Processor seconds and errors of each model's rungs, as measured.
 
-Measured on one core of the machine that `studies/omissions.py` ran on; within a factor of some three elsewhere. Those of
-`block` are processor seconds of three pads of `studies/random_scenes.py`. `studies/solve_costs.py` measures all anew.
+Measured on one core of the machine that `studies/omissions.py` ran on, those of `block` on three pads of
+`studies/random_scenes.py`; within a factor of some three elsewhere. `studies/solve_costs.py` measures all anew.
 """
 
 from __future__ import annotations
