@@ -124,16 +124,15 @@ def calibrate(
 
 
 def _beside(sensor: Sensor, names: tuple[str, str], rows: Sequence[Row], found: Impedance) -> tuple[str, ...]:
-    """Say what sections leave out beside the errors, by the outermost poses."""
+    """Say what sections leave out beside the errors, at the pose whose inductances change most: one says how much."""
     done = [row for row in rows if row["status"] == DONE]
     if not done:
         return ()
-    poses = poses_of(done)[0].components
-    outer = np.unique([*poses.argmin(axis=0), *poses.argmax(axis=0)])
-    own = {name: getattr(found, name)[outer] for name in ("L", "R", "error_L", "error_R")}
-    shown = Shown(Pose.of(poses[outer]), replace(found, **own, shared_L=None))
+    most = np.argmax(np.abs(found.L - found.L0).max(axis=(1, 2)), keepdims=True)
+    own = {name: getattr(found, name)[most] for name in ("L", "R", "error_L", "error_R")}
+    shown = Shown(Pose.of(poses_of(done)[0].components[most]), replace(found, **own, shared_L=None))
     size, unknown = beside_errors(omissions(sensor, (), *names, shown))
-    parts = [f"what sections leave out, up to {size:.2g} of the change, is in no error"] if size > 0.0 else []
+    parts = [f"what sections leave out, {size:.2g} of the largest change, is in no error"] if size > 0.0 else []
     return (*parts, *(f"{name}: in no error, not estimated" for name in unknown))
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.chain.conductors import AmongFar, without_far
+from sits_mech.chain.conductors import AmongFar, negligible, without_far
 from sits_mech.chain.omissions import Omission, Shown
 from sits_mech.chain.plan import Choice, choose_magnetics, choose_mechanics
 from sits_mech.chain.prices.costs import magnetic_tolerance
@@ -138,7 +138,8 @@ def _built(
     if ends and _KINDS[choice.name] == "section" and not choice.by_name and sensor.target is not None:
         model = InSection(model, solved)
     if choice.left_out or choice.notes:
-        model = AmongFar(model, sensor, solved, tuple(item.text for item in choice.left_out), choice.notes)
+        left_out = tuple(item.text for item in choice.left_out)
+        model = AmongFar(model, sensor, solved, left_out, choice.notes, negligible(tolerance))
     return model, choice
 
 

@@ -12,6 +12,8 @@ ball inside both, by linear programming, has a radius below zero where they are 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from scipy.spatial import ConvexHull
 
@@ -82,8 +84,10 @@ def check_clearance(sensor: Sensor, pose: Pose) -> None:
     if sensor.target is None:
         return
     for k, part in enumerate(sensor.conductors):
+        size, most = max(*part.extent, *sensor.target.extent), _reach(part) + _reach(sensor.target)
+        if np.all(np.linalg.norm(pose.centre.reshape(-1, 3) - part.centre, axis=1) > most):
+            continue
         gap = gap_to_plate(sensor, sensor.target, pose, k).ravel()
-        size = max(*part.extent, *sensor.target.extent)
         if np.all(gap > _TOUCH * size):
             continue
         index = int(np.argmin(gap))
@@ -93,6 +97,11 @@ def check_clearance(sensor: Sensor, pose: Pose) -> None:
             f"pose: the target must stay clear of conductors.{part.name}, which reaches from z = {bottom:.4g} mm to "
             f"{top:.4g} mm; it {how} for {_words(pose, index)}"
         )
+
+
+def _reach(plate: Target | Conductor) -> float:
+    """Return how far a plate reaches from the middle of any of its faces at most [m]."""
+    return math.hypot(*plate.extent, plate.thickness)
 
 
 def ground_notes(sensor: Sensor, pose: Pose) -> tuple[str, ...]:
