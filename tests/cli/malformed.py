@@ -1,0 +1,195 @@
+"""Malformed inputs by number: a command line and the files that it reads, the same for a number on every machine."""
+
+from __future__ import annotations
+
+import copy
+import random
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from sits_mech.scene.files import written
+from sits_mech.scene.sensor import catalogue, load_sensor, scene_text
+
+TEXTS = (
+    "", " ", "2", "2 mm", "-2 mm", "0 mm", "1e-12 m", "1e12 m", "1e400 m", "nan", "inf", "-inf mm", "2 kg", "2 mm mm",
+    "2,5 mm", "2 mN", "5 mHz", "5 THz", "10 deg", "1e9 deg", "1 N", "1e9 N", "-1e9 N", "1e-30 N", "1 Pa", "1 TPa",
+    "0:1:3", "1 mm:2 mm:1000000", "1:1:2", ":", "::", "first:last:count", "copper", "ecoflex-00-30", "µ", "²", "\x7f",
+    "🦔", "../../etc/passwd", "/dev/zero", "/dev/null", "/", ".", "a" * 5000, "\n", "%s%n", "{}", "[]", "'", '"', "-",
+    "--", "-1", "1e3", "0x10", "1_000", "True", "none",
+)  # fmt: skip
+VALUES: tuple[Any, ...] = (
+    *TEXTS, 0, 1, -1, 2, 7, 1000, 10**6, 10**30, -(10**30), 1e-300, 1e300, 1e-9, 1e-6, 1e-3, 0.5, 1.0, 30.0,
+    float("nan"), float("inf"), True, False, [], {}, [[]], [0.0], [0.0, 0.0], [1e-3, 1e-3, 1e-3], {"law": "yeoh"},
+    [[0.0, 0.0], [1e-3, 0.0], [0.0, 1e-3]], {"a": {"b": {"c": {}}}}, ["x"] * 300, [[0.0, 0.0]] * 300,
+)  # fmt: skip
+TENSILE = b"engineering strain (%),engineering stress (kPa)\n"
+BYTES = (
+    b"", b"\x00", b"\xff\xfe\x00", b"\xef\xbb\xbf", b"[" * 5000, b"a = " + b"[" * 5000, b".".join([b"a"] * 3000) + b"=1",
+    b"a = 1\na = 2\n", b"= 1", b"name = ", b"[[coils]]\n" * 300, b"key = 1e999\n", b'name = "' + b"x" * 10**6 + b'"',
+    b"(kicad_pcb" + b"(" * 3000, b"(kicad_pcb)", b"strain,stress\n1,2\n", b"F_x,F_z,L1,L2\n" + b"1,1,1,1\n" * 9,
+    b"d_v [mm],L1 [uH],L2 [uH]\n2,3,3\nx,3,3\n3,nan,3\n-1,1e99,0\n", TENSILE,
+    TENSILE + b"".join(b"%d,%d\n" % (k, -k) for k in range(40)), TENSILE + b"0,0\n1e-300,1e300\n" * 9,
+)  # fmt: skip
+LOADS = ("--fx", "--fy", "--fz", "--mx", "--moment", "--mz")
+PLACES = ("--dv", "--dh", "--dy", "--alpha", "--alphax", "--alphaz")
+OPTIONS = (
+    *LOADS, *PLACES, "--set", "--tolerance", "--model", "--mechanics", "--magnetics", "--frequency", "--memory", "--via",
+    "--period", "--cycles", "-o", "--kind", "--driven", "--what",
+)  # fmt: skip
+KEYS = ("target.width", "coils.0.turns", "coils.9.turns", "a.b.c", "", "frequency", "elastomer", "conductors.x.name")
+STUDY = {"scene": "biorob2018", "request": "inductance", "vary": {"dv": ["1 mm", "2 mm"]}, "fixed": {"model": "planar"}}
+REQUIREMENTS = {
+    "scene": "biorob2018", "tolerance": 0.05, "loads": {"F_z": [0.0, 1.0]},
+    "vary": {"elastomer.thickness": ["2 mm", "3 mm"]}, "require": {"error_F_z": 0.5}, "goal": {"minimise": "thickness"},
+}  # fmt: skip
+
+
+def malformed(number: int, folder: Path) -> list[str]:
+    """Write what input `number` needs into a folder and return its command line.
+
+    Parameters
+    ----------
+    number : int
+        From 0 on.
+    folder : Path
+        An empty one.
+    """
+    dice = random.Random(number)
+    return dice.choice(MAKERS)(dice, folder)
+
+
+def _scene_of_odd_values(dice: random.Random, folder: Path) -> list[str]:
+    """A catalogued scene with one to three entries replaced, removed, added or repeated, asked for anything."""
+    table = _catalogued(dice)
+    _damage(dice, table, dice.randint(1, 3))
+    return [*_asked(dice, _kept(table, folder / "scene.toml")), "--json"]
+
+
+def _scene_of_extreme_numbers(dice: random.Random, folder: Path) -> list[str]:
+    """A catalogued scene with one to three numbers many times too large or too small, or with many coils."""
+    table = _catalogued(dice)
+    for _ in range(dice.randint(1, 3)):
+        place, key = dice.choice([(t, k) for t in _tables(table) for k, v in t.items() if _is_number(v)])
+        if isinstance(place[key], int):
+            place[key] = dice.choice((1, 2, 5, 60, 200, 1000))
+        else:
+            place[key] *= 10.0 ** dice.choice((-9, -6, -3, -2, -1, 1, 2, 3, 6, 9))
+    if dice.random() < 0.15:
+        table["coils"] = _many(table["coils"][0], dice.choice((9, 64, 200, 1000)))
+    return [*_asked(dice, _kept(table, folder / "scene.toml")), "--json"]
+
+
+def _odd_options(dice: random.Random, folder: Path) -> list[str]:
+    """A catalogued scene, one to three odd options."""
+    asked = _asked(dice, dice.choice(sorted(catalogue())))
+    words = [word for _ in range(dice.randint(1, 3)) for word in (dice.choice(OPTIONS), dice.choice(TEXTS))]
+    sets = ["--set", f"{dice.choice(KEYS)}={dice.choice(TEXTS)}"] if dice.random() < 0.3 else []
+    return [*asked, *words, *sets]
+
+
+def _extreme_options(dice: random.Random, folder: Path) -> list[str]:
+    """A catalogued scene at an extreme pose, load, frequency or tolerance."""
+    scene, size = dice.choice(sorted(catalogue())), 10.0 ** dice.uniform(-12, 6)
+    sign, f = dice.choice(("", "", "-")), 10.0 ** dice.uniform(-3, 13)
+    tolerance = dice.choice(("0.5", "0.1", "1e-2", "1e-3", "1e-6", "1e-15"))
+    return dice.choice(
+        (
+            ["inductance", scene, "--dv", f"{size:g} m"],
+            ["inductance", scene, "--dv", "2 mm", dice.choice(PLACES[1:]), f"{sign}{size:g}"],
+            ["inductance", scene, "--dv", "2 mm", "--frequency", f"{f:g} Hz"],
+            ["inductance", scene, "--dv", "2 mm", "--tolerance", tolerance],
+            ["pose", scene, dice.choice(LOADS), f"{sign}{size:g}", "--tolerance", "0.1"],
+            ["explain", scene, dice.choice(LOADS), f"{sign}{size:g}", "--tolerance", tolerance],
+            ["simulate", scene, dice.choice(LOADS), f"{sign}{size:g}", "--tolerance", "0.1"],
+        )
+    )  # fmt: skip
+
+
+def _odd_file(dice: random.Random, folder: Path) -> list[str]:
+    """A file of odd bytes where any command reads one."""
+    path = folder / dice.choice(("odd.toml", "odd.csv", "odd.kicad_pcb", "odd", "odd.msh", "result.nc"))
+    path.write_bytes(dice.choice(BYTES))
+    name, out = str(dice.choice((path, path, path, folder, "/dev/null", "/dev/zero"))), str(folder / "out")
+    return dice.choice(
+        (
+            ["inductance", name], ["simulate", name, "--fz", "1 N"], ["explain", name], ["sweep", name, "-o", out],
+            ["design", name, "-o", out], ["fit", name], ["fit", name, "--law", "ogden", "--terms", "9"],
+            ["compare", "biorob2018", name], ["compare", name, name], ["import", name, "--net", "L1"],
+            ["invert", name, "--l1", "90 %"], ["quality", name], ["converter", name], ["report", name],
+            ["export", name, "--to", "c"], ["inductance", "biorob2018", "--set", f"target.mesh={name}"],
+            ["view", name, "-o", f"{out}.png"],
+        )
+    )  # fmt: skip
+
+
+def _odd_tables(dice: random.Random, folder: Path) -> list[str]:
+    """A study or a file of requirements with one to three entries replaced, removed, added or repeated."""
+    command, start = dice.choice((("sweep", STUDY), ("design", REQUIREMENTS)))
+    table: dict[str, Any] = copy.deepcopy(start)
+    _damage(dice, table, dice.randint(1, 3))
+    more = ["--most", "1"] if command == "design" else []
+    return [command, _kept(table, folder / "asked.toml"), "-o", str(folder / "out"), *more]
+
+
+MAKERS = (
+    _scene_of_odd_values, _scene_of_extreme_numbers, _scene_of_extreme_numbers, _odd_options, _extreme_options,
+    _extreme_options, _odd_file, _odd_tables,
+)  # fmt: skip
+"""What makes an input, as often as it is named."""
+
+
+def _catalogued(dice: random.Random) -> dict[str, Any]:
+    """The tables of a scene of the catalogue."""
+    return tomllib.loads(scene_text(load_sensor(dice.choice(sorted(catalogue())))))
+
+
+def _asked(dice: random.Random, scene: str) -> list[str]:
+    """A command about a scene that is quick where the scene is sound."""
+    return dice.choice(
+        (
+            ["inductance", scene, "--dv", "2 mm"], ["pose", scene, "--fz", "0.1 N"], ["inductance", scene],
+            ["explain", scene, "--fz", "0.1 N"], ["simulate", scene, "--fz", "0.1 N", "--tolerance", "0.1"],
+        )
+    )  # fmt: skip
+
+
+def _many(coil: dict[str, Any], count: int) -> list[dict[str, Any]]:
+    """Copies of a coil, 20 mm apart."""
+    side = round(count**0.5) + 1
+    return [
+        copy.deepcopy(coil) | {"name": f"K{k}", "centre": [0.02 * (k % side), 0.02 * (k // side)]} for k in range(count)
+    ]
+
+
+def _damage(dice: random.Random, table: dict[str, Any], times: int) -> None:
+    """Replace, remove, add or repeat entries anywhere in a table."""
+    for _ in range(times):
+        place = dice.choice(list(_tables(table)))
+        key, kind = dice.choice([*place, *place, "width", "turns", "shape", "mesh", "odd"]), dice.random()
+        if kind < 0.1:
+            place.pop(key, None)
+        elif kind < 0.2 and isinstance(place.get(key), list):
+            place[key] = copy.deepcopy(place[key]) * dice.choice((0, 2, 70))
+        else:
+            place[key] = copy.deepcopy(dice.choice(VALUES))
+
+
+def _tables(value: Any) -> Iterator[dict[str, Any]]:
+    """Yield a table and those within it."""
+    if isinstance(value, dict):
+        yield value
+    for item in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
+        yield from _tables(item)
+
+
+def _is_number(value: Any) -> bool:
+    """Tell a number from a flag."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _kept(table: dict[str, Any], path: Path) -> str:
+    """Write a table as TOML, or what comes nearest to it, and return the path."""
+    path.write_text(written(table), encoding="utf-8", errors="replace")
+    return str(path)
