@@ -34,6 +34,9 @@ def run(tokens: Sequence[str] | None = None) -> int:
     except (CycloptsError, ValueError, OSError) as error:
         warn(f"error: {' '.join(str(error).split())}")
         return 2
+    except MemoryError as error:
+        warn(f"error: memory: must hold what is asked for, of a smaller or coarser scene; {' '.join(str(error).split())}")
+        return 2
     except KeyboardInterrupt:
         warn("interrupted: finished loads are kept; the same command goes on from them")
         return 130

@@ -26,6 +26,7 @@ _SIDES = 128  # of what stands for a disc
 _SOFT = 0.1  # of the clearance: the rise of a side below which it counts in square
 _TIMES = 8  # of Newton's method, from above: monotone, as the function is convex
 _TOUCH = 1e-9  # of their size: parts closer than this touch, whatever rounding says
+_NEAREST = 1e-5  # of the target's size: the smallest gap to the coils
 
 
 class Collision(ValueError):
@@ -73,12 +74,16 @@ def room(sensor: Sensor, pose: Pose) -> Array:
 
 
 def check_clearance(sensor: Sensor, pose: Pose) -> None:
-    """Raise Collision if any pose brings the target to the coil plane or a fixed plate, or is not a number."""
+    """Raise Collision if any pose brings the target to the coil plane or a fixed plate, or is not a number.
+
+    A gap of a hundred thousandth of the target's size counts as none: roughness is larger, and no division as fine.
+    """
     gap = clearance(sensor, pose)
-    if not np.all(gap > 0.0) or not np.all(np.isfinite(pose.components)):
+    least = 0.0 if sensor.target is None else _NEAREST * max(sensor.target.extent)
+    if not np.all(gap > least) or not np.all(np.isfinite(pose.components)):
         index = int(np.argmin(np.where(np.isnan(gap), -np.inf, gap)))
         raise Collision(
-            f"pose: the target must stay above the coil plane z = 0, its lowest point is at "
+            f"pose: the target must stay {1e3 * least:.3g} mm above the coil plane z = 0, its lowest point is at "
             f"{gap.ravel()[index] * 1e3:.4g} mm for {_words(pose, index)}"
         )
     if sensor.target is None:
