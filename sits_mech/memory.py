@@ -1,4 +1,4 @@
-"""How much memory may one solution take, how long may one input be? What does not fit is refused by name."""
+"""How much memory and time may one solution take, how long may one input be? What does not fit is refused by name."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ VARIABLE = "SITS_MECH_MEMORY"
 """Environment variable of the limit, in GiB; processes that a study starts inherit it."""
 GIB = 2**30
 """Bytes of a GiB."""
+TIME = "SITS_MECH_SECONDS"
+"""Environment variable of the limit of time, in seconds of processor time; as that of memory."""
 _DEFAULT = 4.0  # GiB
+_PATIENCE = 60.0  # s
 _MIB = 2**20
 
 
@@ -23,14 +26,19 @@ def memory_limit() -> float:
     ValueError
         Where the environment variable is no positive number.
     """
-    text = os.environ.get(VARIABLE, str(_DEFAULT))
+    return _limit(VARIABLE, _DEFAULT, "GiB") * GIB
+
+
+def _limit(variable: str, usual: float, unit: str) -> float:
+    """Return what an environment variable says, or what is usual."""
+    text = os.environ.get(variable, str(usual))
     try:
         limit = float(text)
     except ValueError:
         limit = float("nan")
     if not limit > 0.0:
-        raise ValueError(f"{VARIABLE}: must be a positive number of GiB; got {text!r}")
-    return limit * GIB
+        raise ValueError(f"{variable}: must be a positive number of {unit}; got {text!r}")
+    return limit
 
 
 def limit_memory(gib: float) -> None:
@@ -38,6 +46,33 @@ def limit_memory(gib: float) -> None:
     if not gib > 0.0:
         raise ValueError(f"memory: must be a positive number of GiB; got {gib:g}")
     os.environ[VARIABLE] = repr(gib)
+
+
+def limit_seconds(seconds: float) -> None:
+    """Set the limit of time of this process and those it starts [s]; raise ValueError where it is not positive."""
+    if not seconds > 0.0:
+        raise ValueError(f"seconds: must be a positive number of seconds; got {seconds:g}")
+    os.environ[TIME] = repr(seconds)
+
+
+def check_seconds(needed: float, what: str) -> None:
+    """Refuse a step of a solution before it begins where it would take longer than the limit.
+
+    Parameters
+    ----------
+    needed : float
+        What it takes about [s of processor time].
+    what : str
+        The step, such as "the inductance of coil C1, of 12000 turns,".
+
+    Raises
+    ------
+    SceneError
+        When it does.
+    """
+    limit = _limit(TIME, _PATIENCE, "seconds")
+    if needed > limit:
+        raise SceneError(f"{what} must take at most {limit:g} s (--seconds, or {TIME}); it takes some {needed:.2g} s")
 
 
 def input_text(path: str | Path, what: str, most: int = 64, errors: str = "strict") -> str:

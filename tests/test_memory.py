@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from sits_mech.memory import GIB, VARIABLE, input_text, limit_memory, memory_limit
+from sits_mech.memory import GIB, TIME, VARIABLE, check_seconds, input_text, limit_memory, limit_seconds, memory_limit
 
 
 def test_limit_is_four_gib_unless_it_is_set(monkeypatch):
@@ -47,3 +47,17 @@ def test_input_that_is_too_long_or_does_not_end_is_refused(tmp_path):
 def test_input_that_is_not_there_is_refused(tmp_path):
     with pytest.raises(ValueError, match="must be a scene; got: No such file"):
         input_text(tmp_path / "none", "a scene")
+
+
+def test_step_that_takes_too_long_is_refused_before_it_begins(monkeypatch):
+    monkeypatch.delenv(TIME, raising=False)
+    check_seconds(59.0, "the step")
+    with pytest.raises(ValueError, match=r"the step must take at most 60 s .* it takes some 3.6e\+03 s"):
+        check_seconds(3600.0, "the step")
+    monkeypatch.setenv(TIME, "4000")
+    check_seconds(3600.0, "the step")
+    limit_seconds(1.0)
+    with pytest.raises(ValueError, match="at most 1 s"):
+        check_seconds(2.0, "the step")
+    with pytest.raises(ValueError, match="got 0"):
+        limit_seconds(0.0)

@@ -35,7 +35,7 @@ def run(tokens: Sequence[str] | None = None) -> int:
         warn(f"error: {' '.join(str(error).split())}")
         return 2
     except MemoryError as error:
-        warn(f"error: memory: must hold what is asked for, of a smaller or coarser scene; {' '.join(str(error).split())}")
+        warn(f"error: memory: must hold what is asked for; {' '.join(str(error).split()) or 'it does not'}")
         return 2
     except KeyboardInterrupt:
         warn("interrupted: finished loads are kept; the same command goes on from them")

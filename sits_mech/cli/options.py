@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import App, Parameter
 
 from sits_mech.cli.console import warn
-from sits_mech.memory import limit_memory
+from sits_mech.memory import limit_memory, limit_seconds
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:
@@ -58,6 +58,10 @@ class Overrides:
         float | None, Parameter(help="GiB that a solution may take: 4 unless SITS_MECH_MEMORY says otherwise.")
     ] = None
 
+    seconds: Annotated[
+        float | None, Parameter(help="Seconds that a step of a solution may take: 60 unless SITS_MECH_SECONDS says so.")
+    ] = None
+
     strict: Annotated[
         bool, Parameter(negative="", help="Refuse what is only implausible, such as a layer 2 m thick.")
     ] = False
@@ -73,7 +77,9 @@ class Overrides:
 
     @property
     def all(self) -> tuple[str, ...]:
-        """The keys with their values; the limit of memory holds from here on."""
+        """The keys with their values; the limits of memory and time hold from here on."""
+        if self.seconds is not None:
+            limit_seconds(self.seconds)
         if self.memory is not None:
             limit_memory(self.memory)
         return (*self.keys, *(("elastomer.weld=true",) if self.weld else ()))

@@ -27,7 +27,8 @@ VALUES: tuple[Any, ...] = (
 TENSILE = b"engineering strain (%),engineering stress (kPa)\n"
 BYTES = (
     b"", b"\x00", b"\xff\xfe\x00", b"\xef\xbb\xbf", b"[" * 5000, b"a = " + b"[" * 5000, b"a = 1\na = 2\n",
-    b".".join([b"a"] * 3000) + b" = 1", b"= 1", b"name = ", b"[[coils]]\n" * 300, b"key = 1e999\n", b'name = "' + b"x" * 10**6 + b'"',
+    b".".join([b"a"] * 3000) + b" = 1", b"= 1", b"name = ", b"[[coils]]\n" * 300, b"key = 1e999\n",
+    b'name = "' + b"x" * 10**6 + b'"',
     b"(kicad_pcb" + b"(" * 3000, b"(kicad_pcb)", b"strain,stress\n1,2\n", b"F_x,F_z,L1,L2\n" + b"1,1,1,1\n" * 9,
     b"d_v [mm],L1 [uH],L2 [uH]\n2,3,3\nx,3,3\n3,nan,3\n-1,1e99,0\n", TENSILE,
     TENSILE + b"".join(b"%d,%d\n" % (k, -k) for k in range(40)), TENSILE + b"0,0\n1e-300,1e300\n" * 9,

@@ -38,12 +38,14 @@ from sits_mech.geometry.tracks import Tracks, coil_tracks
 from sits_mech.geometry.windings import Sections, coil_sections, kinds_of, placed_pairs
 from sits_mech.magnetics.coils.straight import linkage
 from sits_mech.magnetics.section.kernels import mean_log
+from sits_mech.memory import check_seconds
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 
 _ANGLES = 8192  # most points around a loop: coils whose edges touch need the most
 _PAIRS = 200_000  # of rings at once
 _SHARED = 8  # layers from which on equal distances are shared
+_PAIR = 2.2e-5  # s of processor time that a pair of rings takes
 _DIGITS = 36.0  # natural logarithm of the accuracy of the field across another winding: rounding
 
 
@@ -190,7 +192,10 @@ def series_inductance(rings: Sections) -> float:
     layers = [_taken(rings, level == k) for k in range(levels.size)]
     first, ways = layers[0], np.array([sign[level == k][0] for k in range(levels.size)])
     alike = all(_alike(first, layer) for layer in layers) and np.array_equal(ways[level], sign)
-    if not alike or levels.size < _SHARED:
+    shared = alike and levels.size >= _SHARED
+    pairs = levels.size * first.radius.size**2 if shared else rings.radius.size**2
+    check_seconds(_PAIR * pairs, f"coils: the inductance of a coil of {rings.radius.size} turns")
+    if not shared:
         return float(sign @ ring_inductance(rings) @ sign)
     depth = levels[-1] - levels[0]
     apart, number = np.unique(np.round(np.abs(levels[:, None] - levels) / depth, 12), return_inverse=True)

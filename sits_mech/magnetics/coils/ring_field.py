@@ -28,10 +28,12 @@ from scipy.special import elliprd
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.coils.straight import Potential, track_potential
+from sits_mech.memory import check_seconds
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 
 _STEP = 0.05  # of the table, in distances to the coil
+_POINT = 1.9e-7  # s of processor time that a ring takes at a point
 _PAD = 24  # cells of the table beyond the region, where the spline is not moved by its end
 
 
@@ -152,5 +154,7 @@ def _table(winding: Coil, lowest: float, high: int, reach: int) -> _Table:
     u = steps[0] * np.arange(math.ceil(math.asinh(2.0**reach / scale) / steps[0]) + _PAD)
     z = np.exp(start + _STEP * np.arange(math.ceil((high * math.log(2.0) - start) / _STEP) + _PAD))
     across = 1 if lowest > 3 * winding.track_width else 2
+    turns, points = winding.layers * winding.turns, u.size * z.size
+    check_seconds(_POINT * across * turns * points, f"coils: the field of {turns} turns at {points} points")
     profile = _profile(winding, scale * np.sinh(u)[:, None], z, across)
     return _Table(winding, spline_filter(profile, order=3, mode="mirror"), scale, steps, start)
