@@ -123,6 +123,8 @@ def quality(
     from sits_mech.units import SceneError
     from sits_mech.units import quantity as written
 
+    if samples < 2 or samples & (samples - 1):
+        raise SceneError(f"--samples: must be a power of two, such as 32; got {samples}")
     sensor, data = read_calibration(folder, case)
     cal, off = sensor_calibration(sensor, data), deviations.given()
     if noise is None and sensor.readout.converter == "none":
