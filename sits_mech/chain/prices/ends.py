@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,9 +30,11 @@ from sits_mech.geometry.collision import clearance
 from sits_mech.magnetics.answer import largest
 from sits_mech.magnetics.sheets import not_representable, sheets
 from sits_mech.mechanics.closed_form import finite_strain_model
-from sits_mech.mechanics.finite_length import FiniteLength, finite_length_factor
 from sits_mech.quantities import POSE, Array, Impedance, Integers, MagneticModel, Pose, SolveFailed
 from sits_mech.scene.sensor import Sensor, Target
+
+if TYPE_CHECKING:
+    from sits_mech.mechanics.finite_length import FiniteLength
 
 ROUGH = 0.1  # tolerance of the answers in space
 _MISSED = 0.02  # of space's change, what its coarsest rung was seen to miss beyond its own estimate
@@ -174,6 +177,8 @@ def ends_of_pad(sensor: Sensor) -> FiniteLength | None:
         return None
     if elastomer.mesh is not None or elastomer.kind == "pillars":
         return None
+    from sits_mech.mechanics.finite_length import finite_length_factor  # the whole mechanics, for long pads alone
+
     return finite_length_factor(sensor)
 
 
