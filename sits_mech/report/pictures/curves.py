@@ -1,22 +1,28 @@
 """What do the calibration curves look like? The signals against the forces, and the crosstalk over the load range.
 
-Sizes are those of one column of a two-column paper (88 mm). matplotlib is imported here alone, and drawn off screen.
+Sizes, colours and fonts are those of paper.mplstyle: one column of a two-column paper (88 mm). Curves of a family differ
+in colour, marker and dashes, so that a grey print tells them apart. matplotlib is imported here alone, and drawn off
+screen.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
+from functools import cache, partial
+from itertools import pairwise
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
-from sits_mech.quantities import Array, shown_unit
+from sits_mech.quantities import WRENCH, Array, shown_unit
 from sits_mech.readout.crosstalk import components_of, crosstalk, short_name, signals_of
 from sits_mech.readout.loads import at_middle, several
+from sits_mech.readout.signals import told
 from sits_mech.scene.files import replaced
 from sits_mech.scene.sensor import SceneError
 
@@ -28,11 +34,33 @@ if TYPE_CHECKING:
 _KINDS = {"F_x": "shear force", "F_y": "shear force", "F_z": "normal force"}
 _FORMATS = (".png", ".pdf", ".svg")
 COLUMN = 88.0 / 25.4  # width of a paper's column [in]
-_STYLE: Any = {
-    "font.size": 8, "axes.labelsize": 8, "legend.fontsize": 6.5, "legend.title_fontsize": 6.5, "axes.linewidth": 0.6,
-    "lines.linewidth": 1.0, "lines.markersize": 2.5, "xtick.labelsize": 7, "ytick.labelsize": 7, "axes.grid": True,
-    "grid.linewidth": 0.3, "grid.alpha": 0.5,
-}  # fmt: skip
+STYLE = Path(__file__).with_name("paper.mplstyle")
+"""The style file of every picture, for matplotlib's `style.use` as well."""
+TRACKS = ("#d55e00", "#0072b2")
+"""Colours of tracks whose positive current runs to the left of a section's direction, and of those that return it."""
+MARKS = "os^Dv<>PX"
+"""Of the curves of a family, in order."""
+_DASHES = ("-", "--", "-.", ":")
+_DATES: dict[str, dict[str, Any]] = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}  # left out of files
+
+
+@contextmanager
+def paper_style() -> Iterator[None]:
+    """Set matplotlib to the style file; raise SceneError when matplotlib is not installed."""
+    try:
+        from matplotlib import rc_context
+    except ImportError:
+        raise SceneError("pictures need matplotlib: pip install 'sits-mech[view]'") from None
+    with rc_context(_parameters()):
+        yield
+
+
+@cache
+def _parameters() -> Any:
+    """What the style file sets."""
+    from matplotlib import rc_params_from_file
+
+    return rc_params_from_file(STYLE, use_default_template=False)
 
 
 @contextmanager
@@ -62,13 +90,10 @@ def new_figure(
     SceneError
         When matplotlib is not installed.
     """
-    try:
-        from matplotlib import rc_context
+    with paper_style():
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
-    except ImportError:
-        raise SceneError("pictures need matplotlib: pip install 'sits-mech[view]'") from None
-    with rc_context(_STYLE):
+
         figure = Figure(figsize=(width, width * height), layout="constrained")
         FigureCanvasAgg(figure)
         yield figure, list(figure.subplots(rows, columns, squeeze=False, height_ratios=shares).ravel())
@@ -118,20 +143,23 @@ def signal_curves(data: xr.Dataset, force: str) -> Figure:
     if along is None:
         raise SceneError("curves: need a table over at least one component of the load; this one holds a single load")
     data, held = at_middle(data, [along, *([] if family is None else [family])])
-    with new_figure() as (figure, (axes,)):
+    with new_figure(0.8) as (figure, (axes,)):
         curves = _curves(data, signal, family)
-        for (name, values, errors), shade in zip(curves, _shades(len(curves)), strict=True):
-            axes.errorbar(
-                data[along], values, errors, color=shade, marker="o", markersize=2.2, linewidth=0.9, elinewidth=0.6,
-                capsize=1.2, label=name,
-            )  # fmt: skip
+        for (name, values, errors), stroke in zip(curves, strokes(len(curves)), strict=True):
+            axes.errorbar(data[along], values, errors, **stroke, elinewidth=0.6, label=name)
         axes.set_xlabel(f"{_KINDS.get(along, 'moment')} ${along}$ [{shown_unit(along)}]")
         axes.set_ylabel(_label(signal, data.sizes["coil"]))
-        axes.set_title(held, fontsize=8)
+        axes.set_title(_curves_title(data, signal, held))
         if family is not None:
-            title = f"${family}$ [{shown_unit(family)}]"
-            axes.legend(title=title, ncols=1 + (len(curves) > 5), handlelength=1.2, columnspacing=0.8)
+            axes.legend(title=f"${family}$ [{shown_unit(family)}]", ncols=1 + (len(curves) > 5))
     return figure
+
+
+def _curves_title(data: xr.Dataset, signal: str, held: str) -> str:
+    """Return what the curves are, of what, at what, and what their bars are."""
+    kind = {"v": "normal signal", "y": "shear signal along y"}.get(short_name(signal)[-1], "shear signal")
+    what = fill(f"{data.attrs['name']}: {kind}" if "name" in data.attrs else kind.capitalize(), 56)
+    return f"{what}\n{held}{', ' if held else ''}bars: estimated error"
 
 
 def _curves(data: xr.Dataset, signal: str, family: str | None) -> list[tuple[str, Array, Array]]:
@@ -162,11 +190,51 @@ def _symbol(signal: str) -> str:
     return signal.replace("dL", r"\Delta L")
 
 
-def _shades(count: int) -> Any:
-    """Return one colour for each curve of a family."""
+def strokes(count: int) -> list[dict[str, Any]]:
+    """Return colour, marker and dashes of each curve of an ordered family, apart in grey and to the colour-blind."""
     from matplotlib import colormaps
 
-    return colormaps["viridis"](np.linspace(0.0, 0.9, count))
+    shades = colormaps["viridis"](np.linspace(0.0, 0.9, count))
+    return [
+        {"color": shade, "marker": MARKS[k % len(MARKS)], "linestyle": _DASHES[k % len(_DASHES)]}
+        for k, shade in enumerate(shades)
+    ]
+
+
+def loop_curves(data: xr.Dataset) -> Figure:
+    """Return the signals while a load comes and goes, each against the largest component of the load.
+
+    Parameters
+    ----------
+    data : Dataset
+        As from `analysis.cycle.load_cycle`.
+    """
+    from matplotlib.patches import FancyArrowPatch
+
+    peak, names = json.loads(data.attrs["request"])["peak"], told(data)
+    force = max((name for name in WRENCH if peak[name]), key=lambda name: abs(peak[name]), default="F_z")
+    load, turns = peak[force] * data["share"].to_numpy(), _turns(data["share"].to_numpy())
+    with new_figure(0.8 if len(names) == 1 else 0.62, columns=len(names)) as (figure, every):
+        for axes, name in zip(every, names, strict=True):
+            for number, (stroke, span) in enumerate(zip(strokes(len(turns)), turns, strict=True), 1):
+                line = {"linestyle": stroke["linestyle"], "color": stroke["color"], "label": f"cycle {number}"}
+                values = data[name].to_numpy()[span]
+                axes.plot(load[span], values, **line)
+                for k in (len(values) // 4, 3 * len(values) // 4):
+                    ends = [(float(load[span][j]), float(values[j])) for j in (k, min(k + 2, len(values) - 1))]
+                    arrow = {"arrowstyle": "-|>", "mutation_scale": 6, "linewidth": 0, "color": stroke["color"]}
+                    axes.add_patch(FancyArrowPatch(*ends, shrinkA=0, shrinkB=0, **arrow))
+            axes.set_xlabel(f"{_KINDS.get(force, 'moment')} ${force}$ [{shown_unit(force)}]")
+            axes.set_ylabel(_label(name, data.sizes["coil"]))
+        figure.suptitle(f"{fill(data.attrs['name'], 56)}\nloading and unloading, along the arrows")
+        figure.legend(*every[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
+    return figure
+
+
+def _turns(share: Array) -> list[slice]:
+    """Return where each cycle of a load lies, from one least share to the next."""
+    least = np.flatnonzero((share[1:-1] < share[:-2]) & (share[1:-1] <= share[2:])) + 1
+    return [slice(a, b + 1) for a, b in pairwise([0, *least.tolist(), len(share) - 1])]
 
 
 def crosstalk_map(data: xr.Dataset) -> Figure:
@@ -199,17 +267,27 @@ def _crosstalk_maps(data: xr.Dataset, stray: xr.Dataset, held: str) -> Figure:
         for axes, name in zip(every, names, strict=True):
             values, (signal, _, force) = stray[name].transpose(up, across), name.partition("_from_")
             reach = float(np.max(np.nan_to_num(np.abs(values)))) or 1.0
-            picture = axes.pcolormesh(data[across], data[up], values, cmap="RdBu_r", vmin=-reach, vmax=reach)
+            places = data[across].to_numpy(), data[up].to_numpy()
+            picture = axes.pcolormesh(*places, values, cmap="RdBu_r", vmin=-reach, vmax=reach, rasterized=True)
+            axes.contour(*places, values, _round_levels(values), colors="0.25", linewidths=0.5)
             axes.grid(False)
-            axes.set_title(f"${force}$ into ${_symbol(signal)}$", fontsize=8)
+            axes.set_title(f"${force}$ into ${_symbol(signal)}$")
             axes.set_xlabel(f"${across}$ [{shown_unit(across)}]")
             bar = figure.colorbar(picture, ax=axes, location="bottom", shrink=0.95)
-            bar.set_label("% of full scale", fontsize=7)
+            bar.set_label(rf"of ${_symbol(signal)}$'s full scale [%]", fontsize=7)
             bar.ax.tick_params(labelsize=6)
         every[0].set_ylabel(f"${up}$ [{shown_unit(up)}]")
-        if held:
-            figure.suptitle(held, fontsize=8)
+        figure.suptitle(f"crosstalk{', ' if held else ''}{held}; dashed lines: negative")
     return figure
+
+
+def _round_levels(values: Array) -> Array:
+    """Return a few round values within some."""
+    from matplotlib.ticker import MaxNLocator
+
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    levels = np.asarray(MaxNLocator(6).tick_values(low, high))
+    return np.asarray(levels[(levels > low) & (levels < high)])
 
 
 def _crosstalk_matrix(data: xr.Dataset, stray: xr.Dataset) -> Figure:
@@ -228,13 +306,14 @@ def _crosstalk_matrix(data: xr.Dataset, stray: xr.Dataset) -> Figure:
             else:
                 texts[i, j] = "below\nits error" if np.isinf(error) else f"below its\nerror, {error:.2g} %"
     with new_figure(height=0.2 + 0.22 * len(own)) as (figure, (axes,)):
-        axes.imshow(shares, cmap="OrRd", vmin=0.0, vmax=60.0, aspect="auto")
+        axes.imshow(shares, cmap="cividis_r", vmin=0.0, vmax=100.0, aspect="auto")
         for (i, j), text in texts.items():
             axes.annotate(text, (j, i), ha="center", va="center", fontsize=6)
         axes.set_xticks(range(len(forces)), [f"${name}$" for name in forces])
         axes.set_yticks(range(len(own)), [f"${_symbol(name)}$" for name in own.values()])
-        axes.set_xlabel("applied up to its full scale")
-        axes.set_title("crosstalk, of the full scale of a signal", fontsize=8)
+        axes.set_xlabel("applied over its whole range")
+        axes.set_ylabel("signal")
+        axes.set_title("largest crosstalk, in percent of the signal's full scale")
         axes.grid(False)
     return figure
 
@@ -252,9 +331,9 @@ def save_figure(figure: Figure, path: Path) -> None:
     """Write a figure by an atomic rename, 300 dots per inch; raise SceneError when it cannot be written."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    with replaced(path) as other:
+    with replaced(path) as other, paper_style():
         if path.suffix != ".png":
-            figure.savefig(other, format=path.suffix[1:], dpi=300)
+            figure.savefig(other, format=path.suffix[1:], dpi=300, metadata=_DATES[path.suffix])
             return
         figure.set_dpi(300)
         canvas: Any = FigureCanvasAgg(figure)
