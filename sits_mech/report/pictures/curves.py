@@ -149,7 +149,7 @@ def signal_curves(data: xr.Dataset, force: str) -> Figure:
             axes.errorbar(data[along], values, errors, **stroke, elinewidth=0.6, label=name)
         axes.set_xlabel(f"{_KINDS.get(along, 'moment')} ${along}$ [{shown_unit(along)}]")
         axes.set_ylabel(_label(signal, data.sizes["coil"]))
-        axes.set_title(_curves_title(data, signal, held))
+        figure.suptitle(_curves_title(data, signal, held))
         if family is not None:
             axes.legend(title=f"${family}$ [{shown_unit(family)}]", ncols=1 + (len(curves) > 5))
     return figure
@@ -158,8 +158,8 @@ def signal_curves(data: xr.Dataset, force: str) -> Figure:
 def _curves_title(data: xr.Dataset, signal: str, held: str) -> str:
     """Return what the curves are, of what, at what, and what their bars are."""
     kind = {"v": "normal signal", "y": "shear signal along y"}.get(short_name(signal)[-1], "shear signal")
-    what = fill(f"{data.attrs['name']}: {kind}" if "name" in data.attrs else kind.capitalize(), 56)
-    return f"{what}\n{held}{', ' if held else ''}bars: estimated error"
+    name = fill(data.attrs.get("name", ""), 54)
+    return f"{name}\n{kind}; {held}{'; ' if held else ''}bars: estimated error".strip()
 
 
 def _curves(data: xr.Dataset, signal: str, family: str | None) -> list[tuple[str, Array, Array]]:
@@ -226,7 +226,7 @@ def loop_curves(data: xr.Dataset) -> Figure:
                     axes.add_patch(FancyArrowPatch(*ends, shrinkA=0, shrinkB=0, **arrow))
             axes.set_xlabel(f"{_KINDS.get(force, 'moment')} ${force}$ [{shown_unit(force)}]")
             axes.set_ylabel(_label(name, data.sizes["coil"]))
-        figure.suptitle(f"{fill(data.attrs['name'], 56)}\nloading and unloading, along the arrows")
+        figure.suptitle(f"{fill(data.attrs['name'], 54)}\nloading and unloading, along the arrows")
         figure.legend(*every[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
     return figure
 
@@ -277,7 +277,8 @@ def _crosstalk_maps(data: xr.Dataset, stray: xr.Dataset, held: str) -> Figure:
             bar.set_label(rf"of ${_symbol(signal)}$'s full scale [%]", fontsize=7)
             bar.ax.tick_params(labelsize=6)
         every[0].set_ylabel(f"${up}$ [{shown_unit(up)}]")
-        figure.suptitle(f"crosstalk{', ' if held else ''}{held}; dashed lines: negative")
+        title = f"crosstalk{', ' if held else ''}{held}; lines: equal values, dashed where negative"
+        figure.suptitle(fill(title, 58))
     return figure
 
 
@@ -287,7 +288,7 @@ def _round_levels(values: Array) -> Array:
 
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     levels = np.asarray(MaxNLocator(6).tick_values(low, high))
-    return np.asarray(levels[(levels > low) & (levels < high)])
+    return np.asarray(levels[(levels > low) & (levels < high) & (abs(levels) > 1e-6 * (high - low))])
 
 
 def _crosstalk_matrix(data: xr.Dataset, stray: xr.Dataset) -> Figure:
@@ -318,12 +319,12 @@ def _crosstalk_matrix(data: xr.Dataset, stray: xr.Dataset) -> Figure:
     return figure
 
 
-def checked_picture(path: Path) -> Path:
+def checked_picture(path: Path, option: str = "--output") -> Path:
     """Return where a picture goes; raise SceneError where its format cannot be drawn or its folder is not there."""
     if path.suffix not in _FORMATS:
-        raise SceneError(f"--output: must end in {', '.join(_FORMATS)}; got {path.name!r}")
+        raise SceneError(f"{option}: must end in {', '.join(_FORMATS)}; got {path.name!r}")
     if not path.parent.is_dir():
-        raise SceneError(f"--output: must be in a folder that exists; got {path}")
+        raise SceneError(f"{option}: must be in a folder that exists; got {path}")
     return path
 
 

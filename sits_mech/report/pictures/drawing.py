@@ -77,7 +77,7 @@ def scene_drawing(sensor: Sensor) -> Figure:
         for axes in (plan, section):
             axes.set_aspect("equal")
             axes.set_axis_off()
-        figure.suptitle(fill(f"{sensor.name}: sizes in mm, nothing solved", 80), fontsize=9)
+        figure.suptitle(fill(f"{sensor.name}: sizes in mm, nothing solved", 76), fontsize=9)
         figure.supxlabel("\n".join(lines), fontsize=6.5, ha="left", x=0.03)
     return figure
 
@@ -275,6 +275,7 @@ def _list_of_parts(it: Drawing) -> list[str]:
         part = materials.get(plate.name)
         made = f", {part.material}" if part is not None and isinstance(part.material, str) else ""
         lines.append(f"{plate.name}: {plate.sizes}{made}")
+    lines.append("tracks in the section: current along +y orange, along -y blue")
     radius = it.sensor.substrate_radius
     return lines + (
         [] if radius is None else [f"coils on a cylinder of radius {_MM * radius:.4g} along y; plan unrolled"]

@@ -17,11 +17,14 @@ from sits_mech.report.pictures.curves import TRACKS, add_polygons, new_figure
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
 
 _MM = 1e3
+COPPER, METAL = "#b87333", "#8792a6"
+"""Colours of the target, and of fixed metal."""
 _GATHER = 2.0  # exponent of the levels: dense near zero, where the lines leave the coils
 _DECADES = 3.0  # of current density shown
-CURRENT_HEIGHT = 0.55
+CURRENT_HEIGHT = 0.6
 """Of the picture of the current density, over its width."""
 
 
@@ -51,7 +54,7 @@ def potential_view(
 def potential_height(field: PlanarField, margin: float = 3e-3) -> float:
     """Return how high the picture of the flux lines is with axes, title and scale, over its width."""
     (left, right), (bottom, top) = _frame(field, margin)
-    return 0.85 * (top - bottom) / (right - left) + 0.34
+    return 0.85 * (top - bottom) / (right - left) + 0.42
 
 
 def draw_potential(
@@ -75,7 +78,7 @@ def draw_potential(
     )  # without the yellow that white paper swallows
     axes.contour(
         _MM * x, _MM * z, 1e9 * A, 1e9 * np.concatenate([-steps[::-1], steps]), cmap=shades.cmap, norm=shades.norm,
-        linewidths=0.5, linestyles=["--"] * levels + ["-"] * levels,
+        linewidths=0.5, linestyles=[(0.0, (8.0, 3.0))] * levels + ["-"] * levels,
     )  # fmt: skip
     bar = axes.get_figure(root=True).colorbar(shades, ax=axes, shrink=0.7, aspect=30, location="bottom", extend="both")
     bar.set_label("Re $A$ along $y$ [nWb/m]; lines dashed where negative", fontsize=7)
@@ -117,13 +120,25 @@ def draw_current(axes: Axes, field: PlanarField, currents: Array, *, number: int
     shown = axes.pcolormesh(
         _MM * xi, 1e6 * eta, size, cmap="inferno", norm=norm, shading="gouraud", rasterized=True
     )  # fmt: skip
-    bar = axes.get_figure(root=True).colorbar(shown, ax=axes, aspect=25, extend="min")
+    bar = axes.get_figure(root=True).colorbar(
+        shown, ax=axes, shrink=0.7, aspect=30, location="bottom", extend="min"
+    )  # fmt: skip
     bar.set_label(r"$|J_y|$ [A/mm$^2$]", fontsize=7)
     bar.ax.tick_params(labelsize=6)
     axes.grid(False)
     axes.set_xlabel(r"along the plate [mm]")
     axes.set_ylabel(r"above its bottom face [µm]")
     axes.set_title(f"current density in {plate.name}, {written_frequency(field.omega / (2.0 * np.pi))}")
+
+
+def part_handles(plates: bool = True, metal: bool = False, beside: bool = False) -> list[Patch]:
+    """Return what a legend says of tracks, target and fixed metal; `beside` of a section that is not along x."""
+    from matplotlib.patches import Patch
+
+    ways = ("to the left of the section", "to its right") if beside else ("along $+y$", "along $-y$")
+    found = [Patch(color=shade, label=f"track, {way}") for shade, way in zip(TRACKS, ways, strict=True)]
+    found += [Patch(facecolor=COPPER, edgecolor="0.2", label="target")] * plates
+    return found + [Patch(facecolor=METAL, edgecolor="0.2", label="fixed metal")] * metal
 
 
 def written_frequency(frequency: float) -> str:
@@ -153,6 +168,6 @@ def _draw_parts(axes: Axes, field: PlanarField) -> None:
         shades = np.where(coil.sign > 0, *TRACKS)
         add_polygons(axes, _MM * np.stack([boxes.real, boxes.imag], axis=-1), facecolors=list(shades), linewidth=0)
     for plate in field.plates:
-        shade = "#b87333" if plate.relative_permeability == 1.0 else "0.45"
+        shade = COPPER if plate is field.plates[0] else METAL
         outline = _MM * np.stack([plate.corners.real, plate.corners.imag], axis=-1)
         add_polygons(axes, outline[None], facecolors=shade, edgecolors="0.2", linewidth=0.4, zorder=3)

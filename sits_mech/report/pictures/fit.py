@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -69,7 +69,7 @@ def fit_figure(test: TensileTest, fit: Fit) -> Figure:
     fit : Fit
         What came of them.
     """
-    with new_figure(height=0.6, columns=2) as (figure, (curve, rest)):
+    with new_figure(height=0.8, columns=2) as (figure, (curve, rest)):
         for one in (test, *test.others):
             _draw_test(curve, rest, one, fit)
         for axes in (curve, rest):
@@ -81,7 +81,7 @@ def fit_figure(test: TensileTest, fit: Fit) -> Figure:
         curve.set_ylim(bottom=0.0)
         curve.set_xlim(left=0.0)
         figure.suptitle(f"{fill(Path(test.source).stem, 40)}: tensile test and {fit.law} law")
-        figure.legend(loc="outside lower center", ncols=3)
+        figure.legend(loc="outside lower center", ncols=1 + len(test.others))
     return figure
 
 
@@ -94,12 +94,13 @@ def _draw_test(curve: Axes, rest: Axes, test: TensileTest, fit: Fit) -> None:
     stress = engineering_stress(fit.law, fit.constants, strain, test.mode)
     stress = np.where((stress < 0.0) | (stress > 3.0 * test.stress[shown].max()), np.nan, stress)
     inside = strain <= fit.max_strain
+    hollow: dict[str, Any] = {"color": colour, "markersize": 2.0, "markerfacecolor": "none", "markeredgewidth": 0.5}
     curve.plot(
-        100.0 * test.strain[shown][dots], 1e-3 * test.stress[shown][dots], mark, color=colour, markersize=2.0,
-        markerfacecolor="none", markeredgewidth=0.5, label=f"{test.mode}, measured",
+        100.0 * test.strain[shown][dots], 1e-3 * test.stress[shown][dots], mark, **hollow,
+        label=f"{test.mode}, measured",
     )  # fmt: skip
-    curve.plot(100.0 * strain[inside], 1e-3 * stress[inside], color=colour, label=f"{fit.law}, fitted")
+    curve.plot(100.0 * strain[inside], 1e-3 * stress[inside], color=colour, label=f"{test.mode}, {fit.law} law")
     curve.plot(100.0 * strain[~inside], 1e-3 * stress[~inside], color=colour, linestyle="--", label="beyond the fit")
     left = test.stress - engineering_stress(fit.law, fit.constants, test.strain, test.mode)
-    rest.plot(100.0 * test.strain[used], 1e-3 * left[used], color=colour, marker=mark, markevery=0.1)
+    rest.plot(100.0 * test.strain[used][dots], 1e-3 * left[used][dots], mark, **hollow)
 

@@ -16,9 +16,12 @@ from sits_mech.quantities import WRENCH, Array, Equilibrium, MechanicalModel, Po
 from sits_mech.report.pictures.curves import TRACKS, add_polygons, new_figure
 from sits_mech.report.pictures.cuts import Plane, coil_cut, conductor_cut, names_cut, target_cut
 from sits_mech.report.pictures.fields import (
+    COPPER,
     CURRENT_HEIGHT,
+    METAL,
     draw_current,
     draw_potential,
+    part_handles,
     potential_height,
     written_frequency,
 )
@@ -54,14 +57,14 @@ def layer_view(sensor: Sensor, equilibrium: Equilibrium, mesh: Mesh | None = Non
     plates += [conductor_cut(part, plane) for part in sensor.conductors]
     points = [each.reshape(-1, 2) for each in (*(corners for corners, _ in tracks), *plates)]
     frame = (left, right), (bottom, top) = _frame(sensor, points, None if mesh is None else mesh[0][mesh[1]])
-    height = 0.85 * (top - bottom) / (right - left) + (0.26 if mesh is None else 0.4)  # of the axes and what is around
+    height = 0.85 * (top - bottom) / (right - left) + (0.36 if mesh is None else 0.5)  # of the axes and what is around
     with new_figure(height) as (figure, (axes,)):
         if mesh is not None:
             _draw_layer(figure, axes, mesh, equilibrium.report.min_J)
         for corners, sign in tracks:
             add_polygons(axes, _MM * corners, facecolors=np.where(sign > 0, *TRACKS).tolist(), linewidth=0)
         for k, corners in enumerate(plates):
-            shade = "#b87333" if k == 0 and sensor.target is not None else "#8792a6"
+            shade = COPPER if k == 0 and sensor.target is not None else METAL
             add_polygons(axes, _MM * corners, facecolors=shade, edgecolors="0.2", linewidth=0.4)
         _dress(axes, equilibrium, frame, plane)
         missed = names_cut(sensor, plane)[1]
@@ -70,6 +73,8 @@ def layer_view(sensor: Sensor, equilibrium: Equilibrium, mesh: Mesh | None = Non
             f"section {plane.words}{beside}", (0.0, 1.0), (0, 2), xycoords="axes fraction", textcoords="offset points",
             fontsize=6,
         )  # fmt: skip
+        handles = part_handles(sensor.target is not None, bool(sensor.conductors), plane.angle != 0.0)
+        figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 3), handlelength=1.0)
     return figure
 
 
@@ -157,11 +162,13 @@ def field_view(sensor: Sensor, pose: Pose, frequency: float, driven: str | None 
     if field is None:
         raise SceneError(f"{sensor.name}: target: must be given for a picture of the field; no metal acts on it")
     heights = (potential_height(field), CURRENT_HEIGHT)
-    with new_figure(sum(heights), rows=2, shares=heights) as (figure, (lines, density)):
+    with new_figure(sum(heights) + 0.06, rows=2, shares=heights) as (figure, (lines, density)):
         draw_potential(lines, field, currents)
         draw_current(density, field, currents)
         lines.set_title(f"flux lines: {name} carries {1e3 * _CURRENT:g} mA, {written_frequency(frequency)}")
         density.set_title(f"current density in {field.plates[0].name}")
+        handles = part_handles(metal=len(field.plates) > 1)
+        figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), handlelength=1.0)
     return figure
 
 
@@ -193,4 +200,5 @@ def _dress(axes: Axes, equilibrium: Equilibrium, frame: Frame, plane: Plane) -> 
     axes.set_ylabel("$z$ [mm]")
     shown = ("F_x", "F_z", *(name for name in WRENCH[2:] if getattr(equilibrium.wrench, name) != 0.0))
     load = ((name, getattr(equilibrium.wrench, name)) for name in shown)
-    axes.set_title(", ".join(f"${name}$ = {value:.3g} {shown_unit(name)}" for name, value in load), pad=12)
+    words = ", ".join(f"${name}$ = {value:.3g} {shown_unit(name)}" for name, value in load)
+    axes.set_title(f"layer under {words}", pad=12)
