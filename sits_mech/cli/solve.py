@@ -143,8 +143,8 @@ def cycle(
     from sits_mech.analysis.cycle import load_cycle, triangle
     from sits_mech.cases import save_table
     from sits_mech.quantities import SolveFailed
-    from sits_mech.report.pictures.curves import checked_picture, loop_curves, save_figure
-    from sits_mech.report.tables.loops import loop_record, loop_table
+    from sits_mech.report.pictures.curves import checked_picture, save_figure
+    from sits_mech.report.tables.loops import loop_curves, loop_record, loop_table
     from sits_mech.units import quantity
 
     drawn = None if picture is None else checked_picture(picture, "--picture")

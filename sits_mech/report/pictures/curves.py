@@ -7,11 +7,10 @@ screen.
 
 from __future__ import annotations
 
-import json
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache, partial
-from itertools import pairwise
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
@@ -19,10 +18,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from sits_mech.quantities import WRENCH, Array, shown_unit
+from sits_mech.quantities import Array, shown_unit
 from sits_mech.readout.crosstalk import components_of, crosstalk, short_name, signals_of
 from sits_mech.readout.loads import at_middle, several
-from sits_mech.readout.signals import told
 from sits_mech.scene.files import replaced
 from sits_mech.scene.sensor import SceneError
 
@@ -31,7 +29,8 @@ if TYPE_CHECKING:
     from matplotlib.collections import PolyCollection
     from matplotlib.figure import Figure
 
-_KINDS = {"F_x": "shear force", "F_y": "shear force", "F_z": "normal force"}
+KINDS = {"F_x": "shear force", "F_y": "shear force", "F_z": "normal force"}
+"""What components of a load are called; others are moments."""
 _FORMATS = (".png", ".pdf", ".svg")
 COLUMN = 88.0 / 25.4  # width of a paper's column [in]
 STYLE = Path(__file__).with_name("paper.mplstyle")
@@ -147,8 +146,8 @@ def signal_curves(data: xr.Dataset, force: str) -> Figure:
         curves = _curves(data, signal, family)
         for (name, values, errors), stroke in zip(curves, strokes(len(curves)), strict=True):
             axes.errorbar(data[along], values, errors, **stroke, elinewidth=0.6, label=name)
-        axes.set_xlabel(f"{_KINDS.get(along, 'moment')} ${along}$ [{shown_unit(along)}]")
-        axes.set_ylabel(_label(signal, data.sizes["coil"]))
+        axes.set_xlabel(f"{KINDS.get(along, 'moment')} ${along}$ [{shown_unit(along)}]")
+        axes.set_ylabel(signal_label(signal, data.sizes["coil"]))
         figure.suptitle(_curves_title(data, signal, held))
         if family is not None:
             axes.legend(title=f"${family}$ [{shown_unit(family)}]", ncols=1 + (len(curves) > 5))
@@ -159,7 +158,12 @@ def _curves_title(data: xr.Dataset, signal: str, held: str) -> str:
     """Return what the curves are, of what, at what, and what their bars are."""
     kind = {"v": "normal signal", "y": "shear signal along y"}.get(short_name(signal)[-1], "shear signal")
     name = fill(data.attrs.get("name", ""), 54)
-    return f"{name}\n{kind}; {held}{'; ' if held else ''}bars: estimated error".strip()
+    return f"{name}\n{kind}; {_mathematics(held)}{'; ' if held else ''}bars: estimated error".strip()
+
+
+def _mathematics(words: str) -> str:
+    """Return words in which each component of a load is a symbol."""
+    return re.sub(r"\b([FM](_[xyz])?) =", r"$\1$ =", words)
 
 
 def _curves(data: xr.Dataset, signal: str, family: str | None) -> list[tuple[str, Array, Array]]:
@@ -179,7 +183,7 @@ def _curves(data: xr.Dataset, signal: str, family: str | None) -> list[tuple[str
     return found
 
 
-def _label(signal: str, coils: int) -> str:
+def signal_label(signal: str, coils: int) -> str:
     """Return what a signal is, as an axis label."""
     pair = {"L_v_percent": "(L_1 + L_2)", "L_h_percent": "(L_1 - L_2)"} if coils == 2 else {}
     return rf"${pair.get(signal, _symbol(short_name(signal)))}\,/\,L_0$ [%]"
@@ -199,42 +203,6 @@ def strokes(count: int) -> list[dict[str, Any]]:
         {"color": shade, "marker": MARKS[k % len(MARKS)], "linestyle": _DASHES[k % len(_DASHES)]}
         for k, shade in enumerate(shades)
     ]
-
-
-def loop_curves(data: xr.Dataset) -> Figure:
-    """Return the signals while a load comes and goes, each against the largest component of the load.
-
-    Parameters
-    ----------
-    data : Dataset
-        As from `analysis.cycle.load_cycle`.
-    """
-    from matplotlib.patches import FancyArrowPatch
-
-    peak, names = json.loads(data.attrs["request"])["peak"], told(data)
-    force = max((name for name in WRENCH if peak[name]), key=lambda name: abs(peak[name]), default="F_z")
-    load, turns = peak[force] * data["share"].to_numpy(), _turns(data["share"].to_numpy())
-    with new_figure(0.8 if len(names) == 1 else 0.62, columns=len(names)) as (figure, every):
-        for axes, name in zip(every, names, strict=True):
-            for number, (stroke, span) in enumerate(zip(strokes(len(turns)), turns, strict=True), 1):
-                line = {"linestyle": stroke["linestyle"], "color": stroke["color"], "label": f"cycle {number}"}
-                values = data[name].to_numpy()[span]
-                axes.plot(load[span], values, **line)
-                for k in (len(values) // 4, 3 * len(values) // 4):
-                    ends = [(float(load[span][j]), float(values[j])) for j in (k, min(k + 2, len(values) - 1))]
-                    arrow = {"arrowstyle": "-|>", "mutation_scale": 6, "linewidth": 0, "color": stroke["color"]}
-                    axes.add_patch(FancyArrowPatch(*ends, shrinkA=0, shrinkB=0, **arrow))
-            axes.set_xlabel(f"{_KINDS.get(force, 'moment')} ${force}$ [{shown_unit(force)}]")
-            axes.set_ylabel(_label(name, data.sizes["coil"]))
-        figure.suptitle(f"{fill(data.attrs['name'], 54)}\nloading and unloading, along the arrows")
-        figure.legend(*every[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
-    return figure
-
-
-def _turns(share: Array) -> list[slice]:
-    """Return where each cycle of a load lies, from one least share to the next."""
-    least = np.flatnonzero((share[1:-1] < share[:-2]) & (share[1:-1] <= share[2:])) + 1
-    return [slice(a, b + 1) for a, b in pairwise([0, *least.tolist(), len(share) - 1])]
 
 
 def crosstalk_map(data: xr.Dataset) -> Figure:
@@ -277,7 +245,7 @@ def _crosstalk_maps(data: xr.Dataset, stray: xr.Dataset, held: str) -> Figure:
             bar.set_label(rf"of ${_symbol(signal)}$'s full scale [%]", fontsize=7)
             bar.ax.tick_params(labelsize=6)
         every[0].set_ylabel(f"${up}$ [{shown_unit(up)}]")
-        title = f"crosstalk{', ' if held else ''}{held}; lines: equal values, dashed where negative"
+        title = f"crosstalk{', ' if held else ''}{_mathematics(held)}; lines: equal values, dashed where negative"
         figure.suptitle(fill(title, 58))
     return figure
 
@@ -307,7 +275,7 @@ def _crosstalk_matrix(data: xr.Dataset, stray: xr.Dataset) -> Figure:
             else:
                 texts[i, j] = "below\nits error" if np.isinf(error) else f"below its\nerror, {error:.2g} %"
     with new_figure(height=0.2 + 0.22 * len(own)) as (figure, (axes,)):
-        axes.imshow(shares, cmap="cividis_r", vmin=0.0, vmax=100.0, aspect="auto")
+        axes.imshow(shares, cmap="Greys", vmin=0.0, vmax=100.0, aspect="auto")
         for (i, j), text in texts.items():
             axes.annotate(text, (j, i), ha="center", va="center", fontsize=6)
         axes.set_xticks(range(len(forces)), [f"${name}$" for name in forces])

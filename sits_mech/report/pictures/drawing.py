@@ -77,7 +77,7 @@ def scene_drawing(sensor: Sensor) -> Figure:
         for axes in (plan, section):
             axes.set_aspect("equal")
             axes.set_axis_off()
-        figure.suptitle(fill(f"{sensor.name}: sizes in mm, nothing solved", 76), fontsize=9)
+        figure.suptitle(fill(f"{sensor.name}: sizes in mm, nothing solved", 64), fontsize=9)
         figure.supxlabel("\n".join(lines), fontsize=6.5, ha="left", x=0.03)
     return figure
 

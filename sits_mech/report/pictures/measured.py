@@ -63,7 +63,7 @@ def comparison_figure(found: Comparison, coils: Sequence[str]) -> Figure:
     """Return measured over computed inductance, and beside it what the fit leaves, over the rows."""
     fit, L = found.fit, found.measured.L
     scale, unit = next((each for each in _UNITS if each[0] * np.max(np.abs(fit.residual)) >= 1.0), _UNITS[-1])
-    with new_figure(height=0.6, columns=2) as (figure, (both, rest)):
+    with new_figure(height=0.8, columns=2) as (figure, (both, rest)):
         for k, coil in enumerate(coils):
             colour, mark = f"C{k % 7}", MARKS[k % len(MARKS)]
             both.plot(1e6 * (L - fit.residual)[:, k], 1e6 * L[:, k], mark, color=colour, label=f"{coil}, fitted")
@@ -71,9 +71,9 @@ def comparison_figure(found: Comparison, coils: Sequence[str]) -> Figure:
             both.plot(1e6 * found.predicted[:, k], 1e6 * L[:, k], mark, color=colour, **hollow)
             rest.plot(np.arange(1, len(L) + 1), scale * fit.residual[:, k], mark + "-", color=colour, linewidth=0.5)
         ends = [1e6 * float(L.min()), 1e6 * float(L.max())]
-        both.plot(ends, ends, color="black", linewidth=0.5, label="measured = computed")
+        both.plot(ends, ends, color="black", linewidth=0.5, label="equal")
         both.set(xlabel="computed [\u00b5H]", ylabel="measured [\u00b5H]", title="inductance of each coil")
         rest.axhline(0.0, color="black", linewidth=0.5)
-        rest.set(xlabel="row of the bench file", ylabel=f"measured less computed [{unit}]", title="what the fit leaves")
-        figure.legend(loc="outside lower center", ncols=2 + (len(coils) > 2))
+        rest.set(xlabel="row of the bench file", ylabel=f"measured less computed [{unit}]", title="what is left")
+        figure.legend(loc="outside lower center", ncols=3, handlelength=1.2)
     return figure
