@@ -1,8 +1,7 @@
 """What do the calibration curves look like? The signals against the forces, and the crosstalk over the load range.
 
-Sizes, colours and fonts are those of paper.mplstyle: one column of a two-column paper (88 mm). Curves of a family differ
-in colour, marker and dashes, so that a grey print tells them apart. matplotlib is imported here alone, and drawn off
-screen.
+Sizes, colours and fonts are those of paper.mplstyle: one column of a two-column paper (88 mm). Curves of a family
+differ in colour, marker and dashes, so that a grey print tells them apart. matplotlib is drawn off screen.
 """
 
 from __future__ import annotations
@@ -237,7 +236,7 @@ def _crosstalk_maps(data: xr.Dataset, stray: xr.Dataset, held: str) -> Figure:
             reach = float(np.max(np.nan_to_num(np.abs(values)))) or 1.0
             places = data[across].to_numpy(), data[up].to_numpy()
             picture = axes.pcolormesh(*places, values, cmap="RdBu_r", vmin=-reach, vmax=reach, rasterized=True)
-            axes.contour(*places, values, _round_levels(values), colors="0.25", linewidths=0.5)
+            axes.contour(*places, values, _round_levels(values.to_numpy()), colors="0.25", linewidths=0.5)
             axes.grid(False)
             axes.set_title(f"${force}$ into ${_symbol(signal)}$")
             axes.set_xlabel(f"${across}$ [{shown_unit(across)}]")

@@ -76,7 +76,9 @@ def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[st
     spot.margins(0.15)
     places = np.array([[_shown(task, each, name) for name in names] for each in found.front])
     for place, numbers in _joined(places, np.array([np.ptp(spot.get_xlim()), np.ptp(spot.get_ylim())])):
-        spot.annotate(", ".join(map(str, numbers)), place, xytext=(3, 3), textcoords="offset points", fontsize=6)
+        right = place[0] > np.mean(spot.get_xlim())
+        words, ha = ", ".join(map(str, numbers)), "right" if right else "left"
+        spot.annotate(words, place, (-3 if right else 3, 3), textcoords="offset points", ha=ha, fontsize=6)
     for axis, most in ((spot.xaxis, 2), (spot.yaxis, 4)):
         axis.set_major_locator(MaxNLocator(most))
         axis.set_major_formatter(StrMethodFormatter("{x:.3g}"))
@@ -158,7 +160,8 @@ def landscape_picture(found: DesignAnswer, land: Landscape) -> Figure:
             spot.legend()
             return figure
         levels = np.unique([float(f"{each:.3g}") for each in np.nanquantile(shown, np.linspace(0.02, 0.9, 10))])
-        lines = spot.contour(*land.axes, shown.T, levels, linewidths=0.7, cmap="cividis", vmax=2.0 * levels[-1] - levels[0])
+        most = 2.0 * levels[-1] - levels[0]  # of the colours: white paper swallows the upper half
+        lines = spot.contour(*land.axes, shown.T, levels, linewidths=0.7, cmap="cividis", vmax=most)
         spot.clabel(lines, fontsize=6, fmt="%.3g")
         spot.contourf(*land.axes, land.excess.T, levels=[-np.inf, 0.0], colors=["C2"], alpha=0.15)
         spot.contour(*land.axes, land.excess.T, levels=[0.0], colors="C2", linewidths=1.2)

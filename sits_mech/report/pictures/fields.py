@@ -23,6 +23,7 @@ _MM = 1e3
 COPPER, METAL = "#b87333", "#8792a6"
 """Colours of the target, and of fixed metal."""
 _GATHER = 2.0  # exponent of the levels: dense near zero, where the lines leave the coils
+_SHADES = np.linspace(0.0, 0.9, 256)  # of a colour map: without the yellow that white paper swallows
 _DECADES = 3.0  # of current density shown
 CURRENT_HEIGHT = 0.6
 """Of the picture of the current density, over its width."""
@@ -74,13 +75,13 @@ def draw_potential(
     A[inside] = field.potential(places[inside], np.asarray(currents, dtype=complex)).real
     steps = np.linspace(0.0, 1.0, levels + 1)[1:] ** _GATHER * float(np.nanmax(np.abs(A)))
     shades = ScalarMappable(
-        norm=Normalize(-0.4e9 * steps[-1], 0.4e9 * steps[-1]), cmap=ListedColormap(colormaps["viridis"].colors[:230])
-    )  # without the yellow that white paper swallows
+        norm=Normalize(-0.4e9 * steps[-1], 0.4e9 * steps[-1]), cmap=ListedColormap(colormaps["viridis"](_SHADES))
+    )
     axes.contour(
         _MM * x, _MM * z, 1e9 * A, 1e9 * np.concatenate([-steps[::-1], steps]), cmap=shades.cmap, norm=shades.norm,
         linewidths=0.5, linestyles=[(0.0, (8.0, 3.0))] * levels + ["-"] * levels,
     )  # fmt: skip
-    bar = axes.get_figure(root=True).colorbar(shades, ax=axes, shrink=0.7, aspect=30, location="bottom", extend="both")
+    bar = axes.figure.colorbar(shades, ax=axes, shrink=0.7, aspect=30, location="bottom", extend="both")
     bar.set_label("Re $A$ along $y$ [nWb/m]; lines dashed where negative", fontsize=7)
     bar.ax.tick_params(labelsize=6)
     _draw_parts(axes, field)
@@ -120,7 +121,7 @@ def draw_current(axes: Axes, field: PlanarField, currents: Array, *, number: int
     shown = axes.pcolormesh(
         _MM * xi, 1e6 * eta, size, cmap="inferno", norm=norm, shading="gouraud", rasterized=True
     )  # fmt: skip
-    bar = axes.get_figure(root=True).colorbar(
+    bar = axes.figure.colorbar(
         shown, ax=axes, shrink=0.7, aspect=30, location="bottom", extend="min"
     )  # fmt: skip
     bar.set_label(r"$|J_y|$ [A/mm$^2$]", fontsize=7)

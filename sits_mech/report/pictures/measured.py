@@ -67,8 +67,10 @@ def comparison_figure(found: Comparison, coils: Sequence[str]) -> Figure:
         for k, coil in enumerate(coils):
             colour, mark = f"C{k % 7}", MARKS[k % len(MARKS)]
             both.plot(1e6 * (L - fit.residual)[:, k], 1e6 * L[:, k], mark, color=colour, label=f"{coil}, fitted")
-            hollow = {"markerfacecolor": "none", "markeredgewidth": 0.5, "alpha": 0.7, "label": f"{coil}, before the fit"}
-            both.plot(1e6 * found.predicted[:, k], 1e6 * L[:, k], mark, color=colour, **hollow)
+            both.plot(
+                1e6 * found.predicted[:, k], 1e6 * L[:, k], mark, color=colour, markerfacecolor="none",
+                markeredgewidth=0.5, alpha=0.7, label=f"{coil}, before the fit",
+            )  # fmt: skip
             rest.plot(np.arange(1, len(L) + 1), scale * fit.residual[:, k], mark + "-", color=colour, linewidth=0.5)
         ends = [1e6 * float(L.min()), 1e6 * float(L.max())]
         both.plot(ends, ends, color="black", linewidth=0.5, label="equal")

@@ -77,7 +77,8 @@ def spatial_view(sensor: Sensor, pose: Pose, frequency: float, *, driven: str | 
     renders()
     picture, density = _rendered(sensor, pose, name, stream)
     neglected = "\nlines of current without the fixed metal" if sensor.conductors and stream is not None else ""
-    title = f"eddy current: {name} (orange) carries {1e3 * _CURRENT:g} mA, {written_frequency(frequency)}; grid 1 mm{neglected}"
+    driven_by = f"{name} (orange) carries {1e3 * _CURRENT:g} mA, {written_frequency(frequency)}"
+    title = f"eddy current: {driven_by}; grid 1 mm{neglected}"
     return _framed(picture, density, title)
 
 
