@@ -18,7 +18,7 @@ from common.outputs import study_arguments, write_rows
 
 from sits_mech.analysis.cycle import load_cycle, triangle
 from sits_mech.quantities import Wrench
-from sits_mech.report.pictures.curves import new_figure, save_figure
+from sits_mech.report.pictures.curves import new_figure, save_figure, strokes
 from sits_mech.scene.sensor import Sensor, load_sensor, sensor_from
 from sits_mech.silicone.material import table_of
 
@@ -41,12 +41,12 @@ def draw(loops: dict[float, xr.Dataset], path: Path) -> None:
     periods = sorted(loops)
     shown = {periods[0], periods[len(periods) // 2], periods[-1]}
     with new_figure(height=0.75, columns=2) as (figure, (left, right)):
-        for number, period in enumerate(sorted(shown)):
-            data = loops[period]
-            left.plot(PEAK.F_z * data["share"], data["L_v_percent"], f"C{number}", lw=0.7, label=f"{period:.3g} s")
-        for place, name in ((0, "first cycle"), (-1, "last cycle")):
-            right.plot(periods, [loops[period].attrs["loop_L_v_percent"][place] for period in periods], label=name)
-        left.set(xlabel="F_z [N]", ylabel="L_v [% of L0]")
+        for stroke, period in zip(strokes(len(shown)), sorted(shown), strict=True):
+            data, way = loops[period], {key: stroke[key] for key in ("color", "linestyle")}
+            left.plot(PEAK.F_z * data["share"], data["L_v_percent"], **way, lw=0.7, label=f"{period:.3g} s")
+        for place, name, way in ((0, "first cycle", "C0o-"), (-1, "last cycle", "C1s--")):
+            right.plot(periods, [loops[period].attrs["loop_L_v_percent"][place] for period in periods], way, label=name)
+        left.set(xlabel="normal force $F_z$ [N]", ylabel="$L_v\\,/\\,L_0$ [%]")
         right.set(xscale="log", xlabel="period [s]", ylabel="loop width [% of range]", ylim=(0.0, None))
         left.legend(title="period")
         right.legend()

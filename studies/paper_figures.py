@@ -116,7 +116,8 @@ def figure_4(coarse: bool, folder: Path) -> None:
             A = np.concatenate(parts).reshape(places.shape)
             steps = np.abs(A).max() * np.linspace(0.02, 1.0, 14) ** 2
             lines = np.concatenate([-steps[::-1], steps])
-            spot.contour(x, z, A, lines, cmap="turbo", linewidths=0.5, linestyles="solid")
+            ways = ["--"] * len(steps) + ["-"] * len(steps)
+            spot.contour(x, z, A, lines, cmap="viridis", linewidths=0.5, linestyles=ways)
             for plate in field.plates:
                 corners = np.stack([plate.corners.real, plate.corners.imag], -1) / MM
                 add_polygons(spot, corners[None], facecolor="peru", edgecolor="black", linewidth=0.4, zorder=5)
@@ -195,7 +196,7 @@ def _mark(own: list[Any]) -> None:
     """Draw the printed points into the six axes of a setting."""
     for printed, mark in ((MEASURED, "x"), (SIMULATED, "+")):
         for (gap, angle), pair in printed.items():
-            for value, colour in zip(pair, ("tab:blue", "tab:orange"), strict=True):
+            for value, colour in zip(pair, ("C0", "C1"), strict=True):
                 both = mark == "x"
                 spot, at = (own[2], angle) if angle else (own[0], gap)
                 spot.plot(at, value, mark, color=colour if both else "red", ms=4)

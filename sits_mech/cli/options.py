@@ -34,6 +34,7 @@ Mechanics = Annotated[str, Parameter(name=["--mechanics", "--model"], help=MECHA
 Magnetics = Annotated[str, Parameter(name=["--magnetics", "--model"], help=MAGNETICS)]
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object and nothing else.")]
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
+Picture = Annotated[Path | None, Parameter(help="File that ends in .png, .pdf or .svg.")]
 Fx = Annotated[Quantity, Parameter(help="Shear force, along +x.")]
 Fy = Annotated[Quantity, Parameter(help="Shear force, along +y.")]
 Fz = Annotated[Quantity, Parameter(help="Normal force, pressing down.")]

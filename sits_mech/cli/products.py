@@ -83,12 +83,13 @@ def import_board(
 
 @app.command
 def export(
-    folder: Folder, *, to: Annotated[str, Parameter(help="csv, netcdf, xlsx, c, spice, kicad or vtu.")],
+    folder: Folder, *, to: Annotated[str, Parameter(help="csv, netcdf, xlsx, c, spice, kicad, vtu, pdf or svg.")],
     output: Output = None, load: Load = Load(),
 ) -> int:  # fmt: skip
     """Write a calibration for another program; the load chooses the state that --to spice shows.
 
-    kicad writes a footprint in the format of KiCad 7, for that version or later; vtu writes a folder for ParaView.
+    kicad writes a footprint in the format of KiCad 7, for that version or later; vtu writes a folder for ParaView,
+    pdf and svg a folder of the calibration's pictures.
 
     Example: sits-mech export calibration --to spice -o coils.cir --fz "2 N"
     """

@@ -14,6 +14,7 @@ from sits_mech.cli.options import (
     Models,
     Output,
     Overrides,
+    Picture,
     Place,
     Quantity,
     Scene,
@@ -131,18 +132,22 @@ def simulate(
 @app.command
 def cycle(
     scene: Scene, *, load: Load = Load(), models: Models = Models(), period: Quantity = "1 s", cycles: int = 2,
-    output: Output = None, overrides: Overrides = Overrides(), as_json: Json = False,
+    output: Output = None, picture: Picture = None, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
     """How wide is the loop of the signals while a load comes and goes? For silicones with prony or mullins.
 
-    Example: sits-mech cycle soft.toml --fz "4 N" --period "2 s" --cycles 3 -o cycle.nc
+    -o writes the table over time as netCDF, --picture the loops.
+
+    Example: sits-mech cycle soft.toml --fz "4 N" --period "2 s" --cycles 3 -o cycle.nc --picture loops.pdf
     """
     from sits_mech.analysis.cycle import load_cycle, triangle
     from sits_mech.cases import save_table
     from sits_mech.quantities import SolveFailed
-    from sits_mech.report.tables.loops import loop_record, loop_table
+    from sits_mech.report.pictures.curves import checked_picture, save_figure
+    from sits_mech.report.tables.loops import loop_curves, loop_record, loop_table
     from sits_mech.units import quantity
 
+    drawn = None if picture is None else checked_picture(picture, "--picture")
     sensor, seconds = sensor_of(scene, overrides), quantity(period, "s", "--period")
     try:
         data = load_cycle(sensor, load.wrench(), triangle(seconds, cycles), **asdict(models))
@@ -152,4 +157,7 @@ def cycle(
     if output is not None:
         save_table(data, output)
         warn(f"written to {output}")
+    if drawn is not None:
+        save_figure(loop_curves(data), drawn)
+        warn(f"written to {drawn}")
     return 0

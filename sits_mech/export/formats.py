@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from sits_mech.export.firmware import write_header
 from sits_mech.export.kicad import write_kicad
+from sits_mech.export.pictures import write_pictures
 from sits_mech.export.source import Source
 from sits_mech.export.spice import write_spice
 from sits_mech.export.tables import write_csv, write_netcdf, write_xlsx
@@ -31,6 +33,8 @@ FORMATS: Mapping[str, Format] = {
     "spice": Format(".cir", write_spice),
     "kicad": Format(".kicad_mod", write_kicad),
     "vtu": Format("_vtu", write_vtu),
+    "pdf": Format("_pdf", partial(write_pictures, form="pdf")),
+    "svg": Format("_svg", partial(write_pictures, form="svg")),
 }
 """The formats by name."""
 
@@ -45,7 +49,7 @@ def export(source: Source, kind: str, path: Path | None = None) -> tuple[Path, t
     kind : str
         A key of `FORMATS`.
     path : Path, optional
-        The file, or the folder of `vtu`; by default named after the sensor, in the present folder.
+        The file, or the folder of `vtu`, `pdf` and `svg`; by default named after the sensor, in the present folder.
 
     Returns
     -------

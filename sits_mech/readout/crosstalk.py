@@ -26,7 +26,7 @@ its errors go together: a = e, and the worst of all signs counts, sum_i |df/dy_i
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 import xarray as xr
@@ -108,12 +108,12 @@ def slope_error(errors: xr.DataArray, along: str, *, independent: bool = False) 
     return errors.copy(data=np.moveaxis(found, 0, errors.get_axis_num(along)))
 
 
-def shared_parts(data: xr.Dataset) -> Iterator[xr.Dataset]:
-    """Give a table with each of the shared parts of its errors added to all values that have such parts."""
-    shared = {str(name).removeprefix("shared_"): name for name in data.data_vars if str(name).startswith("shared_")}
-    pairs = {name: data[key] for name, key in shared.items() if name in data and "coil" not in data[key].dims}
+def shared_parts(data: xr.Dataset, names: Iterable[str]) -> Iterator[xr.Dataset]:
+    """Give a table of some variables with each of the shared parts of its errors added to all that have such parts."""
+    found = data[list(names)]
+    shared = {str(name): data[f"shared_{name}"] for name in found.data_vars if f"shared_{name}" in data}
     for k in range(data.sizes.get("part", 0)):
-        yield data.assign({name: data[name] + part.isel(part=k, drop=True) for name, part in pairs.items()})
+        yield found.assign({name: data[name] + part.isel(part=k, drop=True) for name, part in shared.items()})
 
 
 def own_errors(data: xr.Dataset, name: str) -> xr.DataArray:
@@ -181,7 +181,7 @@ def crosstalk(data: xr.Dataset) -> xr.Dataset:
         signal, values, own = short_name(name), data[name], own_errors(data, name)
         others = [other for other in components_of(data) if other != force]
         at = {other: nearest_none(data, other) for other in others}
-        shifted = [part[name] for part in shared_parts(data)]
+        shifted = [part[name] for part in shared_parts(data, [name])]
         full_scale, error = _range(values.isel(at)), _largest(_both(data, name, own, own).isel(at))
         moved = sum(abs(_range(part.isel(at)) - full_scale) for part in shifted)
         attributes |= {f"full_scale_{signal}": full_scale, f"error_full_scale_{signal}": error + moved}
@@ -246,7 +246,9 @@ def largest_rotation(data: xr.Dataset) -> dict[str, tuple[float, float]]:
         As for `rotation_error`, with the errors of the signals; a force of one value has none.
     """
     wrong, found = rotation_error(data), {}
-    shifted = [rotation_error(part) for part in shared_parts(data)]
+    needed = {*signals_of(data).values(), *(name for each in _turned(data).values() for name in each)}
+    needed |= {name for name in SIGNALS if name in data}
+    shifted = [rotation_error(part) for part in shared_parts(data, sorted(needed))]
     for force, (place, signal, level) in _turned(data).items():
         for name, shown in ((force, signal), (place, level)):
             size = abs(wrong[f"{name}_error"])

@@ -136,10 +136,12 @@ def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[st
 def _largest_load(sensor: Sensor, data: xr.Dataset, folder: Path) -> Figure:
     """Return the picture of the layer under the largest of the loads that converged."""
     largest = {name: float(np.abs(data[name]).max()) or 1.0 for name in varied(data)}
-    rows = [row for row in points(data) if row["status"].item() == DONE]
-    shares = np.array([[float(row[name]) / size for name, size in largest.items()] for row in rows])
-    first = 1e-9 * shares @ 0.5 ** np.arange(len(largest))  # of mirror images the one with the positive forces
-    wrench = wrench_of(rows[int(np.argmax(np.sum(shares**2, axis=1) + first))])
+    dims, done = data["status"].dims, np.argwhere((data["status"] == DONE).to_numpy())
+    each = zip(dims, done.T, strict=True)
+    shares = np.transpose([data[name].to_numpy()[at] / largest[str(name)] for name, at in each])
+    first = 1e-9 * shares @ 0.5 ** np.arange(len(dims))  # of mirror images the one with the positive forces
+    at = done[int(np.argmax(np.sum(shares**2, axis=1) + first))]
+    wrench = wrench_of(data[["status"]].isel(dict(zip(dims, at, strict=True))))
     request = json.loads(data.attrs["request"])
     mechanics, tolerance = request["mechanics"], request["tolerance"]
     known = kept_rest((cases_folder(folder), kept_key(sensor, mechanics, tolerance)), wrench)

@@ -20,7 +20,7 @@ from threadpoolctl import threadpool_info
 
 from sits_mech.chain.prices.ladder import Asked, power, sentence
 from sits_mech.chain.prices.ladder import forget as forget
-from sits_mech.report.pictures.curves import COLUMN, new_figure, save_figure
+from sits_mech.report.pictures.curves import COLUMN, MARKS, new_figure, save_figure
 
 _LEAST = 1e-12  # an error of zero on a logarithmic axis
 
@@ -124,13 +124,14 @@ def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
 def _draw(axes: Any, title: str, rungs: Sequence[Rung]) -> None:
     """Draw one question."""
     for number, (model, row) in enumerate(curves_of(rungs).items()):
-        colour = f"C{number}"
+        colour, mark = f"C{number % 7}", MARKS[number % len(MARKS)]
         points = [(label, one) for label, one in merged(row) if math.isfinite(one.error)]
         seconds = [one.seconds for _, one in points]
         errors = [max(one.error, _LEAST) for _, one in points]
-        axes.plot(seconds, errors, f"{colour}-", lw=0.8, label=model)
+        axes.plot(seconds, errors, f"{colour}-", lw=0.8)
+        axes.plot([], [], f"{colour}{mark}-", lw=0.8, ms=4.5, label=model)
         for (label, one), error in zip(points, errors, strict=True):
-            axes.plot(one.seconds, error, f"{colour}o", ms=4.5, mfc=colour if one.judged else "white")
+            axes.plot(one.seconds, error, f"{colour}{mark}", ms=4.5, mfc=colour if one.judged else "white")
             axes.plot([one.seconds] * 2, [error, max(one.estimated, _LEAST)], f"{colour}:", lw=0.6)
             axes.plot(one.seconds, max(one.estimated, _LEAST), f"{colour}_", ms=5)
             axes.annotate(label, (one.seconds, error), (3, 3), textcoords="offset points", fontsize=5.5, color=colour)

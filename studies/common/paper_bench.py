@@ -112,8 +112,8 @@ def draw_profiles(found: Comparison, coarse: bool, path: Path) -> list[dict[str,
             values, rise = found.profile(name, points=3 if coarse else 7)
             spot.plot(scale * values, rise, "o-", color="black")
             fine = np.linspace(values[0], values[-1], 60)
-            spot.plot(scale * fine, ((fine - own.start) / own.deviation) ** 2, ":", color="tab:blue")
-            spot.axhline(3.84, color="tab:red", linewidth=0.6)
+            spot.plot(scale * fine, ((fine - own.start) / own.deviation) ** 2, ":", color="C0")
+            spot.axhline(3.84, color="C3", linewidth=0.6)
             spot.set(ylim=(-0.3, 8.0), xlabel=f"{short[names.index(name)]} [{unit}]", ylabel="rise of $\\chi^2$")
             for value, up in zip(values.tolist(), rise.tolist(), strict=True):
                 rows.append({"parameter": f"{name} [{unit}]", "value": scale * value, "rise of chi^2": up})

@@ -216,6 +216,7 @@ def test_doctor_knows_what_is_installed(capsys: Capture) -> None:
     (("view", "biorob2018", "--dv", "2 mm", "--alphaz", "1 deg"), "ask for sheets, --kind spatial"),
     (("view", "biorob2018", "--alphaz", "1 deg"), "--dv: must be given for a pose"),
     (("view", "biorob2018", "-o", "picture.bmp"), "--output: must end in .png"),
+    (("cycle", "biorob2018", "--fz", "1 N", "--picture", "loop.nc"), "--picture: must end in .png"),
     (("view", "biorob2018", "-o", "nowhere/picture.png"), "--output: must be in a folder"),
     (("view", "biorob2018", "--driven", "C9"), "--driven: must be one of C1, C2"),
     (("view", "biorob2018", "--kind", "photograph"), "photograph"),
@@ -397,8 +398,12 @@ def test_a_load_that_comes_and_goes(capsys: pytest.CaptureFixture[str], tmp_path
     """A viscous silicone opens a loop, narrower once it has settled; the table is kept; another silicone has none."""
     law = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7'
     words = ["cycle", "biorob2018", "--fz", "1 N", "--mechanics", "linear", "--tolerance", "0.05", "--json", "--set"]
-    assert run([*words, f'{law}, prony=[{{weight=0.2, time="0.5 s"}}]}}', "-o", str(tmp_path / "c.nc")]) == 0
-    found = json.loads(capsys.readouterr().out)
+    assert run([*words, f'{law}, prony=[{{weight=0.2, time="0.5 s"}}]}}', "-o", str(tmp_path / "c.nc"),
+                "--picture", str(tmp_path / "c.svg")]) == 0  # fmt: skip
+    out, told = capsys.readouterr()
+    assert told.splitlines() == [f"written to {tmp_path / name}" for name in ("c.nc", "c.svg")]
+    assert "cycle 2" in (tmp_path / "c.svg").read_text()
+    found = json.loads(out)
     loops = found["loop_L_v_percent"]
     assert found["notes"] == [] and len(loops) == 2 and loops[0] > loops[1] > 1.0 and (tmp_path / "c.nc").exists()
     assert run([*words, law + "}"]) == 0

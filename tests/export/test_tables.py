@@ -122,8 +122,8 @@ def test_pose_between_loads(source: Source) -> None:
 
 def test_what_cannot_be_written(source: Source, tmp_path: Path) -> None:
     """Unknown format, wrong ending, no such folder: one line each."""
-    with pytest.raises(ValueError, match="--to: must be one of csv, netcdf, .*; got 'pdf'"):
-        export(source, "pdf", tmp_path / "t.pdf")
+    with pytest.raises(ValueError, match="--to: must be one of csv, netcdf, .*; got 'dxf'"):
+        export(source, "dxf", tmp_path / "t.dxf")
     with pytest.raises(ValueError, match=r"--output: must end in .kicad_mod for --to kicad; got 't.h', as for c"):
         export(source, "kicad", tmp_path / "t.h")
     for kind in ("csv", "netcdf", "xlsx", "kicad"):

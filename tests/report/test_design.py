@@ -2,15 +2,18 @@
 
 import csv
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from sits_mech.cases import read_table
 from sits_mech.cli.main import run
 from sits_mech.report.design import worst_load, write_design
+from sits_mech.report.pictures.design import design_pictures
 from sits_mech.report.tables.design import design_record, figure_table
 from sits_mech.scene.sensor import load_sensor
 from sits_mech.synthesis.answered import STRAIN, Answered
@@ -100,6 +103,17 @@ def test_the_page_stands_alone(folder: Path) -> None:
     assert text.count('<div class="pictures">') == 1, "pictures in the page's width"
     for name in ("front", "landscape", "limits", "worst_load"):
         assert (folder / f"{name}.png").stat().st_size > 5000
+
+
+def test_nothing_is_written_over_another(
+    collisions: Callable[[Figure], list[str]], monkeypatch: pytest.MonkeyPatch
+) -> None:  # fmt: skip
+    """In the front and the limits; what hollow marks, dashes, dots and the star are stands above."""
+    asked = requirements_of(ASKED)
+    monkeypatch.setattr(Solver, "answered", bent)
+    drawn = {name: draw() for name, draw in design_pictures(asked, design(asked)).items()}
+    assert [collisions(drawn[name]) for name in ("front", "limits")] == [[], []]
+    assert "hollow" in drawn["front"].get_suptitle() and "star: recommended" in drawn["landscape"].get_suptitle()
 
 
 def test_the_largest_load_is_a_corner() -> None:

@@ -8,7 +8,9 @@ import pytest
 
 from sits_mech.cases import read_table, save_table
 from sits_mech.cli.main import run
-from sits_mech.report.folder import read_calibration
+from sits_mech.mechanics.block import BlockPad
+from sits_mech.mechanics.layer import PlanarLayer
+from sits_mech.report.folder import read_calibration, write_calibration
 from sits_mech.scene.sensor import changed, load_sensor, save_sensor
 
 
@@ -82,3 +84,15 @@ def test_what_holds_any_loads(three_forces: Path, tmp_path: Path, form: str) -> 
     if form == "netcdf":
         data = read_table(path)
         assert {name: data[name].attrs["units"] for name in ("d_y", "F_y", "M")} == {"d_y": "m", "F_y": "N", "M": "N m"}
+
+
+def test_the_layer_is_drawn_as_it_was_solved(
+    calibrated: Path, copied: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:  # fmt: skip
+    """The largest load's kept state makes the picture; nothing is solved for it."""
+    (copied / "layer.png").unlink()
+    for model in (BlockPad, PlanarLayer):
+        monkeypatch.setattr(model, "controlled", lambda *_, **__: pytest.fail("solved again"))
+    sensor, data = read_calibration(copied)
+    assert write_calibration(sensor, data, copied) == []
+    assert (copied / "layer.png").read_bytes() == (calibrated / "layer.png").read_bytes()

@@ -1,14 +1,17 @@
 """What do the calibration curves look like? The signals against the forces, and the crosstalk over the load range.
 
-Sizes are those of one column of a two-column paper (88 mm). matplotlib is imported here alone, and drawn off screen.
+Sizes, colours and fonts are those of paper.mplstyle: one column of a two-column paper (88 mm). Curves of a family
+differ in colour, marker and dashes, so that a grey print tells them apart. matplotlib is drawn off screen.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,14 +28,37 @@ if TYPE_CHECKING:
     from matplotlib.collections import PolyCollection
     from matplotlib.figure import Figure
 
-_KINDS = {"F_x": "shear force", "F_y": "shear force", "F_z": "normal force"}
+KINDS = {"F_x": "shear force", "F_y": "shear force", "F_z": "normal force"}
+"""What components of a load are called; others are moments."""
 _FORMATS = (".png", ".pdf", ".svg")
 COLUMN = 88.0 / 25.4  # width of a paper's column [in]
-_STYLE: Any = {
-    "font.size": 8, "axes.labelsize": 8, "legend.fontsize": 6.5, "legend.title_fontsize": 6.5, "axes.linewidth": 0.6,
-    "lines.linewidth": 1.0, "lines.markersize": 2.5, "xtick.labelsize": 7, "ytick.labelsize": 7, "axes.grid": True,
-    "grid.linewidth": 0.3, "grid.alpha": 0.5,
-}  # fmt: skip
+STYLE = Path(__file__).with_name("paper.mplstyle")
+"""The style file of every picture, for matplotlib's `style.use` as well."""
+TRACKS = ("#d55e00", "#0072b2")
+"""Colours of tracks whose positive current runs to the left of a section's direction, and of those that return it."""
+MARKS = "os^Dv<>PX"
+"""Of the curves of a family, in order."""
+_DASHES = ("-", "--", "-.", ":")
+_DATES: dict[str, dict[str, Any]] = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}  # left out of files
+
+
+@contextmanager
+def paper_style() -> Iterator[None]:
+    """Set matplotlib to the style file; raise SceneError when matplotlib is not installed."""
+    try:
+        from matplotlib import rc_context
+    except ImportError:
+        raise SceneError("pictures need matplotlib: pip install 'sits-mech[view]'") from None
+    with rc_context(_parameters()):
+        yield
+
+
+@cache
+def _parameters() -> Any:
+    """What the style file sets."""
+    from matplotlib import rc_params_from_file
+
+    return rc_params_from_file(STYLE, use_default_template=False)
 
 
 @contextmanager
@@ -62,13 +88,10 @@ def new_figure(
     SceneError
         When matplotlib is not installed.
     """
-    try:
-        from matplotlib import rc_context
+    with paper_style():
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
-    except ImportError:
-        raise SceneError("pictures need matplotlib: pip install 'sits-mech[view]'") from None
-    with rc_context(_STYLE):
+
         figure = Figure(figsize=(width, width * height), layout="constrained")
         FigureCanvasAgg(figure)
         yield figure, list(figure.subplots(rows, columns, squeeze=False, height_ratios=shares).ravel())
@@ -118,20 +141,28 @@ def signal_curves(data: xr.Dataset, force: str) -> Figure:
     if along is None:
         raise SceneError("curves: need a table over at least one component of the load; this one holds a single load")
     data, held = at_middle(data, [along, *([] if family is None else [family])])
-    with new_figure() as (figure, (axes,)):
+    with new_figure(0.8) as (figure, (axes,)):
         curves = _curves(data, signal, family)
-        for (name, values, errors), shade in zip(curves, _shades(len(curves)), strict=True):
-            axes.errorbar(
-                data[along], values, errors, color=shade, marker="o", markersize=2.2, linewidth=0.9, elinewidth=0.6,
-                capsize=1.2, label=name,
-            )  # fmt: skip
-        axes.set_xlabel(f"{_KINDS.get(along, 'moment')} ${along}$ [{shown_unit(along)}]")
-        axes.set_ylabel(_label(signal, data.sizes["coil"]))
-        axes.set_title(held, fontsize=8)
+        for (name, values, errors), stroke in zip(curves, strokes(len(curves)), strict=True):
+            axes.errorbar(data[along], values, errors, **stroke, elinewidth=0.6, label=name)
+        axes.set_xlabel(f"{KINDS.get(along, 'moment')} ${along}$ [{shown_unit(along)}]")
+        axes.set_ylabel(signal_label(signal, data.sizes["coil"]))
+        figure.suptitle(_curves_title(data, signal, held))
         if family is not None:
-            title = f"${family}$ [{shown_unit(family)}]"
-            axes.legend(title=title, ncols=1 + (len(curves) > 5), handlelength=1.2, columnspacing=0.8)
+            axes.legend(title=f"${family}$ [{shown_unit(family)}]", ncols=1 + (len(curves) > 5))
     return figure
+
+
+def _curves_title(data: xr.Dataset, signal: str, held: str) -> str:
+    """Return what the curves are, of what, at what, and what their bars are."""
+    kind = {"v": "normal signal", "y": "shear signal along y"}.get(short_name(signal)[-1], "shear signal")
+    name = fill(data.attrs.get("name", ""), 54)
+    return f"{name}\n{kind}; {_mathematics(held)}{'; ' if held else ''}bars: estimated error".strip()
+
+
+def _mathematics(words: str) -> str:
+    """Return words in which each component of a load is a symbol."""
+    return re.sub(r"\b([FM](_[xyz])?) =", r"$\1$ =", words)
 
 
 def _curves(data: xr.Dataset, signal: str, family: str | None) -> list[tuple[str, Array, Array]]:
@@ -151,7 +182,7 @@ def _curves(data: xr.Dataset, signal: str, family: str | None) -> list[tuple[str
     return found
 
 
-def _label(signal: str, coils: int) -> str:
+def signal_label(signal: str, coils: int) -> str:
     """Return what a signal is, as an axis label."""
     pair = {"L_v_percent": "(L_1 + L_2)", "L_h_percent": "(L_1 - L_2)"} if coils == 2 else {}
     return rf"${pair.get(signal, _symbol(short_name(signal)))}\,/\,L_0$ [%]"
@@ -162,11 +193,15 @@ def _symbol(signal: str) -> str:
     return signal.replace("dL", r"\Delta L")
 
 
-def _shades(count: int) -> Any:
-    """Return one colour for each curve of a family."""
+def strokes(count: int) -> list[dict[str, Any]]:
+    """Return colour, marker and dashes of each curve of an ordered family, apart in grey and to the colour-blind."""
     from matplotlib import colormaps
 
-    return colormaps["viridis"](np.linspace(0.0, 0.9, count))
+    shades = colormaps["viridis"](np.linspace(0.0, 0.9, count))
+    return [
+        {"color": shade, "marker": MARKS[k % len(MARKS)], "linestyle": _DASHES[k % len(_DASHES)]}
+        for k, shade in enumerate(shades)
+    ]
 
 
 def crosstalk_map(data: xr.Dataset) -> Figure:
@@ -199,17 +234,28 @@ def _crosstalk_maps(data: xr.Dataset, stray: xr.Dataset, held: str) -> Figure:
         for axes, name in zip(every, names, strict=True):
             values, (signal, _, force) = stray[name].transpose(up, across), name.partition("_from_")
             reach = float(np.max(np.nan_to_num(np.abs(values)))) or 1.0
-            picture = axes.pcolormesh(data[across], data[up], values, cmap="RdBu_r", vmin=-reach, vmax=reach)
+            places = data[across].to_numpy(), data[up].to_numpy()
+            picture = axes.pcolormesh(*places, values, cmap="RdBu_r", vmin=-reach, vmax=reach, rasterized=True)
+            axes.contour(*places, values, _round_levels(values.to_numpy()), colors="0.25", linewidths=0.5)
             axes.grid(False)
-            axes.set_title(f"${force}$ into ${_symbol(signal)}$", fontsize=8)
+            axes.set_title(f"${force}$ into ${_symbol(signal)}$")
             axes.set_xlabel(f"${across}$ [{shown_unit(across)}]")
             bar = figure.colorbar(picture, ax=axes, location="bottom", shrink=0.95)
-            bar.set_label("% of full scale", fontsize=7)
+            bar.set_label(rf"of ${_symbol(signal)}$'s full scale [%]", fontsize=7)
             bar.ax.tick_params(labelsize=6)
         every[0].set_ylabel(f"${up}$ [{shown_unit(up)}]")
-        if held:
-            figure.suptitle(held, fontsize=8)
+        title = f"crosstalk{', ' if held else ''}{_mathematics(held)}; lines: equal values, dashed where negative"
+        figure.suptitle(fill(title, 58))
     return figure
+
+
+def _round_levels(values: Array) -> Array:
+    """Return a few round values within some."""
+    from matplotlib.ticker import MaxNLocator
+
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    levels = np.asarray(MaxNLocator(6).tick_values(low, high))
+    return np.asarray(levels[(levels > low) & (levels < high) & (abs(levels) > 1e-6 * (high - low))])
 
 
 def _crosstalk_matrix(data: xr.Dataset, stray: xr.Dataset) -> Figure:
@@ -228,23 +274,24 @@ def _crosstalk_matrix(data: xr.Dataset, stray: xr.Dataset) -> Figure:
             else:
                 texts[i, j] = "below\nits error" if np.isinf(error) else f"below its\nerror, {error:.2g} %"
     with new_figure(height=0.2 + 0.22 * len(own)) as (figure, (axes,)):
-        axes.imshow(shares, cmap="OrRd", vmin=0.0, vmax=60.0, aspect="auto")
+        axes.imshow(shares, cmap="Greys", vmin=0.0, vmax=100.0, aspect="auto")
         for (i, j), text in texts.items():
             axes.annotate(text, (j, i), ha="center", va="center", fontsize=6)
         axes.set_xticks(range(len(forces)), [f"${name}$" for name in forces])
         axes.set_yticks(range(len(own)), [f"${_symbol(name)}$" for name in own.values()])
-        axes.set_xlabel("applied up to its full scale")
-        axes.set_title("crosstalk, of the full scale of a signal", fontsize=8)
+        axes.set_xlabel("applied over its whole range")
+        axes.set_ylabel("signal")
+        axes.set_title("largest crosstalk, in percent of the signal's full scale")
         axes.grid(False)
     return figure
 
 
-def checked_picture(path: Path) -> Path:
+def checked_picture(path: Path, option: str = "--output") -> Path:
     """Return where a picture goes; raise SceneError where its format cannot be drawn or its folder is not there."""
     if path.suffix not in _FORMATS:
-        raise SceneError(f"--output: must end in {', '.join(_FORMATS)}; got {path.name!r}")
+        raise SceneError(f"{option}: must end in {', '.join(_FORMATS)}; got {path.name!r}")
     if not path.parent.is_dir():
-        raise SceneError(f"--output: must be in a folder that exists; got {path}")
+        raise SceneError(f"{option}: must be in a folder that exists; got {path}")
     return path
 
 
@@ -252,9 +299,9 @@ def save_figure(figure: Figure, path: Path) -> None:
     """Write a figure by an atomic rename, 300 dots per inch; raise SceneError when it cannot be written."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    with replaced(path) as other:
+    with replaced(path) as other, paper_style():
         if path.suffix != ".png":
-            figure.savefig(other, format=path.suffix[1:], dpi=300)
+            figure.savefig(other, format=path.suffix[1:], dpi=300, metadata=_DATES[path.suffix])
             return
         figure.set_dpi(300)
         canvas: Any = FigureCanvasAgg(figure)

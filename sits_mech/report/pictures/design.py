@@ -7,10 +7,12 @@ scenes. Shaded is where predictions of the recommended choice hold every limit; 
 from __future__ import annotations
 
 from collections.abc import Callable
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sits_mech.quantities import Array
 from sits_mech.report.pictures.curves import new_figure
 from sits_mech.synthesis.answer import DesignAnswer, unit_of
 from sits_mech.synthesis.answered import STRAIN, Answered, Task
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
 
 _MOST = 4  # pairs of figures in the picture of the front
 _BAR = 1.3  # of a limit: what bars are cut at
+_NEAR = np.array([0.3, 0.1])  # of an axis: what is nearer shares a label
 _SHORT = 15  # letters of a label: three of longer ones do not stand beside each other
 
 
@@ -53,12 +56,15 @@ def front_picture(asked: Requirements, found: DesignAnswer) -> Figure:
             spot.set_visible(False)
         handles, labels = axes[0].get_legend_handles_labels()
         columns = 3 if max(map(len, labels)) < _SHORT else 2
+        figure.suptitle("designs that were solved; numbers: of the front\nhollow: breaks a limit; dashed: limit")
         figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), columns))
     return figure
 
 
 def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[str, str]) -> None:
     """Draw all solved designs in the plane of two figures, a colour for each choice of the lists."""
+    from matplotlib.ticker import MaxNLocator, StrMethodFormatter
+
     task, choices = found.task, list(dict.fromkeys(each.design.choice for each in found.known))
     for number, choice in enumerate(choices):
         own = [each for each in found.known if each.design.choice == choice and each.carried]
@@ -67,18 +73,36 @@ def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[st
             x, y = ([_shown(task, each, name) for each in some] for name in names)
             label = choice_words(asked, choice) if holds == any(task.holds(each) for each in own) else None
             spot.plot(x, y, f"C{number % 10}o", mfc=None if holds else "w", label=label)
-    for number, each in enumerate(found.front, 1):
-        place = _shown(task, each, names[0]), _shown(task, each, names[1])
-        spot.annotate(str(number), place, xytext=(3, 3), textcoords="offset points", fontsize=6)
+    spot.margins(0.15)
+    places = np.array([[_shown(task, each, name) for name in names] for each in found.front])
+    for place, numbers in _joined(places, np.array([np.ptp(spot.get_xlim()), np.ptp(spot.get_ylim())])):
+        right = place[0] > np.mean(spot.get_xlim())
+        words, ha = ", ".join(map(str, numbers)), "right" if right else "left"
+        spot.annotate(words, place, (-3 if right else 3, 3), textcoords="offset points", ha=ha, fontsize=6)
+    for axis, most in ((spot.xaxis, 2), (spot.yaxis, 4)):
+        axis.set_major_locator(MaxNLocator(most))
+        axis.set_major_formatter(StrMethodFormatter("{x:.3g}"))
     x, y, dx, dy = np.array([[f(task, each, name) for f in (_shown, _off) for name in names] for each in found.front]).T
     spot.set(xlim=spot.get_xlim(), ylim=spot.get_ylim())  # by the designs, not by what is not known of them
     spot.errorbar(x, y, dy, dx, fmt="none", ecolor="0.4", elinewidth=0.7)
     best = [_shown(task, found.best, name) for name in names]
-    spot.plot(best[:1], best[1:], "k*", ms=7, label="recommended" if found.feasible else "nearest")
+    spot.plot(best[:1], best[1:], "k*", ms=7, label=_star(found))
     for name, line in zip(names, (spot.axvline, spot.axhline), strict=True):
         if name in task.limits:
             line(unit_of(name)[1] * task.limits[name], color="0.5", lw=0.8, ls="--")
     spot.set(xlabel=_label(names[0]), ylabel=_label(names[1]))
+
+
+def _joined(places: Array, size: Array) -> list[tuple[tuple[float, float], list[int]]]:
+    """Return places (n, 2) with the numbers, from 1, of all that lie too near for a label of their own."""
+    found: list[tuple[tuple[float, float], list[int]]] = []
+    for number, (x, y) in enumerate(places.tolist(), 1):
+        near = [each for each in found if np.all(np.abs(np.subtract(each[0], (x, y))) < _NEAR * size)]
+        if near:
+            near[0][1].append(number)
+        else:
+            found.append(((x, y), [number]))
+    return found
 
 
 def choice_words(asked: Requirements, choice: tuple[int, ...]) -> str:
@@ -132,19 +156,25 @@ def landscape_picture(found: DesignAnswer, land: Landscape) -> Figure:
             spot.set_xlim(land.axes[0][0], land.axes[0][-1])
             for x, form in [*((each[0], "k.") for each in solved), (at[0], "k*")]:
                 spot.plot([x], [float(np.interp(x, land.axes[0], shown))], form, ms=7 if form == "k*" else 3)
-            spot.set(xlabel=names[0], ylabel=what)
+            spot.set(xlabel=names[0], ylabel=what, title=f"by predictions; dots: solved; star: {_star(found)}")
             spot.legend()
             return figure
         levels = np.unique([float(f"{each:.3g}") for each in np.nanquantile(shown, np.linspace(0.02, 0.9, 10))])
-        lines = spot.contour(*land.axes, shown.T, levels, linewidths=0.7, cmap="viridis")
+        most = 2.0 * levels[-1] - levels[0]  # of the colours: white paper swallows the upper half
+        lines = spot.contour(*land.axes, shown.T, levels, linewidths=0.7, cmap="cividis", vmax=most)
         spot.clabel(lines, fontsize=6, fmt="%.3g")
         spot.contourf(*land.axes, land.excess.T, levels=[-np.inf, 0.0], colors=["C2"], alpha=0.15)
         spot.contour(*land.axes, land.excess.T, levels=[0.0], colors="C2", linewidths=1.2)
         spot.plot(*np.array([each[:2] for each in solved]).T, "k.", ms=3)
         spot.plot(at[:1], at[1:2], "k*", ms=7)
-        spot.set(xlabel=names[0], ylabel=names[1], title=what)
-        spot.title.set_fontsize(7)
+        spot.set(xlabel=names[0], ylabel=names[1])
+        figure.suptitle(f"{fill(what, 56)}\nshaded: every limit holds; dots: solved; star: {_star(found)}")
     return figure
+
+
+def _star(found: DesignAnswer) -> str:
+    """Return what the starred design is."""
+    return "recommended" if found.feasible else "nearest"
 
 
 def _aim_words(task: Task) -> tuple[float, str]:
@@ -170,12 +200,12 @@ def limits_picture(found: DesignAnswer) -> Figure:
             share = limit / each.value if each.name in (*LEAST, INVERSE) else each.value / limit
             error = 0.0 if np.isnan(each.error) else share * each.error / max(abs(each.value), 1e-300)
             spot.barh(number, min(share, _BAR), xerr=error, color="C2" if share <= 1.0 else "C3", error_kw={"lw": 0.8})
-            sign = ">=" if each.name in (*LEAST, INVERSE) else "<="
+            sign = "\u2265" if each.name in (*LEAST, INVERSE) else "\u2264"
             words = f"{each.value:.3g} {sign} {each.limit:.3g} {each.unit}"
             spot.text(_BAR + 0.05, number, words, va="center", fontsize=6)
         spot.axvline(1.0, color="k", lw=0.8)
-        spot.set(yticks=range(len(rows)), yticklabels=[_short(each.name) for each in rows], xlim=(0.0, 1.9))
-        spot.set(xlabel="share of its limit")
+        spot.set(yticks=range(len(rows)), yticklabels=[_short(each.name) for each in rows], xlim=(0.0, 2.3))
+        spot.set(xlabel="figure over its limit [-]", title="lines on bars: estimated error")
         spot.invert_yaxis()
         for other in others:
             other.barh(range(len(shares)), [100.0 * each for each in shares.values()], color="C0")

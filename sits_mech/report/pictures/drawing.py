@@ -18,7 +18,7 @@ from sits_mech.geometry.solids import as_plate
 from sits_mech.geometry.tracks import coil_lines
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.quantities import Array
-from sits_mech.report.pictures.curves import COLUMN, add_polygons, new_figure
+from sits_mech.report.pictures.curves import COLUMN, TRACKS, add_polygons, new_figure
 from sits_mech.report.pictures.cuts import Plane, chords, coil_cut, names_cut, upright
 from sits_mech.scene.outlines import inside_loops
 from sits_mech.scene.sensor import Coil, Conductor, Elastomer, Sensor, Target
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MM = 1e3
-_TRACKS = ("#c0392b", "#2c5d9b")
 _ROW, _LABEL = 0.075, 0.05  # between lines of dimensions, and between labels, over the drawing's size
 _MOST = 9  # distances of neighbouring coils that are written
 
@@ -78,7 +77,7 @@ def scene_drawing(sensor: Sensor) -> Figure:
         for axes in (plan, section):
             axes.set_aspect("equal")
             axes.set_axis_off()
-        figure.suptitle(fill(f"{sensor.name}: sizes in mm, nothing solved", 80), fontsize=9)
+        figure.suptitle(fill(f"{sensor.name}: sizes in mm, nothing solved", 64), fontsize=9)
         figure.supxlabel("\n".join(lines), fontsize=6.5, ha="left", x=0.03)
     return figure
 
@@ -224,7 +223,7 @@ def _draw_section(axes: Axes, it: Drawing) -> None:
             boxes = upright(pieces, plate.bottom, plate.top)
             add_polygons(axes, boxes, facecolors=plate.shade, edgecolors="0.3", linewidth=0.3)
     corners, sign = _tracks(it.sensor, it.plane)
-    add_polygons(axes, corners, facecolors=np.where(sign > 0.0, *_TRACKS).tolist(), linewidth=0)
+    add_polygons(axes, corners, facecolors=np.where(sign > 0.0, *TRACKS).tolist(), linewidth=0)
     axes.plot([it.low[0], it.high[0]], [0.0, 0.0], color="0.5", linewidth=0.3, zorder=0.5)
     levels, gap = _levels(it), _LABEL * it.size
     start = (it.low[2] + it.high[2]) / 2 - gap * (len(levels) - 1) / 2
@@ -276,6 +275,7 @@ def _list_of_parts(it: Drawing) -> list[str]:
         part = materials.get(plate.name)
         made = f", {part.material}" if part is not None and isinstance(part.material, str) else ""
         lines.append(f"{plate.name}: {plate.sizes}{made}")
+    lines.append("tracks in the section: current along +y orange, along -y blue")
     radius = it.sensor.substrate_radius
     return lines + (
         [] if radius is None else [f"coils on a cylinder of radius {_MM * radius:.4g} along y; plan unrolled"]

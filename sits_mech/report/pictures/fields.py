@@ -12,21 +12,27 @@ import numpy as np
 
 from sits_mech.magnetics.field import PlanarField
 from sits_mech.quantities import Array
-from sits_mech.report.pictures.curves import add_polygons, new_figure
+from sits_mech.report.pictures.curves import TRACKS, add_polygons, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
 
 _MM = 1e3
+COPPER, METAL = "#b87333", "#8792a6"
+"""Colours of the target, and of fixed metal."""
 _GATHER = 2.0  # exponent of the levels: dense near zero, where the lines leave the coils
+_SHADES = np.linspace(0.0, 0.9, 256)  # of a colour map: without the yellow that white paper swallows
 _DECADES = 3.0  # of current density shown
+CURRENT_HEIGHT = 0.6
+"""Of the picture of the current density, over its width."""
 
 
 def potential_view(
     field: PlanarField, currents: Array, *, levels: int = 36, fineness: int = 240, margin: float = 3e-3
 ) -> Figure:
-    """Return a picture of the flux lines around coils and plates.
+    """Return a picture of the flux lines around coils and plates, dashed where the potential is negative.
 
     Parameters
     ----------
@@ -41,6 +47,25 @@ def potential_view(
     margin : float
         Shown around coils and plates [m].
     """
+    with new_figure(potential_height(field, margin)) as (figure, (axes,)):
+        draw_potential(axes, field, currents, levels=levels, fineness=fineness, margin=margin)
+    return figure
+
+
+def potential_height(field: PlanarField, margin: float = 3e-3) -> float:
+    """Return how high the picture of the flux lines is with axes, title and scale, over its width."""
+    (left, right), (bottom, top) = _frame(field, margin)
+    return 0.85 * (top - bottom) / (right - left) + 0.42
+
+
+def draw_potential(
+    axes: Axes, field: PlanarField, currents: Array, *, levels: int = 36, fineness: int = 240, margin: float = 3e-3
+) -> None:
+    """Draw flux lines with their scale and what they go around; arguments as of `potential_view`."""
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import ListedColormap, Normalize
+
     (left, right), (bottom, top) = _frame(field, margin)
     x = np.linspace(left, right, fineness)
     z = np.linspace(bottom, top, max(2, int(fineness * (top - bottom) / (right - left))))
@@ -49,27 +74,21 @@ def potential_view(
     A = np.full(places.shape, np.nan)
     A[inside] = field.potential(places[inside], np.asarray(currents, dtype=complex)).real
     steps = np.linspace(0.0, 1.0, levels + 1)[1:] ** _GATHER * float(np.nanmax(np.abs(A)))
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
-
-    with new_figure(0.9 * (top - bottom) / (right - left) + 0.25) as (figure, (axes,)):
-        lines = axes.contour(
-            _MM * x, _MM * z, 1e9 * A, 1e9 * np.concatenate([-steps[::-1], steps]), cmap="turbo", linewidths=0.5,
-            linestyles="solid",
-        )  # fmt: skip
-        shades = ScalarMappable(norm=Normalize(-0.4e9 * steps[-1], 0.4e9 * steps[-1]), cmap="turbo")
-        lines.set_norm(shades.norm)
-        bar = figure.colorbar(shades, ax=axes, shrink=0.7, aspect=30, location="bottom", extend="both")
-        bar.set_label("Re $A$ along $y$ [nWb/m]", fontsize=7)
-        bar.ax.tick_params(labelsize=6)
-        _draw_parts(axes, field)
-        axes.set_xlim(_MM * left, _MM * right)
-        axes.set_ylim(_MM * bottom, _MM * top)
-        axes.set_aspect("equal")
-        axes.grid(False)
-        axes.set_xlabel("$x$ [mm]")
-        axes.set_ylabel("$z$ [mm]")
-    return figure
+    shades = ScalarMappable(
+        norm=Normalize(-0.4e9 * steps[-1], 0.4e9 * steps[-1]), cmap=ListedColormap(colormaps["viridis"](_SHADES))
+    )
+    axes.contour(
+        _MM * x, _MM * z, 1e9 * A, 1e9 * np.concatenate([-steps[::-1], steps]), cmap=shades.cmap, norm=shades.norm,
+        linewidths=0.5, linestyles=[(0.0, (8.0, 3.0))] * levels + ["-"] * levels,
+    )  # fmt: skip
+    bar = axes.figure.colorbar(shades, ax=axes, shrink=0.7, aspect=30, location="bottom", extend="both")
+    bar.set_label("Re $A$ along $y$ [nWb/m]; lines dashed where negative", fontsize=7)
+    bar.ax.tick_params(labelsize=6)
+    _draw_parts(axes, field)
+    axes.set(xlim=(_MM * left, _MM * right), ylim=(_MM * bottom, _MM * top), xlabel="$x$ [mm]", ylabel="$z$ [mm]")
+    axes.set_aspect("equal")
+    axes.grid(False)
+    axes.set_title(f"flux lines, {written_frequency(field.omega / (2.0 * np.pi))}")
 
 
 def current_view(field: PlanarField, currents: Array, *, number: int = 0) -> Figure:
@@ -83,25 +102,50 @@ def current_view(field: PlanarField, currents: Array, *, number: int = 0) -> Fig
     number : int
         Which of the field's plates; the target is 0.
     """
+    with new_figure(CURRENT_HEIGHT) as (figure, (axes,)):
+        draw_current(axes, field, currents, number=number)
+    return figure
+
+
+def draw_current(axes: Axes, field: PlanarField, currents: Array, *, number: int = 0) -> None:
+    """Draw the current density over a plate's section with its scale; arguments as of `current_view`."""
+    from matplotlib.colors import LogNorm
+
     plate = field.plates[number]
     xi = _towards_ends(plate.width, 401) - plate.width / 2
     eta = _towards_ends(plate.thickness, 121)
     places = plate.placed(xi + 1j * eta[:, None])
     J = field.current_density(number, places.ravel(), np.asarray(currents, dtype=complex)).reshape(places.shape)
-    from matplotlib.colors import LogNorm
-
     size = 1e-6 * np.abs(J)
-    with new_figure(0.55) as (figure, (axes,)):
-        norm = LogNorm(size.max() * 10**-_DECADES, size.max())
-        shown = axes.pcolormesh(_MM * xi, 1e6 * eta, size, cmap="inferno", norm=norm, shading="gouraud")
-        bar = figure.colorbar(shown, ax=axes, aspect=25, extend="min")
-        bar.set_label(r"$|J_y|$ [A/mm$^2$]", fontsize=7)
-        bar.ax.tick_params(labelsize=6)
-        axes.grid(False)
-        axes.set_xlabel(r"along the plate [mm]")
-        axes.set_ylabel(r"above its bottom face [µm]")
-        axes.set_title(f"{plate.name}, {field.omega / (2 * np.pi):.3g} Hz", fontsize=8)
-    return figure
+    norm = LogNorm(size.max() * 10**-_DECADES, size.max())
+    shown = axes.pcolormesh(
+        _MM * xi, 1e6 * eta, size, cmap="inferno", norm=norm, shading="gouraud", rasterized=True
+    )  # fmt: skip
+    bar = axes.figure.colorbar(
+        shown, ax=axes, shrink=0.7, aspect=30, location="bottom", extend="min"
+    )  # fmt: skip
+    bar.set_label(r"$|J_y|$ [A/mm$^2$]", fontsize=7)
+    bar.ax.tick_params(labelsize=6)
+    axes.grid(False)
+    axes.set_xlabel(r"along the plate [mm]")
+    axes.set_ylabel(r"above its bottom face [µm]")
+    axes.set_title(f"current density in {plate.name}, {written_frequency(field.omega / (2.0 * np.pi))}")
+
+
+def part_handles(plates: bool = True, metal: bool = False, beside: bool = False) -> list[Patch]:
+    """Return what a legend says of tracks, target and fixed metal; `beside` of a section that is not along x."""
+    from matplotlib.patches import Patch
+
+    ways = ("to the left of the section", "to its right") if beside else ("along $+y$", "along $-y$")
+    found = [Patch(color=shade, label=f"track, {way}") for shade, way in zip(TRACKS, ways, strict=True)]
+    found += [Patch(facecolor=COPPER, edgecolor="0.2", label="target")] * plates
+    return found + [Patch(facecolor=METAL, edgecolor="0.2", label="fixed metal")] * metal
+
+
+def written_frequency(frequency: float) -> str:
+    """Return a frequency for a reader."""
+    unit, scale = next((u, k) for u, k in (("MHz", 1e6), ("kHz", 1e3), ("Hz", 0.0)) if frequency >= k)
+    return f"{frequency / (scale or 1.0):.4g} {unit}"
 
 
 def _towards_ends(length: float, count: int) -> Array:
@@ -122,9 +166,9 @@ def _draw_parts(axes: Axes, field: PlanarField) -> None:
     for coil in field.coils:
         half = (corners.real * coil.width + 1j * corners.imag * coil.thickness) / 2
         boxes = coil.place[:, None] + half * np.exp(-1j * coil.tilt)[:, None]
-        shades = np.where(coil.sign > 0, "tab:red", "tab:blue")
+        shades = np.where(coil.sign > 0, *TRACKS)
         add_polygons(axes, _MM * np.stack([boxes.real, boxes.imag], axis=-1), facecolors=list(shades), linewidth=0)
     for plate in field.plates:
-        shade = "#b87333" if plate.relative_permeability == 1.0 else "0.45"
+        shade = COPPER if plate is field.plates[0] else METAL
         outline = _MM * np.stack([plate.corners.real, plate.corners.imag], axis=-1)
         add_polygons(axes, outline[None], facecolors=shade, edgecolors="0.2", linewidth=0.4, zorder=3)

@@ -6,11 +6,11 @@ The curve is full over the fitted range and dashed up to the end of the test, wh
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sits_mech.quantities import Array
 from sits_mech.report.pictures.curves import new_figure
 from sits_mech.silicone.fitting import Fit
 from sits_mech.silicone.homogeneous import engineering_stress
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_COLOURS = {"uniaxial": "tab:blue", "planar": "tab:green", "biaxial": "tab:red"}
+_STROKES = {"uniaxial": ("C0", "o"), "planar": ("C2", "s"), "biaxial": ("C3", "^")}  # colour and marker
 _Many = float | None | tuple[float | None, ...] | tuple[float, ...]
 _POINTS = 60  # markers per curve
 
@@ -69,7 +69,7 @@ def fit_figure(test: TensileTest, fit: Fit) -> Figure:
     fit : Fit
         What came of them.
     """
-    with new_figure(height=0.6, columns=2) as (figure, (curve, rest)):
+    with new_figure(height=0.8, columns=2) as (figure, (curve, rest)):
         for one in (test, *test.others):
             _draw_test(curve, rest, one, fit)
         for axes in (curve, rest):
@@ -80,29 +80,27 @@ def fit_figure(test: TensileTest, fit: Fit) -> Figure:
         rest.set_xlim(0.0, 100.0 * fit.max_strain)
         curve.set_ylim(bottom=0.0)
         curve.set_xlim(left=0.0)
-        figure.suptitle(f"{Path(test.source).stem}, {fit.law}", fontsize=8)
-        figure.legend(loc="outside lower center", ncols=4, handlelength=1.6)
+        figure.suptitle(f"{fill(Path(test.source).stem, 40)}: tensile test and {fit.law} law")
+        figure.legend(loc="outside lower center", ncols=1 + len(test.others))
     return figure
 
 
 def _draw_test(curve: Axes, rest: Axes, test: TensileTest, fit: Fit) -> None:
     """Add one test and the law along it; a law that locks is drawn as far as it goes."""
-    colour, used = _COLOURS[test.mode], test.strain <= fit.max_strain
+    (colour, mark), used = _STROKES[test.mode], test.strain <= fit.max_strain
     shown = test.strain <= 1.5 * fit.max_strain
     dots = slice(None, None, max(1, int(np.count_nonzero(shown)) // _POINTS))
     strain = np.linspace(0.0, float(test.strain[shown][-1]), 301)
     stress = engineering_stress(fit.law, fit.constants, strain, test.mode)
     stress = np.where((stress < 0.0) | (stress > 3.0 * test.stress[shown].max()), np.nan, stress)
     inside = strain <= fit.max_strain
-    _dots(curve, test.strain[shown][dots], test.stress[shown][dots], colour)
-    curve.plot(100.0 * strain[inside], 1e-3 * stress[inside], color=colour, label=f"{test.mode}, fitted")
-    curve.plot(100.0 * strain[~inside], 1e-3 * stress[~inside], color=colour, linestyle="--", label="beyond")
-    left = test.stress - engineering_stress(fit.law, fit.constants, test.strain, test.mode)
-    rest.plot(100.0 * test.strain[used], 1e-3 * left[used], color=colour)
-
-
-def _dots(axes: Axes, strain: Array, stress: Array, colour: str) -> None:
-    """Add the measured points."""
-    axes.plot(
-        100.0 * strain, 1e-3 * stress, "o", color=colour, markersize=2.0, markerfacecolor="none", markeredgewidth=0.5
+    hollow: dict[str, Any] = {"color": colour, "markersize": 2.0, "markerfacecolor": "none", "markeredgewidth": 0.5}
+    curve.plot(
+        100.0 * test.strain[shown][dots], 1e-3 * test.stress[shown][dots], mark, **hollow,
+        label=f"{test.mode}, measured",
     )  # fmt: skip
+    curve.plot(100.0 * strain[inside], 1e-3 * stress[inside], color=colour, label=f"{test.mode}, {fit.law} law")
+    curve.plot(100.0 * strain[~inside], 1e-3 * stress[~inside], color=colour, linestyle="--", label="beyond the fit")
+    left = test.stress - engineering_stress(fit.law, fit.constants, test.strain, test.mode)
+    rest.plot(100.0 * test.strain[used][dots], 1e-3 * left[used][dots], mark, **hollow)
+

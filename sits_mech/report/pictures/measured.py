@@ -9,7 +9,7 @@ import numpy as np
 
 from sits_mech.analysis.comparison import Comparison
 from sits_mech.analysis.setup import PARAMETERS
-from sits_mech.report.pictures.curves import new_figure
+from sits_mech.report.pictures.curves import MARKS, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -63,19 +63,19 @@ def comparison_figure(found: Comparison, coils: Sequence[str]) -> Figure:
     """Return measured over computed inductance, and beside it what the fit leaves, over the rows."""
     fit, L = found.fit, found.measured.L
     scale, unit = next((each for each in _UNITS if each[0] * np.max(np.abs(fit.residual)) >= 1.0), _UNITS[-1])
-    with new_figure(height=0.6, columns=2) as (figure, (both, rest)):
+    with new_figure(height=0.8, columns=2) as (figure, (both, rest)):
         for k, coil in enumerate(coils):
-            line = both.plot(1e6 * (L - fit.residual)[:, k], 1e6 * L[:, k], "o", markersize=2.5, label=coil)[0]
-            colour, before = line.get_color(), 1e6 * found.predicted[:, k]
-            both.plot(before, 1e6 * L[:, k], "x", color=colour, markersize=2.5, alpha=0.5)
-            rest.plot(np.arange(1, len(L) + 1), scale * fit.residual[:, k], "o-", markersize=2.5, linewidth=0.5)
+            colour, mark = f"C{k % 7}", MARKS[k % len(MARKS)]
+            both.plot(1e6 * (L - fit.residual)[:, k], 1e6 * L[:, k], mark, color=colour, label=f"{coil}, fitted")
+            both.plot(
+                1e6 * found.predicted[:, k], 1e6 * L[:, k], mark, color=colour, markerfacecolor="none",
+                markeredgewidth=0.5, alpha=0.7, label=f"{coil}, before the fit",
+            )  # fmt: skip
+            rest.plot(np.arange(1, len(L) + 1), scale * fit.residual[:, k], mark + "-", color=colour, linewidth=0.5)
         ends = [1e6 * float(L.min()), 1e6 * float(L.max())]
-        both.plot(ends, ends, color="black", linewidth=0.5)
-        both.plot([], [], "x", color="gray", label="before the fit")
-        both.set_xlabel("computed [\u00b5H]")
-        both.set_ylabel("measured [\u00b5H]")
+        both.plot(ends, ends, color="black", linewidth=0.5, label="equal")
+        both.set(xlabel="computed [\u00b5H]", ylabel="measured [\u00b5H]", title="inductance of each coil")
         rest.axhline(0.0, color="black", linewidth=0.5)
-        rest.set_xlabel("row")
-        rest.set_ylabel(f"residual [{unit}]")
-        figure.legend(loc="outside lower center", ncols=5, columnspacing=1.0, handletextpad=0.2)
+        rest.set(xlabel="row of the bench file", ylabel=f"measured less computed [{unit}]", title="what is left")
+        figure.legend(loc="outside lower center", ncols=3, handlelength=1.2)
     return figure

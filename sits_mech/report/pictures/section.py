@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +13,18 @@ from sits_mech.mechanics.block import BlockPad
 from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh
 from sits_mech.mechanics.pictured import deformed_section
 from sits_mech.quantities import WRENCH, Array, Equilibrium, MechanicalModel, Pose, Wrench, shown_unit
-from sits_mech.report.pictures.curves import add_polygons, new_figure
+from sits_mech.report.pictures.curves import TRACKS, add_polygons, new_figure
 from sits_mech.report.pictures.cuts import Plane, coil_cut, conductor_cut, names_cut, target_cut
-from sits_mech.report.pictures.fields import current_view, potential_view
+from sits_mech.report.pictures.fields import (
+    COPPER,
+    CURRENT_HEIGHT,
+    METAL,
+    draw_current,
+    draw_potential,
+    part_handles,
+    potential_height,
+    written_frequency,
+)
 from sits_mech.scene.sensor import SceneError, Sensor
 
 if TYPE_CHECKING:
@@ -26,8 +34,6 @@ if TYPE_CHECKING:
 Mesh = tuple[Array, NDArray[np.int64], Array]
 Frame = tuple[tuple[float, float], tuple[float, float]]
 _MM = 1e3
-_DOTS = 300  # per inch, as pictures are written
-_TRACKS = ("tab:red", "tab:blue")
 _CURRENT = 1e-3  # of the driven coil [A]
 
 
@@ -51,14 +57,14 @@ def layer_view(sensor: Sensor, equilibrium: Equilibrium, mesh: Mesh | None = Non
     plates += [conductor_cut(part, plane) for part in sensor.conductors]
     points = [each.reshape(-1, 2) for each in (*(corners for corners, _ in tracks), *plates)]
     frame = (left, right), (bottom, top) = _frame(sensor, points, None if mesh is None else mesh[0][mesh[1]])
-    height = 0.85 * (top - bottom) / (right - left) + (0.26 if mesh is None else 0.4)  # of the axes and what is around
+    height = 0.85 * (top - bottom) / (right - left) + (0.36 if mesh is None else 0.5)  # of the axes and what is around
     with new_figure(height) as (figure, (axes,)):
         if mesh is not None:
             _draw_layer(figure, axes, mesh, equilibrium.report.min_J)
         for corners, sign in tracks:
-            add_polygons(axes, _MM * corners, facecolors=np.where(sign > 0, *_TRACKS).tolist(), linewidth=0)
+            add_polygons(axes, _MM * corners, facecolors=np.where(sign > 0, *TRACKS).tolist(), linewidth=0)
         for k, corners in enumerate(plates):
-            shade = "#b87333" if k == 0 and sensor.target is not None else "#8792a6"
+            shade = COPPER if k == 0 and sensor.target is not None else METAL
             add_polygons(axes, _MM * corners, facecolors=shade, edgecolors="0.2", linewidth=0.4)
         _dress(axes, equilibrium, frame, plane)
         missed = names_cut(sensor, plane)[1]
@@ -67,6 +73,8 @@ def layer_view(sensor: Sensor, equilibrium: Equilibrium, mesh: Mesh | None = Non
             f"section {plane.words}{beside}", (0.0, 1.0), (0, 2), xycoords="axes fraction", textcoords="offset points",
             fontsize=6,
         )  # fmt: skip
+        handles = part_handles(sensor.target is not None, bool(sensor.conductors), plane.angle != 0.0)
+        figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 3), handlelength=1.0)
     return figure
 
 
@@ -79,15 +87,15 @@ def _draw_layer(figure: Figure, axes: Axes, mesh: Mesh, least: float | None) -> 
     bar = figure.colorbar(layer, ax=axes, location="bottom", shrink=0.7, aspect=35)
     bar.locator = MaxNLocator(5)
     bar.update_ticks()
-    whole = "" if least is None else f"; in the whole pad {least:.4f}"
+    whole = "" if least is None or np.isnan(least) else f"; in the whole pad {least:.4f}"
     bar.set_label(f"volume ratio $J$, the smallest in each cell [-]\nsmallest here {J.min():.4f}{whole}", fontsize=7)
     bar.ax.tick_params(labelsize=6)
 
 
 def load_view(
-    sensor: Sensor, wrench: Wrench, tolerance: float = 1e-2, mechanics: str = "auto", start: Equilibrium | None = None
+    sensor: Sensor, wrench: Wrench, tolerance: float = 1e-2, mechanics: str = "auto", known: Equilibrium | None = None
 ) -> Figure:
-    """Return a picture of a section under a load, the layer solved for it, from a start, by a model.
+    """Return a picture of a section under a load: the layer as it is known at rest, by the model, or solved for it.
 
     The section is y = 0; of a load that leaves this plane the one along its shear force, or across its moment.
 
@@ -103,7 +111,7 @@ def load_view(
         if getattr(sensor, part) is None:
             raise SceneError(f"{sensor.name}: {part}: must be given for a picture of the layer; it is missing")
     model, _ = mechanical_model(sensor, mechanics, tolerance, [wrench] if wrench.beside else ())
-    equilibrium = model.equilibrium(wrench, start=start)
+    equilibrium = model.equilibrium(wrench) if known is None else known
     if wrench.beside and equilibrium.state.size == 0:
         needed = "needs a load in the plane y = 0 (--fx, --fz, --moment)"
         raise SceneError(f"picture of the layer: {needed}; got {', '.join(wrench.beside)} too: ask for --kind spatial")
@@ -153,11 +161,15 @@ def field_view(sensor: Sensor, pose: Pose, frequency: float, driven: str | None 
     field = planar_fem(sensor).field(pose, frequency)
     if field is None:
         raise SceneError(f"{sensor.name}: target: must be given for a picture of the field; no metal acts on it")
-    lines, density = potential_view(field, currents), current_view(field, currents)
-    lines.set_size_inches(*(lines.get_size_inches() + (0.0, 0.2)))  # room for the title
-    lines.axes[0].set_title(f"{name} carries {1e3 * _CURRENT:g} mA, {written_frequency(frequency)}", fontsize=8)
-    density.axes[0].set_title(f"current density in {field.plates[0].name}", fontsize=8)
-    return _stacked([lines, density])
+    heights = (potential_height(field), CURRENT_HEIGHT)
+    with new_figure(sum(heights) + 0.06, rows=2, shares=heights) as (figure, (lines, density)):
+        draw_potential(lines, field, currents)
+        draw_current(density, field, currents)
+        lines.set_title(f"flux lines: {name} carries {1e3 * _CURRENT:g} mA, {written_frequency(frequency)}")
+        density.set_title(f"current density in {field.plates[0].name}")
+        handles = part_handles(metal=len(field.plates) > 1)
+        figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), handlelength=1.0)
+    return figure
 
 
 def driven_coil(sensor: Sensor, driven: str | None) -> str:
@@ -166,31 +178,6 @@ def driven_coil(sensor: Sensor, driven: str | None) -> str:
     if driven is not None and driven not in names:
         raise SceneError(f"--driven: must be one of {', '.join(names)}; got {driven!r}")
     return names[-1] if driven is None else driven
-
-
-def written_frequency(frequency: float) -> str:
-    """Return a frequency for a reader."""
-    unit, scale = next((u, k) for u, k in (("MHz", 1e6), ("kHz", 1e3), ("Hz", 0.0)) if frequency >= k)
-    return f"{frequency / (scale or 1.0):.4g} {unit}"
-
-
-def _stacked(figures: Sequence[Figure]) -> Figure:
-    """Return one figure of several, all one column wide, from top to bottom, as pixels."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    pictures = []
-    for figure in figures:
-        figure.set_dpi(_DOTS)
-        canvas: Any = FigureCanvasAgg(figure)
-        canvas.draw()
-        pictures.append(np.asarray(canvas.buffer_rgba()))
-    width = min(picture.shape[1] for picture in pictures)
-    whole = np.concatenate([picture[:, :width] for picture in pictures])
-    stacked = Figure(figsize=(width / _DOTS, whole.shape[0] / _DOTS), dpi=_DOTS)
-    FigureCanvasAgg(stacked)
-    stacked.figimage(whole)
-    return stacked
 
 
 def _frame(sensor: Sensor, parts: list[Array], layer: Array | None) -> Frame:
@@ -213,4 +200,5 @@ def _dress(axes: Axes, equilibrium: Equilibrium, frame: Frame, plane: Plane) -> 
     axes.set_ylabel("$z$ [mm]")
     shown = ("F_x", "F_z", *(name for name in WRENCH[2:] if getattr(equilibrium.wrench, name) != 0.0))
     load = ((name, getattr(equilibrium.wrench, name)) for name in shown)
-    axes.set_title(", ".join(f"${name}$ = {value:.3g} {shown_unit(name)}" for name, value in load), fontsize=8, pad=12)
+    words = ", ".join(f"${name}$ = {value:.3g} {shown_unit(name)}" for name, value in load)
+    axes.set_title(f"layer under {words}", pad=12)

@@ -23,7 +23,8 @@ from sits_mech.magnetics.space.stream import Stream, placed, plate_stream
 from sits_mech.meshing.unstructured import DEBIAN_PACKAGES
 from sits_mech.quantities import Array, Pose
 from sits_mech.report.pictures.curves import new_figure
-from sits_mech.report.pictures.section import driven_coil, written_frequency
+from sits_mech.report.pictures.fields import written_frequency
+from sits_mech.report.pictures.section import driven_coil
 from sits_mech.scene.outlines import signed_area
 from sits_mech.scene.sensor import Coil, Conductor, SceneError, Sensor, Target
 
@@ -36,7 +37,7 @@ _LINES = 14
 _FAINT = 0.02  # smallest density of the scale over the largest
 _SHOWN = 0.95  # of the lines' length lies within the scale: the density has no limit at an edge
 _SIZE = (1800, 1150)  # of the rendered picture [pixels]
-_COPPER, _DRIVEN, _IDLE = "#c98a4b", "#c0392b", "#5f7388"
+_COPPER, _DRIVEN, _IDLE = "#c98a4b", "#d55e00", "#5f7388"
 _PROBE = (
     "import pyvista\n"
     "plotter = pyvista.Plotter(off_screen=True, window_size=(64, 64))\n"
@@ -76,7 +77,8 @@ def spatial_view(sensor: Sensor, pose: Pose, frequency: float, *, driven: str | 
     renders()
     picture, density = _rendered(sensor, pose, name, stream)
     neglected = "\nlines of current without the fixed metal" if sensor.conductors and stream is not None else ""
-    title = f"{name} carries {1e3 * _CURRENT:g} mA, {written_frequency(frequency)}; grid 1 mm{neglected}"
+    driven_by = f"{name} (orange) carries {1e3 * _CURRENT:g} mA, {written_frequency(frequency)}"
+    title = f"eddy current: {driven_by}; grid 1 mm{neglected}"
     return _framed(picture, density, title)
 
 
@@ -212,7 +214,7 @@ def _framed(picture: NDArray[np.uint8], density: Array, title: str) -> Figure:
     with new_figure(picture.shape[0] / picture.shape[1] + 0.19 + 0.04 * title.count("\n")) as (figure, (axes,)):
         axes.imshow(picture)
         axes.set_axis_off()
-        axes.set_title(title, fontsize=8)
+        axes.set_title(title)
         if density[1] > 0.0:
             shades = ScalarMappable(norm=LogNorm(*density), cmap="plasma")
             bar = figure.colorbar(shades, ax=axes, location="bottom", shrink=0.6, aspect=30, pad=0.02, extend="both")

@@ -47,7 +47,8 @@ def load_table(data: xr.Dataset) -> Table:
     loads = [f"{name} [{shown_unit(name)}]" for name in varied(data)]
     for heading in (*loads, *(heading for *_, heading in columns), "s", "status"):
         found.add_column(heading, justify="right", no_wrap=True)
-    for row in points(data):
+    shown = {item for name, *_ in columns for item in (name, f"error_{name}") if item in data}
+    for row in points(data[["seconds", "status", *sorted(shown)]]):
         cells = [f"{float(row[name]):.4g}" for name in varied(data)]
         cells += [with_error(k * _number(row, name), k * _number(row, f"error_{name}")) for name, k, _ in columns]
         found.add_row(*cells, f"{float(row['seconds']):.2f}", str(row["status"].item()))

@@ -1,16 +1,25 @@
-"""What does one print of a load that comes and goes? The width of the signals' loops, cycle by cycle."""
+"""What does one show of a load that comes and goes? The signals' loops, and their width cycle by cycle."""
 
 from __future__ import annotations
 
 import json
-from typing import Any
+from itertools import pairwise
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import xarray as xr
 from rich.table import Table
 
-from sits_mech.quantities import POSE
+from sits_mech.quantities import POSE, WRENCH, Array, shown_unit
 from sits_mech.readout.signals import told
+from sits_mech.report.pictures.curves import KINDS, new_figure, signal_label, strokes
 from sits_mech.report.tables.solves import figure_text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_ARROW = {"arrowstyle": "-|>,head_length=.5,head_width=.2", "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0}
 
 
 def loop_table(data: xr.Dataset) -> Table:
@@ -38,3 +47,35 @@ def _widths(data: xr.Dataset, name: str) -> list[tuple[float, float]]:
     """Return width and error of each loop."""
     widths, errors = data.attrs[f"loop_{name}"], data.attrs[f"error_loop_{name}"]
     return list(zip(widths, errors, strict=True))
+
+
+def loop_curves(data: xr.Dataset) -> Figure:
+    """Return the signals while a load comes and goes, each against the largest component of the load.
+
+    Parameters
+    ----------
+    data : Dataset
+        As from `analysis.cycle.load_cycle`.
+    """
+    peak, names = json.loads(data.attrs["request"])["peak"], told(data)
+    force = max((name for name in WRENCH if peak[name]), key=lambda name: abs(peak[name]), default="F_z")
+    load, turns = peak[force] * data["share"].to_numpy(), _turns(data["share"].to_numpy())
+    with new_figure(0.8 if len(names) == 1 else 0.62, columns=len(names)) as (figure, every):
+        for axes, name in zip(every, names, strict=True):
+            for number, (stroke, span) in enumerate(zip(strokes(len(turns)), turns, strict=True), 1):
+                color, values = stroke["color"], data[name].to_numpy()[span]
+                axes.plot(load[span], values, linestyle=stroke["linestyle"], color=color, label=f"cycle {number}")
+                for k in (len(values) // 4, 3 * len(values) // 4) if number in (1, len(turns)) else ():
+                    start, end = ((load[span][j], values[j]) for j in (k, k + len(values) // 10))
+                    axes.annotate("", end, start, arrowprops=_ARROW | {"color": color})
+            axes.set_xlabel(f"{KINDS.get(force, 'moment')} ${force}$ [{shown_unit(force)}]")
+            axes.set_ylabel(signal_label(name, data.sizes["coil"]))
+        figure.suptitle(f"{fill(data.attrs['name'], 54)}\nloading and unloading, along the arrows")
+        figure.legend(*every[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
+    return figure
+
+
+def _turns(share: Array) -> list[slice]:
+    """Return where each cycle of a load lies, from one least share to the next."""
+    least = np.flatnonzero((share[1:-1] < share[:-2]) & (share[1:-1] <= share[2:])) + 1
+    return [slice(a, b + 1) for a, b in pairwise([0, *least.tolist(), len(share) - 1])]

@@ -1,18 +1,33 @@
 """Pictures: what they show stands where the numbers say; axes have units; files appear whole."""
 
+import json
 import os
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
 from sits_mech.mechanics.block import BlockPad
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
-from sits_mech.report.pictures.curves import calibration_pictures, crosstalk_map, save_figure, signal_curves
+from sits_mech.report.pictures.curves import (
+    STYLE,
+    calibration_pictures,
+    crosstalk_map,
+    new_figure,
+    save_figure,
+    signal_curves,
+    strokes,
+)
 from sits_mech.report.pictures.section import layer_view, load_angle, load_view
+from sits_mech.report.tables.loops import loop_curves
 from sits_mech.scene.sensor import SceneError, load_sensor
+
+Collisions = Callable[[Figure], list[str]]
 
 
 @pytest.fixture
@@ -51,31 +66,38 @@ def test_other_forces_are_at_the_middle(data: xr.Dataset) -> None:
     """A slice, with a title that says where; without the usual forces those that there are."""
     wide = data.expand_dims({"F_y": [-1.0, 0.5, 1.0]}, axis=2).assign_coords(M=2e-3)
     wide = wide.assign(L_v_percent=wide["L_v_percent"] + wide["F_y"])
-    (axes,) = signal_curves(wide, "F_z").axes
-    np.testing.assert_allclose(axes.containers[1].lines[0].get_ydata(), [189.5, 188.5, 187.5])
-    assert axes.get_title() == "M = 0.002 N m, F_y = 0.5 N"
+    figure = signal_curves(wide, "F_z")
+    np.testing.assert_allclose(figure.axes[0].containers[1].lines[0].get_ydata(), [189.5, 188.5, 187.5])
+    assert figure.get_suptitle() == "normal signal; $M$ = 0.002 N m, $F_y$ = 0.5 N; bars: estimated error"
     (axes,) = signal_curves(wide.isel(F_x=0).drop_vars("F_x"), "F_x").axes
     assert "F_y" in axes.get_xlabel() and "F_z" in axes.get_legend().get_title().get_text()
-    (axes,) = signal_curves(wide.isel(F_x=0, F_z=1), "F_z").axes
-    assert "F_y" in axes.get_xlabel() and axes.get_legend() is None and "F_x = -1 N, F_z = 1 N" in axes.get_title()
+    figure = signal_curves(wide.isel(F_x=0, F_z=1), "F_z")
+    assert "F_y" in figure.axes[0].get_xlabel() and figure.axes[0].get_legend() is None
+    assert "$F_x$ = -1 N, $F_z$ = 1 N" in figure.get_suptitle()
     single = wide.isel(F_x=0, F_z=0, F_y=0)
     for draw in (crosstalk_map, lambda one: signal_curves(one, "F_z")):
         with pytest.raises(SceneError, match="needs? a table over"):
             draw(single)
 
 
-def test_three_forces_have_three_curves_and_a_matrix() -> None:
-    """Each signal against its own force; shares of full scale that exceed their errors, full scales between them."""
+@pytest.fixture
+def triple() -> xr.Dataset:
+    """Four coils over three forces."""
     nodes = {"F_x": [-1.0, 0.0, 1.0], "F_z": [0.0, 2.0], "F_y": [-1.0, 0.0, 1.0]}
     found = xr.Dataset(coords=nodes | {"coil": list("ABCD")})
     x, z, y = xr.broadcast(found.F_x, found.F_z, found.F_y)
     shown = {"dL_v": -z + 0.5 * x**2, "dL_x": 2.0 * x + 0.5 * x * z, "dL_y": 3.0 * y + 0.01 * x}
-    data = found.assign(shown | {f"error_{name}": 0.02 + 0.0 * x for name in shown})
-    pictures = calibration_pictures(data)
+    return found.assign(shown | {f"error_{name}": 0.02 + 0.0 * x for name in shown})
+
+
+def test_three_forces_have_three_curves_and_a_matrix(triple: xr.Dataset) -> None:
+    """Each signal against its own force; shares of full scale that exceed their errors, full scales between them."""
+    pictures = calibration_pictures(triple)
     assert list(pictures) == ["dL_v", "dL_x", "dL_y", "crosstalk"]
-    (axes,) = pictures["dL_y"]().axes
+    figure = pictures["dL_y"]()
+    (axes,) = figure.axes
     np.testing.assert_allclose(axes.containers[0].lines[0].get_ydata(), [-3.0, 0.0, 3.0])
-    assert "F_y" in axes.get_xlabel() and axes.get_title() == "F_x = 0 N" and "Delta L_y" in axes.get_ylabel()
+    assert "F_y" in axes.get_xlabel() and "$F_x$ = 0 N" in figure.get_suptitle() and "Delta L_y" in axes.get_ylabel()
     texts = [text.get_text() for text in pictures["crosstalk"]().axes[0].texts]
     assert len(texts) == 9 and sum(text.startswith("full scale") for text in texts) == 3
     assert any(text.startswith("25 %") for text in texts)  # 0.5 of 2 by F_x into dL_v, 1 of 4 by F_z into dL_x
@@ -115,7 +137,7 @@ def test_where_a_load_is_cut(load: dict[str, float], degrees: float) -> None:
     assert np.degrees(load_angle(Wrench(**({"F_x": 0.0} | load)))) == pytest.approx(degrees)
 
 
-def test_layer_view_and_files(tmp_path: Path) -> None:
+def test_layer_view_and_files(tmp_path: Path, collisions: Collisions) -> None:
     """Layer, two coils and target are drawn; the file is whole or not there."""
     sensor = load_sensor("biorob2018")
     report = SolveReport("by hand", 1, 1, 0.0, 0.0, 0.0)
@@ -123,10 +145,81 @@ def test_layer_view_and_files(tmp_path: Path) -> None:
     points = np.array([[-1e-2, 0.0], [1e-2, 0.0], [1e-2, 1.9e-3], [-1e-2, 1.9e-3]])
     figure = layer_view(sensor, found, (points, np.array([[0, 1, 2, 3]]), np.array([0.99])))
     assert len(figure.axes[0].collections) == 4 and figure.axes[0].get_aspect() == 1.0
-    assert "smallest here 0.9900" in figure.axes[1].get_xlabel()
+    assert "smallest here 0.9900" in figure.axes[1].get_xlabel() and collisions(figure) == []
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert legend == ["track, along $+y$", "track, along $-y$", "target"]
     ticks = [text.get_window_extent() for text in figure.axes[1].get_xticklabels() if text.get_text()]
     assert all(a.x1 < b.x0 for a, b in pairwise(sorted(ticks, key=lambda box: box.x0)))
     save_figure(figure, tmp_path / "layer.png")
     assert os.listdir(tmp_path) == ["layer.png"] and (tmp_path / "layer.png").read_bytes().startswith(b"\x89PNG")
     with pytest.raises(SceneError, match="must be writable"):
         save_figure(figure, tmp_path / "nowhere" / "layer.png")
+
+
+@pytest.mark.parametrize("table", ["data", "triple"])
+def test_a_calibration_is_ready_for_print(
+    table: str, collisions: Collisions, request: pytest.FixtureRequest
+) -> None:  # fmt: skip
+    """Units on every axis of numbers, a legend entry for every curve, bars explained, no text over another."""
+    data = request.getfixturevalue(table).assign_attrs(name="A sensor whose name is as long as names of sensors are")
+    for name, draw in calibration_pictures(data).items():
+        figure = draw()
+        assert collisions(figure) == [], name
+        assert figure.get_figwidth() == pytest.approx(88.0 / 25.4)
+        if name == "crosstalk":
+            continue
+        (axes,) = figure.axes
+        assert all("[" in label for label in (axes.get_xlabel(), axes.get_ylabel()))
+        assert len(axes.get_legend().get_texts()) == len(axes.containers) > 1
+        assert "bars: estimated error" in figure.get_suptitle() and data.attrs["name"] in figure.get_suptitle()
+    maps = crosstalk_map(request.getfixturevalue("data"))
+    assert all("[N]" in axes.get_xlabel() for axes in maps.axes[:2])
+    assert all("[%]" in axes.get_xlabel() for axes in maps.axes[2:]) and "dashed" in maps.get_suptitle()
+
+
+def test_curves_are_apart_in_grey() -> None:
+    """No two of nine share marker and dashes; their greys rise from the first to the last."""
+    nine = strokes(9)
+    assert len({(one["marker"], one["linestyle"]) for one in nine}) == 9
+    grey = [float(np.dot(one["color"][:3], [0.2126, 0.7152, 0.0722])) for one in nine]
+    assert all(a < b for a, b in pairwise(grey))
+
+
+def test_vector_files(data: xr.Dataset, tmp_path: Path) -> None:
+    """Text is text, axes are vectors, and the same picture is the same file."""
+    for form in ("svg", "pdf"):
+        for name in ("one", "two"):
+            save_figure(crosstalk_map(data), tmp_path / f"{name}.{form}")
+        assert (tmp_path / f"one.{form}").read_bytes() == (tmp_path / f"two.{form}").read_bytes()
+    root = ElementTree.parse(tmp_path / "one.svg").getroot()
+    words, paths = (list(root.iter(f"{{http://www.w3.org/2000/svg}}{tag}")) for tag in ("text", "path"))
+    assert any("dashed where negative" in "".join(each.itertext()) for each in words) and len(paths) > 9
+    whole = (tmp_path / "one.pdf").read_bytes()
+    assert b"/FontFile2" in whole and b"CreationDate" not in whole
+
+
+def test_the_style_is_a_file_for_matplotlib() -> None:
+    """`style.use` takes it; what is drawn has it; it is gone afterwards."""
+    import matplotlib.style
+
+    before = matplotlib.rcParams["font.size"]
+    with matplotlib.style.context(STYLE):
+        assert matplotlib.rcParams["font.size"] == 8.0
+    with new_figure() as (_, (axes,)):
+        assert axes.plot([0.0, 1.0])[0].get_color() == "#0072B2"
+    assert matplotlib.rcParams["font.size"] == before
+
+
+def test_loops_show_each_cycle(collisions: Collisions) -> None:
+    """Each from the least share to the next, with arrows along the first and the last."""
+    share = np.concatenate([np.linspace(0.0, 1.0, 50, endpoint=False), np.linspace(1.0, 0.0, 50, endpoint=False)] * 3)
+    peak = dict.fromkeys(("F_x", "M", "F_y", "M_x", "M_z"), 0.0) | {"F_z": 4.0}
+    lag = np.roll(share, 5)
+    data = xr.Dataset({"share": ("time", share), "L_v_percent": ("time", -lag), "L_h_percent": ("time", lag**2)})
+    data = data.assign_coords(coil=["C1", "C2"]).assign_attrs(name="Pad", request=json.dumps({"peak": peak}))
+    figure = loop_curves(data)
+    for axes in figure.axes:
+        assert [line.get_label() for line in axes.lines] == ["cycle 1", "cycle 2", "cycle 3"]
+        assert all(max(line.get_xdata()) == pytest.approx(4.0) for line in axes.lines) and len(axes.texts) == 4
+        assert "F_z" in axes.get_xlabel() and "[N]" in axes.get_xlabel() and "[%]" in axes.get_ylabel()
+    assert len(figure.legends[0].get_texts()) == 3 and collisions(figure) == []

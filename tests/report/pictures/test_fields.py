@@ -1,9 +1,11 @@
 """Pictures of the field: what they show is the solution; plates lie where the pose puts them; axes have units."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from sits_mech.magnetics.field import PlanarField, planar_fem
 from sits_mech.quantities import Pose
@@ -19,12 +21,13 @@ def field() -> PlanarField:
     return found
 
 
-def test_flux_lines(field: PlanarField, tmp_path: Path) -> None:
+def test_flux_lines(field: PlanarField, tmp_path: Path, collisions: Callable[[Figure], list[str]]) -> None:
     figure = potential_view(field, np.array([0.0, 1e-3]), levels=6, fineness=40)
     axes = figure.axes[0]
     plate = axes.collections[-1].get_paths()[0].vertices
     assert plate[:4].mean(axis=0) == pytest.approx([1 + 0.1 * np.sin(0.2), 2 + 0.1 * np.cos(0.2)])  # middle [mm]
     assert "[mm]" in axes.get_xlabel() and "[mm]" in axes.get_ylabel() and "Wb/m" in figure.axes[1].get_xlabel()
+    assert collisions(figure) == [] and "flux lines" in axes.get_title()
     save_figure(figure, tmp_path / "field.png")
     assert (tmp_path / "field.png").stat().st_size > 1000
 
@@ -33,7 +36,7 @@ def test_current_density_integrates_to_no_net_current(field: PlanarField) -> Non
     """Over the drawn section; the loop that the currents close carries 100 times more."""
     currents = np.array([0.0, 1e-3])
     figure = current_view(field, currents)
-    assert "[mm]" in figure.axes[0].get_xlabel() and "A/mm" in figure.axes[1].get_ylabel()
+    assert "[mm]" in figure.axes[0].get_xlabel() and "A/mm" in figure.axes[1].get_xlabel()
     plate = field.plates[0]
     ends = [0.5 * length * (1 - np.cos(np.linspace(0, np.pi, n))) for length, n in ((plate.width, 400), (0.2e-3, 80))]
     x, z = ((s[1:] + s[:-1]) / 2 for s in ends)

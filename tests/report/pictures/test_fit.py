@@ -1,9 +1,11 @@
 """The picture and the rows of a fit: every curve and every constant is there."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from sits_mech.report.pictures.curves import save_figure
 from sits_mech.report.pictures.fit import fit_figure, fit_rows
@@ -22,7 +24,7 @@ def pulls() -> TensileTest:
         TensileTest(STRAIN, stress["planar"], "made.csv", "planar"),))  # fmt: skip
 
 
-def test_picture_shows_data_law_and_rest(tmp_path: Path) -> None:
+def test_picture_shows_data_law_and_rest(tmp_path: Path, collisions: Callable[[Figure], list[str]]) -> None:
     """Two tests: points, full and dashed curve of each in kPa over %, the rest beside it; and a file."""
     test = pulls()
     fit = fit_law(test, "gent")
@@ -30,6 +32,10 @@ def test_picture_shows_data_law_and_rest(tmp_path: Path) -> None:
     curve, rest = figure.axes
     assert [axes.get_xlabel() for axes in (curve, rest)] == ["engineering strain [%]"] * 2
     assert "[kPa]" in curve.get_ylabel() and "[kPa]" in rest.get_ylabel()
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert legend == [words for mode in ("uniaxial", "planar") for words in
+                      (f"{mode}, measured", f"{mode}, gent law", "beyond the fit")]  # fmt: skip
+    assert collisions(figure) == []
     points, inside, beyond = curve.lines[:3]
     assert points.get_marker() == "o" and beyond.get_linestyle() == "--"
     at_half = np.interp(50.0, inside.get_xdata(), inside.get_ydata())

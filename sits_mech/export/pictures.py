@@ -1,0 +1,49 @@
+"""Calibration curves for a paper: the pictures of a calibration as PDF or SVG, their text as text.
+
+The same calibration makes the same files, byte by byte. The layer under a load is that of ``sits-mech view``.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from sits_mech.export.source import Source
+from sits_mech.report.pictures.curves import calibration_pictures, save_figure
+from sits_mech.scene.sensor import SceneError
+
+
+def write_pictures(source: Source, path: Path, form: str) -> tuple[str, ...]:
+    """Write curves and crosstalk of a calibration to a folder.
+
+    Parameters
+    ----------
+    source : Source
+        The calibration.
+    path : Path
+        The folder; made where it is missing.
+    form : str
+        pdf or svg.
+
+    Returns
+    -------
+    tuple of str
+        One line for each picture that the table has no loads for, and where that of the layer is.
+
+    Raises
+    ------
+    SceneError
+        When `path` is no folder's or cannot be written, or matplotlib is missing.
+    """
+    if path.suffix == f".{form}" or path.is_file():
+        raise SceneError(f"--output: must name a folder for --to {form}; got {path.name!r}")
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise SceneError(f"--output: must be writable; got: {error.strerror}: {path}") from None
+    notes = []
+    for name, draw in calibration_pictures(source.data).items():
+        try:
+            save_figure(draw(), path / f"{name}.{form}")
+        except SceneError as error:
+            notes.append(f"no picture {name}.{form}: {error}")
+    return (*notes, f"the layer under a load: sits-mech view SCENE --fz ... -o layer.{form}")
