@@ -21,6 +21,8 @@ _FACTOR = r"[A-Za-zµμΩ°%]+(?:(?:\^|\*\*)-?[1-9])?"
 _QUANTITY = re.compile(
     rf"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{{1,3}})?)\s*({_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*)?\s*"
 )
+QUANTITY_PATTERN = f"^{_QUANTITY.pattern}$"
+"""What a number with an optional unit looks like, for schemas."""
 _KINDS = {
     "m": 'a length, such as "2 mm"',
     "Hz": 'a frequency, such as "5 MHz"',

@@ -23,7 +23,7 @@ RANKS = {
     "chain": 6,
     "analysis": 7,
     **dict.fromkeys(("batch", "synthesis"), 8),
-    **dict.fromkeys(("report", "__init__"), 9),
+    **dict.fromkeys(("report", "schemas", "__init__"), 9),
     "export": 10,
     "cli": 11,
     "__main__": 12,
