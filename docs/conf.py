@@ -13,6 +13,7 @@ sys.path.insert(0, str(HERE / "_ext"))
 for library in ("OPENBLAS", "OMP", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
+(HERE / "_made" / "extra").mkdir(parents=True, exist_ok=True)
 from sits_mech.version import __version__  # noqa: E402
 
 project = "sits-mech"
@@ -23,7 +24,7 @@ extensions = [
     "cyclopts.ext.sphinx", "myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton",
     "sphinx_design", "site_parts",
 ]  # fmt: skip
-exclude_patterns = ["_build", "_made/*/run", "README.md"]
+exclude_patterns = ["_build", "_made", "_pages/scene_keys.md", "_pages/laws.md", "_pages/answer_keys.md", "_pages/studies_grid.md"]
 nitpicky = False
 html_theme = "furo"
 html_title = "sits-mech"

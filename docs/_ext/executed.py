@@ -7,8 +7,8 @@ A page of Markdown has two kinds of block that count here:
 
 A command that ends with `:exit: 3` above it must end with that code. Expected is what it prints on stdout, and on stderr
 where it ends with another code than 0. Words must be the same; numbers may differ by 2 %, those after "+-" by 30 %,
-for other processors round otherwise; "..." stands for any words, on a line of its own for any lines. A command without
-expected lines is only run.
+for other processors round otherwise; "..." stands for any words, on a line of its own for any lines. Seconds are not
+compared. A command without expected lines is only run.
 
 ``python docs/_ext/executed.py PAGE ...`` runs pages and puts what was printed in the place of what no longer holds, and
 of a single "...".
@@ -30,7 +30,8 @@ from pathlib import Path
 _FENCE = re.compile(r"^(?P<fence>`{3,})\{(?P<kind>file|run)\} ?(?P<argument>[^\n]*)\n(?P<text>.*?)^(?P=fence)$", re.M | re.S)
 _WORD = re.compile(r"\.\.\.|[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?|\+-|[^\s\d.+-]+|\S")
 _NUMBER = re.compile(r"[-+]?\d")
-_NEAR, _NEAR_ERROR = 0.02, 0.3
+_SECONDS = re.compile(r"[\d.e+-]+ (?=s\b|│ converged)")
+_NEAR, _NEAR_ERROR, _NOTHING = 0.02, 0.3, 1e-6
 _LIMIT = 300  # seconds of one command
 
 
@@ -86,7 +87,7 @@ def _lines(text: str) -> list[str]:
 
 def _words(line: str) -> list[str]:
     """Return words, numbers and signs of a line; rules of tables, which are as long as their columns, count once."""
-    return _WORD.findall(re.sub(r"([━─])\1+", r"\1", line))
+    return _WORD.findall(re.sub(r"([━─])\1+", r"\1", _SECONDS.sub("", line)))
 
 
 def _lines_match(expected: list[list[str]], printed: list[list[str]]) -> bool:
@@ -113,7 +114,7 @@ def _one_matches(expected: str, printed: str, near: float) -> bool:
     """Match a word, or a number within what rounding may change."""
     if _NUMBER.match(expected) and _NUMBER.match(printed):
         a, b = float(expected), float(printed)
-        return abs(a - b) <= near * max(abs(a), abs(b))
+        return abs(a - b) <= max(near * max(abs(a), abs(b)), _NOTHING)
     return expected == printed
 
 

@@ -176,19 +176,29 @@ def answer_keys(here: Path, made: Path) -> None:
         For a key of an answer that docs/reference/json_keys.toml does not explain, or one there that no answer has.
     """
     asked = tomllib.loads((here / "reference" / "json_keys.toml").read_text(encoding="utf-8"))
-    meanings, used = asked["meaning"], set()
+    meanings, used, missing = asked["meaning"], set(), []
     lines = ["| command | key | meaning |", "|---|---|---|"]
     for name, command in asked["command"].items():
-        for key in _answer(command, made):
+        for key in dict.fromkeys(_short(key, asked["short"]) for key in _answer(command, made)):
             parts = key.split(".")
-            own = next((tail for tail in (key, *(".".join(parts[k:]) for k in range(1, len(parts)))) if tail in meanings), None)
+            tails = (".".join(parts[k:]) for k in range(len(parts)))
+            own = next((tail for tail in tails if tail in meanings), None)
             if own is None:
-                raise ValueError(f"docs/reference/json_keys.toml: must explain {key}, a key of {command}")
+                missing.append(f"{name}: {key}")
+                continue
             used.add(own)
             lines.append(f"| `{name}` | `{key}` | {meanings[own]} |")
-    if set(meanings) - used:
-        raise ValueError(f"docs/reference/json_keys.toml: explains {sorted(set(meanings) - used)}, which no answer has")
+    if missing or set(meanings) - used:
+        idle = sorted(set(meanings) - used)
+        raise ValueError(f"docs/reference/json_keys.toml: must explain {missing}; explains {idle}, which no answer has")
     write(here / "_pages" / "answer_keys.md", "\n".join(lines) + "\n")
+
+
+def _short(key: str, patterns: dict[str, str]) -> str:
+    """Return a key with one word for what has many names: forces, coils, figures."""
+    for pattern, word in patterns.items():
+        key = re.sub(pattern, word, key)
+    return key
 
 
 def _answer(command: str, made: Path) -> list[str]:
