@@ -1,7 +1,7 @@
-"""How is the site built? ``python -m sphinx -W -b html docs docs/_build/html``, from an environment with ``.[docs]``.
+"""How is the site built? ``python -m sphinx -W -b html docs docs/_build/html``, with ``.[docs]`` installed.
 
-Commands on the pages run while it is built, in folders of their own under docs/_made (``_ext/executed.py``); pictures of
-the gallery come from the studies' coarse runs: those of the folder that SITS_DOCS_STUDIES names, or made here.
+Commands on the pages run while it is built, in folders of their own under docs/_made (``_ext/executed.py``). Pictures
+of the gallery come from the studies' coarse runs: those of the folder that SITS_DOCS_STUDIES names, or made here.
 """
 
 import os
@@ -24,7 +24,8 @@ extensions = [
     "cyclopts.ext.sphinx", "myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton",
     "sphinx_design", "site_parts",
 ]  # fmt: skip
-exclude_patterns = ["_build", "_made", "_pages/scene_keys.md", "_pages/laws.md", "_pages/answer_keys.md", "_pages/studies_grid.md"]
+_INCLUDED = ("answer_keys", "laws", "scene_keys", "studies_grid")  # in other pages
+exclude_patterns = ["_build", "_made", *(f"_pages/{name}.md" for name in _INCLUDED)]
 nitpicky = False
 html_theme = "furo"
 html_title = "sits-mech"

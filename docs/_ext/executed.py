@@ -3,12 +3,12 @@
 A page of Markdown has two kinds of block that count here:
 
     ```{file} scene.toml        the block is written to that file of the folder
-    ```{run}                    lines that start with "$ " are commands of a shell; what follows is expected of each
+    ```{run}                    lines that start with "$ " are commands, what follows each is expected of it
 
-A command that ends with `:exit: 3` above it must end with that code. Expected is what it prints on stdout, and on stderr
-where it ends with another code than 0. Words must be the same; numbers may differ by 2 %, those after "+-" by 30 %,
-for other processors round otherwise; "..." stands for any words, on a line of its own for any lines. Seconds are not
-compared. A command without expected lines is only run.
+A command with `:exit: 3` above it must end with that code. Expected is what it prints on stdout, and on stderr where it
+ends with another code than 0. Words must be the same; numbers may differ by 2 %, those after "+-" by 30 %, for other
+processors round otherwise; "..." stands for any words, on a line of its own for any lines. Seconds are not compared. A
+command without expected lines is only run.
 
 ``python docs/_ext/executed.py PAGE ...`` runs pages and puts what was printed in the place of what no longer holds, and
 of a single "...".
@@ -27,7 +27,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-_FENCE = re.compile(r"^(?P<fence>`{3,})\{(?P<kind>file|run)\} ?(?P<argument>[^\n]*)\n(?P<text>.*?)^(?P=fence)$", re.M | re.S)
+_FENCE = re.compile(
+    r"^(?P<fence>`{3,})\{(?P<kind>file|run)\} ?(?P<argument>[^\n]*)\n(?P<text>.*?)^(?P=fence)$", re.M | re.S
+)
 _WORD = re.compile(r"\.\.\.|[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?|\+-|[^\s\d.+-]+|\S")
 _NUMBER = re.compile(r"[-+]?\d")
 _SECONDS = re.compile(r"[\d.e+-]+ (?=s\b|│ converged)")

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -178,8 +179,10 @@ def answer_keys(here: Path, made: Path) -> None:
     asked = tomllib.loads((here / "reference" / "json_keys.toml").read_text(encoding="utf-8"))
     meanings, used, missing = asked["meaning"], set(), []
     lines = ["| command | key | meaning |", "|---|---|---|"]
-    for name, command in asked["command"].items():
-        for key in dict.fromkeys(_short(key, asked["short"]) for key in _answer(command, made)):
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        answers = list(pool.map(lambda command: _answer(command, made), asked["command"].values()))
+    for name, answer in zip(asked["command"], answers, strict=True):
+        for key in dict.fromkeys(_short(key, asked["short"]) for key in answer):
             parts = key.split(".")
             tails = (".".join(parts[k:]) for k in range(len(parts)))
             own = next((tail for tail in tails if tail in meanings), None)
@@ -205,11 +208,12 @@ def _answer(command: str, made: Path) -> list[str]:
     """Return the dotted keys of a command's JSON, those of lists by []; kept from build to build."""
     from executed import package_stamp
 
-    own = package_stamp(command, Path(__file__).parents[2] / "sits_mech")
-    kept = made / "answers" / f"{own}.json"
+    stamp = package_stamp(command, Path(__file__).parents[2] / "sits_mech")
+    kept = made / "answers" / f"{stamp}.json"
     if not kept.exists():
         path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
-        done = subprocess.run(["bash", "-c", command], cwd=made, env=os.environ | {"PATH": path}, capture_output=True, text=True)
+        words, own = ["bash", "-c", command], os.environ | {"PATH": path}
+        done = subprocess.run(words, cwd=made, env=own, capture_output=True, text=True)
         if done.returncode not in (0, 3):
             raise ValueError(f"{command}: ended with {done.returncode}: {done.stderr}")
         write(kept, done.stdout)

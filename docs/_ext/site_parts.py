@@ -1,11 +1,10 @@
-"""What do the pages need beside Sphinx? Blocks that run, equations as MathML, pages made of studies, models and answers.
+"""What do the pages need beside Sphinx? Blocks that run, equations as MathML, pages made of other files.
 
 Equations are turned into MathML while the site is built: every present browser draws it, without script or network.
 """
 
 from __future__ import annotations
 
-import html
 import os
 import re
 import shutil
@@ -59,7 +58,8 @@ class Run(Directive):
 
 def run_pages(app: Sphinx) -> None:
     """Run the blocks of every page whose blocks, or the package, have changed."""
-    pages = [page for pattern in RUN for page in sorted(HERE.glob(pattern)) if re.search(r"^`{3,}\{run\}", page.read_text(), re.M)]
+    every = [page for pattern in RUN for page in sorted(HERE.glob(pattern))]
+    pages = [page for page in every if re.search(r"^`{3,}\{run\}", page.read_text(), re.M)]
     with ThreadPoolExecutor(max_workers=int(os.environ.get("SITS_DOCS_PROCESSES", "2"))) as pool:
         for page, done in [(page, pool.submit(_run, page)) for page in pages]:
             try:

@@ -29,7 +29,7 @@ Case = Annotated[int | None, Parameter(help="Of a sweep's folder: which case, by
 Frequency = Annotated[str, Parameter(allow_leading_hyphen=True, help='One, or a range "first:last:count".')]
 Tolerance = Annotated[float, Parameter(help="Asked relative error.")]
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object and nothing else.")]
-Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
+Output = Annotated[Path | None, Parameter(name=["--output", "-o"], help="File or folder that is written.")]
 Fx = Annotated[Quantity, Parameter(help="Shear force, along +x.")]
 Fy = Annotated[Quantity, Parameter(help="Shear force, along +y.")]
 Fz = Annotated[Quantity, Parameter(help="Normal force, pressing down.")]

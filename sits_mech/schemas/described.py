@@ -12,7 +12,7 @@ _HEAD = re.compile(r"^(\w[\w, ]*?)(?: : .*)?$")
 
 def attributes(kind: type) -> dict[str, str]:
     """Return the sentence of each attribute in the NumPy docstring of a class."""
-    _, _, section = inspect.getdoc(kind).partition("Attributes\n----------\n") if kind.__doc__ else ("", "", "")
+    _, _, section = (inspect.getdoc(kind) or "").partition("Attributes\n----------\n")
     found: dict[str, str] = {}
     names: list[str] = []
     for line in section.splitlines():

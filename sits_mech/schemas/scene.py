@@ -105,13 +105,15 @@ def _law(name: str) -> Schema:
     }  # fmt: skip
     properties = {
         "law": {"const": name}, **constants, "bulk_modulus": quantity_schema("Pa"),
-        "prony": {"type": "array", "items": branch, "description": "Shares of the instantaneous stiffness that relax."},
+        "prony": {"type": "array", "items": branch, "description": "Shares of the first stiffness that relax."},
         "mullins": {
-            "type": "object", "additionalProperties": False, "required": ["r"], "properties": {"r": quantity_schema("")},
+            "type": "object", "additionalProperties": False, "required": ["r"],
+            "properties": {"r": quantity_schema("")},
             "description": "Softening after the largest load: 1/r is its depth, r > 1.",
         },
         "source": {"type": "string"}, "fitted_range": {"type": "array"}, "rms": quantity_schema("Pa"),
         "spread": {"type": "number"},
     }  # fmt: skip
     needed = ["law", *law.units, "bulk_modulus"]
-    return {"type": "object", "title": name, "additionalProperties": False, "required": needed, "properties": properties}
+    own = {"type": "object", "title": name, "additionalProperties": False}
+    return own | {"required": needed, "properties": properties}

@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator
 
-from sits_mech.schemas import SCHEMAS, schema_of
 from sits_mech.scene.sensor import SceneError, load_sensor, scene_table, sensor_from
+from sits_mech.schemas import SCHEMAS, schema_of
 
 ROOT = Path(__file__).parents[2]
-SCENES = [*sorted((ROOT / "sits_mech/scene/catalog").glob("*.toml")), *sorted((ROOT / "studies").rglob("scenes/*.toml"))]
+SCENES = sorted([*(ROOT / "sits_mech/scene/catalog").glob("*.toml"), *(ROOT / "studies").rglob("scenes/*.toml")])
 SCENE = Draft202012Validator(schema_of("scene"))
 
 
@@ -53,7 +53,8 @@ def test_scenes_hold_it(path: Path) -> None:
         {"coils__0__turns": 1, "coils__0__track_gap": None},
         {"coils__0__layer_pitch": None, "coils__0__layer_z": ["-20 um", "-100 um"]},
         {"elastomer__material": {"law": "ogden", "mu": ["10 kPa"], "alpha": [2.0], "bulk_modulus": "30 MPa"}},
-        {"elastomer__material": {"law": "neo-hookean", "shear_modulus": "30 kPa", "bulk_modulus": 3e7, "mullins": {"r": 2}}},
+        {"elastomer__material": {"law": "neo-hookean", "shear_modulus": "30 kPa", "bulk_modulus": 3e7,
+                                 "mullins": {"r": 2}}},
         {"conductors": [{"name": "nut", "material": "brass", "shape": "disc", "diameter": "5 mm", "thickness": "2 mm",
                          "centre": ["0 mm", "-9 mm"]}]},
         {"elastomer": {"material": "ecoflex-00-30", "shape": "pillars", "pitch": "2 mm", "diameter": "1 mm",

@@ -92,7 +92,7 @@ def test_a_slab_is_cut_across_its_shorter_side():
 
 
 def test_irregular_meshes_are_not_peeled_one_element_after_another() -> None:
-    """A cut that shares nothing, but leaves one of a thousand elements, would make a tree as deep as there are elements."""
+    """A cut that shares nothing, but leaves one of a thousand elements, would make a tree of a thousand levels."""
     cells = np.column_stack([np.arange(1000), np.arange(1, 1001)])
     weight = np.full(1001, 300.0)
     weight[1] = 0.0  # shared by elements 0 and 1 alone, and cut already
