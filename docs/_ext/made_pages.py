@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 _QUICK = ("force_calibration", "hysteresis", "mechanics_accuracy", "paper_outlook", "work_precision")
-_WORDS = {"m": "m", "1": "plain number", "N*m": "N m"}
+_WORDS = {"N*m": "N m"}
 
 
 def write(path: Path, text: str) -> None:
@@ -47,7 +47,7 @@ def studies(here: Path, made: Path) -> None:
             for picture in folder.glob("*.png"):
                 shutil.copyfile(picture, kept / picture.name)
         write(here / "_pages" / "studies" / f"{path.stem}.md", "\n".join(_study(path, folder, kept)))
-        names.append((path.stem, kept))
+        names.append((path.stem, kept, docstring(path).partition("\n")[0]))
     write(here / "_pages" / "studies_grid.md", "\n".join(_grid(names)))
 
 
@@ -66,18 +66,18 @@ def _study(path: Path, folder: Path, kept: Path) -> Iterator[str]:
         yield from (f"![{picture.stem.replace('_', ' ')}](/_made/gallery/{path.stem}/{picture.name})", "")
 
 
-def _grid(names: list[tuple[str, Path]]) -> Iterator[str]:
+def _grid(names: list[tuple[str, Path, str]]) -> Iterator[str]:
     """Yield the lines of the cards that lead to the studies, those with pictures first."""
     yield from ("::::{grid} 1 2 2 3", ":gutter: 2", "")
-    for name, kept in sorted(names, key=lambda each: not each[1].exists()):
+    for name, kept, question in sorted(names, key=lambda each: not each[1].exists()):
         pictures = sorted(kept.glob("*.png"))
         yield from (f":::{{grid-item-card}} {name.replace('_', ' ').capitalize()}", f":link: /_pages/studies/{name}",
                     ":link-type: doc")  # fmt: skip
         if pictures:
             yield f":img-top: /_made/gallery/{name}/{pictures[0].name}"
-        yield from (":::", "")
+        yield from ("", _escaped(question), ":::", "")
     yield from ("::::", "", "```{toctree}", ":hidden:", "")
-    yield from (f"/_pages/studies/{name}" for name, _ in names)
+    yield from (f"/_pages/studies/{name}" for name, *_ in names)
     yield "```"
 
 
@@ -122,7 +122,7 @@ def _kind(entry: dict[str, Any]) -> str:
     """Return what a key holds, in words."""
     if "x-unit" in entry:
         unit = entry["x-unit"]
-        return "number" if unit == "1" else f"quantity [{_WORDS.get(unit, unit)}]"
+        return "number" if unit == "1" else f"[{_WORDS.get(unit, unit)}] quantity"
     if "enum" in entry or "const" in entry:
         return " or ".join(f"`{json.dumps(each)}`" for each in entry.get("enum", [entry.get("const")]))
     options = [each for each in entry.get("anyOf", ()) if each.get("type") != "null"]
@@ -133,7 +133,7 @@ def _kind(entry: dict[str, Any]) -> str:
     kind = entry.get("type")
     if kind == "array":
         inner = entry.get("items") or entry.get("prefixItems", [{}])[0]
-        return f"list of {_kind(inner)}" if isinstance(inner, dict) and inner else "list"
+        return f"list of {_kind(inner)}s" if isinstance(inner, dict) and inner else "list"
     return {"string": "text", "integer": "whole number", "boolean": "true or false"}.get(str(kind), "table")
 
 
