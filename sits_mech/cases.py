@@ -16,20 +16,22 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, as_completed
 from contextlib import closing
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import xarray as xr
-from xarray.backends import H5NetCDFStore
 
 from sits_mech.quantities import SolveFailed, as_jsonable
 from sits_mech.scene.files import replaced, write_text
 from sits_mech.units import SceneError
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 Row = dict[str, Any]
 Progress = Callable[[int, int], None]
 Combine = Literal["product", "zip"]
 DONE = "converged"
+_CHECKSUM = "sha256"
 _LASTING = (ValueError, ArithmeticError, SolveFailed)  # a failure that another try would only repeat
 
 
@@ -174,20 +176,28 @@ def case_path(folder: Path | None, key: str, point: Mapping[str, Any]) -> Path |
 
 
 def read_case(path: Path | None) -> Row | None:
-    """Return the row kept in `path`, or None when there is none that can be read."""
+    """Return the row kept in `path`, or None when there is none as it was written: one that was edited is none."""
     if path is None or not path.exists():
         return None
     try:
         row = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return None
-    return row if isinstance(row, dict) and "status" in row else None
+    if not isinstance(row, dict) or row.pop(_CHECKSUM, None) != _checksum(row):
+        return None
+    return row if "status" in row else None
+
+
+def _checksum(row: Row) -> str:
+    """Return a hash of a row; numbers keep every digit in the text that it is of."""
+    return hashlib.sha256(json.dumps(row, sort_keys=True).encode()).hexdigest()
 
 
 def finish(path: Path | None, row: Row) -> Row:
     """Keep a row in `path`, unless another try may give a better one, and return it."""
     if path is not None and row["lasting"]:
-        write_text(path, json.dumps(as_jsonable(row)))
+        kept = as_jsonable(row)
+        write_text(path, json.dumps(kept | {_CHECKSUM: _checksum(kept)}))
     return row
 
 
@@ -208,6 +218,8 @@ def table(grid: Mapping[str, Sequence[Any]], rows: Sequence[Row], combine: Combi
     Dataset
         One variable for each name in any row.
     """
+    import xarray as xr
+
     zipped = combine == "zip"
     dims = ("case",) if zipped else tuple(grid)
     shape = (len(rows),) if zipped else tuple(len(values) for values in grid.values())
@@ -247,12 +259,16 @@ def save_table(dataset: xr.Dataset, path: Path) -> None:
     SceneError
         When it cannot be written.
     """
+    from xarray.backends import H5NetCDFStore
+
     with replaced(path) as other, closing(H5NetCDFStore.open(str(other), mode="w", lock=False)) as store:
         dataset.dump_to_store(store)  # `to_netcdf` would import dask's schedulers for this
 
 
 def read_table(path: Path) -> xr.Dataset:
     """Return the table that `save_table` wrote; raise SceneError when there is none."""
+    import xarray as xr
+
     try:
         return xr.load_dataset(path, engine="h5netcdf")
     except (OSError, ValueError) as error:

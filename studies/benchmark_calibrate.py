@@ -23,7 +23,7 @@ from common.outputs import study_arguments, write_rows
 Words = tuple[str, ...]
 TWO: Words = ("biorob2018-w15",)
 THREE: Words = ("triaxial-4", "--fx", "-0.5 N:0.5 N:5", "--fy", "-0.5 N:0.5 N:5", "--fz", "0 N:2 N:5")
-COARSE: Words = ("--fx", "0 N:0.5 N:2", "--fz", "0 N:1 N:2")
+COARSE: Words = ("--fx", "0 N:0.5 N:2", "--fz", "0 N:1 N:2", "--tolerance", "0.1", "--mechanics", "linear")
 REPETITIONS = 5
 
 

@@ -40,11 +40,12 @@ def main() -> None:
     """Map every sensor."""
     coarse, folder = study_arguments(__doc__ or "")
     count, tolerance = (5, 0.05) if coarse else (9, 1e-2)
+    models = dict.fromkeys(("mechanics", "magnetics"), "planar" if coarse else "auto")
     rows = []
     for name in SENSORS[:1] if coarse else SENSORS:
         sensor = load_sensor(name)
         F_x, F_z = np.linspace(-SHEAR, SHEAR, count).tolist(), np.linspace(0.0, NORMAL, count).tolist()
-        data = calibrate(sensor, F_x=F_x, F_z=F_z, tolerance=tolerance)
+        data = calibrate(sensor, F_x=F_x, F_z=F_z, tolerance=tolerance, **models)
         save_figure(crosstalk_map(data), folder / f"crosstalk_{name}.png")
         stray, turned = crosstalk(data).attrs, rotation_error(data)
         wrong = left_over(sensor, data)

@@ -56,14 +56,14 @@ def draw(loops: dict[float, xr.Dataset], path: Path) -> None:
 def main() -> None:
     """Run the periods; write figure and table."""
     coarse, output = study_arguments(__doc__ or "")
-    sensor, points = aged(load_sensor("biorob2018")), 5 if coarse else 17
-    periods = np.geomspace(0.1, 1000.0, 3 if coarse else 9).tolist()
-    loops = {period: load_cycle(sensor, PEAK, triangle(period, CYCLES), points=points) for period in periods}
+    sensor, cycles, points = aged(load_sensor("biorob2018")), *((2, 5) if coarse else (CYCLES, 17))
+    periods = np.geomspace(0.1, 1000.0, 2 if coarse else 9).tolist()
+    loops = {period: load_cycle(sensor, PEAK, triangle(period, cycles), points=points) for period in periods}
     names = [f"{kind}{name}" for name in ("loop_L_v_percent", "loop_L_h_percent") for kind in ("", "error_")]
     rows = [
         {"period_s": period, "cycle": k + 1} | {name: data.attrs[name][k] for name in names}
         for period, data in loops.items()
-        for k in range(CYCLES)
+        for k in range(cycles)
     ]
     print(write_rows(rows, output / "hysteresis.csv"))
     draw(loops, output / "hysteresis.png")

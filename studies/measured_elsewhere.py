@@ -1,11 +1,11 @@
 """Do the models meet what others measured and published? One table and a figure a case; every miss is named.
 
 Coils alone (elsewhere/coils_alone.py): wound coils, Mohan's closed forms, the square spiral of an open eddy-current
-array. Coils over plates (elsewhere/plates.py): sweeps of impedance over blocks of known conductivity and over steel. A
-probe over steel (elsewhere/steel_probe.py): an LDC1612's curve over 101 heights, its drift with temperature. Rubber
-(elsewhere/rubber.py): Gent and Lindley's closed forms and their disc. A row agrees where its miss is inside the
-source's tolerance (stated, or from its own scatter) plus the estimated error; the remark says which it is and, of a
-miss, why it is one as far as is known.
+array. Coils over plates (elsewhere/plates.py): sweeps of impedance over blocks of known conductivity and over steel,
+and what another code has for the coil of TEAM problem 15 over its plate. A probe over steel (elsewhere/steel_probe.py):
+an LDC1612's curve over 101 heights, its drift with temperature. Rubber (elsewhere/rubber.py): Gent and Lindley's closed
+forms and their disc. A row agrees where its miss is inside the source's tolerance (stated, or from its own scatter)
+plus the estimated error; the remark says which it is and, of a miss, why it is one as far as is known.
 
 Run ``python studies/measured_elsewhere.py [--coarse] --output DIR``: a table as CSV and Markdown, and pictures.
 """
@@ -33,7 +33,7 @@ def over_plates(coarse: bool, folder: Path) -> list[Row]:
     found = plates.sweep(coarse)
     rows, table = plates.flat()
     plates.draw(found, table, folder)
-    return [*plates.swept(found), *rows]
+    return [*plates.swept(found), *rows, *plates.team()]
 
 
 def over_steel(coarse: bool, folder: Path) -> list[Row]:

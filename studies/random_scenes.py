@@ -42,8 +42,9 @@ from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import Conductor, Sensor, load_sensor
 
 MM, ASKED = 1e-3, 1e-2
-COUNT, COARSE = 200, (0, 2, 3, 4, 6, 9)
-FINER, STIFF = {"sheets": 5e-3}, 2e-3  # of sheets, where auto took another model ASKED is enough; of block
+COUNT, COARSE = 200, (0, 2, 3, 6, 9, 56)
+FINER = {"sheets": 5e-3}  # of sheets; where auto took another model ASKED is enough
+STIFF, LONG = 2e-3, 0.3  # of block; of a long pad, whose section leaves out tenths and whose cells are many
 NAMES = ("d_h", "d_v", "alpha")
 Row = dict[str, Any]
 Drawn = tuple[str, Sensor, Pose | None, Wrench | None]
@@ -126,7 +127,7 @@ def richest(
 ) -> tuple[Impedance, Array, Array]:  # fmt: skip
     """Return the same by block on finer meshes and by sheets to a tolerance."""
     if load is not None:
-        rest = at_rest(sensor, block_pad(sensor, STIFF), load)
+        rest = at_rest(sensor, block_pad(sensor, STIFF if short(sensor) is sensor else LONG), load)
         return read(simulated(sensor, sheets(short(sensor), tolerance), rest))
     assert pose is not None
     return sheets(sensor, tolerance).impedance(pose, sensor.frequency), pose.components[:3], np.zeros(3)
@@ -187,12 +188,14 @@ def measure(number: int) -> Row:
     row |= {"model": found.report.model, "seconds": seconds, "told": told(sensor, load, found.report.model)}
     r, own = relative(found)
     if number % 3 == 0:
-        (nut, *_), with_nut = timed(lambda: answered(beside(sensor, number), pose, load))
+        more = beside(sensor, number)
+        (nut, *_), with_nut = timed(lambda: answered(more, pose, load))
         moved = float(np.abs(relative(nut)[0] - r).max() / np.abs(r - 1.0).max())
         row |= {"nut": moved, "nut seconds": with_nut}
     if not_representable(sensor) is not None:
         return row | {"status": "no richer model"}
-    best, right, off = richest(sensor, pose, load, FINER.get(found.report.model, ASKED))
+    finer = FINER.get(found.report.model, ASKED)
+    (best, right, off), row["seconds of richest"] = timed(lambda: richest(sensor, pose, load, finer))
     true, other = relative(best)
     share = [float(np.max(np.abs(r - true) / (own + other)))]
     row |= {"change": float(np.abs(true - 1.0).max()), "difference": float(np.abs(r - true).max())}

@@ -26,7 +26,7 @@ from sits_mech.readout.calibration import OK
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 SENSORS = ("triaxial-4", "triaxial-3")
-SHEAR, NORMAL, COUNT, LOADS, TOLERANCE = 0.5, 2.0, 5, 200, 1e-2
+SHEAR, NORMAL, COUNT, LOADS = 0.5, 2.0, 5, 200
 
 
 def direct(sensor: Sensor, loads: list[Wrench], tolerance: float) -> Array:
@@ -37,15 +37,15 @@ def direct(sensor: Sensor, loads: list[Wrench], tolerance: float) -> Array:
     return np.asarray(np.diagonal(reading.impedance.L, axis1=-2, axis2=-1))
 
 
-def compare(name: str, count: int, loads: int) -> list[dict[str, Any]]:
+def compare(name: str, count: int, loads: int, tolerance: float) -> list[dict[str, Any]]:
     """Return a row for each force."""
     sensor, shear = load_sensor(name), np.linspace(-SHEAR, SHEAR, count).tolist()
     began = time.process_time()
-    data = calibrate(sensor, F_x=shear, F_y=shear, F_z=np.linspace(0.0, NORMAL, count).tolist(), tolerance=TOLERANCE)
+    data = calibrate(sensor, F_x=shear, F_y=shear, F_z=np.linspace(0.0, NORMAL, count).tolist(), tolerance=tolerance)
     seconds, known = time.process_time() - began, sensor_calibration(sensor, data)
     draw = np.random.default_rng(14).uniform(known.low, known.high, (loads, len(known.forces)))
     wrenches = [Wrench(**dict(zip(known.forces, row, strict=True))) for row in draw.tolist()]
-    found = known.inverse(direct(sensor, wrenches, TOLERANCE))
+    found = known.inverse(direct(sensor, wrenches, tolerance))
     good, span = found.status == OK, known.high - known.low
     off = np.abs(found.forces - draw)[good]
     stated = found.error[good] + known.force_error(found.forces[good], model_errors(sensor, data))
@@ -65,8 +65,8 @@ def compare(name: str, count: int, loads: int) -> list[dict[str, Any]]:
 def main() -> None:
     """Calibrate and read back, sensor by sensor."""
     coarse, folder = study_arguments(__doc__ or "")
-    names, count, loads = (SENSORS[1:], 4, 5) if coarse else (SENSORS, COUNT, LOADS)
-    rows = [row for name in names for row in compare(name, count, loads)]
+    names, *asked = (SENSORS[1:], 4, 2, 0.1) if coarse else (SENSORS, COUNT, LOADS, 1e-2)
+    rows = [row for name in names for row in compare(name, *asked)]
     print(write_rows(rows, folder / "three_axes.csv"))
 
 

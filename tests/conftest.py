@@ -1,6 +1,8 @@
 """What all tests share: one BLAS thread, no display, and a hypothesis profile that is the same in every run."""
 
+import gc
 import os
+from collections.abc import Generator
 from functools import cache
 from pathlib import Path
 
@@ -24,6 +26,17 @@ def _same_in_every_run() -> None:
 def pytest_collectstart() -> None:
     """Load it before any test is imported, in the processes that import tests: the one that deals them out does not."""
     _same_in_every_run()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Search for no garbage among what is collected, then or later: tests and modules stay to the end."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 @pytest.fixture(scope="session")

@@ -105,7 +105,7 @@ UNMIRRORED = {
     "report/tables/plan.py": "tests/cli/test_main.py: explain prints it",
     "report/tables/readings.py": "tests/analysis/test_bench.py: invert and converter print it",
     **dict.fromkeys(
-        (f"scene/{name}.py" for name in ("files", "materials", "parts")), "tests/scene/test_sensor.py: whole scenes"
+        (f"scene/{name}.py" for name in ("materials", "parts")), "tests/scene/test_sensor.py: whole scenes"
     ),
     **dict.fromkeys(
         (f"silicone/laws/{name}.py" for name in ("gent", "law", "mooney_rivlin", "neo_hookean", "ogden", "yeoh")),

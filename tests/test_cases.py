@@ -75,6 +75,16 @@ def test_a_stopped_run_goes_on(tmp_path: Path) -> None:
     assert len(calls) == 4 + 3 + 6
 
 
+def test_point_that_was_edited_is_solved_anew(tmp_path: Path) -> None:
+    """A digit of a kept point is changed: the checksum no longer holds, and the table does not take it."""
+    sweep(product, GRID, folder=tmp_path)
+    edited = next(path for path in tmp_path.iterdir() if '"c": 60.0' in path.read_text())
+    edited.write_text(edited.read_text().replace('"c": 60.0', '"c": 61.0'))
+    found = sweep(product, GRID, folder=tmp_path)
+    assert float(found["c"].sel(a=3.0, b=20.0)) == 60.0
+    assert '"c": 60.0' in edited.read_text()
+
+
 def test_passing_failures_are_tried_again(tmp_path: Path) -> None:
     """A full disk may be emptied; a load that is too large stays so. A torn file is no result."""
     sweep(root, GRID, folder=tmp_path)

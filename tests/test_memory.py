@@ -1,8 +1,10 @@
-"""The limit of memory: what is set holds, what is no number is refused."""
+"""The limit of memory: what is set holds, what is no number is refused; no more of an input is read than may come."""
+
+from pathlib import Path
 
 import pytest
 
-from sits_mech.memory import GIB, VARIABLE, limit_memory, memory_limit
+from sits_mech.memory import GIB, VARIABLE, input_text, limit_memory, memory_limit
 
 
 def test_limit_is_four_gib_unless_it_is_set(monkeypatch):
@@ -24,3 +26,24 @@ def test_what_is_no_limit_is_refused(monkeypatch, text):
 def test_a_limit_must_be_positive():
     with pytest.raises(ValueError, match="got -1"):
         limit_memory(-1.0)
+
+
+def test_input_with_a_byte_order_mark_is_its_text(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_bytes("\ufeffname = 'µ'".encode())
+    assert input_text(path, "a scene") == "name = 'µ'"
+
+
+def test_input_that_is_too_long_or_does_not_end_is_refused(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_bytes(b"#" * (2**20 + 1))
+    with pytest.raises(ValueError, match=r"scene\.toml: must be a scene of at most 1 MiB; got more"):
+        input_text(path, "a scene", most=1)
+    if Path("/dev/zero").exists():
+        with pytest.raises(ValueError, match="/dev/zero: must be a scene of at most 1 MiB"):
+            input_text("/dev/zero", "a scene", most=1)
+
+
+def test_input_that_is_not_there_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="must be a scene; got: No such file"):
+        input_text(tmp_path / "none", "a scene")

@@ -185,9 +185,9 @@ class Setup:
         return np.asarray(total)
 
     def _shown(self, number: int, poses: Array) -> Array:
-        """Return L at the terminals of one of the scenes at poses (..., 6), shape (..., n)."""
+        """Return L at the terminals of one of the scenes at poses (..., 6), shape (..., n); equal ones once."""
         scene, model = self._scenes[number]
-        flat = poses.reshape(-1, len(POSE))
+        flat, back = np.unique(poses.reshape(-1, len(POSE)), axis=0, return_inverse=True)
         there = np.isfinite(flat[:, POSE.index("d_v")])
         found = model.impedance(Pose.of(flat[there]), scene.frequency)
         parts = {name: getattr(found, name) for name in ("L", "R", "error_L", "error_R")}
@@ -196,7 +196,8 @@ class Setup:
             whole = np.tile(empty[name], (len(flat), 1, 1))
             whole[there] = part
             parts[name] = whole
-        return shown_inductances(scene, replace(found, **parts)).reshape(*poses.shape[:-1], -1)
+        each = shown_inductances(scene, replace(found, **parts))
+        return each[back.ravel()].reshape(*poses.shape[:-1], -1)
 
     def _clearances(self, poses: Array) -> Array:
         """Return the least clearance of each set of poses (k, m, 6), shape (k,) [m]."""

@@ -19,9 +19,9 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from sits_mech.geometry.waves import wave_notes
 from sits_mech.geometry.windings import unnamed
@@ -31,6 +31,9 @@ from sits_mech.magnetics.coils.track_modes import TrackSpectrum, track_spectrum
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport, as_jsonable
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
 from sits_mech.units import quantity_range
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _PER_METRE = "terminals: the model is per metre of depth, leads and idle coils are in henry and ohm"
 
@@ -121,6 +124,8 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
     >>> found["R"].sel(coil="C1", coil_2="C1").values.round(2).tolist()  # ohm/m
     [0.29, 9.34]
     """
+    import xarray as xr
+
     hertz = np.array(sorted(frequencies), dtype=float)
     if hertz.size == 0 or not np.all(hertz > 0.0) or np.any(np.diff(hertz) == 0.0):
         raise SceneError(f"frequencies must be one or more different positive numbers [Hz]; got {list(frequencies)}")

@@ -10,11 +10,13 @@ import re
 from pathlib import Path
 from typing import Any
 
+from sits_mech.memory import input_text
 from sits_mech.units import SceneError, printable, shown
 
 Node = list[Any]
 _TOKEN = re.compile(r'"((?:[^"\\]|\\.)*)"|([()])|([^\s()"]+)', re.DOTALL)
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?")
+_LONGEST = 256  # MiB of a board
 _LARGEST = 2147.5  # in millimetres, what KiCad's integers of nanometres hold
 _ESCAPED = re.compile(r"\\(.)", re.DOTALL)
 
@@ -33,9 +35,9 @@ def read_expression(path: Path) -> Node:
         One line: the file cannot be read, is no text, or its parentheses do not match.
     """
     try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise SceneError(f"{_name(path)}: must be a readable board file; got: {error.strerror or error}") from None
+        text = input_text(path, "a readable board file", _LONGEST)
+    except SceneError:
+        raise
     except ValueError:  # not UTF-8, or a path that cannot be
         raise SceneError(f"{_name(path)}: must be a board file of KiCad in text; got something else") from None
     if not text.lstrip().startswith("("):

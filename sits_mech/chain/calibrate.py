@@ -15,10 +15,9 @@ import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from sits_mech.cases import DONE, Progress, Row, table
 from sits_mech.chain.interpolate import loads_of, poses_on_grid
@@ -36,6 +35,9 @@ from sits_mech.readout.signals import Signals, signal_changes, signals
 from sits_mech.scene.sensor import SceneError, Sensor, scene_hash, scene_text
 from sits_mech.units import shown
 from sits_mech.version import __version__
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _UNTILTED = {"dL_x": "dL_x_untilted", "dL_y": "dL_y_untilted", "L_h_percent": "L_h_untilted_percent"}
 _SAME = 1e-9  # of the largest value of a component: what is closer is twice the same
@@ -129,16 +131,15 @@ def calibrate(
 
 
 def _beside(sensor: Sensor, names: tuple[str, str], rows: Sequence[Row], found: Impedance) -> tuple[str, ...]:
-    """Say what sections leave out beside the errors, by the outermost poses."""
+    """Say what sections leave out beside the errors, at the pose whose inductances change most: one says how much."""
     done = [row for row in rows if row["status"] == DONE]
     if not done:
         return ()
-    poses = poses_of(done)[0].components
-    outer = np.unique([*poses.argmin(axis=0), *poses.argmax(axis=0)])
-    own = {name: getattr(found, name)[outer] for name in ("L", "R", "error_L", "error_R")}
-    shown = Shown(Pose.of(poses[outer]), replace(found, **own, shared_L=None))
+    most = np.argmax(np.abs(found.L - found.L0).max(axis=(1, 2)), keepdims=True)
+    own = {name: getattr(found, name)[most] for name in ("L", "R", "error_L", "error_R")}
+    shown = Shown(Pose.of(poses_of(done)[0].components[most]), replace(found, **own, shared_L=None))
     size, unknown = beside_errors(omissions(sensor, (), *names, shown))
-    parts = [f"what sections leave out, up to {size:.2g} of the change, is in no error"] if size > 0.0 else []
+    parts = [f"what sections leave out, {size:.2g} of the largest change, is in no error"] if size > 0.0 else []
     return (*parts, *(f"{name}: in no error, not estimated" for name in unknown))
 
 

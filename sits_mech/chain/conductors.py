@@ -16,7 +16,7 @@ import numpy as np
 from sits_mech.chain.omissions import Omission
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.magnetics.remote import half_space_share, remote_bounds
-from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose, SolveFailed
+from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveFailed
 from sits_mech.scene.sensor import Conductor, Sensor
 
 _LEAST = 1e-6  # of L0: the change of inductance is taken as more than that; of what is then worth less than
@@ -36,6 +36,8 @@ class AmongFar:
         The whole scene, and what is solved of it.
     left_out, notes : tuple of str
         For the report.
+    enough : float
+        Of L0: what is below is worth no better bound.
     """
 
     model: MagneticModel
@@ -43,6 +45,7 @@ class AmongFar:
     solved: Sensor
     left_out: tuple[str, ...]
     notes: tuple[str, ...]
+    enough: float = 0.0
 
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return what the model does, with the far conductors in errors and report.
@@ -57,7 +60,8 @@ class AmongFar:
         check_clearance(self.sensor, pose)
         found = self.model.impedance(pose, frequency)
         far = [part for part in self.sensor.conductors if part not in self.solved.conductors]
-        share = remote_bounds(self.solved, far, pose, section=found.unit_L == "H/m").sum(axis=1)
+        share = remote_bounds(self.solved, far, pose, section=found.unit_L == "H/m", enough=self.enough)
+        share = share.sum(axis=1)
         if not np.all(np.isfinite(share)):
             names = ", ".join(f"conductors.{part.name}" for part in far)
             raise ValueError(f"pose: the target must stay far from {names}, left out for that; ask for a model by name")
@@ -93,9 +97,10 @@ def without_far(
     if sensor.target is None:  # there is no change but theirs
         return sensor, (), ""
     bare = _with(sensor, ())
-    least = _shares(bare, pose, np.full(pose.components.size // len(POSE), _LEAST), section, sensor.conductors)
-    if least.sum() <= _NOTHING * tolerance:  # whatever the change is
-        return bare, tuple(map(_omission, sensor.conductors, least.tolist())), ""
+    worth = remote_bounds(bare, sensor.conductors, pose, section=section, enough=negligible(tolerance))
+    if worth.sum(axis=1).max() <= negligible(tolerance):  # whatever the change is
+        sizes = worth.max(axis=0) / _LEAST
+        return bare, tuple(map(_omission, sensor.conductors, sizes.tolist())), ""
     try:
         found = model(bare).impedance(pose, sensor.frequency)
     except SolveFailed:
@@ -112,6 +117,11 @@ def without_far(
             said = [_counted(sensor, part, float(alone([part])[0])) for part in kept]
             return solved, left_out, "; ".join(said)
         kept += [part for part in far if part not in left]
+
+
+def negligible(tolerance: float) -> float:
+    """Return what conductors may change of inductances, over L0, without a look at the change that is asked for."""
+    return _LEAST * _NOTHING * tolerance
 
 
 def _shares(solved: Sensor, pose: Pose, change: Array, section: bool, far: Sequence[Conductor]) -> Array:

@@ -5,39 +5,40 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from importlib import import_module
+from typing import Any
 
 import numpy as np
 
-from sits_mech.chain.conductors import AmongFar, without_far
+from sits_mech.chain.conductors import AmongFar, negligible, without_far
 from sits_mech.chain.omissions import Omission, Shown
 from sits_mech.chain.plan import Choice, choose_magnetics, choose_mechanics
 from sits_mech.chain.prices.costs import magnetic_tolerance
 from sits_mech.chain.prices.ends import ROUGH, InSection
 from sits_mech.chain.prices.request import Plan
-from sits_mech.magnetics.bars import planar_bars
-from sits_mech.magnetics.field import planar_fem
-from sits_mech.magnetics.rings import axisymmetric
-from sits_mech.magnetics.sheets import sheets
-from sits_mech.mechanics.block import block_pad
-from sits_mech.mechanics.layer import planar_layer
-from sits_mech.mechanics.linear import small_strain
-from sits_mech.mechanics.strip import strip_layer
 from sits_mech.quantities import POSE, MagneticModel, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.scene.sensor import Sensor
 from sits_mech.units import checked_tolerance
 
+
+def _made(factory: str, sensor: Sensor, tolerance: float) -> Any:
+    """Return the model that a factory below `sits_mech` makes; its room is imported when it is first asked for."""
+    room, _, name = factory.rpartition(".")
+    return getattr(import_module(f"sits_mech.{room}"), name)(sensor, tolerance)
+
+
 MECHANICS: Mapping[str, Callable[[Sensor, float], MechanicalModel]] = {
-    "planar": planar_layer,
-    "linear": small_strain,
-    "block": block_pad,
-    "closed-form": strip_layer,
+    "planar": partial(_made, "mechanics.layer.planar_layer"),
+    "linear": partial(_made, "mechanics.linear.small_strain"),
+    "block": partial(_made, "mechanics.block.block_pad"),
+    "closed-form": partial(_made, "mechanics.strip.strip_layer"),
 }
 """The mechanical models by name; each factory takes a sensor and a tolerance."""
 MAGNETICS: Mapping[str, Callable[[Sensor, float], MagneticModel]] = {
-    "planar": planar_bars,
-    "planar-fem": planar_fem,
-    "axisymmetric": axisymmetric,
-    "sheets": sheets,
+    "planar": partial(_made, "magnetics.bars.planar_bars"),
+    "planar-fem": partial(_made, "magnetics.field.planar_fem"),
+    "axisymmetric": partial(_made, "magnetics.rings.axisymmetric"),
+    "sheets": partial(_made, "magnetics.sheets.sheets"),
 }
 """The magnetic models by name; each factory takes a sensor and a tolerance."""
 _KINDS = {"planar": "section", "planar-fem": "section", "axisymmetric": "space", "sheets": "space"}
@@ -157,7 +158,8 @@ def _built(
     if ends and _KINDS[choice.name] == "section" and not choice.by_name and sensor.target is not None:
         model = InSection(model, solved)
     if choice.left_out or choice.notes:
-        model = AmongFar(model, sensor, solved, tuple(item.text for item in choice.left_out), choice.notes)
+        left_out = tuple(item.text for item in choice.left_out)
+        model = AmongFar(model, sensor, solved, left_out, choice.notes, negligible(tolerance))
     return model, choice
 
 

@@ -62,6 +62,16 @@ def sweep(
 ) -> int:  # fmt: skip
     """Run the cases of a study and join them to one table; a stopped run goes on.
 
+    A study file, its values quantities or ranges:
+
+        scene = "biorob2018"        # a scene file beside it, or a name of the catalogue
+        request = "inductance"      # or pose, simulate, calibrate, quality
+        [vary]                      # keys of the scene in quotes, arguments of the request bare
+        "target.width" = ["8 mm", "15 mm", "22 mm"]
+        dv = { from = "1 mm", to = "5 mm", count = 41 }
+        [fixed]
+        frequency = "5 MHz"
+
     Example: sits-mech sweep study.toml -o widths -j 2
     """
     from sits_mech.batch.executors import workers

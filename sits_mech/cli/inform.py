@@ -101,21 +101,25 @@ def fit(
 ) -> int:  # fmt: skip
     """Fit a silicone's constants to a tensile test, with the planar and biaxial ones of the same file.
 
+    The file has rows of numbers below a row of names, in any order: "engineering strain (-)" or "(%)" and "engineering
+    stress (MPa)", "(kPa)", "(Pa)" or "(psi)"; "planar engineering strain", "biaxial ..." for other tests beside.
+
     Example: sits-mech fit tensile.csv --law yeoh --max-strain 1.0 -o fit.png
     """
-    from sits_mech.report.pictures.curves import save_figure
+    from sits_mech.report.pictures.curves import checked_picture, save_figure
     from sits_mech.report.pictures.fit import fit_figure, fit_rows
     from sits_mech.report.tables.solves import key_table
     from sits_mech.silicone.fitting import fit_law
     from sits_mech.silicone.material import Silicone, implausible
     from sits_mech.silicone.tensile import read_tensile
 
+    picture = None if output is None else checked_picture(output)
     test = read_tensile(tensile)
     found = fit_law(test, law, max_strain, terms=terms)
     slips = implausible(Silicone("", found.law, found.constants, math.inf))  # a fit tells no bulk modulus
     found = replace(found, notes=(*found.notes, *slips))
-    if output is not None:
-        save_figure(fit_figure(test, found), output)
-        warn(f"written to {output}")
+    if picture is not None:
+        save_figure(fit_figure(test, found), picture)
+        warn(f"written to {picture}")
     answer(asdict(found), [key_table(str(tensile), fit_rows(found))], as_json)
     return 0

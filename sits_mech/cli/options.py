@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -28,6 +28,10 @@ Folder = Annotated[Path, Parameter(help="Of a calibration: what was given to sit
 Case = Annotated[int | None, Parameter(help="Of a sweep's folder: which case, by its number in the sweep's table.")]
 Frequency = Annotated[str, Parameter(allow_leading_hyphen=True, help='One, or a range "first:last:count".')]
 Tolerance = Annotated[float, Parameter(help="Asked relative error.")]
+MECHANICS = "auto, block, planar, linear or closed-form."
+MAGNETICS = "auto, planar, planar-fem, axisymmetric or sheets."
+Mechanics = Annotated[str, Parameter(name=["--mechanics", "--model"], help=MECHANICS)]  # where one physics is meant
+Magnetics = Annotated[str, Parameter(name=["--magnetics", "--model"], help=MAGNETICS)]
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object and nothing else.")]
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"], help="File or folder that is written.")]
 Fx = Annotated[Quantity, Parameter(help="Shear force, along +x.")]
@@ -53,6 +57,19 @@ class Overrides:
     memory: Annotated[
         float | None, Parameter(help="GiB that a solution may take: 4 unless SITS_MECH_MEMORY says otherwise.")
     ] = None
+
+    strict: Annotated[
+        bool, Parameter(negative="", help="Refuse what is only implausible, such as a layer 2 m thick.")
+    ] = False
+
+    def note(self, where: str, lines: Sequence[str]) -> None:
+        """Say on stderr what is implausible, or refuse it; raise SceneError with the first line then."""
+        from sits_mech.units import SceneError
+
+        for line in lines:
+            if self.strict:
+                raise SceneError(f"{where}: {line}")
+            warn(f"{where}: {line}")
 
     @property
     def all(self) -> tuple[str, ...]:
@@ -149,8 +166,8 @@ class Place:
 class Models:
     """Which model takes each half, and to what relative error."""
 
-    mechanics: Annotated[str, Parameter(help="auto, block, planar, linear or closed-form.")] = "auto"
-    magnetics: Annotated[str, Parameter(help="auto, planar, planar-fem, axisymmetric or sheets.")] = "auto"
+    mechanics: Annotated[str, Parameter(help=MECHANICS)] = "auto"
+    magnetics: Annotated[str, Parameter(help=MAGNETICS)] = "auto"
     tolerance: Tolerance = 1e-2
 
 
@@ -180,11 +197,19 @@ def _in_si(given: Any, arguments: Mapping[str, str], read: Callable[[str, str, s
 
 
 def sensor_of(scene: str, overrides: Overrides) -> Sensor:
-    """Return the scene a command is about; what is implausible in it is said on stderr."""
+    """Return the scene a command is about; what is implausible in it is said on stderr, or refused."""
+    from sits_mech.scene.plausible import slips
     from sits_mech.scene.sensor import load_sensor
-    from sits_mech.silicone.material import implausible
 
     found = load_sensor(scene, overrides.all)
-    for line in () if found.elastomer is None else implausible(found.elastomer.silicone):
-        warn(f"{scene}: {line}")
+    overrides.note(scene, slips(found))
+    return found
+
+
+def pose_of(place: Place, overrides: Overrides) -> Pose:
+    """Return the pose a command is about; what is implausible in it is said on stderr, or refused."""
+    from sits_mech.scene.plausible import slips_of_pose
+
+    found = place.pose()
+    overrides.note("the pose", slips_of_pose(found))
     return found

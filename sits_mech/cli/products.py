@@ -8,7 +8,20 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from sits_mech.cli.console import answer, not_converged, progress_bar, warn, write
-from sits_mech.cli.options import Case, Folder, Json, Load, Output, Overrides, Place, Quantity, Scene, app, sensor_of
+from sits_mech.cli.options import (
+    Case,
+    Folder,
+    Json,
+    Load,
+    Output,
+    Overrides,
+    Place,
+    Quantity,
+    Scene,
+    app,
+    pose_of,
+    sensor_of,
+)
 
 
 @app.command
@@ -27,7 +40,7 @@ def view(
     from sits_mech.report.pictures.request import Request, draw, kind_of_picture, picture_path
     from sits_mech.units import quantity
 
-    sensor, pose = sensor_of(scene, overrides), place.pose() if place.given else None
+    sensor, pose = sensor_of(scene, overrides), pose_of(place, overrides) if place.given else None
     kind = kind_of_picture(kind, load.wrench(), pose)
     path = picture_path(output, scene, kind)
     hertz = sensor.frequency if frequency is None else quantity(frequency, "Hz", "--frequency")
@@ -135,11 +148,12 @@ def report(folder: Folder, *, case: Case = None, output: Output = None) -> int:
     """
     from sits_mech.report.folder import read_calibration
     from sits_mech.report.page.html import write_html
+    from sits_mech.scene.files import is_open_end
     from sits_mech.scene.sensor import SceneError
 
     own = "report.html" if case is None else f"report-{case}.html"
     path = folder / own if output is None else output
-    if path.suffix not in (".html", ".htm"):
+    if path.suffix not in (".html", ".htm") and not is_open_end(path):
         raise SceneError(f"--output: must end in .html; got {path.name!r}")
     sensor, data = read_calibration(folder, case)
     write_html(sensor, data, folder, path)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from sits_mech.cli.console import answer, warn
-from sits_mech.cli.options import Case, Folder, Json, Quantity, app
+from sits_mech.cli.options import Case, Folder, Json, Magnetics, Quantity, app
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -156,7 +156,7 @@ def compare(
     measured: Annotated[Path, Parameter(help="CSV: F_x, ... or d_v [mm], alpha [deg], ...; L1 [uH] or code1, ...")], *,
     free: Annotated[str, Parameter(help='To fit, with commas: modulus, "gap=0+-0.3 mm", a key of the scene, ...')] = "",
     noise: Annotated[Quantity | None, Parameter(help="Of a reading: what is known is weighed against it.")] = None,
-    magnetics: Annotated[str, Parameter(help="Model of poses without a calibration.")] = "auto",
+    magnetics: Magnetics = "auto",
     clock: Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's greatest.")] = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"], help="Picture of data and model.")] = None,
     as_json: Json = False,
@@ -169,12 +169,13 @@ def compare(
     from sits_mech.readout.loads import fixed, several
     from sits_mech.readout.measured import read_measured
     from sits_mech.report.folder import read_calibration
-    from sits_mech.report.pictures.curves import save_figure
+    from sits_mech.report.pictures.curves import checked_picture, save_figure
     from sits_mech.report.pictures.measured import comparison_figure, comparison_record, comparison_rows
     from sits_mech.report.tables.solves import key_table
     from sits_mech.scene.sensor import load_sensor
     from sits_mech.units import quantity
 
+    picture = None if output is None else checked_picture(output)
     alone = not folder.is_dir()
     sensor, data = (load_sensor(str(folder)), None) if alone else read_calibration(folder)
     hertz = None if clock is None else quantity(clock, "Hz", "--clock")
@@ -185,9 +186,9 @@ def compare(
     one = None if noise is None else quantity(noise, "H", "--noise")
     parts = [part.strip() for part in asked.split(",")]
     found = comparison.compare(sensor, data, bench, parts, noise=one, magnetics=magnetics)
-    if output is not None:
-        save_figure(comparison_figure(found, names), output)
-        warn(f"written to {output}")
+    if picture is not None:
+        save_figure(comparison_figure(found, names), picture)
+        warn(f"written to {picture}")
     answer(comparison_record(found, names), [key_table(str(measured), comparison_rows(found))], as_json)
     return 0
 

@@ -9,6 +9,8 @@ from sits_mech.cli.options import (
     Frequency,
     Json,
     Load,
+    Magnetics,
+    Mechanics,
     Models,
     Output,
     Overrides,
@@ -18,13 +20,14 @@ from sits_mech.cli.options import (
     Tolerance,
     Way,
     app,
+    pose_of,
     sensor_of,
 )  # fmt: skip
 
 
 @app.command
 def pose(
-    scene: Scene, *, load: Load = Load(), way: Way = Way(), model: str = "auto", tolerance: Tolerance = 1e-2,
+    scene: Scene, *, load: Load = Load(), way: Way = Way(), mechanics: Mechanics = "auto", tolerance: Tolerance = 1e-2,
     overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
     """Where the target comes to rest under a load.
@@ -41,7 +44,7 @@ def pose(
 
     sensor, via = sensor_of(scene, overrides), way.loads()
     loads = [*via, load.wrench()]
-    layer, choice = mechanical_model(sensor, model, tolerance, loads)
+    layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
     try:
         found = at_rest(sensor, layer, loads[-1], via)
     except SolveFailed as error:
@@ -54,7 +57,8 @@ def pose(
 @app.command
 def inductance(
     scene: Scene, *, place: Place = Place(), frequency: Frequency | None = None,
-    model: str = "auto", tolerance: Tolerance = 1e-3, overrides: Overrides = Overrides(), as_json: Json = False,
+    magnetics: Magnetics = "auto", tolerance: Tolerance = 1e-3, overrides: Overrides = Overrides(),
+    as_json: Json = False,
 ) -> int:  # fmt: skip
     """What the coils show with the target at a pose, or without a target, at one frequency or over a range.
 
@@ -69,9 +73,9 @@ def inductance(
     from sits_mech.report.tables.solves import impedance_table, spectrum_table, terminal_table
 
     sensor = sensor_of(scene, overrides)
-    pose = place.pose() if place.given or sensor.target is not None else Pose(0.0, 0.0, 0.0)
+    pose = pose_of(place, overrides) if place.given or sensor.target is not None else Pose(0.0, 0.0, 0.0)
     hertz = [sensor.frequency] if frequency is None else frequency_range(frequency, "--frequency")
-    solver, choice = magnetic_model(sensor, model, tolerance, [pose])
+    solver, choice = magnetic_model(sensor, magnetics, tolerance, [pose])
     slowest = sensor.model_copy(update={"frequency": min(hertz)})
     try:
         data = spectrum(sensor, solver, pose, hertz) if len(hertz) > 1 else None

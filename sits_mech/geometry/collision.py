@@ -12,8 +12,9 @@ ball inside both, by linear programming, has a radius below zero where they are 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
-from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
 from sits_mech.geometry.boxes import Solid, fixed_solids, separation
@@ -83,8 +84,10 @@ def check_clearance(sensor: Sensor, pose: Pose) -> None:
     if sensor.target is None:
         return
     for k, part in enumerate(sensor.conductors):
+        size, most = max(*part.extent, *sensor.target.extent), _reach(part) + _reach(sensor.target)
+        if np.all(np.linalg.norm(pose.centre.reshape(-1, 3) - part.centre, axis=1) > most):
+            continue
         gap = gap_to_plate(sensor, sensor.target, pose, k).ravel()
-        size = max(*part.extent, *sensor.target.extent)
         if np.all(gap > _TOUCH * size):
             continue
         index = int(np.argmin(gap))
@@ -94,6 +97,11 @@ def check_clearance(sensor: Sensor, pose: Pose) -> None:
             f"pose: the target must stay clear of conductors.{part.name}, which reaches from z = {bottom:.4g} mm to "
             f"{top:.4g} mm; it {how} for {_words(pose, index)}"
         )
+
+
+def _reach(plate: Target | Conductor) -> float:
+    """Return how far a plate reaches from the middle of any of its faces at most [m]."""
+    return math.hypot(*plate.extent, plate.thickness)
 
 
 def ground_notes(sensor: Sensor, pose: Pose) -> tuple[str, ...]:
@@ -135,6 +143,8 @@ def gap_to_plate(sensor: Sensor, target: Target, pose: Pose, number: int) -> Arr
 
 def _depth(target: Target, part: Conductor, turn: Array, middle: Array) -> float:
     """Return the radius of the largest ball inside both plates; below zero where they are apart [m]."""
+    from scipy.optimize import linprog
+
     own, other = _half_spaces(target), _half_spaces(part)
     normals, size = np.vstack([own[:, :3] @ turn.T, other[:, :3]]), max(*part.extent, *target.extent)
     offsets = np.concatenate([own[:, 3], other[:, 3] + other[:, :3] @ (part.centre - middle)]) / size

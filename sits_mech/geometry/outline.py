@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import cumulative_trapezoid
 from scipy.spatial import Delaunay, cKDTree
 
 from sits_mech.geometry.sheet_plan import BEYOND, Grading, Integers, Plan, graded_axis
@@ -175,7 +174,8 @@ def _shares(loop: Array, grading: Grading) -> list[Array]:
         length = float(np.hypot(*(b - a)))
         share = np.linspace(0.0, 1.0, 2 + int(length / grading.largest))
         size = grading.size(np.abs(a + (b - a) * share[:, None]).max(axis=1))
-        number = cumulative_trapezoid(length / size, share, initial=0)
+        density = length / size
+        number = np.concatenate([[0.0], np.cumsum(np.diff(share) * (density[1:] + density[:-1]) / 2.0)])
         count = max(int(np.ceil(number[-1] - 1e-9)), 1)
         found.append(np.interp(np.arange(count + 1) / count, number / number[-1], share))
     return found

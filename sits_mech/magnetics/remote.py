@@ -32,6 +32,9 @@ sqrt 2 of it each), change L by at most
 In the section y = 0 [H/m] a circle stands for K: a_c^2 = 2 mu0 pi rho^2 mean H^2, kappa = a rho/(R - rho)^2, s = L_cc.
 All is infinite where balls meet each other or a coil: near conductors have to be solved.
 
+Of what is so far that less will do, all bodies are balls, s_c = L_cc and a_c^2 = mu0 V (3/2, permeable 3) max H^2, by
+the closed forms of `coils.far_field`: where that is below what is `enough`, nothing is integrated.
+
 Range: isolated conductors beside flat coils, any frequency; the resistance changes by omega times the same at most.
 Neglected: a spiral's pitch, uneven current in the tracks; in s_c rings stand for coils that are not round.
 Sources: Osborn, Phys. Rev. 67 (1945) 351 (N_i); Landau & Lifshitz, Electrodynamics of Continuous Media, art. 4, 54;
@@ -53,8 +56,8 @@ from sits_mech.geometry.collision import clearance
 from sits_mech.geometry.plates import cut_width
 from sits_mech.geometry.tracks import coil_bars, standing_rings
 from sits_mech.magnetics.bars import free_space_inductance
+from sits_mech.magnetics.coils.far_field import coil_field, field_bound, least_inductance
 from sits_mech.magnetics.coils.loops import coil_inductances, mutual_loops, series_inductance
-from sits_mech.magnetics.coils.ring_field import coil_potential
 from sits_mech.quantities import POSE, Array, Pose
 from sits_mech.scene.sensor import Coil, Conductor, Sensor, Target
 from sits_mech.turns import rotation_matrix
@@ -87,12 +90,11 @@ class _Body:
 
 @dataclass(frozen=True)
 class _Solved:
-    """What is solved: body or None, its middle (p, 3) and rotation (p, 3, 3), and shares s_c/L of each coil (p, n)."""
+    """What is solved: body or None, its middle (p, 3) and rotation (p, 3, 3)."""
 
     body: _Body | None
     middle: Array
     turn: Array
-    share: Array
 
 
 @dataclass(frozen=True)
@@ -104,7 +106,9 @@ class _Far:
     to_others: Array
 
 
-def remote_bounds(sensor: Sensor, far: Sequence[Conductor], pose: Pose, *, section: bool = False) -> Array:
+def remote_bounds(
+    sensor: Sensor, far: Sequence[Conductor], pose: Pose, *, section: bool = False, enough: float = 0.0
+) -> Array:
     """Return how much conductors change any entry of L at most, over the largest self-inductance.
 
     Parameters
@@ -117,6 +121,8 @@ def remote_bounds(sensor: Sensor, far: Sequence[Conductor], pose: Pose, *, secti
         p poses, or one.
     section : bool
         Whether a planar model is asked: what the section y = 0 cuts of them counts as endless along y as well.
+    enough : float
+        A sum over the conductors below which a pose needs no better bound.
 
     Returns
     -------
@@ -126,11 +132,14 @@ def remote_bounds(sensor: Sensor, far: Sequence[Conductor], pose: Pose, *, secti
     solved = _solved(sensor, pose)
     if not far:
         return np.zeros((len(solved.middle), 0))
-    found = _together(_in_space(sensor.coils, far, solved), solved.share)
+    most = np.full((len(solved.middle), 1), _most_share(sensor))
+    found = _together(_by_balls(sensor.coils, far, solved), most) if enough > 0.0 else most + np.full(len(far), np.inf)
+    if (close := ~(found.sum(axis=1) <= enough)).any():
+        found[close] = _together(_in_space(sensor.coils, far, solved), _share(sensor, pose))[close]
     cut = np.array([cut_width(part) > 0.0 for part in far], dtype=bool)
     if section and cut.any():
         endless = _in_section(sensor, [part for part, is_cut in zip(far, cut, strict=True) if is_cut], solved)
-        found[:, cut] = np.maximum(found[:, cut], _together(endless, np.maximum(solved.share, 1.0)))
+        found[:, cut] = np.maximum(found[:, cut], _together(endless, most))
     return found
 
 
@@ -146,24 +155,30 @@ def _together(far: _Far, share: Array) -> Array:
 
 def _solved(sensor: Sensor, pose: Pose) -> _Solved:
     """The target in its poses, or the largest ball that holds it and the plates that are solved."""
-    poses, target, n = Pose.of(pose.components.reshape(-1, len(POSE))), sensor.target, len(sensor.coils)
+    poses, target = Pose.of(pose.components.reshape(-1, len(POSE))), sensor.target
     turn, middle, body = rotation_matrix(poses.rotation), poses.centre, None
-    share = np.zeros((len(middle), n))
     if target is not None:
         middle, body = middle + turn[:, :, 2] * target.thickness / 2.0, _body(target)
-        share = np.stack([_image_share(coil, clearance(sensor, poses)) for coil in sensor.coils], axis=-1)
     if sensor.conductors:
         parts = [_body(part) for part in sensor.conductors]
         away = [float(np.linalg.norm(middle - part.centre, axis=1).max()) for part in sensor.conductors]
         radius = max(gap + part.radius for gap, part in zip(away, parts, strict=True))
         parts += [] if body is None else [body]
         body = _ball(max(radius, *(part.radius for part in parts)), any(part.permeable for part in parts))
-        share = np.full_like(share, _share_of_all(sensor))
-    return _Solved(body, middle, turn, share)
+    return _Solved(body, middle, turn)
 
 
-def _share_of_all(sensor: Sensor) -> float:
-    """s_c/L of target and plates that are solved; infinite with permeable ones on both sides of the coils."""
+def _share(sensor: Sensor, pose: Pose) -> Array:
+    """Shares s_c/L of each coil, of the target alone or of all that is solved, shape (p, n)."""
+    if sensor.conductors or sensor.target is None:  # of nothing at all kappa is zero
+        return np.full((pose.components.size // len(POSE), len(sensor.coils)), _most_share(sensor))
+    return np.stack([_image_share(coil, clearance(sensor, pose).ravel()) for coil in sensor.coils], axis=-1)
+
+
+def _most_share(sensor: Sensor) -> float:
+    """s_c/L of target and plates that are solved at most; infinite with permeable ones on both sides of the coils."""
+    if not sensor.conductors:  # the target's half-space
+        return 1.0
     depth = max(coil.height for coil in sensor.coils)
     cores = [part for part in sensor.conductors if part.metal.relative_permeability != 1.0]
     above = [part.centre[2] - part.thickness / 2.0 > 0.0 for part in cores]
@@ -237,6 +252,20 @@ def _sphere() -> tuple[Array, Array]:
     return np.column_stack([flat * np.cos(angle), flat * np.sin(angle), z]), np.repeat(weight, _ROUND) / (2 * _ROUND)
 
 
+def _by_balls(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) -> _Far:
+    """Far conductors as balls in the largest field that they can be in: the closed forms alone."""
+    bodies, middle = [_body(part) for part in far], np.array([part.centre for part in far])
+    L = max(least_inductance(coil) if coil.is_round else _self_inductance(coil) for coil in coils)
+    own = np.array([
+        [field_bound(coil, math.dist(at, (*coil.centre, 0.0)) - body.radius) for coil in coils]
+        for at, body in zip(middle, bodies, strict=True)
+    ]) * np.sqrt([[mu_0 * (3.0 if body.permeable else 1.5) * body.volume / L] for body in bodies])  # fmt: skip
+    kappa = np.zeros((len(solved.middle), len(far)))
+    if solved.body is not None:
+        kappa[:] = [_pairs([solved.body, *bodies], np.vstack([at, middle]))[0, 1:] for at in solved.middle]
+    return _Far(own, kappa, _pairs(bodies, middle))
+
+
 def _in_space(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) -> _Far:
     """Far conductors as ellipsoids and balls."""
     L = max(_self_inductance(coil) for coil in coils)
@@ -266,18 +295,8 @@ def _own_strength(coil: Coil, part: Conductor) -> float:
     if math.hypot(max(across, 0.0), max(place[2], -coil.height - place[2], 0.0)) <= _NEAR * body.radius:
         return math.inf
     points, weight = _sphere()
-    H = _field(coil, np.vstack([place, place + body.radius * points]), 1e-3 * body.radius)
+    H = coil_field(coil, np.vstack([place, place + body.radius * points]), 1e-3 * body.radius)
     return math.sqrt(mu_0) * float(body.strength(H[0], H[1:], weight))
-
-
-def _field(coil: Coil, points: Array, step: float) -> Array:
-    """H of a coil for 1 A at points, from its vector potential a step to all sides, shape (n, 3) [1/m]."""
-    slope = [
-        (coil_potential(coil, points + step * way) - coil_potential(coil, points - step * way)) / (2.0 * step * mu_0)
-        for way in np.eye(3)
-    ]
-    (_, y_x, z_x), (x_y, _, z_y), (x_z, y_z, _) = (each.T for each in slope)
-    return np.column_stack([z_y - y_z, x_z - z_x, y_x - x_y])
 
 
 def _kappa(body: _Body, place: Array, solved: _Solved) -> Array:

@@ -226,6 +226,7 @@ def _check_ends(free: Sequence[Free], values: Array) -> None:
     """Refuse best values at an end."""
     for each, value in zip(free, values.tolist(), strict=True):
         if min(value - each.low, each.high - value) < _END * (each.high - each.low):
-            reason = each.beyond[int(each.high - value < value - each.low)]
-            came = f"the best value is at an end, {value:.4g}{': ' if reason else ''}{reason}"
-            raise SceneError(f"{each.name}: must fit from {each.low:.4g} to {each.high:.4g}; {came}")
+            upper = each.high - value < value - each.low
+            reason = each.beyond[int(upper)] or "what moved the readings is not fitted, or a unit is wrong"
+            came = f"the fit goes on to its {'upper' if upper else 'lower'} end, {value:.4g}: {reason}"
+            raise SceneError(f"{each.name}: must fit the readings between {each.low:.4g} and {each.high:.4g}; {came}")

@@ -23,7 +23,6 @@ from operator import lt
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import make_interp_spline
 
 from sits_mech.quantities import Array
 
@@ -175,6 +174,8 @@ def _tensor(
     values: Array, axes: Axes, known: Sequence[NDArray[np.int_]], asked: Sequence[NDArray[np.int_]], degree: int
 ) -> Array:
     """Return U: splines through the values at known places of each variable, at others."""
+    from scipy.interpolate import make_interp_spline
+
     found = values[np.ix_(*known)]
     for k, own in enumerate(axes.values()):
         if len(known[k]) == 1:

@@ -58,7 +58,8 @@ from sits_mech.units import checked_tolerance
 _KINDS = ((GRADING, 0.0), (1.5, 0.0), (1.0, 0.0), (GRADING, 5.0))
 _GUARDS = (0.0, 5.0)  # on J, on a mesh of the user's own
 _SIZES = (1.0, 2.0, 3.0, 4.0, 6.0)  # parts of a base cell along each axis, level by level
-_SHARE = 0.1  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
+_SHARE = 0.25  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
+_EARLY = 4.0  # times what three levels tell, until there is a fourth
 _ROUGH = 1.0  # error of an answer on two levels that is not spoken of
 _MOST = 1.5e6  # iterations times unknowns that a load path is given: a minute on the largest mesh
 _SMALLEST = (1e-2, 0.6)  # increment of the load path where no other mesh waits, and where one does
@@ -248,7 +249,9 @@ def _family(sensor: Sensor, kind: tuple[float, float], whole: bool, depth: float
     shape = shape_of(*pad_parts(sensor))
     along, across, through = base_cells(shape)
     cells, order = (along, (2 if whole else 1) * across, through), 2.0 * kind[0] * shape.exponent
-    return Levels(_SIZES, cells, lambda level: made(level).body, carrier, order, _SHARE, changed=kept(changed))
+    return Levels(
+        _SIZES, cells, lambda level: made(level).body, carrier, order, _SHARE, early=_EARLY, changed=kept(changed)
+    )  # fmt: skip
 
 
 def solved_body(model: BlockPad, equilibrium: Equilibrium) -> Bonded:

@@ -22,7 +22,6 @@ the shear edges comes from graded P2-P1 finite elements.
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import brentq
 
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import Sensor
@@ -95,6 +94,8 @@ def corner_exponent(poisson: float, angle: float = 0.5 * np.pi) -> float:
     ValueError
         For values outside these ranges, or a corner that is not singular.
     """
+    from scipy.optimize import brentq
+
     if not 0.0 <= poisson <= 0.5 or not 0.0 < angle <= 0.5 * np.pi:
         raise ValueError(f"corner: Poisson's ratio 0..0.5 and angle 0..pi/2 are covered, not {poisson} and {angle}")
     kappa = 3.0 - 4.0 * poisson

@@ -34,7 +34,7 @@ from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.threads import one_thread
 
 _MISSED = (1e-3, 3.2e-2, 6e-2)  # relative error of k_x, k_z, k_a
-_LEAST = 1.0  # shape factor
+_LEAST = 1.0  # shape factor w/(2 t)
 _FLUSH = 1e-6  # difference of the widths, relative
 
 
@@ -108,9 +108,12 @@ def strip_layer(sensor: Sensor, tolerance: float = 0.1) -> Strip:
     (w, length), t = elastomer.extent, elastomer.thickness
     if elastomer.mesh is not None or elastomer.kind != "box" or target.shape != "rectangle":
         raise SceneError(f"{sensor.name}: closed-form must have a box under a rectangle; take linear, planar or block")
-    if w - target.extent[0] > _FLUSH * w or w < 2.0 * _LEAST * t:
-        got = f"target {target.extent[0]:g} m, layer {w:g} m wide and {t:g} m thick"
-        raise SceneError(f"{sensor.name}: closed-form must have a flush layer twice as wide as thick; got {got}")
+    if w - target.extent[0] > _FLUSH * w:
+        got = f"a layer {w:g} m wide under a target {target.extent[0]:g} m wide"
+        raise SceneError(f"{sensor.name}: closed-form must have a target that covers the layer along x; got {got}")
+    if w < 2.0 * _LEAST * t:
+        got = f"{w:g} m wide and {t:g} m thick"
+        raise SceneError(f"{sensor.name}: closed-form must have a layer twice as wide as thick; got {got}")
     mu, K, S = elastomer.silicone.shear_modulus, elastomer.silicone.bulk_modulus, w / (2.0 * t)
     k_x = shear_stiffness(mu, w, t) * length
     k_z = (compression_modulus(mu, K, S) + 4.0 * mu) * w * length / t

@@ -7,11 +7,14 @@ without dimension; what is neither is zero.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from sits_mech.quantities import WRENCH, Wrench, shown_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def varied(data: xr.Dataset) -> tuple[str, ...]:

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from sits_mech.memory import input_text
 from sits_mech.quantities import POSE, UNITS, WRENCH, Array, shown_unit
 from sits_mech.readout.converter import Converter, frequency_of, tank_inductance
 from sits_mech.units import SceneError, quantity
@@ -82,10 +83,7 @@ def read_measured(
         When the file cannot be read, a column is missing or of an unknown unit, there are fewer than four rows of
         loads, or the file has other loads than the model.
     """
-    try:
-        lines = Path(path).read_text(encoding="utf-8-sig", errors="replace").splitlines()
-    except OSError as error:
-        raise SceneError(f"{path}: must be a readable measurement; got: {error.strerror or error}") from None
+    lines = input_text(path, "a readable measurement", errors="replace").splitlines()
     lines = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
     number, separator, columns = _heading(lines, (*(name.lower() for name in forces[:1]), "d_v"))
     if number < 0:

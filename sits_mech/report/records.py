@@ -6,15 +6,17 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from sits_mech.analysis.spectrum import Terminals
 from sits_mech.chain.omissions import Omission, beside_errors
 from sits_mech.chain.simulate import Simulation
 from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, as_jsonable
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Record = dict[str, Any]
 

@@ -14,6 +14,7 @@ from pydantic import BaseModel, BeforeValidator, GetCoreSchemaHandler, InstanceO
 from pydantic_core import CoreSchema, core_schema
 
 from sits_mech.scene.materials import metals, silicones, unknown
+from sits_mech.scene.plausible import FREQUENCY, LENGTH, PLACE
 from sits_mech.silicone.material import Silicone, silicone_from
 from sits_mech.units import QUANTITY_PATTERN, SceneError, shown, si_value
 
@@ -74,7 +75,7 @@ def _metal_name(value: object) -> str:
     """Check the name of a metal."""
     if isinstance(value, str) and value in metals():
         return value
-    raise SceneError(unknown(value, metals()))
+    raise SceneError(f"{unknown(value, metals())}; another metal is given by its conductivity instead")
 
 
 def _silicone(value: object) -> str | Silicone:
@@ -86,10 +87,10 @@ def _silicone(value: object) -> str | Silicone:
     raise SceneError(unknown(value, silicones()))
 
 
-Length = Annotated[float, _Within("m", 1e-9, 1e3, 'a length from 1 nm to 1 km, such as "2 mm"')]
-Offset = Annotated[float, _Within("m", 0.0, 1e3, 'zero or a length up to 1 km, such as "0.1 mm"')]
-Coordinate = Annotated[float, _Within("m", -1e3, 1e3, 'a position within 1 km, such as "-4 mm"')]
-Frequency = Annotated[float, _Within("Hz", 1e-6, 1e12, 'a frequency from 1 uHz to 1 THz, such as "5 MHz"')]
+Length = Annotated[float, _Within("m", 1e-9, 1e3, 'a length from 1 nm to 1 km, such as "2 mm"'), LENGTH]
+Offset = Annotated[float, _Within("m", 0.0, 1e3, 'zero or a length up to 1 km, such as "0.1 mm"'), LENGTH]
+Coordinate = Annotated[float, _Within("m", -1e3, 1e3, 'a position within 1 km, such as "-4 mm"'), PLACE]
+Frequency = Annotated[float, _Within("Hz", 1e-6, 1e12, 'a frequency from 1 uHz to 1 THz, such as "5 MHz"'), FREQUENCY]
 Conductivity = Annotated[float, _Within("S/m", 1e-9, 1e20, 'a conductivity up to 1e20 S/m, such as "58 MS/m"')]
 LossTangent = Annotated[float, _Within("", 0.0, 10.0, "a loss tangent from 0 to 10")]
 Permeability = Annotated[float, _Within("", 1.0, 1e7, "a relative permeability from 1 to 1e7")]

@@ -6,8 +6,12 @@ A key is written with dots; entries of a list of tables go by number or by their
 
 from __future__ import annotations
 
+import errno
 import json
 import os
+import shutil
+import stat
+import sys
 import tempfile
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -15,23 +19,45 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
+from sits_mech.memory import input_text
 from sits_mech.scene.materials import unknown
 from sits_mech.units import SceneError, shown
 
 Table = dict[str, Any]
 Meant = TypeVar("Meant")
+_LONGEST = 8  # MiB of a scene; fifty thousand corners take two
+_DEEPEST = 16  # tables and lists within another; a scene has four
+_DESCRIPTORS = tuple(map(Path, ("/dev", "/dev/fd", "/proc/self/fd")))
+_STDOUT = ("/dev/stdout", "/dev/fd/1", "/proc/self/fd/1")
+_MOST_LINKS = 40  # as many as the system follows
 
 
 def read_table(path: Path) -> Table:
     """Return the tables of the TOML file `path`; raise SceneError when it cannot be read or is not TOML."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise SceneError(f"{path}: must be a readable scene file; got: {error.strerror or error}") from None
+        found = tomllib.loads(input_text(path, "a readable scene file", _LONGEST))
+    except SceneError:
+        raise
     except (ValueError, RecursionError) as error:  # not UTF-8, not TOML, or a path that cannot be
         raise SceneError(
             f"{shown(str(path))[1:-1]}: must be a TOML file; got: {' '.join(str(error).split())}"
         ) from None
+    try:
+        check_depth(found)
+    except SceneError as error:
+        raise SceneError(f"{path}: {error}") from None
+    return found
+
+
+def check_depth(value: Any) -> None:
+    """Raise SceneError where tables and lists are nested deeper than any scene's, so that all else may recurse."""
+    level, depth = [value], 0
+    while level and depth <= _DEEPEST:
+        inner = [tuple(each.values()) if isinstance(each, Mapping) else each for each in level]
+        level = [item for each in inner for item in each if isinstance(item, Mapping | list | tuple)]
+        depth += 1
+    if level:
+        raise SceneError(f"tables must be nested at most {_DEEPEST} deep; got more")
 
 
 def read_as(path: Path, meaning: Callable[[Table, Path], Meant]) -> Meant:
@@ -92,7 +118,11 @@ def overridden(table: Mapping[str, Any], overrides: Sequence[str]) -> Table:
         steps = key.strip().split(".")
         if not equals or not all(steps):
             raise SceneError(f'--set {shown(override)}: must be key=value, such as target.width="15 mm"')
-        _set(result, steps, _value(text.strip()), key.strip())
+        if len(steps) > _DEEPEST:
+            raise SceneError(f"--set {shown(override)}: must lead through at most {_DEEPEST} tables; got {len(steps)}")
+        value = _value(text.strip())
+        check_depth([value])
+        _set(result, steps, value, key.strip())
     return result
 
 
@@ -196,7 +226,10 @@ def write_bytes(path: Path, content: bytes) -> None:
 
 @contextmanager
 def replaced(path: Path) -> Iterator[Path]:
-    """Yield a file beside `path` that takes its place by an atomic rename, so that no half-written one can be met.
+    """Yield a file to fill, whose content goes to `path` when all of it is there, so that no half-written one is met.
+
+    A regular file, or none, is replaced by an atomic rename, at the end of a link where `path` is one, and keeps its
+    permissions. A device, a pipe or a descriptor such as /dev/stdout stays what it is and takes the content.
 
     Parameters
     ----------
@@ -210,14 +243,47 @@ def replaced(path: Path) -> Iterator[Path]:
     """
     other: Path | None = None
     try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        place = None if is_open_end(path) else Path(os.path.realpath(path))
+        if place is not None and place.is_symlink():
+            raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
+        handle, name = tempfile.mkstemp(dir=place and place.parent, prefix=f".{path.name}.", suffix=path.suffix)
         os.close(handle)
         other = Path(name)
         yield other
-        other.chmod(0o644)
-        other.replace(path)
+        if place is None:
+            _pour(other, path)
+        else:
+            other.chmod(stat.S_IMODE(place.stat().st_mode) if place.exists() else 0o666 & ~_umask())
+            other.replace(place)
     except OSError as error:
         raise SceneError(f"{path}: must be writable; got: {error.strerror or error}") from None
     finally:
         if other is not None:
             other.unlink(missing_ok=True)
+
+
+def is_open_end(path: Path) -> bool:
+    """Tell whether what `path` leads to takes bytes but can not be replaced: a device, a pipe, an open descriptor."""
+    step = path
+    for _ in range(_MOST_LINKS):
+        if step.is_absolute() and step.parent in _DESCRIPTORS:
+            return True
+        if not step.is_symlink():
+            break
+        step = step.parent / step.readlink()
+    return step.exists() and not step.is_file() and not step.is_dir()
+
+
+def _pour(source: Path, end: Path) -> None:
+    """Write the bytes of a file into a device, a pipe or a descriptor; stdout's own where it is that."""
+    sys.stdout.flush()
+    opened = os.dup(1) if str(end) in _STDOUT else os.open(end, os.O_WRONLY)
+    with source.open("rb") as taken, os.fdopen(opened, "wb") as given:
+        shutil.copyfileobj(taken, given)
+
+
+def _umask() -> int:
+    """Return the permissions that new files of this process do not get."""
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

@@ -38,8 +38,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.optimize import brentq
 from scipy.special import erf
 
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, Wrench
@@ -142,6 +140,8 @@ def softened_share(r: float | None, energy: Callable[[float], float], share: Arr
 
 def _below_peak(r: float, energy: Callable[[float], float], wanted: float, peak: float) -> float:
     """Virgin share at which a pad that was at `peak` pushes back with the share `wanted`."""
+    from scipy.optimize import brentq
+
     largest = energy(peak)
     if not (wanted > 0.0 and largest > 0.0):
         return wanted
@@ -208,6 +208,8 @@ def elastic_curve(layer: MechanicalModel, peak: Wrench, *, height: float = 0.0, 
     ValueError
         When `points` is even or small.
     """
+    from scipy.interpolate import CubicSpline
+
     if points < 5 or points % 2 == 0:
         raise ValueError(f"points must be an odd number from 5 on; got {points}")
     shares = np.linspace(0.0, 1.0, points)

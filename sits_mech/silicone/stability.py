@@ -23,7 +23,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from sits_mech.quantities import Array
 from sits_mech.silicone.homogeneous import MODES, principal_stretches, shear_band_stiffness, tangent
@@ -174,6 +173,8 @@ def _limit(
     measure: Callable[[Silicone, str, Array], Array], silicone: Silicone, mode: str, end: float
 ) -> float | None:
     """Return the first stretch between 1 and `end` that is not stable."""
+    from scipy.optimize import brentq
+
     stretch = np.geomspace(1.0, end, _STEPS + 1)
     bad = ~(measure(silicone, mode, stretch) > 0.0)
     if not bad.any():

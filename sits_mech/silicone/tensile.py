@@ -18,7 +18,9 @@ from pathlib import Path
 
 import numpy as np
 
+from sits_mech.memory import input_text
 from sits_mech.quantities import Array
+from sits_mech.units import SceneError
 
 _STRESS_UNITS = {"pa": 1.0, "kpa": 1e3, "mpa": 1e6, "n/mm2": 1e6, "n/mm^2": 1e6, "psi": 6894.757293168}
 _STRAIN_UNITS = {"": 1.0, "-": 1.0, "1": 1.0, "mm/mm": 1.0, "m/m": 1.0, "%": 1e-2}
@@ -87,9 +89,11 @@ def read_tensile(path: str | Path) -> TensileTest:
         When the file cannot be read, columns are missing or in unknown units, or a test has fewer than 5 usable rows.
     """
     try:
-        lines = Path(path).read_text(encoding="utf-8-sig", errors="replace").splitlines()
-    except (OSError, ValueError) as error:
-        raise ValueError(f"{path}: must be a readable tensile test; got: {error}") from None
+        lines = input_text(path, "a readable tensile test", errors="replace").splitlines()
+    except SceneError:
+        raise
+    except ValueError as error:  # a path that cannot be
+        raise SceneError(f"{path}: must be a readable tensile test; got: {error}") from None
     for number, line in enumerate(lines):
         for separator in ";\t,":
             found = _columns([name.strip().strip('"') for name in line.split(separator)], str(path))

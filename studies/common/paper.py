@@ -20,7 +20,7 @@ MEASURED: Spots = {(1, 0): (90.1, 92.0), (2, 0): (97.8, 97.2), (5, 0): (99.7, 99
 """d_v [mm], alpha [deg]: C1, C2 [% of L0]; those at 2 mm stand with the rotation, the others with the vertical one."""
 SIMULATED: Spots = {(1, 0): (93.8, 93.8), (2, 0): (97.7, 97.7), (5, 0): (98.9, 98.9), (2, 20): (99.3, 96.2)}
 FREE_MEASURED = (3.21e-6, 3.19e-6)  # [H]
-FREE_SIMULATED = 0.43e-6  # of a coil [H/m]
+FREE_SIMULATED = 0.43e-3  # of a coil: 0.43 uH is printed, without the depth; it must be 1 mm [H/m]
 READS = 0.5  # 20 degrees at 2 mm, as shear [mm]
 RANGES = {8: (29.6, 24.2), 15: (31.4, 71.0), 22: (12.8, 69.1)}  # width [mm]: shear, normal range [%]
 BEST_WIDTH = 15.0  # [mm]
@@ -33,7 +33,7 @@ class Setting:
     Attributes
     ----------
     name, short : str
-        For tables, for file names.
+        For tables, for titles.
     model : str
         "planar" or "sheets".
     both : bool
@@ -74,7 +74,7 @@ class Setting:
 
 STATED = Setting("stated: one coil driven, no net current, 5 kHz", "stated", frequency=5e3)
 FITTING = Setting("fitting: both coils, net current free, 5 MHz", "fitting", both=True, net_current="free")
-ALONE = Setting("planar: one coil, no net current, 5 MHz", "planar")
+ALONE = Setting("planar: one coil, no net current, 5 MHz", "one coil, 5 MHz")
 SPATIAL = Setting("sheets (3D), 5 MHz", "sheets", model="sheets")
 
 

@@ -5,15 +5,17 @@ tank's capacitance is not printed: beside the scene's 330 pF stands what L0 asks
 it scales every L and leaves percentages alone. A reading is weighed with 0.3 points of L0: 0.05 are its rounding, the
 rest what three repeats and the scene leave. The two rows at 2 mm belong to the rotation, others to the vertical test.
 
-As one set-up, C1 at 2 mm stays some 0.75 points off: at 1 mm C1 sees more of the plate than C2, at 2 mm less, and no
-offset or tilt that both rows share turns round between them. As two, every point is within 0.5 and L0 within 2 %.
-Leads cannot be told from capacitance, nor offset from tilt; the points say nothing of the conductivity.
+As one set-up, C1 at 2 mm stays 0.73 and C2 at 1 mm 0.61 points off: at 1 mm C1 sees more of the plate than C2, at 2 mm
+less, and no offset or tilt that both rows share turns round between them. As two, every point is within 0.5 and L0
+within 0.5 %. Leads cannot be told from capacitance, nor offset from tilt, nor the axis's place along x from that along
+z; the points say nothing of the conductivity.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from common.outputs import write_rows
@@ -33,7 +35,8 @@ KNOWN = {
 }  # fmt: skip
 SHIFTS = tuple(KNOWN)[:-1]  # without the conductivity, which the points do not resolve: profiles
 STILL = ("capacitance", "lead", "gap", "d_h", "alpha", "target.conductivity")  # nothing turns
-FEW = ("capacitance", "gap", "alpha", "axis_z")  # coarse
+FEW = ("capacitance", "gap", "axis_z")  # coarse
+HALF = 0.5  # [% of L0]
 ONE = "one set-up"
 TESTS = {ONE: (1, 2, 5), "vertical test": (1, 5), "rotation test": (2,)}
 
@@ -46,10 +49,10 @@ def bench(gaps: Sequence[int]) -> Measured:
     return Measured(np.zeros((len(poses), 0)), percent / 100.0 * FREE_MEASURED, "BioRob 2018", poses)
 
 
-def fitted(test: str, names: Sequence[str]) -> Comparison:
-    """Return the comparison of a test by some parameters."""
+def fitted(test: str, names: Sequence[str], tolerance: float) -> Comparison:
+    """Return the comparison of a test by some parameters, with a model to a tolerance."""
     free = [f"{name} = {KNOWN[name][0]}" for name in names]
-    return compare(scene(), None, bench(TESTS[test]), free, noise=NOISE, magnetics="sheets", tolerance=2e-2)
+    return compare(scene(), None, bench(TESTS[test]), free, noise=NOISE, magnetics="sheets", tolerance=tolerance)
 
 
 def scene() -> Sensor:
@@ -88,7 +91,7 @@ def parameters(test: str, found: Comparison) -> list[dict[str, object]]:
             {"fit": test, "parameter": f"{name} [{unit}]", "beforehand": KNOWN[name][0], "value": scale * value,
              "95 % half-width": scale * float(found.fit.half_widths[k]),
              "off [deviations]": (value - own.start) / own.deviation,
-             "resolved": float(1.0 - (found.fit.half_widths[k] / (1.96 * own.deviation)) ** 2),
+             "resolved": max(0.0, float(1.0 - (found.fit.half_widths[k] / (1.96 * own.deviation)) ** 2)),
              "strongest correlation": f"{partner} {share:+.2f}"}
         )  # fmt: skip
     return rows
@@ -102,11 +105,11 @@ def draw_profiles(found: Comparison, coarse: bool, path: Path) -> list[dict[str,
         short = [name.rpartition(".")[2] for name in names]
         axes[0].set_xticks(range(len(names)), short, rotation=60, ha="right", rotation_mode="anchor", fontsize=6)
         axes[0].set_yticks(range(len(names)), short, fontsize=6)
-        axes[0].set_title("correlations", fontsize=7)
+        axes[0].set_title("correlations: blue +1, red -1", fontsize=7)
         axes[0].grid(False)
         for spot, name, own in list(zip(axes[1:], names, found.free, strict=False))[-1 if coarse else 0 :]:
             scale, unit = KNOWN[name][1:]
-            values, rise = found.profile(name, points=3 if coarse else 5)
+            values, rise = found.profile(name, points=3 if coarse else 7)
             spot.plot(scale * values, rise, "o-", color="black")
             fine = np.linspace(values[0], values[-1], 60)
             spot.plot(scale * fine, ((fine - own.start) / own.deviation) ** 2, ":", color="tab:blue")
@@ -125,14 +128,27 @@ def draw_profiles(found: Comparison, coarse: bool, path: Path) -> list[dict[str,
 def measured_sensor(coarse: bool, folder: Path) -> str:
     """Write every table and the picture of the measured sensor, and return them for a reader."""
     tables: dict[str, list[dict[str, object]]] = {"measured_points": [], "measured_parameters": []}
+    tolerance = 0.1 if coarse else 2e-2
     for test in (ONE,) if coarse else TESTS:
-        found = fitted(test, FEW if coarse else STILL if test == "vertical test" else tuple(KNOWN))
+        found = fitted(test, FEW if coarse else STILL if test == "vertical test" else tuple(KNOWN), tolerance)
         tables["measured_points"] += points(test, found)
         tables["measured_parameters"] += parameters(test, found)
         free = 100.0 * (found.measured.L[0] - found.fit.residual[0]) / found.measured.L[0] - 100.0
-        tables["measured_parameters"].append(
-            {"fit": test, "parameter": "L0, fitted less measured, at most [%]", "value": float(np.abs(free).max())}
-        )
-    shown = found if coarse else fitted(ONE, SHIFTS)
+        last = dict.fromkeys(tables["measured_parameters"][0], "") | {"fit": test, "value": float(np.abs(free).max())}
+        tables["measured_parameters"].append(last | {"parameter": "L0, fitted less measured, at most [%]"})
+    shown = found if coarse else fitted(ONE, SHIFTS, tolerance)
     tables["measured_profiles"] = draw_profiles(shown, coarse, folder / "measured_profiles.png")
-    return "\n".join(f"{name}\n\n{write_rows(rows, folder / f'{name}.csv')}" for name, rows in tables.items())
+    found_text = "\n".join(f"{name}\n\n{write_rows(rows, folder / f'{name}.csv')}" for name, rows in tables.items())
+    return f"{found_text}\n{left_over(tables['measured_points'])}"
+
+
+def left_over(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Return which points each fit leaves farther off than half a point of L0."""
+    lines = []
+    for test in dict.fromkeys(row["fit"] for row in rows):
+        own = [row for row in rows if row["fit"] == test]
+        away = {f"{r['coil']} at {r['d_v [mm]']} mm, {r['alpha [deg]']} deg": r["fitted less measured"] for r in own}
+        far = ", ".join(f"{place}: {off:+.2f}" for place, off in away.items() if abs(off) > HALF) or "none"
+        rms = float(np.sqrt(np.mean(np.square(list(away.values())))))
+        lines.append(f"{test}: not explained to {HALF} points: {far}; rms {rms:.2f}\n")
+    return "".join(lines)

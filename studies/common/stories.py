@@ -14,7 +14,7 @@ from sits_mech.synthesis.run import design
 from sits_mech.synthesis.search import MOST
 
 REQUIREMENTS = Path(__file__).parents[1] / "requirements"
-FEW = 1  # designs of a coarse search, beside the round one
+QUICK, FEW = "strip", 1  # what a coarse run answers: designs of a section; with so many of them beside the round one
 
 
 def answer_stories(stories: Sequence[str], coarse: bool, folder: Path) -> None:
@@ -23,14 +23,17 @@ def answer_stories(stories: Sequence[str], coarse: bool, folder: Path) -> None:
     Parameters
     ----------
     stories : sequence of str
-        Names of files in ``studies/requirements``; of a coarse run the first is answered.
+        Names of files in ``studies/requirements``; a coarse run reads them all and answers a long strip instead.
     coarse : bool
         Whether a search ends with its first design.
     folder : Path
         Of the study.
     """
-    for story in stories[:1] if coarse else stories:
-        asked, began = read_requirements(REQUIREMENTS / f"{story}.toml"), time.process_time()
+    requirements = {story: read_requirements(REQUIREMENTS / f"{story}.toml") for story in stories}
+    if coarse:
+        requirements = {QUICK: read_requirements(REQUIREMENTS / f"{QUICK}.toml")}
+    for story, asked in requirements.items():
+        began = time.process_time()
         own = prepare_folder(folder / story)
         found = design(asked, folder=cases_folder(own), most=FEW if coarse else MOST)
         write_design(asked, found, own)

@@ -155,15 +155,15 @@ def quarter_turned(sensor: Sensor, load: Wrench) -> Row:
     return Row("", "", DONE, _least(report), away, 1e-6, report.estimated_error, remark=_said(report))
 
 
-def refined(sensor: Sensor, wrench: Wrench) -> Row:
+def refined(sensor: Sensor, wrench: Wrench, finer: float = 1e-4) -> Row:
     """Return how far the pose moves when a hundredth of the tolerance is asked, in sums of both stated errors."""
-    coarse, fine = (planar_layer(sensor, tolerance).equilibrium(wrench) for tolerance in (1e-2, 1e-4))
+    coarse, fine = (planar_layer(sensor, tolerance).equilibrium(wrench) for tolerance in (1e-2, finer))
     names = ("d_h", "d_v", "alpha")
     away = np.array([abs(float(getattr(coarse.pose, name)) - float(getattr(fine.pose, name))) for name in names])
     uncertainty = np.array([float(getattr(coarse.error, name)) + float(getattr(fine.error, name)) for name in names])
     report = fine.report
     violation = float(np.max(away / np.maximum(uncertainty, 1e-15)))
-    remark = f"{coarse.report.estimated_error:.1e} asked for 1e-2, {report.estimated_error:.1e} for 1e-4"
+    remark = f"{coarse.report.estimated_error:.1e} asked for 1e-2, {report.estimated_error:.1e} for {finer:g}"
     return Row("", "", DONE, _least(report), violation, 1.0, report.estimated_error, remark=remark)
 
 

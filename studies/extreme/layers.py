@@ -65,19 +65,24 @@ def layers(coarse: bool) -> Iterator[Row]:
     def ask(case: str, question: Callable[[], Row], must: bool = True) -> Row:
         return measured("mechanics", case, question, must)
 
+    points = 5 if coarse else 9
     for ratio in (0.5, 1e9) if coarse else (0.5, 10.0, 1e3, 1e5, 1e9):
-        yield ask(f"K/mu = {ratio:g}", lambda ratio=ratio: combined(pad(20, 15, 2, ratio=ratio)))
+        yield ask(f"K/mu = {ratio:g}", lambda ratio=ratio: combined(pad(20, 15, 2, ratio=ratio), points=points))
     for S in (0.3,) if coarse else (0.3, 0.5, 1, 3, 8, 25):
         t, ratio = 7.5 / S, 1e5 if S > 8 else 1e3
         yield ask(f"S = {S:g}, flush", lambda t=t, ratio=ratio: combined(pad(15, 15, t, ratio=ratio), press=0.03))
     for t in (20.0,) if coarse else (0.1, 20.0):
         yield ask(f"t = {t:g} mm", lambda t=t: combined(pad(20, 15, t, ratio=1e5), press=0.02))
-    for name, sizes in (("overhanging 20/15/2", (20, 15, 2)), ("flush 15/15/3", (15, 15, 3))):
-        yield from driven(name, pad(*sizes), coarse)
+    if not coarse:
+        yield from driven("overhanging 20/15/2", pad(20, 15, 2), coarse)
+    yield from driven("flush 15/15/3", pad(15, 15, 3), coarse)
     gent = planar_layer(pad(15, 15, 3, j_m=2.0), 1e-2)
     locking = Drive("sheared", "d_h", (0.5,) if coarse else (0.5, 1.0, 1.3), 0.1)
-    for goal, question in drive(gent, locking):
-        yield ask(f"Gent j_m = 2 (locks at shear 1.41), {locking.amount(goal)}", question, goal < 1.0)
+    pressed = Drive("pressed", "sink", (0.1, 0.2, 0.3, 0.4), 0.05, held=UPRIGHT)  # until its silicone is at its stretch
+    for way in (locking,) if coarse else (locking, pressed):
+        for goal, question in drive(gent, way):
+            must = goal == way.goals[0]
+            yield ask(f"Gent j_m = 2 (locks at shear 1.41), {way.amount(goal)}", question, must)
     thin, block = planar_layer(pad(20, 15, 2)), pad(15, 15, 3)
     yield ask("no load", lambda: nothing(thin, 2 * MM))
     yield ask("load to and fro", lambda: to_and_fro(thin, Wrench(200.0, 2000.0, 1.0), 7.5 * MM))
@@ -85,12 +90,23 @@ def layers(coarse: bool) -> Iterator[Row]:
     yield ask("moment identity, sheared by half", lambda: identity(block, Wrench(F_x=200.0)))
     pads = {"overhanging 20/15/2": thin.sensor, "flush 15/15/3": block}
     for F_x, F_z in LOADS[:1] if coarse else LOADS:
-        for name, sensor in pads.items():
+        for name, sensor in list(pads.items())[: 1 if coarse else None]:
             load, case = Wrench(F_x, F_z), f"{name}, refined at {F_x:g} and {F_z:g} N/m"
             yield ask(case, lambda load=load, sensor=sensor: refined(sensor, load), F_z == 1000.0)
     if not coarse:
+        yield from cornered()
         yield ask("100 times too much, pressed", lambda: overloaded(thin.sensor, press=5.0, shear=0.1), False)
         yield ask("100 times too much, sheared", lambda: overloaded(thin.sensor, press=0.0, shear=10.0), False)
+
+
+def cornered() -> Iterator[Row]:
+    """Yield the rows of corners of 0.01 mm radius: on a layer of 0.2 mm, and on one too thick for them."""
+    for t in (0.2, 2.0):
+        sharp = pad(20, 15, t)
+        assert sharp.elastomer is not None
+        rounded = sharp.model_copy(update={"elastomer": sharp.elastomer.model_copy(update={"edge_radius": 1e-5})})
+        case = f"corners of 0.01 mm radius, t = {t:g} mm"
+        yield measured("mechanics", case, lambda sensor=rounded: refined(sensor, Wrench(300.0, 3000.0), 2e-3), t < 1.0)
 
 
 def driven(name: str, sensor: Sensor, coarse: bool) -> Iterator[Row]:

@@ -1,9 +1,10 @@
 """Plates and coils at the ends of what is built and asked: is each answer within its error of a richer one?
 
-Gaps of 10 um, tilts of 85 % of what touches, foils of 10 nm and blocks of 10 mm, permeability 1e4, one turn and sixty,
-64 coils, a nut at 0.05 mm and at 1 m, from 1 Hz to the guard, tolerances from 0.3 to 1e-6. Each is asked of a model
-and, for the reference, of a finer rung of it or of another model; the violation is what L is apart, in sums of the
-errors that both state, of which one is allowed.
+Gaps of 10 um, tilts of 85 % of what touches, foils of 10 nm and blocks of 10 mm, plates of 100 mm, permeability 1e4,
+one turn and sixty, corners of 0.01 mm, slots that close, 64 coils, a nut at 0.05 mm and at 1 m, from 1 Hz to the guard,
+tolerances from 0.3 to 1e-6. Each is asked of a model and, for the reference, of a finer rung of it, of another model,
+or of a scene that the asked one tends to: a plate with sharp corners, or a slot ten times as narrow. The violation is
+what L is apart, in sums of the errors that both state, of which one is allowed.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from scipy.constants import c
 from sits_mech.chain.models import MAGNETICS
 from sits_mech.geometry.tracks import track_length
 from sits_mech.quantities import Pose
-from sits_mech.scene.sensor import Conductor, Sensor
+from sits_mech.scene.sensor import Coil, Conductor, Sensor, Target
 
 GUARD = c / track_length(coil("C", 0.0))
 TOUCHING = float(np.arcsin(0.5 / 4.0))  # of 8 mm, half a millimetre up
@@ -34,6 +35,7 @@ class Asked:
     first: tuple[str, float] = ("planar", 1e-2)
     second: tuple[str, float] = ("planar", 1e-3)
     frequency: float = 1e6
+    tends_to: Sensor | None = None  # the scene that the reference is asked for, where it is another one
 
 
 def plate(thickness: float = 0.2, sigma: float = 5.8e7, mu: float = 1.0, turns: int = 12) -> Sensor:
@@ -53,6 +55,40 @@ def beside(away: float) -> Sensor:
     return plate().model_copy(update={"conductors": (nut,)})
 
 
+def outlined(*points: tuple[float, float]) -> Sensor:
+    """Return two coils under a plate of some outline [mm]."""
+    bare = plate()
+    rim = tuple((x * MM, y * MM) for x, y in points)
+    target = Target(conductivity=5.8e7, shape="outline", points=rim, thickness=0.2 * MM)
+    return bare.model_copy(update={"target": target})
+
+
+def rounded(radius: float = 0.01) -> Sensor:
+    """Return a plate of 8 mm whose corners have a radius [mm]."""
+    turns = np.pi / 2.0 * (np.arange(4)[:, None] + np.linspace(0.0, 1.0, 4))
+    middles = (4.0 - radius) * np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)])[:, None, :]
+    rim = middles + radius * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
+    return outlined(*((float(x), float(y)) for x, y in rim.reshape(-1, 2)))
+
+
+def slotted(width: float) -> Sensor:
+    """Return a plate of 8 mm with a slot from its middle to its rim, along x [mm]."""
+    h = 0.5 * width
+    return outlined((4, h), (4, 4), (-4, 4), (-4, -4), (4, -4), (4, -h), (0, -h), (0, h))
+
+
+def wound(turns: int, pitch: float, shape: str = "circle", radius: float = 0.0) -> Sensor:
+    """Return two coils of so many turns, tracks as wide as their gaps; of squares the corners have a radius [mm]."""
+    one = {"layers": 2, "turns": turns, "track_width": pitch * MM / 2, "track_gap": pitch * MM / 2}
+    one |= {"track_thickness": 35e-6, "layer_pitch": 85e-6, "shape": shape}
+    if shape == "circle":
+        one |= {"inner_diameter": 2.2 * MM}
+    else:
+        one |= {"inner_width": 2.2 * MM, "inner_length": 2.2 * MM, "corner_radius": radius * MM}
+    coils = tuple(Coil.model_validate(one | {"name": f"C{x:g}", "centre": (x * MM, 0.0)}) for x in (-4.0, 4.0))
+    return plate().model_copy(update={"coils": coils})
+
+
 def many() -> Sensor:
     """Return 64 coils in eight rows."""
     places = [(7.5 * (k % 8 - 3.5), 7.5 * (k // 8 - 3.5)) for k in range(64)]
@@ -63,7 +99,7 @@ def many() -> Sensor:
 
 def questions() -> dict[str, Asked]:
     """Return what is asked, by names; the first ones are quick."""
-    up, sheets = Pose(0.3 * MM, 2 * MM), (("sheets", 2e-2), ("sheets", 5e-3))
+    up = Pose(0.3 * MM, 2 * MM)
     fem = (("planar", 1e-2), ("planar-fem", 1e-3))
     return {
         "gap 10 um": Asked(plate(), Pose(0.3 * MM, 1e-5), ("planar-fem", 1e-2), ("planar-fem", 1e-3)),
@@ -78,10 +114,30 @@ def questions() -> dict[str, Asked]:
         "tolerance 0.3": Asked(plate(), up, ("planar", 0.3)),
         "tolerance 1e-6": Asked(plate(), up, ("planar", 1e-3), ("planar", 1e-6)),
         "permeability 1e4": Asked(plate(sigma=1e7, mu=1e4), up, ("planar-fem", 3e-2), ("planar-fem", 3e-3)),
+        "60 turns": Asked(wound(60, 0.04), up, *fem),
+    } | in_space()
+
+
+def in_space() -> dict[str, Asked]:
+    """Return what is asked of the model in space, by names."""
+    up, sheets = Pose(0.3 * MM, 2 * MM), (("sheets", 2e-2), ("sheets", 5e-3))
+    leaning = Pose(0.0, 0.5 * MM, 0.42 * TOUCHING, 0.0, 0.42 * TOUCHING)
+    wide = scene("axisymmetric", 100, 0.2, 5.8e7)
+    return {
         "nut at 0.05 mm": Asked(beside(0.05), up, *sheets),
         "nut at 1 m": Asked(beside(1e3), up, *sheets),
         "64 coils": Asked(many(), up, *sheets),
         "gap 0.1 mm in space": Asked(plate(), Pose(0.3 * MM, 1e-4), *sheets),
+        "gap 0.5 mm, 85 % of the tilt to touching, about both axes": Asked(plate(), leaning, *sheets),
+        "foil of 10 nm in space": Asked(plate(1e-5), up, *sheets),
+        "block of 10 mm in space": Asked(plate(10.0), up, *sheets),
+        "60 turns in space": Asked(wound(60, 0.04), up, *sheets),
+        "disc of 100 mm at 0.5 mm": Asked(wide, Pose(0.0, 0.5 * MM), ("sheets", 2e-2), ("axisymmetric", 1e-3)),
+        "plate with corners of 0.01 mm radius": Asked(rounded(), up, *sheets, tends_to=plate()),
+        "slot of 0.01 mm that closes": Asked(slotted(0.01), up, *sheets, tends_to=slotted(0.001)),
+        "coil with corners of 0.01 mm radius": Asked(
+            wound(60, 0.04, "rectangle", 0.01), up, *sheets, tends_to=wound(60, 0.04, "rectangle")
+        ),
     }
 
 
@@ -95,8 +151,8 @@ def poses(coarse: bool) -> Iterator[Row]:
 def richer(asked: Asked) -> Row:
     """Return how far an answer is from a richer one, in sums of the errors that both state."""
     found = [
-        MAGNETICS[model](asked.sensor, tolerance).impedance(asked.pose, asked.frequency)
-        for model, tolerance in (asked.first, asked.second)
+        MAGNETICS[model](sensor, tolerance).impedance(asked.pose, asked.frequency)
+        for sensor, (model, tolerance) in ((asked.sensor, asked.first), (asked.tends_to or asked.sensor, asked.second))
     ]
     change = [z.L - z.L0 for z in found]
     error = found[0].error_L + found[1].error_L + 1e-9 * found[0].L0.max()

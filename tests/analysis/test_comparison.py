@@ -75,7 +75,7 @@ def test_what_cannot_be_compared_is_refused(sensor: Sensor, data: xr.Dataset, be
     far = Measured(1.5 * bench.forces, bench.L, "far")
     with pytest.raises(ValueError, match="table: must reach beyond the measured forces"):
         compare(sensor, data, far, ["gap"])
-    with pytest.raises(ValueError, match=r"modulus: must fit from 0.7\d+ to 10; the best value is at an end, 10"):
+    with pytest.raises(ValueError, match=r"modulus: must fit .* between 0.7\d+ and 10; .* upper end, 10"):
         compare(sensor, data, bench, ["modulus"])  # no modulus makes up for leads
 
 

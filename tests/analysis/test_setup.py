@@ -134,3 +134,23 @@ def test_a_bench_of_poses_comes_back(
     assert "noise: must be given where a parameter has a deviation" in capsys.readouterr().err
     with pytest.raises(ValueError, match="loads must come with a calibration"):
         comparison.compare(sensor, None, Measured(np.ones((4, 2)), L[:4], "bench"), ["gap"])
+
+
+def test_poses_that_set_ups_share_are_solved_once(sensor: Sensor, poses: Array) -> None:
+    """Leads and the tank move nothing, nor does a key of the scene: readings are those of each set-up alone."""
+    asked = list[int]()
+
+    class Counted(ByHand):
+        """Counts poses."""
+
+        def impedance(self, pose: Pose, frequency: float) -> Impedance:
+            """Return the closed form."""
+            asked.append(len(pose.centre))
+            return super().impedance(pose, frequency)
+
+    setup = Setup(sensor, (Known("gap"), Known("lead")), Counted)
+    P = np.array([[0.0, 0.0], [0.0, 1e-8], [2e-5, 0.0]])
+    found = setup.readings(np.tile(poses, (3, 1, 1)), P)
+    assert asked == [2 * (len(poses) - 1)]
+    for each, p in zip(found, P, strict=True):
+        np.testing.assert_array_equal(each, setup.readings(poses[None], p[None])[0])

@@ -341,7 +341,7 @@ def test_view_draws(capsys: Capture, tmp_path: Path, tokens: tuple[str, ...]) ->
 def test_interrupted_calibration_keeps_what_is_done(tmp_path: Path) -> None:
     """Ctrl-C: exit 130, one line, finished loads on disk, none torn; the same command then goes on from them."""
     command = (sys.executable, "-m", "sits_mech", "calibrate")
-    words = [*command, "biorob2018", *PLANAR, "--tolerance", "1e-3", "-o"]
+    words = [*command, "biorob2018", *PLANAR, "--magnetics", "planar", "--tolerance", "1e-3", "-o"]
     folder = tmp_path / "out"
     started = subprocess.Popen([*words, str(folder)], env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     cases = folder / "cases"

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.field import planar_fem
-from sits_mech.magnetics.remote import _body, _field, _kappa, _solved, half_space_share, remote_bounds
+from sits_mech.magnetics.remote import _body, _kappa, _solved, half_space_share, remote_bounds
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import Conductor, Sensor, load_sensor
@@ -143,17 +142,17 @@ def test_bodies_by_hand() -> None:
     assert core.alpha.max(axis=1).min() == pytest.approx(2.0 * ball, rel=0.1)  # 3 of its volume
 
 
-def test_field_on_the_axis():
-    """Loops' own field there, a^2/(2 (a^2 + z^2)^1.5); beside it the flux through a closed box is none."""
-    coil = COILS.coils[0]
-    rings, z = coil_sections(coil), 9 * MM
-    exact = sum(a * a / (2.0 * (a * a + (z - h) ** 2) ** 1.5) for a, h in zip(rings.radius, rings.z, strict=True))
-    H = _field(coil, np.array([[*coil.centre, z]]), 1e-3 * MM)
-    np.testing.assert_allclose(H, [[0.0, 0.0, exact]], rtol=1e-6, atol=1e-6 * exact)
-    place, step = np.array([5e-3, 7e-3, 4e-3]), 0.01 * MM
-    ways = np.vstack([np.eye(3), -np.eye(3)])
-    sides = _field(coil, place + step * ways, 1e-3 * MM)
-    assert abs((sides * ways).sum()) < 1e-4 * np.abs(sides).max()
+@pytest.mark.parametrize("parts", [
+    [nut(200.0, -30.0)], [nut(0.0, 150.0, material="ferrite"), nut(-90.0, 0.0, y=200.0, name="second")],
+])  # fmt: skip
+@pytest.mark.parametrize("section", [False, True])
+def test_closed_forms_alone_lie_above_what_is_integrated(parts, section):
+    """By up to 100 times, for many poses at once; where they do not do, the better bound comes as ever."""
+    poses = Pose(np.array([0.0, 3.0]) * MM, np.array([2.0, 5.0]) * MM)
+    full = remote_bounds(BARE, parts, poses, section=section)
+    quick = remote_bounds(BARE, parts, poses, section=section, enough=1.0)
+    assert np.all(full <= quick) and np.all(quick < 100.0 * full) and (section or np.all(full < quick))
+    np.testing.assert_array_equal(remote_bounds(BARE, parts, poses, section=section, enough=1e-30), full)
 
 
 @pytest.mark.parametrize(("pose", "most"), [(Pose(0.0, 15 * MM), 120.0), (Pose(0.0, 60 * MM, 0.3), 30.0)])

@@ -80,7 +80,7 @@ def test_no_loop_links_a_gradient(mirror: int) -> None:
     """A = grad(x), grad(y), grad(xz), grad(yz) drives nothing: these fields are exact with one value a cell."""
     plan = outline_plan(Outline((circle(1.0, 12), circle(0.3, 8))), Grading(0.1, 2.0, 0.4))
     heights = np.array([0.05, 0.03, 0.02])
-    loops = class_loops(plan, plan_seams(plan), heights, (np.ones(1, complex), mirror), depth=0.2)
+    loops = class_loops(plan, heights, (np.ones(1, complex), mirror), depth=0.2)
     prisms = stacked(plan, np.concatenate([[0.0], np.cumsum(heights)]))
     points, weights = gauss_points(prisms, 3)
     x, y, z = np.einsum("mpd,mp->dm", points, weights)

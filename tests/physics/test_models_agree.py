@@ -28,10 +28,10 @@ TABLE = (
     ("planar", "planar-fem", "plate", AXIS, 5e3, 1e-3, 1e-2),  # t = 0.2 delta
     ("planar", "planar-fem", "plate", OFF, 1e6, 1e-3, 1e-2),  # t = 3 delta
     ("planar", "planar-fem", "plate", TILTED, 5e6, 1e-3, 1e-2),  # t = 7 delta
-    ("axisymmetric", "sheets", "disc", AXIS, 5e3, 2e-3, 2e-2),  # thin
+    pytest.param("axisymmetric", "sheets", "disc", AXIS, 5e3, 2e-3, 2e-2, marks=slow),  # thin: test_sheets has FEM
     ("axisymmetric", "sheets", "disc", AXIS, 1e5, 2e-3, 2e-2),  # t = delta, where the regimes meet
     pytest.param("axisymmetric", "sheets", "disc", AXIS, 1e6, 2e-3, 3e-2, marks=slow),  # t = 3 delta
-    ("axisymmetric", "sheets", "disc", AXIS, 5e6, 2e-3, 3e-2),  # thick
+    pytest.param("axisymmetric", "sheets", "disc", AXIS, 5e6, 2e-3, 3e-2, marks=slow),  # thick: test_sheets has FEM
 )
 STRIP = ((5e3, 5e-3, 1e-2), (5e6, 5e-3, 2e-2))  # f [Hz], over Delta L and R per metre
 PLATE = ((5e3, 3e-3, 1e-2), pytest.param(5e6, 3e-3, 2e-2, marks=slow))

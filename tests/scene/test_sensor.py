@@ -303,7 +303,9 @@ def test_unreadable_files_are_refused(tmp_path: Path) -> None:
     words.write_text("this is no scene")
     nested = tmp_path / "nested.toml"
     nested.write_text("a = " + "[" * 5000)
-    for source in (tmp_path / "none.toml", tmp_path, binary, words, nested, "", "biorob", "a\0b"):
+    deep = tmp_path / "deep.toml"
+    deep.write_text(".".join(["a"] * 2000) + " = 1")
+    for source in (tmp_path / "none.toml", tmp_path, binary, words, nested, deep, "", "biorob", "a\0b"):
         with pytest.raises(SceneError) as caught:
             load_sensor(source)
         assert "\n" not in str(caught.value)

@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from elsewhere.coils_alone import WINDINGS, bundle, bundles, closed_forms, spiral
-from elsewhere.plates import HERTZ, sweep, swept
+from elsewhere.coils_alone import WINDINGS, bundle, bundles, closed_forms, spiral, wired
+from elsewhere.plates import HERTZ, sweep, swept, team
 from elsewhere.rows import Row
 from elsewhere.rubber import modulus
 from elsewhere.steel_probe import HEIGHT, drift, fitted, frequency
 from elsewhere.steel_probe import HERTZ as CURVE
+from scipy.constants import mu_0
 
 from sits_mech.magnetics.coils.loops import coil_inductances, series_inductance
 
@@ -27,6 +28,19 @@ def test_measured_coils_by_bundles() -> None:
     assert rows["L of coil m1"].within and rows["L of coil pp1"].within
     one, few, many = (series_inductance(bundle(WINDINGS[0], *parts)) for parts in ((1, 1), (2, 5), (5, 7)))
     assert one == pytest.approx(many, rel=1e-3) and few == pytest.approx(many, rel=1e-5)
+
+
+def test_wires_of_a_winding() -> None:
+    """Turn by turn, TEAM problem 15's coil A has the 225.9 mH of another's finite elements; insulation adds
+    mu0 N a (ln(pitch/d) + 0.138) to uniform current, the lattice's rounding to whole turns 3e-4.
+    """
+    coil = WINDINGS[4]
+    assert wired(coil, 0.8) == pytest.approx(0.2259, abs=2e-4)
+    for one in WINDINGS[:3]:
+        uniform, a = series_inductance(bundle(one, 6, 6)), (one.inner + one.outer) / 2 * 1e-3
+        for share in (0.5, 0.8):
+            more = mu_0 * one.turns * a * (np.log(1 / share) + 0.138)
+            assert wired(one, share) == pytest.approx(uniform + more, rel=3e-4)
 
 
 def test_designers_figures_of_a_square_spiral() -> None:
@@ -51,6 +65,11 @@ def test_swept_coil_over_blocks() -> None:
     assert found.inductance == pytest.approx(345.85e-6, rel=5e-3)
     assert all(row.within for row in swept(found) if "steel" not in row.quantity)
     assert found.computed["P057"].shape == HERTZ.shape
+
+
+def test_coil_over_a_plate_as_by_another_code() -> None:
+    """Dodd and Deeds against finite elements in space: 178.63 mH and 120.67 ohm, see `coils_alone.TEAM`."""
+    assert [row.published for row in team()] == [178.63, 120.67] and all(row.within for row in team())
 
 
 def test_probe_over_steel() -> None:

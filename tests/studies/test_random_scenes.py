@@ -19,13 +19,18 @@ def test_scenes_are_drawn_alike() -> None:
         assert (pose is None) == ("load" in kind) == (load is not None) and sensor.target is not None
 
 
-@pytest.mark.parametrize("number", [0, *(pytest.param(number, marks=pytest.mark.slow) for number in (2, 3, 4))])
+@pytest.mark.parametrize(
+    "number", [0, 37, 53, 56, *(pytest.param(number, marks=pytest.mark.slow) for number in (1, 2, 3, 4, 63, 71))]
+)
 def test_bars_hold_what_the_richest_models_change(number: int) -> None:
-    """Of two sections, whose ends are most of the error, a disc and a load; against sheets and block."""
+    """Of sections, whose ends are most of the error, discs and loads; against sheets and block.
+
+    On 1, 63 and 71 three levels of the pad agree by chance: bars of poses were 1.1 to 1.8 times too small.
+    """
     row = measure(number)
     assert row["status"] == "judged" and (row["model"] == "planar") == (row["kind"] == "section")
     assert row["L over bar"] <= 1.0 and (row["kind"] != "section" or row["bar"] > 0.02 * row["change"])
-    assert row.get("nut", 0.0) < 1e-4
+    assert row.get("nut", 0.0) < 1e-4 and not row["pose over bar"] > 1.0
 
 
 def test_a_stopped_run_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -21,6 +21,7 @@ Range: no size is known where `sheets` does not hold the scene (permeable target
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -79,7 +80,7 @@ def ends_of_plates(sensor: Sensor, found: Impedance, pose: Pose) -> Ends | None:
     more = np.zeros((4, *L.shape))
     try:
         for twin, own in _under_coils(sensor, Pose.of(rows)):
-            space = sheets(twin, ROUGH).impedance(Pose.of(rows[own]), found.frequency)
+            space = _in_space(twin, tuple(rows[own].ravel().tolist()), found.frequency)
             scale, other = (np.sqrt(np.outer(np.diag(L0), np.diag(L0))) for L0 in (found.L0, space.L0))
             ratio = scale / other
             more[0, own], more[1, own] = space.L * ratio - L[own], space.R * ratio - R[own]
@@ -93,6 +94,12 @@ def ends_of_plates(sensor: Sensor, found: Impedance, pose: Pose) -> Ends | None:
     size = float(np.max(own_L / np.where(change > 0.0, change, np.inf), initial=0.0))
     by_L, by_R, error_L, error_R = (each.reshape(found.L.shape) for each in more)
     return Ends(by_L, by_R, error_L, error_R, size)
+
+
+@lru_cache(maxsize=16)
+def _in_space(sensor: Sensor, poses: tuple[float, ...], frequency: float) -> Impedance:
+    """Return the coarse answer in space at poses; kept, for errors and tables ask the same."""
+    return sheets(sensor, ROUGH).impedance(Pose.of(np.array(poses).reshape(-1, len(POSE))), frequency)
 
 
 def _told(values: Array) -> Array:

@@ -15,10 +15,10 @@ its parts by area, so that the coarser inductances and couplings cost nothing mo
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 from scipy.sparse import csr_array
 
 from sits_mech.quantities import Array
@@ -119,11 +119,7 @@ def divisions(size: tuple[float, float], resolution: Resolution, lengths: Length
     lengths : Lengths
         Smallest ones that have to be resolved.
     """
-    width, thickness = size
-    near = resolution.near * lengths.grain
-    first = min(resolution.skin * lengths.skin_depth, near)
-    x = _nodes(width / 2, first, min(near, resolution.along * width / 4), resolution.growth)
-    z = _nodes(thickness / 2, first, resolution.along * thickness, resolution.growth)
+    x, z = (_nodes(*ends) for ends in _grading(size, resolution, lengths))
     finest = _quadrant_cells(x, z)
     found = []
     for level in range(_LEVELS):
@@ -137,12 +133,50 @@ def divisions(size: tuple[float, float], resolution: Resolution, lengths: Length
     return tuple(found)
 
 
+def bars_of(size: tuple[float, float], resolution: Resolution, lengths: Lengths) -> int:
+    """Return how many bars the finest division has, without dividing; arguments as of `divisions`."""
+    counts = []
+    for ends in _grading(size, resolution, lengths):
+        sizes, equal = _sizes(*ends)
+        counts.append(_parts(len(sizes) + equal))
+    return 4 * counts[0] * counts[1]
+
+
+def _grading(
+    size: tuple[float, float], resolution: Resolution, lengths: Lengths
+) -> tuple[tuple[float, float, float, float], ...]:
+    """Return half a side, its first and largest cell [m] and their growth, along and across."""
+    width, thickness = size
+    near = resolution.near * lengths.grain
+    first = min(resolution.skin * lengths.skin_depth, near)
+    largest = min(near, resolution.along * width / 4), resolution.along * thickness
+    along, across = (min(first, most) for most in largest)
+    return (
+        (width / 2, along, largest[0], resolution.growth),
+        (thickness / 2, across, largest[1], resolution.growth),
+    )  # fmt: skip
+
+
+def _sizes(length: float, first: float, largest: float, growth: float) -> tuple[list[float], int]:
+    """Cells that grow from `first` until they fill `length` or are the largest, and how many largest ones follow."""
+    sizes = [min(first, length)]
+    filled = sizes[0]
+    while filled < length and sizes[-1] < largest:
+        sizes.append(min(growth * sizes[-1], largest))
+        filled += sizes[-1]
+    return sizes, max(math.ceil((length - filled) / largest), 0)
+
+
+def _parts(count: int) -> int:
+    """Return how many cells are made of graded ones: a number that the levels divide."""
+    parts: int = 2 ** (_LEVELS - 1)
+    return parts * -(-count // parts)
+
+
 def _graded(length: float, first: float, largest: float, growth: float) -> Array:
     """Nodes of [0, length]: cells grow from `first`, at the end, by at most `growth` up to `largest`."""
-    sizes = [min(first, length)]
-    while sum(sizes) < length:
-        sizes.append(min(growth * sizes[-1], largest))
-    steps = np.array(sizes)
+    sizes, equal = _sizes(length, first, largest, growth)
+    steps = np.concatenate([sizes, np.full(equal, largest)])
     nodes = length - np.concatenate([[0.0], np.cumsum(steps * (length / steps.sum()))])
     nodes[-1] = 0.0
     return np.asarray(nodes[::-1])
@@ -157,9 +191,11 @@ def _quadrant_cells(nodes_x: Array, nodes_z: Array) -> Cells:
 
 def _nodes(length: float, first: float, largest: float, growth: float) -> Array:
     """Graded nodes of [0, length], their intervals in a number that four divides."""
-    nodes = _graded(length, min(first, largest), largest, growth)
-    count, parts = nodes.size - 1, 2 ** (_LEVELS - 1)
+    from scipy.interpolate import PchipInterpolator
+
+    nodes = _graded(length, first, largest, growth)
+    count = nodes.size - 1
     if count == 1:
-        return np.linspace(0.0, length, parts + 1)
-    wanted = np.linspace(0.0, count, parts * -(-count // parts) + 1)
+        return np.linspace(0.0, length, _parts(1) + 1)
+    wanted = np.linspace(0.0, count, _parts(count) + 1)
     return np.asarray(PchipInterpolator(np.arange(count + 1), nodes)(wanted))

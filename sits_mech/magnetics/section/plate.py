@@ -24,7 +24,7 @@ from scipy.constants import mu_0
 from scipy.linalg import block_diag
 
 from sits_mech.magnetics.modes import Modes, eddy_modes
-from sits_mech.magnetics.section.division import Cells, Division, Lengths, Resolution, divisions
+from sits_mech.magnetics.section.division import Cells, Division, Lengths, Resolution, bars_of, divisions
 from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.magnetics.section.sampling import CLASSES, all_nodes, fit, mirrored, probe_charges, sample_nodes, signs
 from sits_mech.quantities import Array, Complex, SolveFailed, SolveReport
@@ -118,9 +118,9 @@ def prepare_plate(
     SolveFailed
         If the plate is so wide for its clearance that its bars do not fit.
     """
+    _check_size(bars_of(size, resolution, lengths), size, lengths.clearance, resolution.terms)
     levels = divisions(size, resolution, lengths)
     cells = levels[0].cells
-    _check_size(cells, size, lengths.clearance, resolution.terms)
     logs = _image_logs(cells, 1.0 if return_radius is None else return_radius)
     places, copies = sample_nodes(size, lengths.clearance, resolution.terms)
     charges = probe_charges(size, lengths.clearance)
@@ -157,9 +157,9 @@ def _combined(images: tuple[Array, ...], parities: tuple[float, float]) -> Array
     return np.asarray(sum(sign * image for sign, image in zip(signs(parities), images, strict=True)))
 
 
-def _check_size(cells: Cells, size: tuple[float, float], clearance: float, terms: float) -> None:
+def _check_size(bars: int, size: tuple[float, float], clearance: float, terms: float) -> None:
     """Refuse more bars, or more nodes for the coils' field, than fit in memory and a minute."""
-    bars, nodes = 4 * cells.x.size, int(terms * sum(size) / (2 * np.pi * clearance))
+    nodes = int(terms * sum(size) / (2 * np.pi * clearance))
     if bars > _MOST_BARS or nodes > _MOST_NODES:
         raise SolveFailed(
             f"planar: a plate of {size[0] * 1e3:.4g} mm at a clearance down to {clearance * 1e3:.3g} mm needs {bars} "

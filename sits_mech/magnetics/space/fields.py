@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -65,7 +66,7 @@ class Nodes:
         return np.asarray(np.swapaxes(turns[:, : A.shape[1]], 1, 2) @ c).reshape(len(places), -1)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Box:
     """Where the fields' polynomials live: the plate's bounding box, and how many of them along each axis.
 
@@ -174,15 +175,13 @@ def decay_scale(box: Box) -> Array:
     return np.tile(np.exp(total).ravel(), 3)
 
 
-def gradients(box: Box, scale: Array) -> list[tuple[Integers, Array]]:
+@lru_cache(maxsize=2)
+def gradients(box: Box) -> list[tuple[Integers, Array]]:
     """Return which coefficients the gradients of the box's polynomials have, and orthonormal ones of them, by parity.
 
-    Parameters
-    ----------
-    box : Box
-    scale : ndarray
-        Sizes of the coefficients, three components, flat: orthonormal are coefficients over these.
+    Orthonormal are coefficients over their sizes (`decay_scale`). All classes of a plate share them.
     """
+    scale = decay_scale(box)
     slopes = [np.polynomial.chebyshev.chebder(np.eye(n), axis=0) / h for n, h in zip(box.order, box.half, strict=True)]
     slopes = [np.vstack([D, np.zeros((1, len(D[0])))]) if len(D) < len(D[0]) else D for D in slopes]
     number = np.arange(3 * np.prod(box.order)).reshape(3, *box.order)
@@ -202,20 +201,19 @@ def gradients(box: Box, scale: Array) -> list[tuple[Integers, Array]]:
     return found
 
 
-def without_gradients(box: Box, scale: Array, rows: Integers, seen: Array) -> Array:
+def without_gradients(box: Box, rows: Integers, seen: Array) -> Array:
     """Return what some coefficients drive, less what gradients among them do, which should drive nothing.
 
     Parameters
     ----------
-    box, scale
-        As in `gradients`.
+    box : Box
     rows : ndarray of int, shape (n,)
         Which of the three components' coefficients, ascending.
     seen : ndarray, shape (n, m)
         What each drives, of its size.
     """
     seen = seen.copy()
-    for index, Q in gradients(box, scale):
+    for index, Q in gradients(box):
         at = np.searchsorted(rows, index)
         known = at < rows.size
         known[known] = rows[at[known]] == index[known]

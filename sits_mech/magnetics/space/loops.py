@@ -24,8 +24,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import minimum_spanning_tree
 
-from sits_mech.geometry.sheet_plan import Plan, Seams, standing_nodes
-from sits_mech.quantities import Array, Complex
+from sits_mech.geometry.sheet_plan import Plan, Seams, plan_seams, standing_nodes
+from sits_mech.quantities import Array, Complex, Integers
 from sits_mech.scene.outlines import signed_area
 
 _LOOKED_AT = 10_000_000  # cells by edges of rims
@@ -55,16 +55,12 @@ class Loops:
         return int(self.uneven.shape[1])
 
 
-def class_loops(
-    plan: Plan, seams: Seams, heights: Array, symmetry: tuple[Complex, int], *, depth: float = 0.0
-) -> Loops:
+def class_loops(plan: Plan, heights: Array, symmetry: tuple[Complex, int], *, depth: float = 0.0) -> Loops:
     """Return the loops of one class.
 
     Parameters
     ----------
     plan : Plan
-    seams : Seams
-        Of the plan.
     heights : ndarray, shape (l,)
         Of the sheets of the upper half, from the middle plane up [m].
     symmetry : tuple
@@ -74,26 +70,96 @@ def class_loops(
         Vertical loops are taken in the cells at the rim and those whose middle is no further from it [m].
     """
     character, mirror = symmetry
+    return plan_sums(plan, depth).flows(character).loops(heights, mirror)
+
+
+@dataclass(frozen=True)
+class Sums:
+    """What all classes of a plan have in common: sums over cells of the outward currents of their edges.
+
+    Attributes
+    ----------
+    plan : Plan
+    seams : Seams
+        Of the plan.
+    area : ndarray, shape (n,)
+        Of the cells [m^2].
+    at_rim : ndarray of bool, shape (n,)
+        Cells that take vertical loops.
+    of_edges : sparse array, shape (5 n, edges)
+        x and y moments [m], the net current, and both weighted sums of opposite edges, one below the other.
+    """
+
+    plan: Plan
+    seams: Seams
+    area: Array
+    at_rim: NDArray[np.bool_]
+    of_edges: sp.csr_array
+
+    def flows(self, character: Complex) -> Flows:
+        """Return the sums of the classes that have a row of `plan.characters`."""
+        psi = self.of_edges @ _stream_flux(self.plan, self.seams, character)
+        across = self.of_edges @ _tree_flux(self.plan, self.seams, character, self.at_rim)
+        return Flows(self.area, psi.tocoo(), across.tocoo())
+
+
+@dataclass(frozen=True)
+class Flows:
+    """Sums of a plan, as of `Sums`, by the unknowns of one sheet.
+
+    Attributes
+    ----------
+    area : ndarray, shape (n,)
+        Of the cells [m^2].
+    psi, across : sparse array, shape (5 n, unknowns)
+        Of the stream function and of the vertical loops; the net current of the first is zero.
+    """
+
+    area: Array
+    psi: sp.coo_array
+    across: sp.coo_array
+
+    def loops(self, heights: Array, mirror: int) -> Loops:
+        """Return the loops of one class; arguments as of `class_loops`."""
+        n, count = self.area.size, heights.size
+        sheets, rises, drops = _interfaces(count, mirror)
+        columns = self.psi.shape[1] * count, self.across.shape[1] * sheets.shape[1]
+        thin = 1.0 / np.sqrt(12.0 * heights)[:, None]
+
+        def rows(first: int, last: int, psi: Array, across: Array, scale: Array | None = None) -> sp.csr_array:
+            """Rows of the sums first to last of all cells, on the sheets by both operators."""
+            parts = [(self.psi, psi, 0), (self.across, across, columns[0])]
+            each = [_on_sheets(sums, (first * n, last * n), op, start, scale) for sums, op, start in parts]
+            values, places = (np.concatenate(both, axis=-1) for both in zip(*each, strict=True))
+            return sp.csr_array((values, (places[0], places[1])), shape=((last - first) * n * count, sum(columns)))
+
+        eye, none = np.eye(count), np.zeros((count, count))
+        vertical = np.sqrt(heights / 12.0)[:, None] * drops
+        uneven = rows(3, 5, thin * eye, thin * sheets), rows(2, 3, none, vertical, 1.0 / np.sqrt(self.area))
+        moments = rows(0, 1, eye, sheets), rows(1, 2, eye, sheets), rows(2, 3, none, -heights[:, None] * rises)
+        return Loops(moments, sp.csr_array(sp.vstack(uneven)), np.outer(self.area, heights).ravel())
+
+
+def plan_sums(plan: Plan, depth: float) -> Sums:
+    """Return what all classes of a plan have in common; `depth` as of `class_loops`."""
     corners = plan.nodes[plan.cells]
     area, centre = signed_area(corners), _centroids(corners)
     lever = (corners + np.roll(corners, -1, axis=1)) / 2 - centre[:, None, :]
-    sheets, rises, drops = _interfaces(heights.size, mirror)
-    psi = _stream_flux(plan, seams, character)
-    across = _tree_flux(plan, seams, character, _near_rim(plan, centre, depth))
-    eye = sp.eye_array(heights.size)
-    flat = [sp.hstack([sp.kron(op @ psi, eye), sp.kron(op @ across, sheets)]) for op in _levers(lever)]
-    net = sp.kron(sp.eye_array(area.size), np.ones((1, 4))) @ across  # out of each cell
-    blank = sp.csr_array((area.size * heights.size, psi.shape[1] * heights.size), dtype=complex)
-    up = sp.hstack([blank, -sp.kron(net, sp.diags_array(heights) @ rises)])
-    thin = sp.diags_array(1.0 / np.sqrt(12.0 * heights))
-    pairs = _pair_sums(corners, area)
-    side = sp.hstack([sp.kron(pairs @ psi, thin), sp.kron(pairs @ across, thin @ sheets)])
-    spread = sp.diags_array(1.0 / np.sqrt(area)) @ net
-    vertical = sp.hstack([blank, sp.kron(spread, sp.diags_array(np.sqrt(heights / 12.0)) @ drops)])
-    moments = tuple(sp.csr_array(op) for op in (*flat, up))
-    return Loops(
-        (moments[0], moments[1], moments[2]), sp.csr_array(sp.vstack([side, vertical])), np.outer(area, heights).ravel()
-    )
+    net = sp.kron(sp.eye_array(area.size), np.ones((1, 4)))
+    of_edges = sp.csr_array(sp.vstack([*_levers(lever), net, _pair_sums(corners, area)]))
+    return Sums(plan, plan_seams(plan), area, _near_rim(plan, centre, depth), of_edges)
+
+
+def _on_sheets(
+    sums: sp.coo_array, within: tuple[int, int], op: Array, start: int, scale: Array | None
+) -> tuple[Array, Integers]:
+    """Entries and places of the Kronecker product of some rows of sums, scaled, and an operator on the sheets."""
+    some = (sums.row >= within[0]) & (sums.row < within[1])
+    row, column, value = sums.row[some] - within[0], sums.col[some], sums.data[some]
+    value = value if scale is None else value * scale[row]
+    i, j = np.nonzero(op)
+    rows, columns = row[:, None] * op.shape[0] + i, column[:, None] * op.shape[1] + j + start
+    return (value[:, None] * op[i, j]).ravel(), np.stack([rows.ravel(), columns.ravel()])
 
 
 def most_unknowns(plan: Plan, depth: float) -> int:
@@ -114,7 +180,7 @@ def _centroids(corners: Array) -> Array:
     return np.asarray(((corners + after) * cross[..., None]).sum(1) / (3 * cross.sum(1, keepdims=True)))
 
 
-def _interfaces(count: int, mirror: int) -> tuple[sp.csr_array, sp.csr_array, sp.csr_array]:
+def _interfaces(count: int, mirror: int) -> tuple[Array, Array, Array]:
     """Sheets by interfaces: loop current in a sheet, mean and difference of the vertical current in it.
 
     Odd classes have vertical current through the middle plane: its interface comes first.
@@ -124,7 +190,7 @@ def _interfaces(count: int, mirror: int) -> tuple[sp.csr_array, sp.csr_array, sp
     if mirror < 0:
         below = np.hstack([np.zeros((count, 1)), below])
         above = np.hstack([np.eye(count)[:, :1], above])
-    return sp.csr_array(below - above), sp.csr_array((below + above) / 2), sp.csr_array(below - above)
+    return below - above, (below + above) / 2, below - above
 
 
 def _stream_flux(plan: Plan, seams: Seams, character: Complex) -> sp.csr_array:

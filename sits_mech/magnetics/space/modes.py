@@ -32,10 +32,10 @@ import numpy as np
 from scipy.constants import mu_0
 from scipy.linalg import cholesky, eigh, solve_triangular
 
-from sits_mech.geometry.sheet_plan import Integers, Plan, plan_seams
+from sits_mech.geometry.sheet_plan import Integers, Plan
 from sits_mech.magnetics.modes import Modes, few_modes
 from sits_mech.magnetics.space.fields import Box, decay_scale, field_means, to_coefficients, without_gradients
-from sits_mech.magnetics.space.loops import Loops, class_loops
+from sits_mech.magnetics.space.loops import Loops, plan_sums
 from sits_mech.magnetics.space.prisms import Prisms, box_means, prism_means
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Array, Complex
@@ -166,11 +166,12 @@ def _modes(
     fields = field_means(plan, prisms, box)
     driving = None if sources is None else sources.means(plan, prisms)
     scale = decay_scale(box)
-    seams = plan_seams(plan)
+    sums = plan_sums(plan, depth)
     classes, unknowns, first = {}, 0, not bases
     for order, (character, weight) in enumerate(zip(plan.characters, plan.weights, strict=True)):
+        flows = sums.flows(character)
         for mirror in (1, -1):
-            loops = class_loops(plan, seams, np.diff(levels), (character, mirror), depth=depth)
+            loops = flows.loops(np.diff(levels), mirror)
             if loops.unknowns == 0 or not (first or (order, mirror) in bases):
                 continue
             problem = _Problem(plan, loops, character, mirror, weight)
@@ -180,7 +181,7 @@ def _modes(
             B, own = B[: rows.size] * scale[rows, None], B[rows.size :]
             if basis is None:
                 size = scale[rows, None]
-                driven = without_gradients(box, scale, rows, _resisted(R, B, weight))
+                driven = without_gradients(box, rows, _resisted(R, B, weight))
                 basis = bases[order, mirror] = _by_level(box, rows, _strongest(driven) / size)
             combined = (basis.fields * scale[basis.rows, None]).T @ B[np.searchsorted(rows, basis.rows)]
             classes[order, mirror] = few_modes(L, R, np.vstack([combined, own]), metal[1], weight=weight)

@@ -27,7 +27,6 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy.constants import mu_0
-from scipy.interpolate import CubicSpline
 from scipy.special import j0
 
 from sits_mech.geometry.outline import Outline, target_outline
@@ -149,6 +148,8 @@ def infinite_plate(
     callable
         An array of heights (...) in the range, and which coils' rows, to matrices (..., rows, n) [ohm].
     """
+    from scipy.interpolate import CubicSpline
+
     omega = 2 * np.pi * frequency
     first, last = math.floor(math.log2(heights[0])), math.ceil(math.log2(heights[1]))
     lowest = 2.0 ** (first - 1)  # nodes do not depend on the heights asked; the ends of the spline are far from these

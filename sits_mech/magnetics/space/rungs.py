@@ -306,7 +306,7 @@ def field_box(target: Target, outline: Outline | None, clearance: float, rung: R
     """Return the bounding box with the polynomials that a field singular `clearance` [m] below it needs."""
     rim = target_outline(target, outline).rim
     half = np.array([*np.abs(rim).max(0) * (1.0 + 1e-3), target.thickness / 2])
-    rates = [math.asinh((clearance + half[2]) / side) for side in half]
+    rates = [*(math.asinh(clearance / side) for side in half[:2]), math.acosh(1.0 + clearance / half[2])]
     order = [math.ceil(rung.terms / (2 * rate)) + extra for rate, extra in zip(rates, (3, 3, 2), strict=True)]
     short, long = (0, 1) if half[0] <= half[1] else (1, 0)
     order[short] = min(order[short], math.isqrt(_MOST // order[2]))

@@ -17,7 +17,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.geometry.windings import kinds_of
@@ -82,6 +81,8 @@ class Sources:
 
 def _around(coil: Coil, windings: str, points: Array, distance: float) -> Array:
     """A of a coil about z at points, shape (m, 3)."""
+    from scipy.interpolate import CubicSpline
+
     if windings != "rings" or not coil.is_round:
         found = winding_potential(coil, windings, (0.0, 0.0, 0.0))(points.T[None])[0].T
         return np.pad(found, ((0, 0), (0, 3 - found.shape[1])))

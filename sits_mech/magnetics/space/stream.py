@@ -22,7 +22,7 @@ from scipy.constants import mu_0
 
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.outline import outline_plan, target_outline
-from sits_mech.geometry.sheet_plan import Grading, Integers, Plan, plan_seams
+from sits_mech.geometry.sheet_plan import Grading, Integers, Plan
 from sits_mech.geometry.waves import check_frequency
 from sits_mech.magnetics.coils.ring_field import coil_potential
 from sits_mech.magnetics.space.loops import class_loops
@@ -83,7 +83,7 @@ def plate_stream(sensor: Sensor, pose: Pose, frequency: float, currents: Array, 
     check_frequency(sensor.coils, frequency)
     check_clearance(sensor, pose)
     plan = _plan(target, cells)
-    loops = class_loops(plan, plan_seams(plan), np.array([target.thickness]), (plan.characters[0], 1))
+    loops = class_loops(plan, np.array([target.thickness]), (plan.characters[0], 1))
     low = np.full(plan.cells.shape[0], -target.thickness / 2)
     prisms = Prisms(plan.nodes[plan.cells], low, -low)
     G = prism_means(prisms, prisms, symmetric=True)

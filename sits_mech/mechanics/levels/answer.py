@@ -16,7 +16,7 @@ import numpy as np
 from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.faces.face_contact import face_notes, faces_press
 from sits_mech.mechanics.levels.creases import hidden_by_creases, outer_stretches
-from sits_mech.mechanics.levels.family import Levels, extrapolated, finer, next_at_rest
+from sits_mech.mechanics.levels.family import FEWEST, Levels, extrapolated, finer, next_at_rest
 from sits_mech.mechanics.rest.body import Bonded, State, packed, rest, unpacked
 from sits_mech.mechanics.rest.control import Control
 from sits_mech.mechanics.rest.limit import Outcome, carried
@@ -289,9 +289,11 @@ def answer(
         values, spent = [*values, shown(there.q, there.load)], spent + there.iterations
         last = np.where(held, 0.0, there.off / unit)
         limit = extrapolated(values, levels.sizes, levels.order, last, pressed=pressed)
+        early = len(values) == FEWEST and levels.early > 1.0 and not pressed
+        limit = limit.times(levels.early) if early else limit
         beyond.append(np.zeros(0) if there.state is None else packed(there.state))
         stretches += [] if there.state is None else [largest_stretch(levels.maker(level), there.state.u)]
-        if pressed or np.max(limit.error) < np.max(best.error):
+        if pressed or early or np.max(limit.error) < np.max(best.error):
             best, kept = limit, len(beyond)
     share = levels.share if np.isfinite(best.order) else max(levels.share, _UNSEEN)
     creases = hidden_by_creases(body, fine, levels.numbers(len(values) - 1)[-1])

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _KINDS = {"F_x": "shear force", "F_y": "shear force", "F_z": "normal force"}
+_FORMATS = (".png", ".pdf", ".svg")
 COLUMN = 88.0 / 25.4  # width of a paper's column [in]
 _STYLE: Any = {
     "font.size": 8, "axes.labelsize": 8, "legend.fontsize": 6.5, "legend.title_fontsize": 6.5, "axes.linewidth": 0.6,
@@ -236,6 +237,15 @@ def _crosstalk_matrix(data: xr.Dataset, stray: xr.Dataset) -> Figure:
         axes.set_title("crosstalk, of the full scale of a signal", fontsize=8)
         axes.grid(False)
     return figure
+
+
+def checked_picture(path: Path) -> Path:
+    """Return where a picture goes; raise SceneError where its format cannot be drawn or its folder is not there."""
+    if path.suffix not in _FORMATS:
+        raise SceneError(f"--output: must end in {', '.join(_FORMATS)}; got {path.name!r}")
+    if not path.parent.is_dir():
+        raise SceneError(f"--output: must be in a folder that exists; got {path}")
+    return path
 
 
 def save_figure(figure: Figure, path: Path) -> None:

@@ -10,14 +10,13 @@ from sits_mech.chain.models import mechanical_model
 from sits_mech.geometry.tracks import section_refusal
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.refusals import refuse_beside
-from sits_mech.report.pictures.curves import save_figure
+from sits_mech.report.pictures.curves import checked_picture, save_figure
 from sits_mech.report.pictures.drawing import scene_drawing
 from sits_mech.report.pictures.section import driven_coil, field_view, load_view
 from sits_mech.report.pictures.spatial import spatial_view
 from sits_mech.scene.sensor import SceneError, Sensor
 
 Kind = Literal["scene", "layer", "field", "spatial"]
-_FORMATS = (".png", ".pdf", ".svg")
 
 
 @dataclass(frozen=True)
@@ -61,12 +60,7 @@ def kind_of_picture(asked: Kind | None, wrench: Wrench, pose: Pose | None) -> Ki
 
 def picture_path(asked: Path | None, scene: str, kind: Kind) -> Path:
     """Return where a picture goes; raise SceneError when it is of another format than can be drawn."""
-    path = Path(f"{Path(scene).stem}-{kind}.png") if asked is None else asked
-    if path.suffix not in _FORMATS:
-        raise SceneError(f"--output: must end in {', '.join(_FORMATS)}; got {path.name!r}")
-    if not path.parent.is_dir():
-        raise SceneError(f"--output: must be in a folder that exists; got {path}")
-    return path
+    return checked_picture(Path(f"{Path(scene).stem}-{kind}.png") if asked is None else asked)
 
 
 def draw(kind: Kind, sensor: Sensor, request: Request, path: Path) -> None:

@@ -14,6 +14,7 @@ from sits_mech.readout.front_end import FrontEnd, register_text
 from sits_mech.report.tables.solves import key_table, with_error
 
 Record = dict[str, Any]
+_SIDE = 21  # loads along each force
 
 
 def refusal(cal: Calibration, status: str, given: Sequence[tuple[str, float]]) -> str:
@@ -34,8 +35,19 @@ def refusal(cal: Calibration, status: str, given: Sequence[tuple[str, float]]) -
     if status == "ambiguous":
         why = "; ".join(cal.domain.regions) or "the edge of the table"
         return f"{options}: must belong to one load; ambiguous, more than one shows these readings ({why})"
-    came = "a load outside" if status == OUTSIDE else "none"
+    came = "a load outside" if status == OUTSIDE else f"none that any load shows; {_nearest(cal, given)}"
     return f"{options}: must belong to a load of the calibration ({', '.join(spans)}); got {came}"
+
+
+def _nearest(cal: Calibration, given: Sequence[tuple[str, float]]) -> str:
+    """Return which load's inductances are nearest to a reading, and how far they are, in words."""
+    axes = [np.linspace(a, b, _SIDE) for a, b in zip(cal.low, cal.high, strict=True)]
+    loads = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+    off = np.abs(cal.forward(loads) - np.array([value for _, value in given])) / cal.full_scale
+    best = int(np.argmin(np.max(off, axis=1)))
+    coil = int(np.argmax(off[best]))
+    load = ", ".join(f"{n} = {value:.3g}" for n, value in zip(cal.forces, loads[best].tolist(), strict=True))
+    return f"the nearest, {load}, shows coil {cal.coils[coil]} {100.0 * float(off[best, coil]):.2g} % of its range off"
 
 
 def inversion_record(cal: Calibration, reading: Array) -> Record:

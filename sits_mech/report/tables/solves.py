@@ -5,14 +5,17 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-import xarray as xr
 from rich.table import Table
 
 from sits_mech.analysis.spectrum import Terminals
 from sits_mech.quantities import POSE, WRENCH, Equilibrium, Impedance, SolveReport
 from sits_mech.readout.loads import load_words
 from sits_mech.readout.signals import PAIR, SIGNALS, Signals
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def with_error(value: float, error: float) -> str:

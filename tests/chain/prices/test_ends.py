@@ -6,10 +6,11 @@ import pytest
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.chain.omissions import Shown, beside_errors, omissions
+from sits_mech.chain.prices import ends
 from sits_mech.chain.prices.ends import InSection, ends_of_plates, pitch_of_spirals
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.quantities import Pose, Wrench
+from sits_mech.quantities import MagneticModel, Pose, Wrench
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 MM = 1e-3
@@ -97,6 +98,22 @@ def test_a_pose_has_its_own_price(sensor: Sensor) -> None:
             np.testing.assert_array_equal(both.error_R[k], alone.error_R)
 
 
+def test_an_answer_and_its_table_price_the_ends_once(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the errors hold is what the table of omissions says, of one solve in space."""
+    asked = []
+
+    def counted(scene: Sensor, tolerance: float) -> MagneticModel:
+        asked.append(tolerance)
+        return sheets(scene, tolerance)
+
+    monkeypatch.setattr(ends, "sheets", counted)
+    pose = Pose(0.123 * MM, 2 * MM)
+    found = magnetic_model(sensor, "auto", 1e-2, [pose])[0].impedance(pose, sensor.frequency)
+    items = omissions(sensor, (), None, "planar", Shown(pose, found), True)
+    size = next(item.size for item in items if item.what == ENDS)
+    assert len(asked) == 1 and f"{size:.2g} of the change" in found.report.notes[-1]
+
+
 def test_no_size_where_space_has_no_model(sensor: Sensor) -> None:
     """Permeable targets: named as not estimated, in the answer and beside it."""
     shape = 'shape="rectangle", width=8e-3, length=8e-3, thickness=2e-4'
@@ -117,7 +134,7 @@ def test_a_long_pad_stands_for_plane_strain() -> None:
     assert choice.name in ("planar", "linear") and size > 0.5 and unknown == ()
     assert layer.equilibrium(load).report.estimated_error < 0.05
     table = calibrate(scene, F_x=[0.1], F_z=[1.0], magnetics="planar", tolerance=3e-2)
-    assert "what sections leave out, up to 1.4 of the change" in table.attrs["notes"]  # 1.1 and the plates' own
+    assert "what sections leave out, 1.4 of the largest change" in table.attrs["notes"]  # 1.1 and the plates' own
     assert float(table["error_d_h"][0, 0]) < 0.05 * float(table["d_h"][0, 0])
 
 

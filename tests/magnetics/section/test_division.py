@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.magnetics.section.division import Lengths, Resolution, divisions
+from sits_mech.magnetics.section.division import Lengths, Resolution, bars_of, divisions
 from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.magnetics.section.plate import prepare_plate
 
@@ -35,3 +35,13 @@ def test_error_of_one_division_goes_with_the_square_of_its_cells():
     plate = prepare_plate((8e-3, 0.2e-3), 5.8e7, RESOLUTION, Lengths(2e-3, 2e-3, 0.9e-3))
     fine, middle, coarse = (plate.modes[k][0].admittance(2 * np.pi * 5e3) for k in range(3))
     assert np.abs(coarse - middle).max() / np.abs(middle - fine).max() == pytest.approx(4.0, rel=0.25)
+
+
+@pytest.mark.parametrize("grain", [1.0, 0.2, 0.17])
+def test_bars_are_counted_without_dividing(grain):
+    lengths = Lengths(grain, grain, 0.3)
+    assert bars_of(SIZE, RESOLUTION, lengths) == 4 * divisions(SIZE, RESOLUTION, lengths)[0].cells.x.size
+
+
+def test_bars_at_a_picometre_are_counted_at_once():
+    assert bars_of((8e-3, 2e-4), RESOLUTION, Lengths(1e-12, 1e-12, 3e-5)) > 10**9

@@ -16,9 +16,20 @@ from sits_mech.extrapolation import added
 from sits_mech.geometry.outline import Outline, read_outline
 from sits_mech.geometry.sheet_plan import Grading, graded_axis
 from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.space.fields import to_coefficients
 from sits_mech.magnetics.space.loops import most_unknowns
 from sits_mech.magnetics.space.modes import prepare_sheets
-from sits_mech.magnetics.space.rungs import LADDER, ROUGHEST, Rung, TooLarge, _family, _interfaces, memory_of, rungs_for
+from sits_mech.magnetics.space.rungs import (
+    LADDER,
+    ROUGHEST,
+    Rung,
+    TooLarge,
+    _family,
+    _interfaces,
+    field_box,
+    memory_of,
+    rungs_for,
+)  # fmt: skip
 from sits_mech.memory import GIB, VARIABLE
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import load_sensor
@@ -55,6 +66,25 @@ def test_sheets_carry_the_skin_effect(asked: float, rung: Rung, half: float) -> 
             values = [np.array([[Z.real]]) for Z in found]
             R = float((values[-1] + added(values, rung.across, 2.0)[0])[0, 0])
             assert abs(R - exact.real) < 2.0 * asked * (k / np.tanh(k * half)).real
+
+
+@pytest.mark.parametrize("thickness", [0.2e-3, 2e-3, 1e-2])
+def test_polynomials_carry_a_charge_below_the_near_face(thickness: float) -> None:
+    """The potential 1/r of a charge a clearance below a plate, on the face next to it, to the digits of the rung."""
+    plate, (_, rung) = load_sensor("biorob2018").target, LADDER[0]
+    assert plate is not None
+    box = field_box(plate.model_copy(update={"thickness": thickness}), None, 2e-3, rung)
+
+    def potential(x: Any, y: Any, z: Any) -> Any:
+        return 1.0 / np.hypot(np.hypot(x * box.half[0] - 1e-3, y * box.half[1]), (z + 1.0) * box.half[2] + 2e-3)
+
+    nodes = [np.cos(np.pi * (np.arange(n) + 0.5) / n) for n in box.order]
+    values = potential(*np.meshgrid(*nodes, indexing="ij"))
+    coefficients = np.einsum("ia,jb,kc,abc->ijk", *map(to_coefficients, box.order), values)
+    x = np.linspace(-1.0, 1.0, 41)
+    face = np.polynomial.chebyshev.chebgrid3d(x, x, np.array([-1.0]), coefficients)[..., 0]
+    exact = potential(x[:, None], x, -1.0)
+    assert np.abs(face - exact).max() < np.exp(-rung.terms / 2) * exact.max()
 
 
 @pytest.mark.parametrize("length", [1e-4, 4e-3, 2e-2])

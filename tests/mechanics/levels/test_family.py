@@ -228,3 +228,14 @@ def test_a_level_that_no_state_is_carried_to_is_brought_to_rest_by_halved_increm
     assert there is not None and there.state is not None and path.reached == 1.0
     np.testing.assert_allclose(there.q, path.state.q, rtol=1e-7, atol=1e-10)
     assert _from_rest(body, held, 50.0 * goal) is None
+
+
+def test_what_three_levels_tell_counts_so_many_times():
+    """Error and its signed parts alike, the limit itself stays; only pads of cells in space doubt three levels."""
+    limit = extrapolated([np.array([1.0, 2.0]), np.array([1.2, 2.1]), np.array([1.25, 2.12])], (1.0, 2.0, 3.0), 2.0)
+    wider = limit.times(4.0)
+    np.testing.assert_array_equal(wider.value, limit.value)
+    np.testing.assert_allclose(wider.error, 4.0 * limit.error)
+    np.testing.assert_allclose(wider.parts, 4.0 * limit.parts)
+    sensor = load_sensor("biorob2018")
+    assert pad_family(sensor)[0].early > 1.0 == layer_family(sensor).early

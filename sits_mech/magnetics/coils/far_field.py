@@ -1,0 +1,61 @@
+"""What is a coil's field far away? The field itself, a bound on it in closed form, and one on the coil's inductance.
+
+A flat loop of 1 A is a sheet of dipoles over its area. No dipole m has more than m/(2 pi d^3) at a distance d, so that
+at R from the middle of rings of radius a_k, the farthest of which is b away from there,
+
+    |H| <= sum_k pi a_k^2 / (2 pi (R - b)^3).                                                               (1)
+
+A ring's self-inductance is mu0 a (ln(8 a/g) - 2) with g = 0.2235 (width + height), that of two rings as of filaments
+in their middles: the sum over all is within some percents of the coil's; nine tenths of it stand for the least.
+
+Sources: Grover, Inductance Calculations, ch. 3 (g); Jackson, Classical Electrodynamics, section 5.6.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from scipy.constants import mu_0
+
+from sits_mech.geometry.windings import coil_sections
+from sits_mech.magnetics.coils.loops import mutual_loops
+from sits_mech.magnetics.coils.ring_field import coil_potential
+from sits_mech.quantities import Array
+from sits_mech.scene.sensor import Coil
+
+_SURE = 0.9  # of the inductance by filaments
+
+
+def coil_field(coil: Coil, points: Array, step: float) -> Array:
+    """Return H of a coil for 1 A at points, from its vector potential a step to all sides, shape (n, 3) [1/m]."""
+    slope = [
+        (coil_potential(coil, points + step * way) - coil_potential(coil, points - step * way)) / (2.0 * step * mu_0)
+        for way in np.eye(3)
+    ]
+    (_, y_x, z_x), (x_y, _, z_y), (x_z, y_z, _) = (each.T for each in slope)
+    return np.column_stack([z_y - y_z, x_z - z_x, y_x - x_y])
+
+
+def field_bound(coil: Coil, distance: float) -> float:
+    """Return how much |H| of a round coil is at most, at and beyond a distance from the middle of its top [1/m].
+
+    By formula (1); infinite where the distance is within the coil, or the coil is not round.
+    """
+    reach = math.hypot(0.5 * coil.outer_diameter, coil.height)
+    if not coil.is_round or distance <= reach:
+        return math.inf
+    return float((coil_sections(coil).radius ** 2).sum()) / (2.0 * (distance - reach) ** 3)
+
+
+@lru_cache(maxsize=32)
+def least_inductance(coil: Coil) -> float:
+    """Return what the self-inductance of a round coil in free space is at least [H]."""
+    rings = coil_sections(coil)
+    a, z, sign = rings.radius, rings.z, np.broadcast_to(rings.sign, rings.radius.shape)
+    own = np.eye(a.size, dtype=bool)
+    apart = np.where(own, 1.0, z[:, None] - z)  # a ring and itself have their own formula
+    mutual = mutual_loops(a[:, None], a, apart)
+    alone = mu_0 * a * (np.log(8.0 * a / (0.2235 * (rings.width + rings.height))) - 2.0)
+    return _SURE * float(sign @ np.where(own, alone[:, None], mutual) @ sign)

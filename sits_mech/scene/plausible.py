@@ -1,0 +1,121 @@
+"""Which numbers of a scene are probably slips of a unit? One line each: a thickness of 2 is metres, 5 mHz is no MHz.
+
+`bounds.py` refuses what makes no sense; here is what makes sense but belongs to hardly any tactile sensor. The range in
+which a kind of input is usual stands beside its bounds, as a `Usual` among the annotations of its type.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, get_args
+
+from pydantic import BaseModel
+
+from sits_mech.quantities import POSE, Pose
+from sits_mech.silicone.material import Silicone, implausible
+from sits_mech.silicone.stability import stability
+
+_STRETCHES = 0.3, 4.0  # that pads come near to
+_QUARTER = 1.6  # rad, just above a quarter turn
+_NEAREST, _FARTHEST = 1e-6, 0.2  # m
+
+
+@dataclass(frozen=True)
+class Usual:
+    """The usual range of a kind of input; zero is always usual.
+
+    Attributes
+    ----------
+    what : str
+        Such as "a length".
+    low, high : float
+        Smallest and largest usual size [unit].
+    unit : str
+        SI.
+    """
+
+    what: str
+    low: float
+    high: float
+    unit: str
+
+    def slip(self, name: str, value: float) -> str:
+        """Return what to say of a value; empty where it is usual."""
+        if value == 0.0 or self.low <= abs(value) <= self.high:
+            return ""
+        span = f"up to {self.high:g} {self.unit}"
+        span = f"{self.low:g} {self.unit} to {self.high:g} {self.unit}" if self.low else span
+        return f"implausible: {name} = {value:.4g} {self.unit}; {self.what} is usually {span}: is the unit right?"
+
+
+LENGTH = Usual("a length of such a sensor", _NEAREST, _FARTHEST, "m")
+PLACE = Usual("a coordinate of such a sensor", 0.0, _FARTHEST, "m")
+FREQUENCY = Usual("the frequency of such a sensor", 1.0, 1e9, "Hz")
+ANGLE = Usual("an angle, in radians without a unit,", 0.0, _QUARTER, "rad")
+
+
+def slips(part: BaseModel) -> tuple[str, ...]:
+    """Return a line for each number of a scene, or of a part of it, that is probably a slip of a unit.
+
+    Parameters
+    ----------
+    part : BaseModel
+        A sensor; its silicone's constants are looked at, too.
+    """
+    return tuple(_found(part, ""))
+
+
+def slips_of_pose(pose: Pose) -> tuple[str, ...]:
+    """Return a line for each component of a pose that is probably a slip of a unit."""
+    usual = {"d_v": LENGTH, "d_h": PLACE, "d_y": PLACE}
+    lines = (usual.get(name, ANGLE).slip(name, float(getattr(pose, name))) for name in POSE)
+    return tuple(line for line in lines if line)
+
+
+def _found(part: BaseModel, path: str) -> Iterator[str]:
+    """Yield the lines of a part and of what belongs to it."""
+    for name, field in type(part).model_fields.items():
+        value = getattr(part, name)
+        usual = next(_usual((field.annotation, *field.metadata)), None)
+        yield from _lines(value, f"{path}{name}", usual)
+
+
+def _lines(value: Any, name: str, usual: Usual | None) -> Iterator[str]:
+    """Yield the lines of a value: a part, parts, a silicone, a number, or points; of points the first that slips."""
+    if isinstance(value, BaseModel):
+        yield from _found(value, f"{name}.")
+    elif isinstance(value, Silicone):
+        yield from (*implausible(value), *_falling(value))
+    elif isinstance(value, tuple) and value and isinstance(value[0], BaseModel):
+        for each in value:
+            yield from _found(each, f"{name}.{getattr(each, 'name', '')}.")
+    elif usual is not None:
+        yield from [line for number in _numbers(value) if (line := usual.slip(name, number))][:1]
+
+
+def _falling(silicone: Silicone) -> Iterator[str]:
+    """Yield the line of a Yeoh law with negative terms whose range of strain nobody told."""
+    negative = [f"{key} = {c:.3g} Pa" for key, c in silicone.constants.items() if isinstance(c, float) and c < 0.0]
+    if silicone.law == "yeoh" and negative and silicone.fitted_range is None:
+        ends = stability(silicone, _STRETCHES)
+        till = "" if ends.stable else f" and is unstable from a stretch of {ends.first_unstable:.3g} in {ends.mode} on"
+        yield f"implausible: yeoh with {', '.join(negative)} has no fitted_range{till}"
+
+
+def _numbers(value: Any) -> Iterator[float]:
+    """Yield the finite numbers in a value, however deep."""
+    if isinstance(value, tuple):
+        for each in value:
+            yield from _numbers(each)
+    elif isinstance(value, float) and math.isfinite(value):
+        yield value
+
+
+def _usual(kinds: Any) -> Iterator[Usual]:
+    """Yield the usual ranges among annotations, however deep."""
+    for kind in kinds:
+        if isinstance(kind, Usual):
+            yield kind
+        yield from _usual((*get_args(kind), *getattr(kind, "__metadata__", ())))
