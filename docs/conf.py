@@ -27,6 +27,7 @@ extensions = [
 _INCLUDED = ("answer_keys", "laws", "scene_keys", "studies_grid")  # in other pages
 exclude_patterns = ["_build", "_made", *(f"_pages/{name}.md" for name in _INCLUDED)]
 nitpicky = False
+smartquotes = False  # commands and quantities are copied from pages
 html_theme = "furo"
 html_title = "sits-mech"
 html_static_path = ["_static"]

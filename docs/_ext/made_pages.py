@@ -17,6 +17,7 @@ from typing import Any
 
 _QUICK = ("force_calibration", "hysteresis", "mechanics_accuracy", "paper_outlook", "work_precision")
 _WORDS = {"N*m": "N m"}
+_PLURALS = {"quantity": "quantities", "table": "tables", "whole number": "whole numbers", "list of": "lists of"}
 
 
 def write(path: Path, text: str) -> None:
@@ -122,7 +123,7 @@ def _kind(entry: dict[str, Any]) -> str:
     """Return what a key holds, in words."""
     if "x-unit" in entry:
         unit = entry["x-unit"]
-        return "number" if unit == "1" else f"[{_WORDS.get(unit, unit)}] quantity"
+        return "number" if unit == "1" else f"quantity [{_WORDS.get(unit, unit)}]"
     if "enum" in entry or "const" in entry:
         return " or ".join(f"`{json.dumps(each)}`" for each in entry.get("enum", [entry.get("const")]))
     options = [each for each in entry.get("anyOf", ()) if each.get("type") != "null"]
@@ -133,7 +134,10 @@ def _kind(entry: dict[str, Any]) -> str:
     kind = entry.get("type")
     if kind == "array":
         inner = entry.get("items") or entry.get("prefixItems", [{}])[0]
-        return f"list of {_kind(inner)}s" if isinstance(inner, dict) and inner else "list"
+        kind = _kind(inner) if isinstance(inner, dict) and inner else ""
+        for one, many in _PLURALS.items():
+            kind = kind.replace(one, many)
+        return f"list of {kind}" if kind else "list"
     return {"string": "text", "integer": "whole number", "boolean": "true or false"}.get(str(kind), "table")
 
 
