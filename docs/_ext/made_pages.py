@@ -182,10 +182,11 @@ def answer_keys(here: Path, made: Path) -> None:
     """
     asked = tomllib.loads((here / "reference" / "json_keys.toml").read_text(encoding="utf-8"))
     meanings, used, missing = asked["meaning"], set(), []
-    lines = ["| command | key | meaning |", "|---|---|---|"]
+    lines: list[str] = []
     with ThreadPoolExecutor(max_workers=2) as pool:
         answers = list(pool.map(lambda command: _answer(command, made), asked["command"].values()))
     for name, answer in zip(asked["command"], answers, strict=True):
+        lines += ["", f"## {name}", "", f"`{asked['command'][name]}`", "", "| key | meaning |", "|---|---|"]
         for key in dict.fromkeys(_short(key, asked["short"]) for key in answer):
             parts = key.split(".")
             tails = (".".join(parts[k:]) for k in range(len(parts)))
@@ -194,7 +195,7 @@ def answer_keys(here: Path, made: Path) -> None:
                 missing.append(f"{name}: {key}")
                 continue
             used.add(own)
-            lines.append(f"| `{name}` | `{key}` | {meanings[own]} |")
+            lines.append(f"| `{key}` | {meanings[own]} |")
     if missing or set(meanings) - used:
         idle = sorted(set(meanings) - used)
         raise ValueError(f"docs/reference/json_keys.toml: must explain {missing}; explains {idle}, which no answer has")
