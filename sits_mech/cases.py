@@ -77,6 +77,12 @@ def sweep(
     ------
     ValueError
         When zipped values are not equally many.
+
+    Examples
+    --------
+    >>> table = sm.sweep(lambda width, height: {"area": width * height}, {"width": [1.0, 2.0], "height": [3.0, 4.0]})
+    >>> table["area"].values.tolist()
+    [[3.0, 4.0], [6.0, 8.0]]
     """
     points = grid_points(grid, combine)
     names = [(key, point) if isinstance(key, str) else (key(point), {}) for point in points]

@@ -38,6 +38,11 @@ class Wrench:
         Shear force along +y [N].
     M_x, M_z : float
         Moments about x and z, by the right hand [N m].
+
+    Examples
+    --------
+    >>> sm.Wrench(F_x=0.5, F_z=2.0).components.tolist()
+    [0.5, 2.0, 0.0, 0.0, 0.0, 0.0]
     """
 
     F_x: float = 0.0
@@ -75,6 +80,11 @@ class Pose:
         Coordinate y of that centre [m].
     alpha_x, alpha_z : float or ndarray
         Rotation about x and z [rad].
+
+    Examples
+    --------
+    >>> sm.Pose(0.0, np.array([1e-3, 2e-3, 3e-3])).centre.shape  # three poses
+    (3, 3)
     """
 
     d_h: float | Array
@@ -231,6 +241,13 @@ class Impedance:
     shared_L : ndarray, shape (m, ..., n, n), or None
         Parts of the error of L with their signs, each of which poses have in common up to one factor between -1 and 1
         [unit_L]; None where no such part is known.
+
+    Examples
+    --------
+    >>> model, _ = sm.magnetic_model(sm.load_sensor("biorob2018"), "planar")
+    >>> found = model.impedance(sm.Pose(0.0, 2e-3), 5e6)
+    >>> found.unit_L, found.L.shape, round(float(found.L[0, 0] / found.L0[0, 0]), 3)
+    ('H/m', (2, 2), 0.964)
     """
 
     frequency: float
@@ -258,6 +275,15 @@ class SolveFailed(Exception):
         Of a whole chain, the physics that the report is of: "mechanics" or "magnetics".
     carried : (Wrench, Wrench) or None
         The largest load of the asked kind that a layer carries, and its error; None where none was found.
+
+    Examples
+    --------
+    >>> model, _ = sm.mechanical_model(sm.load_sensor("biorob2018"), "planar", 0.1)
+    >>> try:
+    ...     model.equilibrium(sm.Wrench(F_z=-500.0))  # pulls the layer off
+    ... except sm.SolveFailed as error:
+    ...     print(error.report.status, error.carried[0].F_z > -20.0, error.last is None)
+    load path ended True False
     """
 
     def __init__(
@@ -274,31 +300,6 @@ class SolveFailed(Exception):
 def shown_unit(name: str) -> str:
     """Return the SI unit of a component of a wrench or of a pose for a reader, such as "N m"."""
     return UNITS[name].replace("*", " ")
-
-
-def refuse_infinite(wrench: Wrench) -> None:
-    """Refuse a load that is not a number.
-
-    Raises
-    ------
-    ValueError
-        For a component that is not finite.
-    """
-    if not np.all(np.isfinite(wrench.components)):
-        raise ValueError(f"wrench: must be finite numbers, got {wrench}")
-
-
-def refuse_beside(model: str, given: Wrench | Pose, other: str) -> None:
-    """Refuse components that leave the plane y = 0, by name, for a model that cannot; `other` is the one that can.
-
-    Raises
-    ------
-    ValueError
-        One line.
-    """
-    if given.beside:
-        kind, names = ("wrench" if isinstance(given, Wrench) else "pose"), ", ".join(given.beside)
-        raise ValueError(f"{kind}: {names} must be zero for the model {model}, which is plane: ask for {other}")
 
 
 class MechanicalModel(Protocol):

@@ -21,6 +21,8 @@ _FACTOR = r"[A-Za-zµμΩ°%]+(?:(?:\^|\*\*)-?[1-9])?"
 _QUANTITY = re.compile(
     rf"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{{1,3}})?)\s*({_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*)?\s*"
 )
+QUANTITY_PATTERN = f"^{_QUANTITY.pattern}$"
+"""What a number with an optional unit looks like, for schemas."""
 _KINDS = {
     "m": 'a length, such as "2 mm"',
     "Hz": 'a frequency, such as "5 MHz"',
@@ -41,7 +43,16 @@ _PREFIXES = {"": 1.0, "G": 1e9, "M": 1e6, "k": 1e3, "m": 1e-3, "u": 1e-6, "µ": 
 
 
 class SceneError(ValueError):
-    """A scene, or a quantity in it, that cannot be used; the message is one line: where, what it must be, what came."""
+    """A scene, or a quantity in it, that cannot be used; the message is one line: where, what it must be, what came.
+
+    Examples
+    --------
+    >>> try:
+    ...     sm.load_sensor("biorob2018", ["target.thickness=thin"])
+    ... except sm.SceneError as error:
+    ...     print(error)
+    biorob2018: target.thickness: must be a length, such as "2 mm", or a finite number [m]; got "thin"
+    """
 
 
 @cache

@@ -14,7 +14,7 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 
 # a file or folder may import lower ranks, and siblings of its own folder (of its own rank, at the top level)
 RANKS = {
-    **dict.fromkeys(("version", "threads", "memory", "units", "quantities", "turns", "extrapolation"), 0),
+    **dict.fromkeys(("version", "threads", "memory", "units", "quantities", "refusals", "turns", "extrapolation"), 0),
     **dict.fromkeys(("silicone", "maps"), 1),
     "scene": 2,
     **dict.fromkeys(("boards", "cases", "meshing"), 3),
@@ -23,7 +23,7 @@ RANKS = {
     "chain": 6,
     "analysis": 7,
     **dict.fromkeys(("batch", "synthesis"), 8),
-    **dict.fromkeys(("report", "__init__"), 9),
+    **dict.fromkeys(("report", "schemas", "__init__"), 9),
     "export": 10,
     "cli": 11,
     "__main__": 12,

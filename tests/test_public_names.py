@@ -1,9 +1,13 @@
 """What the package shows: every name is what it says, whichever file was imported before."""
 
+import doctest
 import os
 import subprocess
 import sys
 from pathlib import Path
+
+import numpy as np
+import pytest
 
 import sits_mech
 
@@ -34,3 +38,15 @@ def test_no_file_or_room_has_the_name_of_a_function() -> None:
     """Importing it would put the file in the function's place."""
     names = {path.stem for path in (ROOT / "sits_mech").iterdir()}
     assert not names & set(sits_mech.__all__)
+
+
+@pytest.mark.parametrize("name", sorted(set(sits_mech.__all__) - {"__version__"}))
+def test_every_name_has_an_example_that_runs(name: str) -> None:
+    """What its documentation shows is what it does; a name without an example has none to be held to."""
+    known = {"sm": sits_mech, "np": np}
+    found = doctest.DocTestFinder(recurse=False).find(getattr(sits_mech, name), name, globs=known)
+    assert sum(len(each.examples) for each in found) > 0
+    runner, said = doctest.DocTestRunner(), []
+    for each in found:
+        runner.run(each, out=said.append)
+    assert runner.failures == 0, "".join(said)

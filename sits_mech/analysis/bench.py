@@ -185,6 +185,16 @@ def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
     ------
     ValueError
         When the table holds too few loads.
+
+    Examples
+    --------
+    >>> sensor, models = sm.load_sensor("biorob2018"), {"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1}
+    >>> data = sm.calibrate(sensor, F_x=[-0.2, 0.0, 0.2], F_z=[0.0, 0.5, 1.0], **models)
+    >>> known = sm.sensor_calibration(sensor, data)
+    >>> known.forces
+    ('F_x', 'F_z')
+    >>> known.inverse(known.forward(0.1, 0.4)).forces.round(3).tolist()
+    [0.1, 0.4]
     """
     free, noise = None if data.attrs["unit_L"] == "H" else free_inductances(sensor).tolist(), None
     with suppress(ValueError):  # no converter, or none that can follow: all coils count alike

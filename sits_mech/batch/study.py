@@ -30,8 +30,8 @@ from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import SceneError, load_beside, scene_text
 from sits_mech.units import shown, split_quantity
 
-_KEYS = ("scene", "request", "combine", "vary", "fixed")
-_TOP = ("frequency", "substrate_radius")  # keys of a scene that stand in no table
+KEYS = ("scene", "request", "combine", "vary", "fixed")
+TOP = ("frequency", "substrate_radius")  # keys of a scene that stand in no table
 _MOST = 1_000_000  # cases of a study
 _LOOKS = 3_000  # scenes that are looked at before a run whether a value is possible, a second
 _RANGE = '{ from = "1 mm", to = "5 mm", count = 41 } with different ends in one unit and a count of two or more'
@@ -99,7 +99,7 @@ def read_study(path: Path) -> Study:
 
 def _study(table: Mapping[str, Any], folder: Path) -> Study:
     """Return the study of a file's tables."""
-    check_keys(table, _KEYS, ("scene", "request", "vary"))
+    check_keys(table, KEYS, ("scene", "request", "vary"))
     combine: Combine = table.get("combine", "product")
     for key, value, known in (("request", table["request"], tuple(REQUESTS)), ("combine", combine, ("product", "zip"))):
         if value not in known:
@@ -197,7 +197,7 @@ def _values(name: str, item: Any) -> list[Any]:
 
 def _of_scene(name: str, request: Request) -> bool:
     """Tell whether a name is a key of the scene, not an argument of the request."""
-    return name not in request.arguments and ("." in name or name in _TOP)
+    return name not in request.arguments and ("." in name or name in TOP)
 
 
 def _arguments(names: Row, request: Request) -> Row:

@@ -93,6 +93,13 @@ def calibrate(
     SceneError
         When a model cannot hold the scene or a component, a list of forces is empty, has a value twice or one that is
         not finite, or there are too many loads.
+
+    Examples
+    --------
+    >>> models = {"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1}
+    >>> data = sm.calibrate(sm.load_sensor("biorob2018"), F_x=[-0.2, 0.0, 0.2], F_z=[0.0, 0.5, 1.0], **models)
+    >>> dict(data["L_v_percent"].sizes), data["status"].values.ravel()[0]
+    ({'F_x': 3, 'F_z': 3}, 'converged')
     """
     given = dict(zip(WRENCH, (F_x, F_z, M, F_y, M_x, M_z), strict=True))
     axes = {name: _checked(name, values) for name, values in given.items()}

@@ -140,11 +140,9 @@ def gradient(
     sensor : Sensor
         With target and elastomer.
     wrench : Wrench
-        The load [N, N m].
     names : sequence of str
         Dotted keys such as "elastomer.thickness", "coils.*.track_width", "elastomer.material.c10", or "modulus".
-    tolerance, mechanics, magnetics
-        As for `simulate`.
+    tolerance, mechanics, magnetics : as for `simulate`
     sideways : bool
         Whether the compliance by F_y, M_x and M_z is asked for where half a pad is solved.
 
@@ -154,6 +152,13 @@ def gradient(
         When a name is no number of the scene that a derivative is known by, or a model cannot hold the scene.
     Collision, SolveFailed
         As `simulate`.
+
+    Examples
+    --------
+    >>> sensor, load = sm.load_sensor("biorob2018"), sm.Wrench(F_z=0.5)
+    >>> by = sm.gradient(sensor, load, ["modulus"], mechanics="linear", magnetics="planar", tolerance=0.1)
+    >>> round(float(by.signals["dL_v"][0]), 3)  # % of L0 for a modulus twice as large, to first order
+    0.166
     """
     numbers, moving = numbers_of(sensor, names)
     field, by_field = loaded_model(sensor, magnetics, tolerance, [wrench])

@@ -64,6 +64,12 @@ def plan(
     ------
     SceneError
         When a model is unknown or cannot hold the scene.
+
+    Examples
+    --------
+    >>> found = sm.plan(sm.load_sensor("biorob2018"), [sm.Wrench(F_z=1.0)])
+    >>> found.mechanics.name, found.magnetics.name
+    ('block', 'sheets')
     """
     by_layer = choose_mechanics(sensor, mechanics, tuple(MECHANICS), loads, tolerance) if loads else None
     solved, by_field = _settled(sensor, magnetics, tolerance, loads, bool(loads))
@@ -102,6 +108,13 @@ def mechanical_model(
     ------
     SceneError
         When the model is unknown or cannot hold the scene.
+
+    Examples
+    --------
+    >>> model, choice = sm.mechanical_model(sm.load_sensor("biorob2018"), "linear")
+    >>> found = model.equilibrium(sm.Wrench(F_z=0.1))
+    >>> choice.name, round(1e6 * found.pose.d_v)  # um
+    ('linear', 1988)
     """
     choice = choose_mechanics(sensor, name, tuple(MECHANICS), loads, tolerance)
     return MECHANICS[choice.name](sensor, checked_tolerance(tolerance)), choice
@@ -114,6 +127,13 @@ def magnetic_model(
 
     Known `poses` tell whether they leave the plane or an axis, and which conductors are too far to matter there;
     otherwise that is asked of the target at rest. The errors of a section that was not asked for by name hold its ends.
+
+    Examples
+    --------
+    >>> model, choice = sm.magnetic_model(sm.load_sensor("biorob2018"), "planar")
+    >>> found = model.impedance(sm.Pose(d_h=1e-3, d_v=2e-3), 5e6)
+    >>> choice.name, (found.L / found.L0).diagonal().round(2).tolist()
+    ('planar', [0.99, 0.93])
     """
     return _built(sensor, _settled(sensor, name, checked_tolerance(tolerance), poses, False), tolerance, ends=True)
 

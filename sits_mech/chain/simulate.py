@@ -84,6 +84,15 @@ def simulate(
         When the target comes to the coil plane.
     SolveFailed
         When the layer has no equilibrium that could be reached, or the coils cannot be solved at the pose.
+
+    Examples
+    --------
+    >>> sensor = sm.load_sensor("biorob2018")
+    >>> found = sm.simulate(sensor, sm.Wrench(F_x=0.2), mechanics="linear", magnetics="planar", tolerance=0.1)
+    >>> round(1e6 * found.equilibrium.pose.d_h)  # um
+    242
+    >>> round(found.signals.known["dL_x"], 2)  # % of L0
+    1.45
     """
     check_frequency(sensor.coils, sensor.frequency)  # before the layer is solved
     field, _ = loaded_model(sensor, magnetics, tolerance, [*via, wrench])

@@ -1,16 +1,16 @@
-"""What is there, what would a request take, and what does a tensile test say? catalog, doctor, explain, fit."""
+"""What is there, what may stand in files, what would a request take? catalog, doctor, schema, explain, fit."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import answer, progress_bar, show, warn
-from sits_mech.cli.options import Json, Load, Models, Overrides, Scene, app, sensor_of
+from sits_mech.cli.console import answer, progress_bar, show, warn, write
+from sits_mech.cli.options import Json, Load, Models, Output, Overrides, Scene, app, sensor_of
 
 
 @app.command
@@ -42,6 +42,25 @@ def doctor() -> int:
     parts = examine()
     show(key_table("parts", [(name, f"{version}  {purpose}") for name, version, purpose in parts]))
     return 0 if healthy(parts) else 2
+
+
+@app.command
+def schema(file: Literal["scene", "study", "requirements", "bench"], *, output: Output = None) -> int:
+    """Print the JSON Schema of a kind of file, by which editors complete and check it.
+
+    Example: sits-mech schema scene -o scene.schema.json
+    """
+    from sits_mech.report.records import json_text
+    from sits_mech.scene.files import write_text
+    from sits_mech.schemas import schema_of
+
+    text = json_text(schema_of(file)) + "\n"
+    if output is None:
+        write(text)
+    else:
+        write_text(output, text)
+        warn(f"written to {output}")
+    return 0
 
 
 @app.command

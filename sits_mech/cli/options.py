@@ -33,7 +33,7 @@ MAGNETICS = "auto, planar, planar-fem, axisymmetric or sheets."
 Mechanics = Annotated[str, Parameter(name=["--mechanics", "--model"], help=MECHANICS)]  # where one physics is meant
 Magnetics = Annotated[str, Parameter(name=["--magnetics", "--model"], help=MAGNETICS)]
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object and nothing else.")]
-Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
+Output = Annotated[Path | None, Parameter(name=["--output", "-o"], help="File or folder that is written.")]
 Picture = Annotated[Path | None, Parameter(help="File that ends in .png, .pdf or .svg.")]
 Fx = Annotated[Quantity, Parameter(help="Shear force, along +x.")]
 Fy = Annotated[Quantity, Parameter(help="Shear force, along +y.")]

@@ -29,7 +29,7 @@ def view(
     scene: Scene, *, load: Load = Load(), place: Place = Place(),
     kind: Literal["scene", "layer", "field", "spatial"] | None = None,
     driven: Annotated[str | None, Parameter(help="Name of the coil that carries current; the last one.")] = None,
-    frequency: Quantity | None = None, output: Output = None,
+    frequency: Annotated[Quantity | None, Parameter(help="Of the current; the scene's.")] = None, output: Output = None,
     overrides: Overrides = Overrides(),
 ) -> int:  # fmt: skip
     """Draw a scene with its sizes (--kind scene), its layer under a load, the field at a pose, or both in space.
@@ -56,7 +56,7 @@ def view(
 def import_board(
     board: Annotated[Path, Parameter(help="A .kicad_pcb file of KiCad 7 or later.")], *,
     net: Annotated[tuple[str, ...], Parameter(negative="", help="Whose tracks are a coil; once for each coil.")] = (),
-    frequency: Quantity = "5 MHz",
+    frequency: Annotated[Quantity, Parameter(help="Of the scene.")] = "5 MHz",
     origin: Annotated[Literal["coil", "board"], Parameter(help="Middle of the coils, or the board's own.")] = "coil",
     chord_error: Annotated[Quantity, Parameter(help="How far the polylines of arcs may be off.")] = "1 um",
     pours: Annotated[bool, Parameter(help="Take filled zones of other nets as conductors.")] = True,

@@ -16,7 +16,8 @@ import numpy as np
 
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.waves import check_frequency
-from sits_mech.quantities import POSE, Array, Complex, Impedance, Pose, SolveFailed, SolveReport, refuse_beside
+from sits_mech.quantities import POSE, Array, Complex, Impedance, Pose, SolveFailed, SolveReport
+from sits_mech.refusals import refuse_beside
 from sits_mech.scene.sensor import Sensor
 
 

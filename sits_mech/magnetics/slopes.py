@@ -152,6 +152,14 @@ def slopes(
         If a component has no such name, a length is no `parameter` (SceneError); as the model's `impedance`.
     SolveFailed
         If the model's answers jump by more than a length changes them.
+
+    Examples
+    --------
+    >>> sensor = sm.load_sensor("biorob2018")
+    >>> model, _ = sm.magnetic_model(sensor, "planar")
+    >>> found = sm.slopes(sensor, model, sm.Pose(0.0, 2e-3), 5e6, components=["d_v"])
+    >>> found.L.shape, round(float(found.L[0, 0, 0]), 4)  # H/m a metre
+    ((2, 2, 1), 0.0125)
     """
     for name in components:
         if name not in POSE:
@@ -170,18 +178,8 @@ def pose_slopes(
 ) -> tuple[Impedance, Array, Array]:  # fmt: skip
     """Return the impedance at p poses, and derivatives of L and R by components, in one batch of answers.
 
-    Parameters
-    ----------
-    sensor, model, frequency, components
-        As of `slopes`.
-    pose : Pose of ndarray, shape (p,)
-    quick : bool
-        Whether one answer a component is enough, for slopes that are 1e-3 off, not four.
-
-    Returns
-    -------
-    Impedance, and ndarray, shapes (p, n, n, k)
-        By metre or radian.
+    Arguments as of `slopes`, the pose of arrays of shape (p,); `quick`: one answer a component is enough, for slopes
+    that are 1e-3 off, not four. Derivatives have the shape (p, n, n, k), by metre or radian.
     """
     rows, stencil = pose.components, FIRST if quick else CENTRAL
     steps = _steps(sensor, pose) * (_QUICK if quick else 1.0) if components else np.zeros((0, len(rows)))

@@ -47,7 +47,8 @@ from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
 from sits_mech.mechanics.rest.body import Bonded, packed
 from sits_mech.mechanics.rest.control import Control, under
 from sits_mech.mechanics.rest.failure import ended
-from sits_mech.quantities import Equilibrium, Wrench, refuse_infinite
+from sits_mech.quantities import Equilibrium, Wrench
+from sits_mech.refusals import refuse_infinite
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread

@@ -39,7 +39,8 @@ from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.mechanics.rest.body import unpacked
 from sits_mech.mechanics.rest.control import Control, under
 from sits_mech.mechanics.rest.failure import ended
-from sits_mech.quantities import Array, Equilibrium, Wrench, refuse_beside, refuse_infinite
+from sits_mech.quantities import Array, Equilibrium, Wrench
+from sits_mech.refusals import refuse_beside, refuse_infinite
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread

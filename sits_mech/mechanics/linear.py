@@ -28,16 +28,8 @@ from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.mechanics.pad.solid import pad_scales
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.newton import compliance, correction
-from sits_mech.quantities import (
-    Array,
-    Equilibrium,
-    Pose,
-    SolveFailed,
-    SolveReport,
-    Wrench,
-    refuse_beside,
-    refuse_infinite,
-)
+from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.refusals import refuse_beside, refuse_infinite
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread

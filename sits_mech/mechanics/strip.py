@@ -28,7 +28,8 @@ from sits_mech.mechanics.closed_form import (
     small_strain_bound,
     tilt_modulus,
 )
-from sits_mech.quantities import Equilibrium, Pose, SolveFailed, SolveReport, Wrench, refuse_beside
+from sits_mech.quantities import Equilibrium, Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.refusals import refuse_beside
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.threads import one_thread
 

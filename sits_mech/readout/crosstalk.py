@@ -78,6 +78,14 @@ def sensitivity(data: xr.Dataset) -> xr.DataArray:
     -------
     DataArray, dims (signal, force, ...)
         ``signal`` such as L_v, L_h, ``force`` such as F_z, F_x [% / N, % / (N m)]. NaN along a force with one value.
+
+    Examples
+    --------
+    >>> models = {"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1}
+    >>> data = sm.calibrate(sm.load_sensor("biorob2018"), F_x=[-0.2, 0.0, 0.2], F_z=[0.0, 0.5, 1.0], **models)
+    >>> slopes = sm.sensitivity(data)
+    >>> round(float(slopes.sel(signal="L_h", force="F_x", F_x=0.0, F_z=0.0)), 1)  # % of L0 a newton
+    7.2
     """
     signals, forces = list(signals_of(data).values()), list(components_of(data))
     rows = [[slope(data[signal], force) for force in forces] for signal in signals]
@@ -172,6 +180,13 @@ def crosstalk(data: xr.Dataset) -> xr.Dataset:
         ``L_h_from_F_z`` and its like over the loads [% of full scale]; attributes ``largest_L_h_from_F_z`` [% of full
         scale], ``full_scale_L_h`` [% of L0], and of each its error, ``error_largest_L_h_from_F_z``; NaN where it is
         not known, infinite where it is beyond bounds.
+
+    Examples
+    --------
+    >>> models = {"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1}
+    >>> data = sm.calibrate(sm.load_sensor("biorob2018"), F_x=[-0.2, 0.0, 0.2], F_z=[0.0, 0.5, 1.0], **models)
+    >>> round(sm.crosstalk(data).attrs["largest_L_h_from_F_z"], 1)  # % of full scale
+    4.6
     """
     maps: dict[str, xr.DataArray] = {}
     attributes: dict[str, float] = {}

@@ -7,26 +7,47 @@ the sizes that its shape needs, and no others.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated
+from dataclasses import dataclass
+from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, InstanceOf
+from pydantic import BaseModel, BeforeValidator, GetCoreSchemaHandler, InstanceOf, WithJsonSchema
+from pydantic_core import CoreSchema, core_schema
 
 from sits_mech.scene.materials import metals, silicones, unknown
 from sits_mech.scene.plausible import FREQUENCY, LENGTH, PLACE
 from sits_mech.silicone.material import Silicone, silicone_from
-from sits_mech.units import SceneError, shown, si_value
+from sits_mech.units import QUANTITY_PATTERN, SceneError, shown, si_value
 
 
-def _within(unit: str, low: float, high: float, words: str) -> BeforeValidator:
-    """Return a check that a quantity lies between `low` and `high`."""
+def quantity_schema(unit: str, **limits: float) -> dict[str, Any]:
+    """Return the JSON Schema of a written quantity: a number in SI, within limits, or a text with a unit."""
+    texts = {"type": "string", "pattern": QUANTITY_PATTERN}
+    return {"anyOf": [{"type": "number", **limits}, texts], "x-unit": unit or "1"}
 
-    def check(value: object) -> float:
-        number = si_value(value, unit)
-        if not low <= number <= high:
-            raise SceneError(f"must be {words}; got {shown(value)}")
+
+@dataclass(frozen=True)
+class _Within:
+    """A check that a quantity lies between `low` and `high`, and what a schema says of it."""
+
+    unit: str
+    low: float
+    high: float
+    words: str
+
+    def check(self, value: object) -> float:
+        """Return the quantity in SI; refuse it where it is beyond."""
+        number = si_value(value, self.unit)
+        if not self.low <= number <= self.high:
+            raise SceneError(f"must be {self.words}; got {shown(value)}")
         return number
 
-    return BeforeValidator(check)
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Check before pydantic looks at it."""
+        return core_schema.no_info_before_validator_function(self.check, handler(source))
+
+    def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
+        """Say what may be written."""
+        return quantity_schema(self.unit, minimum=self.low, maximum=self.high)
 
 
 def _count(value: object) -> int:
@@ -66,25 +87,27 @@ def _silicone(value: object) -> str | Silicone:
     raise SceneError(unknown(value, silicones()))
 
 
-Length = Annotated[float, _within("m", 1e-9, 1e3, 'a length from 1 nm to 1 km, such as "2 mm"'), LENGTH]
-Offset = Annotated[float, _within("m", 0.0, 1e3, 'zero or a length up to 1 km, such as "0.1 mm"'), LENGTH]
-Coordinate = Annotated[float, _within("m", -1e3, 1e3, 'a position within 1 km, such as "-4 mm"'), PLACE]
-Frequency = Annotated[float, _within("Hz", 1e-6, 1e12, 'a frequency from 1 uHz to 1 THz, such as "5 MHz"'), FREQUENCY]
-Conductivity = Annotated[float, _within("S/m", 1e-9, 1e20, 'a conductivity up to 1e20 S/m, such as "58 MS/m"')]
-LossTangent = Annotated[float, _within("", 0.0, 10.0, "a loss tangent from 0 to 10")]
-Permeability = Annotated[float, _within("", 1.0, 1e7, "a relative permeability from 1 to 1e7")]
-Permittivity = Annotated[float, _within("", 1.0, 1e5, "a relative permittivity from 1 to 1e5")]
-Capacitance = Annotated[float, _within("F", 1e-15, 1.0, 'a capacitance from 1 fF to 1 F, such as "330 pF"')]
-Inductance = Annotated[float, _within("H", 0.0, 1.0, 'zero or an inductance up to 1 H, such as "10 nH"')]
-Resistance = Annotated[float, _within("ohm", 0.0, 1e6, 'zero or a resistance up to 1 Mohm, such as "0.1 ohm"')]
-Friction = Annotated[float, _within("", 0.0, 10.0, "zero or a coefficient of friction up to 10")]
-Count = Annotated[int, BeforeValidator(_count)]
-Name = Annotated[str, BeforeValidator(_name)]
+Length = Annotated[float, _Within("m", 1e-9, 1e3, 'a length from 1 nm to 1 km, such as "2 mm"'), LENGTH]
+Offset = Annotated[float, _Within("m", 0.0, 1e3, 'zero or a length up to 1 km, such as "0.1 mm"'), LENGTH]
+Coordinate = Annotated[float, _Within("m", -1e3, 1e3, 'a position within 1 km, such as "-4 mm"'), PLACE]
+Frequency = Annotated[float, _Within("Hz", 1e-6, 1e12, 'a frequency from 1 uHz to 1 THz, such as "5 MHz"'), FREQUENCY]
+Conductivity = Annotated[float, _Within("S/m", 1e-9, 1e20, 'a conductivity up to 1e20 S/m, such as "58 MS/m"')]
+LossTangent = Annotated[float, _Within("", 0.0, 10.0, "a loss tangent from 0 to 10")]
+Permeability = Annotated[float, _Within("", 1.0, 1e7, "a relative permeability from 1 to 1e7")]
+Permittivity = Annotated[float, _Within("", 1.0, 1e5, "a relative permittivity from 1 to 1e5")]
+Capacitance = Annotated[float, _Within("F", 1e-15, 1.0, 'a capacitance from 1 fF to 1 F, such as "330 pF"')]
+Inductance = Annotated[float, _Within("H", 0.0, 1.0, 'zero or an inductance up to 1 H, such as "10 nH"')]
+Resistance = Annotated[float, _Within("ohm", 0.0, 1e6, 'zero or a resistance up to 1 Mohm, such as "0.1 ohm"')]
+Friction = Annotated[float, _Within("", 0.0, 10.0, "zero or a coefficient of friction up to 10")]
+Count = Annotated[int, BeforeValidator(_count), WithJsonSchema({"type": "integer", "minimum": 1, "maximum": 1000})]
+Name = Annotated[str, BeforeValidator(_name), WithJsonSchema({"type": "string", "minLength": 1, "maxLength": 200})]
 MetalName = Annotated[str, BeforeValidator(_metal_name)]
-Direction = Annotated[int, BeforeValidator(_direction)]
+Direction = Annotated[int, BeforeValidator(_direction), WithJsonSchema({"enum": [1, -1]})]
 Point = tuple[Coordinate, Coordinate]
 Place = tuple[Coordinate, Coordinate, Coordinate]
-SiliconeOrName = Annotated[InstanceOf[str] | InstanceOf[Silicone], BeforeValidator(_silicone)]
+SiliconeOrName = Annotated[
+    InstanceOf[str] | InstanceOf[Silicone], BeforeValidator(_silicone), WithJsonSchema({"type": ["string", "object"]})
+]
 _SIZES = ("width", "length", "diameter", "pitch", "points")
 
 

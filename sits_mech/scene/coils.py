@@ -31,7 +31,7 @@ from sits_mech.units import SceneError
 _SLACK = 1e-9  # relative: lengths that are equal as written may differ by rounding
 _DIGITS = 12  # of a path about its middle: picometres
 _LAYERED = ("layers", "turns", "track_gap", "layer_pitch", "layer_z", "directions")
-_OF_SHAPE = {
+SHAPES = {
     "circle": ("inner_diameter", *_LAYERED, "winding"),
     "rectangle": ("inner_width", "inner_length", "corner_radius", *_LAYERED),
     "path": ("path", "path_widths"),
@@ -107,10 +107,10 @@ class Coil(BaseModel):
         if not isinstance(given, Mapping):
             return given
         shape = given.get("shape", "circle")
-        own = _OF_SHAPE.get(shape) if isinstance(shape, str) else None
+        own = SHAPES.get(shape) if isinstance(shape, str) else None
         if own is None:
             return given
-        for key in dict.fromkeys(key for keys in _OF_SHAPE.values() for key in keys):
+        for key in dict.fromkeys(key for keys in SHAPES.values() for key in keys):
             if key in given and key not in own:
                 raise SceneError(f"{key} must not be given for a {shape}; it is")
         for key in ("inner_diameter", "inner_width", "inner_length", "path"):
@@ -227,7 +227,7 @@ class Coil(BaseModel):
     def _own_keys(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Write the keys of the shape alone, and no defaults of those that a coil needs not have."""
         table: dict[str, Any] = handler(self)
-        other = {key for keys in _OF_SHAPE.values() for key in keys} - set(_OF_SHAPE[self.shape])
+        other = {key for keys in SHAPES.values() for key in keys} - set(SHAPES[self.shape])
         drop = other | ({"layers", "layer_pitch"} if self.layer_z else set())
         optional = ("shape", "corner_radius", "layer_z", "directions", "path_widths", "board_permittivity")
         fields = type(self).model_fields

@@ -60,6 +60,12 @@ class Sensor(BaseModel):
         The electronics.
     substrate_radius : float or None
         Radius of the cylinder, its axis along y and below, on which the coils lie [m]; None where they lie flat.
+
+    Examples
+    --------
+    >>> sensor = sm.load_sensor("biorob2018")
+    >>> sensor.target.width, sensor.elastomer.thickness, [coil.name for coil in sensor.coils]
+    (0.008, 0.002, ['C1', 'C2'])
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -157,7 +163,13 @@ def _catalogue_files() -> Mapping[str, Path]:
 
 
 def catalogue() -> dict[str, str]:
-    """Return the catalogue's sensors: name of each and its title."""
+    """Return the catalogue's sensors: name of each and its title.
+
+    Examples
+    --------
+    >>> sm.catalogue()["biorob2018"]
+    'BioRob 2018 two-axis SITS, target 8 mm wide'
+    """
     return {name: str(read_table(path)["name"]) for name, path in _catalogue_files().items()}
 
 
@@ -183,7 +195,7 @@ def load_sensor(source: str | Path, overrides: Sequence[str] = ()) -> Sensor:
 
     Examples
     --------
-    >>> load_sensor("biorob2018", ['target.width="10 mm"']).target.width
+    >>> sm.load_sensor("biorob2018", ['target.width="10 mm"']).target.width
     0.01
     """
     files = _catalogue_files()
@@ -279,5 +291,15 @@ def save_sensor(sensor: Sensor, path: str | Path) -> None:
     ------
     SceneError
         When it cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> sensor = sm.load_sensor("biorob2018", ['elastomer.thickness="3 mm"'])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     sm.save_sensor(sensor, Path(folder) / "thick.toml")
+    ...     sm.load_sensor(Path(folder) / "thick.toml") == sensor
+    True
     """
     write_text(Path(path), scene_text(sensor))

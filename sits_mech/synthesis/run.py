@@ -73,6 +73,19 @@ def design(
     ------
     SceneError
         For requirements that are none, or loads that no design within the bounds carries.
+
+    Examples
+    --------
+    >>> asked = {
+    ...     "scene": "biorob2018",
+    ...     "loads": {"F_z": ["0 N", "0.2 N"]},
+    ...     "vary": {"elastomer.thickness": ["2 mm", "7 mm"]},
+    ...     "require": {"height": "4 mm"},
+    ...     "goal": {"minimise": "feasible"},
+    ... }
+    >>> found = sm.design(asked)
+    >>> found.feasible
+    True
     """
     asked = _asked(requirements)
     run = _Run(asked, folder, most, told)

@@ -386,12 +386,24 @@ def test_the_package_is_the_command() -> None:
 
 
 @pytest.mark.parametrize(
-    "command", ["catalog", "doctor", "explain", "pose", "inductance", "simulate", "calibrate", "fit", "view", "import"]
+    "command",
+    ["catalog", "doctor", "schema", "explain", "pose", "inductance", "simulate", "calibrate", "fit", "view", "import"],
 )
 def test_every_help_has_its_example(capsys: Capture, command: str) -> None:
     """One example each."""
     assert run([command, "--help"]) == 0
     assert capsys.readouterr().out.count(f"Example: sits-mech {command}") == 1
+
+
+@pytest.mark.parametrize("file", ["scene", "study", "requirements", "bench"])
+def test_schemas_are_printed_and_written(capsys: Capture, tmp_path: Path, file: str) -> None:
+    """The same text on stdout and in a file; another kind of file is bad input."""
+    assert run(["schema", file]) == 0
+    printed = capsys.readouterr().out
+    assert json.loads(printed)["title"].endswith("of sits-mech")
+    assert run(["schema", file, "-o", str(tmp_path / "s.json")]) == 0
+    assert (tmp_path / "s.json").read_text() == printed
+    assert run(["schema", "novel"]) == 2
 
 
 def test_a_load_that_comes_and_goes(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

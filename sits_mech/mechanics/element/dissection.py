@@ -27,6 +27,7 @@ from sits_mech.quantities import Array
 
 _LEAF = 400  # displacements, counted for each element, below which a piece is not cut
 _SAME = 1e-6  # of the extent: centres of elements in one layer
+_PART = 1.0 / 32.0  # of the elements that a half has at least: irregular meshes would be peeled one by one
 
 
 class Share(NamedTuple):
@@ -175,7 +176,9 @@ def _cut(cells: Indices, along: Array, weight: Array) -> tuple[NDArray[np.bool_]
         begun, ended = (np.bincount(at, weight[nodes], layer[-1] + 1) for at in (low, high))
         shared = np.cumsum(begun - ended)[:-1]
         before = np.searchsorted(layer, np.arange(1, layer[-1] + 1)) / len(cells)
-        cost = (1.0 + shared) / np.sqrt(np.minimum(before, 1.0 - before))
+        less = np.minimum(before, 1.0 - before)
+        cost = (1.0 + shared) / np.sqrt(less)
+        cost[less < min(_PART, less.max())] = np.inf
         k = int(np.argmin(cost))
         if cost[k] < best * (1.0 - 1e-9):
             first = np.zeros(len(cells), dtype=bool)

@@ -8,7 +8,8 @@ from typing import Literal
 
 from sits_mech.chain.models import mechanical_model
 from sits_mech.geometry.tracks import section_refusal
-from sits_mech.quantities import Pose, Wrench, refuse_beside
+from sits_mech.quantities import Pose, Wrench
+from sits_mech.refusals import refuse_beside
 from sits_mech.report.pictures.curves import checked_picture, save_figure
 from sits_mech.report.pictures.drawing import scene_drawing
 from sits_mech.report.pictures.section import driven_coil, field_view, load_view

@@ -36,7 +36,8 @@ def design_tables(asked: Requirements, found: DesignAnswer) -> list[Table]:
         names = [name for name in names if name != INVERSE]
         tables.append(change_table("what a tenth of the bounds' distance changes", found.sensitivities, names))
         names = list(dict.fromkeys([*found.task.goal, *(each.name for each in found.binding)]))
-        tables.append(change_table("what 10 % more of each number changes of what limits it", found.ten_percent, names))
+        limiting = "what 10 % more of each number changes of what limits it"
+        tables += [change_table(limiting, found.ten_percent, names)] if names else []
     others = [(f"{each.key} = {each.value}", f"{each.design}: {each.why}") for each in found.lost]
     return tables + ([key_table("why not", others)] if others else [])
 

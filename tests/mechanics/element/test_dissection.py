@@ -5,7 +5,7 @@ import pytest
 from skfem import MeshHex, MeshTet
 
 from sits_mech.mechanics.element.assembly import pattern
-from sits_mech.mechanics.element.dissection import dissected
+from sits_mech.mechanics.element.dissection import _cut, dissected
 from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, solid_mesh
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.mechanics.pad.solid import bonded_block
@@ -89,3 +89,12 @@ def test_a_slab_is_cut_across_its_shorter_side():
     """The last front of a slab of 24 x 8 x 2 bricks is one layer of nodes, 17 x 5 of them."""
     mesh = solid_mesh(MeshHex.init_tensor(*(np.arange(n + 1.0) for n in (24, 8, 2))), BRICK)[0]
     assert dissected(mesh, (mesh.dofs,), mesh.nodes.size).fronts[-1].pivots == 3 * 17 * 5
+
+
+def test_irregular_meshes_are_not_peeled_one_element_after_another() -> None:
+    """A cut that shares nothing, but leaves one of a thousand elements, would make a tree of a thousand levels."""
+    cells = np.column_stack([np.arange(1000), np.arange(1, 1001)])
+    weight = np.full(1001, 300.0)
+    weight[1] = 0.0  # shared by elements 0 and 1 alone, and cut already
+    found = _cut(cells, np.arange(1000.0)[None], weight)
+    assert found is not None and min(found[0].sum(), (~found[0]).sum()) >= 1000 / 32

@@ -1,0 +1,237 @@
+"""Which pages are made of what stands elsewhere? Studies, schemas, modules, keys of answers; all under docs/_pages."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+_QUICK = ("force_calibration", "hysteresis", "mechanics_accuracy", "paper_outlook", "work_precision")
+_WORDS = {"N*m": "N m"}
+_PLURALS = {"quantity": "quantities", "table": "tables", "whole number": "whole numbers", "list of": "lists of"}
+
+
+def write(path: Path, text: str) -> None:
+    """Write a page where it is another one than before, so that Sphinx need not read it again."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if not path.exists() or path.read_text(encoding="utf-8") != text:
+        path.write_text(text, encoding="utf-8")
+
+
+def docstring(path: Path) -> str:
+    """Return the docstring of a file."""
+    return ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+
+
+def studies(here: Path, made: Path) -> None:
+    """Make a page of each study: its question, its command, its pictures and tables of a coarse run."""
+    given = os.environ.get("SITS_DOCS_STUDIES")
+    names = []
+    for path in sorted((here.parent / "studies").glob("*.py")):
+        folder = Path(given) / path.stem if given else made / "studies" / path.stem
+        if not given and path.stem in _QUICK and not folder.exists():
+            words = [sys.executable, str(path), "--coarse", "--output", str(folder)]
+            subprocess.run(words, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        kept = made / "gallery" / path.stem
+        shutil.rmtree(kept, ignore_errors=True)
+        if folder.is_dir() and any(folder.glob("*.png")):
+            kept.mkdir(parents=True)
+            for picture in folder.glob("*.png"):
+                shutil.copyfile(picture, kept / picture.name)
+        write(here / "_pages" / "studies" / f"{path.stem}.md", "\n".join(_study(path, folder, kept)))
+        names.append((path.stem, kept, docstring(path).partition("\n")[0]))
+    write(here / "_pages" / "studies_grid.md", "\n".join(_grid(names)))
+
+
+def _study(path: Path, folder: Path, kept: Path) -> Iterator[str]:
+    """Yield the lines of a study's page."""
+    question, _, rest = docstring(path).partition("\n")
+    yield from (f"# {path.stem.replace('_', ' ').capitalize()}", "", f"**{question}**", "", _escaped(rest), "")
+    yield from ("```console", f"$ python studies/{path.name} --output DIR", "```", "")
+    pictures = sorted(kept.glob("*.png"))
+    if not pictures:
+        yield from ("This study draws no picture at coarse settings; run the command for its tables.", "")
+        return
+    yield from ("The pictures are of a run with `--coarse`: few points and loose tolerances. They show what the study",
+                "draws; its results are those of the command above.", "")  # fmt: skip
+    for picture in pictures:
+        yield from (f"![{picture.stem.replace('_', ' ')}](/_made/gallery/{path.stem}/{picture.name})", "")
+
+
+def _grid(names: list[tuple[str, Path, str]]) -> Iterator[str]:
+    """Yield the lines of the cards that lead to the studies, those with pictures first."""
+    yield from ("::::{grid} 1 2 2 3", ":gutter: 2", "")
+    for name, kept, question in sorted(names, key=lambda each: not each[1].exists()):
+        pictures = sorted(kept.glob("*.png"))
+        yield from (f":::{{grid-item-card}} {name.replace('_', ' ').capitalize()}", f":link: /_pages/studies/{name}",
+                    ":link-type: doc")  # fmt: skip
+        if pictures:
+            yield f":img-top: /_made/gallery/{name}/{pictures[0].name}"
+        yield from ("", _escaped(question), ":::", "")
+    yield from ("::::", "", "```{toctree}", ":hidden:", "")
+    yield from (f"/_pages/studies/{name}" for name, *_ in names)
+    yield "```"
+
+
+def _escaped(text: str) -> str:
+    """Return a docstring's prose as Markdown: what Markdown would take for its own is kept as it is."""
+    lines = [line if line.startswith("    ") or "`" in line else re.sub(r"([*_\[\]<>|$])", r"\\\1", line)
+             for line in text.strip().splitlines()]  # fmt: skip
+    return "\n".join(lines)
+
+
+def schemas(here: Path, made: Path) -> None:
+    """Write the schemas, and tables of the keys of scenes."""
+    from sits_mech.schemas import SCHEMAS, schema_of
+
+    for name in SCHEMAS:
+        found = schema_of(name)
+        write(made / "extra" / "schemas" / f"{name}.schema.json", json.dumps(found, indent=1) + "\n")
+    scene = schema_of("scene")
+    lines = list(_keys(scene, "Top of the file"))
+    places = {"coils": "Coil", "target": "Target", "elastomer": "Elastomer", "conductors": "Conductor",
+              "readout": "Readout"}  # fmt: skip
+    for key, part in places.items():
+        title = f"`[[{key}]]`" if key in ("coils", "conductors") else f"`[{key}]`"
+        lines += _keys(scene["$defs"][part], title)
+    write(here / "_pages" / "scene_keys.md", "\n".join(lines))
+    write(here / "_pages" / "laws.md", "\n".join(_laws(scene)))
+
+
+def _keys(schema: dict[str, Any], title: str) -> Iterator[str]:
+    """Yield a table of the keys of an object."""
+    yield from (f"## {title}", "", schema.get("description", ""), "", "| key | is | meaning |", "|---|---|---|")
+    needed = schema.get("required", ())
+    for key, entry in schema["properties"].items():
+        default = entry.get("default")
+        more = " (needed)" if key in needed else f" ({json.dumps(default)})" if default not in (None, [], "") else ""
+        said = entry.get("description", "as the tables below").replace("|", "\\|")
+        yield f"| `{key}`{more} | {_kind(entry)} | {said} |"
+    yield ""
+
+
+def _kind(entry: dict[str, Any]) -> str:
+    """Return what a key holds, in words."""
+    if "x-unit" in entry:
+        unit = entry["x-unit"]
+        return "number" if unit == "1" else f"quantity [{_WORDS.get(unit, unit)}]"
+    if "enum" in entry or "const" in entry:
+        return " or ".join(f"`{json.dumps(each)}`" for each in entry.get("enum", [entry.get("const")]))
+    options = [each for each in entry.get("anyOf", ()) if each.get("type") != "null"]
+    if options:
+        return _kind(options[0])
+    if "$ref" in entry:
+        return {"Silicone": "name or table"}.get(entry["$ref"].rpartition("/")[2], "table")
+    kind = entry.get("type")
+    if kind == "array":
+        inner = entry.get("items") or entry.get("prefixItems", [{}])[0]
+        kind = _kind(inner) if isinstance(inner, dict) and inner else ""
+        for one, many in _PLURALS.items():
+            kind = kind.replace(one, many)
+        return f"list of {kind}" if kind else "list"
+    return {"string": "text", "integer": "whole number", "boolean": "true or false"}.get(str(kind), "table")
+
+
+def _laws(scene: dict[str, Any]) -> Iterator[str]:
+    """Yield a table of the laws of silicones and their constants."""
+    yield from ("| `law` | constants beside `bulk_modulus` |", "|---|---|")
+    for each in scene["$defs"]["Silicone"]["anyOf"][1:]:
+        names = [key for key in each["required"] if key not in ("law", "bulk_modulus")]
+        yield f"| `{each['title']}` | {', '.join(f'`{name}`' for name in names)} |"
+
+
+_ROOMS = {
+    "silicone": "Silicone: laws, stability, tests, rate and history",
+    "mechanics": "Mechanics: wrench to pose",
+    "magnetics": "Magnetics: pose to impedance",
+    "maps": "Maps: smooth functions through solved points",
+    "readout": "Readout: impedance to force",
+    "chain": "Chain: the two halves joined",
+    "analysis": "Analysis: what is asked of a calibrated sensor",
+    "synthesis": "Synthesis: a design for requirements",
+}
+
+
+def modules(here: Path) -> None:
+    """Make a page a room of what its files open with: forms, conditions, formulas, sources, ranges."""
+    for room, title in _ROOMS.items():
+        lines = [f"# {title}", "", "What each file opens with, as it stands in the source.", ""]
+        for path in sorted((here.parent / "sits_mech" / room).rglob("*.py")):
+            text = docstring(path)
+            if text and path.name != "__init__.py":
+                lines += [f"## `{path.relative_to(here.parent).as_posix()}`", "", "```text", text, "```", ""]
+        write(here / "_pages" / "modules" / f"{room}.md", "\n".join(lines))
+
+
+def answer_keys(here: Path, made: Path) -> None:
+    """Make the page of the keys that answers have: those of real answers, each with its meaning.
+
+    Raises
+    ------
+    ValueError
+        For a key of an answer that docs/reference/json_keys.toml does not explain, or one there that no answer has.
+    """
+    asked = tomllib.loads((here / "reference" / "json_keys.toml").read_text(encoding="utf-8"))
+    meanings, used, missing = asked["meaning"], set(), []
+    lines: list[str] = []
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        answers = list(pool.map(lambda command: _answer(command, made), asked["command"].values()))
+    for name, answer in zip(asked["command"], answers, strict=True):
+        lines += ["", f"## {name}", "", f"`{asked['command'][name]}`", "", "| key | meaning |", "|---|---|"]
+        for key in dict.fromkeys(_short(key, asked["short"]) for key in answer):
+            parts = key.split(".")
+            tails = (".".join(parts[k:]) for k in range(len(parts)))
+            own = next((tail for tail in tails if tail in meanings), None)
+            if own is None:
+                missing.append(f"{name}: {key}")
+                continue
+            used.add(own)
+            lines.append(f"| `{key}` | {meanings[own]} |")
+    if missing or set(meanings) - used:
+        idle = sorted(set(meanings) - used)
+        raise ValueError(f"docs/reference/json_keys.toml: must explain {missing}; explains {idle}, which no answer has")
+    write(here / "_pages" / "answer_keys.md", "\n".join(lines) + "\n")
+
+
+def _short(key: str, patterns: dict[str, str]) -> str:
+    """Return a key with one word for what has many names: forces, coils, figures."""
+    for pattern, word in patterns.items():
+        key = re.sub(pattern, word, key)
+    return key
+
+
+def _answer(command: str, made: Path) -> list[str]:
+    """Return the dotted keys of a command's JSON, those of lists by []; kept from build to build."""
+    from executed import package_stamp
+
+    stamp = package_stamp(command, Path(__file__).parents[2] / "sits_mech")
+    kept = made / "answers" / f"{stamp}.json"
+    if not kept.exists():
+        path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
+        words, own = ["bash", "-c", command], os.environ | {"PATH": path}
+        done = subprocess.run(words, cwd=made, env=own, capture_output=True, text=True)
+        if done.returncode not in (0, 3):
+            raise ValueError(f"{command}: ended with {done.returncode}: {done.stderr}")
+        write(kept, done.stdout)
+    return list(dict.fromkeys(_dotted(json.loads(kept.read_text(encoding="utf-8")))))
+
+
+def _dotted(record: Any, before: str = "") -> Iterator[str]:
+    """Yield the dotted names of what is in a record."""
+    if isinstance(record, dict) and record:
+        for key, item in record.items():
+            yield from _dotted(item, f"{before}.{key}" if before else key)
+    elif isinstance(record, list) and record and isinstance(record[0], dict):
+        for item in record:
+            yield from _dotted(item, f"{before}[]")
+    elif before:
+        yield before

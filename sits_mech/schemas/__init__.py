@@ -1,0 +1,24 @@
+"""What may stand in the files that users write? JSON Schema of each kind, by its name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from sits_mech.schemas.bench import bench_schema
+from sits_mech.schemas.requirements import requirements_schema
+from sits_mech.schemas.scene import scene_schema
+from sits_mech.schemas.study import study_schema
+
+SCHEMAS: Mapping[str, Callable[[], dict[str, Any]]] = {
+    "scene": scene_schema,
+    "study": study_schema,
+    "requirements": requirements_schema,
+    "bench": bench_schema,
+}
+"""What makes the schema of each kind of file."""
+
+
+def schema_of(file: str) -> dict[str, Any]:
+    """Return the JSON Schema of a kind of file, a key of `SCHEMAS`."""
+    return SCHEMAS[file]()

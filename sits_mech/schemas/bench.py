@@ -1,0 +1,33 @@
+"""What may stand in a bench file? JSON Schema of one row of the CSV that `read_measured` reads, by column headings.
+
+A heading is a name with a unit in brackets, SI without one; what precedes the headings or starts with # is passed over.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sits_mech.quantities import POSE, UNITS, WRENCH
+from sits_mech.schemas.scene import DIALECT
+
+_UNIT = r"\s*([\[(].*[\])])?$"
+
+
+def bench_schema() -> dict[str, Any]:
+    """Return the schema of a row of a bench file: an object whose keys are the headings."""
+    number = {"type": "number"}
+    loads = {f"^{name}{_UNIT}": _column(UNITS[name], "a force or moment on the target") for name in WRENCH}
+    poses = {f"^{name}{_UNIT}": _column(UNITS[name], "where stages put the target") for name in POSE}
+    coils = {
+        rf"^L(\d+|_.+?){_UNIT}": _column("H", "the inductance of a coil at its terminals, by number or by name"),
+        r"^code(\d+|_.+)$": number | {"x-unit": "1", "description": "the converter's code of a coil"},
+    }
+    return {
+        "$schema": DIALECT, "title": "Row of a bench file of sits-mech", "type": "object",
+        "patternProperties": loads | poses | coils, "minProperties": 2,
+    }  # fmt: skip
+
+
+def _column(unit: str, what: str) -> dict[str, Any]:
+    """Return the schema of a column."""
+    return {"type": "number", "x-unit": unit, "description": f"{what}; {unit.replace('*', ' ')} without a unit"}

@@ -1,0 +1,119 @@
+"""What may stand in a scene file? JSON Schema (draft 2020-12), made from the models that read it.
+
+The models fill in and check what a schema cannot say (parts that overlap, sizes against each other), so a scene that
+holds the schema may still be refused by `load_sensor`; one that does not hold it is refused. Quantities are numbers in
+SI or texts with a unit; ``x-unit`` names the SI unit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from sits_mech.scene.bounds import quantity_schema
+from sits_mech.scene.coils import SHAPES, Coil
+from sits_mech.scene.elastomer import Elastomer
+from sits_mech.scene.materials import metals, silicones
+from sits_mech.scene.parts import Conductor, Readout, Target
+from sits_mech.scene.sensor import Sensor
+from sits_mech.schemas.described import with_descriptions
+from sits_mech.silicone.laws import LAWS
+
+Schema = dict[str, Any]
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+_PLATE = {"rectangle": ("width", "length"), "disc": ("diameter",)}
+_LAYER = {"box": ("width", "length"), "cylinder": ("diameter",), "pillars": ("pitch", "diameter")}
+
+
+def scene_schema() -> Schema:
+    """Return the schema of a scene file."""
+    schema = Sensor.model_json_schema()
+    parts = {kind.__name__: kind for kind in (Coil, Conductor, Elastomer, Readout, Target)}
+    found = {name: with_descriptions(schema["$defs"][name], kind) for name, kind in parts.items()}
+    found["Coil"] |= {"required": ["name", "track_width", "track_thickness"], "allOf": _coil_shapes()}
+    for name in ("Target", "Conductor"):
+        found[name] |= {"required": _without(found[name], "load_height"), "allOf": _shapes(_PLATE, ("shape",))}
+        found[name]["properties"]["material"] = _optional({"enum": list(metals())}, found[name], "material")
+    found["Target"]["properties"] |= {
+        "mesh": {"type": "string", "description": 'File of a mesh whose border is the outline; of shape "outline".'},
+        "mesh_group": {"type": "string", "default": "target", "description": "Group of cells in that file."},
+    }
+    found["Target"]["allOf"].append(
+        _if("shape", "outline", {"anyOf": [{"required": ["points"]}, {"required": ["mesh"]}]})
+    )
+    found["Conductor"]["allOf"].append(_if("shape", "outline", {"required": ["points"]}))
+    centre = quantity_schema("m", minimum=-1e3, maximum=1e3)
+    said = {"description": "x, z or x, y, z of the plate's middle [m]."}
+    found["Conductor"]["properties"]["centre"] = {"type": "array", "items": centre, "minItems": 2, "maxItems": 3} | said
+    found["Elastomer"]["properties"]["material"] = {"$ref": "#/$defs/Silicone"}
+    found["Elastomer"]["allOf"] = _shapes(_LAYER, ("shape",))
+    found["Silicone"] = _silicone()
+    whole = with_descriptions(schema, Sensor) | {"title": "Scene of sits-mech", "$schema": DIALECT, "$defs": found}
+    whole["properties"]["readout"] = {"$ref": "#/$defs/Readout"}
+    return whole
+
+
+def _without(schema: Schema, *keys: str) -> list[str]:
+    """Return the needed keys but for some that are filled in."""
+    return [key for key in schema["required"] if key not in keys]
+
+
+def _optional(kind: Schema, schema: Schema, key: str) -> Schema:
+    """Return the schema of a key that may be left out, its description kept."""
+    return kind | {name: item for name, item in schema["properties"][key].items() if name == "description"}
+
+
+def _if(key: str, value: str, then: Schema) -> Schema:
+    """Return what holds where a key has a value."""
+    return {"if": {"properties": {key: {"const": value}}, "required": [key]}, "then": then}
+
+
+def _shapes(needed: dict[str, tuple[str, ...]], keys: Sequence[str]) -> list[Schema]:
+    """Return the sizes that each shape needs."""
+    return [_if(key, shape, {"required": list(sizes)}) for key in keys for shape, sizes in needed.items()]
+
+
+def _coil_shapes() -> list[Schema]:
+    """Return which keys belong to coils of each shape, and which those need."""
+    every = dict.fromkeys(key for keys in SHAPES.values() for key in keys)
+    needed = {"circle": ["inner_diameter"], "rectangle": ["inner_width", "inner_length"], "path": ["path"]}
+    found = []
+    for shape, own in SHAPES.items():
+        others = {key: False for key in every if key not in own}
+        turns = [] if shape == "path" else ["turns", "centre"]
+        then = {"required": [*needed[shape], *turns], "properties": others}
+        found.append(_if("shape", shape, then))
+    absent = {"if": {"not": {"required": ["shape"]}}, "then": found[0]["then"]}
+    return [*found, absent]
+
+
+def _silicone() -> Schema:
+    """Return the schema of a silicone: a name of the catalogue, or a table of a law and its constants."""
+    name = {"enum": list(silicones()), "description": "A silicone of the catalogue."}
+    return {"anyOf": [name, *(_law(name) for name in LAWS)], "description": "A name of the catalogue, or a table."}
+
+
+def _law(name: str) -> Schema:
+    """Return the schema of a table with the constants of one law."""
+    law = LAWS[name]
+    one = {key: quantity_schema(unit) for key, unit in law.units.items()}
+    constants = {key: {"anyOf": [item, {"type": "array", "items": item}]} if law.lists else item
+                 for key, item in one.items()}  # fmt: skip
+    branch = {
+        "type": "object", "additionalProperties": False, "required": ["weight", "time"],
+        "properties": {"weight": quantity_schema(""), "time": quantity_schema("s")},
+    }  # fmt: skip
+    properties = {
+        "law": {"const": name}, **constants, "bulk_modulus": quantity_schema("Pa"),
+        "prony": {"type": "array", "items": branch, "description": "Shares of the first stiffness that relax."},
+        "mullins": {
+            "type": "object", "additionalProperties": False, "required": ["r"],
+            "properties": {"r": quantity_schema("")},
+            "description": "Softening after the largest load: 1/r is its depth, r > 1.",
+        },
+        "source": {"type": "string"}, "fitted_range": {"type": "array"}, "rms": quantity_schema("Pa"),
+        "spread": {"type": "number"},
+    }  # fmt: skip
+    needed = ["law", *law.units, "bulk_modulus"]
+    own = {"type": "object", "title": name, "additionalProperties": False}
+    return own | {"required": needed, "properties": properties}

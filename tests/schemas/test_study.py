@@ -1,0 +1,57 @@
+"""The schema of study files holds what `read_study` reads, and no more arguments than requests have."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+from jsonschema import Draft202012Validator
+
+from sits_mech.batch.study import read_study
+from sits_mech.scene.sensor import SceneError
+from sits_mech.schemas.study import study_schema
+
+STUDY = Draft202012Validator(study_schema())
+GOOD = """scene = "biorob2018"
+request = "inductance"
+combine = "product"
+[vary]
+"target.width" = ["8 mm", "15 mm"]
+dv = { from = "1 mm", to = "5 mm", count = 3 }
+[fixed]
+frequency = "5 MHz"
+model = "planar"
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "good"),
+    [
+        ("", "", True),
+        ('"inductance"', '"resistance"', False),
+        ("count = 3", "count = 1", False),
+        ('dv = { from = "1 mm", to = "5 mm", count = 3 }', "", False),
+        ('dv = { from = "1 mm", to = "5 mm", count = 3 }', 'fz = ["1 N"]', False),
+        ('model = "planar"', 'model = "block"', False),
+        ('model = "planar"', "tolerance = 1e-3", True),
+        ('combine = "product"', 'combine = "all"', False),
+        ('combine = "product"', 'mode = "all"', False),
+    ],
+)
+def test_the_reader_and_the_schema_agree(old: str, new: str, good: bool, tmp_path: Path) -> None:
+    """On a study of poses and on what may be wrong in it."""
+    text = GOOD.replace(old, new)
+    assert STUDY.is_valid(tomllib.loads(text)) == good
+    (tmp_path / "study.toml").write_text(text)
+    if good:
+        read_study(tmp_path / "study.toml")
+    else:
+        with pytest.raises(SceneError):
+            read_study(tmp_path / "study.toml")
+
+
+def test_ranges_stand_under_fixed() -> None:
+    """Of a calibration, whose loads are ranges."""
+    table = {"scene": "biorob2018", "request": "calibrate", "vary": {"target.width": ["8 mm"]}}
+    assert STUDY.is_valid(table | {"fixed": {"fx": "-1 N:1 N:3", "fz": "0 N:2 N:3"}})
+    assert not STUDY.is_valid(table | {"fixed": {"fx": "-1 N:1 N:3"}})
+    assert not STUDY.is_valid(table | {"vary": {"fx": ["1 N"]}, "fixed": {"fz": "0 N:2 N:3"}})
