@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sits_mech.maps.differences import BACKWARD, CENTRAL, FIRST, FORWARD, WIDE, Stencil
+from sits_mech.maps.differences import BACKWARD, CENTRAL, FIRST, FORWARD, SECOND_ORDER, WIDE, Stencil
 from sits_mech.quantities import Array
 
 FOURTH_ORDER = [CENTRAL, WIDE, FORWARD, BACKWARD]
@@ -41,3 +41,11 @@ def test_a_jump_on_one_side_leaves_the_other() -> None:
     h = 1e-3
     assert np.all(BACKWARD.error(values(BACKWARD, h, 1e-6, 0.5), h) < 1e-8)
     assert np.all(FORWARD.error(values(FORWARD, h, 1e-6, 0.5), h) > 1e-3)
+
+
+@pytest.mark.parametrize("stencil", SECOND_ORDER)
+def test_three_places_are_exact_on_parabolas(stencil: Stencil) -> None:
+    """On both sides and on each."""
+    found = {m: np.array([(0.1 * m) ** k for k in range(3)]) for m in stencil.places}
+    np.testing.assert_allclose(stencil.slope(found, 0.1), [0.0, 1.0, 0.0], atol=1e-13)
+    assert [stencil.places for stencil in SECOND_ORDER] == [(-1, 0, 1), (0, 1, 2), (0, -1, -2)]

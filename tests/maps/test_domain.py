@@ -24,6 +24,12 @@ def of_values(values: np.ndarray, seed: int) -> tuple[Domain, tuple[np.ndarray, 
     return domain_of(found, np.ones(2), hull_of(found.scaled(grid_of(9))))
 
 
+def fit_of_a_plane() -> SmoothMap:
+    """A linear map of both forces."""
+    x, z = grid_of(9).T
+    return fit_map(("x", "z"), grid_of(9), np.stack([x + 0.1 * z, z], -1))
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_of_two_halves_that_look_alike_the_larger_forces_are_valid(seed: int) -> None:
     """An even map folds at x = 0; which half has the inverse is not left to rounding."""
@@ -48,3 +54,27 @@ def test_a_map_that_is_one_to_one_is_valid_everywhere() -> None:
     x, z = grid_of(9).T
     domain, seeds = of_values(np.stack([x + 0.1 * z**2, z - 0.1 * x * z], -1), 0)
     assert domain.regions == () and domain.share == 1.0 and len(seeds) == 1
+
+
+def test_the_hull_ends_at_its_edges() -> None:
+    """Of a triangle: within, on the edge but for rounding, beyond by as much as is let pass and no more."""
+    corners = np.array([[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0]])
+    domain, _ = domain_of(fit_of_a_plane(), np.ones(2), hull_of(corners))
+    away = np.array([-0.5, 0.0, 5e-10, 1e-7, 0.02 - 1e-7, 0.02 + 1e-7])
+    asked = np.outer(away, [1.0, 1.0]) / np.sqrt(2.0)  # the edge goes through the middle of the box
+    assert domain.holds(asked, 0.0).tolist() == [True, True, True, False, False, False]
+    assert domain.holds(asked, 0.02).tolist() == [True, True, True, True, True, False]
+    assert domain.holds(corners + 0.01, 0.0).tolist() == [True, False, False]
+    assert domain.share == 1.0 and domain.labels.shape == (65, 65)
+    k = np.arange(65)
+    np.testing.assert_array_equal(domain.labels, (k[:, None] + k <= 64).astype(int))
+
+
+@pytest.mark.parametrize("x", [np.linspace(-1, 1, 5)[:, None], np.linspace(-1, 1, 5)[:, None] * [1.0, 1.0]])
+def test_loads_along_a_line_are_held_by_their_box(x: np.ndarray) -> None:
+    """Of one force, and of two that go together: -1 to 1 of each, and nothing beyond either end."""
+    hull, d = hull_of(x), x.shape[1]
+    for way in np.vstack([np.eye(d), -np.eye(d)]):
+        assert np.max(hull[:, :-1] @ way + hull[:, -1]) == 0.0
+        assert np.max(hull[:, :-1] @ (1.1 * way) + hull[:, -1]) == pytest.approx(0.1)
+    assert np.all(hull[:, -1] == -1.0) and len(hull) == 2 * d

@@ -182,3 +182,11 @@ def test_a_full_product_has_the_splines_of_two_variables() -> None:
     bent = points_of(few)[..., :1] + points_of(few)[..., 1:] ** 2
     lines = SolvedPart(few, tuple(itertools.product(range(2), range(3))), bent, np.zeros(1))
     np.testing.assert_allclose(interpolated(lines, bent), bent, atol=1e-14)
+
+
+@pytest.mark.parametrize(("sizes", "whole"), [((4, 8), True), ((32,), True), ((3, 11), False), ((33,), False)])
+def test_a_part_of_a_grid_begins_beyond_32_points(sizes: tuple[int, ...], whole: bool) -> None:
+    """The smallest grid of which some points are left out has 33."""
+    found = solved(gentle, box(*sizes), 3e-2)
+    assert (found is None) is whole
+    assert (len(likely_part(box(*sizes))) == int(np.prod(sizes))) is whole

@@ -57,5 +57,8 @@ def test_what_has_no_spread_is_refused() -> None:
     x = design(S, 32)
     with pytest.raises(ValueError, match="samples: must be a power of two from 64 on; got 1000"):
         spread(NAMES, S, x, x, samples=1000)
+    with pytest.raises(ValueError, match="samples: must be a power of two from 64 on; got 32"):
+        spread(NAMES, S, x, x, samples=32)
+    assert np.isfinite(spread(NAMES, S, x, x, samples=64).deviation).all()
     failed = np.where(np.arange(32)[:, None] < 20, np.nan, x)
     assert np.isfinite(spread(NAMES, S, x, failed).mean).all()

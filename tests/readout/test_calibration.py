@@ -67,6 +67,8 @@ def test_outside_is_said() -> None:
     found = cal.inverse(asked)
     assert found.status.tolist() == ["outside", "outside", "no solution", "ok"]
     assert np.all(np.isnan(found.forces[:3])) and found.forces[3, 1] == pytest.approx(-0.01, abs=1e-4)
+    just = cal.inverse([pair(0.2, -0.0399), pair(0.2, -0.0401), pair(1.0199, 2.0), pair(1.0201, 2.0)])
+    assert just.status.tolist() == ["ok", "outside"] * 2  # 0.02 of half the range, 2 N and 1 N, is let pass
     with pytest.raises(ValueError, match=r"must be of 2 coils \(C1, C2\); got shape \(3,\)"):
         cal.inverse([1.0, 2.0, 3.0])
     with pytest.raises(ValueError, match="forces: must be F_x, F_z; got 1"):

@@ -100,6 +100,8 @@ def test_registers() -> None:
     text = register_text(found)
     assert "0x08 = 0x04D6  RCOUNT0" in text and "0x1B = 0x820D  MUX_CONFIG" in text
     assert text.splitlines()[-1].startswith("0x1A")
+    one = front_end(LDC1614, [[2.3e-6]], [[2.7]], 330e-12)
+    assert dict((name, value) for _, name, value in one.registers)["MUX_CONFIG"] == 0x020D  # no scan
     four = front_end(LDC1614, [[2.3e-6] * 4], [[2.7] * 4], 330e-12)
     assert dict((name, value) for _, name, value in four.registers)["MUX_CONFIG"] == 0xC20D
 
@@ -115,12 +117,23 @@ def test_the_single_channel_part() -> None:
     assert any("2 coils, but the LDC1101 reads 1: take 2" in line for line in two.warnings)
 
 
+def test_the_slowest_load_settles() -> None:
+    """SETTLECOUNT is at least Q f_ref / (16 f) (SNOSCY9A): of each coil, at the load where that is the most."""
+    L, R = np.array([[2.3e-6, 2.3e-6], [2.0e-6, 2.1e-6]]), np.array([[0.5, 3.0], [2.7, 2.0]])
+    found = front_end(LDC1614, L, R, 330e-12)
+    needed = (2.0 * np.pi * L / R).max(axis=0) * found.reference / 16.0  # Q / f = 2 pi L / R
+    np.testing.assert_array_equal(found.settlecount, np.maximum(4, np.ceil(needed)))
+
+
 def test_warnings_in_plain_words() -> None:
     """Too fast, too slow for the part, too lossy, too weak a swing."""
     fast = front_end(LDC1614, [2.3e-6], [0.5], 50e-12)
     assert any("outside 1000 to 1e+07 Hz" in line and "raise the capacitance" in line for line in fast.warnings)
     lossy = front_end(LDC1614, [2.3e-6], [40.0], 330e-12)
-    assert any("too lossy" in line for line in lossy.warnings) and any("may stop" in line for line in lossy.warnings)
+    assert any("too lossy: less resistance" in line for line in lossy.warnings)
+    assert any("may stop" in line for line in lossy.warnings)
+    still = front_end(LDC1614, [40e-6], [0.5], 330e-12)
+    assert any("more than the part damps" in line for line in still.warnings)
     slow = front_end(LDC1614, [[2.3e-6, 2.3e-6]], [[1.0, 1.0]], 330e-12, clock=20e6)
     assert slow.input_divider == 2 and slow.warnings == ()
     late = front_end(LDC1614, [[2.3e-6, 2.3e-6]], [[1.0, 1.0]], 330e-12, clock=8e6)

@@ -84,3 +84,14 @@ def test_poses_that_stages_set(tmp_path: Path) -> None:
         read_measured(written(tmp_path, "d_v [mm],L1,L2\n1,inf,3"), (), COILS)
     with pytest.raises(ValueError, match="must have a column d_v, of a pose, and one for each coil"):
         read_measured(written(tmp_path, "F_x,L1,L2\n1,2,3"), (), COILS)
+
+
+def test_columns_of_moments_and_of_nothing(tmp_path: Path) -> None:
+    """A moment has a unit, a column m without one may be anything; one beyond the numbers of the rows is missing."""
+    good = "\n".join("1,2,3,4" for _ in range(4))
+    with pytest.raises(ValueError, match="column M: must be 0 N m.*got 0.003 to 0.003 N m"):
+        read_measured(written(tmp_path, f"F_x,F_z,M [N mm],L1\n{good}"), NAMES, COILS[:1])
+    assert read_measured(written(tmp_path, f"F_x,F_z,m,L1\n{good}"), NAMES, COILS[:1]).L.tolist() == [[4.0]] * 4
+    short = "\n".join("1,2,3" for _ in range(4))
+    with pytest.raises(ValueError, match="must have the column f_z; got f_x, l1, l2, f_z"):
+        read_measured(written(tmp_path, f"F_x,L1,L2,F_z\n{short}"), NAMES, COILS)

@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from sits_mech.silicone.energy import isochoric_stress
-from sits_mech.silicone.homogeneous import MODES, engineering_stress, principal_stretches, tangent
+from sits_mech.silicone.homogeneous import (
+    MODES,
+    engineering_stress,
+    principal_stretches,
+    shear_band_stiffness,
+    tangent,
+)
 from sits_mech.silicone.kinematics import in_plane
 from sits_mech.silicone.material import Silicone
 
@@ -73,3 +79,16 @@ def test_unknown_names_are_refused() -> None:
         engineering_stress("hooke", {}, np.ones(1))
     with pytest.raises(ValueError, match='mode: must be one of uniaxial, planar, biaxial; got "torsion"'):
         engineering_stress("yeoh", LAWS["yeoh"], np.ones(1), "torsion")
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_shear_bands_at_equal_stretches(law: str) -> None:
+    """At rest the shear modulus; where two stretches are equal the limit of those that nearly are."""
+    modulus = Silicone("", law, LAWS[law], 1e9).shear_modulus
+    assert shear_band_stiffness(law, LAWS[law], np.ones((1, 3)))[0] == pytest.approx(modulus, rel=1e-12)
+    stretch = np.array([0.7, 1.3])
+    for apart in (0.0, 1e-8, 1e-5):
+        near = np.stack([stretch, (1.0 + apart) / np.sqrt(stretch), 1.0 / np.sqrt(stretch) / (1.0 + apart)], axis=-1)
+        far = np.stack([stretch, 1.001 / np.sqrt(stretch), 1.0 / np.sqrt(stretch) / 1.001], axis=-1)
+        found, beside = (shear_band_stiffness(law, LAWS[law], at) for at in (near, far))
+        np.testing.assert_allclose(found, beside, rtol=1e-2)

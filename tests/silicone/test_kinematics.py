@@ -71,3 +71,13 @@ def test_principal_stretches_and_turns_give_the_deformation_back(case):
     for turn in (U, V):
         np.testing.assert_allclose(turn @ turn.swapaxes(1, 2), np.broadcast_to(np.eye(d), turn.shape), atol=1e-14)
     np.testing.assert_allclose(stretch.prod(axis=1), at(F).J, rtol=1e-13)
+
+
+def test_principal_stretches_of_points_in_any_shape() -> None:
+    """Gradients in the plane, four beside five, as one after the other; and by the singular values of each."""
+    F = np.eye(2).ravel() + 0.2 * np.random.default_rng(3).normal(size=(4, 5, 4))
+    found, flat = in_plane(F).principal(), in_plane(F.reshape(20, 4)).principal()
+    np.testing.assert_array_equal(found.stretch.reshape(20, 3), flat.stretch)
+    exact = np.linalg.svd(F.reshape(20, 2, 2), compute_uv=False)
+    np.testing.assert_allclose(flat.stretch[:, [0, 2]], exact, rtol=1e-12)
+    np.testing.assert_array_equal(flat.stretch[:, 1], 1.0)

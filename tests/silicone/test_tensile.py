@@ -73,6 +73,10 @@ def test_files_without_a_pull_are_refused(tmp_path: Path) -> None:
             read_tensile(_written(tmp_path, head))
     with pytest.raises(ValueError, match="at least 5 rows of rising strain in the uniaxial test; got 3"):
         read_tensile(_written(tmp_path, "Time;Engineering Strain;Engineering Stress (MPa)", break_at=3))
+    with pytest.raises(ValueError, match="at least 5 rows of rising strain in the uniaxial test; got 4"):
+        read_tensile(_written(tmp_path, "Time;Engineering Strain;Engineering Stress (MPa)", break_at=4))
+    least = read_tensile(_written(tmp_path, "t;Engineering Strain;Engineering Stress (MPa)", break_at=5))
+    assert len(least.strain) == 5
     empty = tmp_path / "empty.csv"
     empty.write_text("Time;Engineering Strain;Engineering Stress (MPa)\n")
     with pytest.raises(ValueError, match="at least 5 rows of rising strain in the uniaxial test; got 0"):

@@ -240,7 +240,7 @@ def _tree_flux(plan: Plan, seams: Seams, character: Complex, at_rim: NDArray[np.
             graph[min(a, b), max(a, b)] = k
         elif abs(phases[k] - 1.0) > 1e-9:
             graph[a, cells] = k
-    pairs = np.array(list(graph), dtype=int).reshape(-1, 2)
+    pairs = np.array(list(graph), dtype=np.int32).reshape(-1, 2)  # scipy before 1.17 makes trees of these alone
     weights = sp.csr_array((np.ones(len(graph)), (pairs[:, 0], pairs[:, 1])), shape=(cells + 1, cells + 1))
     tree = minimum_spanning_tree(weights).tocoo()
     chosen = np.array(
