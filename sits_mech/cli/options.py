@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from sits_mech.quantities import Pose, Wrench
     from sits_mech.scene.sensor import Sensor
 
+_TOLD = 5  # slips of a scene, one line each; of more, their number
 app = App(
     name="sits-mech", version=__version__, help="Force in, inductance out: soft inductive tactile sensors.",
     suppress_keyboard_interrupt=False,
@@ -60,7 +61,7 @@ class Overrides:
     ] = None
 
     seconds: Annotated[
-        float | None, Parameter(help="Seconds that a step of a solution may take: 60 unless SITS_MECH_SECONDS says so.")
+        float | None, Parameter(help="Seconds that a step may take: 100 unless SITS_MECH_SECONDS says so.")
     ] = None
 
     strict: Annotated[
@@ -71,10 +72,12 @@ class Overrides:
         """Say on stderr what is implausible, or refuse it; raise SceneError with the first line then."""
         from sits_mech.units import SceneError
 
-        for line in lines:
-            if self.strict:
-                raise SceneError(f"{where}: {line}")
+        if lines and self.strict:
+            raise SceneError(f"{where}: {lines[0]}")
+        for line in lines[:_TOLD]:
             warn(f"{where}: {line}")
+        if len(lines) > _TOLD:
+            warn(f"{where}: implausible: {len(lines) - _TOLD} more numbers")
 
     @property
     def all(self) -> tuple[str, ...]:

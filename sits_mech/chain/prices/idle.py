@@ -29,13 +29,10 @@ def idle_share(found: Impedance) -> float:
     omega, n = 2.0 * np.pi * found.frequency, len(found.L0)
     if n < 2:
         return 0.0
-    Z, worst = (found.R + 1j * omega * found.L).reshape(-1, n, n), 0.0
-    for i in range(n):
-        others = np.delete(np.arange(n), i)
-        row, column = Z[:, None, i, others], Z[:, others, i, None]
-        taken = row @ np.linalg.solve(Z[:, others[:, None], others], column)
-        worst = max(worst, float(np.abs(taken).max(initial=0.0)) / (omega * found.L0[i, i]))
-    return worst
+    Z = (found.R + 1j * omega * found.L).reshape(-1, n, n)
+    left = 1.0 / np.diagonal(np.linalg.inv(Z), axis1=1, axis2=2)  # the Schur complement of all other coils, for each
+    taken = np.abs(np.diagonal(Z, axis1=1, axis2=2) - left)
+    return float((taken / (omega * np.diagonal(found.L0))).max(initial=0.0))
 
 
 def idle_bound(rest: Impedance) -> float:

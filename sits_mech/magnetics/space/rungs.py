@@ -34,7 +34,7 @@ from sits_mech.magnetics.space.loops import most_unknowns
 from sits_mech.magnetics.space.modes import Sheeted, prepare_sheets
 from sits_mech.magnetics.space.near import wave_numbers
 from sits_mech.magnetics.space.sources import Sources
-from sits_mech.memory import GIB, VARIABLE, memory_limit
+from sits_mech.memory import GIB, VARIABLE, check_seconds, memory_limit
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil, Target
 
@@ -85,6 +85,7 @@ _TRUST = 1.0, 0.4  # errors of R and of Delta L over what `extrapolation` says, 
 _EVEN = 0.1  # of R where current fills the plate, and from there with the thickness over the skin depth
 _REDUCED = 1e-3, 3e-4  # of R and of omega Delta L: what few modes and fields, and means of prisms, leave
 _MOST = 2000  # polynomials in all; what a wide plate close to the coils misses is in its estimated error
+_GIB = 20.0  # s of processor time that a plate of a GiB takes to prepare, some
 _UNSEEN = 1e-3  # share of the field that may be missed
 _APART = 4.0  # digits more (natural logarithm) for coils that need fewer polynomials
 _SLACK = 1.15  # of memory: what the large matrices leave out, as measured
@@ -135,6 +136,7 @@ def prepared(
             f"memory: {cells} cells of the plate of {x:.3g} x {y:.3g} mm take some {family.needed / GIB:.2g} GiB, more "
             f"than the limit of {limit / GIB:.3g} GiB (--memory, or {VARIABLE})"
         )
+    check_seconds(_GIB * family.needed / GIB, f"sheets: the preparation of a plate of {family.needed / GIB:.2g} GiB")
     ways = {"highest": family.highest, "depth": family.depth}
     found = prepare_sheets(family.divisions, target.metal.conductivity, family.box, sources=sources, **ways)
     return tuple(plate.resolved for plate in found) if family.resolved else found
