@@ -161,7 +161,8 @@ def _run(step: Step, folder: Path, where: str) -> str:
     if done.returncode != step.code:
         said = f"{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
         raise Mismatch(f"{where}: $ {step.command}\nmust end with {step.code}; it ended with {done.returncode}\n{said}")
-    return done.stdout + (done.stderr if step.code else "")
+    said = done.stdout + (done.stderr if step.code else "")
+    return said.replace(f"{folder.resolve()}{os.sep}", "")  # pages name files as their readers do
 
 
 def stamp(page: Path, package: Path) -> str:
