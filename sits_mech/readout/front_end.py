@@ -14,6 +14,7 @@ between conversions. Sources: data sheets SNOSCY9A and SNOSD01D. Numbers only.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +31,7 @@ from sits_mech.readout.converter import (
     tank_frequency,
 )
 
+_NEAR = 0.2  # of the solved frequency: nearer, skins are the same to some percent
 _DIVIDE_FROM = 8.75e6  # [Hz] SNOSCY9A, registers CLOCK_DIVIDERSx: at least 2 from here on
 _WORKS_DOWN_TO = 0.5  # [V] peak, of the LDC161x
 _DEGLITCH = ((1e6, 0b001), (3.3e6, 0b100), (10e6, 0b101), (33e6, 0b111))  # bandwidth [Hz] and its code
@@ -83,6 +85,13 @@ class FrontEnd:
     noise: Array
     warnings: tuple[str, ...]
     registers: tuple[tuple[int, str, int], ...]
+
+    def off(self, solved: float) -> str:
+        """Say where the tanks swing far from the frequency that was solved [Hz]; empty where they are near it."""
+        middle = float(np.exp(np.log(self.frequency).mean()))
+        if abs(math.log(middle / solved)) < math.log(1.0 + _NEAR):
+            return ""
+        return f", and L too, where the tanks swing at some {middle:.3g} Hz: set frequency to that and calibrate anew"
 
 
 def front_end(
