@@ -43,7 +43,7 @@ class Elastomer(BaseModel):
         that they fill, in a scene by default the target's; 3D models only). By default a box or, with a diameter, a
         cylinder.
     width, length : float or None
-        Of a box or of a field of pillars, along x and y [m].
+        Of a box, which needs both, or of a field of pillars, along x and y [m].
     diameter : float or None
         Of a cylinder, or of each pillar [m].
     pitch : float or None

@@ -128,5 +128,5 @@ def _notes(sensor: Sensor, loads: Sequence[Wrench]) -> tuple[str, ...]:
     found = () if sensor.elastomer is None else implausible(sensor.elastomer.silicone)
     if not loads or not _HELD < bound < float("inf"):
         return found
-    seen = f"pads were seen to give way in shear from {_HELD:g} on, in compression from some 1.5 on"
-    return (*found, f"small strain would be off by {bound:.2g}: {seen}; a solve may end before such a load")
+    seen = f"some pads were seen to give way in shear from {_HELD:g} on, in compression from some 1.5 on: a solve tells"
+    return (*found, f"a large load for this pad: small strain would be off by {bound:.2g}; {seen}")
