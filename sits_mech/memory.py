@@ -43,16 +43,19 @@ def _limit(variable: str, usual: float, unit: str) -> float:
 
 def limit_memory(gib: float) -> None:
     """Set the limit of this process and those it starts [GiB]; raise ValueError where it is not positive."""
-    if not gib > 0.0:
-        raise ValueError(f"memory: must be a positive number of GiB; got {gib:g}")
-    os.environ[VARIABLE] = repr(gib)
+    _set_limit(VARIABLE, gib, "memory", "GiB")
 
 
 def limit_seconds(seconds: float) -> None:
     """Set the limit of time of this process and those it starts [s]; raise ValueError where it is not positive."""
-    if not seconds > 0.0:
-        raise ValueError(f"seconds: must be a positive number of seconds; got {seconds:g}")
-    os.environ[TIME] = repr(seconds)
+    _set_limit(TIME, seconds, "seconds", "seconds")
+
+
+def _set_limit(variable: str, limit: float, what: str, unit: str) -> None:
+    """Put a limit into its environment variable, or refuse it."""
+    if not limit > 0.0:
+        raise ValueError(f"{what}: must be a positive number of {unit}; got {limit:g}")
+    os.environ[variable] = repr(limit)
 
 
 def check_seconds(needed: float, what: str) -> None:

@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from sits_mech.cases import Progress
 
 
@@ -54,6 +56,17 @@ def terminal_width() -> int | None:
 def write(text: str) -> None:
     """Print a file's text on stdout as it is."""
     sys.stdout.write(text)
+
+
+def deliver(text: str, output: Path | None) -> None:
+    """Print a file's text on stdout, or write it where it is asked for and say so."""
+    from sits_mech.scene.files import write_text
+
+    if output is None:
+        write(text)
+    else:
+        write_text(output, text)
+        warn(f"written to {output}")
 
 
 def warn(line: str) -> None:

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import answer, progress_bar, show, warn, write
+from sits_mech.cli.console import answer, deliver, progress_bar, show, warn
 from sits_mech.cli.options import Json, Load, Models, Output, Overrides, Scene, app, sensor_of
 
 
@@ -51,15 +51,9 @@ def schema(file: Literal["scene", "study", "requirements", "bench"], *, output: 
     Example: sits-mech schema scene -o scene.schema.json
     """
     from sits_mech.report.records import json_text
-    from sits_mech.scene.files import write_text
     from sits_mech.schemas import schema_of
 
-    text = json_text(schema_of(file)) + "\n"
-    if output is None:
-        write(text)
-    else:
-        write_text(output, text)
-        warn(f"written to {output}")
+    deliver(json_text(schema_of(file)) + "\n", output)
     return 0
 
 

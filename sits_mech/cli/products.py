@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import answer, not_converged, progress_bar, warn, write
+from sits_mech.cli.console import answer, deliver, not_converged, progress_bar, warn
 from sits_mech.cli.options import (
     Case,
     Folder,
@@ -67,17 +67,13 @@ def import_board(
     Example: sits-mech import probe.kicad_pcb --net L1 --frequency "2 MHz" -o probe.toml
     """
     from sits_mech.boards.scene import Choice, board_scene
-    from sits_mech.scene.files import write_text
     from sits_mech.units import quantity
 
     hertz, error = quantity(frequency, "Hz", "--frequency"), quantity(chord_error, "m", "--chord-error")
     text, notes = board_scene(board, Choice(net, hertz, origin, error, pours))
-    if output is None:
-        write(text)
-    else:
-        write_text(output, text)
-    for line in [*notes, *([f"written to {output}"] if output is not None else [])]:
+    for line in notes:
         warn(line)
+    deliver(text, output)
     return 0
 
 

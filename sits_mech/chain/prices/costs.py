@@ -1,7 +1,8 @@
 """What does a solve cost and reach? Processor seconds and errors of each model's rungs, as measured.
 
-Measured on one core of the machine that `studies/omissions.py` ran on, those of `block` on three pads of
-`studies/random_scenes.py`; within a factor of some three elsewhere. `studies/solve_costs.py` measures all anew.
+Measured on one core of the machine that `studies/omissions.py` ran on; within a factor of some three elsewhere. Those
+of `block` are of three pads of `studies/random_scenes.py`, before a fourth mesh was awaited; at 1e-2 it is an estimate
+with that. `studies/solve_costs.py` measures all anew.
 """
 
 from __future__ import annotations

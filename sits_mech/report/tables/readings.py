@@ -14,7 +14,7 @@ from sits_mech.readout.front_end import FrontEnd, register_text
 from sits_mech.report.tables.solves import key_table, with_error
 
 Record = dict[str, Any]
-_SIDE = 21  # loads along each force
+_SIDE, _MOST = 21, 10_000  # loads along each force, and in all
 
 
 def refusal(cal: Calibration, status: str, given: Sequence[tuple[str, float]]) -> str:
@@ -41,7 +41,8 @@ def refusal(cal: Calibration, status: str, given: Sequence[tuple[str, float]]) -
 
 def _nearest(cal: Calibration, given: Sequence[tuple[str, float]]) -> str:
     """Return which load's inductances are nearest to a reading, and how far they are, in words."""
-    axes = [np.linspace(a, b, _SIDE) for a, b in zip(cal.low, cal.high, strict=True)]
+    side = min(_SIDE, int(_MOST ** (1.0 / len(cal.forces))))
+    axes = [np.linspace(a, b, side) for a, b in zip(cal.low, cal.high, strict=True)]
     loads = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
     off = np.abs(cal.forward(loads) - np.array([value for _, value in given])) / cal.full_scale
     best = int(np.argmin(np.max(off, axis=1)))
