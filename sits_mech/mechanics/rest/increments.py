@@ -33,7 +33,8 @@ from sits_mech.mechanics.rest.path import among_faces
 from sits_mech.mechanics.rest.verdict import Way, verdict
 from sits_mech.quantities import Array
 
-_SLIP = 2e-3  # thicknesses over the number of increments of a leg: elastic slip before a point slides
+SLIP = 2e-3
+"""Elastic slip before a point slides, over the number of increments of a leg [thicknesses]."""
 _SAME = 1e-3  # of the pressures on a surface, by which they may still change
 _PASSES = 12
 _SMALLEST = Fraction(1, 16)  # of an increment, below which a path is given up
@@ -73,7 +74,7 @@ class Track:
 
 def followed(
     body: Bonded, start: State, goals: Sequence[Array], parts: int, *, held: Held | None = None,
-    beside: Held | None = None,
+    beside: Held | None = None, slip: float = SLIP,
 ) -> Track:  # fmt: skip
     """Follow a path of loads with friction.
 
@@ -88,6 +89,8 @@ def followed(
         Increments of each leg.
     held, beside
         As of `follow`.
+    slip : float
+        Elastic slip of a leg before a point slides, over all of its increments [thicknesses].
     """
     held = np.zeros(body.components, dtype=bool) if held is None else held
     way = Way(goals[0], goals[-1], held, beside)
@@ -97,7 +100,7 @@ def followed(
         end = min(at + step, Fraction(leg + 1))
         share = float(end - leg)
         goal = (1.0 - share) * goals[leg] + share * goals[leg + 1]
-        body, state, reason, work = _increment(body, states[-1], way, goal, _SLIP / parts)
+        body, state, reason, work = _increment(body, states[-1], way, goal, slip / parts)
         if state is None:
             step /= 2
             if step < _SMALLEST / parts:
@@ -126,7 +129,7 @@ def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) ->
     for _ in range(_PASSES):
         grips = [
             gripped(part.friction * p, start, normal, slip)
-            for part, p, start, (_, _, normal) in zip(_rough(body), pressures, starts, seen, strict=True)
+            for part, p, start, (_, _, normal) in zip(rough(body), pressures, starts, seen, strict=True)
         ]
         for begin in (guess, here):  # from its beginning points come out of sticking, which is the surer way
             body, found = among_faces(_with(body, grips), replace(begin, iterations=0), goal, way.held)
@@ -137,7 +140,7 @@ def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) ->
             return _End(body, None, "lost")
         guess, seen = found.state, _looked_at(body, found.state)
         new = [p for _, p, _ in seen]
-        if all(_settled(part, p, own) for part, p, own in zip(_rough(body), pressures, new, strict=True)):
+        if all(_settled(part, p, own) for part, p, own in zip(rough(body), pressures, new, strict=True)):
             said = verdict(body, way, found)
             grip = tuple(own.traction(place) for own, (place, _, _) in zip(grips, seen, strict=True))
             state = replace(guess, iterations=spent, min_J=said.min_J, grip=grip)
@@ -146,14 +149,14 @@ def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) ->
     return _End(body, None, "slipping")
 
 
-def _rough(body: Bonded) -> list[Contact]:
-    """The contacts of a body that have friction."""
+def rough(body: Bonded) -> list[Contact]:
+    """Return the contacts of a body that have friction."""
     return [part for part in body.parts if isinstance(part, Contact) and part.friction > 0.0]
 
 
 def _looked_at(body: Bonded, state: State) -> list[tuple[Array, Array, Array]]:
     """Places, pressures and normals at the points of the contacts that have friction."""
-    return [part.looked_at(state.u, state.q) for part in _rough(body)]
+    return [part.looked_at(state.u, state.q) for part in rough(body)]
 
 
 def _with(body: Bonded, grips: Sequence[Grip]) -> Bonded:
@@ -175,5 +178,5 @@ def _settled(part: Contact, before: Array, after: Array) -> bool:
 
 def _lost(body: Bonded, grips: Sequence[Grip], seen: Sequence[tuple[Array, Array, Array]]) -> float:
     """Work that the slip of an increment has lost."""
-    each = zip(_rough(body), grips, seen, strict=True)
+    each = zip(rough(body), grips, seen, strict=True)
     return sum(float(part.surface.weight.ravel() @ grip.lost(place)) for part, grip, (place, _, _) in each)
