@@ -18,8 +18,8 @@ history is walked with contact. With friction, as it is without: each step is an
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -34,11 +34,13 @@ from sits_mech.mechanics.rest.control import under
 from sits_mech.mechanics.rest.linearisation import Held
 from sits_mech.mechanics.rest.steps import Moment, begun, later
 from sits_mech.mechanics.rest.verdict import reason_words
-from sits_mech.quantities import WRENCH, Array, Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.quantities import POSE, WRENCH, Array, Pose, SolveFailed, SolveReport
 
 _GROWTH = 0.03  # of the tolerance: what a step may add to the error in time
 _LARGER, _SMALLER, _SAFE = 3.0, 0.2, 0.9  # of a step, from one to the next
 _ORDER = 3.0  # of what one step adds
+_UNSEEN = 0.25  # of the worst component's error that every component owns to, where two levels alone tell it
+_ROUNDING = 1e-9  # of a step
 _SHORTEST = 1e-6  # of the time between two loads of the history
 
 
@@ -126,51 +128,58 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory) -> tuple[Motion
     """The motion on the levels of a family, and whether free faces touch anything on the way."""
     for level in (0, 1):
         levels.check_memory(level)
-    scales = line.scales
-    goals = history.wrench / scales.loads
+    body, goals = levels.coarse, history.wrench / line.scales.loads
     farthest = history.loads[int(np.argmax(np.abs(goals).max(axis=1)))]
-    held, _ = aim(levels.coarse, scales, under(farthest))
-    goals = goals[:, : levels.coarse.components]
-    asked = line.asked if np.isfinite(line.asked) else 1.0
-    times, first = _timed(levels.coarse, held, history.time, goals, _GROWTH * asked)
-    walks, large = [first], ""
-    weight, k = levels.coarse.levers, levels.coarse.components
-    walks.append(_walked(levels.fine, held, times))
-    size = max(float(np.max(np.abs((walks[1].q + times.late) * weight))), 1e-300)
-    pressed = any(walk.pressed for walk in walks)
-
-    def limits() -> tuple[Array, Array]:
-        """The limit of the walks at each time and its error, of the largest displacement, shape (m, k) each."""
-        found = [
-            extrapolated([(walk.q[n] + times.late[n]) * weight / size for walk in walks], levels.sizes, levels.order,
-                         pressed=pressed)
-            for n in range(len(times.time))
-        ]  # fmt: skip
-        return np.array([each.value for each in found]), np.array([each.error for each in found])
-
-    value, error = limits()
+    held, _ = aim(body, line.scales, under(farthest))
+    asked = min(line.asked, 1.0)
+    times, first = _timed(body, held, history.time, goals[:, : body.components], _GROWTH * asked)
+    walks, large = [first, _walked(levels.fine, held, times)], ""
+    found = _limits(levels, times, walks)
     for level in range(2, min(FEWEST, len(levels.sizes))):
+        if found.relative <= asked and not levels.is_cheap(level):
+            break
         large = levels.check_memory(level)
-        if np.max(error) <= asked and not levels.is_cheap(level) or large:
+        if large:
             break
         try:
             walks.append(_walked(levels.maker(level), held, times))
         except _Ended:
             break
-        value, error = limits()
-    error = error + np.abs(times.gap * weight / size)
-    share = levels.share if np.isfinite(levels.order) else 0.25
-    each = np.array([errors_of(row, np.ones(k), share) for row in error])
-    unit = size / weight * scales.lengths[:k]
-    return _motion(line, levels, times, walks, (value * unit, each * unit, float(error.max()), large)), first.touches
+        found = _limits(levels, times, walks)
+    return _motion(line, levels, times, walks, found, large), any(walk.touches for walk in walks)
+
+
+class _Limits(NamedTuple):
+    """Motion and its error at each time, shape (m, k) each [thicknesses, rad]; the largest error over the motion."""
+
+    q: Array
+    error: Array
+    relative: float
+
+
+def _limits(levels: Levels, times: _Times, walks: list[_Walk]) -> _Limits:
+    """Extrapolate some walks at each time; errors over the largest displacement of the history."""
+    weight, order = levels.coarse.levers, levels.order
+    late = np.array([walk.q + times.late for walk in walks]) * weight
+    size = max(float(np.max(np.abs(late[-1]))), 1e-300)
+    pressed = any(walk.pressed for walk in walks)
+    early = levels.early if len(walks) == FEWEST and not pressed else 1.0
+    share = levels.share if np.isfinite(order) else max(levels.share, _UNSEEN)
+    values, errors = [], []
+    for rows, gap in zip(np.moveaxis(late / size, 1, 0), times.gap, strict=True):
+        limit = extrapolated(list(rows), levels.sizes, order, pressed=pressed).times(early)
+        values.append(limit.value)
+        errors.append(errors_of(limit.error + np.abs(gap * weight) / size, np.ones(len(weight)), share))
+    unit = size / weight
+    return _Limits(np.array(values) * unit, np.array(errors) * unit, float(np.max(errors)))
 
 
 def _motion(
-    line: Line, levels: Levels, times: _Times, walks: list[_Walk], found: tuple[Array, Array, float, str]
+    line: Line, levels: Levels, times: _Times, walks: list[_Walk], found: _Limits, large: str
 ) -> Motion:
     """What was found, in SI, with its report."""
-    scales, last = line.scales, walks[-1]
-    pose, error = (np.pad(part, ((0, 0), (0, 6 - part.shape[1]))) for part in found[:2])
+    scales, last, k = line.scales, walks[-1], levels.fine.components
+    pose, error = (np.pad(part * scales.lengths[:k], ((0, 0), (0, len(POSE) - k))) for part in found[:2])
     pose[:, 1] += scales.standoff + scales.thickness
     body, sensor = levels.fine, line.sensor
     plate = sensor.target.thickness / scales.thickness if sensor.target is not None else 0.0
@@ -180,11 +189,11 @@ def _motion(
     notes.append(f"history: {len(times.time)} times on {len(walks)} meshes; steps of time are worth {late:.1g}")
     report = SolveReport(
         "", len(levels.maker(len(walks) - 1).free) + body.components, sum(walk.iterations for walk in walks),
-        state.residual, found[2], 0.0, notes=(*notes, *([found[3]] if found[3] else [])),
+        state.residual, found.relative, 0.0, notes=(*notes, *([large] if large else [])),
         min_J=min(walk.min_J for walk in walks), stretch=last.stretch,
         error_stretch=abs(walks[-1].stretch - walks[-2].stretch),
     )  # fmt: skip
-    wrench = np.pad(times.load, ((0, 0), (0, len(WRENCH) - times.load.shape[1]))) * scales.loads
+    wrench = np.pad(times.load, ((0, 0), (0, len(WRENCH) - k))) * scales.loads
     return Motion(times.time, times.given, wrench, Pose.of(pose), Pose.of(error), report)
 
 
@@ -233,48 +242,63 @@ def _stepped(body: Bonded, now: Moment, dt: float, load: Array, held: Held, time
     return found
 
 
-def _timed(body: Bonded, held: Held, at: Array, goals: Array, growth: float) -> tuple[_Times, _Walk]:
-    """The first level's walk, and the steps that the error in time allows."""
-    kept, other = _Recorder(body), begun(body)
-    rows: list[tuple[float, Array, bool]] = []
-    gaps: list[Array] = []
-    weight, size, step = body.levers, 1e-300, np.inf
+class _Pair:
+    """The first level's walks: A in steps of time, B in two halves of each."""
 
-    def both(time: float, dt: float, ends: tuple[Array, Array]) -> tuple[Moment, Moment, int]:
-        """A step of A and two halves of B."""
-        whole = _stepped(body, kept.now, dt, ends[1], held, time)
-        if dt == 0.0:
-            twice = _stepped(body, other, dt, ends[1], held, time)
-            return whole, twice, twice.state.iterations
-        half = _stepped(body, other, 0.5 * dt, 0.5 * (ends[0] + ends[1]), held, time)
-        twice = _stepped(body, half, 0.5 * dt, ends[1], held, time)
-        return whole, twice, half.state.iterations + twice.state.iterations
+    def __init__(self, body: Bonded, held: Held, growth: float) -> None:
+        self.body, self.held, self.growth = body, held, growth
+        self.kept, self.other = _Recorder(body), begun(body)
+        self.time: list[float] = []
+        self.load: list[Array] = []
+        self.given: list[bool] = []
+        self.gap: list[Array] = []
+        self.step, self.size = np.inf, 1e-300
 
-    before, last = at[0], np.zeros(goals.shape[1])
-    for time, goal in zip(at, goals, strict=True):
-        gone, span = 0.0, float(time - before)
+    def leg(self, begin: float, end: float, loads: tuple[Array, Array]) -> None:
+        """Walk from one time of the history to the next, or over a sudden load."""
+        span, gone, (first, last) = end - begin, 0.0, loads
         while True:
             left = span - gone
-            count = max(int(np.ceil(left / step - 1e-9)), 1) if left > 0.0 else 1
-            dt = left / count
-            ends = [last + (goal - last) * (part / span if span > 0.0 else 1.0) for part in (gone, gone + dt)]
-            moments = both(before + gone + dt, dt, (ends[0], ends[1]))
-            gap = (moments[1].state.q - moments[0].state.q) / 3.0
-            size = max(size, float(np.max(np.abs(moments[1].state.q * weight))))
-            added = float(np.max(np.abs((gap - (gaps[-1] if gaps else 0.0)) * weight))) / size
-            if dt > 0.0:
-                change = float(np.clip(_SAFE * (growth / max(added, 1e-300)) ** (1.0 / _ORDER), _SMALLER, _LARGER))
-                step = dt * change
-                if added > growth and dt > _SHORTEST * span:
-                    continue
-            gone = span if count == 1 else gone + dt
-            kept.keep(moments[0], moments[0].state.iterations + moments[2])
-            other = moments[1]
-            rows.append((before + gone, ends[1], gone >= span))
-            gaps.append(gap)
-            if gone >= span:
-                break
-        before, last = time, goal
-    table = _Times(np.array([row[0] for row in rows]), np.array([row[1] for row in rows]),
-                   np.array([row[2] for row in rows]), np.array(gaps))
-    return table, kept.walk
+            count = max(int(np.ceil(left / self.step - _ROUNDING)), 1) if left > 0.0 else 1
+            dt, there = left / count, span if count == 1 else gone + left / count
+            shares = [part / span if span > 0.0 else 1.0 for part in (gone, gone + 0.5 * dt, there)]
+            middle, load = (first + (last - first) * share for share in shares[1:])
+            if not self._gone(begin + there, dt, (middle, load), shortest=_SHORTEST * span):
+                continue
+            gone = there
+            self.time.append(begin + there)
+            self.load.append(load)
+            self.given.append(count == 1)
+            if count == 1:
+                return
+
+    def _gone(self, time: float, dt: float, loads: tuple[Array, Array], shortest: float) -> bool:
+        """Take a step, if it adds little to the error in time; the next one is chosen by what it adds."""
+        body, held, weight = self.body, self.held, self.body.levers
+        whole, half = _stepped(body, self.kept.now, dt, loads[1], held, time), None
+        if dt > 0.0:
+            half = _stepped(body, self.other, 0.5 * dt, loads[0], held, time)
+        twice = _stepped(body, half or self.other, 0.5 * dt, loads[1], held, time)
+        gap = (twice.state.q - whole.state.q) / 3.0
+        self.size = max(self.size, float(np.max(np.abs(twice.state.q * weight))))
+        added = float(np.max(np.abs((gap - (self.gap[-1] if self.gap else 0.0)) * weight))) / self.size
+        if dt > 0.0:
+            change = _SAFE * (self.growth / max(added, 1e-300)) ** (1.0 / _ORDER)
+            self.step = dt * float(np.clip(change, _SMALLER, _LARGER))
+            if added > self.growth and dt > shortest:
+                return False
+        spent = sum(each.state.iterations for each in (whole, half, twice) if each is not None)
+        self.kept.keep(whole, spent)
+        self.other = twice
+        self.gap.append(gap)
+        return True
+
+
+def _timed(body: Bonded, held: Held, at: Array, goals: Array, growth: float) -> tuple[_Times, _Walk]:
+    """The first level's walk, and the steps that the error in time allows; before the first time there was no load."""
+    pair = _Pair(body, held, growth)
+    ends = [(at[0], np.zeros(goals.shape[1])), *zip(at, goals, strict=True)]
+    for (begin, first), (end, last) in pairwise(ends):
+        pair.leg(float(begin), float(end), (first, last))
+    found = _Times(*(np.array(part) for part in (pair.time, pair.load, pair.given, pair.gap)))
+    return found, pair.kept.walk
