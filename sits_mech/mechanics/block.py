@@ -35,10 +35,10 @@ import numpy as np
 
 from sits_mech.mechanics.element.mesh import BRICK
 from sits_mech.mechanics.element.prolongation import Prolongation, along_family
+from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.answer import Solved, starts
 from sits_mech.mechanics.levels.family import Levels, contact_depth, kept
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
-from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.history import arrived, depends_on_path
 from sits_mech.mechanics.levels.in_time import motion_in_time
 from sits_mech.mechanics.levels.retry import Line, settled

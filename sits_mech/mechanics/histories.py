@@ -1,8 +1,8 @@
 """What is a history of loads, and what comes of it? Times with wrenches in, times with poses out.
 
-A history gives the wrench at some times; between them it goes evenly, twice the same time is a sudden change, and before
-the first there was no load on virgin material. Models at finite strain follow it with the memory of their silicone at
-every point (`TimedModel`; levels/in_time.py). Others answer by the cheap rung, a memory of the pad as a whole
+A history gives the wrench at some times; between them it goes evenly, twice the same time is a sudden change, and
+before the first there was no load on virgin material. Models at finite strain follow it with the memory of their
+silicone at every point (`TimedModel`; levels/in_time.py). Others answer by the cheap rung, a memory of the pad as a whole
 (silicone/history.py): each component of the load has crept by itself to an elastic one,
 
     q(t) = q_e(Q_e(t)),      Q_e(t) = int_0^t C(t - s) dQ(s),
@@ -49,7 +49,8 @@ class LoadHistory:
         back = np.flatnonzero(np.diff(time) < 0.0)
         if back.size:
             row = int(back[0]) + 1
-            raise SceneError(f"history: time must not run back; got {time[row]:g} s after {time[row - 1]:g} s, row {row + 1}")
+            got = f"{time[row]:g} s after {time[row - 1]:g} s in row {row + 1}"
+            raise SceneError(f"history: time must not run back; got {got}")
 
     @property
     def loads(self) -> list[Wrench]:

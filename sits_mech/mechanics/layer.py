@@ -29,9 +29,9 @@ import numpy as np
 
 from sits_mech.mechanics.element.kernel import deformation, element_forces
 from sits_mech.mechanics.element.mesh import Indices
+from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.family import extrapolated
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
-from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.history import arrived
 from sits_mech.mechanics.levels.in_time import motion_in_time
 from sits_mech.mechanics.levels.retry import Line

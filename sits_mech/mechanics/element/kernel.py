@@ -52,8 +52,8 @@ class Law(NamedTuple):
 
 def law_of(silicone: Silicone, guard: float = 0.0, past: Step | None = None) -> Law:
     """Return a silicone's isochoric energy with a guard on J [shear moduli], at points with a past or without."""
-    energy, stress = (made(silicone, guard, past) for made in (isochoric_energy, isochoric_stress))
-    return Law(energy, stress, silicone, guard, past)
+    tangent, stress = isochoric_energy(silicone, guard, past), isochoric_stress(silicone, guard, past)
+    return Law(tangent, stress, silicone, guard, past)
 
 
 class Deformed(NamedTuple):

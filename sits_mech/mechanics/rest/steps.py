@@ -66,5 +66,5 @@ def later(
         state, reason = found.state, found.reason
     if reason:
         return None, reason
-    state = replace(state, known=deformed_state(body, state))
-    return Moment(state, remembered(silicone, now.memory, dt, kinematics(state.known.F))), ""
+    known = deformed_state(body, state)
+    return Moment(replace(state, known=known), remembered(silicone, now.memory, dt, kinematics(known.F))), ""

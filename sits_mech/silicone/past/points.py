@@ -1,4 +1,4 @@
-"""What does a point of silicone remember, and what does that make of its energy? Viscosity and softening, point by point.
+"""What does a point of silicone remember, and what does that make of its energy? Viscosity and softening.
 
 Strong form. With ``Cb = J^(-2/3) C`` and ``DEV[A] = A - (A : C) C^-1/3``, the stress that belongs to a law's isochoric
 energy W, softened by the largest W that the point has seen, is ``S_0 = eta DEV[2 dW/dCb]``,
@@ -42,28 +42,10 @@ from scipy.special import erf
 from sits_mech.quantities import Array
 from sits_mech.silicone.energy import PointState, isochoric_stress
 from sits_mech.silicone.kinematics import Kinematics
-from sits_mech.silicone.material import Silicone
+from sits_mech.silicone.material import Silicone, Softening
 
 _ROOT_PI = float(np.sqrt(np.pi))
 _THIRD = 1.0 / 3.0
-
-
-@dataclass(frozen=True)
-class Softening:
-    """Ogden and Roxburgh's softening: r and b [-], m [shear moduli]."""
-
-    r: float
-    m: float
-    b: float
-
-    def factor(self, W: Array, most: Array) -> tuple[Array, Array, Array]:
-        """Return Phi(W), eta and d eta/dW at energies W below or above the largest ones so far, each of their shape."""
-        D = self.m + self.b * most
-        D = np.where(D > 0.0, D, 1.0)  # nothing was stored yet: W is not below W_max
-        away = np.maximum(most - W, 0.0) / D
-        less = (_primitive(most / D) - _primitive(away)) * D / self.r
-        eta = 1.0 - erf(away) / self.r
-        return W - less, eta, np.where(away > 0.0, 2.0 / (_ROOT_PI * self.r) * np.exp(-(away**2)) / D, 0.0)
 
 
 @dataclass(frozen=True)
@@ -98,6 +80,7 @@ class Step:
     most : ndarray, shape (...)
         ``W_max`` [shear moduli].
     softening : Softening or None
+        Its m in shear moduli.
     """
 
     stiff: float
@@ -149,26 +132,20 @@ def stepped(silicone: Silicone, memory: Memory, dt: float) -> Step:
     """Return what a memory makes of the energies at the end of a step of time, dt >= 0 [s]; 0 is a sudden load."""
     kept, gamma = _branches(silicone, dt)
     h = np.tensordot(kept, memory.Q, axes=1) - gamma.sum() * memory.S
-    return Step(1.0 + float(gamma.sum()), h, memory.most, softening_of(silicone))
+    return Step(1.0 + float(gamma.sum()), h, memory.most, _in_moduli(silicone))
 
 
 def remembered(silicone: Silicone, memory: Memory, dt: float, point: Kinematics) -> Memory:
     """Return what is remembered at the end of a step of time, in the deformation that points have there."""
     w, P = isochoric_stress(silicone)(point)
-    softening = softening_of(silicone)
+    softening = _in_moduli(silicone)
     if softening is not None:
-        P = softening.factor(w, memory.most)[1][..., None] * P
+        P = softening.factor(np.minimum(w, memory.most), memory.most)[..., None] * P
     S = _second(P, point)
     kept, gamma = _branches(silicone, dt)
     shape = (-1, *[1] * S.ndim)
     Q = kept.reshape(shape) * memory.Q + gamma.reshape(shape) * (S - memory.S)
     return Memory(Q, S, np.maximum(memory.most, w))
-
-
-def softening_of(silicone: Silicone) -> Softening | None:
-    """Return the softening of a silicone in its shear moduli, if it has one."""
-    found = silicone.mullins
-    return None if found is None else Softening(found.r, found.m / silicone.shear_modulus, found.beta)
 
 
 def _branches(silicone: Silicone, dt: float) -> tuple[Array, Array]:
@@ -181,12 +158,22 @@ def _branches(silicone: Silicone, dt: float) -> tuple[Array, Array]:
     return np.exp(-x), w / (1.0 - w.sum()) * np.where(x > 0.0, mean, 1.0)
 
 
+def _in_moduli(silicone: Silicone) -> Softening | None:
+    """The softening of a silicone, its energies in shear moduli."""
+    found = silicone.mullins
+    return None if found is None else replace(found, m=found.m / silicone.shear_modulus)
+
+
 def _softened(elastic: PointState, softening: Softening | None, most: Array) -> PointState:
     """A state with the softening of its past: energy Phi, stress and tangent."""
     if softening is None:
         return elastic
-    phi, eta, slope = softening.factor(elastic.w, most)
-    P = elastic.P
+    W, P, eta = elastic.w, elastic.P, softening.factor(np.minimum(elastic.w, most), most)
+    D = softening.m + softening.beta * most
+    D = np.where(D > 0.0, D, 1.0)  # nothing was stored yet: W is not below W_max
+    away = np.maximum(most - W, 0.0) / D
+    phi = W - (_primitive(most / D) - _primitive(away)) * D / softening.r
+    slope = np.where(away > 0.0, 2.0 / (_ROOT_PI * softening.r) * np.exp(-(away**2)) / D, 0.0)
 
     def tangent(A: Array) -> None:
         """Write ``eta A + eta' P (x) P``."""
