@@ -35,7 +35,7 @@ import numpy as np
 
 from sits_mech.mechanics.element.mesh import BRICK
 from sits_mech.mechanics.element.prolongation import Prolongation, along_family
-from sits_mech.mechanics.histories import LoadHistory, Motion
+from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.answer import Solved, starts
 from sits_mech.mechanics.levels.family import Levels, contact_depth, kept
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
@@ -142,10 +142,10 @@ class BlockPad:
         raise ended(line, control, solved._replace(found=replace(found, report=report)), "pad")
 
     @one_thread
-    def in_time(self, history: LoadHistory) -> Motion:
+    def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
         """Return where the target goes under a history of loads; see `TimedModel`."""
         began, whole = time.perf_counter(), any(load.beside for load in history.loads)
-        found = motion_in_time(self.whole if whole else self.half, history)
+        found = motion_in_time(self.whole if whole else self.half, history, tell)
         report = replace(found.report, model="block", seconds=time.perf_counter() - began)
         notes = (*report.notes, *edge_notes(self.sensor), *mesh_notes(self.sensor))
         return replace(found, report=replace(report, notes=notes))

@@ -2,8 +2,8 @@
 
 A history gives the wrench at some times; between them it goes evenly, twice the same time is a sudden change, and
 before the first there was no load on virgin material. Models at finite strain follow it with the memory of their
-silicone at every point (`TimedModel`; levels/in_time.py). Others answer by the cheap rung, a memory of the pad as a whole
-(silicone/history.py): each component of the load has crept by itself to an elastic one,
+silicone at every point (`TimedModel`; levels/in_time.py). Others answer by the cheap rung, a memory of the pad as a
+whole (silicone/history.py): each component of the load has crept by itself to an elastic one,
 
     q(t) = q_e(Q_e(t)),      Q_e(t) = int_0^t C(t - s) dQ(s),
 
@@ -13,15 +13,23 @@ exact at small strain; the softening of a whole pad is known of proportional loa
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.silicone.history import relaxed_share
+
+Progress = Callable[[int, int], None]
+"""Is told how many parts of a work are done, of how many."""
+
+
+def untold(done: int, total: int) -> None:
+    """Tell nobody."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +60,23 @@ class LoadHistory:
             got = f"{time[row]:g} s after {time[row - 1]:g} s in row {row + 1}"
             raise SceneError(f"history: time must not run back; got {got}")
 
+    def divided(self, parts: int) -> tuple[LoadHistory, NDArray[np.bool_]]:
+        """Return the history with times between its own, and which are its own.
+
+        Parameters
+        ----------
+        parts : int
+            No component goes by more than so many parts of its range from one time to the next.
+        """
+        span = np.maximum(np.ptp(np.vstack([np.zeros(len(WRENCH)), self.wrench]), axis=0), 1e-300)
+        steps = np.max(np.abs(np.diff(self.wrench, axis=0)) / span, axis=1, initial=0.0)
+        counts = np.maximum(np.ceil(parts * steps - 1e-9).astype(int), 1)
+        number = np.concatenate([[0], np.cumsum(counts)])  # of the history's own times among all
+        every = np.arange(number[-1] + 1)
+        time = np.interp(every, number, self.time)
+        wrench = np.stack([np.interp(every, number, part) for part in self.wrench.T], axis=1)
+        return LoadHistory(time, wrench), np.isin(every, number)
+
     @property
     def loads(self) -> list[Wrench]:
         """The wrenches, one by one."""
@@ -77,7 +102,7 @@ class Motion:
     """
 
     time: Array
-    given: Array
+    given: NDArray[np.bool_]
     wrench: Array
     pose: Pose
     error: Pose
@@ -88,12 +113,12 @@ class Motion:
 class TimedModel(Protocol):
     """A mechanical model whose silicone remembers, point by point."""
 
-    def in_time(self, history: LoadHistory) -> Motion:
-        """Return where the target goes; raise SolveFailed where it comes to no rest on the way."""
+    def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
+        """Return where the target goes; raise SolveFailed where it comes to no rest on the way; `tell` how far it is."""
         ...
 
 
-def motion_of(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) -> Motion:
+def motion_of(sensor: Sensor, layer: MechanicalModel, history: LoadHistory, tell: Progress = untold) -> Motion:
     """Return where a target goes under a history of loads.
 
     Parameters
@@ -103,6 +128,8 @@ def motion_of(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) -> M
     layer : MechanicalModel
         Of the sensor.
     history : LoadHistory
+    tell : callable
+        Is told how far the work is.
 
     Raises
     ------
@@ -111,7 +138,7 @@ def motion_of(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) -> M
     SolveFailed
         When the layer has no rest on the way.
     """
-    return layer.in_time(history) if isinstance(layer, TimedModel) else _as_a_whole(sensor, layer, history)
+    return layer.in_time(history, tell) if isinstance(layer, TimedModel) else _as_a_whole(sensor, layer, history)
 
 
 def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) -> Motion:

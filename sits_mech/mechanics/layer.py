@@ -29,7 +29,7 @@ import numpy as np
 
 from sits_mech.mechanics.element.kernel import deformation, element_forces
 from sits_mech.mechanics.element.mesh import Indices
-from sits_mech.mechanics.histories import LoadHistory, Motion
+from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.family import extrapolated
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
 from sits_mech.mechanics.levels.history import arrived
@@ -117,12 +117,12 @@ class PlanarLayer:
         return replace(solved.found, report=replace(report, notes=notes))
 
     @one_thread
-    def in_time(self, history: LoadHistory) -> Motion:
+    def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
         """Return where the target goes under a history of loads; see `TimedModel`."""
         for wrench in history.loads:
             refuse_beside("planar", wrench, "block")
         began = time.perf_counter()
-        found = motion_in_time(self.line, history)
+        found = motion_in_time(self.line, history, tell)
         report = replace(found.report, model="planar", seconds=time.perf_counter() - began)
         return replace(found, report=report)
 

@@ -18,14 +18,16 @@ history is walked with contact. With friction, as it is without: each step is an
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sits_mech.mechanics.faces.face_contact import face_contact, face_notes, faces_press
-from sits_mech.mechanics.histories import LoadHistory, Motion
+from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.answer import aim, errors_of, largest_stretch, law_notes
 from sits_mech.mechanics.levels.family import FEWEST, Levels, extrapolated
 from sits_mech.mechanics.levels.retry import Line
@@ -65,7 +67,7 @@ class _Times:
 
     time: Array
     load: Array
-    given: Array
+    given: NDArray[np.bool_]
     gap: Array
 
     @property
@@ -82,7 +84,7 @@ class _Ended(Exception):
         self.time, self.reason, self.last = time, reason, last
 
 
-def motion_in_time(line: Line, history: LoadHistory) -> Motion:
+def motion_in_time(line: Line, history: LoadHistory, tell: Progress = untold) -> Motion:
     """Return where the target of a layer goes under a history of loads.
 
     Parameters
@@ -90,6 +92,8 @@ def motion_in_time(line: Line, history: LoadHistory) -> Motion:
     line : Line
         Of the layer, whole where a load leaves the plane.
     history : LoadHistory
+    tell : callable
+        Is told how far the walks are.
 
     Raises
     ------
@@ -101,7 +105,7 @@ def motion_in_time(line: Line, history: LoadHistory) -> Motion:
     while numbers:
         number = numbers.pop(0)
         try:
-            motion, touches = _on_family(line, line[number], history)
+            motion, touches = _on_family(line, line[number], history, tell)
         except _Ended as end:
             ended.append(end)
             numbers = numbers or ([] if touched else list(range(line.free, len(line))))
@@ -124,7 +128,7 @@ def _failed(line: Line, history: LoadHistory, end: _Ended) -> SolveFailed:
     return SolveFailed(f"history: {words}", report)
 
 
-def _on_family(line: Line, levels: Levels, history: LoadHistory) -> tuple[Motion, bool]:
+def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress) -> tuple[Motion, bool]:
     """The motion on the levels of a family, and whether free faces touch anything on the way."""
     for level in (0, 1):
         levels.check_memory(level)
@@ -132,21 +136,27 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory) -> tuple[Motion
     farthest = history.loads[int(np.argmax(np.abs(goals).max(axis=1)))]
     held, _ = aim(body, line.scales, under(farthest))
     asked = min(line.asked, 1.0)
-    times, first = _timed(body, held, history.time, goals[:, : body.components], _GROWTH * asked)
-    walks, large = [first, _walked(levels.fine, held, times)], ""
+    count = min(FEWEST, len(levels.sizes))
+    times, first = _timed(body, held, (history.time, goals[:, : body.components]), _GROWTH * asked, _shares(tell, 0, count))
+    walks, large = [first, _walked(levels.fine, held, times, _shares(tell, 1, count))], ""
     found = _limits(levels, times, walks)
-    for level in range(2, min(FEWEST, len(levels.sizes))):
+    for level in range(2, count):
         if found.relative <= asked and not levels.is_cheap(level):
             break
         large = levels.check_memory(level)
         if large:
             break
         try:
-            walks.append(_walked(levels.maker(level), held, times))
+            walks.append(_walked(levels.maker(level), held, times, _shares(tell, level, count)))
         except _Ended:
             break
         found = _limits(levels, times, walks)
     return _motion(line, levels, times, walks, found, large), any(walk.touches for walk in walks)
+
+
+def _shares(tell: Progress, level: int, count: int) -> Callable[[float], None]:
+    """What tells the share of one level's walk as a part of all."""
+    return lambda share: tell(round(100 * (level + share)), 100 * count)
 
 
 class _Limits(NamedTuple):
@@ -224,13 +234,14 @@ class _Recorder:
         )  # fmt: skip
 
 
-def _walked(body: Bonded, held: Held, times: _Times) -> _Walk:
+def _walked(body: Bonded, held: Held, times: _Times, tell: Callable[[float], None]) -> _Walk:
     """A walk in given steps."""
     kept, at = _Recorder(body), times.time[0]
-    for time, load in zip(times.time, times.load, strict=True):
+    for number, (time, load) in enumerate(zip(times.time, times.load, strict=True), 1):
         moment = _stepped(body, kept.now, float(time - at), load, held, float(time))
         kept.keep(moment, moment.state.iterations)
         at = time
+        tell(number / len(times.time))
     return kept.walk
 
 
@@ -294,11 +305,14 @@ class _Pair:
         return True
 
 
-def _timed(body: Bonded, held: Held, at: Array, goals: Array, growth: float) -> tuple[_Times, _Walk]:
+def _timed(
+    body: Bonded, held: Held, loads: tuple[Array, Array], growth: float, tell: Callable[[float], None]
+) -> tuple[_Times, _Walk]:  # fmt: skip
     """The first level's walk, and the steps that the error in time allows; before the first time there was no load."""
-    pair = _Pair(body, held, growth)
+    pair, (at, goals) = _Pair(body, held, growth), loads
     ends = [(at[0], np.zeros(goals.shape[1])), *zip(at, goals, strict=True)]
-    for (begin, first), (end, last) in pairwise(ends):
+    for number, ((begin, first), (end, last)) in enumerate(pairwise(ends), 1):
         pair.leg(float(begin), float(end), (first, last))
-    found = _Times(*(np.array(part) for part in (pair.time, pair.load, pair.given, pair.gap)))
-    return found, pair.kept.walk
+        tell(number / len(at))
+    time, load, gap = (np.array(part) for part in (pair.time, pair.load, pair.gap))
+    return _Times(time, load, np.array(pair.given, dtype=bool), gap), pair.kept.walk
