@@ -114,7 +114,7 @@ class TimedModel(Protocol):
     """A mechanical model whose silicone remembers, point by point."""
 
     def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
-        """Return where the target goes; raise SolveFailed where it comes to no rest on the way; `tell` how far it is."""
+        """Return where the target goes, and tell how far it is; raise SolveFailed where there is no rest on the way."""
         ...
 
 

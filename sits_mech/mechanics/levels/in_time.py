@@ -136,8 +136,8 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress)
     farthest = history.loads[int(np.argmax(np.abs(goals).max(axis=1)))]
     held, _ = aim(body, line.scales, under(farthest))
     asked = min(line.asked, 1.0)
-    count = min(FEWEST, len(levels.sizes))
-    times, first = _timed(body, held, (history.time, goals[:, : body.components]), _GROWTH * asked, _shares(tell, 0, count))
+    count, loads = min(FEWEST, len(levels.sizes)), (history.time, goals[:, : body.components])
+    times, first = _timed(body, held, loads, _GROWTH * asked, _shares(tell, 0, count))
     walks, large = [first, _walked(levels.fine, held, times, _shares(tell, 1, count))], ""
     found = _limits(levels, times, walks)
     for level in range(2, count):
