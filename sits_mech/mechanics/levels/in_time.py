@@ -13,7 +13,7 @@ extrapolated at each time as they are of an elastic layer (family.py), with erro
 history. Three levels are walked at most.
 
 Contact. As for one load (retry.py): where a free face comes to lie on ground, target or another at any time, the whole
-history is walked with contact. With friction, as it is without: each step is an increment.
+history is walked with contact. With friction a step is of first order: the error is ``|q_B - q_A|``, and q is q_B.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ from sits_mech.mechanics.levels.family import FEWEST, Levels, extrapolated
 from sits_mech.mechanics.levels.retry import Line
 from sits_mech.mechanics.rest.body import Bonded
 from sits_mech.mechanics.rest.control import under
+from sits_mech.mechanics.rest.increments import rough
 from sits_mech.mechanics.rest.linearisation import Held
 from sits_mech.mechanics.rest.steps import Moment, begun, later
 from sits_mech.mechanics.rest.verdict import reason_words
@@ -43,6 +44,7 @@ _LARGER, _SMALLER, _SAFE = 3.0, 0.2, 0.9  # of a step, from one to the next
 _ORDER = 3.0  # of what one step adds
 _UNSEEN = 0.25  # of the worst component's error that every component owns to, where two levels alone tell it
 _ROUNDING = 1e-9  # of a step
+_LIMITS = ("buckled", "sideways", "turned")  # what two families of meshes say of a load is not the meshes' fault
 _SHORTEST = 1e-6  # of the time between two loads of the history
 
 
@@ -62,18 +64,14 @@ class _Walk(NamedTuple):
 class _Times:
     """The steps that the first level was walked in: their ends, loads there, which are the history's, and time's error.
 
-    `gap` is ``(q_B - q_A)/3`` at each, shape (m, k) [thicknesses, rad].
+    `gap` is the error in time at each, shape (m, k) [thicknesses, rad]; `late` what is added to a walk in steps A.
     """
 
     time: Array
     load: Array
     given: NDArray[np.bool_]
     gap: Array
-
-    @property
-    def late(self) -> Array:
-        """What is added to a walk in steps A."""
-        return 4.0 * self.gap
+    late: Array
 
 
 class _Ended(Exception):
@@ -101,18 +99,17 @@ def motion_in_time(line: Line, history: LoadHistory, tell: Progress = untold) ->
         Where no family of meshes gets to the end of the history; ``report.status`` says when it ended.
     """
     ended: list[_Ended] = []
-    numbers, touched = list(range(line.free)), False
-    while numbers:
+    numbers = list(range(len(line)))
+    while numbers and sum(each.reason in _LIMITS for each in ended) < 2:
         number = numbers.pop(0)
         try:
             motion, touches = _on_family(line, line[number], history, tell)
         except _Ended as end:
             ended.append(end)
-            numbers = numbers or ([] if touched else list(range(line.free, len(line))))
             continue
         if number >= line.free or not touches or line.free == len(line):
             return motion
-        touched, twin = True, line.twins[number]
+        twin = line.twins[number]
         numbers = list(range(line.free if twin is None else twin, len(line)))
     raise _failed(line, history, max(ended, key=lambda each: each.time))
 
@@ -264,6 +261,7 @@ class _Pair:
         self.given: list[bool] = []
         self.gap: list[Array] = []
         self.step, self.size = np.inf, 1e-300
+        self.less = 1.0 if rough(body) else 3.0
 
     def leg(self, begin: float, end: float, loads: tuple[Array, Array]) -> None:
         """Walk from one time of the history to the next, or over a sudden load."""
@@ -290,7 +288,7 @@ class _Pair:
         if dt > 0.0:
             half = _stepped(body, self.other, 0.5 * dt, loads[0], held, time)
         twice = _stepped(body, half or self.other, 0.5 * dt, loads[1], held, time)
-        gap = (twice.state.q - whole.state.q) / 3.0
+        gap = (twice.state.q - whole.state.q) / self.less
         self.size = max(self.size, float(np.max(np.abs(twice.state.q * weight))))
         added = float(np.max(np.abs((gap - (self.gap[-1] if self.gap else 0.0)) * weight))) / self.size
         if dt > 0.0:
@@ -315,4 +313,5 @@ def _timed(
         pair.leg(float(begin), float(end), (first, last))
         tell(number / len(at))
     time, load, gap = (np.array(part) for part in (pair.time, pair.load, pair.gap))
-    return _Times(time, load, np.array(pair.given, dtype=bool), gap), pair.kept.walk
+    late = gap if rough(body) else 4.0 * gap
+    return _Times(time, load, np.array(pair.given, dtype=bool), gap, late), pair.kept.walk

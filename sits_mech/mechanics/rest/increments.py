@@ -33,8 +33,7 @@ from sits_mech.mechanics.rest.path import among_faces
 from sits_mech.mechanics.rest.verdict import Way, verdict
 from sits_mech.quantities import Array
 
-SLIP = 2e-3
-"""Elastic slip before a point slides, over the number of increments of a leg [thicknesses]."""
+_SLIP = 2e-3  # thicknesses over the number of increments of a leg: elastic slip before a point slides
 _SAME = 1e-3  # of the pressures on a surface, by which they may still change
 _PASSES = 12
 _SMALLEST = Fraction(1, 16)  # of an increment, below which a path is given up
@@ -74,7 +73,7 @@ class Track:
 
 def followed(
     body: Bonded, start: State, goals: Sequence[Array], parts: int, *, held: Held | None = None,
-    beside: Held | None = None, slip: float = SLIP,
+    beside: Held | None = None,
 ) -> Track:  # fmt: skip
     """Follow a path of loads with friction.
 
@@ -89,8 +88,6 @@ def followed(
         Increments of each leg.
     held, beside
         As of `follow`.
-    slip : float
-        Elastic slip of a leg before a point slides, over all of its increments [thicknesses].
     """
     held = np.zeros(body.components, dtype=bool) if held is None else held
     way = Way(goals[0], goals[-1], held, beside)
@@ -100,7 +97,7 @@ def followed(
         end = min(at + step, Fraction(leg + 1))
         share = float(end - leg)
         goal = (1.0 - share) * goals[leg] + share * goals[leg + 1]
-        body, state, reason, work = _increment(body, states[-1], way, goal, slip / parts)
+        body, state, reason, work = _increment(body, states[-1], way, goal, _SLIP / parts)
         if state is None:
             step /= 2
             if step < _SMALLEST / parts:

@@ -13,14 +13,15 @@ from functools import cache
 
 from sits_mech.mechanics.element.kernel import kinematics
 from sits_mech.mechanics.rest.body import Bonded, State, deformed_state, rest
-from sits_mech.mechanics.rest.increments import SLIP, followed, rough
+from sits_mech.mechanics.rest.increments import followed, rough
 from sits_mech.mechanics.rest.linearisation import Held
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.quantities import Array
 from sits_mech.silicone.past.points import Memory, remembered, stepped, virgin
 
 _SMALLEST = 2e-2  # step of the path to a new load, over the path so far
-_FINE = 8  # a step of time is one increment of so many, for what a point may slip before it slides
+_PARTS = 4  # increments of a step with friction
+_MOST = 100  # iterations of a step
 
 
 @dataclass(frozen=True)
@@ -58,11 +59,11 @@ def later(
     aged = replace(body, law=law, shared=cache(lambda: body.pattern))
     goals = (now.state.load, goal)
     if rough(body):
-        track = followed(aged, now.state, goals, 1, held=held, beside=beside, slip=SLIP / _FINE)
+        track = followed(aged, now.state, goals, _PARTS, held=held, beside=beside)
         state, reason = track.state, track.reason
     else:
         start = replace(now.state, iterations=0)
-        found = follow(aged, start, goals, smallest=_SMALLEST, held=held, beside=beside)
+        found = follow(aged, start, goals, smallest=_SMALLEST, held=held, beside=beside, most=_MOST)
         state, reason = found.state, found.reason
     if reason:
         return None, reason

@@ -30,8 +30,9 @@ def elastic():
 def test_long_time_ends_at_the_elastic_rest(elastic):
     own = body(prony=PRONY)
     now, _ = later(own, begun(own), 0.0, LOAD)
-    now, reason = later(own, now, 100.0, LOAD)
-    assert reason == ""
+    for _ in range(4):
+        now, reason = later(own, now, 1000.0, LOAD)
+        assert reason == ""
     np.testing.assert_allclose(now.state.q, elastic.q, rtol=1e-8, atol=1e-12)
 
 
@@ -51,7 +52,7 @@ def test_what_is_kept_is_of_its_own_time():
     again, _ = later(own, now, 0.01, np.zeros(3))
     np.testing.assert_array_equal(off.state.q, again.state.q)
     back, _ = later(own, off, 5.0, np.zeros(3))
-    assert abs(off.state.q[1]) > 100 * abs(back.state.q[1]) > 0.0
+    assert abs(off.state.q[1]) > 10 * abs(back.state.q[1]) > 0.0
 
 
 def test_a_load_that_is_not_carried_gives_its_reason():
