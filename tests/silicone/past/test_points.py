@@ -1,7 +1,12 @@
 """A point with a memory: derivatives against differences, its stress against the convolution it stands for, limits."""
 
+import json
+from pathlib import Path as File
+
 import numpy as np
 import pytest
+from common import history_points
+from common.history_points import Path
 from scipy.special import erf
 
 from sits_mech.silicone.energy import isochoric_energy, isochoric_stress
@@ -9,6 +14,7 @@ from sits_mech.silicone.kinematics import in_plane, in_space
 from sits_mech.silicone.material import silicone_from
 from sits_mech.silicone.past.points import remembered, stepped, virgin
 
+STORED = json.loads((File(history_points.__file__).parent / "reference_points.json").read_text("utf-8"))["rows"]
 PRONY = [{"weight": 0.2, "time": 0.3}, {"weight": 0.15, "time": 3.0}]
 YEOH = {"law": "yeoh", "c10": 1e4, "c20": 800.0, "c30": 30.0, "bulk_modulus": 2e7}
 SPACES = [(in_plane, 2, 5), (in_space, 3, 9)]
@@ -166,3 +172,27 @@ def test_loading_again_is_softer_up_to_the_peak_and_virgin_beyond():
     eta = own.mullins.factor(w, w_most)
     np.testing.assert_allclose(again(half)[1], eta * first(half)[1], rtol=1e-12)
     np.testing.assert_allclose(beyond(large)[1], first(large)[1], rtol=1e-12)
+
+
+def _stress_of_steps(one, parts):
+    """First Piola stresses of a stored row at its times, by steps of points in space, shape (m, 3, 3) [Pa]."""
+    path = Path(tuple(one["corners"]), {name: tuple(at) for name, at in one["signals"].items()}, tuple(one["F"]))
+    table = {"law": one["law"], "bulk_modulus": one["bulk_modulus"], "prony": one["prony"]} | one["constants"]
+    own = silicone_from(table | ({} if one["mullins"] is None else {"mullins": one["mullins"]}))
+    memory, last, found = virgin(own, (1,), 9), 0.0, []
+    for time in one["time"]:
+        for at in np.linspace(last, time, parts + 1)[1:] if time > last else [time]:
+            point = in_space(np.asarray(path.at(at)).reshape(1, 9))
+            P = isochoric_stress(own, 0.0, stepped(own, memory, at - last))(point)[1]
+            memory, last = remembered(own, memory, at - last, point), at
+        P = own.shear_modulus * P[0] + own.bulk_modulus * (point.J[0] - 1.0) * point.H[0]
+        found.append(P.reshape(3, 3))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("one", STORED[::3], ids=lambda one: one["name"])
+def test_steps_against_quadrature_of_an_independent_code(one):
+    exact = np.array(one["P"]).reshape(-1, 3, 3)
+    off = [float(np.abs(_stress_of_steps(one, parts) - exact).max() / np.abs(exact).max()) for parts in (4, 16)]
+    assert off[1] < 2e-4
+    assert off[1] < 0.3 * off[0] or off[0] < 2e-5
