@@ -136,7 +136,7 @@ def load_cycle(
     return data.assign_attrs(
         **scene, notes="; ".join((*_notes(sensor), *by_field.notes)), request=json.dumps(request),
         frequency=sensor.frequency, unit_L=reading.impedance.unit_L,
-        **{key: item for name in told(data) for key, item in _loops(data, name).items()},
+        **{key: item for name in told(data) for key, item in loops(data, name).items()},
     )  # fmt: skip
 
 
@@ -196,8 +196,8 @@ def _carried(curve: ElasticCurve, reading: Reading, elastic: Array) -> dict[str,
     return columns
 
 
-def _loops(data: xr.Dataset, name: str) -> dict[str, list[float]]:
-    """Return the widths of all loops of a signal in percent of its range, and their errors."""
+def loops(data: xr.Dataset, name: str) -> dict[str, list[float]]:
+    """Return the widths of all loops of a signal over ``share`` in percent of its range, and their errors, by key."""
     share, signal, error = (data[key].to_numpy() for key in ("share", name, f"error_{name}"))
     found = [_loop(share[part], signal[part], error[part]) for part in _cycles(share)]
     widths, errors = zip(*found, strict=True) if found else ((), ())

@@ -171,28 +171,41 @@ def _in_time(sensor: Sensor, path: Path, models: Models, output: Path | None, as
 @app.command
 def cycle(
     scene: Scene, *, load: Load = Load(), models: Models = Models(), period: Quantity = "1 s", cycles: int = 2,
+    full: Annotated[bool, Parameter(negative="", help="Also with a memory at every point: the difference.")] = False,
     output: Output = None, picture: Picture = None, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
     """How wide is the loop of the signals while a load comes and goes? For silicones with prony or mullins.
 
-    -o writes the table over time as netCDF, --picture the loops.
+    The pad answers as a whole, which is cheap; --full follows every point of it as `simulate --history` does, and tells
+    what that changes. -o writes the table over time as netCDF, --picture the loops; of the full one where it was asked.
 
     Example: sits-mech cycle soft.toml --fz "4 N" --period "2 s" --cycles 3 -o cycle.nc --picture loops.pdf
     """
     from sits_mech.analysis.cycle import load_cycle, triangle
+    from sits_mech.analysis.histories.full_cycle import full_cycle
     from sits_mech.cases import save_table
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.pictures.curves import checked_picture, save_figure
-    from sits_mech.report.tables.loops import loop_curves, loop_record, loop_table
+    from sits_mech.report.tables.loops import difference_record, difference_table, loop_curves, loop_record, loop_table
     from sits_mech.units import quantity
 
     drawn = None if picture is None else checked_picture(picture, "--picture")
     sensor, seconds = sensor_of(scene, overrides), quantity(period, "s", "--period")
     try:
-        data = load_cycle(sensor, load.wrench(), triangle(seconds, cycles), **asdict(models))
+        data, beside = load_cycle(sensor, load.wrench(), triangle(seconds, cycles), **asdict(models)), None
+        if full:
+            with progress_bar("full cycle [%]") as progress:
+                beside = full_cycle(
+                    sensor, load.wrench(), triangle(seconds, cycles), **asdict(models), progress=progress
+                )  # fmt: skip
     except SolveFailed as error:
         return not_converged(error, as_json)
-    answer(loop_record(data), [loop_table(data)], as_json)
+    if beside is None:
+        answer(loop_record(data), [loop_table(data)], as_json)
+    else:
+        record = loop_record(beside) | {"cheap": difference_record(data, beside)}
+        answer(record, [loop_table(beside), difference_table(data, beside)], as_json)
+        data = beside
     if output is not None:
         save_table(data, output)
         warn(f"written to {output}")

@@ -3,7 +3,7 @@
     loads Q(t) --(layer with a memory: mechanics/histories.py)--> poses q(t) --(magnetics)--> L(t), signals
 
 The loads of a file are divided where they move by more than a share of their range, so that what lies between two
-solved times is smooth; between them a monotone cubic carries each inductance (`between`).
+solved times is smooth; between them monotone cubics carry each inductance from corner to corner of the load.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import asdict, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,7 @@ from sits_mech.version import __version__
 
 PARTS = 8
 """Steps over the range of a load that lie between two solved times, at most."""
+_CORNER = 0.5  # of a load's rate: a jump by more is a corner
 
 
 def in_time(
@@ -108,7 +110,32 @@ def _with_symmetry(sensor: Sensor, motion: Motion) -> Motion:
     return replace(motion, pose=Pose.of(pose), error=Pose.of(error))
 
 
-def between(time: Array, values: Array) -> Callable[[Array], Array]:
-    """Return values of all times from those at some, along their first axis: monotone cubics, the ends held."""
-    curve = PchipInterpolator(time, values, axis=0)
-    return lambda at: np.asarray(curve(np.clip(at, time[0], time[-1])))
+def between(time: Array, load: Array, values: Array) -> Callable[[Array], Array]:
+    """Return values of all times from those at some, along their first axis, the ends held.
+
+    Monotone cubics from corner to corner of the load: where its rate jumps, what answers it has a kink.
+
+    Parameters
+    ----------
+    time : ndarray, shape (m,)
+        Rising [s].
+    load : ndarray, shape (m, 6)
+        Whose corners count.
+    values : ndarray, shape (m, ...)
+    """
+    rate = np.diff(load, axis=0) / np.diff(time)[:, None]
+    size, jump = np.linalg.norm(rate, axis=1), np.linalg.norm(np.diff(rate, axis=0), axis=1)
+    corners = 1 + np.flatnonzero(jump > _CORNER * np.maximum(size[1:], size[:-1]))
+    ends = np.array([0, *corners.tolist(), len(time) - 1])
+    legs = [PchipInterpolator(time[a : b + 1], values[a : b + 1], axis=0) for a, b in pairwise(ends)]
+
+    def at(times: Array) -> Array:
+        """Values at other times."""
+        held = np.clip(times, time[0], time[-1])
+        leg = np.clip(np.searchsorted(time[ends], held, side="right") - 1, 0, len(legs) - 1)
+        found = np.empty((*held.shape, *values.shape[1:]))
+        for number in np.unique(leg):
+            found[leg == number] = legs[number](held[leg == number])
+        return found
+
+    return at

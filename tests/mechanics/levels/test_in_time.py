@@ -1,4 +1,4 @@
-"""Histories of loads: errors against finer walks, small strain against the pad as a whole, contact, friction, failure."""
+"""Histories of loads: errors against finer walks, against the pad as a whole and the slow answer; contact, failure."""
 
 import numpy as np
 import pytest
