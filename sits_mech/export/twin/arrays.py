@@ -1,13 +1,12 @@
 """Which numbers is a twin? Arrays alone, each with a line that says what it is, in SI.
 
-Maps over wrenches and poses (`maps`), the pad's compliance at rest, its relaxation and creep (`silicone.history`), noise,
-converter and sampling (`readout.front_end`), temperature where the table tells it, where all of it came from. What is not
-known is an array without entries, or NaN where a number of each coil or component would stand.
+Maps over wrenches and poses (`maps`), the pad's compliance at rest, its relaxation and creep (`silicone.history`),
+noise, converter and sampling (`readout.front_end`), temperature where the table tells it, where all of it came from.
+What is not known is an array without entries, or NaN where a number of each coil or component would stand.
 """
 
 from __future__ import annotations
 
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,7 @@ from sits_mech.readout.calibration import Calibration, check_resolved
 from sits_mech.readout.converter import conversion_time
 from sits_mech.readout.front_end import FrontEnd
 from sits_mech.readout.inversion import INCONSISTENT, MARGIN
-from sits_mech.readout.loads import load_words, points, several, wrench_of
+from sits_mech.readout.loads import load_words, several
 from sits_mech.scene.sensor import SceneError
 from sits_mech.silicone.history import retardation
 from sits_mech.version import __version__
@@ -53,7 +52,7 @@ ABOUT = {
     "creep_weights, creep_times": "of C(t) = 1 - sum c exp(-t/lambda), which undoes it [-, s]",
     "mullins_r": "inverse depth of the softening after the largest load; NaN: unknown. Not part of the evaluators",
     "sigma_L": "(coils,): standard deviation of a reading over L, at rcount [-]; NaN without converter",
-    "reference, bits, input_divider, reference_divider, rcount": "of the converter; code = 2^bits f/(input_divider ref.)",
+    "reference, bits, input_divider, reference_divider, rcount": "code = 2^bits f/(input_divider reference)",
     "capacitance": "across each coil [F]",
     "conversion, settling, channel_time": "(coils,): of one coil; counting, settling, all of its turn [s]",
     "slope_T_*": "slopes by temperature as the table has them [1/K times the unit]; absent: unknown",
@@ -87,13 +86,14 @@ def twin_arrays(source: Source) -> tuple[dict[str, Any], tuple[str, ...]]:
     found |= _inverse(cal, codes, over, notes)
     found |= {"model_error": model_errors(sensor, source.data), "frequency": np.array(sensor.frequency)}
     found |= _pad(source, notes) | _sampling(source, front, cal) | _temperature(source)
-    told = {name: np.array(source.data.attrs[name]) for name in ("scene", "scene_hash", "request") if name in source.data.attrs}
+    attrs = source.data.attrs
+    told = {name: np.array(attrs[name]) for name in ("scene", "scene_hash", "request") if name in attrs}
     about = np.array(list(ABOUT.items()))
     return {"about": about, **found, **told, "version": np.array(__version__)}, tuple(notes)
 
 
 def check_box(source: Source) -> None:
-    """Refuse a table whose converged loads do not reach all corners of its box, or whose forces have one value alone."""
+    """Refuse a table whose converged loads do not reach all corners of its box, or that has one load alone."""
     names = several(source.data)
     if not names:
         raise SceneError("--to twin: must be of a table with at least two values of a force; got one load")
@@ -102,8 +102,8 @@ def check_box(source: Source) -> None:
     if bool(corners.any()):
         first = load_words(_first(source, corners))
         raise SceneError(
-            f"--to twin: must be of a table whose outermost loads have results; {int(failed.sum())} of {failed.size} loads "
-            f"failed, first {first}: calibrate over less"
+            f"--to twin: must be of a table whose corners have results, so that its domain is a box; "
+            f"{int(failed.sum())} of {failed.size} loads failed, among them {first}: calibrate over less"
         )
 
 
@@ -188,7 +188,8 @@ def _sampling(source: Source, front: FrontEnd | None, cal: Calibration) -> dict[
 
 def _temperature(source: Source) -> dict[str, Any]:
     """Return the slopes by temperature that the table has."""
-    slopes = {str(name): item.to_numpy() for name, item in source.data.data_vars.items() if str(name).startswith("slope_T_")}
+    known = {str(name): item.to_numpy() for name, item in source.data.data_vars.items()}
+    slopes = {name: values for name, values in known.items() if name.startswith("slope_T_")}
     return {**slopes, "temperature_known": np.array(int(bool(slopes)))}
 
 

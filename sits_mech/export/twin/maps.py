@@ -1,12 +1,12 @@
 """Which polynomials does a twin hold? Its calibration's own, readings over poses, and where its inverse starts.
 
-    y_c = b_c + sum_k a_kc prod_i T_{k_i}(x_i)        inductances [H] of all coils, then codes; x from -1 to 1 over a box
+    y_c = b_c + sum_k a_kc prod_i T_{k_i}(x_i)        inductances [H] of all coils, then codes; x from -1 to 1
 
-Over wrenches the terms are those of the calibration's maps, of inductances and of codes together, so that the twin gives
-their digits. Over poses the magnetics is solved anew: at points that lie in the box of the table's poses as Chebyshev's
-nodes do (x_i = cos pi u_i, u by Sobol and at the box's corners), the terms those of a total degree, by least squares; of all degrees
-with so few terms the one is taken that predicts other points of the box best, and its largest miss there is the error.
-Components of the pose that the table does not move have no map.
+Over wrenches the terms are those of the calibration's maps, of inductances and of codes together, so that the twin
+gives their digits. Over poses the magnetics is solved anew: at points that lie in the box of the table's poses as
+Chebyshev's nodes do (x_i = cos pi u_i, u by Sobol, and the box's corners), with the terms of a total degree, by least
+squares; of the degrees with few enough terms the one is taken that predicts other points of the box best, and its
+largest miss there is the error. Components of the pose that the table does not move have no map.
 """
 
 from __future__ import annotations
@@ -103,17 +103,17 @@ def over_poses(source: Source, codes: FrontEnd | None) -> tuple[TwinMap | None, 
     at[:, columns] = 0.5 * (np.concatenate([x, others]) * (high - low)[columns] + (high + low)[columns])
     try:
         y = readings_at(source, Pose.of(at), codes)
-    except Collision as error:
-        return None, f"no map of poses: the box of the table's poses holds one that cannot be ({error})"
+    except Collision as reason:
+        return None, f"no map of poses: the box of the table's poses holds one that cannot be ({reason})"
     known, asked, scale = y[: len(x)], y[len(x) :], np.ptp(y, axis=0)
     fits = {degree: _fitted(x, known, total_degree(d, degree)) for degree in degrees}
     off = {degree: np.abs(design(others, total_degree(d, degree)) @ fit - asked) for degree, fit in fits.items()}
     worst = {degree: float((miss / scale).max()) for degree, miss in off.items()}
     best = next(degree for degree in degrees if worst[degree] <= _AS_GOOD * min(worst.values()))
-    powers, error = total_degree(d, best), off[best].max(axis=0)
-    moved = ", ".join(POSE[k] for k in columns)
+    powers, error = total_degree(d, best), np.asarray(off[best].max(axis=0))
+    moved, count = ", ".join(POSE[k] for k in columns), len(others)
     found = _based(powers, fits[best].T, (low[columns], high[columns]), columns, held, error, len(source.sensor.coils))
-    return found, f"poses: {len(powers)} terms over {moved}, within {worst[best]:.1e} of the range at {len(others)} others"
+    return found, f"poses: {len(powers)} terms over {moved}, within {worst[best]:.1e} of the range at {count} others"
 
 
 def readings_at(source: Source, pose: Pose, front: FrontEnd | None) -> Array:
@@ -175,14 +175,15 @@ def _nodes(d: int, count: int) -> tuple[Array, Array]:
     """Return points for a fit, as Chebyshev's nodes and the corners, and evenly spread others."""
     u = qmc.Sobol(2 * d, scramble=False).random_base2(int(np.ceil(np.log2(max(count, _OTHERS) + 1))))
     corners = np.array(list(product((-1.0, 1.0), repeat=d)))
-    return np.vstack([corners, np.cos(np.pi * u[1 : count + 1, :d])]), 2.0 * u[1 : _OTHERS + 1, d:] - 1.0
+    near = np.cos(np.pi * u[1 : count + 1, :d])
+    return np.vstack([corners, near]), np.asarray(2.0 * u[1 : _OTHERS + 1, d:] - 1.0)
 
 
 def _reached(source: Source) -> Array:
     """Return the poses of the table, shape (m, 6) [m, rad]."""
     zero = 0.0 * source.data["d_v"]
     each = [(source.data[name] if name in source.data else zero).to_numpy().ravel() for name in POSE]
-    return np.array(each).T[np.isfinite(np.sum(each, axis=0))]
+    return np.asarray(np.transpose(each)[np.isfinite(np.sum(each, axis=0))])
 
 
 def _among(found: SmoothMap, powers: Powers) -> Array:

@@ -2,12 +2,13 @@
 
     twin = Twin.load("sensor.npz")
     reading = twin.read(wrench)                      (n, 6) -> L (n, coils) [H], codes (n, coils), flags (n,)
-    reading = twin.read_pose(pose)                   (n, 6) of the target: d_h, d_v, alpha, d_y, alpha_x, alpha_z [m, rad]
+    reading = twin.read_pose(pose)                   the same of the target's poses (n, 6) [m, rad]
     estimate = twin.estimate(reading.L)              wrench (n, 6) [N, N m], flags (n,); by codes: estimate_codes
     state = twin.start(n); state, reading = twin.step(state, wrench, dt)             the pad creeps
     state, estimate = twin.recover(state, L, dt)                                     and what creeps is undone
 
-A wrench is F_x, F_z, M, F_y, M_x, M_z, F_z > 0 pressing down. Maps are sums of products of Chebyshev's polynomials,
+A wrench is F_x, F_z, M, F_y, M_x, M_z, F_z > 0 pressing down; a pose d_h, d_v, alpha, d_y, alpha_x, alpha_z. Maps are
+sums of products of Chebyshev's polynomials,
 
     y_c = b_c + sum_k a_kc prod_i T_{k_i}(x_i),    x_i = (2 p_i - high_i - low_i)/(high_i - low_i) held within -1 and 1
 
@@ -76,7 +77,7 @@ class Twin:
         try:
             with np.load(path, allow_pickle=False) as file:
                 numbers = {name: file[name] for name in file.files}
-        except OSError as error:
+        except (OSError, ValueError) as error:
             raise ValueError(f"{path}: must be the sensor.npz of a twin; got: {error}") from None
         if "wrench_coefficients" not in numbers:
             raise ValueError(f"{path}: must be the sensor.npz of a twin; it holds no wrench_coefficients")
@@ -106,16 +107,16 @@ class Twin:
         """Return the slow wrenches that show inductances, shape (n, coils) [H]."""
         return self._estimated(0, L - _like(self._map("wrench").base[: len(self.coils)], L))
 
-    def estimate_codes(self, codes: Any, precise: bool = True) -> Estimate:
+    def estimate_codes(self, codes: Any) -> Estimate:
         """Return the slow wrenches that show codes of the converter, integers of shape (n, coils).
 
-        In float64, or where not `precise` in float32.
+        In the library's own precision: double in numpy, single in torch and jax unless they are told otherwise.
         """
         if not self.numbers["codes"]:
             raise ValueError("codes: must be of a twin with a converter; this one has none")
         xp, count = _namespace(codes), len(self.coils)
         whole = xp.asarray(codes, dtype=xp.int32) - _like(self._map("wrench").base[count:], codes, xp.int32)
-        return self._estimated(count, xp.asarray(whole, dtype=xp.float64 if precise else xp.float32))
+        return self._estimated(count, xp.asarray(whole, dtype=xp.asarray(1.0).dtype))
 
     def start(self, n: int, like: Any = None) -> Any:
         """Return the state (n, branches + 1, 6) of n pads that have rested without load; an array of the kind `like`.
@@ -159,9 +160,9 @@ class Twin:
             raise ValueError(f"{name}: must be of shape (n, 6); got {tuple(given.shape)}")
         x, flags = map_.scaled(given)
         change = map_.at(x)[0]
-        L = (change[:count] + _like(map_.base[:count], given)[:, None]).T
+        L = (change[:count, :] + _like(map_.base[:count], given)[:, None]).T
         whole = _like(map_.base[count:], given, xp.int32)
-        return Reading(L, whole + xp.asarray(xp.round(change[count:].T), dtype=xp.int32), flags)
+        return Reading(L, whole + xp.asarray(xp.round(change[count:, :].T), dtype=xp.int32), flags)
 
     def _estimated(self, first: int, given: Any) -> Estimate:
         """Return the wrenches of readings (n, coils) less the base, of the outputs from `first` on."""
@@ -170,28 +171,29 @@ class Twin:
         off, rows = given.T / scale, slice(first, first + count)
         towards = _like(self.numbers[f"directions_{kind}"], given)
         y = xp.clip(towards[:, :-1] @ off + towards[:, -1:], -1.0, 1.0)
-        x = guess.at(list(y))[0] + _like(guess.base, given)[:, None]
+        x = guess.at(_rows(y))[0] + _like(guess.base, given)[:, None]
         for _ in range(_STEPS):
-            value, *slopes = (part[rows] / scale for part in map_.at(list(x), slopes=True))
+            value, *slopes = (part[rows, :] / scale for part in map_.at(_rows(x), slopes=True))
             move = xp.stack(_least_squares(xp, slopes, off - value))
             step = xp.clip(move, -_LONGEST, _LONGEST)
             x = xp.clip(x + step, -_REACH, _REACH)
-        left = xp.abs(off - map_.at(list(x))[0][rows] / scale)
-        good = (_most(xp, move) < _SETTLED) & (_most(xp, left) < float(self.numbers["residual"]))
+        left = xp.abs(off - map_.at(_rows(x))[0][rows, :] / scale)
+        good = (_most(xp, _rows(move)) < _SETTLED) & (_most(xp, _rows(left)) < float(self.numbers["residual"]))
         good = good & self._valid(xp, x)
         edge = 1.0 + float(self.numbers["margin"])
-        flags = xp.where(_most(xp, x) > edge, OUTSIDE, 0) + xp.where(good, 0, UNSOLVED)
+        flags = _flag(xp, _most(xp, _rows(x)) > edge, OUTSIDE) + _flag(xp, good, -UNSOLVED) + UNSOLVED
         columns = dict(zip(map_.columns, map_.unscaled(xp.clip(x, -edge, edge)), strict=True))
-        fixed, none = _like(map_.fixed, given), xp.where(good, 0.0, float("nan"))
+        fixed, zero = _like(map_.fixed, given), 0.0 * x[0, :]
+        none = xp.where(good, zero, zero + float("nan"))
         return Estimate(xp.stack([columns.get(k, fixed[k]) + none for k in range(6)]).T, flags)
 
     def _valid(self, xp: Any, x: Any) -> Any:
         """Tell which scaled wrenches (d, n) lie where no other one shows the same."""
         valid, top = self.numbers["valid"], np.array(self.numbers["valid"].shape) - 1
         if valid.all():
-            return x[0] == x[0]
-        place = xp.asarray(0.0 * x[0], dtype=xp.int32)
-        for row, last in zip(list(x), top.tolist(), strict=True):
+            return x[0, :] == x[0, :]
+        place = xp.asarray(0.0 * x[0, :], dtype=xp.int32)
+        for row, last in zip(_rows(x), top.tolist(), strict=True):
             near = xp.round(xp.clip(0.5 * (row + 1.0) * last, 0.0, float(last)))
             place = place * (last + 1) + xp.asarray(near, dtype=xp.int32)
         return _like(valid.ravel(), x, xp.int32)[place] == 1
@@ -212,7 +214,7 @@ class Twin:
 
 @dataclass(frozen=True)
 class _Map:
-    """Outputs over a box: coefficients (outputs, terms) of products with degrees (terms, d), of components `columns`."""
+    """Outputs over a box: coefficients (outputs, terms), degrees (terms, d), the components that vary."""
 
     coefficients: Any
     coefficients_float32: Any
@@ -230,18 +232,18 @@ class _Map:
         for k, low, high in zip(self.columns.tolist(), self.low.tolist(), self.high.tolist(), strict=True):
             rows.append((given[:, k] - 0.5 * (high + low)) * (2.0 / (high - low)))
             beyond.append(rows[-1])
-        flags = xp.where(_most(xp, beyond) > 1.0 + _EDGE, OUTSIDE, 0)
+        flags = _flag(xp, _most(xp, beyond) > 1.0 + _EDGE, OUTSIDE)
         for k in range(6):
             if k not in self.columns:
                 other.append(given[:, k] - float(self.fixed[k]))
         if other:
             most = _SAME + _EDGE * float(np.abs(self.fixed).max())
-            flags = flags + xp.where(_most(xp, other) > most, IGNORED, 0)
+            flags = flags + _flag(xp, _most(xp, other) > most, IGNORED)
         return [xp.clip(row, -1.0, 1.0) for row in rows], flags
 
     def unscaled(self, x: Any) -> list[Any]:
         """Return rows of x in the components' units."""
-        rows = zip(list(x), self.low.tolist(), self.high.tolist(), strict=True)
+        rows = zip(_rows(x), self.low.tolist(), self.high.tolist(), strict=True)
         return [0.5 * (row * (high - low) + (high + low)) for row, low, high in rows]
 
     def at(self, x: list[Any], slopes: bool = False) -> list[Any]:
@@ -254,8 +256,8 @@ class _Map:
     def _sum(self, node: Any, tables: list[Any], last: list[Any]) -> list[Any]:
         """Return the sum below a node of the nested sums, and its derivatives by this and later variables."""
         if not tables:
-            leaf = _like(node[last[0].dtype.itemsize == 4], last[0])
-            return [leaf @ rows[: leaf.shape[1]] for rows in last]
+            leaf = _like(node[str(last[0].dtype).endswith("float32")], last[0])
+            return [leaf @ rows[: leaf.shape[1], :] for rows in last]
         (values, rates), found = tables[0], list[Any]()
         for k, below in node:
             parts = self._sum(below, tables[1:], last)
@@ -280,7 +282,8 @@ def _nest(powers: Any, coefficients: tuple[Any, Any]) -> Any:
         return dense
     groups = [powers[:, 0] == k for k in range(int(powers[:, 0].max()) + 1)]
     chosen = [(k, group) for k, group in enumerate(groups) if group.any()]
-    return [(k, _nest(powers[group, 1:], (coefficients[0][:, group], coefficients[1][:, group]))) for k, group in chosen]
+    a, b = coefficients
+    return [(k, _nest(powers[group, 1:], (a[:, group], b[:, group]))) for k, group in chosen]
 
 
 def _chebyshev(x: Any, degree: int, slopes: bool) -> tuple[list[Any], list[Any]]:
@@ -294,7 +297,7 @@ def _chebyshev(x: Any, degree: int, slopes: bool) -> tuple[list[Any], list[Any]]
 
 
 def _least_squares(xp: Any, slopes: list[Any], off: Any) -> list[Any]:
-    """Return the rows s with sum_i slopes_i s_i nearest to `off` (outputs, n): Q R of the slopes' columns, then back."""
+    """Return the rows s with sum_i slopes_i s_i nearest to `off` (outputs, n), by Q R of the slopes."""
     Q, R, d = list(slopes), {}, len(slopes)
     for i in range(d):
         R[i, i] = xp.sqrt(xp.sum(Q[i] ** 2, axis=0))
@@ -310,12 +313,22 @@ def _least_squares(xp: Any, slopes: list[Any], off: Any) -> list[Any]:
     return found
 
 
+def _flag(xp: Any, where: Any, value: int) -> Any:
+    """Return a flag where something holds, else 0."""
+    return xp.asarray(where, dtype=xp.int32) * value
+
+
 def _most(xp: Any, rows: Any) -> Any:
     """Return the largest absolute value over rows."""
-    found, *others = (xp.abs(row) for row in list(rows))
+    found, *others = (xp.abs(row) for row in rows)
     for row in others:
         found = xp.maximum(found, row)
     return found
+
+
+def _rows(array: Any) -> list[Any]:
+    """Return the rows of an array."""
+    return [array[k, :] for k in range(array.shape[0])]
 
 
 def _namespace(array: Any) -> Any:
