@@ -44,11 +44,10 @@ def bottom_stiffness(compliance: Array, load_height: float) -> Array:
     """
     held = np.eye(6)  # wrench at the bottom face by the wrench as it is given, F_z upwards
     held[_Z, _Z], held[_ALPHA, _X], held[_ALPHA_X, _Y] = -1.0, load_height, -load_height
-    C = compliance @ np.linalg.inv(held)
-    known = np.flatnonzero(np.isfinite(np.diagonal(C)))
+    known = np.flatnonzero(np.isfinite(np.diagonal(compliance)))
     block = np.ix_(known, known)
-    K = np.full((6, 6), np.nan)
-    K[block] = np.linalg.inv(0.5 * (C[block] + C[block].T))
+    C, K = compliance[block] @ np.linalg.inv(held[block]), np.full((6, 6), np.nan)
+    K[block] = np.linalg.inv(0.5 * (C + C.T))
     return K
 
 

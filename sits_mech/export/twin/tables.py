@@ -34,9 +34,9 @@ def c_tables(numbers: Mapping[str, Any], about: str) -> str:
     parts = [f"#define SITS_{name} {size}" for name, size in sizes.items()]
     for name, readings in _MAPS:
         parts += _map(name, numbers, readings)
-    for name in ("creep", "relaxation"):
-        for key in ("weight", "time"):
-            parts.append(_table("SITS_REAL", f"{name}_{key}", _some(numbers[f"{name}_{key}s"])))
+    for name, sign in (("creep", -1.0), ("relaxation", 1.0)):  # of 1 + sum_j weight_j exp(-t/time_j)
+        parts.append(_table("SITS_REAL", f"{name}_weight", _some(sign * numbers[f"{name}_weights"])))
+        parts.append(_table("SITS_REAL", f"{name}_time", _some(numbers[f"{name}_times"])))
     if inverse:
         parts += _inverse(numbers, codes)
         parts.append(_table("int", "valid_nodes", np.array(valid.shape)))
