@@ -10,9 +10,11 @@ where shear and rotation do not meet: a joint's spring holds one component alone
     K_alpha - K_{x,alpha}^2/K_xx,    K_{alpha_x} - K_{y,alpha_x}^2/K_yy,    K_{alpha_z}.
 
 Springs are those of slow load. A damper is one number where the pad has a spectrum: what the Prony series loses at
-1 Hz, c = k sum_i w_i/(1 - sum w) tau_i/(1 + (2 pi tau_i 1 Hz)^2), at least that of the critical motion of target and
-spring, without which the engine would ring; of a pad whose spectrum is not known it is that alone. The scene has no
-densities: the target counts as copper, 8960 kg/m^3 (CRC Handbook of Chemistry and Physics, 97th ed., section 4).
+1 Hz, c = k sum_i w_i/(1 - sum w) tau_i/(1 + (2 pi tau_i 1 Hz)^2). A plate of 0.1 g on such springs rings at kilohertz,
+beyond an engine's steps. So each joint has the inertia k/omega^2 besides (armature) and at least the damper of critical
+motion 2 k/omega, omega = 2000/s: the pad follows within a millisecond or so, slow as the calibration is. Both are the
+engine's, not the silicone's. The scene has no densities: the target counts as copper, 8960 kg/m^3 (CRC Handbook of
+Chemistry and Physics, 97th ed., section 4).
 
 Neglected: stiffening beyond small strain; coupling of shear and rotation beyond first order; the pad's own mass.
 """
@@ -30,6 +32,7 @@ from sits_mech.scene.sensor import Sensor
 
 _DENSITY = 8960.0  # [kg/m^3]
 _RATE = 2.0 * np.pi  # [rad/s] of the loss
+_RINGS = 2000.0  # [rad/s] of target and spring in the engine
 _AXES = {"d_h": "1 0 0", "d_y": "0 1 0", "d_v": "0 0 1", "alpha_x": "1 0 0", "alpha": "0 1 0", "alpha_z": "0 0 1"}
 _X, _Z, _ALPHA, _Y, _ALPHA_X = (POSE.index(name) for name in ("d_h", "d_v", "alpha", "d_y", "alpha_x"))
 
@@ -83,18 +86,12 @@ def mjcf(sensor: Sensor, numbers: Mapping[str, Any]) -> str | None:
         return None
     half = (0.5 * target.extent[0], 0.5 * target.extent[1], 0.5 * target.thickness)
     mass = _DENSITY * 8.0 * float(np.prod(half))
-    inertia = {"alpha_x": (1, 2), "alpha": (0, 2), "alpha_z": (0, 1)}
     slow, lines, worth = loss_time(numbers["prony"]), [], "known" if len(numbers["prony"]) else "not known"
     for name, (k, height) in held.items():
-        moved = mass
-        if name in inertia:
-            i, j = inertia[name]
-            moved = mass * ((half[i] ** 2 + half[j] ** 2) / 3.0 + (height - half[2]) ** 2)
-        damper = max(k * slow, 2.0 * np.sqrt(k * moved))
-        kind = "hinge" if name in inertia else "slide"
+        kind = "hinge" if name.startswith("alpha") else "slide"
         lines.append(
             f'        <joint name="sits_{name}" type="{kind}" axis="{_AXES[name]}" pos="0 0 {height:.6g}" '
-            f'stiffness="{k:.6g}" damping="{damper:.6g}"/>'
+            f'stiffness="{k:.6g}" damping="{k * max(slow, 2.0 / _RINGS):.6g}" armature="{k / _RINGS**2:.6g}"/>'
         )
     size = " ".join(f"{each:.6g}" for each in half)
     return _LAYOUT.format(
@@ -104,11 +101,11 @@ def mjcf(sensor: Sensor, numbers: Mapping[str, Any]) -> str | None:
 
 
 _LAYOUT = """<!-- The compliant pad of a soft inductive sensor: x shear, z up, z = 0 the coils' plane; metres, newtons.
-     Springs: slow load at small strain. Relaxation of the silicone: {worth}.
+     Springs: slow load at small strain. Relaxation of the silicone: {worth}. Armature: for the engine, not the pad's.
      A load on sits_target moves its joints; less what springs and dampers do (qfrc_passive) is what presses on it. -->
 <mujoco model={model}>
   <compiler angle="radian" autolimits="true"/>
-  <option timestep="1e-4" integrator="implicitfast"/>
+  <option timestep="2e-4" integrator="implicitfast"/>
   <worldbody>
     <body name="sits_pad">
       <site name="sits_base" size="1e-4"/>
