@@ -32,7 +32,7 @@
 
 enum { SITS_OUTSIDE = 1, SITS_IGNORED = 2, SITS_UNSOLVED = 4 };
 
-#define SITS_STATE (6 * (SITS_BRANCHES + 1))
+#define SITS_STATE (SITS_WRENCH_D * (SITS_BRANCHES + 1))
 #define SITS_STEPS 8 /* of Newton's method; then how long, how far out, and the last one, scaled */
 #define SITS_LONGEST ((SITS_REAL)0.3)
 #define SITS_REACH ((SITS_REAL)1.2)
@@ -150,21 +150,24 @@ static inline void sits_start(SITS_REAL state[SITS_STATE])
         state[i] = 0;
 }
 
-/* load convolved with 1 + sum_j weight_j exp(-t / time_j), linear since the last step. */
+/* The forces of load convolved with 1 + sum_j weight_j exp(-t / time_j), linear since the last step; state holds those
+ * of the last load, then what each branch still lacks of its share. */
 static inline void sits_passed(SITS_REAL state[SITS_STATE], const SITS_REAL load[6], SITS_REAL dt,
                                const SITS_REAL *weight, const SITS_REAL *time, SITS_REAL out[6])
 {
-    SITS_REAL rise[6];
-    for (int i = 0; i < 6; ++i) {
-        rise[i] = load[i] - state[i];
-        state[i] = out[i] = load[i];
+    SITS_REAL rise[SITS_WRENCH_D];
+    for (int i = 0; i < 6; ++i)
+        out[i] = load[i];
+    for (int i = 0; i < SITS_WRENCH_D; ++i) {
+        rise[i] = load[sits_wrench_column[i]] - state[i];
+        state[i] = load[sits_wrench_column[i]];
     }
     for (int j = 0; j < SITS_BRANCHES; ++j) {
         const SITS_REAL share = dt / time[j], lost = (SITS_REAL)-expm1((double)-share);
-        SITS_REAL *lag = state + 6 * (j + 1);
-        for (int i = 0; i < 6; ++i) {
+        SITS_REAL *lag = state + SITS_WRENCH_D * (j + 1);
+        for (int i = 0; i < SITS_WRENCH_D; ++i) {
             lag[i] = lag[i] * (1 - lost) + weight[j] * (lost / share) * rise[i];
-            out[i] += lag[i];
+            out[sits_wrench_column[i]] += lag[i];
         }
     }
 }

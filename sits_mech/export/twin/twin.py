@@ -95,13 +95,13 @@ class Twin:
 
     def read(self, wrench: Any) -> Reading:
         """Return what slow wrenches show, shape (n, 6) [N, N m]."""
-        return self._read("wrench", wrench)
+        return self._read("wrench", _columns("wrench", wrench))
 
     def read_pose(self, pose: Any) -> Reading:
         """Return what poses of the target show, shape (n, 6) [m, rad]; raise ValueError where there is no such map."""
         if "pose_coefficients" not in self.numbers:
             raise ValueError("pose: must be of a twin with a map of poses; this one has none")
-        return self._read("pose", pose)
+        return self._read("pose", _columns("pose", pose))
 
     def estimate(self, L: Any) -> Estimate:
         """Return the slow wrenches that show inductances, shape (n, coils) [H]."""
@@ -119,17 +119,18 @@ class Twin:
         return self._estimated(count, xp.asarray(whole, dtype=xp.asarray(1.0).dtype))
 
     def start(self, n: int, like: Any = None) -> Any:
-        """Return the state (n, branches + 1, 6) of n pads that have rested without load; an array of the kind `like`.
+        """Return the state of n pads that have rested without load; an array of the kind `like`.
 
-        Its first row is the last load, the others what each branch still lacks of its share.
+        Of shape (branches + 1, d, n): the d `forces` of the last load, then what each branch still lacks of its share.
         """
-        rest = np.zeros((n, len(self.numbers["creep_times"]) + 1, 6))
+        rest = np.zeros((len(self.numbers["creep_times"]) + 1, len(self.forces), n))
         return rest if like is None else _like(rest, like)
 
     def step(self, state: Any, wrench: Any, dt: Any) -> tuple[Any, Reading]:
         """Return state and readings after a time dt [s] in which the load went evenly to `wrench` (n, 6)."""
-        state, elastic = self._passed(state, wrench, dt, -self.numbers["creep_weights"], self.numbers["creep_times"])
-        return state, self.read(elastic)
+        rows = _columns("wrench", wrench)
+        state, elastic = self._passed(state, rows, dt, -self.numbers["creep_weights"], self.numbers["creep_times"])
+        return state, self._read("wrench", elastic)
 
     def recover(self, state: Any, L: Any, dt: Any) -> tuple[Any, Estimate]:
         """Return state and wrenches, now, of inductances (n, coils) [H] a time dt [s] after the last ones.
@@ -137,31 +138,33 @@ class Twin:
         The state is one of `start` that belongs to the readings; where a reading has no wrench it becomes NaN.
         """
         found = self.estimate(L)
-        state, wrench = self._passed(
-            state, found.wrench, dt, self.numbers["relaxation_weights"], self.numbers["relaxation_times"]
-        )
-        return state, Estimate(wrench, found.flags)
+        weights, times = self.numbers["relaxation_weights"], self.numbers["relaxation_times"]
+        state, rows = self._passed(state, _columns("wrench", found.wrench), dt, weights, times)
+        return state, Estimate(_namespace(L).stack(rows).T, found.flags)
 
-    def _passed(self, state: Any, load: Any, dt: Any, weights: Any, times: Any) -> tuple[Any, Any]:
-        """Return the state after a step and the load convolved with 1 + sum_j weights_j exp(-t/times_j)."""
-        xp = _namespace(load)
+    def _passed(self, state: Any, rows: list[Any], dt: Any, weights: Any, times: Any) -> tuple[Any, list[Any]]:
+        """Return the state after a step, and the rows, the forces among them convolved with 1 + sum_j w_j exp(-t/t_j)."""
+        xp, columns = _namespace(state), self.numbers["wrench_columns"].tolist()
         if isinstance(dt, float | int) and not dt > 0.0:
             raise ValueError(f"dt: must be positive [s]; got {dt}")
-        share = dt / _like(times, load)
-        kept, mean = xp.exp(-share), _like(weights, load) * (-xp.expm1(-share) / share)
-        rise = load - state[:, 0, :]
-        lag = state[:, 1:, :] * kept[:, None] + mean[:, None] * rise[:, None, :]
-        return xp.concat([load[:, None, :], lag], axis=1), load + xp.sum(lag, axis=1)
+        share = dt / _like(times, state)
+        kept, mean = xp.exp(-share), _like(weights, state) * (-xp.expm1(-share) / share)
+        load = xp.stack([rows[k] for k in columns])
+        rise = load - state[0, :, :]
+        parts, passed = [load], load
+        for j in range(len(times)):  # a branch at a time stays in the processor's cache
+            parts.append(state[j + 1, :, :] * kept[j] + rise * mean[j])
+            passed = passed + parts[-1]
+        moved = dict(zip(columns, _rows(passed), strict=True))
+        return xp.stack(parts), [moved.get(k, row) for k, row in enumerate(rows)]
 
-    def _read(self, name: str, given: Any) -> Reading:
-        """Return the outputs of a map at wrenches or poses (n, 6)."""
-        xp, map_, count = _namespace(given), self._map(name), len(self.coils)
-        if given.ndim != 2 or given.shape[1] != 6:
-            raise ValueError(f"{name}: must be of shape (n, 6); got {tuple(given.shape)}")
-        x, flags = map_.scaled(given)
+    def _read(self, name: str, rows: list[Any]) -> Reading:
+        """Return the outputs of a map at the rows of wrenches or poses."""
+        xp, map_, count = _namespace(rows[0]), self._map(name), len(self.coils)
+        x, flags = map_.scaled(rows)
         change = map_.at(x)[0]
-        L = (change[:count, :] + _like(map_.base[:count], given)[:, None]).T
-        whole = _like(map_.base[count:], given, xp.int32)
+        L = (change[:count, :] + _like(map_.base[:count], change)[:, None]).T
+        whole = _like(map_.base[count:], change, xp.int32)
         return Reading(L, whole + xp.asarray(xp.round(change[count:, :].T), dtype=xp.int32), flags)
 
     def _estimated(self, first: int, given: Any) -> Estimate:
@@ -225,17 +228,12 @@ class _Map:
     columns: Any
     fixed: Any
 
-    def scaled(self, given: Any) -> tuple[list[Any], Any]:
-        """Return the rows of x, held at the box, and flags, of wrenches or poses (n, 6)."""
-        xp = _namespace(given)
-        rows, beyond, other = [], [], []
-        for k, low, high in zip(self.columns.tolist(), self.low.tolist(), self.high.tolist(), strict=True):
-            rows.append((given[:, k] - 0.5 * (high + low)) * (2.0 / (high - low)))
-            beyond.append(rows[-1])
-        flags = _flag(xp, _most(xp, beyond) > 1.0 + _EDGE, OUTSIDE)
-        for k in range(6):
-            if k not in self.columns:
-                other.append(given[:, k] - float(self.fixed[k]))
+    def scaled(self, given: list[Any]) -> tuple[list[Any], Any]:
+        """Return the rows of x, held at the box, and flags, of the six rows of wrenches or poses."""
+        xp, box = _namespace(given[0]), zip(self.columns.tolist(), self.low.tolist(), self.high.tolist(), strict=True)
+        rows = [(given[k] - 0.5 * (high + low)) * (2.0 / (high - low)) for k, low, high in box]
+        flags = _flag(xp, _most(xp, rows) > 1.0 + _EDGE, OUTSIDE)
+        other = [given[k] - float(self.fixed[k]) for k in range(6) if k not in self.columns]
         if other:
             most = _SAME + _EDGE * float(np.abs(self.fixed).max())
             flags = flags + _flag(xp, _most(xp, other) > most, IGNORED)
@@ -324,6 +322,13 @@ def _most(xp: Any, rows: Any) -> Any:
     for row in others:
         found = xp.maximum(found, row)
     return found
+
+
+def _columns(name: str, given: Any) -> list[Any]:
+    """Return the six columns of wrenches or poses (n, 6)."""
+    if given.ndim != 2 or given.shape[1] != 6:
+        raise ValueError(f"{name}: must be of shape (n, 6); got {tuple(given.shape)}")
+    return [given[:, k] for k in range(6)]
 
 
 def _rows(array: Any) -> list[Any]:
