@@ -76,12 +76,14 @@ def draw(found: dict[str, np.ndarray], path: Path) -> None:
     figure, (above, below) = plt.subplots(2, 1, figsize=(6.0, 5.0), sharex=True, constrained_layout=True)
     for k, name in enumerate(("F_x", "F_z")):
         above.plot(found["time"], found["forces"][:, k], color=f"C{k}", label=f"${name}$ on the target")
-        above.plot(found["time"], found["estimate"][:, k], "--", color="black", label=f"${name}$ by the codes")
+        words = "both by the codes" if k else None
+        above.plot(found["time"], found["estimate"][:, k], "--", color="black", label=words)
     for k, codes in enumerate(found["codes"].T):
         below.plot(found["time"], (codes - codes[0]) / 1e3, color=f"C{k}", label=f"coil {k + 1}")
-    above.set(ylabel="force [N]", title="A finger presses, shears to both sides and lifts off")
+    figure.suptitle("A finger presses, shears to both sides and lifts off")
+    above.set(ylabel="force [N]")
     below.set(xlabel="time [s]", ylabel="change of code [thousand]")
-    above.legend(loc="center", ncols=2)
+    above.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
     below.legend()
     figure.savefig(path, dpi=150)
     plt.close(figure)

@@ -15,9 +15,9 @@ from sits_mech.analysis.bench import model_errors, sensor_calibration, sensor_fr
 from sits_mech.cases import DONE
 from sits_mech.chain.models import mechanical_model
 from sits_mech.export.source import Source
-from sits_mech.export.twin.maps import TwinMap, guess_of, over_poses, over_wrenches
+from sits_mech.export.twin.maps import guess_of, over_poses, over_wrenches
 from sits_mech.quantities import Array, SolveFailed, Wrench
-from sits_mech.readout.calibration import Calibration, check_resolved
+from sits_mech.readout.calibration import OK, Calibration, check_resolved
 from sits_mech.readout.converter import conversion_time
 from sits_mech.readout.front_end import FrontEnd
 from sits_mech.readout.inversion import INCONSISTENT, MARGIN
@@ -70,8 +70,6 @@ def twin_arrays(source: Source) -> tuple[dict[str, Any], tuple[str, ...]]:
     ------
     SceneError
         When loads failed so that those left are no whole box, or there are too few.
-    SolveFailed
-        When a pose or the pad at rest cannot be solved.
     """
     check_box(source)
     sensor, notes = source.sensor, list[str]()
@@ -83,7 +81,7 @@ def twin_arrays(source: Source) -> tuple[dict[str, Any], tuple[str, ...]]:
     notes += [f"wrenches: {len(over.powers)} terms over {', '.join(cal.forces)}, within {share:.1e} of the range", note]
     found: dict[str, Any] = {"coils": np.array(cal.coils), "codes": np.array(int(codes is not None))}
     found |= over.arrays("wrench") | ({} if by_pose is None else by_pose.arrays("pose"))
-    found |= _inverse(cal, codes, over, notes)
+    found |= inverse_arrays(cal, codes, over.base, notes)
     found |= {"model_error": model_errors(sensor, source.data), "frequency": np.array(sensor.frequency)}
     found |= _pad(source, notes) | _sampling(source, front, cal) | _temperature(source)
     attrs = source.data.attrs
@@ -122,8 +120,18 @@ def _converter(source: Source, cal: Calibration, notes: list[str]) -> tuple[Fron
         return None, None
 
 
-def _inverse(cal: Calibration, codes: Calibration | None, over: TwinMap, notes: list[str]) -> dict[str, Any]:
-    """Return what estimates wrenches, or why nothing does."""
+def inverse_arrays(cal: Calibration, codes: Calibration | None, base: Array, notes: list[str]) -> dict[str, Any]:
+    """Return what estimates wrenches, or why nothing does; `notes` grow.
+
+    Parameters
+    ----------
+    cal, codes : Calibration
+        In henry, and in codes where there are some.
+    base : ndarray, shape (outputs,)
+        Of the map over wrenches.
+    notes : list of str
+        Lines for each thing to know.
+    """
     n, d = len(cal.coils), len(cal.forces)
     try:
         check_resolved(cal)
@@ -132,14 +140,17 @@ def _inverse(cal: Calibration, codes: Calibration | None, over: TwinMap, notes: 
         return {"no_inverse": np.array(str(error))}
     found: dict[str, Any] = {"no_inverse": np.array(""), "margin": np.array(MARGIN)}
     found["residual"] = np.array(INCONSISTENT if n > d else _EXACT)
-    found["valid"] = (cal.domain.labels == 1).astype(np.uint8)
-    for name, each, base in (("L", cal, over.base[:n]), ("codes", codes, over.base[n:])):
+    axes = [np.linspace(-1.0, 1.0, count) for count in cal.domain.labels.shape]
+    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
+    found["valid"] = (cal.inverse(cal.forward(cal.map.unscaled(nodes))).status == OK).astype(np.uint8)
+    for name, each, own in (("L", cal, base[:n]), ("codes", codes, base[n:])):
         if each is not None:
             scale = 1.0 / each.weights * (each.weights * each.full_scale).max()
-            guess, directions = guess_of(each, base, scale)
+            guess, directions = guess_of(each, own, scale)
             found |= guess.arrays(f"guess_{name}") | {f"scale_{name}": scale, f"directions_{name}": directions}
-    if cal.domain.share < 1.0:
-        notes.append(f"{1.0 - cal.domain.share:.1%} of the wrenches have no estimate: {'; '.join(cal.domain.regions)}")
+    if not found["valid"].all():
+        share, where = 1.0 - found["valid"].mean(), "; ".join(cal.domain.regions)
+        notes.append(f"{share:.1%} of the wrenches have no estimate: {where}")
     return found
 
 

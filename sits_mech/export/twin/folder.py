@@ -41,8 +41,6 @@ def write_twin(source: Source, path: Path) -> tuple[str, ...]:
     ------
     SceneError
         When `path` is no folder's or cannot be written, the table's outermost loads failed, or it has one load.
-    SolveFailed
-        When the coils cannot be solved over the poses.
     """
     if path.suffix in (".npz", ".py", ".h", ".xml") or path.is_file():
         raise SceneError(f"--output: must name a folder for --to twin; got {path.name!r}")

@@ -25,7 +25,7 @@ from sits_mech.chain.models import loaded_model
 from sits_mech.export.source import Source
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.maps.surrogate import SmoothMap
-from sits_mech.quantities import POSE, WRENCH, Array, Pose
+from sits_mech.quantities import POSE, WRENCH, Array, Pose, SolveFailed
 from sits_mech.readout.calibration import Calibration
 from sits_mech.readout.front_end import FrontEnd
 from sits_mech.readout.loads import fixed, varied, wrench_of
@@ -103,7 +103,7 @@ def over_poses(source: Source, codes: FrontEnd | None) -> tuple[TwinMap | None, 
     at[:, columns] = 0.5 * (np.concatenate([x, others]) * (high - low)[columns] + (high + low)[columns])
     try:
         y = readings_at(source, Pose.of(at), codes)
-    except Collision as reason:
+    except (Collision, SolveFailed) as reason:
         return None, f"no map of poses: the box of the table's poses holds one that cannot be ({reason})"
     known, asked, scale = y[: len(x)], y[len(x) :], np.ptp(y, axis=0)
     fits = {degree: _fitted(x, known, total_degree(d, degree)) for degree in degrees}
@@ -123,6 +123,8 @@ def readings_at(source: Source, pose: Pose, front: FrontEnd | None) -> Array:
     ------
     Collision
         When a pose brings the target to the coils or a plate.
+    SolveFailed
+        When the coils cannot be solved there.
     """
     sensor, request = source.sensor, source.request
     check_clearance(sensor, pose)

@@ -143,7 +143,7 @@ class Twin:
         return state, Estimate(_namespace(L).stack(rows).T, found.flags)
 
     def _passed(self, state: Any, rows: list[Any], dt: Any, weights: Any, times: Any) -> tuple[Any, list[Any]]:
-        """Return the state after a step, and the rows, the forces among them convolved with 1 + sum_j w_j exp(-t/t_j)."""
+        """Return the state after a step, and the rows, the forces convolved with 1 + sum_j w_j exp(-t/t_j)."""
         xp, columns = _namespace(state), self.numbers["wrench_columns"].tolist()
         if isinstance(dt, float | int) and not dt > 0.0:
             raise ValueError(f"dt: must be positive [s]; got {dt}")

@@ -5,12 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from sits_mech.analysis.bench import sensor_calibration
 from sits_mech.export.source import Source
-from sits_mech.export.twin.arrays import twin_arrays
+from sits_mech.export.twin.arrays import inverse_arrays, twin_arrays
+from sits_mech.export.twin.maps import over_wrenches
 from sits_mech.export.twin.twin import IGNORED, OUTSIDE, UNSOLVED, Twin
-from sits_mech.readout.calibration import Calibration
+from sits_mech.readout.calibration import Calibration, calibration_of
 from sits_mech.report.folder import read_calibration
 from sits_mech.silicone.history import relaxed_share, retardation
 from sits_mech.silicone.material import Silicone
@@ -102,6 +104,23 @@ def test_a_wrench_without_twin_has_no_estimate(twin: Twin, cal: Calibration) -> 
     part = Twin({**twin.numbers, "valid": valid})
     found = part.estimate(cal.forward(np.array([[0.99, 2.99], [0.0, 1.0]])))
     assert found.flags.tolist() == [UNSOLVED, 0]
+
+
+def test_a_fold_is_found(source: Source) -> None:
+    """L_2 = (z - 0.6)^2 over 0 to 1: below 0.2 one wrench, above two show the same; flags as of the calibration."""
+    x, z = (each.ravel() for each in np.meshgrid(*[np.linspace(0.0, 1.0, 9)] * 2, indexing="ij"))
+    L = 1e-6 + 1e-8 * np.stack([x, (z - 0.6) ** 2 + 1e-3 * x], -1)
+    free = ("H", np.full(2, np.nan))
+    cal = calibration_of(np.stack([x, z], -1), L, forces=("F_x", "F_z"), coils=("C1", "C2"), free=free)
+    over, notes = over_wrenches(Source(source.sensor, xr.Dataset()), cal, None), list[str]()
+    numbers = over.arrays("wrench") | inverse_arrays(cal, None, over.base, notes)
+    twin = Twin({**numbers, "coils": np.array(cal.coils), "codes": np.array(0)})
+    wrench = np.zeros((400, 6))
+    wrench[:, :2] = np.random.default_rng(2).uniform(0.02, 0.98, (400, 2))
+    wrench = wrench[np.abs(wrench[:, 1] - 0.2) > 0.02]  # the edge lies between two nodes
+    found = twin.estimate(twin.read(wrench).L)
+    assert np.array_equal(found.flags == 0, wrench[:, 1] < 0.2) and "have no estimate" in notes[0]
+    assert np.abs(found.wrench - wrench)[found.flags == 0].max() < 1e-6
 
 
 def test_poses(twin: Twin, source: Source) -> None:
