@@ -5,8 +5,9 @@
 Over wrenches the terms are those of the calibration's maps, of inductances and of codes together, so that the twin
 gives their digits. Over poses the magnetics is solved anew: at points that lie in the box of the table's poses as
 Chebyshev's nodes do (x_i = cos pi u_i, u by Sobol, and the box's corners), with the terms of a total degree, by least
-squares; of the degrees with few enough terms the one is taken that predicts other points of the box best, and its
-largest miss there is the error. Components of the pose that the table does not move have no map.
+squares. Of the degrees with few enough terms the least is taken that predicts other points of the box to 1e-6 of the
+range, or about as well as any; its largest miss there is the error. Components of the pose that the table does not move
+have no map.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ Powers = NDArray[np.int_]
 _MOVES = 1e-12  # m or rad: what moves less is at rest
 _TERMS = {1: 12, 2: 66, 3: 165, 4: 210, 5: 252, 6: 210}  # at most, by the number of components that move
 _POINTS, _OTHERS = 2.5, 128  # points a term; those that tell the error
-_AS_GOOD = 1.2  # of the least error: within it the fewest terms win
+_AS_GOOD, _ENOUGH = 1.2, 1e-6  # of the least error, or of the range: within it the fewest terms win
 _GUESS = {1: 8, 2: 7, 3: 5, 4: 3}  # total degree of what starts the inverse; 2 for more
 
 
@@ -109,7 +110,8 @@ def over_poses(source: Source, codes: FrontEnd | None) -> tuple[TwinMap | None, 
     fits = {degree: _fitted(x, known, total_degree(d, degree)) for degree in degrees}
     off = {degree: np.abs(design(others, total_degree(d, degree)) @ fit - asked) for degree, fit in fits.items()}
     worst = {degree: float((miss / scale).max()) for degree, miss in off.items()}
-    best = next(degree for degree in degrees if worst[degree] <= _AS_GOOD * min(worst.values()))
+    most = max(_AS_GOOD * min(worst.values()), _ENOUGH)
+    best = next(degree for degree in degrees if worst[degree] <= most)
     powers, error = total_degree(d, best), np.asarray(off[best].max(axis=0))
     moved, count = ", ".join(POSE[k] for k in columns), len(others)
     found = _based(powers, fits[best].T, (low[columns], high[columns]), columns, held, error, len(source.sensor.coils))
