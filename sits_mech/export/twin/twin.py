@@ -105,6 +105,7 @@ class Twin:
 
     def estimate(self, L: Any) -> Estimate:
         """Return the slow wrenches that show inductances, shape (n, coils) [H]."""
+        _columns("L", L, len(self.coils))
         return self._estimated(0, L - _like(self._map("wrench").base[: len(self.coils)], L))
 
     def estimate_codes(self, codes: Any) -> Estimate:
@@ -324,11 +325,11 @@ def _most(xp: Any, rows: Any) -> Any:
     return found
 
 
-def _columns(name: str, given: Any) -> list[Any]:
-    """Return the six columns of wrenches or poses (n, 6)."""
-    if given.ndim != 2 or given.shape[1] != 6:
-        raise ValueError(f"{name}: must be of shape (n, 6); got {tuple(given.shape)}")
-    return [given[:, k] for k in range(6)]
+def _columns(name: str, given: Any, count: int = 6) -> list[Any]:
+    """Return the columns of wrenches or poses (n, 6), or of readings."""
+    if given.ndim != 2 or given.shape[1] != count:
+        raise ValueError(f"{name}: must be of shape (n, {count}); got {tuple(given.shape)}")
+    return [given[:, k] for k in range(count)]
 
 
 def _rows(array: Any) -> list[Any]:

@@ -40,11 +40,11 @@ def made(source: Source) -> dict[str, np.ndarray]:
     return numbers
 
 
-def test_the_command_writes_a_folder_that_works_alone(calibrated: Path, tmp_path: Path, capfd: object) -> None:
+def test_the_command_writes_a_folder_that_works_alone(calibrated: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """Where the package is not: twin.py loads sensor.npz beside it; again into the same folder."""
     out = tmp_path / "robot"
     assert run(["export", str(calibrated), "--to", "twin", "-o", str(out)]) == 0
-    said = capfd.readouterr().err  # type: ignore[attr-defined]
+    said = capfd.readouterr().err
     assert "wrenches: " in said and "poses: " in said and "relaxation: unknown" in said
     assert sorted(path.name for path in out.iterdir()) == ["pad.xml", "sensor.h", "sensor.npz", "twin.h", "twin.py"]
     code = "import numpy as np, sys\nfrom twin import Twin\n"
@@ -116,7 +116,7 @@ def test_failed_loads(source: Source) -> None:
         twin_arrays(Source(source.sensor, source.data.isel(F_x=[2], F_z=[1])))
 
 
-def test_what_cannot_be_written(source: Source, calibrated: Path, tmp_path: Path, capfd: object) -> None:
+def test_what_cannot_be_written(source: Source, calibrated: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """A file, another format's ending, a folder within a file, no calibration: one line, code 2."""
     (tmp_path / "file").write_text("")
     for name, said in (("file", "must name a folder"), ("t.h", "as for c"), ("t.npz", "must name a folder")):
@@ -125,4 +125,4 @@ def test_what_cannot_be_written(source: Source, calibrated: Path, tmp_path: Path
     with pytest.raises(SceneError, match="must be writable"):
         export(source, "twin", tmp_path / "file" / "in")
     assert run(["export", str(tmp_path), "--to", "twin", "-o", str(tmp_path / "x")]) == 2
-    assert "must be the folder of a finished calibration" in capfd.readouterr().err  # type: ignore[attr-defined]
+    assert "must be the folder of a finished calibration" in capfd.readouterr().err

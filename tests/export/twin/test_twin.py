@@ -190,6 +190,8 @@ def test_refusals(twin: Twin, tmp_path: Path) -> None:
     """One line each."""
     with pytest.raises(ValueError, match=r"wrench: must be of shape \(n, 6\); got \(3, 2\)"):
         twin.read(np.zeros((3, 2)))
+    with pytest.raises(ValueError, match=r"L: must be of shape \(n, 2\); got \(2,\)"):
+        twin.estimate(np.ones(2))
     with pytest.raises(ValueError, match=r"must be the sensor.npz of a twin; got: "):
         Twin.load(tmp_path / "none.npz")
     (tmp_path / "text.npz").write_text("no numbers")
