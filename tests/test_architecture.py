@@ -50,6 +50,7 @@ UNMIRRORED = {
     ),
     "report/histories/folder.py": "tests/report/histories/test_shown.py: the folder of a history",
     "export/fixed_point.py": "tests/export/test_firmware.py: the header made of its integers",
+    "export/twin/arrays.py": "tests/export/twin/test_folder.py: what is in the folder",
     **dict.fromkeys(
         ("export/formats.py", "export/source.py"), "tests/export/test_tables.py: every format goes through them"
     ),

@@ -174,7 +174,7 @@ def package_stamp(text: str, package: Path) -> str:
     """Return a text and the package's files as a hash."""
     found = hashlib.sha256(text.encode())
     for path in sorted(package.rglob("*")):
-        if path.suffix in (".py", ".toml", ".in", ".js", ".css", ".html"):
+        if path.suffix in (".py", ".toml", ".in", ".h", ".js", ".css", ".html"):
             found.update(path.read_bytes())
     return found.hexdigest()
 

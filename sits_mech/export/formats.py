@@ -13,6 +13,7 @@ from sits_mech.export.pictures import write_pictures
 from sits_mech.export.source import Source
 from sits_mech.export.spice import write_spice
 from sits_mech.export.tables import write_csv, write_netcdf, write_xlsx
+from sits_mech.export.twin.folder import write_twin
 from sits_mech.export.vtu import write_vtu
 from sits_mech.scene.sensor import SceneError
 
@@ -33,6 +34,7 @@ FORMATS: Mapping[str, Format] = {
     "spice": Format(".cir", write_spice),
     "kicad": Format(".kicad_mod", write_kicad),
     "vtu": Format("_vtu", write_vtu),
+    "twin": Format("_twin", write_twin),
     "pdf": Format("_pdf", partial(write_pictures, form="pdf")),
     "svg": Format("_svg", partial(write_pictures, form="svg")),
 }
@@ -49,7 +51,7 @@ def export(source: Source, kind: str, path: Path | None = None) -> tuple[Path, t
     kind : str
         A key of `FORMATS`.
     path : Path, optional
-        The file, or the folder of `vtu`, `pdf` and `svg`; by default named after the sensor, in the present folder.
+        The file, or the folder of `vtu`, `twin`, `pdf` and `svg`; by default named after the sensor, here.
 
     Returns
     -------

@@ -1,0 +1,209 @@
+"""Which numbers is a twin? Arrays alone, each with a line that says what it is, in SI.
+
+Maps over wrenches and poses (`maps`), the pad's compliance at rest, its relaxation and creep (`silicone.history`),
+noise, converter and sampling (`readout.front_end`), temperature where the table tells it, where all of it came from.
+What is not known is an array without entries, or NaN where a number of each coil or component would stand.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sits_mech.analysis.bench import model_errors, sensor_calibration, sensor_front_end
+from sits_mech.cases import DONE
+from sits_mech.chain.models import mechanical_model
+from sits_mech.export.source import Source
+from sits_mech.export.twin.maps import guess_of, over_poses, over_wrenches
+from sits_mech.quantities import Array, SolveFailed, Wrench
+from sits_mech.readout.calibration import OK, Calibration, check_resolved
+from sits_mech.readout.converter import conversion_time
+from sits_mech.readout.front_end import FrontEnd
+from sits_mech.readout.inversion import INCONSISTENT, MARGIN
+from sits_mech.readout.loads import load_words, several
+from sits_mech.scene.sensor import SceneError
+from sits_mech.silicone.history import retardation
+from sits_mech.version import __version__
+
+_EXACT = 1e-3  # residual of as many coils as forces, of the range: what single precision leaves
+ABOUT = {
+    "about": "this list: a name and what it is",
+    "coils": "names, in the order of readings and of the converter's channels",
+    "MAP_powers": "degrees of each product of Chebyshev's polynomials, (terms, d)",
+    "MAP_coefficients": "(outputs, terms): inductances [H], then codes; of wrench, pose and the two guesses",
+    "MAP_coefficients_float32": "the same in single precision",
+    "MAP_base": "(outputs,): what is added to the sum",
+    "MAP_low, MAP_high": "domain of the d components that vary [N, N m, m, rad]",
+    "MAP_columns, MAP_fixed": "which of the six components these are; what the others are",
+    "MAP_error": "(outputs,): largest error of the map where it predicts what it was not fitted to [H, codes]",
+    "model_error": "(coils,): largest estimated error of the solved inductances themselves [H]",
+    "scale_L, scale_codes": "(coils,): range of each output over the table [H, codes]",
+    "directions_L, directions_codes": "(d, coils + 1): what the guesses take of readings over their scale",
+    "residual, margin": "of an estimate: largest misfit over the range; how far beyond the domain it counts [-]",
+    "valid": "over a grid of the domain: 1 where no other wrench shows the same",
+    "no_inverse": "why no wrench can be estimated; empty where it can",
+    "codes": "1 with a converter, 0 without",
+    "compliance": "(6, 6): of the target at rest [m, rad per N, N m], pose by wrench; NaN where the model has none",
+    "rest_pose": "(6,): of the target without load [m, rad]",
+    "load_height": "where the force acts above the target's bottom face [m]",
+    "prony": "(branches, 2): shares of the instantaneous stiffness and times [s]; without rows: unknown",
+    "relaxation_weights, relaxation_times": "of G(t) = 1 + sum w exp(-t/tau), stiffness over that at rest [-, s]",
+    "creep_weights, creep_times": "of C(t) = 1 - sum c exp(-t/lambda), which undoes it [-, s]",
+    "mullins_r": "inverse depth of the softening after the largest load; NaN: unknown. Not part of the evaluators",
+    "sigma_L": "(coils,): standard deviation of a reading over L, at rcount [-]; NaN without converter",
+    "reference, bits, input_divider, reference_divider, rcount": "code = 2^bits f/(input_divider reference)",
+    "capacitance": "across each coil [F]",
+    "conversion, settling, channel_time": "(coils,): of one coil; counting, settling, all of its turn [s]",
+    "slope_T_*": "slopes by temperature as the table has them [1/K times the unit]; absent: unknown",
+    "temperature_known": "1 where there are such slopes",
+    "frequency": "that was solved for [Hz]",
+    "scene, scene_hash, request, version": "where the numbers are from",
+}
+"""What each array is; MAP stands for ``wrench``, ``pose``, ``guess_L``, ``guess_codes``."""
+
+
+def twin_arrays(source: Source) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Return the arrays of a twin and one line for each thing to know.
+
+    Raises
+    ------
+    SceneError
+        When loads failed so that those left are no whole box, or there are too few.
+    """
+    check_box(source)
+    sensor, notes = source.sensor, list[str]()
+    cal = sensor_calibration(sensor, source.data)
+    front, codes = _converter(source, cal, notes)
+    over = over_wrenches(source, cal, codes)
+    by_pose, note = over_poses(source, front)
+    share = float((over.error / np.concatenate([cal.full_scale, *([] if codes is None else [codes.full_scale])])).max())
+    notes += [f"wrenches: {len(over.powers)} terms over {', '.join(cal.forces)}, within {share:.1e} of the range", note]
+    found: dict[str, Any] = {"coils": np.array(cal.coils), "codes": np.array(int(codes is not None))}
+    found |= over.arrays("wrench") | ({} if by_pose is None else by_pose.arrays("pose"))
+    found |= inverse_arrays(cal, codes, over.base, notes)
+    found |= {"model_error": model_errors(sensor, source.data), "frequency": np.array(sensor.frequency)}
+    found |= _pad(source, notes) | _sampling(source, front, cal) | _temperature(source)
+    attrs = source.data.attrs
+    told = {name: np.array(attrs[name]) for name in ("scene", "scene_hash", "request") if name in attrs}
+    about = np.array(list(ABOUT.items()))
+    return {"about": about, **found, **told, "version": np.array(__version__)}, tuple(notes)
+
+
+def check_box(source: Source) -> None:
+    """Refuse a table whose converged loads do not reach all corners of its box, or that has one load alone."""
+    names = several(source.data)
+    if not names:
+        raise SceneError("--to twin: must be of a table with at least two values of a force; got one load")
+    failed = source.data["status"] != DONE
+    corners = failed.isel({name: [0, -1] for name in names})
+    if bool(corners.any()):
+        first = load_words(_first(source, corners))
+        raise SceneError(
+            f"--to twin: must be of a table whose corners have results, so that its domain is a box; "
+            f"{int(failed.sum())} of {failed.size} loads failed, among them {first}: calibrate over less"
+        )
+
+
+def _first(source: Source, corners: Any) -> dict[str, float]:
+    """Return the components of the first corner without a result."""
+    at = np.argwhere(corners.to_numpy())[0]
+    return {str(name): float(corners[name][k]) for name, k in zip(corners.dims, at, strict=True)}
+
+
+def _converter(source: Source, cal: Calibration, notes: list[str]) -> tuple[FrontEnd | None, Calibration | None]:
+    """Return the converter's settings and the calibration in codes; None, with a note, where there are none."""
+    try:
+        return sensor_front_end(source.sensor, source.data)[0], cal.code_calibration
+    except ValueError as error:
+        notes.append(f"no codes: {error}")
+        return None, None
+
+
+def inverse_arrays(cal: Calibration, codes: Calibration | None, base: Array, notes: list[str]) -> dict[str, Any]:
+    """Return what estimates wrenches, or why nothing does; `notes` grow.
+
+    Parameters
+    ----------
+    cal, codes : Calibration
+        In henry, and in codes where there are some.
+    base : ndarray, shape (outputs,)
+        Of the map over wrenches.
+    notes : list of str
+        Lines for each thing to know.
+    """
+    n, d = len(cal.coils), len(cal.forces)
+    try:
+        check_resolved(cal)
+    except ValueError as error:
+        notes.append(f"no estimate of wrenches: {error}")
+        return {"no_inverse": np.array(str(error))}
+    found: dict[str, Any] = {"no_inverse": np.array(""), "margin": np.array(MARGIN)}
+    found["residual"] = np.array(INCONSISTENT if n > d else _EXACT)
+    axes = [np.linspace(-1.0, 1.0, count) for count in cal.domain.labels.shape]
+    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), -1)
+    found["valid"] = (cal.inverse(cal.forward(cal.map.unscaled(nodes))).status == OK).astype(np.uint8)
+    for name, each, own in (("L", cal, base[:n]), ("codes", codes, base[n:])):
+        if each is not None:
+            scale = 1.0 / each.weights * (each.weights * each.full_scale).max()
+            guess, directions = guess_of(each, own, scale)
+            found |= guess.arrays(f"guess_{name}") | {f"scale_{name}": scale, f"directions_{name}": directions}
+    if not found["valid"].all():
+        share, where = 1.0 - found["valid"].mean(), "; ".join(cal.domain.regions)
+        notes.append(f"{share:.1%} of the wrenches have no estimate: {where}")
+    return found
+
+
+def _pad(source: Source, notes: list[str]) -> dict[str, Any]:
+    """Return compliance, pose at rest, relaxation and softening of the pad."""
+    sensor, request = source.sensor, source.request
+    model, _ = mechanical_model(sensor, request["mechanics"], request["tolerance"])
+    compliance, rest = np.full((6, 6), np.nan), np.full(6, np.nan)
+    try:
+        found = model.equilibrium(Wrench())
+        rest = found.pose.components
+        if hasattr(model, "slopes"):
+            compliance = model.slopes(found, (), sideways=True).compliance
+    except SolveFailed as error:
+        notes.append(f"compliance: not known: {error}")
+    silicone = sensor.elastomer.silicone if sensor.elastomer is not None else None
+    prony = np.array(() if silicone is None else silicone.prony, dtype=float).reshape(-1, 2)
+    if not prony.size:
+        notes.append("relaxation: unknown, the silicone has no prony: steps in time show the slow pad at once")
+    weights, times = retardation([(w, tau) for w, tau in prony.tolist()])
+    r = None if silicone is None else silicone.mullins
+    return {
+        "compliance": compliance, "rest_pose": rest, "prony": prony,
+        "load_height": np.array(np.nan if sensor.target is None else sensor.target.load_height),
+        "relaxation_weights": prony[:, 0] / (1.0 - prony[:, 0].sum()), "relaxation_times": prony[:, 1],
+        "creep_weights": weights, "creep_times": times[: len(weights)],
+        "mullins_r": np.array(np.nan if r is None else r),
+    }  # fmt: skip
+
+
+def _sampling(source: Source, front: FrontEnd | None, cal: Calibration) -> dict[str, Any]:
+    """Return the converter's numbers, its noise and how long each coil takes."""
+    unknown = np.full(len(cal.coils), np.nan)
+    found: dict[str, Any] = {"capacitance": np.array(source.sensor.readout.parallel_capacitance)}
+    if front is None:
+        return found | {"sigma_L": unknown, "conversion": unknown, "settling": unknown, "channel_time": unknown}
+    L = cal.forward(0.5 * (cal.low + cal.high))
+    counted = np.full(len(unknown), conversion_time(front.rcount, front.part, front.reference))
+    return found | {
+        "sigma_L": _array(front.noise) / L, "reference": np.array(front.reference), "bits": np.array(front.part.bits),
+        "input_divider": np.array(front.input_divider), "reference_divider": np.array(front.reference_divider),
+        "rcount": np.array(front.rcount), "conversion": counted,
+        "settling": 16.0 * _array(front.settlecount) / front.reference, "channel_time": _array(front.channel_time),
+    }  # fmt: skip
+
+
+def _temperature(source: Source) -> dict[str, Any]:
+    """Return the slopes by temperature that the table has."""
+    known = {str(name): item.to_numpy() for name, item in source.data.data_vars.items()}
+    slopes = {name: values for name, values in known.items() if name.startswith("slope_T_")}
+    return {**slopes, "temperature_known": np.array(int(bool(slopes)))}
+
+
+def _array(values: Any) -> Array:
+    """Return numbers as an array of floats."""
+    return np.asarray(values, dtype=float)

@@ -1,0 +1,242 @@
+"""The evaluator that is copied: the calibration's digits, its inverse, the pad in time, and other array libraries."""
+
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from sits_mech.analysis.bench import sensor_calibration
+from sits_mech.export.source import Source
+from sits_mech.export.twin.arrays import inverse_arrays, twin_arrays
+from sits_mech.export.twin.maps import over_wrenches
+from sits_mech.export.twin.twin import IGNORED, OUTSIDE, UNSOLVED, Twin
+from sits_mech.readout.calibration import Calibration, calibration_of
+from sits_mech.report.folder import read_calibration
+from sits_mech.silicone.history import relaxed_share, retardation
+from sits_mech.silicone.material import Silicone
+
+PRONY = ((0.1, 0.5), (0.2, 8.0))
+
+
+@pytest.fixture(scope="module")
+def source(calibrated: Path) -> Source:
+    """The small calibration."""
+    return Source(*read_calibration(calibrated))
+
+
+@pytest.fixture(scope="module")
+def cal(source: Source) -> Calibration:
+    """Its maps."""
+    return sensor_calibration(source.sensor, source.data)
+
+
+@pytest.fixture(scope="module")
+def twin(source: Source, tmp_path_factory: pytest.TempPathFactory) -> Twin:
+    """Its twin by way of the file, of a silicone that creeps."""
+    numbers, _ = twin_arrays(source)
+    weights, times = retardation(PRONY)
+    shares, taus = np.array(PRONY).T
+    numbers |= {"creep_weights": weights, "creep_times": times, "relaxation_times": taus}
+    numbers |= {"relaxation_weights": shares / (1.0 - shares.sum()), "prony": np.array(PRONY)}
+    path = tmp_path_factory.mktemp("twin") / "sensor.npz"
+    np.savez(path, **numbers)
+    return Twin.load(path)
+
+
+@pytest.fixture(scope="module")
+def wrenches(cal: Calibration) -> np.ndarray:
+    """Ten thousand of the table's box."""
+    found = np.zeros((10_000, 6))
+    found[:, :2] = np.random.default_rng(1).uniform(cal.low, cal.high, (10_000, 2))
+    return found
+
+
+def test_shows_the_digits_of_the_calibration(twin: Twin, cal: Calibration, wrenches: np.ndarray) -> None:
+    """Inductances to rounding, codes as integers: the same polynomials, summed in another order."""
+    found = twin.read(wrenches)
+    assert np.abs((found.L - cal.forward(wrenches[:, :2])) / cal.full_scale).max() < 1e-12
+    assert np.abs(found.codes - cal.codes(wrenches[:, :2])).max() < 0.5 + 1e-6 and found.codes.dtype.kind == "i"
+    assert not found.flags.any()
+
+
+def test_single_precision_holds_a_hundred_thousandth(twin: Twin, cal: Calibration, wrenches: np.ndarray) -> None:
+    """Of full scale, L and codes; what comes back is single too."""
+    found = twin.read(wrenches.astype(np.float32))
+    assert found.L.dtype == np.float32
+    assert np.abs((found.L - cal.forward(wrenches[:, :2])) / cal.full_scale).max() < 1e-5
+    off = (found.codes - cal.codes(wrenches[:, :2])) / cal.code_calibration.full_scale
+    assert np.abs(off).max() < 1e-5
+    back = twin.estimate(found.L)
+    assert back.wrench.dtype == np.float32 and np.abs(back.wrench - wrenches).max() < 1e-3
+
+
+def test_estimates_the_wrench(twin: Twin, cal: Calibration, wrenches: np.ndarray) -> None:
+    """Out and back to rounding; by codes to what their rounding is worth; as the calibration's own inverse."""
+    found = twin.read(wrenches)
+    back, by_codes = twin.estimate(found.L), twin.estimate_codes(found.codes)
+    assert not back.flags.any() and np.abs(back.wrench - wrenches).max() < 1e-10
+    worth = cal.code_calibration.force_error(wrenches[:, :2], np.full(2, 0.6))
+    assert np.all(np.abs(by_codes.wrench - wrenches)[:, :2] < worth) and not by_codes.flags.any()
+    own = cal.inverse(found.L[:50])
+    assert np.abs(back.wrench[:50, :2] - own.forces).max() < 1e-10
+
+
+def test_the_edge_is_held_and_told(twin: Twin, cal: Calibration) -> None:
+    """Beyond the box as at its edge; a component that the map does not know is ignored; readings of nothing are NaN."""
+    beyond = np.array([[1.3, 1.0, 0.0, 0.0, 0.0, 0.0], [0.5, -1.0, 0.0, 0.0, 0.0, 0.0]])
+    at = np.array([[1.0, 1.0, 0.0, 0.0, 0.0, 0.0], [0.5, 0.0, 0.0, 0.0, 0.0, 0.0]])
+    assert np.array_equal(twin.read(beyond).L, twin.read(at).L)
+    assert twin.read(beyond).flags.tolist() == [OUTSIDE] * 2 and not twin.read(at).flags.any()
+    beside = at + [0.0, 0.0, 0.0, 0.2, 0.0, 0.0]
+    assert twin.read(beside).flags.tolist() == [IGNORED] * 2
+    wrong = twin.estimate(np.array([cal.L0 * 2.0, np.full(2, np.nan)]))
+    assert np.all(wrong.flags & UNSOLVED) and np.all(np.isnan(wrong.wrench))
+    near = twin.estimate(cal.forward(np.array([[1.015, 1.0], [1.05, 1.0]])))
+    assert near.flags.tolist() == [0, OUTSIDE] and near.wrench[:, 0] == pytest.approx([1.015, 1.02], abs=1e-9)
+
+
+def test_a_wrench_without_twin_has_no_estimate(twin: Twin, cal: Calibration) -> None:
+    """Where the domain says that another wrench shows the same, there is none."""
+    valid = np.ones((5, 5), dtype=np.uint8)
+    valid[4, 4] = 0  # the corner of the largest forces
+    part = Twin({**twin.numbers, "valid": valid})
+    found = part.estimate(cal.forward(np.array([[0.99, 2.99], [0.0, 1.0]])))
+    assert found.flags.tolist() == [UNSOLVED, 0]
+
+
+def test_a_fold_is_found(source: Source) -> None:
+    """L_2 = (z - 0.6)^2 over 0 to 1: below 0.2 one wrench, above two show the same; flags as of the calibration."""
+    x, z = (each.ravel() for each in np.meshgrid(*[np.linspace(0.0, 1.0, 9)] * 2, indexing="ij"))
+    L = 1e-6 + 1e-8 * np.stack([x, (z - 0.6) ** 2 + 1e-3 * x], -1)
+    free = ("H", np.full(2, np.nan))
+    cal = calibration_of(np.stack([x, z], -1), L, forces=("F_x", "F_z"), coils=("C1", "C2"), free=free)
+    over, notes = over_wrenches(Source(source.sensor, xr.Dataset()), cal, None), list[str]()
+    numbers = over.arrays("wrench") | inverse_arrays(cal, None, over.base, notes)
+    twin = Twin({**numbers, "coils": np.array(cal.coils), "codes": np.array(0)})
+    wrench = np.zeros((400, 6))
+    wrench[:, :2] = np.random.default_rng(2).uniform(0.02, 0.98, (400, 2))
+    wrench = wrench[np.abs(wrench[:, 1] - 0.2) > 0.02]  # the edge lies between two nodes
+    found = twin.estimate(twin.read(wrench).L)
+    assert np.array_equal(found.flags == 0, wrench[:, 1] < 0.2) and "have no estimate" in notes[0]
+    assert np.abs(found.wrench - wrench)[found.flags == 0].max() < 1e-6
+
+
+def test_poses(twin: Twin, source: Source) -> None:
+    """At the table's own poses what the table has, within the map's error; the error that it states is the true one."""
+    data = source.data
+    pose = np.zeros((data["d_v"].size, 6))
+    for k, name in enumerate(("d_h", "d_v", "alpha")):
+        pose[:, k] = data[name].to_numpy().ravel()
+    found = twin.read_pose(pose)
+    L = twin.read(_loads(source)).L
+    off = np.abs(found.L - L).max(axis=0)
+    assert np.all(off < twin.numbers["pose_error"][:2] + twin.numbers["wrench_error"][:2]) and not found.flags.any()
+    assert np.all(twin.numbers["pose_error"][:2] < 1e-5 * np.ptp(L, axis=0))
+    assert twin.read_pose(pose + [0.0, 5e-3, 0.0, 1e-3, 0.0, 0.0]).flags.tolist() == [OUTSIDE + IGNORED] * len(pose)
+
+
+def _loads(source: Source) -> np.ndarray:
+    """The table's wrenches."""
+    F_x, F_z = np.meshgrid(source.data["F_x"], source.data["F_z"], indexing="ij")
+    found = np.zeros((F_x.size, 6))
+    found[:, 0], found[:, 1] = F_x.ravel(), F_z.ravel()
+    return found
+
+
+def test_creep_is_that_of_the_pad(twin: Twin) -> None:
+    """Uneven steps, three sensors at once: the elastic load of `relaxed_share`; after long rest the slow answer."""
+    random = np.random.default_rng(3)
+    time = np.concatenate([[0.0], np.cumsum(10.0 ** random.uniform(-3.0, 0.5, 40))])
+    share = np.concatenate([[0.0], random.uniform(0.0, 1.0, 40)])
+    silicone = Silicone("s", "neo-hookean", (1e4,), 1e7, prony=PRONY)
+    elastic = relaxed_share(silicone, time, share)
+    peak = np.array([[0.5, 2.0, 0, 0, 0, 0], [-0.5, 1.0, 0, 0, 0, 0], [0.0, 3.0, 0, 0, 0, 0]])
+    state = twin.start(3)
+    for k in range(1, len(time)):
+        state, shown = twin.step(state, share[k] * peak, float(time[k] - time[k - 1]))
+        assert shown.L == pytest.approx(twin.read(elastic[k] * peak).L, rel=1e-13)
+    state, shown = twin.step(state, share[-1] * peak, 1e4)
+    state, shown = twin.step(state, share[-1] * peak, 1e4)
+    assert shown.L == pytest.approx(twin.read(share[-1] * peak).L, rel=1e-10)
+    with pytest.raises(ValueError, match="dt: must be positive"):
+        twin.step(state, peak, 0.0)
+
+
+def test_a_sudden_load_meets_the_unrelaxed_pad(twin: Twin) -> None:
+    """After a step the elastic load is 1 - sum w of it."""
+    load = np.array([[0.4, 1.5, 0, 0, 0, 0]])
+    _, shown = twin.step(twin.start(1), load, 1e-9)
+    assert shown.L == pytest.approx(twin.read(0.7 * load).L, rel=1e-9)
+
+
+def test_what_creeps_is_undone(twin: Twin) -> None:
+    """G undoes C up to the elastic load's bend between samples, which falls as dt squared."""
+    off = []
+    for dt in (0.02, 0.01):
+        time = np.arange(1, int(2.0 / dt) + 1) * dt
+        states, error = (twin.start(1), twin.start(1)), 0.0
+        for t in time:
+            load = np.array([[0.3 * np.sin(3.0 * t), 1.0 - np.cos(2.0 * t), 0, 0, 0, 0]])
+            ahead, shown = twin.step(states[0], load, dt)
+            back, found = twin.recover(states[1], shown.L, dt)
+            states, error = (ahead, back), max(error, float(np.abs(found.wrench - load).max()))
+        off.append(error)
+    assert off[0] < 1e-4 and 3.3 < off[0] / off[1] < 4.7
+
+
+def test_refusals(twin: Twin, tmp_path: Path) -> None:
+    """One line each."""
+    with pytest.raises(ValueError, match=r"wrench: must be of shape \(n, 6\); got \(3, 2\)"):
+        twin.read(np.zeros((3, 2)))
+    with pytest.raises(ValueError, match=r"L: must be of shape \(n, 2\); got \(2,\)"):
+        twin.estimate(np.ones(2))
+    with pytest.raises(ValueError, match=r"must be the sensor.npz of a twin; got: "):
+        Twin.load(tmp_path / "none.npz")
+    (tmp_path / "text.npz").write_text("no numbers")
+    with pytest.raises(ValueError, match="must be the sensor.npz of a twin"):
+        Twin.load(tmp_path / "text.npz")
+    np.savez(tmp_path / "other.npz", a=np.ones(2))
+    with pytest.raises(ValueError, match="it holds no wrench_coefficients"):
+        Twin.load(tmp_path / "other.npz")
+    less = {name: value for name, value in twin.numbers.items() if not name.startswith(("guess", "pose"))}
+    with pytest.raises(ValueError, match="guess: two coils cannot"):
+        Twin({**less, "no_inverse": np.array("two coils cannot")}).estimate(np.ones((1, 2)))
+    with pytest.raises(ValueError, match="pose: must be of a twin with a map of poses"):
+        Twin(less).read_pose(np.zeros((1, 6)))
+    with pytest.raises(ValueError, match="codes: must be of a twin with a converter"):
+        Twin({**twin.numbers, "codes": np.array(0)}).estimate_codes(np.ones((1, 2)))
+
+
+@pytest.mark.parametrize("name", ["torch", "jax.numpy", "array_api_strict"])
+def test_arrays_of_other_libraries_go_through(name: str, twin: Twin, wrenches: np.ndarray) -> None:
+    """Each in its own arrays and precision, the same numbers: readings, estimates, steps in time."""
+    pytest.importorskip(name.partition(".")[0])
+    xp = import_module(name)
+    given = xp.asarray(wrenches[:200].astype(np.float32))
+    found, state = twin.read(given), twin.start(200, given)
+    state, shown = twin.step(state, given, 0.1)
+    state, back = twin.recover(twin.start(200, given), found.L, 0.1)
+    own = twin.read(wrenches[:200].astype(np.float32))
+    _, slow = twin.step(twin.start(200, own.L), wrenches[:200].astype(np.float32), 0.1)
+    for ours, theirs in ((own.L, found.L), (slow.L, shown.L)):
+        assert type(theirs) is type(given) and str(theirs.dtype).endswith("float32")
+        assert np.asarray(theirs) == pytest.approx(ours, rel=1e-6)
+    assert np.abs(np.asarray(found.codes) - own.codes).max() <= 1 and type(back.wrench) is type(given)
+    assert np.asarray(twin.estimate(found.L).wrench) == pytest.approx(wrenches[:200], abs=1e-3)
+    assert type(twin.estimate_codes(found.codes).wrench) is type(given)
+    assert type(twin.read_pose(given).L) is type(given)
+
+
+def test_a_step_is_traced_by_jax(twin: Twin, wrenches: np.ndarray) -> None:
+    """Compiled, and with a derivative: that of the map."""
+    jax = pytest.importorskip("jax")
+    given = jax.numpy.asarray(wrenches[:4].astype(np.float32))
+    state, shown = jax.jit(twin.step)(twin.start(4, given), given, 0.01)
+    assert np.asarray(shown.L) == pytest.approx(np.asarray(twin.step(twin.start(4, given), given, 0.01)[1].L), rel=1e-6)
+    slope = jax.jacfwd(lambda F: twin.read(F[None]).L[0])(given[0])
+    h = np.zeros((2, 6))
+    h[:, 1] = 1e-3, -1e-3
+    L = twin.read(wrenches[:1] + h).L
+    assert np.asarray(slope[:, 1]) == pytest.approx((L[0] - L[1]) / 2e-3, rel=1e-3)
