@@ -25,17 +25,20 @@ from pydantic import (
 )
 
 from sits_mech.quantities import Array
-from sits_mech.scene.bounds import Coordinate, Count, Direction, Length, Name, Offset, Permittivity, Place, Point
+from sits_mech.scene.bounds import (
+    Coefficient, Conductivity, Coordinate, Count, Direction, Length, Name, Offset, Permittivity, Place, Point,
+)  # fmt: skip
 from sits_mech.units import SceneError
 
-_SLACK = 1e-9  # relative: lengths that are equal as written may differ by rounding
-_DIGITS = 12  # of a path about its middle: picometres
+_SLACK, _DIGITS = 1e-9, 12  # relative, what rounding may do to equal lengths; of a path about its middle: picometres
 _LAYERED = ("layers", "turns", "track_gap", "layer_pitch", "layer_z", "directions")
 SHAPES = {
     "circle": ("inner_diameter", *_LAYERED, "winding"),
     "rectangle": ("inner_width", "inner_length", "corner_radius", *_LAYERED),
     "path": ("path", "path_widths"),
 }
+_OF_BOARD = ("board_permittivity", "board_expansion", "board_expansion_z")
+_OPTIONAL = ("shape", "corner_radius", "layer_z", "directions", "path_widths", *_OF_BOARD)
 _MOST = 20_000  # points of a path
 _BLOCK = 256  # tracks compared with all others at once
 
@@ -77,6 +80,11 @@ class Coil(BaseModel):
         Of circles: "rings" (concentric) or "spiral" (the track's true path; model `sheets`).
     board_permittivity : float
         Relative, of what is between the layers; for the capacitance alone.
+    conductivity, temperature_coefficient : float or None
+        Of the tracks at 20 degC [S/m], and of their resistivity [1/K]; copper's unless given.
+    board_expansion, board_expansion_z : float
+        Of the board in its plane, which coils follow, and through it, heights of layers and tracks [1/K]; by default
+        of FR-4, which has 14 to 17 ppm/K, and some 40 to 70 below its glass transition.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -99,6 +107,10 @@ class Coil(BaseModel):
     path_widths: tuple[Length, ...] = ()
     winding: Literal["rings", "spiral"] = "rings"
     board_permittivity: Permittivity = 4.4
+    conductivity: Conductivity | None = None
+    temperature_coefficient: Coefficient | None = None
+    board_expansion: Coefficient = 16e-6
+    board_expansion_z: Coefficient = 50e-6
 
     @model_validator(mode="before")
     @classmethod
@@ -229,9 +241,8 @@ class Coil(BaseModel):
         table: dict[str, Any] = handler(self)
         other = {key for keys in SHAPES.values() for key in keys} - set(SHAPES[self.shape])
         drop = other | ({"layers", "layer_pitch"} if self.layer_z else set())
-        optional = ("shape", "corner_radius", "layer_z", "directions", "path_widths", "board_permittivity")
         fields = type(self).model_fields
-        drop |= {key for key in optional if getattr(self, key) == fields[key].default}
+        drop |= {key for key in _OPTIONAL if getattr(self, key) == fields[key].default}
         return {key: item for key, item in table.items() if key not in drop}
 
     @property

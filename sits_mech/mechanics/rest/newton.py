@@ -172,6 +172,32 @@ def compliance(body: Bonded, state: State, load: Array) -> Array:
     return np.full((body.components, body.components), np.nan)
 
 
+def unloaded(body: Bonded) -> State:
+    """Return the state without load: undeformed, or where the silicone rests that would be larger if nothing held it.
+
+    Where it comes to rest at no once, as of a swelling beyond use, the undeformed state: a path from there tells.
+    """
+    state = rest(body)
+    if body.swelling == 1.0:
+        return state
+    found = newton(body, state, np.zeros(body.components)).state
+    return replace(found, iterations=0) if found.residual <= SETTLED else state
+
+
+def small_strain(body: Bonded) -> tuple[Array, Array]:
+    """Return the compliance of the undeformed state and the motion without load by it, shapes (k, k) and (k,)."""
+    here = rest(body)
+    found = gradient(body, here)
+    factor = factored(body, here, found)
+    try:
+        if factor is not None:
+            C = np.asarray(np.linalg.inv(factor.stiffness))
+            return C, np.asarray(-C @ (found.target + factor.side.T @ factor.step))
+    except np.linalg.LinAlgError:
+        pass
+    return np.full((body.components, body.components), np.nan), np.full(body.components, np.nan)
+
+
 def target_stiffness(body: Bonded, state: State) -> tuple[Array, Array | None]:
     """Return the stiffness that the target has, d(forces on q) by q, and that on motion which a symmetry hides.
 
