@@ -203,7 +203,8 @@ def quantity_range(text: str, unit: str, name: str) -> list[float]:
     if len(parts) == 1:
         return ends
     if len(parts) != 3 or not parts[2].strip().isdecimal() or not 1 < int(parts[2]) <= _MOST or ends[0] == ends[1]:
-        form = f'first:last:count with two different ends and a count from 2 to {_MOST}, such as "0 N:4 N:9"'
+        example = "-10 degC:60 degC:8" if unit == "K" else "0 N:4 N:9"
+        form = f'first:last:count with two different ends and a count from 2 to {_MOST}, such as "{example}"'
         raise SceneError(f"{name}: must be {form}, or one quantity; got {shown(text)}")
     values = np.linspace(ends[0], ends[1], int(parts[2]))
     return [float(value) for value in ((values - values[::-1]) / 2 if ends[0] == -ends[1] else values)]

@@ -116,5 +116,5 @@ def _growth(number: Parameter) -> float:
 
 
 def on_axis(field: MagneticModel) -> bool:
-    """Say whether a model keeps a disc on its coil's axis: what moves either aside, or tilts it, changes nothing there."""
+    """Say whether a model keeps a disc on its coil's axis: what moves or tilts either aside changes nothing there."""
     return isinstance(getattr(field, "model", field), Axisymmetric)

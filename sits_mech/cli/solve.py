@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from sits_mech.cli.console import answer, not_converged, warn
 from sits_mech.cli.options import (
@@ -19,17 +22,24 @@ from sits_mech.cli.options import (
     Quantity,
     Scene,
     Tolerance,
+    Warmth,
+    Warmths,
     Way,
     app,
     pose_of,
     sensor_of,
+    sensors_of,
 )  # fmt: skip
+
+if TYPE_CHECKING:
+    from sits_mech.quantities import Wrench
+    from sits_mech.scene.sensor import Sensor
 
 
 @app.command
 def pose(
     scene: Scene, *, load: Load = Load(), way: Way = Way(), mechanics: Mechanics = "auto", tolerance: Tolerance = 1e-2,
-    overrides: Overrides = Overrides(), as_json: Json = False,
+    temperature: Warmth = None, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
     """Where the target comes to rest under a load.
 
@@ -43,7 +53,7 @@ def pose(
     from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import equilibrium_table
 
-    sensor, via = sensor_of(scene, overrides), way.loads()
+    sensor, via = sensor_of(scene, overrides, temperature), way.loads()
     loads = [*via, load.wrench()]
     layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
     try:
@@ -58,8 +68,8 @@ def pose(
 @app.command
 def inductance(
     scene: Scene, *, place: Place = Place(), frequency: Frequency | None = None,
-    magnetics: Magnetics = "auto", tolerance: Tolerance = 1e-3, overrides: Overrides = Overrides(),
-    as_json: Json = False,
+    magnetics: Magnetics = "auto", tolerance: Tolerance = 1e-3, temperature: Warmth = None,
+    overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
     """What the coils show with the target at a pose, or without a target, at one frequency or over a range.
 
@@ -73,7 +83,7 @@ def inductance(
     from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import impedance_table, spectrum_table, terminal_table
 
-    sensor = sensor_of(scene, overrides)
+    sensor = sensor_of(scene, overrides, temperature)
     pose = pose_of(place, overrides) if place.given or sensor.target is not None else Pose(0.0, 0.0, 0.0)
     hertz = [sensor.frequency] if frequency is None else frequency_range(frequency, "--frequency")
     solver, choice = magnetic_model(sensor, magnetics, tolerance, [pose])
@@ -97,12 +107,12 @@ def inductance(
 
 @app.command
 def simulate(
-    scene: Scene, *, load: Load = Load(), way: Way = Way(), models: Models = Models(),
-    overrides: Overrides = Overrides(), as_json: Json = False,
+    scene: Scene, *, load: Load = Load(), way: Way = Way(), models: Models = Models(), temperature: Warmths = None,
+    picture: Picture = None, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
-    """What the sensor shows under a load.
+    """What the sensor shows under a load, at one temperature or over a range: --picture draws that, by cause.
 
-    Example: sits-mech simulate biorob2018 --fx "0.5 N" --fz "2 N"
+    Example: sits-mech simulate biorob2018 --fx "0.5 N" --fz "2 N" --temperature "-10 degC:60 degC:8"
     """
     from sits_mech.chain.omissions import Shown, omissions
     from sits_mech.chain.simulate import simulate as simulated
@@ -110,9 +120,14 @@ def simulate(
     from sits_mech.report.records import simulation_record
     from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import equilibrium_table, impedance_table, signal_table
+    from sits_mech.units import SceneError
 
-    sensor, wrench = sensor_of(scene, overrides), load.wrench()
+    (sensor, *others), wrench = sensors_of(scene, overrides, temperature), load.wrench()
     via = way.loads()
+    if others:
+        return over_temperature([sensor, *others], wrench, via, models, picture, as_json)
+    if picture is not None:
+        raise SceneError("--picture: needs a range of temperatures, --temperature \"first:last:count\"; got one")
     try:
         found = simulated(sensor, wrench, via=via, **asdict(models))
     except SolveFailed as error:
@@ -126,6 +141,33 @@ def simulate(
         *left_out_tables(unsolved),
     ]
     answer(simulation_record(found, unsolved), tables, as_json)
+    return 0
+
+
+def over_temperature(
+    sensors: Sequence[Sensor], wrench: Wrench, via: Sequence[Wrench], models: Models, picture: Path | None,
+    as_json: bool,
+) -> int:  # fmt: skip
+    """Answer what a sensor shows under one load at some temperatures."""
+    from sits_mech.chain.simulate import simulate as simulated
+    from sits_mech.chain.temperature import relative_slopes
+    from sits_mech.quantities import SolveFailed
+    from sits_mech.report.pictures.curves import checked_picture, save_figure
+    from sits_mech.report.pictures.drift import drift_figure
+    from sits_mech.report.tables.drift import temperatures_record, temperatures_table
+
+    drawn = None if picture is None else checked_picture(picture, "--picture")
+    coils, T = [coil.name for coil in sensors[0].coils], [sensor.temperature for sensor in sensors]
+    middle = sensors[len(sensors) // 2]
+    try:
+        found = [simulated(sensor, wrench, via=via, **asdict(models)) for sensor in sensors]
+        slopes = None if drawn is None else relative_slopes(middle, wrench, **asdict(models))
+    except SolveFailed as error:
+        return not_converged(error, as_json, True)
+    answer(temperatures_record(T, found), [temperatures_table(coils, T, found)], as_json)
+    if drawn is not None and slopes is not None:
+        save_figure(drift_figure(coils, T, found, (middle.temperature, slopes)), drawn)
+        warn(f"written to {drawn}")
     return 0
 
 

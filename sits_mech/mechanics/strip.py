@@ -83,7 +83,8 @@ class Strip:
         size = max(abs(d_h), abs(sink), abs(alpha) * half)
         errors = (
             _MISSED[0] * abs(sheared) + 0.5 * _MISSED[2] * abs(alpha) * t + bound * size,
-            _MISSED[1] * (abs(sink + self.rise) + abs(self.rise)) + bound * size, _MISSED[2] * abs(alpha) + bound * size / half,
+            _MISSED[1] * (abs(sink + self.rise) + abs(self.rise)) + bound * size,
+            _MISSED[2] * abs(alpha) + bound * size / half,
         )  # fmt: skip
         worst = max(errors[0], errors[1], errors[2] * half) / size if size > 0.0 else 0.0
         report = SolveReport("closed-form", 0, 0, 0.0, worst, time.perf_counter() - began)

@@ -227,7 +227,8 @@ def _coil(coil: Coil, dT: Mapping[str, float]) -> Coil:
         coefficient = coil.temperature_coefficient
         if coefficient is None:
             coefficient = _copper().temperature_coefficient or 0.0
-        changes["conductivity"] = (coil.conductivity or _copper().conductivity) / (1.0 + coefficient * dT["conductivity"])
+        cold = coil.conductivity or _copper().conductivity
+        changes["conductivity"] = cold / (1.0 + coefficient * dT["conductivity"])
     if dT["board"]:
         across, up = 1.0 + coil.board_expansion * dT["board"], 1.0 + coil.board_expansion_z * dT["board"]
         flat = ("inner_diameter", "inner_width", "inner_length", "corner_radius", "track_width", "track_gap")
