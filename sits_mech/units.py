@@ -35,9 +35,13 @@ _KINDS = {
     "F": 'a capacitance, such as "330 pF"',
     "ohm": 'a resistance, such as "1 ohm"',
     "s": 'a time, such as "1 ms"',
+    "K": 'a temperature, such as "20 degC"',
+    "1/K": 'a coefficient, such as "300 ppm/K"',
     "": "a plain number",
 }
 _NEAR_BY = {("deg", "rad"): math.pi / 180.0, ("N*mm", "N*m"): 1e-3, ("MS/m", "S/m"): 1e6}
+ZERO_CELSIUS = 273.15  # K
+_CELSIUS = ("degC", "°C")
 _MOST = 10_000  # values of a range
 _PREFIXES = {"": 1.0, "G": 1e9, "M": 1e6, "k": 1e3, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "n": 1e-9, "p": 1e-12}
 
@@ -80,6 +84,8 @@ def _converted(number: float, unit: str, into: str) -> float:
     factor = _NEAR_BY.get((unit, into), 1.0 if unit == into else factor)
     if factor is not None:
         return float(f"{number * factor:.15g}")
+    if into == "K" and unit in _CELSIUS:
+        return float(f"{number + ZERO_CELSIUS:.15g}")
     from pint import PintError
 
     try:
@@ -197,7 +203,8 @@ def quantity_range(text: str, unit: str, name: str) -> list[float]:
     if len(parts) == 1:
         return ends
     if len(parts) != 3 or not parts[2].strip().isdecimal() or not 1 < int(parts[2]) <= _MOST or ends[0] == ends[1]:
-        form = f'first:last:count with two different ends and a count from 2 to {_MOST}, such as "0 N:4 N:9"'
+        example = "-10 degC:60 degC:8" if unit == "K" else "0 N:4 N:9"
+        form = f'first:last:count with two different ends and a count from 2 to {_MOST}, such as "{example}"'
         raise SceneError(f"{name}: must be {form}, or one quantity; got {shown(text)}")
     values = np.linspace(ends[0], ends[1], int(parts[2]))
     return [float(value) for value in ((values - values[::-1]) / 2 if ends[0] == -ends[1] else values)]

@@ -40,7 +40,7 @@ UNMIRRORED = {
     "chain/models.py": "tests/chain/test_plan.py: the models that it makes are the plan's",
     "chain/omissions.py": "tests/chain/test_plan.py: what is left out, and its size",
     **dict.fromkeys(
-        (f"cli/{name}.py" for name in ("console", "grids", "inform", "options", "products", "read", "solve")),
+        (f"cli/{name}.py" for name in ("console", "grids", "inform", "options", "products", "read", "solve", "timed")),
         "tests/cli/test_main.py: through the command line",
     ),
     "cli/written.py": "tests/analysis/test_bench.py: readings of invert, given and refused",
@@ -101,6 +101,9 @@ UNMIRRORED = {
     **dict.fromkeys(
         ("report/pictures/design.py", "report/tables/design.py"), "tests/report/test_design.py: an answer's folder"
     ),
+    **dict.fromkeys(
+        ("report/pictures/drift.py", "report/tables/drift.py"), "tests/cli/test_main.py: simulate over temperature"
+    ),
     "report/tables/cases.py": "tests/batch/test_run.py: sweep prints it",
     "report/tables/ladder.py": "tests/cli/test_main.py: explain --ladder prints it",
     "report/tables/loops.py": "tests/cli/test_main.py: cycle prints it",
@@ -113,6 +116,7 @@ UNMIRRORED = {
         (f"silicone/laws/{name}.py" for name in ("gent", "law", "mooney_rivlin", "neo_hookean", "ogden", "yeoh")),
         "tests/silicone/laws/test_laws.py: every law by the same tests",
     ),
+    "scene/crossings.py": "tests/scene/test_coils.py: tracks that cross are refused",
     "silicone/least_squares.py": "tests/silicone/test_fitting.py: the fits that it makes",
     "version.py": "tests/report/test_folder.py: a calibration of another version is refused",
 }

@@ -146,13 +146,14 @@ def own_inductances(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
     -------
     Dataset, dims (*varied(data), coil)
         ``L`` and ``error_L`` [H], NaN where a load has no result; ``L0`` (coil) [H]; where the table has them the
-        signed parts of the errors, ``shared_L`` (part, ...) and ``alone_L`` (cause, ...) [H].
+        signed parts of the errors, ``shared_L`` (part, ...) and ``alone_L`` (cause, ...) [H], and ``slope_T_L`` and
+        ``slope_T_L_by`` (thermal_cause, ...) [H/K].
     """
     found, good = absolute(sensor, table_impedance(data))[0], _converged(data)[..., None]
     L, error_L, L0 = (np.diagonal(part, axis1=-2, axis2=-1) for part in (found.L, found.error_L, found.L0))
     each = {name: np.where(good, part, np.nan) for name, part in (("L", L), ("error_L", error_L))}
     scale = ("coil", L0 / np.diagonal(data["L0"].to_numpy()))
-    parts = {name: data[name] for name in ("shared_L", "alone_L") if name in data}
+    parts = {name: data[name] for name in ("shared_L", "alone_L", "slope_T_L", "slope_T_L_by") if name in data}
     own = _over_loads(sensor, data, **each).assign(L0=("coil", L0), scale=scale)
     return own.assign({name: part * own["scale"] for name, part in parts.items()}).drop_vars("scale")
 

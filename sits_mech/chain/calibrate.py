@@ -12,27 +12,33 @@ import math
 import multiprocessing
 import os
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sits_mech.cases import DONE, Progress, Row, table
+from sits_mech.chain.gradient import SlopedModel, numbers_of
+from sits_mech.chain.gradient_grid import WithSlopes
 from sits_mech.chain.interpolate import loads_of, poses_on_grid
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omissions import Shown, beside_errors, omissions
 from sits_mech.chain.plan import leaving
 from sits_mech.chain.pose_errors import Reading, pose_of, poses_of, read_poses, signal_weights, signals_at
+from sits_mech.chain.temperature import CHAINED, slopes_by_temperature
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.mechanics.linear import linear_pad
 from sits_mech.mechanics.loads import kept_key
 from sits_mech.mechanics.pad.solid import pad_parts
 from sits_mech.mechanics.symmetry import symmetry_of
-from sits_mech.quantities import POSE, WRENCH, Array, Impedance, MagneticModel, Pose, Wrench
+from sits_mech.quantities import POSE, WRENCH, Array, Impedance, MagneticModel, MechanicalModel, Pose, Wrench
 from sits_mech.readout.signals import Signals, signal_changes, signals
+from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import SceneError, Sensor, scene_hash, scene_text
+from sits_mech.scene.thermal import CAUSES, unknown_coefficients
 from sits_mech.units import shown
 from sits_mech.version import __version__
 
@@ -62,6 +68,7 @@ def calibrate(
     magnetics: str = "auto",
     progress: Progress | None = None,
     folder: Path | None = None,
+    drift: bool = False,
 ) -> xr.Dataset:
     """Return what the sensor shows over a grid of loads.
 
@@ -78,6 +85,8 @@ def calibrate(
         Called with the number of loads done and of all.
     folder : Path, optional
         Where finished loads are kept, one file each, and looked for first.
+    drift : bool
+        Whether slopes by temperature are asked for: ``slope_T_L``, ``slope_T_d_h``, ... (chain/temperature.py).
 
     Returns
     -------
@@ -113,18 +122,25 @@ def calibrate(
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance, loads)
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance, **grid, **fixed}
     ahead = _prepared_ahead(sensor, field, loads, (by_layer.name, by_field.name))
-    keep = (folder, kept_key(sensor, by_layer.name, tolerance))
+    numbers = _by_temperature(sensor, by_layer.name, layer) if drift else ([], [])
+    layer = WithSlopes(layer, tuple(numbers[1])) if drift else layer
+    keep = (folder, kept_key(sensor, by_layer.name, tolerance, drift=drift))
     rows = poses_on_grid(
         sensor, layer, axes, symmetry=symmetry_of(sensor), tolerance=tolerance, keep=keep, progress=progress
     )
     ahead.join()
-    reading, done = _read_rows(sensor, field, _shown(rows, loads))
+    more = None if not drift else partial(
+        slopes_by_temperature, sensor, (field, by_field.name, tolerance), numbers=numbers
+    )  # fmt: skip
+    reading, done = _read_rows(sensor, field, _shown(rows, loads), more)
     coils = [coil.name for coil in sensor.coils]
     data = table(grid, done).assign_coords({"coil": coils, "coil_2": coils, **fixed})
+    data = data.assign_coords(thermal_cause=list(CAUSES)) if drift else data
     data["L0"] = (("coil", "coil_2"), reading.L0)
     said = (*by_field.notes, *(f"left out: {item.text}" for item in by_field.left_out))
     said += _beside(sensor, (by_layer.name, by_field.name), done, reading)
-    attributes = {"frequency": sensor.frequency, "unit_L": reading.unit_L, "request": json.dumps(request)}
+    attributes = {"temperature": sensor.temperature, "frequency": sensor.frequency}
+    attributes |= {"unit_L": reading.unit_L, "request": json.dumps(request)}
     attributes |= {"notes": "; ".join(said)}
     scene = {"scene": scene_text(sensor), "scene_hash": scene_hash(sensor), "version": __version__, "name": sensor.name}
     return data.assign_attrs(**scene, **attributes)
@@ -196,27 +212,51 @@ def _predicted(sensor: Sensor, loads: Sequence[Wrench]) -> Pose:
     return Pose(d_h, elastomer.standoff + elastomer.thickness + d_z, alpha)
 
 
-def _read_rows(sensor: Sensor, model: MagneticModel, rows: Sequence[Row]) -> tuple[Impedance, list[Row]]:
-    """Return the impedance of all converged rows, and the rows with what the coils show."""
+def _by_temperature(
+    sensor: Sensor, name: str, layer: MechanicalModel
+) -> tuple[list[Parameter], list[Parameter]]:  # fmt: skip
+    """Return the numbers that stand for a sensor's temperature, and those that move the target."""
+    if not isinstance(layer, SlopedModel):
+        raise SceneError(f"drift: must be asked of the mechanics block, planar or linear; got {name}")
+    said = unknown_coefficients(sensor)
+    if said:
+        raise SceneError(f"drift: {said}")
+    return numbers_of(sensor, CHAINED)
+
+
+def _read_rows(
+    sensor: Sensor, model: MagneticModel, rows: Sequence[Row], more: Callable[..., dict[str, Array]] | None = None
+) -> tuple[Impedance, list[Row]]:  # fmt: skip
+    """Return the impedance of all converged rows, and the rows with what the coils show, and more of them."""
     checked = [_guarded(sensor, row) for row in rows]
     good = [row for row in checked if row["status"] == DONE]
     poses, errors, parts = poses_of(good)
     reading = read_poses(sensor, model, poses, errors, parts)
     found, coils, shared = reading.impedance, ("coil", "coil_2"), _shared(sensor, reading, parts)
     share = found.report.seconds / max(len(good), 1)
+    beside = {} if more is None else more(found, poses, rows=good)
+    own = {"slope_T_L": ("coil",), "slope_T_L_by": ("thermal_cause", "coil")}
+    more_dims = {name: own.get(name, ()) for name in beside}
     numbers = iter(range(len(good)))
     done = []
     for row in checked:
         shown: dict[str, Any] = dict.fromkeys((*reading.signals.known, *_untilted(reading.untilted)), np.nan)
         shown |= {name: (coils, np.full(found.L0.shape, np.nan)) for name in ("L", "R", "error_L", "error_R")}
+        shown |= {name: _entry(more_dims[name], np.full(part.shape[1:], np.nan)) for name, part in beside.items()}
         if row["status"] == DONE:
             i = next(numbers)
             shown = {name: (coils, getattr(found, name)[i]) for name in ("L", "R", "error_L", "error_R")}
             shown |= signals_at(reading.signals, i).known | _untilted(signals_at(reading.untilted, i))
-            shown |= {name: (dims, values[i]) if dims else float(values[i]) for name, (dims, values) in shared.items()}
+            shown |= {name: _entry(dims, values[i]) for name, (dims, values) in shared.items()}
+            shown |= {name: _entry(more_dims[name], part[i]) for name, part in beside.items()}
             shown |= {"error_magnetics": found.report.estimated_error, "seconds": row["seconds"] + share}
-        done.append({name: item for name, item in row.items() if name != "shared"} | shown)
+        done.append({name: item for name, item in row.items() if name not in ("shared", "slopes")} | shown)
     return found, done
+
+
+def _entry(dims: tuple[str, ...], values: Any) -> Any:
+    """Return an entry of a row: an array with its dimensions, or a number."""
+    return (dims, values) if dims else float(values)
 
 
 def _untilted(found: Signals) -> dict[str, Any]:

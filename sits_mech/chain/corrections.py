@@ -49,8 +49,9 @@ class _Map(NamedTuple):
 
 
 def corrected(
-    rows: Mapping[Wrench, Row], finer: Callable[[Wrench], Row], symmetry: Symmetry, levers: Array, at_rest: Array
-) -> dict[Wrench, Row]:
+    rows: Mapping[Wrench, Row], finer: Callable[[Wrench], Row], symmetry: Symmetry, levers: Array, at_rest: Array, *,
+    unloaded: bool = False,
+) -> dict[Wrench, Row]:  # fmt: skip
     """Return the rows of loads with what finer meshes change of their poses.
 
     Parameters
@@ -63,7 +64,9 @@ def corrected(
     levers : ndarray, shape (6,)
         What turns the components of a pose into displacements [1, m].
     at_rest : ndarray, shape (6,)
-        The pose without load.
+        The undeformed pose.
+    unloaded : bool
+        Whether finer meshes change the pose without load, too: where the pad would be larger if nothing held it.
 
     Returns
     -------
@@ -73,7 +76,8 @@ def corrected(
     good = [load for load, row in rows.items() if row["status"] == DONE]
     standard = [symmetry.standard(load) for load in good]
     x = np.array([load.components for load in good]).reshape(-1, len(POSE))
-    basis = _independent(_monomials(x / np.maximum(np.max(np.abs(x), axis=0, initial=0.0), 1e-300)))
+    basis = _monomials(x / np.maximum(np.max(np.abs(x), axis=0, initial=0.0), 1e-300))
+    basis = _independent(np.column_stack([np.ones(len(x)), basis]) if unloaded else basis)
     solved = {load for load in good if "state" in rows[load]}
     open_to = [k for k, (own, _) in enumerate(standard) if own in solved]
     moved = np.abs(np.array([_pose(rows[load]) for load in good]).reshape(-1, len(POSE)) - at_rest)

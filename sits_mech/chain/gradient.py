@@ -23,11 +23,11 @@ from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from sits_mech.chain.models import MAGNETICS, loaded_model, mechanical_model
+from sits_mech.chain.fixed_pose import Direct, at_fixed_poses, on_axis, place_of
+from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.pose_errors import signal_weights
 from sits_mech.chain.simulate import Simulation, image_at_rest, simulated, turned
-from sits_mech.magnetics.rings import Axisymmetric
-from sits_mech.magnetics.slopes import pose_slopes, slopes
+from sits_mech.magnetics.slopes import pose_slopes
 from sits_mech.mechanics.levels.gradient import PoseSlopes
 from sits_mech.mechanics.symmetry import Symmetry, symmetry_of
 from sits_mech.quantities import (
@@ -42,12 +42,10 @@ from sits_mech.quantities import (
     Wrench,
 )
 from sits_mech.readout.signals import rows_of, signal_changes, signals
-from sits_mech.scene.parameters import Parameter, parameter
+from sits_mech.scene.parameters import TEMPERATURE, Parameter, parameter
 from sits_mech.scene.sensor import SceneError, Sensor
 
 _NO_LENGTHS = ("conductivity", "relative_permeability", "loss_tangent", "friction")
-_ELECTRIC = ("target", "coils", "conductors", "substrate_radius")
-_FREE = 1e3  # times the step of a number, over which inductances in free space are differenced
 
 
 @runtime_checkable
@@ -98,16 +96,6 @@ class Moved(NamedTuple):
 
     pose: Array
     error: Array
-
-
-class Direct(NamedTuple):
-    """What numbers change of the coils at p fixed poses: L and R with errors, shape (p, c, c, n); L0, (c, n)."""
-
-    L: Array
-    R: Array
-    error_L: Array
-    error_R: Array
-    L0: Array
 
 
 class Shown(NamedTuple):
@@ -185,7 +173,7 @@ def gradient(
 def numbers_of(sensor: Sensor, names: Sequence[str]) -> tuple[list[Parameter], list[Parameter]]:
     """Return numbers of a scene by their names, and those of them that move the target; errors as of `gradient`."""
     numbers = [_checked(sensor, name) for name in names]
-    return numbers, [number for number in numbers if _of_layer(sensor, number)]
+    return numbers, [number for number in numbers if _of_layer(number)]
 
 
 def mirrors_of(sensor: Sensor) -> Symmetry:
@@ -202,33 +190,17 @@ def columns_of(numbers: Sequence[Parameter], moving: Sequence[Parameter], found:
 
 def _checked(sensor: Sensor, name: str) -> Parameter:
     """A number of a scene, or its refusal."""
+    if name.startswith(TEMPERATURE):
+        return parameter(sensor, name)
     if name.rpartition(".")[2] in _NO_LENGTHS or name.startswith("readout."):
         raise SceneError(f"gradient: {name} has no derivative here; lengths, constants of the silicone, frequency have")
     return parameter(sensor, name)
 
 
-def _place(number: Parameter) -> Sensor:
-    """A scene in which a number is a little different."""
-    return number.stencil().places[0].sensor
-
-
-def _of_layer(sensor: Sensor, number: Parameter) -> bool:
+def _of_layer(number: Parameter) -> bool:
     """Whether a number is one of the layer or its target."""
-    other = _place(number)
-    return other.elastomer != sensor.elastomer or other.target != sensor.target
-
-
-def _of_field(sensor: Sensor, number: Parameter) -> bool:
-    """Whether a number is one that the coils' field meets: of coils and plates."""
-    if number.name == "target.load_height":
-        return False
-    other = _place(number)
-    return any(getattr(other, part) != getattr(sensor, part) for part in _ELECTRIC)
-
-
-def _on_axis(field: MagneticModel) -> bool:
-    """Whether a model keeps a disc on its coil's axis: what moves either aside, or tilts it, changes nothing there."""
-    return isinstance(getattr(field, "model", field), Axisymmetric)
+    other = place_of(number)
+    return other.elastomer != number.scene.elastomer or other.target != number.scene.target
 
 
 def _taken_back(found: PoseSlopes, back: Array) -> tuple[Array, Array]:
@@ -236,51 +208,6 @@ def _taken_back(found: PoseSlopes, back: Array) -> tuple[Array, Array]:
     if np.array_equal(back, np.eye(len(WRENCH))):
         return found.compliance, found.error_compliance
     return back @ found.compliance @ back.T, np.abs(back) @ found.error_compliance @ np.abs(back).T
-
-
-def at_fixed_poses(
-    sensor: Sensor, model: tuple[MagneticModel, str, float], pose: Pose, numbers: Sequence[Parameter]
-) -> Direct:
-    """Return what numbers of a scene change of its coils at p fixed poses.
-
-    Parameters
-    ----------
-    sensor : Sensor
-    model : MagneticModel, str and float
-        Of it, the model's name and its tolerance.
-    pose : Pose of ndarray, shape (p,)
-    numbers : sequence of Parameter
-        n.
-    """
-    (field, name, tolerance), count = model, len(sensor.coils)
-    shape = len(pose.components), count, count, len(numbers)
-    zero = (np.zeros(shape) for _ in range(4))
-    found = Direct(next(zero), next(zero), next(zero), next(zero), np.zeros((count, len(numbers))))
-    lengths = {k: number.name for k, number in enumerate(numbers) if _of_field(sensor, number)}
-    if _on_axis(field):
-        lengths = {k: key for k, key in lengths.items() if ".centre." not in key}
-    by_frequency = [k for k, number in enumerate(numbers) if number.name == "frequency"]
-    if not lengths and not by_frequency:
-        return found
-    each = slopes(sensor, field, pose, sensor.frequency, components=(), lengths=tuple(lengths.values()))
-    for k, own in enumerate(lengths):
-        found.L[..., own], found.R[..., own] = each.L_lengths[..., k], each.R_lengths[..., k]
-        found.error_L[..., own] = each.error_L_lengths[..., k]
-        found.error_R[..., own] = each.error_R_lengths[..., k]
-        if _place(numbers[own]).coils != sensor.coils:
-            found.L0[:, own] = _free(numbers[own], name, tolerance)
-    for own in by_frequency:
-        found.L[..., own], found.R[..., own] = each.L_frequency, each.R_frequency
-    return found
-
-
-def _free(number: Parameter, name: str, tolerance: float) -> Array:
-    """Derivative of the coils' inductances in free space, shape (c,)."""
-    total, none = np.zeros(len(number.scene.coils)), Pose.of(np.zeros((0, len(POSE))))
-    for place in replace(number, step=_FREE * number.step).stencil().places:
-        alone = MAGNETICS[name](place.sensor, tolerance).impedance(none, place.sensor.frequency)
-        total = total + place.weight * np.diagonal(alone.L0)
-    return np.asarray(total)
 
 
 def shown_change(
@@ -298,7 +225,7 @@ def shown_change(
     moved, direct : Moved, Direct
     """
     components: Sequence[str] = POSE if pose.beside or np.any(moved.pose[:, 3:]) else POSE[:3]
-    components = ("d_v",) if _on_axis(field) else components
+    components = ("d_v",) if on_axis(field) else components
     _, *each = pose_slopes(sensor, field, pose, sensor.frequency, components)
     ways = Moved(*(part[:, [POSE.index(name) for name in components]] for part in moved))
     sizes = (shown.L - shown.L0, shown.R)

@@ -16,10 +16,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from sits_mech.cases import DONE, Progress, Row
+from sits_mech.chain.fixed_pose import at_fixed_poses
 from sits_mech.chain.gradient import (
     Moved,
     SlopedModel,
-    at_fixed_poses,
     columns_of,
     mirrors_of,
     numbers_of,

@@ -34,6 +34,7 @@ from sits_mech.mechanics.loads import (
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, RefinedModel, Wrench
 from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.thermal import at_temperature
 
 _BETWEEN = 0.4  # of the tolerance, what the map between solved loads is given: neighbours do not share its error
 _UNSEEN = 0.1  # of the largest error, what a component has at least: symmetry may hide it from all loads solved
@@ -105,7 +106,7 @@ def poses_on_grid(
         if in_share:
             rows = corrected_in_share(rows, again, levers, at_rest)
         else:
-            rows = corrected(rows, again, symmetry, levers, at_rest)
+            rows = corrected(rows, again, symmetry, levers, at_rest, unloaded=_swells(sensor))
         rows |= {} if part is None else _with_error(rows, error, symmetry)
     return {load: rows[load] for load in loads}
 
@@ -124,9 +125,15 @@ def solved_likely(loads: Sequence[Wrench]) -> list[Wrench]:
 
 
 def _at_rest(sensor: Sensor) -> Array:
-    """Return the pose without load."""
+    """Return the undeformed pose."""
     layer = sensor.elastomer
     return np.array([0.0, 0.0 if layer is None else layer.standoff + layer.thickness, 0.0, 0.0, 0.0, 0.0])
+
+
+def _swells(sensor: Sensor) -> bool:
+    """Say whether the pad moves its target without load."""
+    layer = at_temperature(sensor).elastomer
+    return layer is not None and layer.free_stretch != 1.0
 
 
 def _levers(sensor: Sensor) -> Array:

@@ -18,6 +18,7 @@ from sits_mech.chain.prices.ends import ROUGH, InSection
 from sits_mech.chain.prices.request import Plan
 from sits_mech.quantities import POSE, MagneticModel, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.thermal import at_temperature
 from sits_mech.units import checked_tolerance
 
 
@@ -71,6 +72,7 @@ def plan(
     >>> found.mechanics.name, found.magnetics.name
     ('block', 'sheets')
     """
+    sensor = at_temperature(sensor)
     by_layer = choose_mechanics(sensor, mechanics, tuple(MECHANICS), loads, tolerance) if loads else None
     solved, by_field = _settled(sensor, magnetics, tolerance, loads, bool(loads))
     return Plan.of(sensor, loads, checked_tolerance(tolerance), by_layer, by_field, _rest(solved, by_field.name))
@@ -116,6 +118,7 @@ def mechanical_model(
     >>> choice.name, round(1e6 * found.pose.d_v)  # um
     ('linear', 1988)
     """
+    sensor = at_temperature(sensor)
     choice = choose_mechanics(sensor, name, tuple(MECHANICS), loads, tolerance)
     return MECHANICS[choice.name](sensor, checked_tolerance(tolerance)), choice
 
@@ -135,6 +138,7 @@ def magnetic_model(
     >>> choice.name, (found.L / found.L0).diagonal().round(2).tolist()
     ('planar', [0.99, 0.93])
     """
+    sensor = at_temperature(sensor)
     return _built(sensor, _settled(sensor, name, checked_tolerance(tolerance), poses, False), tolerance, ends=True)
 
 
@@ -145,6 +149,7 @@ def loaded_model(
 
     What a section leaves out is told beside the errors of loads, once for all of them: it would cost more than they do.
     """
+    sensor = at_temperature(sensor)
     solved, choice = _settled(sensor, name, checked_tolerance(tolerance), loads, True)
     return _built(sensor, (solved, choice), magnetic_tolerance(choice.name, tolerance))
 

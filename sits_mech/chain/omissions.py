@@ -106,12 +106,13 @@ def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
         return math.inf
     E_c = 1.0 / (1.0 / (4.0 * mu * (1.0 + shape**2)) + 1.0 / elastomer.silicone.bulk_modulus)
     E_b = mu * (4.0 + 0.8 * shape**2)
-    bounds, lever = [0.0], target.load_height + 0.5 * t
+    free = 3.0 * abs(elastomer.free_stretch - 1.0)  # of the thickness, by which the pad moves without load, at most
+    bounds, lever = [small_strain_bound(free, 0.0, 0.0)], target.load_height + 0.5 * t
     for load in loads:
         sink, shear = abs(load.F_z) / (E_c * w * length), math.hypot(load.F_x, load.F_y) / (mu * w * length)
         along, across = (abs(M) + abs(F) * lever for M, F in ((load.M, load.F_x), (load.M_x, load.F_y)))
         edge = math.hypot(along / (w**2 * length), across / (w * length**2)) / (E_b / 6.0)
-        bounds.append(small_strain_bound(sink, shear, edge))
+        bounds.append(small_strain_bound(sink + free, shear, edge))
     return max(bounds)
 
 

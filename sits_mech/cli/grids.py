@@ -9,12 +9,14 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from sits_mech.cli.console import not_converged, progress_bar, show, terminal_width, warn
-from sits_mech.cli.options import LoadGrid, Models, Output, Overrides, Scene, app, sensor_of
+from sits_mech.cli.options import LoadGrid, Models, Output, Overrides, Scene, Warmth, app, sensor_of
 
 
 @app.command
 def calibrate(
     scene: Scene, *, loads: LoadGrid = LoadGrid(), models: Models = Models(), output: Output = None,
+    temperature: Warmth = None,
+    drift: Annotated[bool, Parameter(negative="", help="Slopes by temperature: quality, invert take them.")] = False,
     overrides: Overrides = Overrides(),
 ) -> int:  # fmt: skip
     """What the sensor shows over a grid of loads: table, netCDF, CSV and pictures; a stopped run goes on.
@@ -31,12 +33,12 @@ def calibrate(
     from sits_mech.report.folder import cases_folder, prepare_folder, write_calibration
     from sits_mech.report.tables.loads import failures, in_width, load_table, remarks, summary_table
 
-    sensor, components = sensor_of(scene, overrides), loads.components()
+    sensor, components = sensor_of(scene, overrides, temperature), loads.components()
     folder = prepare_folder(output if output is not None else Path(f"{Path(scene).stem}-calibration"))
     try:
         with progress_bar("loads") as progress:
             data = calibrated(
-                sensor, **components, **asdict(models), progress=progress, folder=cases_folder(folder)
+                sensor, **components, **asdict(models), progress=progress, folder=cases_folder(folder), drift=drift
             )
     except SolveFailed as error:
         return not_converged(error, False)

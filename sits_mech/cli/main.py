@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 from cyclopts import CycloptsError
 
-from sits_mech.cli import grids, inform, products, read, solve
+from sits_mech.cli import grids, inform, products, read, solve, timed
 from sits_mech.cli.console import warn
 from sits_mech.cli.options import app
 

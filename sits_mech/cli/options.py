@@ -33,6 +33,8 @@ MECHANICS = "auto, block, planar, linear or closed-form."
 MAGNETICS = "auto, planar, planar-fem, axisymmetric or sheets."
 Mechanics = Annotated[str, Parameter(name=["--mechanics", "--model"], help=MECHANICS)]  # where one physics is meant
 Magnetics = Annotated[str, Parameter(name=["--magnetics", "--model"], help=MAGNETICS)]
+Warmth = Annotated[Quantity | None, Parameter(help="Of all parts; the scene's own, 20 degC, by default.")]
+Warmths = Annotated[Quantity | None, Parameter(help='Of all parts: one, or a range "first:last:count".')]
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object and nothing else.")]
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"], help="File or folder that is written.")]
 Picture = Annotated[Path | None, Parameter(help="File that ends in .png, .pdf or .svg.")]
@@ -206,14 +208,25 @@ def _in_si(given: Any, arguments: Mapping[str, str], read: Callable[[str, str, s
     return {name: read(written[option], UNITS[name], f"--{option}") for option, name in arguments.items()}
 
 
-def sensor_of(scene: str, overrides: Overrides) -> Sensor:
-    """Return the scene a command is about; what is implausible in it is said on stderr, or refused."""
+def sensor_of(scene: str, overrides: Overrides, temperature: str | None = None) -> Sensor:
+    """Return the scene a command is about, at one temperature; what is implausible is said on stderr, or refused."""
+    return sensors_of(scene, overrides, temperature, one=True)[0]
+
+
+def sensors_of(scene: str, overrides: Overrides, temperature: str | None, *, one: bool = False) -> list[Sensor]:
+    """Return the scene a command is about at each temperature that was written, its own by default."""
     from sits_mech.scene.plausible import slips
     from sits_mech.scene.sensor import load_sensor
+    from sits_mech.scene.thermal import at_each
+    from sits_mech.units import quantity, quantity_range
 
     found = load_sensor(scene, overrides.all)
     overrides.note(scene, slips(found))
-    return found
+    if temperature is None:
+        return at_each(found, [found.temperature])
+    if one:
+        return at_each(found, [quantity(temperature, "K", "--temperature")])
+    return at_each(found, quantity_range(temperature, "K", "--temperature"))
 
 
 def pose_of(place: Place, overrides: Overrides) -> Pose:

@@ -25,6 +25,7 @@ def invert(
     reading: Annotated[tuple[str, ...], Parameter(negative="", help='Of a coil by its name: "C1=91.2 %".')] = (),
     code: Annotated[tuple[str, ...], Parameter(negative="", help="The converter's: C1=38900874.")] = (),
     clock: Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's greatest.")] = None,
+    temperature: Annotated[Quantity | None, Parameter(help="Of the sensor, measured; calibrate --drift knows.")] = None,
     as_json: Json = False,
     **inductances: Annotated[Quantity, Parameter(help="--l1, --l2, ...: of each coil by its number.")],
 ) -> int:  # fmt: skip
@@ -32,12 +33,15 @@ def invert(
 
     Example: sits-mech invert calibration --l1 "92.1 %" --l2 "91.8 %"
     """
+    from sits_mech.chain.temperature import at_other_temperature
     from sits_mech.cli.written import given_codes, given_inductances, given_texts
     from sits_mech.report.folder import read_calibration
     from sits_mech.report.tables.readings import inversion_record, inversion_table, refusal
-    from sits_mech.units import SceneError
+    from sits_mech.units import SceneError, quantity
 
     sensor, data = read_calibration(folder)
+    if temperature is not None:
+        data = at_other_temperature(sensor, data, quantity(temperature, "K", "--temperature"))
     texts = given_texts([coil.name for coil in sensor.coils], inductances, reading, code)
     if clock is not None and not code:
         raise SceneError(f"--clock: must come with --code, it makes codes of frequencies; got {clock} alone")
@@ -116,10 +120,13 @@ def quality(
     from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
     from sits_mech.analysis.tolerances import force_spread, usual_loads
     from sits_mech.analysis.wrenches import resolved_components
+    from sits_mech.chain.temperature import has_slopes
     from sits_mech.cli.console import progress_bar
     from sits_mech.readout import quality as figures
+    from sits_mech.readout.drift import drift
     from sits_mech.report.folder import read_calibration
     from sits_mech.report.tables import quality as tables
+    from sits_mech.report.tables.drift import drift_record, drift_table
     from sits_mech.units import SceneError
     from sits_mech.units import quantity as written
 
@@ -139,9 +146,13 @@ def quality(
             scatter = force_spread(sensor, data, off, usual_loads(cal).tolist(), samples=samples, progress=progress)
     record = tables.quality_record(found, data, scatter) | {"noise": sizes.tolist()}
     record |= {"limits": tables.limits_record(_limits(sensor, data, capacity))}
+    if has_slopes(data):
+        slopes = coil_table(sensor, data)["slope_T_L_by"]
+        record["drift"] = drift_record(drift(cal, slopes), sensor.temperature)
     if components:
         record["components"] = tables.components_record(resolved_components(sensor, data, sizes))
-    answer(record, tables.quality_tables(record), as_json)
+    more = [drift_table(record["drift"])] if "drift" in record else []
+    answer(record, [*tables.quality_tables(record), *more], as_json)
     silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
     if silicone is not None and silicone.spread:
         warn(f"{silicone.name or 'the silicone'}: {tables.modulus_words(1.0 + silicone.spread)}")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import answer, not_converged, progress_bar, warn
+from sits_mech.cli.console import answer, not_converged, warn
 from sits_mech.cli.options import (
     Frequency,
     Json,
@@ -20,23 +21,27 @@ from sits_mech.cli.options import (
     Overrides,
     Picture,
     Place,
-    Quantity,
     Scene,
     Tolerance,
+    Warmth,
+    Warmths,
     Way,
     app,
     pose_of,
     sensor_of,
+    sensors_of,
 )  # fmt: skip
+from sits_mech.cli.timed import in_time
 
 if TYPE_CHECKING:
+    from sits_mech.quantities import Wrench
     from sits_mech.scene.sensor import Sensor
 
 
 @app.command
 def pose(
     scene: Scene, *, load: Load = Load(), way: Way = Way(), mechanics: Mechanics = "auto", tolerance: Tolerance = 1e-2,
-    overrides: Overrides = Overrides(), as_json: Json = False,
+    temperature: Warmth = None, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
     """Where the target comes to rest under a load.
 
@@ -50,7 +55,7 @@ def pose(
     from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import equilibrium_table
 
-    sensor, via = sensor_of(scene, overrides), way.loads()
+    sensor, via = sensor_of(scene, overrides, temperature), way.loads()
     loads = [*via, load.wrench()]
     layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
     try:
@@ -65,8 +70,8 @@ def pose(
 @app.command
 def inductance(
     scene: Scene, *, place: Place = Place(), frequency: Frequency | None = None,
-    magnetics: Magnetics = "auto", tolerance: Tolerance = 1e-3, overrides: Overrides = Overrides(),
-    as_json: Json = False,
+    magnetics: Magnetics = "auto", tolerance: Tolerance = 1e-3, temperature: Warmth = None,
+    overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
     """What the coils show with the target at a pose, or without a target, at one frequency or over a range.
 
@@ -80,7 +85,7 @@ def inductance(
     from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import impedance_table, spectrum_table, terminal_table
 
-    sensor = sensor_of(scene, overrides)
+    sensor = sensor_of(scene, overrides, temperature)
     pose = pose_of(place, overrides) if place.given or sensor.target is not None else Pose(0.0, 0.0, 0.0)
     hertz = [sensor.frequency] if frequency is None else frequency_range(frequency, "--frequency")
     solver, choice = magnetic_model(sensor, magnetics, tolerance, [pose])
@@ -104,13 +109,15 @@ def inductance(
 
 @app.command
 def simulate(
-    scene: Scene, *, load: Load = Load(), way: Way = Way(), models: Models = Models(),
+    scene: Scene, *, load: Load = Load(), way: Way = Way(), models: Models = Models(), temperature: Warmths = None,
     history: Annotated[Path | None, Parameter(help="CSV of loads over time: t [s], F_z [N], ...")] = None,
-    output: Output = None, overrides: Overrides = Overrides(), as_json: Json = False,
+    output: Output = None, picture: Picture = None, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
-    """What the sensor shows under a load, or with --history under one that changes in time; -o is its folder.
+    """What the sensor shows under a load, at one temperature or over a range: --picture draws that, by cause.
 
-    Example: sits-mech simulate biorob2018 --fx "0.5 N" --fz "2 N"
+    With --history the load changes in time, and -o is a folder for what comes of it.
+
+    Example: sits-mech simulate biorob2018 --fx "0.5 N" --fz "2 N" --temperature "-10 degC:60 degC:8"
     """
     from sits_mech.chain.omissions import Shown, omissions
     from sits_mech.chain.simulate import simulate as simulated
@@ -120,14 +127,18 @@ def simulate(
     from sits_mech.report.tables.solves import equilibrium_table, impedance_table, signal_table
     from sits_mech.units import SceneError
 
-    sensor, wrench = sensor_of(scene, overrides), load.wrench()
+    (sensor, *others), wrench = sensors_of(scene, overrides, temperature), load.wrench()
     via = way.loads()
     if history is not None:
-        if load != Load() or via:
-            raise SceneError("--history: must be given alone; got a load or --via beside it")
-        return _in_time(sensor, history, models, output, as_json)
+        if load != Load() or via or others or picture is not None:
+            raise SceneError("--history: must be given without a load, --via, --picture or a range of temperatures")
+        return in_time(sensor, history, models, output, as_json)
     if output is not None:
         raise SceneError("-o: must come with --history, whose folder it is; got no history")
+    if others:
+        return over_temperature([sensor, *others], wrench, via, models, picture, as_json)
+    if picture is not None:
+        raise SceneError("--picture: needs a range of temperatures, --temperature \"first:last:count\"; got one")
     try:
         found = simulated(sensor, wrench, via=via, **asdict(models))
     except SolveFailed as error:
@@ -144,72 +155,28 @@ def simulate(
     return 0
 
 
-def _in_time(sensor: Sensor, path: Path, models: Models, output: Path | None, as_json: bool) -> int:
-    """Follow a history of loads."""
-    from sits_mech.analysis.histories.read import read_history
-    from sits_mech.analysis.histories.response import in_time
-    from sits_mech.quantities import SolveFailed
-    from sits_mech.report.folder import prepare_folder
-    from sits_mech.report.histories.folder import write_history
-    from sits_mech.report.histories.shown import history_record, history_table
-
-    loads = read_history(path)
-    folder = None if output is None else prepare_folder(output, cases=False)
-    try:
-        with progress_bar("history [%]") as progress:
-            data = in_time(sensor, loads, **asdict(models), progress=progress)
-    except SolveFailed as error:
-        return not_converged(error, as_json, True)
-    answer(history_record(data), [history_table(data)], as_json)
-    if folder is not None:
-        for line in write_history(sensor, data, folder):
-            warn(line)
-        warn(f"written to {folder}")
-    return 0
-
-
-@app.command
-def cycle(
-    scene: Scene, *, load: Load = Load(), models: Models = Models(), period: Quantity = "1 s", cycles: int = 2,
-    full: Annotated[bool, Parameter(negative="", help="Also with a memory at every point: the difference.")] = False,
-    output: Output = None, picture: Picture = None, overrides: Overrides = Overrides(), as_json: Json = False,
+def over_temperature(
+    sensors: Sequence[Sensor], wrench: Wrench, via: Sequence[Wrench], models: Models, picture: Path | None,
+    as_json: bool,
 ) -> int:  # fmt: skip
-    """How wide is the loop of the signals while a load comes and goes? For silicones with prony or mullins.
-
-    The pad answers as a whole, which is cheap; --full follows every point of it as `simulate --history` does, and tells
-    what that changes. -o writes the table over time as netCDF, --picture the loops; of the full one where it was asked.
-
-    Example: sits-mech cycle soft.toml --fz "4 N" --period "2 s" --cycles 3 -o cycle.nc --picture loops.pdf
-    """
-    from sits_mech.analysis.cycle import load_cycle, triangle
-    from sits_mech.analysis.histories.full_cycle import full_cycle
-    from sits_mech.cases import save_table
+    """Answer what a sensor shows under one load at some temperatures."""
+    from sits_mech.chain.simulate import simulate as simulated
+    from sits_mech.chain.temperature import relative_slopes
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.pictures.curves import checked_picture, save_figure
-    from sits_mech.report.tables.loops import difference_record, difference_table, loop_curves, loop_record, loop_table
-    from sits_mech.units import quantity
+    from sits_mech.report.pictures.drift import drift_figure
+    from sits_mech.report.tables.drift import temperatures_record, temperatures_table
 
     drawn = None if picture is None else checked_picture(picture, "--picture")
-    sensor, seconds = sensor_of(scene, overrides), quantity(period, "s", "--period")
+    coils, T = [coil.name for coil in sensors[0].coils], [sensor.temperature for sensor in sensors]
+    middle = sensors[len(sensors) // 2]
     try:
-        data, beside = load_cycle(sensor, load.wrench(), triangle(seconds, cycles), **asdict(models)), None
-        if full:
-            with progress_bar("full cycle [%]") as progress:
-                beside = full_cycle(
-                    sensor, load.wrench(), triangle(seconds, cycles), **asdict(models), progress=progress
-                )  # fmt: skip
+        found = [simulated(sensor, wrench, via=via, **asdict(models)) for sensor in sensors]
+        slopes = None if drawn is None else relative_slopes(middle, wrench, **asdict(models))
     except SolveFailed as error:
-        return not_converged(error, as_json)
-    if beside is None:
-        answer(loop_record(data), [loop_table(data)], as_json)
-    else:
-        record = loop_record(beside) | {"cheap": difference_record(data, beside)}
-        answer(record, [loop_table(beside), difference_table(data, beside)], as_json)
-        data = beside
-    if output is not None:
-        save_table(data, output)
-        warn(f"written to {output}")
-    if drawn is not None:
-        save_figure(loop_curves(data), drawn)
+        return not_converged(error, as_json, True)
+    answer(temperatures_record(T, found), [temperatures_table(coils, T, found)], as_json)
+    if drawn is not None and slopes is not None:
+        save_figure(drift_figure(coils, T, found, (middle.temperature, slopes)), drawn)
         warn(f"written to {drawn}")
     return 0

@@ -263,7 +263,8 @@ def _length(sensor: Sensor, solved: Sensor, rows: Array, key: str) -> _Length:
     least = _LEAST * max(coil.outer_diameter for coil in sensor.coils)
     size = max(least, *(abs(value) for _, value in number.numbers))
     near = float(np.min(room(sensor, Pose.of(rows)), initial=np.inf))
-    length = _Length(replace(number, step=min(_SHARE * size, _ROOM * near)), size, {})
+    size, most = (number.reach, np.inf) if number.reach else (size, _ROOM * near)
+    length = _Length(replace(number, step=min(_SHARE * size, most)), size, {})
     if not any(length.reached(solved, stencil.places) for stencil in (CENTRAL, FORWARD, BACKWARD)):
         raise SceneError(f"{key}: must leave a possible scene where it goes up or down a little; it does not")
     return length

@@ -189,7 +189,8 @@ def stored(model: PlanarLayer, equilibrium: Equilibrium, *, limit: bool = False)
     for body, half in zip((coarse, fine), reversed(halves), strict=True):
         state = unpacked(body, half, scales.load(equilibrium.wrench)[:3])
         parts = sum(part(state.u, state.q).energy for part in body.parts)
-        energies.append(np.array([element_forces(body.mesh, body.law, body.K, state.u).energy + parts]))
+        own = element_forces(body.mesh, body.law, body.K, state.u, None, body.swelling).energy
+        energies.append(np.array([own + parts]))
     found = extrapolated(energies, levels.sizes, levels.order).value if limit else energies[-1]
     return scales.force * scales.thickness * float(found[0])
 

@@ -1,8 +1,9 @@
 """From wrench to pose at small strain: one compliance of a layer in plane strain, or of a pad in space (`linear`).
 
-About the undeformed state the target moves by ``q = C f``, f its forces and moment about the bonded face. C is that of
-the meshes of a family (levels/family.py), extrapolated; what the load does to its own geometry is left out. The second
-step of Newton's method from rest, on the coarsest mesh, tells how much that is: it is part of the error. A pad that is
+About the undeformed state the target moves by ``q = C f + q_0``, f its forces and moment about the bonded face, q_0 the
+way that it goes without load where the silicone would be larger if nothing held it (`elastomer.free_stretch`). Both are
+those of the meshes of a family (levels/family.py), extrapolated; what a load does to its own geometry is left out. The
+second step of Newton's method from rest, on the coarsest mesh, tells how much that is: part of the error. A pad that is
 its own mirror image in y = 0 is meshed by half.
 
 Range: loads in the plane y = 0 that move the target by a few percent of the thickness; no contact.
@@ -26,8 +27,8 @@ from sits_mech.mechanics.pad.edges import Edges, edge_effect, edge_notes
 from sits_mech.mechanics.pad.ladder import layer_family
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.mechanics.pad.solid import pad_scales
-from sits_mech.mechanics.rest.body import rest
-from sits_mech.mechanics.rest.newton import compliance, correction
+from sits_mech.mechanics.rest.newton import correction
+from sits_mech.mechanics.rest.newton import small_strain as undeformed
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.refusals import refuse_beside, refuse_infinite
 from sits_mech.scene.parameters import Parameter
@@ -48,6 +49,8 @@ class SmallStrain:
     scales : Scales
     compliances : tuple of ndarray, shape (3, 3)
         d(d_h, d_z, alpha) / d(F_x, F_z downwards, moment about the bonded face), scaled; level by level.
+    unloaded : tuple of ndarray, shape (3,)
+        d_h, d_z, alpha without load, scaled; zero unless `elastomer.free_stretch` says otherwise.
     edges : Edges or None
         What fillets do in plane strain.
     """
@@ -56,6 +59,7 @@ class SmallStrain:
     levels: Levels
     scales: Scales
     compliances: tuple[Array, ...]
+    unloaded: tuple[Array, ...]
     edges: Edges | None = None
 
     @one_thread
@@ -76,7 +80,8 @@ class SmallStrain:
         load = scales.load(wrench)[:3]
         force = np.array([load[0], -load[1], load[2] + body.height * load[0]])
         lengths, lever = scales.lengths[:3], levers(body, scales.thickness)[:3]
-        limit = self.limit([C @ force * lengths * lever for C in self.compliances])
+        own = zip(self.compliances, self.unloaded, strict=True)
+        limit = self.limit([(C @ force + q) * lengths * lever for C, q in own])
         away, min_J = correction(body, load)
         error = errors_of(limit.error / lever + np.abs(away) * lengths, lever, self.levels.share)
         q = limit.value / lever / lengths
@@ -152,14 +157,15 @@ def _compliant(
     sensor: Sensor, levels: Levels, scales: Scales, tolerance: float, edges: Edges | None = None
 ) -> SmallStrain:
     """The model with as many levels as the tolerance asks for, three at least where there are three."""
-    asked, found = checked_tolerance(tolerance), list[Array]()
+    asked, found, unloaded = checked_tolerance(tolerance), list[Array](), list[Array]()
     own = np.inf
     for level in range(len(levels.sizes)):
         if (own <= asked and not levels.is_cheap(level)) or levels.check_memory(level):
             break
         body = levels.maker(level)
-        found.append(compliance(body, rest(body), np.zeros(body.components))[:3, :3])
+        C, q = undeformed(body)
+        found, unloaded = [*found, C[:3, :3]], [*unloaded, q[:3]]
         if level > 0:
             limit = extrapolated([C.ravel() for C in found], levels.sizes, levels.order)
             own = float(np.max(np.diag(limit.error.reshape(3, 3)) / np.diag(limit.value.reshape(3, 3))))
-    return SmallStrain(sensor, levels, scales, tuple(found), edges)
+    return SmallStrain(sensor, levels, scales, tuple(found), tuple(unloaded), edges)

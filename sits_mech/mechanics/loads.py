@@ -82,9 +82,12 @@ def settled_again(
     return finish(path, attempt(lambda **_: _settled(layer, load, start), {}))
 
 
-def kept_key(sensor: Sensor, mechanics: str, tolerance: float) -> str:
-    """Return what stands, in the names of kept loads, for everything besides the load that their rest depends on."""
-    return f"{__version__} {scene_hash(sensor)} {mechanics} {tolerance}"
+def kept_key(sensor: Sensor, mechanics: str, tolerance: float, *, drift: bool = False) -> str:
+    """Return what stands, in the names of kept loads, for everything besides the load that their rest depends on.
+
+    With `drift` for rests that know their slopes by temperature, too.
+    """
+    return f"{__version__} {scene_hash(sensor)} {mechanics} {tolerance}{' by temperature' if drift else ''}"
 
 
 def first_key(key: str) -> str:

@@ -144,5 +144,6 @@ def _largest_load(sensor: Sensor, data: xr.Dataset, folder: Path) -> Figure:
     wrench = wrench_of(data[["status"]].isel(dict(zip(dims, at, strict=True))))
     request = json.loads(data.attrs["request"])
     mechanics, tolerance = request["mechanics"], request["tolerance"]
-    known = kept_rest((cases_folder(folder), kept_key(sensor, mechanics, tolerance)), wrench)
+    drift = "slope_T_L" in data
+    known = kept_rest((cases_folder(folder), kept_key(sensor, mechanics, tolerance, drift=drift)), wrench)
     return load_view(sensor, wrench, tolerance, mechanics, known)

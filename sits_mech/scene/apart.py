@@ -22,7 +22,8 @@ from itertools import combinations
 import numpy as np
 
 from sits_mech.quantities import Array
-from sits_mech.scene.coils import Coil, crossing
+from sits_mech.scene.coils import Coil
+from sits_mech.scene.crossings import crossing
 from sits_mech.scene.elastomer import Elastomer, pillar_middles
 from sits_mech.scene.outlines import Loop, distances, edges, first_crossing, inside_loops
 from sits_mech.scene.parts import Conductor, Target

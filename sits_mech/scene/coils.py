@@ -13,7 +13,6 @@ from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import (
     BaseModel,
     ConfigDict,
@@ -24,8 +23,20 @@ from pydantic import (
     model_validator,
 )
 
-from sits_mech.quantities import Array
-from sits_mech.scene.bounds import Coordinate, Count, Direction, Length, Name, Offset, Permittivity, Place, Point
+from sits_mech.scene.bounds import (
+    Coefficient,
+    Conductivity,
+    Coordinate,
+    Count,
+    Direction,
+    Length,
+    Name,
+    Offset,
+    Permittivity,
+    Place,
+    Point,
+)
+from sits_mech.scene.crossings import crossing
 from sits_mech.units import SceneError
 
 _SLACK = 1e-9  # relative: lengths that are equal as written may differ by rounding
@@ -36,8 +47,9 @@ SHAPES = {
     "rectangle": ("inner_width", "inner_length", "corner_radius", *_LAYERED),
     "path": ("path", "path_widths"),
 }
+_OF_BOARD = ("board_permittivity", "board_expansion", "board_expansion_z", "conductivity", "temperature_coefficient")
+_OPTIONAL = ("shape", "corner_radius", "layer_z", "directions", "path_widths", *_OF_BOARD)
 _MOST = 20_000  # points of a path
-_BLOCK = 256  # tracks compared with all others at once
 
 
 class Coil(BaseModel):
@@ -77,6 +89,11 @@ class Coil(BaseModel):
         Of circles: "rings" (concentric) or "spiral" (the track's true path; model `sheets`).
     board_permittivity : float
         Relative, of what is between the layers; for the capacitance alone.
+    conductivity, temperature_coefficient : float or None
+        Of the tracks at 20 degC [S/m], and of their resistivity [1/K]; copper's unless given.
+    board_expansion, board_expansion_z : float
+        Of the board in its plane, which coils follow, and through it, heights of layers and tracks [1/K]; by default
+        of FR-4, which has 14 to 17 ppm/K, and some 40 to 70 below its glass transition.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -99,6 +116,10 @@ class Coil(BaseModel):
     path_widths: tuple[Length, ...] = ()
     winding: Literal["rings", "spiral"] = "rings"
     board_permittivity: Permittivity = 4.4
+    conductivity: Conductivity | None = None
+    temperature_coefficient: Coefficient | None = None
+    board_expansion: Coefficient = 16e-6
+    board_expansion_z: Coefficient = 50e-6
 
     @model_validator(mode="before")
     @classmethod
@@ -229,9 +250,8 @@ class Coil(BaseModel):
         table: dict[str, Any] = handler(self)
         other = {key for keys in SHAPES.values() for key in keys} - set(SHAPES[self.shape])
         drop = other | ({"layers", "layer_pitch"} if self.layer_z else set())
-        optional = ("shape", "corner_radius", "layer_z", "directions", "path_widths", "board_permittivity")
         fields = type(self).model_fields
-        drop |= {key for key in optional if getattr(self, key) == fields[key].default}
+        drop |= {key for key in _OPTIONAL if getattr(self, key) == fields[key].default}
         return {key: item for key, item in table.items() if key not in drop}
 
     @property
@@ -294,46 +314,3 @@ class Coil(BaseModel):
         if self.layer_z or self.shape == "path":
             return self.track_thickness / 2 - self.heights[-1]
         return (self.layers - 1) * self.layer_pitch + self.track_thickness
-
-
-def crossing(lines: list[Array]) -> tuple[float, float] | None:
-    """Return a place where polylines of one plane cross or touch, other than end to end; None where they do not.
-
-    Parameters
-    ----------
-    lines : list of ndarray, shape (m, 2)
-        In series; the end of one may be the beginning of the next.
-    """
-    a, b = (np.vstack([line[some] for line in lines]) for some in (slice(None, -1), slice(1, None)))
-    step, number = b - a, np.arange(len(a))
-    for first in range(0, len(a), _BLOCK):
-        some = slice(first, first + _BLOCK)
-        gap = a - a[some, None]
-        turn = step[some, None, 0] * step[..., 1] - step[some, None, 1] * step[..., 0]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            s = (gap[..., 0] * step[:, 1] - gap[..., 1] * step[:, 0]) / turn
-            t = (gap[..., 0] * step[some, None, 1] - gap[..., 1] * step[some, None, 0]) / turn
-        later = number[some, None] < number
-        joined = np.all(b[some, None] == a, axis=-1) | np.all(a[some, None] == b, axis=-1)
-        meets = later & ~joined & (s >= 0.0) & (s <= 1.0) & (t >= 0.0) & (t <= 1.0)
-        found = np.argwhere(meets | later & _folded(a, step, some))
-        if len(found):
-            i, j = found[0]
-            place = a[first + i] + (s[i, j] if np.isfinite(s[i, j]) else 1.0) * step[first + i]
-            return float(place[0]), float(place[1])
-    return None
-
-
-def _folded(a: Array, step: Array, some: slice) -> NDArray[np.bool_]:
-    """Whether two stretches lie on one line and overlap."""
-    length = np.hypot(step[:, 0], step[:, 1])
-    way = step / length[:, None]
-    gap = a - a[some, None]
-    across = np.abs(gap[..., 0] * way[some, None, 1] - gap[..., 1] * way[some, None, 0])
-    end = gap + step
-    across = np.maximum(across, np.abs(end[..., 0] * way[some, None, 1] - end[..., 1] * way[some, None, 0]))
-    along = [np.einsum("ijk,ik->ij", place, way[some]) for place in (gap, end)]
-    low, high = np.minimum(*along), np.maximum(*along)
-    inside = np.minimum(high, length[some, None]) - np.maximum(low, 0.0)
-    small = _SLACK * (length[some, None] + length)
-    return np.asarray((across <= small) & (inside > small), dtype=np.bool_)

@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, field_serializer, model_validator
 
-from sits_mech.scene.bounds import Friction, Length, Offset, SiliconeOrName, check_sizes, extent_of
+from sits_mech.scene.bounds import Friction, Length, Offset, SiliconeOrName, Stretch, check_sizes, extent_of
 from sits_mech.scene.materials import silicones
 from sits_mech.silicone.material import Silicone, table_of
 from sits_mech.units import SceneError
@@ -59,6 +59,9 @@ class Elastomer(BaseModel):
     edge_radius : float or None
         Planar models: radius of the fillets with which the free side faces meet the plates; they are drawn in by half
         of it, bonded widths stay. By default corners are sharp, and singular [m].
+    free_stretch : float
+        Of each length of the silicone if nothing held it, over the scene's sizes, which are those of what it is bonded
+        to: above 1 where it has expanded or swollen, below 1 where it has shrunk in its mould.
     mesh, weld : str or None, bool
         File of a mesh of the layer in those sizes, with the groups `ground`, `target`, `free` (3D models only); whether
         its duplicated nodes are merged, not refused.
@@ -76,6 +79,7 @@ class Elastomer(BaseModel):
     contact: Literal["auto", "always", "never"] = "auto"
     friction: Friction = 0.0
     edge_radius: Length | None = None
+    free_stretch: Stretch = 1.0
     mesh: str | None = None
     weld: bool = False
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from importlib import resources
 from typing import Any
 
 from sits_mech.silicone.material import Silicone, silicone_from
-from sits_mech.units import shown
+from sits_mech.units import shown, si_value
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,14 @@ class Metal:
         Of the permeability, ``mu_r (1 - j tan delta)`` [-].
     source : str
         Where the numbers come from.
+    temperature_coefficient : float or None
+        Of the resistivity at 20 degC, ``rho = rho_20 (1 + a (T - 20 degC))`` [1/K]; None: unknown, as of the others.
+    permeability_coefficient : float or None
+        Of the relative permeability, alike [1/K].
+    expansion : float or None
+        Of lengths [1/K].
+    temperature_range : tuple of float
+        In which these hold [K].
     """
 
     name: str
@@ -37,6 +46,10 @@ class Metal:
     relative_permeability: float = 1.0
     source: str = "the scene"
     loss_tangent: float = 0.0
+    temperature_coefficient: float | None = None
+    permeability_coefficient: float | None = None
+    expansion: float | None = None
+    temperature_range: tuple[float, float] = (0.0, math.inf)
 
     @property
     def susceptibility(self) -> complex:
@@ -53,10 +66,18 @@ def _catalogued(file: str) -> dict[str, Any]:
 @cache
 def metals() -> Mapping[str, Metal]:
     """Return the catalogue's metals by name."""
-    return {
-        name: Metal(name, float(item["conductivity"]), float(item["relative_permeability"]), str(item["source"]))
-        for name, item in _catalogued("metals.toml").items()
-    }
+    return {name: _metal(name, item) for name, item in _catalogued("metals.toml").items()}
+
+
+def _metal(name: str, item: Mapping[str, Any]) -> Metal:
+    """A metal of the catalogue; what its table does not give is unknown."""
+    own = {key: float(item[key]) for key in ("temperature_coefficient", "expansion") if key in item}
+    low, high = (si_value(end, "K") for end in item.get("temperature_range", (0.0, 1e4)))
+    steady = 0.0 if item["relative_permeability"] == 1.0 else None
+    return Metal(
+        name, float(item["conductivity"]), float(item["relative_permeability"]), str(item["source"]),
+        permeability_coefficient=steady, temperature_range=(low, high), **own,
+    )  # fmt: skip
 
 
 @cache

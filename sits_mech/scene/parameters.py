@@ -5,6 +5,8 @@ for every entry of a list, or what a catalogued silicone is made of:
 
     elastomer.thickness, target.width, coils.C1.inner_diameter, coils.C1.centre.0, coils.*.track_width (of all coils, by
     as much), elastomer.material.c10 (a constant of the silicone, of a catalogued one as well), elastomer.material.mu.0,
+    temperature.pad  what one of the causes of scene/thermal.py changes with temperature, the others held at the scene's
+                     own [K]; beside it a scene's numbers are those at its temperature,
     modulus          a common factor of all constants of the silicone that are stresses, 1 as it is; the bulk modulus
                      stays.
 
@@ -17,21 +19,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
 from sits_mech.maps.differences import SECOND_ORDER
-from sits_mech.scene.sensor import SceneError, Sensor, changed, scene_table
-from sits_mech.silicone.laws import LAWS
+from sits_mech.scene.sensor import REFERENCE, SceneError, Sensor, changed, scene_table
+from sits_mech.scene.thermal import CAUSES, at_temperature, stiffer, warmed
 from sits_mech.silicone.material import Silicone
 from sits_mech.units import shown
 
 MODULUS = "modulus"
 """The parameter that stands for all stresses among a silicone's constants."""
+TEMPERATURE = "temperature."
+"""What the parameters begin with that stand for a cause of change with temperature."""
 STEP = 1e-6
 """Of the value: what is held nearly incompressible answers a step s with K s besides, K in shear moduli."""
 _MATERIAL = "elastomer.material."
+_KELVIN = 3e-3  # step of a temperature: some 1e-6 of what it changes
+_REACHES = dict.fromkeys(CAUSES, 6e4) | {"conductivity": 300.0, "modulus": 300.0, "pad": 3e3}  # 1 over coefficients [K]
 
 
 class Place(NamedTuple):
@@ -65,13 +71,19 @@ class Parameter:
     step : float
         By which it is changed for a derivative [SI].
     scene : Sensor
-        With the constants of its silicone where the number is one of them.
+        As it is at its temperature, with the constants of its silicone where the number is one of them.
+    become : callable or None
+        By an amount [SI], the scene where it is no number of a scene file.
+    reach : float
+        Amount by which what it stands for would change by all of itself, where that is not its value [SI]; or zero.
     """
 
     name: str
     numbers: tuple[tuple[str, float], ...]
     step: float
     scene: Sensor
+    become: Callable[[float], Sensor] | None = None
+    reach: float = 0.0
 
     @property
     def value(self) -> float:
@@ -80,8 +92,10 @@ class Parameter:
 
     def changed(self, amount: float) -> Sensor:
         """Return the scene with the parameter changed by an amount; raise SceneError where that is no scene."""
+        if self.become is not None:
+            return self.become(amount)
         if self.name == MODULUS and self.scene.elastomer is not None:
-            return _of_silicone(self.scene, _stiffer(self.scene.elastomer.silicone, 1.0 + amount))
+            return _of_silicone(self.scene, stiffer(self.scene.elastomer.silicone, 1.0 + amount))
         return changed(self.scene, [f"{key}={value + amount!r}" for key, value in self.numbers])
 
     def scenes(self, places: Iterable[int]) -> dict[int, Sensor]:
@@ -133,6 +147,9 @@ def parameter(sensor: Sensor, name: str) -> Parameter:
     SceneError
         When there is no such number in the scene, or it is a count or a text.
     """
+    if name.startswith(TEMPERATURE):
+        return _by_cause(sensor, name)
+    sensor = at_temperature(sensor)
     if name == MODULUS:
         return Parameter(name, ((name, 1.0),), STEP, _with_constants(sensor, name))
     sensor = _with_constants(sensor, name)
@@ -144,6 +161,19 @@ def parameter(sensor: Sensor, name: str) -> Parameter:
             raise SceneError(f"{key}: must be a number that can go up and down a little; got {shown(value)}")
     size = max(abs(value) for _, value in found) or _size(sensor, name.startswith(_MATERIAL))
     return Parameter(name, tuple(found), STEP * size, sensor)
+
+
+def _by_cause(sensor: Sensor, name: str) -> Parameter:
+    """What one cause changes with the temperature of a scene, from that which it has."""
+    cause, dT = name.removeprefix(TEMPERATURE), sensor.temperature - REFERENCE
+    if cause not in CAUSES:
+        raise SceneError(f"{name}: must be one of {', '.join(TEMPERATURE + each for each in CAUSES)}")
+    here, plain = at_temperature(sensor), at_temperature(sensor, REFERENCE)
+    held = dict.fromkeys(CAUSES, dT)
+    return Parameter(
+        name, ((name, sensor.temperature),), _KELVIN, here,
+        lambda amount: warmed(plain, held | {cause: dT + amount}), _REACHES[cause],
+    )  # fmt: skip
 
 
 def value_of(sensor: Sensor, key: str) -> float | None:
@@ -205,12 +235,3 @@ def _of_silicone(sensor: Sensor, silicone: Silicone) -> Sensor:
     if sensor.elastomer is None:
         return sensor
     return sensor.model_copy(update={"elastomer": sensor.elastomer.model_copy(update={"material": silicone})})
-
-
-def _stiffer(silicone: Silicone, factor: float) -> Silicone:
-    """A silicone with all constants that are stresses times a factor."""
-    constants: dict[str, float | tuple[float, ...]] = {}
-    for key, value in silicone.constants.items():
-        own = factor if LAWS[silicone.law].units[key] == "Pa" else 1.0
-        constants[key] = tuple(own * each for each in value) if isinstance(value, tuple) else own * value
-    return replace(silicone, constants=constants)

@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, model_validator
 
 from sits_mech.scene.bounds import (
     Capacitance,
+    Coefficient,
     Conductivity,
     Coordinate,
     Inductance,
@@ -32,6 +33,9 @@ from sits_mech.scene.materials import Metal, metals
 from sits_mech.scene.outlines import check_rims, with_rims_of_mesh
 from sits_mech.units import SceneError
 
+_METAL = (
+    "conductivity", "relative_permeability", "temperature_coefficient", "permeability_coefficient", "expansion"
+)  # fmt: skip
 _FROZEN = ConfigDict(frozen=True, extra="forbid")
 
 
@@ -41,11 +45,17 @@ def _check_metal(material: str | None, conductivity: float | None) -> None:
         raise SceneError("material (or conductivity) must be given; it is missing")
 
 
-def _metal(material: str | None, conductivity: float | None, relative_permeability: float | None) -> Metal:
-    """Return the catalogue's metal with the scene's own numbers in place of the catalogue's."""
-    found = metals()[material] if material is not None else Metal("", 0.0)
-    changes: dict[str, Any] = {"conductivity": conductivity, "relative_permeability": relative_permeability}
-    changes = {key: number for key, number in changes.items() if number is not None}
+def _metal(plate: Target | Conductor) -> Metal:
+    """Return the catalogue's metal with the scene's own numbers in place of the catalogue's.
+
+    Of another conductivity the catalogue's temperature coefficient says nothing, nor its own of another permeability.
+    """
+    found = metals()[plate.material] if plate.material is not None else Metal("", 0.0)
+    if plate.conductivity is not None:
+        found = replace(found, temperature_coefficient=None)
+    if plate.relative_permeability is not None:
+        found = replace(found, permeability_coefficient=0.0 if plate.relative_permeability == 1.0 else None)
+    changes: dict[str, Any] = {key: number for key in _METAL if (number := getattr(plate, key)) is not None}
     return replace(found, **changes, source="the scene") if changes else found
 
 
@@ -57,7 +67,9 @@ class Target(BaseModel):
     material : str or None
         A metal of the catalogue.
     conductivity, relative_permeability : float or None
-        Instead of the catalogue's numbers [S/m, -].
+        Instead of the catalogue's numbers, at 20 degC [S/m, -].
+    temperature_coefficient, permeability_coefficient, expansion : float or None
+        Likewise: of the resistivity, of the permeability and of lengths [1/K].
     shape : str
         "rectangle" (width along x, length along y), "disc" (diameter) or "outline" (points, from the target's centre,
         or a file `mesh`: the border of the cells in its group `mesh_group`, by default "target").
@@ -79,6 +91,9 @@ class Target(BaseModel):
     material: MetalName | None = None
     conductivity: Conductivity | None = None
     relative_permeability: Permeability | None = None
+    temperature_coefficient: Coefficient | None = None
+    permeability_coefficient: Coefficient | None = None
+    expansion: Coefficient | None = None
     shape: Literal["rectangle", "disc", "outline"]
     width: Length | None = None
     length: Length | None = None
@@ -116,7 +131,7 @@ class Target(BaseModel):
     @property
     def metal(self) -> Metal:
         """What the target is made of."""
-        return _metal(self.material, self.conductivity, self.relative_permeability)
+        return _metal(self)
 
     @property
     def extent(self) -> tuple[float, float]:
@@ -131,7 +146,7 @@ class Conductor(BaseModel):
     ----------
     name : str
         One name per conductor.
-    material, conductivity, relative_permeability
+    material, conductivity, relative_permeability, temperature_coefficient, permeability_coefficient, expansion
         As for the target.
     loss_tangent : float
         Of the permeability; magnetic losses of ferrite [-].
@@ -150,6 +165,9 @@ class Conductor(BaseModel):
     material: MetalName | None = None
     conductivity: Conductivity | None = None
     relative_permeability: Permeability | None = None
+    temperature_coefficient: Coefficient | None = None
+    permeability_coefficient: Coefficient | None = None
+    expansion: Coefficient | None = None
     loss_tangent: LossTangent = 0.0
     shape: Literal["rectangle", "disc", "outline"]
     centre: tuple[Coordinate, Coordinate, Coordinate]
@@ -179,7 +197,7 @@ class Conductor(BaseModel):
     @property
     def metal(self) -> Metal:
         """What the conductor is made of."""
-        found = _metal(self.material, self.conductivity, self.relative_permeability)
+        found = _metal(self)
         return replace(found, loss_tangent=self.loss_tangent) if self.loss_tangent else found
 
     @property
@@ -201,6 +219,8 @@ class Readout(BaseModel):
         "shorted" (the LDC1614 grounds idle channels) or "open".
     lead_inductance, lead_resistance : float
         In series with each coil [H, ohm].
+    capacitance_coefficient, clock_coefficient : float
+        By which the capacitance and the frequency of the reference clock grow with temperature, from 20 degC [1/K].
     """
 
     model_config = _FROZEN
@@ -209,6 +229,8 @@ class Readout(BaseModel):
     idle_coil: Literal["shorted", "open"] = "shorted"
     lead_inductance: Inductance = 0.0
     lead_resistance: Resistance = 0.0
+    capacitance_coefficient: Coefficient = 0.0
+    clock_coefficient: Coefficient = 0.0
 
 
 def _check_shape(plate: Target | Conductor) -> None:

@@ -16,7 +16,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from sits_mech.scene.apart import check_parts
-from sits_mech.scene.bounds import Frequency, Length, Name
+from sits_mech.scene.bounds import Frequency, Length, Name, Temperature
 from sits_mech.scene.coils import Coil
 from sits_mech.scene.elastomer import Elastomer
 from sits_mech.scene.files import overridden, read_table, write_text, written
@@ -30,6 +30,11 @@ __all__ = [
     "catalogue", "changed", "load_sensor", "quantity", "save_sensor", "scene_hash", "scene_text", "sensor_from",
 ]  # fmt: skip
 
+REFERENCE = 293.15
+"""Temperature that the numbers of a scene hold at, 20 degC [K]."""
+_UNSAID = {  # keys of each part that are left out where they have their defaults
+    "elastomer": ("weld", "free_stretch"), "readout": ("capacitance_coefficient", "clock_coefficient"),
+}  # fmt: skip
 _PARTS: Mapping[str, type[BaseModel]] = {
     "coils": Coil,
     "target": Target,
@@ -58,6 +63,8 @@ class Sensor(BaseModel):
         Fixed metal or ferrite nearby, clear of all other parts and of each other.
     readout : Readout
         The electronics.
+    temperature : float
+        Of all parts, where the sensor is used [K]. The scene's numbers are those at 20 degC: see scene/thermal.py.
     substrate_radius : float or None
         Radius of the cylinder, its axis along y and below, on which the coils lie [m]; None where they lie flat.
 
@@ -77,6 +84,7 @@ class Sensor(BaseModel):
     conductors: tuple[Conductor, ...] = ()
     readout: Readout = Readout()
     substrate_radius: Length | None = None
+    temperature: Temperature = REFERENCE
 
     @model_validator(mode="before")
     @classmethod
@@ -254,8 +262,13 @@ def scene_table(sensor: Sensor) -> dict[str, Any]:
     for plate in (*([] if target is None else [target]), *table["conductors"]):
         if not plate["holes"]:
             del plate["holes"]
-    if table.get("elastomer") is not None and not table["elastomer"]["weld"]:
-        del table["elastomer"]["weld"]
+    for part, keys in _UNSAID.items():
+        fields = _PARTS[part].model_fields
+        for key in keys if part in table else ():
+            if table[part][key] == fields[key].default:
+                del table[part][key]
+    if sensor.temperature == REFERENCE:
+        del table["temperature"]
     if target is not None and _fills_the_target(sensor):
         del table["elastomer"]["width"], table["elastomer"]["length"]
     return {key: item for key, item in table.items() if item != ()}

@@ -84,6 +84,10 @@ class Silicone:
         Smallest and largest engineering strain of the data behind the constants [-].
     rms : float or None
         Root mean square of what the fit leaves of the engineering stress [Pa].
+    expansion : float or None
+        Linear coefficient of thermal expansion [1/K]; None: unknown.
+    temperature_range : tuple of float or None
+        In which moduli are proportional to the absolute temperature, and the expansion holds [K]; None: unknown.
     spread : float or None
         Largest over smallest value that the sources in `source` give for the stress at 100 % strain, less one [-].
     prony : tuple of (float, float)
@@ -100,6 +104,8 @@ class Silicone:
     fitted_range: tuple[float, float] | None = None
     rms: float | None = None
     spread: float | None = None
+    expansion: float | None = None
+    temperature_range: tuple[float, float] | None = None
     prony: tuple[tuple[float, float], ...] = ()
     mullins: Softening | None = None
 
@@ -136,6 +142,7 @@ def silicone_from(table: Mapping[str, Any], name: str = "") -> Silicone:
         raise SceneError(f"law must be one of {', '.join(LAWS)}; got {shown(name_of_law)}")
     law = LAWS[name_of_law]
     allowed = ("law", *law.units, "bulk_modulus", "prony", "mullins", "source", "fitted_range", "rms", "spread")
+    allowed += ("expansion", "temperature_range")
     for key in table:
         if key not in allowed:
             raise SceneError(f"{key} is no key of a {law.name} material; it has {', '.join(allowed)}")
@@ -212,7 +219,7 @@ def _si(key: str, value: Any, unit: str) -> float:
 
 def _provenance(table: Mapping[str, Any]) -> dict[str, Any]:
     """Return source, fitted range, residual and spread where a table has them."""
-    units = {"rms": "Pa", "spread": ""}
+    units = {"rms": "Pa", "spread": "", "expansion": "1/K"}
     found: dict[str, Any] = {key: _si(key, table[key], unit) for key, unit in units.items() if key in table}
     source, strains = table.get("source", "the scene"), table.get("fitted_range", (0.0, 0.0))
     if not isinstance(source, str) or not source.isprintable():
@@ -222,6 +229,12 @@ def _provenance(table: Mapping[str, Any]) -> dict[str, Any]:
     low, high = (_si("fitted_range", strain, "") for strain in strains)
     if "fitted_range" in table:
         found["fitted_range"] = (low, high)
+    if "temperature_range" in table:
+        ends = table["temperature_range"]
+        if not isinstance(ends, list | tuple) or len(ends) != 2:
+            raise SceneError(f"temperature_range must be the lowest and the highest temperature; got {shown(ends)}")
+        low, high = (_si("temperature_range", end, "K") for end in ends)
+        found["temperature_range"] = (low, high)
     return found | {"source": source}
 
 
@@ -248,7 +261,9 @@ def table_of(silicone: Silicone) -> dict[str, Any]:
         table["source"] = silicone.source
     if silicone.fitted_range is not None:
         table["fitted_range"] = list(silicone.fitted_range)
-    extras = {"rms": silicone.rms, "spread": silicone.spread}
+    if silicone.temperature_range is not None:
+        table["temperature_range"] = list(silicone.temperature_range)
+    extras = {"rms": silicone.rms, "spread": silicone.spread, "expansion": silicone.expansion}
     return table | {key: item for key, item in extras.items() if item is not None}
 
 

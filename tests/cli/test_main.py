@@ -421,3 +421,43 @@ def test_a_load_that_comes_and_goes(capsys: pytest.CaptureFixture[str], tmp_path
     assert run([*words, law + "}"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["loop_L_v_percent"] == pytest.approx([0.0, 0.0], abs=1e-9) and "neither prony" in found["notes"][0]
+
+
+def test_over_temperature(capsys: Capture, tmp_path: Path) -> None:
+    """A range is a row each, the pad rises; calibrate --drift, quality and invert by the temperature that is measured.
+
+    A reading of 30 degC is taken for less force by a calibration at 20 degC, and rightly by one that is told.
+    """
+    models = ("--mechanics", "linear", "--magnetics", "planar", "--tolerance", "0.1")
+    picture = tmp_path / "drift.png"
+    found = answer(capsys, "simulate", "biorob2018", "--fz", "0.5 N", *models, "--temperature", "10 degC:30 degC:3",
+                   "--picture", str(picture))  # fmt: skip
+    assert found["temperature"] == pytest.approx([283.15, 293.15, 303.15]) and picture.stat().st_size > 10_000
+    heights = [each["pose"]["d_v"] for each in found["temperatures"]]
+    assert np.all(np.diff(heights) > 10 * 300e-6 * 2e-3)
+    folder = str(tmp_path / "calibration")
+    grid = ("--fx", "-0.2 N:0.2 N:3", "--fz", "0 N:1 N:3")
+    assert run(["calibrate", "biorob2018", *grid, *models, "--drift", "-o", folder]) == 0
+    capsys.readouterr()
+    drift = answer(capsys, "quality", folder)["drift"]
+    assert drift["F_x"]["gain"]["by_cause"]["modulus"] == pytest.approx(-1.0 / 293.15, rel=0.05)
+    zero = drift["F_z"]["zero"]
+    assert sum(zero["by_cause"].values()) == pytest.approx(zero["whole"]) and zero["by_cause"]["pad"] < 0.0
+    warm = found["temperatures"][2]["relative"]
+    reading = [f"--l{k + 1}={100.0 * value} %" for k, value in enumerate(warm)]
+    blind, told = (answer(capsys, "invert", folder, *reading, *more)["forces"]["F_z"]
+                   for more in ((), ("--temperature", "30 degC")))  # fmt: skip
+    assert told == pytest.approx(0.5, abs=0.01) and blind < 0.45
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("200 degC", "error: temperature: must be from -40 degC to 150 degC, where what is known of elastomer"),
+        ("20", "error: temperature: must be from -55 degC to 200 degC"),
+        ("warm", 'error: --temperature: must be a temperature, such as "20 degC"'),
+        ("0 degC:9 degC", 'such as "-10 degC:60 degC:8"'),
+    ],
+)
+def test_temperatures_that_cannot_be_are_refused(capsys: Capture, text: str, said: str) -> None:
+    assert said in refused(capsys, "simulate", "biorob2018", "--temperature", text)

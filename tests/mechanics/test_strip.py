@@ -5,7 +5,7 @@ import pytest
 
 from sits_mech.chain.simulate import simulate
 from sits_mech.mechanics.layer import planar_layer
-from sits_mech.mechanics.linear import linear_layer
+from sits_mech.mechanics.linear import linear_layer, linear_pad
 from sits_mech.mechanics.strip import strip_layer
 from sits_mech.quantities import Pose, SolveFailed, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
@@ -70,3 +70,43 @@ def test_the_chain_takes_it_by_name() -> None:
     found = simulate(flush(2.0), Wrench(1.0, 5.0), tolerance=0.1, mechanics="closed-form")
     assert found.equilibrium.report.model == "closed-form" and found.equilibrium.report.seconds < 0.1
     assert found.signals.error_L_v_percent > 0.0
+
+
+@pytest.mark.parametrize(("shape", "ratio"), [(2.0, 1e3), (8.0, 1e3), (8.0, 20.0), (30.0, 1e2)])
+def test_silicone_that_has_grown_lifts_its_target(shape: float, ratio: float) -> None:
+    """By Betti's theorem, against finite elements: 1e-4 in each length if nothing held it; within its error."""
+    sensor = flush(shape, ratio, ("elastomer.free_stretch=1.0001",))
+    found, true = (model(sensor).equilibrium(Wrench()) for model in (strip_layer, linear_layer))
+    rise, expected = found.pose.d_v - 2e-3, true.pose.d_v - 2e-3
+    assert abs(rise - expected) < 0.07 * expected
+    assert abs(rise - expected) <= found.error.d_v + true.error.d_v
+
+
+def test_a_thin_wide_layer_rises_by_its_volume() -> None:
+    """Uniaxial strain: (1 + nu)/(1 - nu) e, which is 3 e of what keeps its volume; nonlinear the same at 1e-4."""
+    ratio, e = 10.0, 1e-4
+    nu = (3 * ratio - 2) / (6 * ratio + 2)
+    sensor = flush(60.0, ratio, (f"elastomer.free_stretch={1 + e}",))
+    for model in (linear_layer, planar_layer):
+        rise = model(sensor).equilibrium(Wrench()).pose.d_v / 2e-3 - 1.0
+        assert rise / e == pytest.approx((1 + nu) / (1 - nu), rel=3e-3)
+    stiff = flush(60.0, 1e4, (f"elastomer.free_stretch={1 + e}",))
+    assert (linear_layer(stiff).equilibrium(Wrench()).pose.d_v / 2e-3 - 1.0) / e == pytest.approx(3.0, rel=2e-2)
+
+
+def test_a_rise_by_finite_strain_keeps_the_volume() -> None:
+    """A stretch of 1.01 of what keeps its volume, held in its plane: d_v is larger by 1.01**3, less its edges."""
+    sensor = flush(60.0, 1e4, ("elastomer.free_stretch=1.01",))
+    assert planar_layer(sensor).equilibrium(Wrench()).pose.d_v / 2e-3 == pytest.approx(1.01**3, rel=1e-4)
+
+
+def test_a_slender_pillar_rises_as_if_nothing_held_it() -> None:
+    """Its ends, of the size of its width, rise threefold, in space: what is left tends to the free stretch."""
+    rises = []
+    for thickness in ("4 mm", "8 mm"):
+        sizes = [f'{part}.{side}="2 mm"' for part in ("elastomer", "target") for side in ("width", "length")]
+        keys = [*sizes, f'elastomer.thickness="{thickness}"', "elastomer.free_stretch=1.0001"]
+        sensor = load_sensor("biorob2018", keys)
+        rises.append((linear_pad(sensor).equilibrium(Wrench()).pose.d_v / sensor.elastomer.thickness - 1.0) / 1e-4)
+    assert 1.0 < rises[1] < rises[0] < 2.0
+    assert 2.0 * rises[1] - rises[0] == pytest.approx(1.0, abs=0.01)

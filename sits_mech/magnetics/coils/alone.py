@@ -23,9 +23,14 @@ def free_inductances(coils: tuple[Coil, ...], windings: str = "rings") -> Array:
     return coil_inductances(coils, windings=windings)
 
 
+def track_conductivity(coil: Coil) -> float:
+    """Return the conductivity of a coil's tracks, copper's unless the scene gives another [S/m]."""
+    return coil.conductivity or metals()["copper"].conductivity
+
+
 def track_resistance(coil: Coil) -> float:
-    """Return the direct-current resistance of a coil's copper tracks, uniform current density [ohm]."""
-    return track_squares(coil) / (metals()["copper"].conductivity * coil.track_thickness)
+    """Return the direct-current resistance of a coil's tracks, uniform current density [ohm]."""
+    return track_squares(coil) / (track_conductivity(coil) * coil.track_thickness)
 
 
 def track_resistances(coils: tuple[Coil, ...]) -> Array:
@@ -35,5 +40,6 @@ def track_resistances(coils: tuple[Coil, ...]) -> Array:
 
 def section_resistances(coils: tuple[Coil, ...]) -> Array:
     """Return the direct-current resistance of each coil's tracks in the section, shape (n,) [ohm/m]."""
-    copper = metals()["copper"].conductivity
-    return np.array([(bars := coil_bars(c)).x.size / (copper * bars.width * bars.thickness) for c in coils])
+    bars = [coil_bars(coil) for coil in coils]
+    sections = [track_conductivity(coil) * own.width * own.thickness for coil, own in zip(coils, bars, strict=True)]
+    return np.array([own.x.size / section for own, section in zip(bars, sections, strict=True)])

@@ -32,11 +32,11 @@ import numpy as np
 
 from sits_mech.geometry.tracks import standing_rings, track_squares
 from sits_mech.geometry.windings import Sections
+from sits_mech.magnetics.coils.alone import track_conductivity
 from sits_mech.magnetics.coils.loops import ring_inductance
 from sits_mech.magnetics.modes import Modes, eddy_modes
 from sits_mech.magnetics.skin import skin_depth
 from sits_mech.quantities import Array
-from sits_mech.scene.materials import metals
 from sits_mech.scene.sensor import Coil
 
 _MOST = 4000  # filaments: an eigenproblem of ten seconds
@@ -73,7 +73,7 @@ def track_spectrum(coil: Coil, frequencies: Sequence[float]) -> TrackSpectrum:
     hertz = np.asarray(frequencies, dtype=float)
     if hertz.size == 0 or not np.all((hertz > 0.0) & np.isfinite(hertz)):
         raise ValueError(f"frequency: must be positive numbers of hertz; got {list(frequencies)}")
-    delta = skin_depth(float(hertz.max()), metals()["copper"].conductivity)
+    delta = skin_depth(float(hertz.max()), track_conductivity(coil))
     cells = [filaments_along(side, delta) for side in (coil.track_width, coil.track_thickness)]
     rings = standing_rings(coil)
     turns = rings.radius.size
@@ -82,7 +82,7 @@ def track_spectrum(coil: Coil, frequencies: Sequence[float]) -> TrackSpectrum:
             f"frequency: {hertz.max():g} Hz with {turns} turns asks for more than {_MOST} filaments of track; "
             "lower the frequency"
         )
-    coarse, fine = (_series(rings, (n * cells[0], n * cells[1]), hertz) for n in (1, 2))
+    coarse, fine = (_series(rings, (n * cells[0], n * cells[1]), hertz, track_conductivity(coil)) for n in (1, 2))
     step = (fine - coarse) / 3
     value = fine + step
     if not coil.is_round:  # as much more resistance as the coil's tracks have squares
@@ -91,9 +91,9 @@ def track_spectrum(coil: Coil, frequencies: Sequence[float]) -> TrackSpectrum:
     return TrackSpectrum(value[0], value[1], np.abs(step[0]), np.abs(step[1]))
 
 
-def _series(rings: Sections, cells: tuple[int, int], hertz: Array) -> Array:
+def _series(rings: Sections, cells: tuple[int, int], hertz: Array, conductivity: float) -> Array:
     """R and L(f) - L(0) of all turns in series with one division, shape (2, f)."""
-    modes = _modes(rings, cells)
+    modes = _modes(rings, cells, conductivity)
     C, ones = modes.coupling, np.broadcast_to(rings.sign, rings.radius.shape)  # the current in each turn
     rest = C.T @ np.linalg.solve(C @ C.T, ones)
     L_rest = float(rest**2 @ modes.tau)
@@ -104,10 +104,10 @@ def _series(rings: Sections, cells: tuple[int, int], hertz: Array) -> Array:
     return found
 
 
-def _modes(rings: Sections, cells: tuple[int, int]) -> Modes:
+def _modes(rings: Sections, cells: tuple[int, int], conductivity: float) -> Modes:
     """Modes of the filaments, seen by turns."""
     parts = divided(rings, cells)
-    R = 2.0 * np.pi * parts.radius / (metals()["copper"].conductivity * parts.width * parts.height)
+    R = 2.0 * np.pi * parts.radius / (conductivity * parts.width * parts.height)
     share = np.repeat(np.eye(rings.radius.size), cells[0] * cells[1], axis=1)
     return eddy_modes(ring_inductance(parts, points=(1, 1)), R, share)
 

@@ -1,13 +1,16 @@
 """What energy, forces and tangent does a deformed layer have? Mixed elements with a condensed pressure, plane or solid.
 
 Strong form    div P = 0 in the layer, P = dW/dF; u = 0 on the ground; u rigid on the target; P n = 0 on the free faces.
-Weak form      minimise  E(u) = int w(F) + K/2 (pi(J - 1))**2,        F = 1 + grad u, J = det F,
+Weak form      minimise  E(u) = int w(F) + K/2 (pi(J - J_0))**2,      F = 1 + grad u, J = det F,
 
-with `pi` the projection onto the elements' pressure polynomials (mesh.py): ``p = K pi(J - 1)``. The pressure is
+with `pi` the projection onto the elements' pressure polynomials (mesh.py): ``p = K pi(J - J_0)``. The pressure is
 eliminated element by element, so that the discrete problem is a minimum and its tangent symmetric:
 
     dE       = int (P_iso + p H) : dF,                                 H = dJ/dF
     d dE     = int dF : (A_iso + p dH/dF) : dF + K int pi(H : dF) pi(H : dF).
+
+J_0 is the volume that the silicone would fill if nothing held it, over the one that it is meshed in: 1, or the cube of
+`elastomer.free_stretch`, where ``K/2 (J/J_0 - 1)**2`` makes K that of the silicone over J_0**2.
 
 Plane strain is the same with ``F_yy = 1``: F has four components then, nine in space (silicone/kinematics.py). With the
 gradients g of the shape functions, ``dF_ij = sum_a g_ja du_ia``, everything is a product of stresses and gradients.
@@ -118,7 +121,9 @@ def smallest_nodal_volume(mesh: MixedMesh, u: Array) -> float:
     return np.inf if mesh.nodal is None else float(deformation(mesh, u, mesh.nodal)[1].min())
 
 
-def element_forces(mesh: MixedMesh, law: Law, K: float, u: Array, known: Deformed | None = None) -> Forces:
+def element_forces(
+    mesh: MixedMesh, law: Law, K: float, u: Array, known: Deformed | None = None, swelling: float = 1.0
+) -> Forces:  # fmt: skip
     """Return energy, forces and pressures of a deformed layer.
 
     Parameters
@@ -131,25 +136,27 @@ def element_forces(mesh: MixedMesh, law: Law, K: float, u: Array, known: Deforme
         Nodal displacements [thicknesses].
     known : Deformed, optional
         Their deformation where it was looked at before.
+    swelling : float
+        J_0.
     """
     _, F, J = known or deformed(mesh, u)
     if not J.min() > 0.0:
         return Forces(np.inf, np.full(len(u), np.nan), np.full(mesh.chi.shape[:2], np.nan), float(J.min()))
     state = kinematics(F)
     w, P = law.stress(state)
-    p = K * volumes(mesh, J - 1.0)
+    p = K * volumes(mesh, J - swelling)
     P = mesh.inside.weights[..., None] * P + (p[:, None] @ mesh.chi)[:, 0, :, None] * state.H
     forces = summed(mesh.dofs, _along(mesh, P), mesh.nodes.size)
     energy = float((mesh.inside.weights * w).sum() + 0.5 * (p**2).sum() / K)
     return Forces(energy, forces, p, float(J.min()))
 
 
-def small_strain_forces(mesh: MixedMesh, law: Law, K: float, u: Array) -> Array:
+def small_strain_forces(mesh: MixedMesh, law: Law, K: float, u: Array, swelling: float = 1.0) -> Array:
     """Return the forces (d n,) of small displacements: the law's tangent at rest; arguments as of `element_forces`."""
     one = np.eye(mesh.nodes.shape[1]).ravel()
     A = law.tangent(kinematics(one[None, None]))[2][0, 0]
     strains = gradients(mesh, u)
-    p = K * volumes(mesh, strains @ one)
+    p = K * volumes(mesh, strains @ one + 1.0 - swelling)
     P = mesh.inside.weights[..., None] * (strains @ A.T) + (p[:, None] @ mesh.chi)[:, 0, :, None] * one
     return summed(mesh.dofs, _along(mesh, P), mesh.nodes.size)
 

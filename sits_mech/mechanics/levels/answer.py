@@ -17,11 +17,11 @@ from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.faces.face_contact import face_notes, faces_press
 from sits_mech.mechanics.levels.creases import hidden_by_creases, outer_stretches
 from sits_mech.mechanics.levels.family import FEWEST, Levels, extrapolated, finer, next_at_rest
-from sits_mech.mechanics.rest.body import Bonded, State, packed, rest, unpacked
+from sits_mech.mechanics.rest.body import Bonded, State, packed, unpacked
 from sits_mech.mechanics.rest.control import Control
 from sits_mech.mechanics.rest.limit import Outcome, carried
 from sits_mech.mechanics.rest.linearisation import Held
-from sits_mech.mechanics.rest.newton import Approach
+from sits_mech.mechanics.rest.newton import Approach, unloaded
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.mechanics.rest.verdict import Way
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport, Wrench
@@ -109,7 +109,7 @@ def first_look(levels: Levels, scales: Scales, start: Equilibrium | None, contro
     """Follow the way to what is given on the coarse mesh alone; arguments as of `solve_levels`."""
     for level in (0, 1):
         levels.check_memory(level)
-    state, (held, end) = starts(levels, scales, start)[1], aim(levels.coarse, scales, control)
+    state, (held, end) = _begun(levels, scales, start, 0), aim(levels.coarse, scales, control)
     begin = np.where(held, state.q, state.load)
     spend = most / len(levels.coarse.free)
     return follow(
@@ -143,7 +143,7 @@ def solve_levels(
         Of the coarse mesh; from `first_look` by default.
     """
     held, end = aim(levels.fine, scales, control)
-    fine_start, coarse_start = starts(levels, scales, start)
+    coarse_start = _begun(levels, scales, start, 0)
     begin = np.where(held, coarse_start.q, coarse_start.load)
 
     def followed(body: Bonded, state: State, goal: Array, spend: float) -> Outcome:
@@ -159,7 +159,7 @@ def solve_levels(
         spend = most / len(levels.fine.free)
         if first.reached < 1.0:
             spend = min(spend, _LAST if first.limit is None else _VERDICT)
-        fine = followed(levels.fine, fine_start, midway, spend)
+        fine = followed(levels.fine, _begun(levels, scales, start, 1), midway, spend)
     fine = fine.over(0.0, first.reached)
     there, second = fine, first.state
     if first.limit is not None and fine.reached == first.reached:  # and how far beyond?
@@ -201,14 +201,17 @@ def aim(body: Bonded, scales: Scales, control: Control) -> tuple[Held, Array]:
     return held[:k], control.goal(scales.lengths, scales.loads)[:k]
 
 
-def starts(levels: Levels, scales: Scales, start: Equilibrium | None) -> list[State]:
-    """Return where the second and the first level start: at an equilibrium on them, or at rest."""
+def starts(levels: Levels, scales: Scales, start: Equilibrium) -> list[State]:
+    """Return the states of the second and the first level at an equilibrium on them."""
     bodies = (levels.fine, levels.coarse)
-    if start is None:
-        return [rest(body) for body in bodies]
     load = scales.load(start.wrench)[: levels.fine.components]
     halves = np.split(start.state, [levels.fine.size])
     return [unpacked(body, half, load) for body, half in zip(bodies, halves, strict=True)]
+
+
+def _begun(levels: Levels, scales: Scales, start: Equilibrium | None, level: int) -> State:
+    """Where one of the first two levels starts: at an equilibrium, or without load."""
+    return unloaded(levels.maker(level)) if start is None else starts(levels, scales, start)[1 - level]
 
 
 def levers(body: Bonded, thickness: float) -> Array:

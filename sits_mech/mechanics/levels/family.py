@@ -56,10 +56,10 @@ from sits_mech.extrapolation import shown_order
 from sits_mech.mechanics.element.memory import memory_of_box
 from sits_mech.mechanics.element.prolongation import Prolongation
 from sits_mech.mechanics.element.target import bonded_displacement
-from sits_mech.mechanics.rest.body import Bonded, State, rest
+from sits_mech.mechanics.rest.body import Bonded, State
 from sits_mech.mechanics.rest.limit import Outcome
 from sits_mech.mechanics.rest.linearisation import Held, drawn
-from sits_mech.mechanics.rest.newton import SETTLED, Approach, approached
+from sits_mech.mechanics.rest.newton import SETTLED, Approach, approached, unloaded
 from sits_mech.mechanics.rest.path import among_faces
 from sits_mech.mechanics.rest.verdict import Way, verdict
 from sits_mech.memory import GIB, memory_limit
@@ -319,7 +319,7 @@ def _from_rest(body: Bonded, held: Held, goal: Array) -> Approach | None:
     points not.
     """
     body = replace(body, mesh=replace(body.mesh, nodal=None)) if not body.guarded else body
-    state, way, spent = rest(body), Way(np.zeros_like(goal), goal, held), 0
+    state, way, spent = unloaded(body), Way(np.zeros_like(goal), goal, held), 0
     most, at, increment = min(_MOST, _WORK[len(body.mesh.axes) - 2] / len(body.free)), 0.0, 1.0
     while _FEW <= most and spent < most:
         body, found = among_faces(body, replace(state, iterations=0), way.goal(at + increment), held)

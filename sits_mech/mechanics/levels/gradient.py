@@ -148,7 +148,7 @@ class _Level(NamedTuple):
             return np.asarray(self.B.T @ found.free + found.target)
         T = bonded_tangent(body.X, np.zeros(6))[:, axes, : len(q)]
         u[body.bonded] = T @ q
-        forces = small_strain_forces(body.mesh, body.law, body.K, u)
+        forces = small_strain_forces(body.mesh, body.law, body.K, u, body.swelling)
         on_target = np.tensordot(T, forces[body.bonded], axes=((0, 1), (0, 1)))
         on_target = on_target - work_of_load(load, body.height, np.zeros(6))[: len(q)]
         return np.asarray(self.B.T @ forces[body.free] + on_target)
@@ -226,7 +226,7 @@ def _linearised(family: Family, number: int, found: Equilibrium) -> _Level | Non
     else:
         here = unpacked(body, family.states[number], load)
         body = body.near(here.u)
-        here = replace(here, p=element_forces(body.mesh, body.law, body.K, here.u).pressure)
+        here = replace(here, p=element_forces(body.mesh, body.law, body.K, here.u, None, body.swelling).pressure)
     factor = factored(body, here, gradient(body, here))
     if factor is None:
         return None
@@ -238,9 +238,9 @@ def _linearised(family: Family, number: int, found: Equilibrium) -> _Level | Non
     if not np.all(np.isfinite(S)) or not np.linalg.cond(S) < 1.0 / np.finfo(float).eps:
         return None
     if family.small:
-        q = np.asarray(np.linalg.solve(S, work_of_load(load, body.height, np.zeros(6))[:k]), dtype=np.float64)
-        here = replace(here, q=q)
-        here.u[body.free] = B @ q
+        given = work_of_load(load, body.height, np.zeros(6))[:k] - factor.side.T @ factor.step
+        here = replace(here, q=np.asarray(np.linalg.solve(S, given - gradient(body, here).target), dtype=np.float64))
+        here.u[body.free] = B @ here.q + factor.step
     return _Level(body, here, load, B, S, hidden, family.small)
 
 
@@ -266,7 +266,7 @@ def _settled(body: Bonded, here: State, factor: Factor) -> tuple[State, Array, A
 
 def _left(found: Gradient) -> float:
     """Size of the forces that are left."""
-    return float(np.hypot(np.linalg.norm(found.free), np.linalg.norm(found.target)))
+    return float(np.linalg.norm([*found.free, *found.target]))
 
 
 def _along_motions(body: Bonded, here: State, B: Array) -> tuple[Array, Array]:

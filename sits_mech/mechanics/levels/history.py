@@ -23,10 +23,10 @@ import numpy as np
 from sits_mech.mechanics.levels.answer import Solved, aim, answer, levers
 from sits_mech.mechanics.levels.family import FEWEST, Levels
 from sits_mech.mechanics.levels.retry import Line, settled, untouched
-from sits_mech.mechanics.rest.body import Bonded, rest
+from sits_mech.mechanics.rest.body import Bonded
 from sits_mech.mechanics.rest.control import Control
 from sits_mech.mechanics.rest.increments import Track, followed
-from sits_mech.mechanics.rest.newton import Approach
+from sits_mech.mechanics.rest.newton import Approach, unloaded
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport
 from sits_mech.scene.sensor import Sensor
 
@@ -115,7 +115,7 @@ def _in_steps(line: Line, levels: Levels, controls: Sequence[Control]) -> _Steps
     """The path on the first level with as many increments as the tolerance takes."""
     k, parts = levels.coarse.components, _FIRST
     weight, held = levels.coarse.levers, controls[-1].held[:k]
-    track, before = _followed(line, levels.coarse, controls, parts), rest(levels.coarse)
+    track, before = _followed(line, levels.coarse, controls, parts), unloaded(levels.coarse)
     while not track.reason and parts < _MOST:
         before, parts = track.state, 2 * parts
         track = _followed(line, levels.coarse, controls, parts)
@@ -133,7 +133,7 @@ def _followed(line: Line, body: Bonded, controls: Sequence[Control], parts: int)
     held, _ = aim(body, line.scales, farthest)
     k = body.components
     goals = [np.zeros(k), *(aim(body, line.scales, control)[1] for control in controls)]
-    return followed(body, rest(body), goals, parts, held=held, beside=controls[-1].held[3:])
+    return followed(body, unloaded(body), goals, parts, held=held, beside=controls[-1].held[3:])
 
 
 def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) -> Iterator[Approach]:

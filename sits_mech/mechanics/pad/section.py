@@ -76,14 +76,15 @@ def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
     fillet = Fillet((elastomer.edge_radius or 0.0) / t, half_layer, half_target)
     fillet = checked(fillet, t) if fillet.radius > 0.0 else fillet
     own = _numbered(fillet, fineness.cells, fineness.grading, fineness.fan)
-    K = silicone.bulk_modulus / silicone.shear_modulus
+    swelling = elastomer.free_stretch**3
+    K = silicone.bulk_modulus / silicone.shear_modulus / swelling**2
     guard = min(fineness.guard, _GUARD_SHARE * K)
     parts = _parts(own, guard, fineness.depth, elastomer.friction)
     law = law_of(silicone)
     kind = (fillet, fineness.cells, fineness.grading, fineness.fan, guard > 0.0, fineness.depth > 0.0)
     return Bonded(
         own.mesh, law, K - guard, target.load_height / t, own.free, own.bonded, own.X, own.faces,
-        parts=parts, guarded=guard > 0.0, shared=partial(_pattern, kind),
+        parts=parts, guarded=guard > 0.0, shared=partial(_pattern, kind), swelling=swelling,
     )
 
 

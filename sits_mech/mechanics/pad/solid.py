@@ -179,14 +179,16 @@ def solid(sensor: Sensor, own: NumberedMesh, guard: float, depth: float) -> Soli
         components=3 if own.half else 6, parts=contacts(own.faces, own.surfaces, depth, elastomer.friction),
         shared=partial(_pattern, own, depth > 0.0),
         hidden=partial(_pattern, own, depth > 0.0, True) if own.half else None,
+        swelling=elastomer.free_stretch**3,
     )  # fmt: skip
     return Solid(body, 0.5 if own.half else 1.0, own.division)
 
 
 def scaled_law(sensor: Sensor, guard: float) -> tuple[Law, float]:
     """Return law and bulk modulus of a pad, a guard in the law [shear moduli]; arguments as of `bonded_block`."""
-    silicone = pad_parts(sensor)[1].silicone
-    K = silicone.bulk_modulus / silicone.shear_modulus
+    elastomer = pad_parts(sensor)[1]
+    silicone = elastomer.silicone
+    K = silicone.bulk_modulus / silicone.shear_modulus / elastomer.free_stretch**6
     guard = min(guard, _GUARD_SHARE * K)
     return law_of(silicone, guard), K - guard
 
@@ -195,7 +197,8 @@ def as_in(sensor: Sensor, body: Bonded, guard: float) -> Bonded:
     """Return a pad on its nodes with the law and the place of the load that a changed scene has; guard as above."""
     target, elastomer = pad_parts(sensor)
     law, K = scaled_law(sensor, guard)
-    return replace(body, law=law, K=K, height=target.load_height / elastomer.thickness)
+    height, swelling = target.load_height / elastomer.thickness, elastomer.free_stretch**3
+    return replace(body, law=law, K=K, height=height, swelling=swelling)
 
 
 def mirrored(half: Bonded, whole: Bonded, state: State) -> State:
@@ -204,7 +207,7 @@ def mirrored(half: Bonded, whole: Bonded, state: State) -> State:
     own = state.u.reshape(-1, 3)[half.mesh.cells]
     u[whole.mesh.cells] = np.concatenate([own, own * flip])
     q, load = (np.concatenate([part, np.zeros(3)]) for part in (state.q, 2.0 * state.load))
-    p = element_forces(whole.mesh, whole.law, whole.K, u.ravel()).pressure
+    p = element_forces(whole.mesh, whole.law, whole.K, u.ravel(), None, whole.swelling).pressure
     return State(u.ravel(), q, p, load, min_J=state.min_J)
 
 

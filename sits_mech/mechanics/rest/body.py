@@ -37,7 +37,7 @@ class Bonded:
     law : Law
         Isochoric energy.
     K : float
-        Bulk modulus [shear moduli].
+        Bulk modulus, over the swelling squared [shear moduli].
     height : float
         Where the force acts above the bonded face [thicknesses].
     free : ndarray
@@ -55,6 +55,8 @@ class Bonded:
         Whether one of the parts keeps J above zero at the elements' nodes, so that no step may pass it.
     shared : callable or None
         Gives the pattern where bodies of one mesh share it.
+    swelling : float
+        Volume of the silicone if nothing held it, over that of the mesh.
     hidden : callable or None
         Gives the pattern of the displacements that the symmetry of a half hides; None where nothing is hidden.
     """
@@ -72,6 +74,7 @@ class Bonded:
     guarded: bool = False
     shared: Callable[[], Pattern] | None = None
     hidden: Callable[[], Pattern] | None = None
+    swelling: float = 1.0
 
     @cached_property
     def pattern(self) -> Pattern:
@@ -166,7 +169,7 @@ def border(mesh: MixedMesh, bonded: Indices) -> Indices:
 
 
 def rest(body: Bonded) -> State:
-    """Return the undeformed state."""
+    """Return the undeformed state; at rest where nothing swells."""
     zero = np.zeros(body.components)
     return State(np.zeros(body.mesh.nodes.size), zero, np.zeros(body.mesh.chi.shape[:2]), zero)
 

@@ -6,7 +6,7 @@ T = d u_bonded/dq the gradient and tangent of the total potential (body.py) are
     g = (f_free, T^T f_bonded + f_q - work of the load),      A = (K, C; C^T, D + turning),
 
 K, C, D from element/assembly.py, loads and turning from target.py. The pressure p of the geometric stiffness is an
-unknown of its own, eliminated in the element: each step moves it with the linearised volume, ``p <- K pi(J - 1 + H :
+unknown of its own, eliminated in the element: each step moves it with the linearised volume, ``p <- K pi(J - J_0 + H :
 dF)``, which is Newton's method on the mixed problem. (With p taken from the current volume, K (J - 1), it would be
 Newton on a stiff penalty energy, and creep.)
 
@@ -126,7 +126,7 @@ def aim_of(here: State, goal: Array, held: Held, arc: Arc | None) -> Aim:
 
 def gradient(body: Bonded, here: State) -> Gradient:
     """Forces of a layer with its parts, and what is left of them."""
-    found = element_forces(body.mesh, body.law, body.K, here.u, deformed_state(body, here))
+    found = element_forces(body.mesh, body.law, body.K, here.u, deformed_state(body, here), body.swelling)
     terms = [term for part in body.parts if len((term := part(here.u, here.q)).numbers)]
     forces = np.concatenate([found.forces, np.zeros(6)]) + sum(term.forces for term in terms)
     pattern, k = body.pattern, body.components
@@ -249,7 +249,7 @@ def _increments(
     linear[body.pattern.free] = way[0]
     linear[body.bonded.ravel()] = factor.made.T[: body.bonded.size, : body.components] @ way[1]
     _, F, J = deformed_state(body, here)
-    volume = J - 1.0 + (kinematics(F).H * gradients(body.mesh, linear)).sum(axis=-1)
+    volume = J - body.swelling + (kinematics(F).H * gradients(body.mesh, linear)).sum(axis=-1)
     return linear, body.K * volumes(body.mesh, volume)
 
 

@@ -48,6 +48,7 @@ _PATIENCE = 8  # iterations after which the residual must lie below its first va
 _CHORD = 0.3  # a step that is shorter than this share of the one before is followed by one with the same factor
 _MOST_CORRECTIONS = 6  # steps
 _WILD = 3.0  # times the first step, at which a corner folds rather than the target moves
+_LEAST_SWELLING = 0.05  # part of it
 _LINEAR = 0.3  # of a step that no other could follow, what it may be off by
 
 
@@ -170,6 +171,36 @@ def compliance(body: Bonded, state: State, load: Array) -> Array:
     except np.linalg.LinAlgError:
         pass
     return np.full((body.components, body.components), np.nan)
+
+
+def unloaded(body: Bonded) -> State:
+    """Return the state without load: undeformed, or where the silicone rests that would be larger if nothing held it.
+
+    It swells at once, or else by parts; where no part of it comes to rest, the undeformed state: a path from there tells.
+    """
+    state, at, part, none = rest(body), 0.0, 1.0, np.zeros(body.components)
+    while at < 1.0 and body.swelling != 1.0:
+        some = replace(body, swelling=1.0 + min(at + part, 1.0) * (body.swelling - 1.0))
+        found = newton(some, replace(state, iterations=0), none)
+        if found.state.residual <= SETTLED and found.state.min_J > 0.0:
+            state, at = found.state, at + part
+        elif (part := 0.5 * part) < _LEAST_SWELLING:
+            return rest(body)
+    return replace(state, iterations=0)
+
+
+def small_strain(body: Bonded) -> tuple[Array, Array]:
+    """Return the compliance of the undeformed state and the motion without load by it, shapes (k, k) and (k,)."""
+    here = rest(body)
+    found = gradient(body, here)
+    factor = factored(body, here, found)
+    try:
+        if factor is not None:
+            C = np.asarray(np.linalg.inv(factor.stiffness))
+            return C, np.asarray(-C @ (found.target + factor.side.T @ factor.step))
+    except np.linalg.LinAlgError:
+        pass
+    return np.full((body.components, body.components), np.nan), np.full(body.components, np.nan)
 
 
 def target_stiffness(body: Bonded, state: State) -> tuple[Array, Array | None]:

@@ -11,10 +11,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cache
 
+import numpy as np
+
 from sits_mech.mechanics.element.kernel import kinematics
-from sits_mech.mechanics.rest.body import Bonded, State, deformed_state, rest
+from sits_mech.mechanics.rest.body import Bonded, State, deformed_state
 from sits_mech.mechanics.rest.increments import followed, rough
 from sits_mech.mechanics.rest.linearisation import Held
+from sits_mech.mechanics.rest.newton import unloaded
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.quantities import Array
 from sits_mech.silicone.past.points import Memory, remembered, stepped, virgin
@@ -33,9 +36,13 @@ class Moment:
 
 
 def begun(body: Bonded) -> Moment:
-    """Return a layer that nothing has happened to."""
+    """Return a layer that nothing has happened to, or that has long been as warm as it is."""
     shape, components = body.mesh.inside.weights.shape, 9 if len(body.mesh.axes) == 3 else 5
-    return Moment(rest(body), virgin(body.law.silicone, shape, components))
+    memory, state = virgin(body.law.silicone, shape, components), unloaded(body)
+    if body.swelling == 1.0:
+        return Moment(state, memory)
+    known = deformed_state(body, state)
+    return Moment(replace(state, known=known), remembered(body.law.silicone, memory, np.inf, kinematics(known.F)))
 
 
 def later(

@@ -210,7 +210,7 @@ def csv_text(data: xr.Dataset) -> str:
     Parameters
     ----------
     data : Dataset
-        As from `calibrate`; what has the dimensions coil and coil_2 becomes a column for each pair of coils.
+        As from `calibrate`; what goes by coils and causes becomes a column for each.
 
     Returns
     -------
@@ -219,13 +219,10 @@ def csv_text(data: xr.Dataset) -> str:
     """
     flat = {}
     for name in over_loads(data):
-        values = data[name]
-        if "coil" not in values.dims:
-            flat[name] = values
-            continue
-        for first in data["coil"].to_numpy():
-            for second in data["coil_2"].to_numpy():
-                flat[f"{name}[{first}][{second}]"] = values.sel(coil=first, coil_2=second, drop=True)
+        own = [dim for dim in data[name].dims if dim in ("coil", "coil_2", "thermal_cause")]
+        for place in product(*(data[dim].to_numpy() for dim in own)):
+            key = "".join(f"[{each}]" for each in place)
+            flat[f"{name}{key}"] = data[name].sel(dict(zip(own, place, strict=True)), drop=True)
     loads, held = varied(data), fixed(data)
     table = xr.Dataset(flat).drop_vars([*held], errors="ignore")
     frame = (table if loads else table.expand_dims("load")).to_dataframe(dim_order=[*loads] or ["load"])

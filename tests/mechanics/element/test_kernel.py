@@ -37,6 +37,25 @@ def test_forces_and_tangent_are_derivatives_of_the_energy(body):
     np.testing.assert_allclose(stiffness, stiffness.transpose(0, 2, 1), atol=1e-9 * body.K)
 
 
+def test_silicone_that_is_larger_than_its_mesh_is_at_ease_when_it_fills_its_volume(body):
+    """Stretched evenly to its volume it bears no pressure; held at the mesh's it does, K (1 - J_0) of its own K."""
+    grown, zero = 1.02, np.zeros(2 * len(body.mesh.nodes))
+    known = (body.mesh, body.law, body.K / grown**4)
+    even = element_forces(*known, (grown - 1.0) * body.mesh.nodes.ravel(), None, grown**2)
+    assert np.abs(even.pressure).max() < 1e-9 * body.K
+    held = element_forces(*known, zero, None, grown**2)
+    volume = body.mesh.inside.weights.sum()
+    assert held.energy == pytest.approx(0.5 * body.K * (1.0 / grown**2 - 1.0) ** 2 * volume, rel=1e-12)
+
+
+def test_forces_of_swelling_are_derivatives_of_the_energy(body):
+    rng = np.random.default_rng(7)
+    n = 2 * len(body.mesh.nodes)
+    u, v, h = 0.01 * rng.normal(size=n), rng.normal(size=n), 1e-6
+    up, here, down = (element_forces(body.mesh, body.law, body.K, u + s * h * v, None, 1.05) for s in (1, 0, -1))
+    assert (up.energy - down.energy) / (2 * h) == pytest.approx(here.forces @ v, rel=1e-6)
+
+
 def test_inverted_element_has_no_energy(body):
     u = np.zeros(2 * len(body.mesh.nodes))
     u[1::2] = -1.5 * body.mesh.nodes[:, 1]

@@ -1,0 +1,120 @@
+"""How do L and R change with numbers of the scene while the target stays where it is? The direct half of a derivative.
+
+Lengths of coils and plates by the magnetic model's own slopes (magnetics/slopes.py), the frequency likewise. What all
+metal conducts needs nothing more where there is but one plate: its currents know frequency and conductivity by their
+product alone, so that, with R the resistance that the plate brings,
+
+    sigma dL/dsigma = f dL/df,    sigma dR/dsigma = f dR/df - R.
+
+Several plates of different metal are differenced. What nothing magnetic has costs nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from sits_mech.chain.models import MAGNETICS
+from sits_mech.magnetics.rings import Axisymmetric
+from sits_mech.magnetics.slopes import slopes
+from sits_mech.quantities import POSE, Array, MagneticModel, Pose
+from sits_mech.scene.parameters import TEMPERATURE, Parameter
+from sits_mech.scene.sensor import Sensor
+
+_ELECTRIC = ("target", "coils", "conductors", "substrate_radius")
+_FREE = 1e3  # times the step of a number, over which inductances in free space are differenced
+_CONDUCTIVITY = TEMPERATURE + "conductivity"
+
+
+class Direct(NamedTuple):
+    """What numbers change of the coils at p fixed poses: L and R with errors, shape (p, c, c, n); L0, (c, n)."""
+
+    L: Array
+    R: Array
+    error_L: Array
+    error_R: Array
+    L0: Array
+
+
+def at_fixed_poses(
+    sensor: Sensor, model: tuple[MagneticModel, str, float], pose: Pose, numbers: Sequence[Parameter]
+) -> Direct:
+    """Return what numbers of a scene change of its coils at p fixed poses.
+
+    Parameters
+    ----------
+    sensor : Sensor
+    model : MagneticModel, str and float
+        Of it, the model's name and its tolerance.
+    pose : Pose of ndarray, shape (p,)
+    numbers : sequence of Parameter
+        n.
+    """
+    (field, name, tolerance), count = model, len(sensor.coils)
+    shape = len(pose.components), count, count, len(numbers)
+    zero = (np.zeros(shape) for _ in range(4))
+    found = Direct(next(zero), next(zero), next(zero), next(zero), np.zeros((count, len(numbers))))
+    by_metal = [k for k, number in enumerate(numbers) if number.name == _CONDUCTIVITY and _one_metal(number.scene)]
+    lengths = {k: number.name for k, number in enumerate(numbers) if k not in by_metal and _of_field(number)}
+    if on_axis(field):
+        lengths = {k: key for k, key in lengths.items() if ".centre." not in key}
+    by_frequency = [k for k, number in enumerate(numbers) if number.name == "frequency"]
+    if not lengths and not by_frequency and not by_metal:
+        return found
+    each = slopes(sensor, field, pose, sensor.frequency, components=(), lengths=tuple(lengths.values()))
+    for k, own in enumerate(lengths):
+        found.L[..., own], found.R[..., own] = each.L_lengths[..., k], each.R_lengths[..., k]
+        found.error_L[..., own] = each.error_L_lengths[..., k]
+        found.error_R[..., own] = each.error_R_lengths[..., k]
+        if place_of(numbers[own]).coils != numbers[own].scene.coils:
+            found.L0[:, own] = _free(numbers[own], name, tolerance)
+    for own in by_frequency:
+        found.L[..., own], found.R[..., own] = each.L_frequency, each.R_frequency
+    for own in by_metal:
+        f, grown, R = sensor.frequency, _growth(numbers[own]), field.impedance(pose, sensor.frequency).R
+        found.L[..., own], found.R[..., own] = grown * f * each.L_frequency, grown * (f * each.R_frequency - R)
+    return found
+
+
+def _free(number: Parameter, name: str, tolerance: float) -> Array:
+    """Derivative of the coils' inductances in free space, shape (c,)."""
+    total, none = np.zeros(len(number.scene.coils)), Pose.of(np.zeros((0, len(POSE))))
+    for place in replace(number, step=_FREE * number.step).stencil().places:
+        alone = MAGNETICS[name](place.sensor, tolerance).impedance(none, place.sensor.frequency)
+        total = total + place.weight * np.diagonal(alone.L0)
+    return np.asarray(total)
+
+
+def place_of(number: Parameter) -> Sensor:
+    """Return a scene in which a number is a little different."""
+    return number.stencil().places[0].sensor
+
+
+def _of_field(number: Parameter) -> bool:
+    """Whether a number is one that the coils' field meets: of coils and plates."""
+    if number.name == "target.load_height":
+        return False
+    other = place_of(number)
+    return any(getattr(other, part) != getattr(number.scene, part) for part in _ELECTRIC)
+
+
+def _one_metal(sensor: Sensor) -> bool:
+    """Whether currents flow in the target alone, beside nothing permeable."""
+    return not sensor.conductors and (sensor.target is None or sensor.target.metal.relative_permeability == 1.0)
+
+
+def _growth(number: Parameter) -> float:
+    """Relative growth of the target's conductivity with a number; zero without target."""
+    target, stencil = number.scene.target, number.stencil()
+    if target is None:
+        return 0.0
+    ends = [place.weight * place.sensor.target.metal.conductivity for place in stencil.places if place.sensor.target]
+    return sum(ends, stencil.own * target.metal.conductivity) / target.metal.conductivity
+
+
+def on_axis(field: MagneticModel) -> bool:
+    """Say whether a model keeps a disc on its coil's axis: what moves or tilts either aside changes nothing there."""
+    return isinstance(getattr(field, "model", field), Axisymmetric)

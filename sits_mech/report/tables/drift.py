@@ -1,0 +1,86 @@
+"""What does a reader see of a sensor over temperature? Drift of its readout by cause; what it shows at each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from sits_mech.chain.simulate import Simulation
+from sits_mech.quantities import as_jsonable, shown_unit
+from sits_mech.readout.drift import Drift
+from sits_mech.report.records import simulation_record
+from sits_mech.report.tables.solves import short
+from sits_mech.units import ZERO_CELSIUS
+
+Record = dict[str, Any]
+_MOST_AT_ONCE = 8  # coils of a table
+
+
+def drift_record(found: Drift, temperature: float) -> Record:
+    """Return the drift of zero and of gain of each component of a load, whole and by cause, SI.
+
+    Parameters
+    ----------
+    found : Drift
+    temperature : float
+        Of the calibration [K].
+    """
+
+    def of(values: Any) -> Record:
+        by_cause = dict(zip(found.causes, as_jsonable(values), strict=True))
+        return {"whole": as_jsonable(np.sum(values)), "by_cause": by_cause}
+
+    names = enumerate(found.forces)
+    each = {name: {"zero": of(found.zero[k]), "gain": of(found.gain[k])} for k, name in names}
+    return {"temperature": temperature, **each}
+
+
+def drift_table(record: Record) -> Table:
+    """Return the same for a reader."""
+    forces = [name for name in record if name != "temperature"]
+    here = record["temperature"] - ZERO_CELSIUS
+    table = Table(title=f"drift with temperature, at {here:.4g} degC: of zero, of gain", show_edge=False)
+    for heading in ("cause", *(f"{name} [m{shown_unit(name)}/K], [%/K]" for name in forces)):
+        table.add_column(heading)
+    causes = list(record[forces[0]]["zero"]["by_cause"])
+    for cause in (*causes, "whole"):
+        cells = []
+        for name in forces:
+            zero, gain = (
+                part["whole"] if cause == "whole" else part["by_cause"][cause]
+                for part in (record[name]["zero"], record[name]["gain"])
+            )
+            cells.append(f"{_number(zero, 1e3)}, {_number(gain, 100.0)}")
+        table.add_row(cause, *cells, end_section=cause == causes[-1])
+    return table
+
+
+def _number(value: float | None, scale: float) -> str:
+    """Return a number for a reader."""
+    return "-" if value is None or not np.isfinite(value) else short(scale * value, 3)
+
+
+def temperatures_record(temperatures: Sequence[float], found: Sequence[Simulation]) -> Record:
+    """Return what a sensor shows under one load at each temperature [K], for a program, SI."""
+    return {
+        "temperature": list(temperatures), "temperatures": [simulation_record(each) for each in found],
+    }  # fmt: skip
+
+
+def temperatures_table(coils: Sequence[str], temperatures: Sequence[float], found: Sequence[Simulation]) -> Table:
+    """Return the same for a reader: pose, and each coil's inductance with its change from the first temperature."""
+    unit, first = found[0].impedance.unit_L, np.diagonal(found[0].impedance.L)
+    scale, shown = (1e6, "uH") if unit == "H" else (1e6, "uH/m")
+    table = Table(title="over temperature", show_edge=False)
+    headings = ["T [degC]", "d_h [um]", "d_v [um]", "alpha [mrad]"]
+    for heading in (*headings, *(f"{coil} [{shown}], change [ppm]" for coil in coils[:_MOST_AT_ONCE])):
+        table.add_column(heading)
+    for T, each in zip(temperatures, found, strict=True):
+        pose, L = each.equilibrium.pose, np.diagonal(each.impedance.L)
+        own = [f"{1e6 * pose.d_h:.3f}", f"{1e6 * pose.d_v:.3f}", f"{1e3 * pose.alpha:.4f}"]
+        cells = [f"{scale * a:.6f}, {1e6 * (a / b - 1.0):.1f}" for a, b in zip(L, first, strict=True)]
+        table.add_row(f"{T - ZERO_CELSIUS:.4g}", *own, *cells[:_MOST_AT_ONCE])
+    return table

@@ -1,0 +1,241 @@
+"""What does a temperature make of a scene? Another scene: a sensor at a temperature is a sensor.
+
+The numbers of a scene are those at 20 degC. At T, with dT = T - 20 degC,
+
+    resistivity     rho (1 + a dT) of target, conductors and tracks; permeability mu_r (1 + b dT)
+    plates          sizes of target and conductors times 1 + e dT of their metal, each about its own middle; the pad's
+                    sizes go with the target that it is bonded to
+    pad             what a length of the silicone would be if nothing held it, ``free_stretch`` times (1 + e dT) of the
+                    silicone over 1 + e dT of the target; how far it lifts the target is for the mechanics to solve
+    modulus         constants of the silicone that are stresses times T / 293.15 K: rubber's elasticity is entropic
+    board           places and sizes of coils in their plane times 1 + e dT, heights of layers and tracks alike
+    capacitor       C (1 + c dT)
+    clock           the reference clock (1 + c dT), which codes are counted by: `clock_factor`
+
+each a cause that can be asked for alone. What has no known coefficient is refused by name, as is a temperature outside
+the range in which a coefficient holds. Sources of the coefficients stand beside them in the catalogue.
+
+Neglected: what target and board expand differently under the pad, a percent of what the pad does; expansion of a
+stand-off and of what holds the conductors; bulk modulus, permittivity and times of a Prony series over temperature;
+temperatures that differ from part to part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from sits_mech.scene.materials import Metal, metals
+from sits_mech.scene.sensor import REFERENCE, Coil, Conductor, Elastomer, SceneError, Sensor, Target
+from sits_mech.silicone.laws import LAWS
+from sits_mech.silicone.material import Silicone
+from sits_mech.units import ZERO_CELSIUS
+
+CAUSES = ("conductivity", "plates", "pad", "modulus", "board", "capacitor", "clock")
+"""Parts of a sensor that a temperature changes, each by its own coefficients."""
+
+
+def at_temperature(sensor: Sensor, temperature: float | None = None, causes: Collection[str] = CAUSES) -> Sensor:
+    """Return the scene that a sensor is at a temperature: its numbers changed, `temperature` back at 20 degC.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        With numbers that hold at 20 degC.
+    temperature : float, optional
+        [K]; the scene's own by default.
+    causes : collection of str
+        Those of `CAUSES` that count.
+
+    Raises
+    ------
+    SceneError
+        Where a coefficient is not known, or the temperature is outside of its range.
+
+    Examples
+    --------
+    >>> from sits_mech.scene.thermal import at_temperature
+    >>> warm = at_temperature(sm.load_sensor("biorob2018"), 333.15)
+    >>> round(warm.elastomer.free_stretch, 4), round(warm.target.metal.conductivity / 1e6, 1)
+    (1.0113, 50.1)
+    """
+    asked = sensor.temperature if temperature is None else temperature
+    sensor = sensor if sensor.temperature == REFERENCE else sensor.model_copy(update={"temperature": REFERENCE})
+    if asked == REFERENCE:
+        return sensor
+    check_temperature(sensor, asked)
+    return warmed(sensor, dict.fromkeys(causes, asked - REFERENCE))
+
+
+def at_each(sensor: Sensor, temperatures: Sequence[float]) -> list[Sensor]:
+    """Return the scene at each of some temperatures [K], unsolved; all are checked first."""
+    for each in temperatures:
+        check_temperature(sensor, each)
+    return [sensor.model_copy(update={"temperature": each}) for each in temperatures]
+
+
+def clock_factor(sensor: Sensor) -> float:
+    """Return what the reference clock runs at where a sensor is used, over what it does at 20 degC."""
+    return 1.0 + sensor.readout.clock_coefficient * (sensor.temperature - REFERENCE)
+
+
+def check_temperature(sensor: Sensor, temperature: float) -> None:
+    """Refuse a temperature [K] that something of a sensor is not known at, in one line that names it."""
+    if temperature == REFERENCE:
+        return
+    for name, part in _plates(sensor):
+        _check_metal(name, part.metal, temperature)
+    for coil in sensor.coils:
+        _check_range(f"coils.{coil.name}: the tracks' copper", _copper().temperature_range, temperature)
+        if coil.conductivity is not None and coil.temperature_coefficient is None:
+            raise _missing(f"coils.{coil.name}.temperature_coefficient", temperature)
+    if sensor.elastomer is None:
+        return
+    silicone = sensor.elastomer.silicone
+    if sensor.elastomer.mesh is not None:
+        raise SceneError(f"temperature: must be 20 degC with an elastomer.mesh, whose sizes are fixed; got "
+                         f"{celsius(temperature)}")  # fmt: skip
+    for key in ("expansion", "temperature_range"):
+        if getattr(silicone, key) is None:
+            raise _missing(f"elastomer.material.{key}", temperature)
+    _check_range(f"elastomer: {silicone.name or 'the silicone'}", silicone.temperature_range, temperature)
+
+
+def unknown_coefficients(sensor: Sensor) -> str:
+    """Return what keeps a sensor from being asked for its change with temperature, "" where nothing does."""
+    try:
+        check_temperature(sensor, REFERENCE + 1e-3)
+    except SceneError as error:
+        return str(error)
+    return ""
+
+
+def celsius(temperature: float) -> str:
+    """Return a temperature [K] as it is written."""
+    return f"{temperature - ZERO_CELSIUS:.6g} degC"
+
+
+def warmed(sensor: Sensor, dT: Mapping[str, float]) -> Sensor:
+    """Return a scene whose causes of change are each so much warmer [K], known to hold there or not.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        At 20 degC. What has no known coefficient counts as without.
+    dT : mapping
+        By the names of `CAUSES`; others are not warmer.
+    """
+    own = dict.fromkeys(CAUSES, 0.0) | dict(dT)
+    target = sensor.target
+    grown = 1.0 if target is None else 1.0 + (target.metal.expansion or 0.0) * own["plates"]
+    changes: dict[str, Any] = {"coils": tuple(_coil(coil, own) for coil in sensor.coils)}
+    if sensor.conductors:
+        changes["conductors"] = tuple(_plate(part, own) for part in sensor.conductors)
+    if target is not None:
+        changes["target"] = _plate(target, own)
+    if sensor.elastomer is not None:
+        changes["elastomer"] = _pad(sensor.elastomer, own, grown)
+    if own["capacitor"] and sensor.readout.capacitance_coefficient:
+        C = sensor.readout.parallel_capacitance * (1.0 + sensor.readout.capacitance_coefficient * own["capacitor"])
+        changes["readout"] = sensor.readout.model_copy(update={"parallel_capacitance": C})
+    return sensor.model_copy(update=changes)
+
+
+def _copper() -> Metal:
+    """What tracks are made of."""
+    return metals()["copper"]
+
+
+def _plates(sensor: Sensor) -> list[tuple[str, Target | Conductor]]:
+    """Target and conductors with what to call them."""
+    own: list[tuple[str, Target | Conductor]] = [(f"conductors.{part.name}", part) for part in sensor.conductors]
+    return own if sensor.target is None else [("target", sensor.target), *own]
+
+
+def _check_metal(name: str, metal: Metal, temperature: float) -> None:
+    """Refuse a metal of which something is not known at a temperature."""
+    for key in ("temperature_coefficient", "permeability_coefficient", "expansion"):
+        if getattr(metal, key) is None:
+            raise _missing(f"{name}.{key}", temperature)
+    _check_range(f"{name}: {metal.name or 'its metal'}", metal.temperature_range, temperature)
+
+
+def _check_range(name: str, ends: tuple[float, float] | None, temperature: float) -> None:
+    """Refuse a temperature outside a range."""
+    if ends is not None and not ends[0] <= temperature <= ends[1]:
+        reach = f"from {celsius(ends[0])} to {celsius(ends[1])}, where what is known of {name} holds"
+        raise SceneError(f"temperature: must be {reach}; got {celsius(temperature)}")
+
+
+def _missing(key: str, temperature: float) -> SceneError:
+    """What is said of a coefficient that is not known."""
+    return SceneError(f"{key}: must be given for a temperature other than 20 degC; it is missing, and "
+                      f"{celsius(temperature)} is asked for")  # fmt: skip
+
+
+def _plate(part: Any, dT: Mapping[str, float]) -> Any:
+    """A target or conductor that is warmer."""
+    metal, changes, resistive = part.metal, dict[str, Any](), dT["conductivity"]
+    if resistive:
+        changes["conductivity"] = metal.conductivity / (1.0 + (metal.temperature_coefficient or 0.0) * resistive)
+        changes["relative_permeability"] = metal.relative_permeability * (
+            1.0 + (metal.permeability_coefficient or 0.0) * resistive
+        )
+    grown = 1.0 + (metal.expansion or 0.0) * dT["plates"]
+    if grown != 1.0:
+        keys = ("width", "length", "diameter", "thickness", "load_height")
+        changes |= {key: grown * size for key in keys if (size := getattr(part, key, None)) is not None}
+        if part.points is not None:
+            changes["points"] = _scaled(part.points, grown)
+        changes["holes"] = tuple(_scaled(hole, grown) for hole in part.holes)
+    return part.model_copy(update=changes)
+
+
+def _scaled(points: Any, factor: float) -> tuple[tuple[float, ...], ...]:
+    """Points times a factor."""
+    return tuple(tuple(factor * each for each in point) for point in points)
+
+
+def _pad(pad: Elastomer, dT: Mapping[str, float], grown: float) -> Elastomer:
+    """A pad that is warmer under a target that has grown by a factor."""
+    silicone = pad.silicone
+    free = 1.0 + (silicone.expansion or 0.0) * dT["pad"]
+    keys = ("width", "length", "diameter", "pitch", "thickness", "edge_radius")
+    changes: dict[str, Any] = {} if grown == 1.0 else {
+        key: grown * size for key in keys if (size := getattr(pad, key)) is not None
+    }  # fmt: skip
+    changes["free_stretch"] = pad.free_stretch * free / grown
+    if dT["modulus"]:
+        changes["material"] = stiffer(silicone, 1.0 + dT["modulus"] / REFERENCE)
+    return pad.model_copy(update=changes)
+
+
+def stiffer(silicone: Silicone, factor: float) -> Silicone:
+    """Return a silicone with all constants that are stresses times a factor; its bulk modulus stays."""
+    constants: dict[str, float | tuple[float, ...]] = {}
+    for key, value in silicone.constants.items():
+        own = factor if LAWS[silicone.law].units[key] == "Pa" else 1.0
+        constants[key] = tuple(own * each for each in value) if isinstance(value, tuple) else own * value
+    return replace(silicone, constants=constants)
+
+
+def _coil(coil: Coil, dT: Mapping[str, float]) -> Coil:
+    """A coil that is warmer, on its board."""
+    changes: dict[str, Any] = {}
+    if dT["conductivity"]:
+        coefficient = coil.temperature_coefficient
+        if coefficient is None:
+            coefficient = _copper().temperature_coefficient or 0.0
+        cold = coil.conductivity or _copper().conductivity
+        changes["conductivity"] = cold / (1.0 + coefficient * dT["conductivity"])
+    if dT["board"]:
+        across, up = 1.0 + coil.board_expansion * dT["board"], 1.0 + coil.board_expansion_z * dT["board"]
+        flat = ("inner_diameter", "inner_width", "inner_length", "corner_radius", "track_width", "track_gap")
+        changes |= {key: across * getattr(coil, key) for key in flat}
+        changes |= {key: up * getattr(coil, key) for key in ("track_thickness", "layer_pitch")}
+        changes["centre"] = tuple(across * place for place in coil.centre)
+        changes["path_widths"] = tuple(across * width for width in coil.path_widths)
+        changes["layer_z"] = tuple(up * z for z in coil.layer_z)
+        changes["path"] = tuple(tuple((across * x, across * y, up * z) for x, y, z in line) for line in coil.path)
+    return coil.model_copy(update=changes)

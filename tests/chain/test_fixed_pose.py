@@ -1,0 +1,61 @@
+"""Derivatives at a fixed pose: what metal conducts against differences, and against a coil over a half-space."""
+
+import numpy as np
+import pytest
+from scipy.constants import mu_0
+
+from sits_mech.chain.fixed_pose import at_fixed_poses
+from sits_mech.chain.models import MAGNETICS
+from sits_mech.geometry.windings import coil_sections
+from sits_mech.magnetics.axis.dodd_deeds import Layer, reflection, spectrum
+from sits_mech.quantities import Pose
+from sits_mech.scene.parameters import parameter
+from sits_mech.scene.sensor import Sensor, load_sensor
+from sits_mech.scene.thermal import at_temperature
+
+METAL = "temperature.conductivity"
+
+
+def slope(sensor: Sensor, name: str, pose: Pose, key: str = METAL) -> tuple[np.ndarray, np.ndarray]:
+    """Return dL/dT and dR/dT of the first coil's own by a model, and L and R."""
+    model = MAGNETICS[name](sensor, 1e-3)
+    found = at_fixed_poses(sensor, (model, name, 1e-3), pose, [parameter(sensor, key)])
+    return np.array([found.L[0, 0, 0, 0], found.R[0, 0, 0, 0]])
+
+
+@pytest.mark.parametrize(
+    ("name", "hertz", "within"), [("planar", 5e4, 1e-3), ("planar", 5e6, 1e-2), ("sheets", 5e4, 2e-2)]
+)
+def test_what_metal_conducts_against_differences(name: str, hertz: float, within: float) -> None:
+    """By frequency alone, against answers for plates that are 2 K warmer and colder, divided anew."""
+    sensor = load_sensor("biorob2018", [f"frequency={hertz}"])
+    pose = Pose.of(np.array([[1e-3, 2e-3, 0.05, 0.0, 0.0, 0.0]]))
+    own, h = slope(sensor, name, pose), 2.0
+    each = [
+        MAGNETICS[name](at_temperature(sensor, 293.15 + way * h, ["conductivity"]), 1e-3).impedance(pose, hertz)
+        for way in (-1, 1)
+    ]
+    expected = np.array([(b - a)[0, 0, 0] / (2 * h) for a, b in ((each[0].L, each[1].L), (each[0].R, each[1].R))])
+    np.testing.assert_allclose(own, expected, rtol=within)
+
+
+def test_the_copper_part_is_that_of_a_coil_over_a_half_space() -> None:
+    """A disc of copper, far wider than its coil and some twenty skin depths thick: Dodd and Deeds, differenced."""
+    plain = load_sensor("biorob2018")
+    base = plain.coils[0].model_copy(update={"centre": (0.0, 0.0)})
+    target = plain.target.model_copy(update={"shape": "disc", "width": None, "length": None, "diameter": 40e-3,
+                                             "thickness": 0.6e-3, "load_height": 0.6e-3})  # fmt: skip
+    sensor = plain.model_copy(update={"coils": (base,), "target": target, "elastomer": None})
+    gap, omega = 2e-3, 2 * np.pi * sensor.frequency
+    own = slope(sensor, "axisymmetric", Pose.of(np.array([[0.0, gap, 0.0, 0.0, 0.0, 0.0]])))
+    rings = coil_sections(base)
+    x, w = np.polynomial.legendre.leggauss(600)
+    k = 4e3 * (x + 1.0)
+    weight = 4e3 * w * np.pi * mu_0 * spectrum(rings, k) ** 2 * np.exp(-2.0 * k * gap)
+
+    def by(T: float) -> np.ndarray:
+        change = complex(weight @ reflection(k, omega, [Layer(5.8e7 / (1.0 + 3.93e-3 * T), np.inf)]))
+        return np.array([change.real, -omega * change.imag])
+
+    expected = (by(0.1) - by(-0.1)) / 0.2
+    np.testing.assert_allclose(own, expected, rtol=1e-2)

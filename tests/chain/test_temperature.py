@@ -1,0 +1,94 @@
+"""Slopes by temperature of the whole chain: against answers at other temperatures, and tables moved along them."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from sits_mech.chain.calibrate import calibrate
+from sits_mech.chain.gradient import gradient
+from sits_mech.chain.simulate import simulate
+from sits_mech.chain.temperature import CHAINED, at_other_temperature, relative_slopes
+from sits_mech.quantities import Wrench
+from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
+
+PLANE = {"mechanics": "planar", "magnetics": "planar", "tolerance": 1e-2}
+QUICK = {"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1}
+LOAD = Wrench(F_x=0.1, F_z=0.5)
+COEFFICIENTS = ('readout.capacitance_coefficient="30 ppm/K"', 'readout.clock_coefficient="-2 ppm/K"')
+
+
+def sensor(*keys: str) -> Sensor:
+    """Return the two-coil sensor with keys changed, free faces left alone."""
+    return load_sensor("biorob2018", ['elastomer.contact="never"', *keys])
+
+
+@pytest.fixture(scope="module")
+def data() -> xr.Dataset:
+    """A small table with slopes."""
+    return calibrate(sensor(*COEFFICIENTS), F_x=[-0.2, 0.0, 0.2], F_z=[0.0, 0.5, 1.0], drift=True, **QUICK)
+
+
+@pytest.mark.parametrize("celsius", [20, 50])
+def test_the_whole_derivative_is_that_of_differences(celsius: int) -> None:
+    """Sum of the causes against answers made anew 10 and 20 K around, differences of fourth order: to 1e-4.
+
+    At 50 kHz: where the skin is thin the plate's division follows it, and answers made anew differ by that as well.
+    """
+    here = sensor(f'temperature="{celsius} degC"', 'frequency="50 kHz"')
+    found = gradient(here, LOAD, CHAINED, **PLANE)
+    ways = (-2, -1, 1, 2)
+    each = {way: simulate(here.model_copy(update={"temperature": here.temperature + 10.0 * way}), LOAD, **PLANE)
+            for way in ways}  # fmt: skip
+
+    def slope(of) -> np.ndarray:
+        return (8.0 * (of(each[1]) - of(each[-1])) - (of(each[2]) - of(each[-2]))) / (12.0 * 10.0)
+
+    L = slope(lambda one: np.diagonal(one.impedance.L))
+    np.testing.assert_allclose(np.einsum("iin->in", found.L).sum(axis=1), L, rtol=1e-4)
+    pose = slope(lambda one: one.equilibrium.pose.components)
+    np.testing.assert_allclose(found.pose.sum(axis=1)[:3], pose[:3], rtol=1e-4, atol=1e-4 * abs(pose[1]))
+
+
+def test_causes_of_a_table_sum_to_the_whole(data: xr.Dataset) -> None:
+    """What is read is the inductance's own slope, and the capacitor's and twice the clock's share of L."""
+    L = np.diagonal(data["L"].transpose("F_x", "F_z", "coil", "coil_2").to_numpy(), axis1=2, axis2=3)
+    by_cause = data["slope_T_L_by"].sum("thermal_cause").to_numpy()
+    np.testing.assert_allclose(by_cause, data["slope_T_L"].to_numpy() + L * (30e-6 - 2 * 2e-6), rtol=1e-12)
+    single = gradient(sensor(), Wrench(F_x=0.2, F_z=1.0), CHAINED, **QUICK)
+    own = data.sel(F_x=0.2, F_z=1.0)
+    np.testing.assert_allclose(own["slope_T_L"], np.einsum("iin->in", single.L).sum(axis=1), rtol=1e-3)
+    np.testing.assert_allclose(own["slope_T_d_v"], single.pose[1].sum(), rtol=1e-3)
+
+
+def test_a_moved_table_is_one_at_another_temperature(data: xr.Dataset) -> None:
+    """By 2 K: within 1 % of the change, which a second derivative leaves; what is read has capacitor and clock in it."""
+    scene = sensor(*COEFFICIENTS)
+    moved = at_other_temperature(scene, data, scene.temperature + 2.0)
+    anew = calibrate(scene.model_copy(update={"temperature": scene.temperature + 2.0}), F_x=[-0.2, 0.0, 0.2],
+                     F_z=[0.0, 0.5, 1.0], **QUICK)  # fmt: skip
+    cold, warm, read = (np.diagonal(part["L"].to_numpy(), axis1=2, axis2=3) for part in (data, anew, moved))
+    change = warm * (1 + 60e-6) * (1 - 4e-6) ** 2 - cold  # 1/((2 pi f)^2 C): C larger, the clock slower
+    np.testing.assert_allclose(read - cold, change, rtol=1e-2)
+    assert at_other_temperature(scene, data, scene.temperature) is data
+
+
+def test_relative_slopes_have_a_row_for_each_cause(data: xr.Dataset) -> None:
+    found = relative_slopes(sensor(*COEFFICIENTS), Wrench(F_z=0.5), **QUICK)
+    own = data.sel(F_x=0.0, F_z=0.5)
+    L = np.diagonal(own["L"].to_numpy())
+    np.testing.assert_allclose(found, own["slope_T_L_by"] / L, rtol=1e-3, atol=1e-10)
+
+
+def test_what_has_no_slopes_is_refused(data: xr.Dataset) -> None:
+    """One line each: a table without, a model without derivatives, a silicone whose expansion is not known."""
+    scene = sensor(*COEFFICIENTS)
+    with pytest.raises(SceneError, match="must be 20 degC, that of the calibration, which was made without --drift"):
+        at_other_temperature(scene, data.drop_vars(["slope_T_L", "slope_T_L_by"]), 300.0)
+    with pytest.raises(SceneError, match="got 176.85 degC"):
+        at_other_temperature(scene, data, 450.0)
+    silicone = 'elastomer.material={law="neo-hookean",shear_modulus="20 kPa",bulk_modulus="20 MPa"}'
+    with pytest.raises(SceneError, match="drift: elastomer.material.expansion: must be given"):
+        calibrate(sensor(silicone), F_z=[0.0, 1.0], drift=True, **QUICK)
+    flush = sensor('target.width="20 mm"', "coils.C1.centre.0=-0.004")
+    with pytest.raises(SceneError, match="drift: must be asked of the mechanics block, planar or linear"):
+        calibrate(flush, F_z=[0.0, 0.1], drift=True, **(QUICK | {"mechanics": "closed-form"}))
