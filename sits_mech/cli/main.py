@@ -18,7 +18,7 @@ from sits_mech.cli import grids, inform, products, read, solve, timed
 from sits_mech.cli.console import warn
 from sits_mech.cli.options import app
 
-COMMANDS = (inform, solve, grids, products, read)  # importing them is what makes the app know their commands
+COMMANDS = (inform, solve, grids, products, read, timed)  # importing them is what makes the app know their commands
 
 
 def run(tokens: Sequence[str] | None = None) -> int:
