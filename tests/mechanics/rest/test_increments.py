@@ -10,7 +10,7 @@ from sits_mech.mechanics.faces.surface import edges
 from sits_mech.mechanics.pad.section import Fineness, bonded_body
 from sits_mech.mechanics.rest import increments
 from sits_mech.mechanics.rest.body import rest
-from sits_mech.mechanics.rest.increments import _rough, followed
+from sits_mech.mechanics.rest.increments import followed, rough
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.scene.sensor import load_sensor
 
@@ -107,7 +107,7 @@ def test_what_comes_first_decides():
 
 def test_without_a_coefficient_there_is_none_and_the_way_is_the_one_without_friction():
     body = standing(0.0)
-    assert not _rough(body) and _rough(standing())
+    assert not rough(body) and rough(standing())
     straight, bent = (went(body, way, 2).state.q for way in ([PRESSED], [(0.0, -0.02, 0.0), PRESSED]))
     np.testing.assert_allclose(straight, bent)
     other = follow(body, rest(body), (REST, PRESSED), held=HELD).state
