@@ -37,7 +37,7 @@ from sits_mech.mechanics.rest.increments import rough
 from sits_mech.mechanics.rest.linearisation import Held
 from sits_mech.mechanics.rest.steps import Moment, begun, later
 from sits_mech.mechanics.rest.verdict import reason_words
-from sits_mech.quantities import POSE, WRENCH, Array, Pose, SolveFailed, SolveReport
+from sits_mech.quantities import POSE, WRENCH, Array, Pose, SolveFailed, SolveReport, Wrench
 
 _GROWTH = 0.03  # of the tolerance: what a step may add to the error in time
 _LARGER, _SMALLER, _SAFE = 3.0, 0.2, 0.9  # of a step, from one to the next
@@ -130,8 +130,7 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress)
     for level in (0, 1):
         levels.check_memory(level)
     body, goals = levels.coarse, history.wrench / line.scales.loads
-    farthest = history.loads[int(np.argmax(np.abs(goals).max(axis=1)))]
-    held, _ = aim(body, line.scales, under(farthest))
+    held, _ = aim(body, line.scales, under(next((load for load in history.loads if load.beside), Wrench())))
     asked = min(line.asked, 1.0)
     count, loads = min(FEWEST, len(levels.sizes)), (history.time, goals[:, : body.components])
     times, first = _timed(body, held, loads, _GROWTH * asked, _shares(tell, 0, count))

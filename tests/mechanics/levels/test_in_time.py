@@ -57,6 +57,18 @@ def test_long_time_is_the_elastic_answer_of_a_pad_in_space():
     assert np.all(off[:3] <= 3e-3 * np.abs(slow.pose.components - [0, 2e-3, 0, 0, 0, 0])[:3])
 
 
+def test_a_load_that_leaves_the_plane_later_moves_the_whole_pad():
+    """Pressed first, then along y, in space: a box as long as wide answers as it does along x."""
+    own = sensor({"width": 12e-3, "length": 12e-3, "thickness": 4e-3}, prony=PRONY)
+    along, across = (
+        block_pad(own, 5e-2).in_time(history([0.0, 1.0, 2.0], F_z=[0.0, 1.0, 1.0], **{name: [0.0, 0.0, 0.2]}))
+        for name in ("F_x", "F_y")
+    )
+    assert across.pose.d_y[-1] == pytest.approx(along.pose.d_h[-1], rel=1e-4)
+    assert across.pose.alpha_x[-1] == pytest.approx(-along.pose.alpha[-1], rel=1e-3)
+    assert abs(across.pose.d_h[-1]) < 1e-9
+
+
 def test_without_rate_or_softening_it_is_the_elastic_answer():
     own = sensor()
     found = planar_layer(own, 1e-2).in_time(history([0.0, 1.0, 1.1], F_z=[0.0, 2.0, 1.0]))
