@@ -48,6 +48,7 @@ UNMIRRORED = {
         ("synthesis/answer.py", "synthesis/answered.py", "synthesis/around.py"),
         "tests/synthesis/test_run.py: what comes of a search",
     ),
+    "report/histories/folder.py": "tests/report/histories/test_shown.py: the folder of a history",
     "export/fixed_point.py": "tests/export/test_firmware.py: the header made of its integers",
     **dict.fromkeys(
         ("export/formats.py", "export/source.py"), "tests/export/test_tables.py: every format goes through them"

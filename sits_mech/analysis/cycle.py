@@ -27,6 +27,7 @@ from sits_mech.chain.simulate import with_symmetry
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.quantities import POSE, Array, Pose, Wrench
 from sits_mech.readout.signals import told
+from sits_mech.scene.elastomer import pad_volume
 from sits_mech.scene.sensor import SceneError, Sensor, scene_hash, scene_text
 from sits_mech.silicone.history import ElasticCurve, elastic_curve, relaxed_share, softened_share
 from sits_mech.version import __version__
@@ -135,7 +136,7 @@ def load_cycle(
     return data.assign_attrs(
         **scene, notes="; ".join((*_notes(sensor), *by_field.notes)), request=json.dumps(request),
         frequency=sensor.frequency, unit_L=reading.impedance.unit_L,
-        **{key: item for name in told(data) for key, item in _loops(data, name).items()},
+        **{key: item for name in told(data) for key, item in loops(data, name).items()},
     )  # fmt: skip
 
 
@@ -172,7 +173,10 @@ def _elastic_share(sensor: Sensor, programme: Programme, curve: ElasticCurve) ->
         return programme.share.copy()
     silicone = sensor.elastomer.silicone
     relaxed = relaxed_share(silicone, programme.time, programme.share)
-    return softened_share(silicone.mullins, curve.energy, np.clip(relaxed, 0.0, 1.0))
+    target, volume = sensor.target, 0.0
+    if target is not None:
+        volume = pad_volume(sensor.elastomer, target.extent, target.shape == "disc")
+    return softened_share(silicone.mullins, curve.energy, np.clip(relaxed, 0.0, 1.0), volume=volume)
 
 
 def _carried(curve: ElasticCurve, reading: Reading, elastic: Array) -> dict[str, Any]:
@@ -192,8 +196,8 @@ def _carried(curve: ElasticCurve, reading: Reading, elastic: Array) -> dict[str,
     return columns
 
 
-def _loops(data: xr.Dataset, name: str) -> dict[str, list[float]]:
-    """Return the widths of all loops of a signal in percent of its range, and their errors."""
+def loops(data: xr.Dataset, name: str) -> dict[str, list[float]]:
+    """Return the widths of all loops of a signal over ``share`` in percent of its range, and their errors, by key."""
     share, signal, error = (data[key].to_numpy() for key in ("share", name, f"error_{name}"))
     found = [_loop(share[part], signal[part], error[part]) for part in _cycles(share)]
     widths, errors = zip(*found, strict=True) if found else ((), ())

@@ -204,7 +204,9 @@ def omissions(
 def history_share(silicone: Silicone) -> float:
     """Return by how much a sudden load, or one below a larger load of the past, moves the target otherwise [-]."""
     quick = sum(weight for weight, _ in silicone.prony)
-    left = 1.0 if silicone.mullins is None else 1.0 - math.erf(1.0) / silicone.mullins
+    mullins = silicone.mullins
+    deepest = 0.0 if mullins is None else math.erf(1.0 / mullins.beta) if mullins.beta else 1.0
+    left = 1.0 if mullins is None else 1.0 - deepest / mullins.r
     return max(quick, 1.0 / left - 1.0)
 
 

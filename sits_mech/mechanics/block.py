@@ -35,10 +35,12 @@ import numpy as np
 
 from sits_mech.mechanics.element.mesh import BRICK
 from sits_mech.mechanics.element.prolongation import Prolongation, along_family
+from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.answer import Solved, starts
 from sits_mech.mechanics.levels.family import Levels, contact_depth, kept
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
 from sits_mech.mechanics.levels.history import arrived, depends_on_path
+from sits_mech.mechanics.levels.in_time import motion_in_time
 from sits_mech.mechanics.levels.retry import Line, settled
 from sits_mech.mechanics.pad.moved import moved_block
 from sits_mech.mechanics.pad.shapes import GRADING, base_cells, shape_of
@@ -138,6 +140,15 @@ class BlockPad:
             notes = (f"the estimated error is above the tolerance {self.tolerance:g}",) if missed else ()
             return replace(found, report=replace(report, notes=(*report.notes, *notes)))
         raise ended(line, control, solved._replace(found=replace(found, report=report)), "pad")
+
+    @one_thread
+    def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
+        """Return where the target goes under a history of loads; see `TimedModel`."""
+        began, whole = time.perf_counter(), any(load.beside for load in history.loads)
+        found = motion_in_time(self.whole if whole else self.half, history, tell)
+        report = replace(found.report, model="block", seconds=time.perf_counter() - began)
+        notes = (*report.notes, *edge_notes(self.sensor), *mesh_notes(self.sensor))
+        return replace(found, report=replace(report, notes=notes))
 
     @one_thread
     def slopes(self, found: Equilibrium, parameters: Sequence[Parameter], *, sideways: bool = False) -> PoseSlopes:

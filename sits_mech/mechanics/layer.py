@@ -29,9 +29,11 @@ import numpy as np
 
 from sits_mech.mechanics.element.kernel import deformation, element_forces
 from sits_mech.mechanics.element.mesh import Indices
+from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.family import extrapolated
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
 from sits_mech.mechanics.levels.history import arrived
+from sits_mech.mechanics.levels.in_time import motion_in_time
 from sits_mech.mechanics.levels.retry import Line
 from sits_mech.mechanics.pad.edges import Edges, edge_effect, edge_notes
 from sits_mech.mechanics.pad.ladder import meshes_in_line
@@ -113,6 +115,16 @@ class PlanarLayer:
             missed = f"estimated error {report.estimated_error:.2g}: the tolerance {self.tolerance:g} is missed"
             notes = (*notes, missed)
         return replace(solved.found, report=replace(report, notes=notes))
+
+    @one_thread
+    def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
+        """Return where the target goes under a history of loads; see `TimedModel`."""
+        for wrench in history.loads:
+            refuse_beside("planar", wrench, "block")
+        began = time.perf_counter()
+        found = motion_in_time(self.line, history, tell)
+        report = replace(found.report, model="planar", seconds=time.perf_counter() - began)
+        return replace(found, report=report)
 
     @one_thread
     def slopes(self, found: Equilibrium, parameters: Sequence[Parameter], *, sideways: bool = False) -> PoseSlopes:

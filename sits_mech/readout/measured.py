@@ -85,7 +85,7 @@ def read_measured(
     """
     lines = input_text(path, "a readable measurement", errors="replace").splitlines()
     lines = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
-    number, separator, columns = _heading(lines, (*(name.lower() for name in forces[:1]), "d_v"))
+    number, separator, columns = column_heading(lines, (*(name.lower() for name in forces[:1]), "d_v"))
     if number < 0:
         needed = f"{forces[0]}, or d_v of a pose," if forces else "d_v, of a pose,"
         raise SceneError(f"{path}: must have a column {needed} and one for each coil, such as L1 [uH]; got none")
@@ -109,14 +109,15 @@ def _forces(
     if absent:
         every = ", ".join(columns)
         raise SceneError(f"{source}: must have the column {absent[0]}, which the calibration varies; got {every}")
-    found = [_values(rows, columns, name.lower(), UNITS[name], source) for name in forces]
+    found = [column_values(rows, columns, name.lower(), UNITS[name], source) for name in forces]
     _check_others(rows, columns, forces, held, source)
     return found
 
 
 def _poses(rows: Array, columns: dict[str, tuple[int, str]], source: str) -> Array:
     """Return the poses, zero in what has no column, shape (m, 6) [m, rad]."""
-    each = {name: _values(rows, columns, name.lower(), UNITS[name], source) for name in POSE if name.lower() in columns}
+    given = [name for name in POSE if name.lower() in columns]
+    each = {name: column_values(rows, columns, name.lower(), UNITS[name], source) for name in given}
     poses = np.stack([each.get(name, np.zeros(len(rows))) for name in POSE], -1)
     others = np.delete(poses, POSE.index("d_v"), axis=-1)
     if not np.all(each["d_v"] > 0.0) or not np.all(np.isfinite(others)):
@@ -125,8 +126,11 @@ def _poses(rows: Array, columns: dict[str, tuple[int, str]], source: str) -> Arr
     return poses
 
 
-def _heading(lines: Sequence[str], needed: Sequence[str]) -> tuple[int, str, dict[str, tuple[int, str]]]:
-    """Return number, separator and columns of the row of names that has one of those needed; -1 if there is none."""
+def column_heading(lines: Sequence[str], needed: Sequence[str]) -> tuple[int, str, dict[str, tuple[int, str]]]:
+    """Return number, separator and columns of the row of names that has one of those needed; -1 if there is none.
+
+    Columns by their names in small letters: the place of each and its unit, "" where none is written.
+    """
     for number, line in enumerate(lines):
         separator = next((mark for mark in ";\t," if mark in line), ",")
         columns = _columns([cell.strip().strip('"') for cell in line.split(separator)])
@@ -158,8 +162,8 @@ def _numbers(lines: Sequence[str], separator: str) -> Array:
     return np.array(rows)
 
 
-def _values(rows: Array, columns: dict[str, tuple[int, str]], name: str, unit: str, source: str) -> Array:
-    """Return a column in SI."""
+def column_values(rows: Array, columns: Mapping[str, tuple[int, str]], name: str, unit: str, source: str) -> Array:
+    """Return a column in SI, from rows of numbers and the `column_heading` above them."""
     if name not in columns or columns[name][0] >= rows.shape[1]:
         raise SceneError(f"{source}: must have the column {name}; got {', '.join(columns)}")
     place, written = columns[name]
@@ -175,7 +179,7 @@ def _check_others(
         place, written = columns.get(name.lower(), (0, ""))
         if name in forces or name.lower() not in columns or (name == "M" and not written):
             continue  # a column m may be anything
-        values, own = _values(rows, columns, name.lower(), UNITS[name], source), held.get(name, 0.0)
+        values, own = column_values(rows, columns, name.lower(), UNITS[name], source), held.get(name, 0.0)
         if np.max(np.abs(values - own)) > _SAME * max(abs(own), 1.0 if UNITS[name] == "N" else 1e-3):
             came = f"{values.min():.4g} to {values.max():.4g} {shown_unit(name)}"
             raise SceneError(
@@ -205,8 +209,8 @@ def _inductance(
     if name is None:
         raise SceneError(f"{source}: must have a column L{number + 1} or code{number + 1}; got {', '.join(columns)}")
     if name.startswith("l"):
-        return _values(rows, columns, name, "H", source)
+        return column_values(rows, columns, name, "H", source)
     if tank is None:
         raise SceneError(f"{source}: the column {name} must come with a converter; the scene has none for it")
-    codes = _values(rows, columns, name, "", source)
+    codes = column_values(rows, columns, name, "", source)
     return tank_inductance(frequency_of(codes, tank.part, tank.reference, tank.divider), tank.capacitance)

@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 _NEEDED = ("status", "d_h", "d_v", "alpha", "L", "R", "L0")
 
 
-def prepare_folder(folder: Path) -> Path:
-    """Make a folder and prove that it can be written to; raise SceneError when it cannot."""
+def prepare_folder(folder: Path, *, cases: bool = True) -> Path:
+    """Make a folder, with one for finished loads, and prove that it can be written to; raise SceneError if not."""
     try:
-        cases_folder(folder).mkdir(parents=True, exist_ok=True)
+        (cases_folder(folder) if cases else folder).mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=folder):
             return folder
     except OSError as error:

@@ -150,6 +150,25 @@ def pillar_middles(elastomer: Elastomer, extent: Place, is_round: bool) -> tuple
     return found
 
 
+def pad_volume(elastomer: Elastomer, extent: Place, is_round: bool) -> float:
+    """Return the volume of a layer without load, of all its pillars where it has such [m^3].
+
+    Parameters
+    ----------
+    elastomer, extent, is_round
+        As for `pillar_middles`.
+
+    Raises
+    ------
+    SceneError
+        When no pillar stands under the target.
+    """
+    if elastomer.kind == "box":
+        return math.prod(elastomer.extent) * elastomer.thickness
+    pillars = 1 if elastomer.is_round else len(pillar_middles(elastomer, extent, is_round))
+    return pillars * 0.25 * math.pi * (elastomer.diameter or 0.0) ** 2 * elastomer.thickness
+
+
 def _row(size: float, diameter: float, pitch: float) -> tuple[float, ...]:
     """Middles of the pillars along one side of their field."""
     count = 1 + math.floor((size - diameter) / pitch + _SLACK)

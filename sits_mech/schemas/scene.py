@@ -108,8 +108,8 @@ def _law(name: str) -> Schema:
         "prony": {"type": "array", "items": branch, "description": "Shares of the first stiffness that relax."},
         "mullins": {
             "type": "object", "additionalProperties": False, "required": ["r"],
-            "properties": {"r": quantity_schema("")},
-            "description": "Softening after the largest load: 1/r is its depth, r > 1.",
+            "properties": {"r": quantity_schema(""), "m": quantity_schema("Pa"), "beta": quantity_schema("")},
+            "description": "Softening after the largest load: 1/r is its depth, r > 1; m + beta W_max its energy.",
         },
         "source": {"type": "string"}, "fitted_range": {"type": "array"}, "rms": quantity_schema("Pa"),
         "spread": {"type": "number"},

@@ -18,13 +18,13 @@ from the law, which divides nothing by what vanishes: smooth through equal stret
 Every law is split into an isochoric part, which is here, and ``K/2 (J - 1)^2``, which belongs to the mixed element. A
 part of K may act pointwise as ``guard (J - 1 - ln J)``, without bound towards inversion. All in units of the initial
 shear modulus. Source: G. A. Holzapfel, Nonlinear Solid Mechanics (2000), chapter 6; the tangent in principal directions
-R. W. Ogden, Non-linear Elastic Deformations (1984), section 6.1.4. Neglected: viscosity, softening, temperature.
+R. W. Ogden, Non-linear Elastic Deformations (1984), section 6.1.4.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -47,7 +47,7 @@ Stress = Callable[[Kinematics], tuple[Array, Array]]
 """Energy density (...) and stress P (..., k) of a deformation [shear moduli]."""
 
 
-class _State(NamedTuple):
+class PointState(NamedTuple):
     """Energy density and stress, and what writes the tangent into an array of its shape."""
 
     w: Array
@@ -55,11 +55,21 @@ class _State(NamedTuple):
     tangent: Callable[[Array], None]
 
 
+class Past(Protocol):
+    """What came before, at each point of an array of them (past/points.py)."""
+
+    def part(self, some: slice) -> Past:
+        """Return that of some of the points, all counted along one axis."""
+
+    def acting(self, elastic: PointState, point: Kinematics) -> PointState:
+        """Return what is left and added of an elastic state, volume apart."""
+
+
 _PAIRS = ((1, 2), (2, 0), (0, 1))
 _THIRDS = np.full(3, 1.0 / 3.0)
 
 
-def isochoric_energy(silicone: Silicone, guard: float = 0.0) -> Energy:
+def isochoric_energy(silicone: Silicone, guard: float = 0.0, past: Past | None = None) -> Energy:
     """Return the isochoric energy of a silicone, with stress and tangent.
 
     Parameters
@@ -68,6 +78,8 @@ def isochoric_energy(silicone: Silicone, guard: float = 0.0) -> Energy:
         Law and constants; the energy comes out in units of its initial shear modulus.
     guard : float
         Part of the bulk modulus that acts pointwise, as ``guard (J - 1 - ln J)`` [shear moduli].
+    past : Past, optional
+        Of the points that will be asked for.
 
     Returns
     -------
@@ -87,7 +99,7 @@ def isochoric_energy(silicone: Silicone, guard: float = 0.0) -> Energy:
         count = POINTS * 81 // k**2
         for start in range(0, len(w), count):
             part = slice(start, start + count)
-            w[part], P[part], tangent = state(point.part(part))
+            w[part], P[part], tangent = state(point.part(part), None if past is None else past.part(part))
             tangent(A[part])
         shape = point.J.shape
         return w.reshape(shape), P.reshape(*shape, k), A.reshape(*shape, k, k)
@@ -95,12 +107,12 @@ def isochoric_energy(silicone: Silicone, guard: float = 0.0) -> Energy:
     return energy
 
 
-def isochoric_stress(silicone: Silicone, guard: float = 0.0) -> Stress:
+def isochoric_stress(silicone: Silicone, guard: float = 0.0, past: Past | None = None) -> Stress:
     """Return the isochoric energy of a silicone with its stress and without the tangent.
 
     Parameters
     ----------
-    silicone, guard
+    silicone, guard, past
         As for `isochoric_energy`.
 
     Returns
@@ -116,23 +128,24 @@ def isochoric_stress(silicone: Silicone, guard: float = 0.0) -> Stress:
     state = _isochoric(silicone, guard)
 
     def stress(point: Kinematics) -> tuple[Array, Array]:
-        w, P, _ = state(point)
+        w, P, _ = state(point, past)
         return w, P
 
     return stress
 
 
-def _isochoric(silicone: Silicone, guard: float) -> Callable[[Kinematics], _State]:
+def _isochoric(silicone: Silicone, guard: float) -> Callable[[Kinematics, Past | None], PointState]:
     """Return the state of a point under a law whose constants are in units of its shear modulus."""
     law = known_law(silicone.law)
     constants = _in_moduli(law, silicone.constants, silicone.shear_modulus)
     energy = law.energy
 
-    def state(point: Kinematics) -> _State:
+    def state(point: Kinematics, past: Past | None) -> PointState:
         if isinstance(energy, OfInvariants):
             found = _by_invariants(energy, constants, point)
         else:
             found = _by_stretches(energy, constants, point)
+        found = found if past is None else past.acting(found, point)
         return _guarded(found, guard, point) if guard else found
 
     return state
@@ -147,7 +160,7 @@ def _in_moduli(law: Law, constants: Constants, modulus: float) -> Constants:
     return found
 
 
-def _guarded(found: _State, guard: float, point: Kinematics) -> _State:
+def _guarded(found: PointState, guard: float, point: Kinematics) -> PointState:
     """Add ``guard (J - 1 - ln J)`` to a state."""
     J, H, slope = point.J, point.H, guard * (1.0 - 1.0 / point.J)
 
@@ -157,10 +170,10 @@ def _guarded(found: _State, guard: float, point: Kinematics) -> _State:
         A += (guard / J**2)[..., None, None] * H[..., :, None] * H[..., None, :]
         point.add_L(A, slope)
 
-    return _State(found.w + guard * (J - 1.0 - np.log(J)), found.P + slope[..., None] * H, tangent)
+    return PointState(found.w + guard * (J - 1.0 - np.log(J)), found.P + slope[..., None] * H, tangent)
 
 
-def _by_invariants(energy: OfInvariants, constants: Constants, point: Kinematics) -> _State:
+def _by_invariants(energy: OfInvariants, constants: Constants, point: Kinematics) -> PointState:
     """Chain rule from the isochoric invariants; where the law does not depend on the second, dr is not asked for."""
     J, a = point.J, np.cbrt(point.J) ** -2.0
     at = Invariants(a * point.s, lambda: a * a * point.r)
@@ -182,7 +195,7 @@ def _by_invariants(energy: OfInvariants, constants: Constants, point: Kinematics
         if d.w_2 is not None:
             point.add_d2r(A, a * a * d.w_2)
 
-    return _State(d.w, P, tangent)
+    return PointState(d.w, P, tangent)
 
 
 def _products(d: InvariantDerivatives, at: Invariants, a: Array, point: Kinematics) -> tuple[Array, Array]:
@@ -204,13 +217,13 @@ def _products(d: InvariantDerivatives, at: Invariants, a: Array, point: Kinemati
     return np.asarray(C @ rows), rows
 
 
-def _by_stretches(energy: OfStretches, constants: Constants, point: Kinematics) -> _State:
+def _by_stretches(energy: OfStretches, constants: Constants, point: Kinematics) -> PointState:
     """Chain rule from the principal stretches; sums over the three directions are products with thirds."""
     frame, scale = point.principal(), np.cbrt(point.J)
     d = energy.derivatives(constants, np.log(frame.stretch / scale[..., None]))
     first = (d.f_1 - (d.f_1 @ _THIRDS)[..., None]) / frame.stretch
     P = ((frame.U * first[..., None, frame.within]) @ frame.V).reshape(point.F.shape)
-    return _State(3.0 * (d.f @ _THIRDS), P, lambda A: _write_turned(A, d, first, scale, frame))
+    return PointState(3.0 * (d.f @ _THIRDS), P, lambda A: _write_turned(A, d, first, scale, frame))
 
 
 def _write_turned(A: Array, d: StretchDerivatives, first: Array, scale: Array, frame: Principal) -> None:

@@ -17,14 +17,15 @@ Rates 1/lambda_j and weights c_j are eigenvalues and projections of ``-diag(1/ta
 
 Softening is the pseudo-elastic one of the whole pad: below the largest energy it has stored, it pushes back less,
 
-    Q_e = eta Q_virgin(q),    eta = 1 - (1/r) erf(1 - U/U_max),    U = int Q_virgin . dq
+    Q_e = eta Q_virgin(q),    eta = 1 - (1/r) erf((U_max - U)/(m V + beta U_max)),    U = int Q_virgin . dq
 
-so that the first loading is virgin, and unloading and every loading up to the former peak follow one softer curve.
-The energy lost is ``(U_max/r) (erf(1) - (1 - 1/e)/sqrt(pi)) = 0.486 U_max/r``, whatever the pad.
+with the pad's volume V, so that the first loading is virgin, and unloading and every loading up to the former peak
+follow one softer curve. Where m = 0 and beta = 1, the energy lost is ``(U_max/r) (erf(1) - (1 - 1/e)/sqrt(pi)) =
+0.486 U_max/r``, whatever the pad.
 
 Unknowns: shares s of a peak wrench [-], loads being proportional to it; poses [m, rad].
 Sources: Y. C. Fung, Biomechanics, 2nd ed. (1993), section 7.6; R. W. Ogden, D. G. Roxburgh, Proc. R. Soc. A 455 (1999)
-2861, with the scale of its energies taken as U_max: m = 0, beta = 1 in W. V. Mars, Tire Sci. Technol. 32 (2004) 120.
+2861; W. V. Mars, Tire Sci. Technol. 32 (2004) 120, for beta. Both are of a point: a pad takes its mean energy density.
 Valid: viscosity is exact at small strain for a bulk modulus that relaxes as the shear modulus does, or is infinite, and
 with the load at the bonded face (above it, the force's lever is that of the present pose). A finite one that does not
 relax makes a sudden compression softer, by about ``0.4 (12 mu S^2/K) w/(1 - w)``: 1 % at S = 2, K = 1000 mu, w = 0.3.
@@ -36,12 +37,13 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.special import erf
 
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, Wrench
-from sits_mech.silicone.material import Silicone
+from sits_mech.silicone.material import Silicone, Softening
 from sits_mech.turns import rotation_matrix, rotation_vector
 
 _SAMPLES = 200  # of a cycle
@@ -117,28 +119,33 @@ def relaxed_share(silicone: Silicone, time: Array, share: Array) -> Array:
     return np.array(found)
 
 
-def softened_share(r: float | None, energy: Callable[[float], float], share: Array) -> Array:
+def softened_share(
+    softening: Softening | None, energy: Callable[[float], float], share: Array, *, volume: float = 0.0
+) -> Array:
     """Return the virgin share that a softened pad has come to, for a history of shares.
 
     Parameters
     ----------
-    r : float or None
-        Inverse depth of the softening; None: none.
+    softening : Softening or None
+        None: none.
     energy : callable
-        Stored energy by virgin share, growing.
+        Stored energy [J] by virgin share, growing.
     share : ndarray, shape (n,)
         What the pad pushes back with, in the order of time, none below 0.
+    volume : float
+        Of the pad [m^3]; it counts where the softening has an m.
     """
-    if r is None:
+    if softening is None:
         return share.copy()
     peak, found = 0.0, []
     for wanted in share.tolist():
         peak = max(peak, wanted)
-        found.append(peak if wanted == peak else _below_peak(r, energy, wanted, peak))
+        below = wanted != peak
+        found.append(_below_peak(partial(softening.factor, volume=volume), energy, wanted, peak) if below else peak)
     return np.array(found)
 
 
-def _below_peak(r: float, energy: Callable[[float], float], wanted: float, peak: float) -> float:
+def _below_peak(factor: Callable[..., Array], energy: Callable[[float], float], wanted: float, peak: float) -> float:
     """Virgin share at which a pad that was at `peak` pushes back with the share `wanted`."""
     from scipy.optimize import brentq
 
@@ -147,7 +154,7 @@ def _below_peak(r: float, energy: Callable[[float], float], wanted: float, peak:
         return wanted
 
     def excess(share: float) -> float:
-        return share * (1.0 - float(erf(1.0 - energy(share) / largest)) / r) - wanted
+        return share * float(factor(energy(share), largest)) - wanted
 
     return float(brentq(excess, 0.0, peak, xtol=1e-13))
 
@@ -155,7 +162,8 @@ def _below_peak(r: float, energy: Callable[[float], float], wanted: float, peak:
 def loop_width(silicone: Silicone, period: float = 1.0) -> float:
     """Return how far loading and unloading at one load are apart, at most, over the pose under the peak [-].
 
-    Of a pad that answers like a spring, while a load rises and falls evenly, the second time.
+    Of a pad that answers like a spring, while a load rises and falls evenly, the second time. The m of its softening
+    is left out: the load is taken for large, where it is the deepest.
 
     Parameters
     ----------

@@ -5,7 +5,8 @@ A material table names the ``law``, the constants that the law has (laws/: one f
 slow load on virgin material. Rate and history (history.py) play a part where the table has the keys
 
     prony = [{weight = 0.1, time = "0.5 s"}, ...]     shares of the instantaneous stiffness, and their relaxation times
-    mullins = {r = 2.5}                               softening after the largest load: 1/r is its depth, r > 1
+    mullins = {r = 2.5, m = "0 Pa", beta = 1.0}       softening after the largest load: 1/r is its depth, r > 1; m and
+                                                      beta scale the energy over which it fades, and may be left out
 """
 
 from __future__ import annotations
@@ -14,11 +15,53 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sits_mech.quantities import Array
 from sits_mech.silicone.laws import LAWS, Constants, Law
 from sits_mech.units import SceneError, quantity, shown, si_value
 
 _SOFTEST, _STIFFEST = 1e2, 1e8  # plausible shear moduli [Pa]
 _LEAST_BULK = 2.0  # shear moduli; less is Poisson's ratio under 0.29
+
+
+@dataclass(frozen=True)
+class Softening:
+    """Constants of the softening after the largest load, eta = 1 - erf((W_max - W)/(m + beta W_max))/r.
+
+    Source: R. W. Ogden, D. G. Roxburgh, Proc. R. Soc. A 455 (1999) 2861, with the beta of W. V. Mars, Tire Sci.
+    Technol. 32 (2004) 120. W is the energy density of the law, per volume without load.
+
+    Attributes
+    ----------
+    r : float
+        Inverse depth, greater than 1 [-].
+    m : float
+        Energy density over which the softening fades where the largest one is small [Pa].
+    beta : float
+        Share of the largest energy density that is added to m [-]; m and beta are not both zero.
+    """
+
+    r: float
+    m: float = 0.0
+    beta: float = 1.0
+
+    def factor(self, energy: ArrayLike, largest: ArrayLike, volume: float = 1.0) -> Array:
+        """Return eta, the share of the virgin stress that is left [-].
+
+        Parameters
+        ----------
+        energy, largest : array_like
+            The present energy and the largest one so far, not below it: densities [Pa], or energies of a volume [J].
+        volume : float
+            That volume [m^3]; 1 for densities.
+        """
+        from scipy.special import erf
+
+        energy, largest = np.asarray(energy, dtype=float), np.asarray(largest, dtype=float)
+        scale = self.m * volume + self.beta * largest
+        return np.asarray(1.0 - erf((largest - energy) / np.where(scale > 0.0, scale, 1.0)) / self.r)
 
 
 @dataclass(frozen=True)
@@ -45,8 +88,8 @@ class Silicone:
         Largest over smallest value that the sources in `source` give for the stress at 100 % strain, less one [-].
     prony : tuple of (float, float)
         Share of the instantaneous stiffness [-] and relaxation time [s] of each branch; none: no viscosity.
-    mullins : float or None
-        Inverse depth r of the softening [-]; None: none.
+    mullins : Softening or None
+        After the largest load; None: none.
     """
 
     name: str
@@ -58,7 +101,7 @@ class Silicone:
     rms: float | None = None
     spread: float | None = None
     prony: tuple[tuple[float, float], ...] = ()
-    mullins: float | None = None
+    mullins: Softening | None = None
 
     @property
     def shear_modulus(self) -> float:
@@ -103,7 +146,7 @@ def silicone_from(table: Mapping[str, Any], name: str = "") -> Silicone:
     bulk_modulus = _si("bulk_modulus", table["bulk_modulus"], "Pa")
     if not bulk_modulus > 0.0:
         raise SceneError(f"bulk_modulus must be a positive pressure; got {shown(table['bulk_modulus'])}")
-    prony, mullins = _branches(table.get("prony", ())), _depth(table.get("mullins"))
+    prony, mullins = _branches(table.get("prony", ())), _softening(table.get("mullins"))
     return Silicone(name, law.name, constants, bulk_modulus, prony=prony, mullins=mullins, **_provenance(table))
 
 
@@ -125,16 +168,21 @@ def _branches(entries: Any) -> tuple[tuple[float, float], ...]:
     return tuple(found)
 
 
-def _depth(table: Any) -> float | None:
-    """Return the r of a table of softening, or refuse it."""
+def _softening(table: Any) -> Softening | None:
+    """Return the softening that a table describes, or refuse it."""
     if table is None:
         return None
-    if not isinstance(table, Mapping) or set(table) != {"r"}:
-        raise SceneError(f"mullins must be a table such as {{r = 2.5}}; got {shown(table)}")
-    r = quantity(table["r"], "", "mullins.r")
+    if not isinstance(table, Mapping) or "r" not in table or not set(table) <= {"r", "m", "beta"}:
+        raise SceneError(f'mullins must be a table such as {{r = 2.5, m = "0 Pa", beta = 1.0}}; got {shown(table)}')
+    r, m, beta = (
+        quantity(table.get(key, default), unit, f"mullins.{key}")
+        for key, default, unit in (("r", 0.0, ""), ("m", 0.0, "Pa"), ("beta", 1.0, ""))
+    )
     if not r > 1.0:
         raise SceneError(f"mullins.r must be greater than 1; got {r:g}")
-    return r
+    if not (m >= 0.0 and beta >= 0.0 and m + beta > 0.0):
+        raise SceneError(f"mullins: m and beta must not be negative, and not both zero; got {m:g} Pa and {beta:g}")
+    return Softening(r, m, beta)
 
 
 def _constants(law: Law, table: Mapping[str, Any]) -> Constants:
@@ -195,7 +243,7 @@ def table_of(silicone: Silicone) -> dict[str, Any]:
     if silicone.prony:
         table["prony"] = [{"weight": weight, "time": time} for weight, time in silicone.prony]
     if silicone.mullins is not None:
-        table["mullins"] = {"r": silicone.mullins}
+        table["mullins"] = vars(silicone.mullins).copy()
     if silicone.source != "the scene":
         table["source"] = silicone.source
     if silicone.fitted_range is not None:

@@ -1,8 +1,10 @@
 """Layers of every shape: where pillars stand, by hand; what is refused."""
 
+import math
+
 import pytest
 
-from sits_mech.scene.elastomer import Elastomer, pillar_middles
+from sits_mech.scene.elastomer import Elastomer, pad_volume, pillar_middles
 from sits_mech.scene.sensor import SceneError, changed, load_sensor, scene_text
 
 PILLARS = 'elastomer={material="rtv615", shape="pillars", pitch="2.5 mm", diameter="1.5 mm", thickness="2 mm"}'
@@ -59,3 +61,12 @@ def test_refusals(keys, said):
 def test_a_target_over_no_pillar_is_refused():
     with pytest.raises(SceneError, match="must have a pillar of diameter 0.0015 m wholly under the target, 0.001 m"):
         load_sensor("biorob2018", [PILLARS, 'target.width="1 mm"'])
+
+
+def test_volume_of_each_shape():
+    """By hand: 20 x 10 x 2 mm; pi/4 d^2 t of a cylinder; the nine pillars that stand under the target."""
+    box = Elastomer(material="ecoflex-00-30", width=20e-3, length=10e-3, thickness=2e-3)
+    assert pad_volume(box, (8e-3, 8e-3), False) == pytest.approx(4e-7)
+    cylinder = Elastomer(material="ecoflex-00-30", diameter=2e-3, thickness=3e-3)
+    assert pad_volume(cylinder, (8e-3, 8e-3), False) == pytest.approx(math.pi * 3e-9)
+    assert pad_volume(pillars(), (8e-3, 8e-3), False) == pytest.approx(9 * math.pi / 4 * 1.5e-3**2 * 2e-3)

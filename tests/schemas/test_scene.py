@@ -54,7 +54,7 @@ def test_scenes_hold_it(path: Path) -> None:
         {"coils__0__layer_pitch": None, "coils__0__layer_z": ["-20 um", "-100 um"]},
         {"elastomer__material": {"law": "ogden", "mu": ["10 kPa"], "alpha": [2.0], "bulk_modulus": "30 MPa"}},
         {"elastomer__material": {"law": "neo-hookean", "shear_modulus": "30 kPa", "bulk_modulus": 3e7,
-                                 "mullins": {"r": 2}}},
+                                 "mullins": {"r": 2, "m": "1 kPa", "beta": 0.1}}},
         {"conductors": [{"name": "nut", "material": "brass", "shape": "disc", "diameter": "5 mm", "thickness": "2 mm",
                          "centre": ["0 mm", "-9 mm"]}]},
         {"elastomer": {"material": "ecoflex-00-30", "shape": "pillars", "pitch": "2 mm", "diameter": "1 mm",

@@ -20,7 +20,7 @@ from sits_mech.silicone.history import (
     retardation,
     softened_share,
 )
-from sits_mech.silicone.material import Silicone, silicone_from
+from sits_mech.silicone.material import Silicone, Softening, silicone_from
 from sits_mech.turns import rotation_matrix, rotation_vector
 
 BRANCHES = [(0.2, 0.1), (0.15, 2.0), (0.1, 40.0), (0.05, 40.0)]
@@ -124,7 +124,7 @@ def test_softening_loses_a_known_share_of_the_stored_energy_whatever_the_pad() -
     """``int (1 - eta) dU = U_max/r int_0^1 erf(1 - x) dx`` (Ogden and Roxburgh 1999), here of a nonlinear pad."""
     curve = elastic_curve(Spring(), Wrench(F_x=2.0), points=33)
     down = np.linspace(1.0, 0.0, 2001)
-    virgin = softened_share(2.5, curve.energy, np.concatenate([[1.0], down]))[1:]
+    virgin = softened_share(Softening(2.5), curve.energy, np.concatenate([[1.0], down]))[1:]
     stored = np.array([curve.energy(s) for s in virgin])
     eta = 1.0 - erf(1.0 - stored / stored[0]) / 2.5
     lost = -np.sum(0.5 * ((1.0 - eta)[1:] + (1.0 - eta)[:-1]) * np.diff(stored))
@@ -136,7 +136,7 @@ def test_softening_loses_a_known_share_of_the_stored_energy_whatever_the_pad() -
 def test_the_second_loading_follows_the_first_unloading() -> None:
     """Up to the former peak; beyond it the pad is virgin again."""
     up, more = np.linspace(0.0, 0.6, 61), np.linspace(0.6, 1.0, 41)
-    found = softened_share(2.0, lambda s: s**1.7, np.concatenate([up, up[::-1], up, more]))
+    found = softened_share(Softening(2.0), lambda s: s**1.7, np.concatenate([up, up[::-1], up, more]))
     first, down, second, beyond = np.split(found, [61, 122, 183])
     np.testing.assert_array_equal(first, up)
     np.testing.assert_allclose(second, down[::-1], atol=1e-12)
@@ -169,8 +169,8 @@ def test_the_loop_of_a_load_that_comes_and_goes() -> None:
 def test_softening_alone_retraces_what_it_has_softened() -> None:
     """The second rise follows the first fall, so that there is no loop; with viscosity it widens one."""
     wet = silicone((0.1, 0.3))
-    assert loop_width(replace(silicone(), mullins=2.0)) == pytest.approx(0.0, abs=1e-9)
-    assert loop_width(replace(wet, mullins=2.0)) > loop_width(wet)
+    assert loop_width(replace(silicone(), mullins=Softening(2.0))) == pytest.approx(0.0, abs=1e-9)
+    assert loop_width(replace(wet, mullins=Softening(2.0))) > loop_width(wet)
 
 
 def test_what_is_left_of_a_displacement() -> None:
@@ -181,6 +181,18 @@ def test_what_is_left_of_a_displacement() -> None:
         assert left_share(rubber, after) == pytest.approx(relaxed_share(rubber, time, share)[-1], abs=1e-9)
     assert left_share(rubber, 0.0) == pytest.approx(0.5)  # sum of the weights
     assert np.isnan(left_share(silicone(), 1.0))
+
+
+@pytest.mark.parametrize(("m", "beta"), [(0.0, 1.0), (30.0, 0.0), (50.0, 0.3), (200.0, 0.1)])
+def test_softening_of_a_scale_of_its_own(m: float, beta: float) -> None:
+    """A spring ``Q = s``, ``U = s^2/2`` [J] of 2 cm3: what it pushes with, by hand."""
+    for peak in (1e-2, 0.3):
+        shares = peak * np.array([1.0, 0.8, 0.4, 0.1])
+        eta = 1.0 - erf((peak**2 - shares**2) / 2.0 / (m * 2e-6 + beta * peak**2 / 2.0)) / 3.0
+        found = softened_share(Softening(3.0, m, beta), lambda s: 0.5 * s**2, eta * shares, volume=2e-6)
+        np.testing.assert_allclose(found, shares, rtol=1e-9)
+    assert Softening(3.0).factor(0.0, 0.0) == 1.0
+    np.testing.assert_allclose(Softening(3.0, m, beta).factor([2.0, 2.0], [2.0, 7.0])[0], 1.0)
 
 
 def test_stored_energy_of_a_curve() -> None:

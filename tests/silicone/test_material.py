@@ -7,7 +7,7 @@ import pytest
 from sits_mech.scene.materials import metals, silicones
 from sits_mech.scene.sensor import SceneError, load_sensor, save_sensor
 from sits_mech.silicone.laws import LAWS
-from sits_mech.silicone.material import Silicone, implausible, silicone_from, table_of
+from sits_mech.silicone.material import Silicone, Softening, implausible, silicone_from, table_of
 
 TABLES = {
     "neo-hookean": ({"shear_modulus": "30 kPa"}, 30e3),
@@ -102,6 +102,11 @@ def test_own_numbers_replace_the_catalogue() -> None:
         ({"prony": 0.1}, "prony must be a list of tables"),
         ({"mullins": {"r": 1.0}}, "mullins.r must be greater than 1"),
         ({"mullins": 2.0}, "mullins must be a table"),
+        ({"mullins": {"m": 2.0}}, "mullins must be a table"),
+        ({"mullins": {"r": 2.0, "depth": 1.0}}, "mullins must be a table"),
+        ({"mullins": {"r": 2.0, "m": "2 mm"}}, "mullins.m: must be"),
+        ({"mullins": {"r": 2.0, "m": -1.0}}, "m and beta must not be negative"),
+        ({"mullins": {"r": 2.0, "beta": 0.0}}, "m and beta must not be negative, and not both zero; got 0 Pa and 0"),
         ({"law": ["yeoh"]}, "law must be one of"),
         ({}, "law must be one of"),
     ],
@@ -127,11 +132,12 @@ def test_slips_of_unit_are_named(mu: str, bulk: str, words: tuple[str, ...]) -> 
 
 def test_rate_and_softening_survive_a_scene_file(tmp_path: Path) -> None:
     """Off unless given; in SI after a round trip."""
-    history = 'prony=[{weight=0.1, time="500 ms"}, {weight=0.2, time=30.0}], mullins={r=2.5}'
+    history = 'prony=[{weight=0.1, time="500 ms"}, {weight=0.2, time=30.0}], mullins={r=2.5, m="0.3 kPa", beta=0.2}'
     law = f'elastomer.material={{law="neo-hookean", shear_modulus="30 kPa", bulk_modulus="30 MPa", {history}}}'
     scene = load_sensor("biorob2018", [law])
     save_sensor(scene, tmp_path / "scene.toml")
     again = load_sensor(tmp_path / "scene.toml")
     assert again == scene and again.elastomer is not None
-    assert again.elastomer.silicone.prony == ((0.1, 0.5), (0.2, 30.0)) and again.elastomer.silicone.mullins == 2.5
+    assert again.elastomer.silicone.prony == ((0.1, 0.5), (0.2, 30.0))
+    assert again.elastomer.silicone.mullins == Softening(2.5, 300.0, 0.2)
     assert all(silicone.prony == () and silicone.mullins is None for silicone in silicones().values())

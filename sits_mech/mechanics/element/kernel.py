@@ -26,14 +26,34 @@ import numpy as np
 
 from sits_mech.mechanics.element.mesh import Indices, MixedMesh, Points
 from sits_mech.quantities import Array
+from sits_mech.silicone.energy import isochoric_energy, isochoric_stress
 from sits_mech.silicone.kinematics import POINTS, Kinematics, in_plane, in_space
+from sits_mech.silicone.material import Silicone
+from sits_mech.silicone.past.points import Step
 
 
 class Law(NamedTuple):
-    """A silicone's isochoric energy: w, stress and tangent of a deformation; w and stress alone."""
+    """A silicone's isochoric energy: w, stress and tangent of a deformation; w and stress alone; what it is made of."""
 
     tangent: Callable[[Kinematics], tuple[Array, Array, Array]]
     stress: Callable[[Kinematics], tuple[Array, Array]]
+    silicone: Silicone
+    guard: float = 0.0
+    past: Step | None = None
+
+    def after(self, past: Step) -> Law:
+        """Return the law of points with a past, one at each quadrature point (silicone/past/points.py)."""
+        return law_of(self.silicone, self.guard, past)
+
+    def part(self, some: slice) -> Law:
+        """Return the law of some of the elements."""
+        return self if self.past is None else self.after(self.past.of_elements(some))
+
+
+def law_of(silicone: Silicone, guard: float = 0.0, past: Step | None = None) -> Law:
+    """Return a silicone's isochoric energy with a guard on J [shear moduli], at points with a past or without."""
+    tangent, stress = isochoric_energy(silicone, guard, past), isochoric_stress(silicone, guard, past)
+    return Law(tangent, stress, silicone, guard, past)
 
 
 class Deformed(NamedTuple):
@@ -150,7 +170,7 @@ def element_stiffness(
     stiffness, count = np.empty((e, d * k, d * k)), max(1, POINTS * 81 // (q * d**4))
     for start in range(0, e, count):
         some = slice(start, start + count)
-        _write_stiffness(stiffness[some], mesh.part(some), law, K, (F[some], pressure[some]))
+        _write_stiffness(stiffness[some], mesh.part(some), law.part(some), K, (F[some], pressure[some]))
     return stiffness
 
 

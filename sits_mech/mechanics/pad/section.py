@@ -21,7 +21,7 @@ import numpy as np
 from sits_mech.mechanics.element.assembly import Part, Pattern, pattern
 from sits_mech.mechanics.element.fan import fanned
 from sits_mech.mechanics.element.guard import Guard
-from sits_mech.mechanics.element.kernel import Law
+from sits_mech.mechanics.element.kernel import law_of
 from sits_mech.mechanics.element.mesh import Indices, MixedMesh, section_mesh
 from sits_mech.mechanics.faces.contact import Plane
 from sits_mech.mechanics.faces.face_contact import Faces, contacts
@@ -35,7 +35,6 @@ from sits_mech.meshing.bricks import Outline
 from sits_mech.meshing.structured import graded_lines, matched_cells
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
-from sits_mech.silicone.energy import isochoric_energy, isochoric_stress
 
 _GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
 _ENDLESS = 1e6  # thicknesses of half the target along y
@@ -80,7 +79,7 @@ def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
     K = silicone.bulk_modulus / silicone.shear_modulus
     guard = min(fineness.guard, _GUARD_SHARE * K)
     parts = _parts(own, guard, fineness.depth, elastomer.friction)
-    law = Law(isochoric_energy(silicone), isochoric_stress(silicone))
+    law = law_of(silicone)
     kind = (fillet, fineness.cells, fineness.grading, fineness.fan, guard > 0.0, fineness.depth > 0.0)
     return Bonded(
         own.mesh, law, K - guard, target.load_height / t, own.free, own.bonded, own.X, own.faces,

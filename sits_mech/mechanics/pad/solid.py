@@ -15,7 +15,7 @@ import numpy as np
 from skfem import Basis
 
 from sits_mech.mechanics.element.assembly import Pattern, pattern
-from sits_mech.mechanics.element.kernel import Law, element_forces
+from sits_mech.mechanics.element.kernel import Law, element_forces, law_of
 from sits_mech.mechanics.element.mesh import BRICK, Indices, MixedMesh, solid_mesh
 from sits_mech.mechanics.faces.contact import Plane
 from sits_mech.mechanics.faces.face_contact import Faces, contacts
@@ -29,7 +29,6 @@ from sits_mech.meshing.bricks import Division, Outline, within
 from sits_mech.meshing.copies import both_halves
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
-from sits_mech.silicone.energy import isochoric_energy, isochoric_stress
 from sits_mech.units import SceneError
 
 _SLENDER = 1e3  # times as high as thin: what stands beyond is a hair, whose faces' triangles all overlap
@@ -189,7 +188,7 @@ def scaled_law(sensor: Sensor, guard: float) -> tuple[Law, float]:
     silicone = pad_parts(sensor)[1].silicone
     K = silicone.bulk_modulus / silicone.shear_modulus
     guard = min(guard, _GUARD_SHARE * K)
-    return Law(isochoric_energy(silicone, guard), isochoric_stress(silicone, guard)), K - guard
+    return law_of(silicone, guard), K - guard
 
 
 def as_in(sensor: Sensor, body: Bonded, guard: float) -> Bonded:

@@ -126,7 +126,7 @@ def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) ->
     for _ in range(_PASSES):
         grips = [
             gripped(part.friction * p, start, normal, slip)
-            for part, p, start, (_, _, normal) in zip(_rough(body), pressures, starts, seen, strict=True)
+            for part, p, start, (_, _, normal) in zip(rough(body), pressures, starts, seen, strict=True)
         ]
         for begin in (guess, here):  # from its beginning points come out of sticking, which is the surer way
             body, found = among_faces(_with(body, grips), replace(begin, iterations=0), goal, way.held)
@@ -137,7 +137,7 @@ def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) ->
             return _End(body, None, "lost")
         guess, seen = found.state, _looked_at(body, found.state)
         new = [p for _, p, _ in seen]
-        if all(_settled(part, p, own) for part, p, own in zip(_rough(body), pressures, new, strict=True)):
+        if all(_settled(part, p, own) for part, p, own in zip(rough(body), pressures, new, strict=True)):
             said = verdict(body, way, found)
             grip = tuple(own.traction(place) for own, (place, _, _) in zip(grips, seen, strict=True))
             state = replace(guess, iterations=spent, min_J=said.min_J, grip=grip)
@@ -146,14 +146,14 @@ def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) ->
     return _End(body, None, "slipping")
 
 
-def _rough(body: Bonded) -> list[Contact]:
-    """The contacts of a body that have friction."""
+def rough(body: Bonded) -> list[Contact]:
+    """Return the contacts of a body that have friction."""
     return [part for part in body.parts if isinstance(part, Contact) and part.friction > 0.0]
 
 
 def _looked_at(body: Bonded, state: State) -> list[tuple[Array, Array, Array]]:
     """Places, pressures and normals at the points of the contacts that have friction."""
-    return [part.looked_at(state.u, state.q) for part in _rough(body)]
+    return [part.looked_at(state.u, state.q) for part in rough(body)]
 
 
 def _with(body: Bonded, grips: Sequence[Grip]) -> Bonded:
@@ -175,5 +175,5 @@ def _settled(part: Contact, before: Array, after: Array) -> bool:
 
 def _lost(body: Bonded, grips: Sequence[Grip], seen: Sequence[tuple[Array, Array, Array]]) -> float:
     """Work that the slip of an increment has lost."""
-    each = zip(_rough(body), grips, seen, strict=True)
+    each = zip(rough(body), grips, seen, strict=True)
     return sum(float(part.surface.weight.ravel() @ grip.lost(place)) for part, grip, (place, _, _) in each)

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from rich.table import Table
 
+from sits_mech.analysis.histories.full_cycle import difference
 from sits_mech.quantities import POSE, WRENCH, Array, shown_unit
 from sits_mech.readout.signals import told
 from sits_mech.report.pictures.curves import KINDS, new_figure, signal_label, strokes
@@ -41,6 +42,22 @@ def loop_record(data: xr.Dataset) -> dict[str, Any]:
     errors = {f"error_loop_{name}": [error for _, error in _widths(data, name)] for name in told(data)}
     notes = [data.attrs["notes"]] if data.attrs["notes"] else []
     return {"request": json.loads(data.attrs["request"]), "ends": ends, "notes": notes} | loops | errors
+
+
+def difference_table(cheap: xr.Dataset, full: xr.Dataset) -> Table:
+    """Return how far the cheap rung of a cycle is from the full one, in percent of what each quantity covers."""
+    found = Table(title="the pad as a whole (cycle without --full) against every point of it", show_edge=False)
+    for heading in ("", "largest difference [% of its range]"):
+        found.add_column(heading, justify="right")
+    for name, share in difference(cheap, full).items():
+        found.add_row(name.removesuffix("_percent"), f"{share:.2g}")
+    return found
+
+
+def difference_record(cheap: xr.Dataset, full: xr.Dataset) -> dict[str, Any]:
+    """Return the same for a program, with the loops of the cheap rung."""
+    loops = {f"loop_{name}": cheap.attrs[f"loop_{name}"] for name in told(cheap)}
+    return {"difference_percent": difference(cheap, full)} | loops
 
 
 def _widths(data: xr.Dataset, name: str) -> list[tuple[float, float]]:

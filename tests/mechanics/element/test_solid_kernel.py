@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from skfem import MeshHex, MeshTet
 
-from sits_mech.mechanics.element.kernel import Law, deformation, element_forces, element_stiffness
+from sits_mech.mechanics.element.kernel import deformation, element_forces, element_stiffness, law_of
 from sits_mech.mechanics.element.mesh import BRICK, TETRAHEDRON, solid_mesh
-from sits_mech.silicone.energy import isochoric_energy, isochoric_stress
 from sits_mech.silicone.kinematics import in_space
 from sits_mech.silicone.material import silicone_from
 
@@ -24,7 +23,7 @@ LINES = np.array([0.0, 0.3, 1.0]), np.array([0.0, 0.8]), np.array([0.0, 0.6, 1.0
 @pytest.fixture(params=[*LAWS])
 def law(request):
     silicone = silicone_from(LAWS[request.param])
-    return Law(isochoric_energy(silicone), isochoric_stress(silicone))
+    return law_of(silicone)
 
 
 def brick():

@@ -1,0 +1,83 @@
+"""What does the cheap rung of a cycle leave out? The same cycle with a memory at every point, and the difference.
+
+`cycle` takes the pad as a whole: one creep for all of its load, one softening by all of its energy, on 17 elastic
+answers (silicone/history.py). Here the layer itself goes through the cycle, point by point (mechanics/histories.py),
+and both are compared over time, in percent of what each quantity covers.
+"""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import xarray as xr
+
+from sits_mech.analysis.cycle import Programme, loops
+from sits_mech.analysis.histories.response import between, in_time
+from sits_mech.mechanics.histories import LoadHistory, Progress, untold
+from sits_mech.quantities import POSE, WRENCH, Wrench
+from sits_mech.readout.signals import told
+from sits_mech.scene.sensor import Sensor
+
+
+def full_cycle(
+    sensor: Sensor, peak: Wrench, programme: Programme, *, tolerance: float = 1e-2, mechanics: str = "auto",
+    magnetics: str = "auto", progress: Progress = untold,
+) -> xr.Dataset:  # fmt: skip
+    """Return pose, inductance and signals while a load comes and goes, by the memory of every point.
+
+    Parameters
+    ----------
+    sensor, peak, programme, tolerance, mechanics, magnetics
+        As for `load_cycle`.
+    progress : callable
+        Is told how far the layer has been followed.
+
+    Returns
+    -------
+    Dataset, dim time
+        As from `load_cycle`, at the programme's times, without ``elastic_share``.
+
+    Raises
+    ------
+    SceneError, Collision, SolveFailed
+        As of `in_time`.
+    """
+    way = np.sign(np.diff(programme.share))
+    corners = np.flatnonzero(np.concatenate([[True], way[1:] != way[:-1], [True]]))
+    loads = programme.share[corners, None] * peak.components
+    data = in_time(
+        sensor, LoadHistory(programme.time[corners], loads), tolerance=tolerance, mechanics=mechanics,
+        magnetics=magnetics, progress=progress,
+    )  # fmt: skip
+    found, solved = {}, data["time"].to_numpy()
+    load = np.stack([data[name].to_numpy() for name in WRENCH], axis=1)
+    for name in (*POSE, *(f"error_{name}" for name in POSE), "L", "error_L", *_signals(data)):
+        found[name] = (data[name].dims, between(solved, load, data[name].to_numpy())(programme.time))
+    coords = {"time": programme.time, "coil": data["coil"], "coil_2": data["coil_2"]}
+    full = xr.Dataset({"share": ("time", programme.share), **found, "L0": data["L0"]}, coords, data.attrs)
+    request = json.loads(data.attrs["request"]) | {"peak": vars(peak)}
+    full = full.assign_attrs(request=json.dumps(request))
+    return full.assign_attrs({key: item for name in told(full) for key, item in loops(full, name).items()})
+
+
+def difference(cheap: xr.Dataset, full: xr.Dataset) -> dict[str, float]:
+    """Return how far the cheap rung is from the full one, at most, in percent of the full one's range, by quantity.
+
+    Parameters
+    ----------
+    cheap, full : Dataset
+        As from `load_cycle` and `full_cycle`, of one programme; what does not move is left out.
+    """
+    found = {}
+    for name in (*POSE, *told(full)):
+        own, other = full[name].to_numpy(), cheap[name].to_numpy()
+        span, error = float(np.ptp(own)), float(np.max(full[f"error_{name}"].to_numpy()))
+        if span > 2.0 * error:
+            found[name] = 100.0 * float(np.max(np.abs(own - other))) / span
+    return found
+
+
+def _signals(data: xr.Dataset) -> list[str]:
+    """The signals that a table has, with their errors."""
+    return [item for name in told(data) for item in (name, f"error_{name}")]

@@ -1,0 +1,78 @@
+"""Which loads were there over time? A table with a column of times and one for each force or moment.
+
+A file has a row of column names and rows of numbers, separated by commas, semicolons or tabs; what precedes the names
+or starts with # is passed over. Columns, in any order, a unit in brackets (SI without one):
+
+    t [ms], or time [s]         rising from row to row
+    F_x [N], M_x [N mm], ...    at least one component of the wrench; those without a column are zero
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from sits_mech.mechanics.histories import LoadHistory
+from sits_mech.memory import input_text
+from sits_mech.quantities import UNITS, WRENCH, Array
+from sits_mech.readout.measured import column_heading, column_values
+from sits_mech.units import SceneError
+
+_TIMES = ("t", "time")
+_MOST = 20000  # rows: each is solved
+
+
+def read_history(path: str | Path) -> LoadHistory:
+    """Read a history of loads.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    LoadHistory
+
+    Raises
+    ------
+    SceneError
+        When the file cannot be read, columns or numbers are missing, or time stands still or runs back.
+    """
+    text = input_text(path, "a readable history of loads", errors="replace")
+    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    number, separator, columns = column_heading(lines, _TIMES)
+    if number < 0:
+        raise SceneError(f"{path}: must have a column t, such as t [s], and one for each force; got none")
+    known = [name for name in WRENCH if name.lower() in columns]
+    if not known:
+        every = ", ".join(columns)
+        raise SceneError(f"{path}: must have a column of a force, such as F_z [N], of {', '.join(WRENCH)}; got {every}")
+    rows = _rows(lines[number + 1 :], separator, len(lines[number].split(separator)), str(path))
+    time = column_values(rows, columns, next(name for name in _TIMES if name in columns), "s", str(path))
+    still = np.flatnonzero(np.diff(time) <= 0.0)
+    if still.size:
+        row = int(still[0]) + 1
+        hint = ": a sudden load takes a short time, such as 1 ms" if time[row] == time[row - 1] else ""
+        came = f"{time[row]:g} s in row {row + 1} after {time[row - 1]:g} s"
+        raise SceneError(f"{path}: time must rise; got {came}{hint}")
+    wrench = np.zeros((len(rows), len(WRENCH)))
+    for name in known:
+        wrench[:, WRENCH.index(name)] = column_values(rows, columns, name.lower(), UNITS[name], str(path))
+    return LoadHistory(time, wrench)
+
+
+def _rows(lines: list[str], separator: str, width: int, source: str) -> Array:
+    """Return the numbers, every row of them."""
+    rows: list[list[float]] = []
+    for number, line in enumerate(lines, 1):
+        cells = line.split(separator)
+        try:
+            rows.append([float(cell) for cell in cells])
+        except ValueError:
+            raise SceneError(f"{source}: row {number} must hold numbers; got {line.strip()!r}") from None
+        if len(cells) != width or not np.all(np.isfinite(rows[-1])):
+            raise SceneError(f"{source}: row {number} must hold {width} finite numbers; got {line.strip()!r}")
+    if not 2 <= len(rows) <= _MOST:
+        raise SceneError(f"{source}: must hold 2 to {_MOST} rows of numbers; got {len(rows)}")
+    return np.array(rows)

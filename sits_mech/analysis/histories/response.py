@@ -1,0 +1,141 @@
+"""What does the sensor show under a history of loads? Poses by the layer's memory, and what the coils make of them.
+
+    loads Q(t) --(layer with a memory: mechanics/histories.py)--> poses q(t) --(magnetics)--> L(t), signals
+
+The loads of a file are divided where they move by more than a share of their range, so that what lies between two
+solved times is smooth; between them monotone cubics carry each inductance from corner to corner of the load.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.interpolate import PchipInterpolator
+
+from sits_mech.chain.models import loaded_model, mechanical_model
+from sits_mech.chain.plan import Choice
+from sits_mech.chain.pose_errors import read_poses
+from sits_mech.geometry.collision import check_clearance
+from sits_mech.geometry.waves import check_frequency
+from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, TimedModel, motion_of, untold
+from sits_mech.mechanics.symmetry import symmetry_of
+from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, Pose, Wrench, as_jsonable
+from sits_mech.scene.sensor import Sensor, scene_hash, scene_text
+from sits_mech.version import __version__
+
+PARTS = 8
+"""Steps over the range of a load that lie between two solved times, at most."""
+_CORNER = 0.5  # of a load's rate: a jump by more is a corner
+
+
+def in_time(
+    sensor: Sensor, history: LoadHistory, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto",
+    progress: Progress = untold,
+) -> xr.Dataset:  # fmt: skip
+    """Return poses, inductances and signals under a history of loads.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        Its silicone's ``prony`` and ``mullins`` play their part at every point of the layer.
+    history : LoadHistory
+        Before its first time there was no load.
+    tolerance, mechanics, magnetics
+        As for `simulate`; the error of a pose is over the largest displacement of the history.
+    progress : callable
+        Is told how far the layer has been followed.
+
+    Returns
+    -------
+    Dataset, dim time
+        ``given`` (whether the time is of the history, or solved between two of them), the wrench, pose, ``L`` (coil,
+        coil_2) and the signals, each with ``error_``; ``L0``. Attributes: scene, request, ``notes``, ``unit_L``.
+
+    Raises
+    ------
+    SceneError
+        When a model cannot hold the scene.
+    Collision
+        When the target comes to the coil plane.
+    SolveFailed
+        When the layer has no rest on the way, or the coils cannot be solved at a pose.
+    """
+    check_frequency(sensor.coils, sensor.frequency)  # before the layer is solved
+    field, by_field = loaded_model(sensor, magnetics, tolerance, history.loads)
+    layer, by_layer = _layer(sensor, mechanics, tolerance, history)
+    divided, own = history.divided(PARTS)
+    motion = _with_symmetry(sensor, motion_of(sensor, layer, divided, progress))
+    check_clearance(sensor, motion.pose)
+    reading = read_poses(sensor, field, motion.pose, motion.error)
+    columns: dict[str, Any] = {"given": ("time", motion.given & np.isin(motion.time, divided.time[own]))}
+    columns |= {name: ("time", part) for name, part in zip(WRENCH, motion.wrench.T, strict=True)}
+    for kind, pose in (("", motion.pose), ("error_", motion.error)):
+        columns |= {f"{kind}{name}": ("time", part) for name, part in zip(POSE, pose.components.T, strict=True)}
+    found = reading.impedance
+    columns |= {name: (("time", "coil", "coil_2"), getattr(found, name)) for name in ("L", "R", "error_L", "error_R")}
+    columns |= {name: ("time", np.asarray(value)) for name, value in reading.signals.known.items()}
+    names = [coil.name for coil in sensor.coils]
+    data = xr.Dataset(columns, coords={"time": motion.time, "coil": names, "coil_2": names})
+    request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}
+    notes = dict.fromkeys((*motion.report.notes, *found.report.notes, *by_field.notes))
+    return data.assign(L0=(("coil", "coil_2"), found.L0)).assign_attrs(
+        scene=scene_text(sensor), scene_hash=scene_hash(sensor), version=__version__, name=sensor.name,
+        request=json.dumps(request), notes="; ".join(notes), frequency=sensor.frequency, unit_L=found.unit_L,
+        report=json.dumps(as_jsonable(asdict(motion.report))),
+    )  # fmt: skip
+
+
+def _layer(
+    sensor: Sensor, mechanics: str, tolerance: float, history: LoadHistory
+) -> tuple[MechanicalModel, Choice]:  # fmt: skip
+    """The mechanical model: a small load takes a smaller one, but for softening, which takes one at finite strain."""
+    found = mechanical_model(sensor, mechanics, tolerance, history.loads)
+    softens = sensor.elastomer is not None and sensor.elastomer.silicone.mullins is not None
+    if mechanics != "auto" or not softens or isinstance(found[0], TimedModel):
+        return found
+    return mechanical_model(sensor, "block", tolerance, history.loads)
+
+
+def _with_symmetry(sensor: Sensor, motion: Motion) -> Motion:
+    """A motion without what the symmetry of scene and loads forbids, and errors of that."""
+    loads = [Wrench(*row) for row in motion.wrench.tolist()]
+    kept = symmetry_of(sensor).projection(*loads)
+    pose, error = motion.pose.components @ kept.T, motion.error.components @ np.abs(kept).T
+    return replace(motion, pose=Pose.of(pose), error=Pose.of(error))
+
+
+def between(time: Array, load: Array, values: Array) -> Callable[[Array], Array]:
+    """Return values of all times from those at some, along their first axis, the ends held.
+
+    Monotone cubics from corner to corner of the load: where its rate jumps, what answers it has a kink.
+
+    Parameters
+    ----------
+    time : ndarray, shape (m,)
+        Rising [s].
+    load : ndarray, shape (m, 6)
+        Whose corners count.
+    values : ndarray, shape (m, ...)
+    """
+    rate = np.diff(load, axis=0) / np.diff(time)[:, None]
+    size, jump = np.linalg.norm(rate, axis=1), np.linalg.norm(np.diff(rate, axis=0), axis=1)
+    corners = 1 + np.flatnonzero(jump > _CORNER * np.maximum(size[1:], size[:-1]))
+    ends = np.array([0, *corners.tolist(), len(time) - 1])
+    legs = [PchipInterpolator(time[a : b + 1], values[a : b + 1], axis=0) for a, b in pairwise(ends)]
+
+    def at(times: Array) -> Array:
+        """Values at other times."""
+        held = np.clip(times, time[0], time[-1])
+        leg = np.clip(np.searchsorted(time[ends], held, side="right") - 1, 0, len(legs) - 1)
+        found = np.empty((*held.shape, *values.shape[1:]))
+        for number in np.unique(leg):
+            found[leg == number] = legs[number](held[leg == number])
+        return found
+
+    return at

@@ -1,0 +1,317 @@
+"""Where does a layer with a memory go under a history of loads? Steps of time on every level of a family of meshes.
+
+Time. A step (rest/steps.py) is of second order. On the first level two walks go side by side, A in steps dt, B in two
+halves of each, each with a memory of its own: what is left of B is a third of what they differ by,
+
+    q = q_B + (q_B - q_A)/3,      error in time = |q_B - q_A|/3,
+
+of the whole walk so far, not of a step. A step that lets it grow by more than a share of the tolerance is taken anew,
+shorter; the times of the history are always met, and sudden loads cost one step.
+
+Space. Further levels walk in the steps of A, and what the first level tells of time is added to them; poses are
+extrapolated at each time as they are of an elastic layer (family.py), with errors over the largest displacement of the
+history. Three levels are walked at most.
+
+Contact. As for one load (retry.py): where a free face comes to lie on ground, target or another at any time, the whole
+history is walked with contact. With friction a step is of first order: the error is ``|q_B - q_A|``, and q is q_B.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sits_mech.mechanics.faces.face_contact import face_contact, face_notes, faces_press
+from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
+from sits_mech.mechanics.levels.answer import aim, errors_of, largest_stretch, law_notes
+from sits_mech.mechanics.levels.family import FEWEST, Levels, extrapolated
+from sits_mech.mechanics.levels.retry import Line
+from sits_mech.mechanics.rest.body import Bonded
+from sits_mech.mechanics.rest.control import under
+from sits_mech.mechanics.rest.increments import rough
+from sits_mech.mechanics.rest.linearisation import Held
+from sits_mech.mechanics.rest.steps import Moment, begun, later
+from sits_mech.mechanics.rest.verdict import reason_words
+from sits_mech.quantities import POSE, WRENCH, Array, Pose, SolveFailed, SolveReport
+
+_GROWTH = 0.03  # of the tolerance: what a step may add to the error in time
+_LARGER, _SMALLER, _SAFE = 3.0, 0.2, 0.9  # of a step, from one to the next
+_ORDER = 3.0  # of what one step adds
+_UNSEEN = 0.25  # of the worst component's error that every component owns to, where two levels alone tell it
+_ROUNDING = 1e-9  # of a step
+_LIMITS = ("buckled", "sideways", "turned")  # what two families of meshes say of a load is not the meshes' fault
+_SHORTEST = 1e-6  # of the time between two loads of the history
+
+
+class _Walk(NamedTuple):
+    """Where a target was at each time, shape (m, k), the last moment, steps, the least J, the largest stretch."""
+
+    q: Array
+    last: Moment
+    iterations: int
+    min_J: float
+    stretch: float
+    touches: bool
+    pressed: bool
+
+
+@dataclass(frozen=True)
+class _Times:
+    """The steps that the first level was walked in: their ends, loads there, which are the history's, and time's error.
+
+    `gap` is the error in time at each, shape (m, k) [thicknesses, rad]; `late` what is added to a walk in steps A.
+    """
+
+    time: Array
+    load: Array
+    given: NDArray[np.bool_]
+    gap: Array
+    late: Array
+
+
+class _Ended(Exception):
+    """A walk that came to no rest: when, why, and the last moment."""
+
+    def __init__(self, time: float, reason: str, last: Moment) -> None:
+        super().__init__(reason)
+        self.time, self.reason, self.last = time, reason, last
+
+
+def motion_in_time(line: Line, history: LoadHistory, tell: Progress = untold) -> Motion:
+    """Return where the target of a layer goes under a history of loads.
+
+    Parameters
+    ----------
+    line : Line
+        Of the layer, whole where a load leaves the plane.
+    history : LoadHistory
+    tell : callable
+        Is told how far the walks are.
+
+    Raises
+    ------
+    SolveFailed
+        Where no family of meshes gets to the end of the history; ``report.status`` says when it ended.
+    """
+    ended: list[_Ended] = []
+    numbers = list(range(len(line)))
+    while numbers and sum(each.reason in _LIMITS for each in ended) < 2:
+        number = numbers.pop(0)
+        try:
+            motion, touches = _on_family(line, line[number], history, tell)
+        except _Ended as end:
+            ended.append(end)
+            continue
+        if number >= line.free or not touches or line.free == len(line):
+            return motion
+        twin = line.twins[number]
+        numbers = list(range(line.free if twin is None else twin, len(line)))
+    raise _failed(line, history, max(ended, key=lambda each: each.time))
+
+
+def _failed(line: Line, history: LoadHistory, end: _Ended) -> SolveFailed:
+    """What is said of a history that could not be followed to its end."""
+    state = end.last.state
+    words = f"{reason_words(end.reason)} (at {end.time:.6g} s of {history.time[-1]:.6g} s)"
+    report = SolveReport(
+        "", state.u.size, state.iterations, state.residual, 1.0, 0.0, f"history ended at {end.time:.6g} s",
+        min_J=state.min_J,
+    )  # fmt: skip
+    return SolveFailed(f"history: {words}", report)
+
+
+def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress) -> tuple[Motion, bool]:
+    """The motion on the levels of a family, and whether free faces touch anything on the way."""
+    for level in (0, 1):
+        levels.check_memory(level)
+    body, goals = levels.coarse, history.wrench / line.scales.loads
+    farthest = history.loads[int(np.argmax(np.abs(goals).max(axis=1)))]
+    held, _ = aim(body, line.scales, under(farthest))
+    asked = min(line.asked, 1.0)
+    count, loads = min(FEWEST, len(levels.sizes)), (history.time, goals[:, : body.components])
+    times, first = _timed(body, held, loads, _GROWTH * asked, _shares(tell, 0, count))
+    walks, large = [first, _walked(levels.fine, held, times, _shares(tell, 1, count))], ""
+    found = _limits(levels, times, walks)
+    for level in range(2, count):
+        if found.relative <= asked and not levels.is_cheap(level):
+            break
+        large = levels.check_memory(level)
+        if large:
+            break
+        try:
+            walks.append(_walked(levels.maker(level), held, times, _shares(tell, level, count)))
+        except _Ended:
+            break
+        found = _limits(levels, times, walks)
+    return _motion(line, levels, times, walks, found, large), any(walk.touches for walk in walks)
+
+
+def _shares(tell: Progress, level: int, count: int) -> Callable[[float], None]:
+    """What tells the share of one level's walk as a part of all."""
+    return lambda share: tell(round(100 * (level + share)), 100 * count)
+
+
+class _Limits(NamedTuple):
+    """Motion and its error at each time, shape (m, k) each [thicknesses, rad]; the largest error over the motion."""
+
+    q: Array
+    error: Array
+    relative: float
+
+
+def _limits(levels: Levels, times: _Times, walks: list[_Walk]) -> _Limits:
+    """Extrapolate some walks at each time; errors over the largest displacement of the history."""
+    weight, order = levels.coarse.levers, levels.order
+    late = np.array([walk.q + times.late for walk in walks]) * weight
+    size = max(float(np.max(np.abs(late[-1]))), 1e-300)
+    pressed = any(walk.pressed for walk in walks)
+    early = levels.early if len(walks) == FEWEST and not pressed else 1.0
+    share = levels.share if np.isfinite(order) else max(levels.share, _UNSEEN)
+    values, errors = [], []
+    for rows, gap in zip(np.moveaxis(late / size, 1, 0), times.gap, strict=True):
+        limit = extrapolated(list(rows), levels.sizes, order, pressed=pressed).times(early)
+        values.append(limit.value)
+        errors.append(errors_of(limit.error + np.abs(gap * weight) / size, np.ones(len(weight)), share))
+    unit = size / weight
+    return _Limits(np.array(values) * unit, np.array(errors) * unit, float(np.max(errors)))
+
+
+def _motion(
+    line: Line, levels: Levels, times: _Times, walks: list[_Walk], found: _Limits, large: str
+) -> Motion:
+    """What was found, in SI, with its report."""
+    scales, last, k = line.scales, walks[-1], levels.fine.components
+    pose, error = (np.pad(part * scales.lengths[:k], ((0, 0), (0, len(POSE) - k))) for part in found[:2])
+    pose[:, 1] += scales.standoff + scales.thickness
+    body, sensor = levels.fine, line.sensor
+    plate = sensor.target.thickness / scales.thickness if sensor.target is not None else 0.0
+    state = walks[1].last.state
+    notes = [*face_notes(body.faces, body.mesh, body.parts, state.u, state.q, plate), *law_notes(sensor, last.stretch)]
+    late = float(np.max(np.abs(times.gap * body.levers)) / max(np.max(np.abs(last.q * body.levers)), 1e-300))
+    notes.append(f"history: {len(times.time)} times on {len(walks)} meshes; steps of time are worth {late:.1g}")
+    report = SolveReport(
+        "", len(levels.maker(len(walks) - 1).free) + body.components, sum(walk.iterations for walk in walks),
+        state.residual, found.relative, 0.0, notes=(*notes, *([large] if large else [])),
+        min_J=min(walk.min_J for walk in walks), stretch=last.stretch,
+        error_stretch=abs(walks[-1].stretch - walks[-2].stretch),
+    )  # fmt: skip
+    wrench = np.pad(times.load, ((0, 0), (0, len(WRENCH) - k))) * scales.loads
+    return Motion(times.time, times.given, wrench, Pose.of(pose), Pose.of(error), report)
+
+
+class _Recorder:
+    """What a walk leaves behind, moment by moment."""
+
+    def __init__(self, body: Bonded) -> None:
+        self.body, self.now = body, begun(body)
+        self.q: list[Array] = []
+        self.iterations, self.min_J, self.stretch = 0, np.inf, 1.0
+        self.touches = self.pressed = False
+
+    def keep(self, moment: Moment, iterations: int) -> None:
+        """Take a moment as the present one."""
+        self.now, self.iterations, state = moment, self.iterations + iterations, moment.state
+        self.q.append(state.q)
+        self.min_J = min(self.min_J, state.min_J)
+        self.stretch = max(self.stretch, largest_stretch(self.body, state.u))
+        body = self.body
+        self.touches |= face_contact(body.faces, body.mesh, body.parts, state.u, state.q).touch
+        self.pressed |= faces_press(body.mesh, body.parts, state.u, state.q)
+
+    @property
+    def walk(self) -> _Walk:
+        """All of it."""
+        return _Walk(
+            np.array(self.q), self.now, self.iterations, self.min_J, self.stretch, self.touches, self.pressed
+        )  # fmt: skip
+
+
+def _walked(body: Bonded, held: Held, times: _Times, tell: Callable[[float], None]) -> _Walk:
+    """A walk in given steps."""
+    kept, at = _Recorder(body), times.time[0]
+    for number, (time, load) in enumerate(zip(times.time, times.load, strict=True), 1):
+        moment = _stepped(body, kept.now, float(time - at), load, held, float(time))
+        kept.keep(moment, moment.state.iterations)
+        at = time
+        tell(number / len(times.time))
+    return kept.walk
+
+
+def _stepped(body: Bonded, now: Moment, dt: float, load: Array, held: Held, time: float) -> Moment:
+    """The moment a step later."""
+    found, reason = later(body, now, dt, load, held=held)
+    if found is None:
+        raise _Ended(time, reason, now)
+    return found
+
+
+class _Pair:
+    """The first level's walks: A in steps of time, B in two halves of each."""
+
+    def __init__(self, body: Bonded, held: Held, growth: float) -> None:
+        self.body, self.held, self.growth = body, held, growth
+        self.kept, self.other = _Recorder(body), begun(body)
+        self.time: list[float] = []
+        self.load: list[Array] = []
+        self.given: list[bool] = []
+        self.gap: list[Array] = []
+        self.step, self.size = np.inf, 1e-300
+        self.less = 1.0 if rough(body) else 3.0
+
+    def leg(self, begin: float, end: float, loads: tuple[Array, Array]) -> None:
+        """Walk from one time of the history to the next, or over a sudden load."""
+        span, gone, (first, last) = end - begin, 0.0, loads
+        while True:
+            left = span - gone
+            count = max(int(np.ceil(left / self.step - _ROUNDING)), 1) if left > 0.0 else 1
+            dt, there = left / count, span if count == 1 else gone + left / count
+            shares = [part / span if span > 0.0 else 1.0 for part in (gone, gone + 0.5 * dt, there)]
+            middle, load = (first + (last - first) * share for share in shares[1:])
+            if not self._gone(begin + there, dt, (middle, load), shortest=_SHORTEST * span):
+                continue
+            gone = there
+            self.time.append(begin + there)
+            self.load.append(load)
+            self.given.append(count == 1)
+            if count == 1:
+                return
+
+    def _gone(self, time: float, dt: float, loads: tuple[Array, Array], shortest: float) -> bool:
+        """Take a step, if it adds little to the error in time; the next one is chosen by what it adds."""
+        body, held, weight = self.body, self.held, self.body.levers
+        whole, half = _stepped(body, self.kept.now, dt, loads[1], held, time), None
+        if dt > 0.0:
+            half = _stepped(body, self.other, 0.5 * dt, loads[0], held, time)
+        twice = _stepped(body, half or self.other, 0.5 * dt, loads[1], held, time)
+        gap = (twice.state.q - whole.state.q) / self.less
+        self.size = max(self.size, float(np.max(np.abs(twice.state.q * weight))))
+        added = float(np.max(np.abs((gap - (self.gap[-1] if self.gap else 0.0)) * weight))) / self.size
+        if dt > 0.0:
+            change = _SAFE * (self.growth / max(added, 1e-300)) ** (1.0 / _ORDER)
+            self.step = dt * float(np.clip(change, _SMALLER, _LARGER))
+            if added > self.growth and dt > shortest:
+                return False
+        spent = sum(each.state.iterations for each in (whole, half, twice) if each is not None)
+        self.kept.keep(whole, spent)
+        self.other = twice
+        self.gap.append(gap)
+        return True
+
+
+def _timed(
+    body: Bonded, held: Held, loads: tuple[Array, Array], growth: float, tell: Callable[[float], None]
+) -> tuple[_Times, _Walk]:  # fmt: skip
+    """The first level's walk, and the steps that the error in time allows; before the first time there was no load."""
+    pair, (at, goals) = _Pair(body, held, growth), loads
+    ends = [(at[0], np.zeros(goals.shape[1])), *zip(at, goals, strict=True)]
+    for number, ((begin, first), (end, last)) in enumerate(pairwise(ends), 1):
+        pair.leg(float(begin), float(end), (first, last))
+        tell(number / len(at))
+    time, load, gap = (np.array(part) for part in (pair.time, pair.load, pair.gap))
+    late = gap if rough(body) else 4.0 * gap
+    return _Times(time, load, np.array(pair.given, dtype=bool), gap, late), pair.kept.walk

@@ -1,0 +1,71 @@
+"""Where is a layer with a memory a little later? At rest under what its past and the time that goes make of its energy.
+
+Inertia plays no part: at every time the layer is at rest, and what depends on time are the silicone's points alone
+(silicone/past/points.py). A step of time changes their energies once, as if between two loads another law were put in;
+the rest under the new load is then found as it is for an elastic layer, along a path of loads (path.py), or with
+friction in an increment (increments.py). The points remember what they come to.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+from sits_mech.mechanics.element.kernel import kinematics
+from sits_mech.mechanics.rest.body import Bonded, State, deformed_state, rest
+from sits_mech.mechanics.rest.increments import followed, rough
+from sits_mech.mechanics.rest.linearisation import Held
+from sits_mech.mechanics.rest.path import follow
+from sits_mech.quantities import Array
+from sits_mech.silicone.past.points import Memory, remembered, stepped, virgin
+
+_SMALLEST = 2e-2  # step of the path to a new load, over the path so far
+_PARTS = 4  # increments of a step with friction
+_MOST = 100  # iterations of a step
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A layer at rest at a time, with what its points remember."""
+
+    state: State
+    memory: Memory
+
+
+def begun(body: Bonded) -> Moment:
+    """Return a layer that nothing has happened to."""
+    shape, components = body.mesh.inside.weights.shape, 9 if len(body.mesh.axes) == 3 else 5
+    return Moment(rest(body), virgin(body.law.silicone, shape, components))
+
+
+def later(
+    body: Bonded, now: Moment, dt: float, goal: Array, *, held: Held | None = None, beside: Held | None = None
+) -> tuple[Moment | None, str]:
+    """Return the layer a step of time later, under another load that came evenly; None with the reason where it fails.
+
+    Parameters
+    ----------
+    body : Bonded
+    now : Moment
+    dt : float
+        0 for a sudden load [s].
+    goal : ndarray, shape (k,)
+        F_x, F_z, M, ... at the end, scaled.
+    held, beside
+        As of `follow`.
+    """
+    silicone = body.law.silicone
+    law = body.law.after(stepped(silicone, now.memory, dt))
+    aged = replace(body, law=law, shared=cache(lambda: body.pattern))
+    goals = (now.state.load, goal)
+    if rough(body):
+        track = followed(aged, now.state, goals, _PARTS, held=held, beside=beside)
+        state, reason = track.state, track.reason
+    else:
+        start = replace(now.state, iterations=0)
+        found = follow(aged, start, goals, smallest=_SMALLEST, held=held, beside=beside, most=_MOST)
+        state, reason = found.state, found.reason
+    if reason:
+        return None, reason
+    known = deformed_state(body, state)
+    return Moment(replace(state, known=known), remembered(silicone, now.memory, dt, kinematics(known.F))), ""

@@ -1,0 +1,115 @@
+"""What does one show of a history of loads? Its rows with poses and signals, a record, CSV, the curves over time."""
+
+from __future__ import annotations
+
+import json
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+from rich.table import Table
+
+from sits_mech.quantities import POSE, UNITS, WRENCH, shown_unit
+from sits_mech.readout.signals import told
+from sits_mech.report.pictures.curves import new_figure, signal_label, strokes
+from sits_mech.report.tables.solves import with_error
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_SCALES = {"m": (1e6, "um"), "rad": (1e3, "mrad")}
+_MOST = 40  # rows that are printed
+
+
+def moving(data: xr.Dataset) -> tuple[str, ...]:
+    """Return the components of the wrench that are not zero all the time; F_z where all are."""
+    return tuple(name for name in WRENCH if np.any(data[name].to_numpy() != 0.0)) or ("F_z",)
+
+
+def history_table(data: xr.Dataset) -> Table:
+    """Return load, pose and signals at the history's own times, with errors.
+
+    Parameters
+    ----------
+    data : Dataset
+        As from `analysis.histories.response.in_time`.
+    """
+    rows = np.flatnonzero(data["given"].to_numpy())
+    thinned = rows[:: int(np.ceil(len(rows) / _MOST))]
+    found = Table(title=f"{data.attrs['name']}: estimated errors behind every number", show_edge=False)
+    loads, signals = moving(data), told(data)
+    places = [name for name in POSE if name in POSE[:3] or np.any(data[name].to_numpy() != 0.0)]
+    columns = [(name, *_SCALES[UNITS[name]]) for name in places] + [(name, 1.0, "%") for name in signals]
+    found.add_column("t [s]", justify="right")
+    for name in loads:
+        found.add_column(f"{name} [{shown_unit(name)}]", justify="right")
+    for name, _, unit in columns:
+        found.add_column(f"{name.removesuffix('_percent')} [{unit}]", justify="right", no_wrap=True)
+    for row in thinned:
+        here = data.isel(time=row)
+        values = [with_error(k * float(here[name]), k * float(here[f"error_{name}"])) for name, k, _ in columns]
+        found.add_row(f"{float(here['time']):.6g}", *(f"{float(here[name]):.4g}" for name in loads), *values)
+    left = "" if len(thinned) == len(rows) else f"every {len(rows) // len(thinned)}th of {len(rows)} rows; "
+    found.caption = f"{left}{data.attrs['notes']}" or None
+    return found
+
+
+def history_record(data: xr.Dataset) -> dict[str, Any]:
+    """Return a history for a program: lists over the history's own times, SI, with the request and the report."""
+    own = data.isel(time=np.flatnonzero(data["given"].to_numpy()))
+    names = [*WRENCH, *POSE, *(f"error_{name}" for name in POSE)]
+    shown = [item for name in told(data) for item in (name, f"error_{name}")]
+    coils = np.diagonal(own["L"].transpose("time", "coil", "coil_2").to_numpy(), axis1=1, axis2=2)
+    return {
+        "request": json.loads(data.attrs["request"]),
+        "time": own["time"].to_numpy(),
+        **{name: own[name].to_numpy() for name in (*names, *shown)},
+        "L": coils,
+        "unit_L": data.attrs["unit_L"],
+        "notes": [data.attrs["notes"]] if data.attrs["notes"] else [],
+        "report": json.loads(data.attrs["report"]),
+    }
+
+
+def history_csv(data: xr.Dataset) -> str:
+    """Return all solved times as CSV, SI, every number to its last digit; L of each coil by its name."""
+    flat = {name: data[name] for name in data.data_vars if data[name].dims == ("time",)}
+    for coil in data["coil"].to_numpy():
+        flat |= {f"{name}[{coil}]": data[name].sel(coil=coil, coil_2=coil, drop=True) for name in ("L", "error_L")}
+    frame = xr.Dataset(flat).to_dataframe().reset_index()
+    return str(frame.assign(given=frame["given"].astype(int)).to_csv(index=False))
+
+
+def history_curves(data: xr.Dataset) -> Figure:
+    """Return loads, the target's way and the signals over time, one below the other; bands are errors.
+
+    Parameters
+    ----------
+    data : Dataset
+        As from `analysis.histories.response.in_time`.
+    """
+    time, rest = data["time"].to_numpy(), float(data["d_v"][0])
+    forces, places = moving(data), [name for name in ("d_v", "d_h", "d_y") if np.any(data[name] != 0.0)]
+    names = told(data)
+    with new_figure(1.25, rows=2 + len(names)) as (figure, axes):
+        for name, stroke in zip(forces, strokes(len(forces)), strict=True):
+            axes[0].plot(time, data[name], **stroke, markevery=[0], label=f"${name}$ [{shown_unit(name)}]")
+        axes[0].set_ylabel("load")
+        axes[0].legend()
+        for name, stroke in zip(places, strokes(len(places)), strict=True):
+            start, label = (rest, f"${name} - {name}(0)$") if name == "d_v" else (0.0, f"${name}$")
+            axes[1].plot(time, 1e6 * (data[name] - start), **stroke, markevery=[0], label=label)
+        axes[1].set_ylabel("pose [um]")
+        axes[1].legend()
+        for panel, name in zip(axes[2:], names, strict=True):
+            value, error = data[name].to_numpy(), data[f"error_{name}"].to_numpy()
+            panel.fill_between(time, value - error, value + error, color="0.8", linewidth=0.0)
+            panel.plot(time, value, color="0.15")
+            panel.set_ylabel(signal_label(name, data.sizes["coil"]))
+        axes[-1].set_xlabel("time [s]")
+        for panel in axes[:-1]:
+            panel.tick_params(labelbottom=False)
+        figure.suptitle(fill(data.attrs["name"], 54))
+        figure.align_ylabels(axes)
+    return figure

@@ -1,0 +1,30 @@
+"""The full cycle beside the cheap one: alike where the pad answers like a spring, told where not."""
+
+import numpy as np
+import pytest
+
+from sits_mech.analysis.cycle import load_cycle, triangle
+from sits_mech.analysis.histories.full_cycle import difference, full_cycle
+from sits_mech.quantities import Wrench
+from sits_mech.scene.sensor import load_sensor
+from sits_mech.silicone.material import silicone_from
+
+MODELS = {"mechanics": "planar", "magnetics": "planar", "tolerance": 3e-2}
+
+
+RATE, SOFT = {"prony": [{"weight": 0.3, "time": 0.5}]}, {"mullins": {"r": 2.0}}
+
+
+@pytest.mark.parametrize(("more", "most"), [(RATE, 0.2), (SOFT, 0.3)])
+def test_small_shear_agrees_with_the_pad_as_a_whole(more, most):
+    """Rate: exactly but for steps; softening: points differ in their energies, the whole pad has one."""
+    table = {"law": "neo-hookean", "shear_modulus": 2e4, "bulk_modulus": 2e7} | more
+    base = load_sensor("biorob2018")
+    own = base.model_copy(
+        update={"elastomer": base.elastomer.model_copy(update={"material": silicone_from(table)})}
+    )
+    way, peak = triangle(2.0), Wrench(F_x=0.05)
+    cheap, full = load_cycle(own, peak, way, **MODELS), full_cycle(own, peak, way, **MODELS)
+    off = difference(cheap, full)
+    assert off["d_h"] < most
+    np.testing.assert_allclose(cheap.attrs["loop_L_h_percent"], full.attrs["loop_L_h_percent"], atol=most)

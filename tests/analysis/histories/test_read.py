@@ -1,0 +1,39 @@
+"""Files of loads over time: units, and one line for each fault."""
+
+import numpy as np
+import pytest
+
+from sits_mech.analysis.histories.read import read_history
+from sits_mech.scene.sensor import SceneError
+
+
+def written(tmp_path, text):
+    path = tmp_path / "history.csv"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_units_and_order_of_columns(tmp_path):
+    found = read_history(written(tmp_path, "# a finger\nF_z [mN];t [ms];M_x [N mm]\n0;0;0\n500;20;1\n"))
+    np.testing.assert_allclose(found.time, [0.0, 0.02])
+    np.testing.assert_allclose(found.wrench[1], [0.0, 0.5, 0.0, 0.0, 1e-3, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("t [s],F_z [N]\n0,0\n1,1\n1,2\n", "time must rise; got 1 s in row 3 after 1 s: a sudden load"),
+        ("t [s],F_z [N]\n0,0\n1,1\n0.5,2\n", "time must rise; got 0.5 s in row 3 after 1 s$"),
+        ("F_z [N]\n0\n1\n", "must have a column t"),
+        ("t [s],force\n0,0\n1,1\n", "must have a column of a force, such as F_z"),
+        ("t [s],F_z [N]\n0,0\n1,press\n", "row 2 must hold numbers; got '1,press'"),
+        ("t [s],F_z [N]\n0,0\n1\n", "row 2 must hold 2 finite numbers; got '1'"),
+        ("t [s],F_z [N]\n0,0\n1,nan\n", "row 2 must hold 2 finite numbers"),
+        ("t [s],F_z [N]\n0,0\n", "must hold 2 to 20000 rows of numbers; got 1"),
+        ("t [s],F_z [m]\n0,0\n1,1\n", "column f_z"),
+    ],
+)
+def test_a_fault_is_one_line(tmp_path, text, words):
+    with pytest.raises(SceneError, match=words) as caught:
+        read_history(written(tmp_path, text))
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,90 @@
+"""Histories of loads: errors against finer walks, against the pad as a whole and the slow answer; contact, failure."""
+
+import numpy as np
+import pytest
+
+from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.histories import LoadHistory
+from sits_mech.mechanics.layer import planar_layer
+from sits_mech.quantities import SolveFailed, Wrench
+from sits_mech.scene.sensor import load_sensor
+from sits_mech.silicone.history import creep
+from sits_mech.silicone.material import silicone_from
+
+PRONY = [{"weight": 0.2, "time": 1.0}, {"weight": 0.1, "time": 10.0}]
+
+
+def sensor(elastomer=None, **more):
+    table = {"law": "neo-hookean", "shear_modulus": 2e4, "bulk_modulus": 2e7} | more
+    base = load_sensor("biorob2018")
+    layer = base.elastomer.model_copy(update={"material": silicone_from(table)} | (elastomer or {}))
+    return base.model_copy(update={"elastomer": layer})
+
+
+def history(time, **loads):
+    wrench = np.zeros((len(time), 6))
+    for name, values in loads.items():
+        wrench[:, ("F_x", "F_z", "M", "F_y", "M_x", "M_z").index(name)] = values
+    return LoadHistory(np.array(time, dtype=float), wrench)
+
+
+def test_pose_is_within_its_error_of_a_finer_one():
+    """Press, shear while pressed, let go of the pressure: no load is a share of another."""
+    way = history([0, 1, 2, 3, 5], F_z=[0, 1.5, 1.5, 0.5, 0.0], F_x=[0, 0, 0.4, 0.4, 0.4])
+    own = sensor(prony=PRONY, mullins={"r": 2.0})
+    rough, fine = planar_layer(own, 3e-2).in_time(way), planar_layer(own, 1e-3).in_time(way)
+    off = np.abs(rough.pose.components[rough.given] - fine.pose.components[fine.given])
+    bound = rough.error.components[rough.given] + fine.error.components[fine.given]
+    assert np.all(off[1:, :3] <= bound[1:, :3])
+    assert fine.report.estimated_error < rough.report.estimated_error < 3e-2
+
+
+def test_small_loads_creep_by_the_pads_own_law():
+    """A sudden small load moves the target by C(t) of the slow answer, in shear exactly."""
+    own, times = sensor(prony=PRONY), np.array([0.0, 0.5, 2.0, 20.0, 400.0])
+    found = planar_layer(own, 1e-3).in_time(history(times, F_x=np.full(5, 1e-3)))
+    slow = planar_layer(own, 1e-3).equilibrium(Wrench(F_x=1e-3))
+    expected = creep(own.elastomer.silicone, times) * slow.pose.d_h
+    np.testing.assert_allclose(found.pose.d_h[found.given], expected, rtol=1e-3)
+
+
+def test_long_time_is_the_elastic_answer_of_a_pad_in_space():
+    own = sensor(prony=PRONY)
+    found = block_pad(own, 3e-2).in_time(history([0.0, 300.0], F_z=[1.0, 1.0], F_x=[0.2, 0.2]))
+    slow = block_pad(own, 3e-2).equilibrium(Wrench(F_x=0.2, F_z=1.0))
+    off = np.abs(found.pose.components[-1] - slow.pose.components)
+    assert np.all(off <= found.error.components[-1] + slow.error.components)
+    assert np.all(off[:3] <= 3e-3 * np.abs(slow.pose.components - [0, 2e-3, 0, 0, 0, 0])[:3])
+
+
+def test_without_rate_or_softening_it_is_the_elastic_answer():
+    own = sensor()
+    found = planar_layer(own, 1e-2).in_time(history([0.0, 1.0, 1.1], F_z=[0.0, 2.0, 1.0]))
+    for row, force in ((1, 2.0), (2, 1.0)):
+        slow = planar_layer(own, 1e-2).equilibrium(Wrench(F_z=force))
+        assert abs(found.pose.d_v[row] - slow.pose.d_v) <= found.error.d_v[row] + slow.error.d_v
+
+
+def test_faces_that_fold_are_held_with_memory_too():
+    """A layer as wide as its target folds onto it; the history is walked with contact."""
+    own = sensor({"width": 8e-3, "thickness": 2e-3}, prony=PRONY)
+    found = planar_layer(own, 3e-2).in_time(history([0.0, 1.0, 50.0], F_z=[0.0, 12.0, 12.0]))
+    slow = planar_layer(own, 3e-2).equilibrium(Wrench(F_z=12.0))
+    assert any("contact" in note or "press" in note or "face" in note for note in found.report.notes)
+    assert abs(found.pose.d_v[-1] - slow.pose.d_v) <= 2 * (found.error.d_v[-1] + slow.error.d_v)
+
+
+@pytest.mark.slow
+def test_friction_without_rate_is_the_path_of_loads():
+    """Pressed, then sheared: faces that lie on ground and target slip as they do along a path without time."""
+    own = sensor({"width": 8e-3, "contact": "always", "friction": 0.6})
+    found = planar_layer(own, 5e-2).in_time(history([0.0, 1.0, 2.0], F_z=[0.0, 12.0, 12.0], F_x=[0.0, 0.0, 1.0]))
+    path = planar_layer(own, 5e-2).along([Wrench(F_z=12.0), Wrench(F_x=1.0, F_z=12.0)])
+    off = np.abs(found.pose.components[-1] - path.pose.components)
+    assert np.all(off <= found.error.components[-1] + path.error.components)
+
+
+def test_a_load_that_is_not_carried_ends_the_history():
+    with pytest.raises(SolveFailed, match=r"at .* s of 2 s") as caught:
+        planar_layer(sensor(prony=PRONY), 5e-2).in_time(history([0.0, 2.0], F_z=[0.0, -400.0]))
+    assert caught.value.report.status.startswith("history ended")

@@ -1,0 +1,62 @@
+"""A step of time of a layer: sudden loads, long ones, what is kept, what fails."""
+
+import numpy as np
+import pytest
+
+from sits_mech.mechanics.pad.section import Fineness, bonded_body
+from sits_mech.mechanics.rest.body import rest
+from sits_mech.mechanics.rest.path import follow
+from sits_mech.mechanics.rest.steps import begun, later
+from sits_mech.scene.sensor import load_sensor
+from sits_mech.silicone.material import silicone_from
+
+PRONY = [{"weight": 0.3, "time": 0.5}]
+LOAD = np.array([0.1, 0.5, 0.0])
+
+
+def body(**more):
+    table = {"law": "neo-hookean", "shear_modulus": 2e4, "bulk_modulus": 2e7} | more
+    sensor = load_sensor("biorob2018")
+    layer = sensor.elastomer.model_copy(update={"material": silicone_from(table)})
+    return bonded_body(sensor.model_copy(update={"elastomer": layer}), Fineness(4, 2.0))
+
+
+@pytest.fixture(scope="module")
+def elastic():
+    own = body()
+    return follow(own, rest(own), (np.zeros(3), LOAD)).state
+
+
+def test_long_time_ends_at_the_elastic_rest(elastic):
+    own = body(prony=PRONY)
+    now, _ = later(own, begun(own), 0.0, LOAD)
+    for _ in range(4):
+        now, reason = later(own, now, 1000.0, LOAD)
+        assert reason == ""
+    np.testing.assert_allclose(now.state.q, elastic.q, rtol=1e-8, atol=1e-12)
+
+
+def test_a_sudden_load_meets_the_instantaneous_layer():
+    """A law 1/(1 - w) times as stiff in shear, of the same bulk modulus."""
+    soft, stiff = body(prony=PRONY), body(shear_modulus=2e4 / 0.7)
+    now, _ = later(soft, begun(soft), 0.0, LOAD)
+    there = follow(stiff, rest(stiff), (np.zeros(3), 0.7 * LOAD)).state  # loads are in shear moduli
+    np.testing.assert_allclose(now.state.q, there.q, rtol=1e-7, atol=1e-12)
+
+
+def test_what_is_kept_is_of_its_own_time():
+    """An unloaded layer creeps back, and a moment can be gone on from twice."""
+    own = body(prony=PRONY)
+    now, _ = later(own, begun(own), 1.0, LOAD)
+    off, _ = later(own, now, 0.01, np.zeros(3))
+    again, _ = later(own, now, 0.01, np.zeros(3))
+    np.testing.assert_array_equal(off.state.q, again.state.q)
+    back, _ = later(own, off, 5.0, np.zeros(3))
+    assert abs(off.state.q[1]) > 10 * abs(back.state.q[1]) > 0.0
+
+
+def test_a_load_that_is_not_carried_gives_its_reason():
+    own = body(prony=PRONY)
+    found, reason = later(own, begun(own), 1.0, np.array([0.0, -400.0, 0.0]))
+    assert found is None
+    assert reason in ("lost", "inverted", "turned", "buckled", "long")

@@ -1,0 +1,59 @@
+"""Histories: what is none, times between, models without a memory of their own."""
+
+import numpy as np
+import pytest
+
+from sits_mech.mechanics.histories import LoadHistory, motion_of
+from sits_mech.mechanics.linear import small_strain
+from sits_mech.quantities import Wrench
+from sits_mech.scene.sensor import SceneError, load_sensor
+from sits_mech.silicone.history import creep
+from sits_mech.silicone.material import silicone_from
+
+
+def soft(**more):
+    table = {"law": "neo-hookean", "shear_modulus": 2e4, "bulk_modulus": 2e7} | more
+    base = load_sensor("biorob2018")
+    layer = base.elastomer.model_copy(update={"material": silicone_from(table)})
+    return base.model_copy(update={"elastomer": layer})
+
+
+@pytest.mark.parametrize(
+    ("time", "wrench", "words"),
+    [
+        ([0.0, 1.0, 0.5], np.zeros((3, 6)), "time must not run back; got 0.5 s after 1 s in row 3"),
+        ([0.0, 1.0], np.zeros((3, 6)), "must be n times with n x 6 loads"),
+        ([0.0, np.nan], np.zeros((2, 6)), "must be finite numbers"),
+    ],
+)
+def test_what_is_no_history_is_refused(time, wrench, words):
+    with pytest.raises(SceneError, match=words.replace("(", r"\(")):
+        LoadHistory(np.array(time), wrench)
+
+
+def test_loads_are_divided_by_their_range():
+    wrench = np.zeros((4, 6))
+    wrench[:, 1] = [0.0, 2.0, 2.0, 1.5]
+    found, own = LoadHistory(np.array([0.0, 1.0, 5.0, 6.0]), wrench).divided(8)
+    assert found.time.size == 1 + 8 + 1 + 2
+    np.testing.assert_allclose(found.time[own], [0.0, 1.0, 5.0, 6.0])
+    np.testing.assert_allclose(np.diff(found.wrench[:9, 1]), 0.25)
+
+
+def test_a_linear_model_creeps_component_by_component():
+    own, time = soft(prony=[{"weight": 0.3, "time": 2.0}]), np.array([0.0, 1.0, 3.0])
+    layer = small_strain(own, 1e-2)
+    wrench = np.zeros((3, 6))
+    wrench[:, 0], wrench[1:, 1] = 1e-3, 2e-3
+    wrench[:, 1] = 2e-3
+    found = motion_of(own, layer, LoadHistory(time, wrench))
+    slow = layer.equilibrium(Wrench(F_x=1e-3, F_z=2e-3)).pose
+    share = creep(own.elastomer.silicone, time)
+    np.testing.assert_allclose(found.pose.d_h, share * slow.d_h, rtol=1e-3)
+    assert any("as a whole" in note for note in found.report.notes)
+
+
+def test_a_linear_model_refuses_softening():
+    own = soft(mullins={"r": 2.0})
+    with pytest.raises(SceneError, match="softening"):
+        motion_of(own, small_strain(own, 1e-2), LoadHistory(np.array([0.0, 1.0]), np.zeros((2, 6))))

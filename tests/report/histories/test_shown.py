@@ -1,0 +1,51 @@
+"""What is shown of a history: table, record, CSV, picture, folder."""
+
+import io
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from sits_mech.analysis.histories.response import in_time
+from sits_mech.mechanics.histories import LoadHistory
+from sits_mech.report.histories.folder import write_history
+from sits_mech.report.histories.shown import history_csv, history_curves, history_record, history_table, moving
+from sits_mech.scene.sensor import load_sensor
+
+
+@pytest.fixture(scope="module")
+def sensor():
+    return load_sensor("biorob2018")
+
+
+@pytest.fixture(scope="module")
+def data(sensor):
+    wrench = np.zeros((3, 6))
+    wrench[1:, 1], wrench[2, 0] = 0.5, 0.1
+    loads = LoadHistory(np.array([0.0, 1.0, 2.0]), wrench)
+    return in_time(sensor, loads, mechanics="linear", magnetics="planar", tolerance=0.1)
+
+
+def test_record_has_the_historys_own_times(data):
+    found = history_record(data)
+    assert found["time"].tolist() == [0.0, 1.0, 2.0]
+    assert np.shape(found["L"]) == (3, 2)
+    assert moving(data) == ("F_x", "F_z")
+
+
+def test_csv_has_every_solved_time(data):
+    table = pd.read_csv(io.StringIO(history_csv(data)))
+    assert len(table) == data.sizes["time"]
+    assert table["given"].sum() == 3
+    np.testing.assert_array_equal(table["L[C1]"], data["L"][:, 0, 0])
+
+
+def test_table_and_picture(data, collisions):
+    assert history_table(data).row_count == 3
+    figure = history_curves(data)
+    assert not collisions(figure)
+
+
+def test_folder(sensor, data, tmp_path):
+    write_history(sensor, data, tmp_path)
+    assert {"history.nc", "history.csv", "scene.toml"} <= {path.name for path in tmp_path.iterdir()}
