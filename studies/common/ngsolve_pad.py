@@ -88,6 +88,8 @@ class Pad:
         Processor time after which a load path is given up.
     complete : bool
         Whether pressures are complete polynomials of one order less.
+    least : float
+        Size of q down to which the last step is measured by q [mm]: of a load that goes back to none.
     """
 
     kind: str
@@ -101,6 +103,7 @@ class Pad:
     pointwise: float = 0.0
     seconds: float = 60.0
     complete: bool = False
+    least: float = 0.0
     q: Array = field(init=False)
 
     def __post_init__(self) -> None:
@@ -243,7 +246,7 @@ class Pad:
                 self.state.vec.data += float(part) * way
             self.q[list(self.motion)] += dq
             self._bond(self.q)
-            size = float(np.abs(dq).max()) / max(float(np.abs(self.q).max()), 1e-300)
+            size = float(np.abs(dq).max()) / max(float(np.abs(self.q).max()), self.least, 1e-300)
             if not np.isfinite(size) or size > 30.0 * last:
                 return False
             if size < _TIGHT:

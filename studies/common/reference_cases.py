@@ -18,6 +18,7 @@ LAWS: Mapping[str, tuple[str, Mapping[str, float | list[float]]]] = {
     "yeoh": ("", {"c10": 0.5, "c20": 0.05, "c30": 0.01}),
     "ogden": ("alpha=[2.0, -2.0], ", {"mu": [0.6, 0.4]}),
     "gent": ("j_m=10.0, ", {"shear_modulus": 1.0}),
+    "ogden 4": ("alpha=[4.0, -2.0], ", {"mu": [0.7, 0.3]}),
 }
 ECOFLEX = (7471.5, 248.86, 14940.0)  # c10, c20 [Pa], K [kPa] of the catalogue's ecoflex-00-30
 
@@ -46,6 +47,10 @@ class Case:
         Whether the load is so small that the stiffness at rest answers for it.
     turned : bool
         Whether the package is asked for pad and load turned by a quarter about z: F_y and M_x, the whole pad.
+    prony : tuple of (float, float)
+        Share of the instantaneous stiffness [-] and time [s] of each branch.
+    mullins : mapping or None
+        Softening: r [-], m over the initial shear modulus, beta [-].
     twist : float
         M_z [N mm], alone, small: a flush cylinder turns by ``2 M_z t/(pi mu a^4)``, exactly (A. de Saint-Venant 1855).
     """
@@ -62,6 +67,8 @@ class Case:
     linear: bool = False
     turned: bool = False
     twist: float = 0.0
+    prony: tuple[tuple[float, float], ...] = ()
+    mullins: Mapping[str, float] | None = None
 
     @property
     def mu(self) -> float:
@@ -101,16 +108,25 @@ class Case:
         each = {name: [scale * x for x in share] if isinstance(share, list) else scale * share
                 for name, share in shares.items()}  # fmt: skip
         constants = ", ".join(f"{name}={value}" for name, value in each.items())
-        return f'{{law="{self.law}", {words}{constants}, bulk_modulus={scale * self.K}}}'
+        law, history = self.law.partition(" ")[0], ""
+        if self.prony:
+            branches = ", ".join(f'{{weight={weight}, time="{tau} s"}}' for weight, tau in self.prony)
+            history += f", prony=[{branches}]"
+        if self.mullins:
+            keys = ", ".join(f"{key}={scale * x if key == 'm' else x:g}" for key, x in self.mullins.items())
+            history += f", mullins={{{keys}}}"
+        return f'{{law="{law}", {words}{constants}, bulk_modulus={scale * self.K}{history}}}'
 
     def energy(self, I1: Any, I2: Any) -> Any:
-        """Isochoric energy over the initial shear modulus, for NGSolve; Ogden's powers 2 and -2 are I1 and I2."""
+        """Isochoric energy over the initial shear modulus, for NGSolve; Ogden's even powers are of I1 and I2."""
         if self.law == "gent":
             from ngsolve import log
 
             return -5.0 * log(1.0 - (I1 - 3) / 10.0)
         if self.law == "ogden":
             return 0.3 * (I1 - 3) + 0.2 * (I2 - 3)
+        if self.law == "ogden 4":  # sum of lambda^4: I1^2 - 2 I2
+            return 0.0875 * (I1 * I1 - 2 * I2 - 3) + 0.15 * (I2 - 3)
         if self.law == "ecoflex":
             return 0.5 * (I1 - 3) + ECOFLEX[1] / (2.0 * ECOFLEX[0]) * (I1 - 3) ** 2
         c = LAWS[self.law][1]
