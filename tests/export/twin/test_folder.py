@@ -19,7 +19,6 @@ from sits_mech.report.folder import read_calibration
 from sits_mech.scene.sensor import SceneError, Sensor, changed
 from sits_mech.silicone.history import retardation
 
-
 Said = pytest.CaptureFixture[str]
 
 
