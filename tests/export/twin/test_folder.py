@@ -78,12 +78,21 @@ def test_numbers_of_pad_and_converter(made: dict[str, np.ndarray], source: Sourc
     switching = made["channel_time"] - made["conversion"] - made["settling"]
     assert switching == pytest.approx(692e-9 + 5.0 / front.reference, rel=1e-6)
     assert made["sigma_L"] * made["wrench_base"][:2] == pytest.approx(front.noise, rel=0.05)
+    ranges = np.ptp(Twin(made).read(_corners()).L, axis=0)  # noise weighs both coils alike
+    assert made["scale_L"] == pytest.approx(ranges.max(), rel=0.02)
     layer, h = planar_layer(soft(source)), 1e-3
     ends = [layer.equilibrium(Wrench(F_x=h * sign)).pose.components for sign in (-1.0, 1.0)]
     slope = (ends[1] - ends[0]) / (2.0 * h)
     assert made["compliance"][:3, 0] == pytest.approx(slope[:3], rel=5e-3, abs=1e-9)  # poses are to 1e-2
     assert np.all(np.isnan(made["compliance"][3:]))
     assert made["temperature_known"] == 0 and "slope_T_L" not in made
+
+
+def _corners() -> np.ndarray:
+    """The corners of the wrenches' box."""
+    found = np.zeros((4, 6))
+    found[:, 0], found[:, 1] = np.repeat([-1.0, 1.0], 2), np.tile([0.0, 3.0], 2)
+    return found
 
 
 def test_slopes_by_temperature_go_with_it(source: Source) -> None:
