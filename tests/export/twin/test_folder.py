@@ -19,6 +19,8 @@ from sits_mech.report.folder import read_calibration
 from sits_mech.scene.sensor import SceneError, Sensor, changed
 from sits_mech.silicone.history import retardation
 
+Said = pytest.CaptureFixture[str]
+
 
 @pytest.fixture(scope="module")
 def source(calibrated: Path) -> Source:
@@ -40,7 +42,7 @@ def made(source: Source) -> dict[str, np.ndarray]:
     return numbers
 
 
-def test_the_command_writes_a_folder_that_works_alone(calibrated: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_the_command_writes_a_folder_that_works_alone(calibrated: Path, tmp_path: Path, capfd: Said) -> None:
     """Where the package is not: twin.py loads sensor.npz beside it; again into the same folder."""
     out = tmp_path / "robot"
     assert run(["export", str(calibrated), "--to", "twin", "-o", str(out)]) == 0
@@ -73,13 +75,24 @@ def test_numbers_of_pad_and_converter(made: dict[str, np.ndarray], source: Sourc
     assert made["relaxation_weights"] == pytest.approx([0.25]) and made["mullins_r"] == 2.5
     front, _ = sensor_front_end(source.sensor, source.data)
     assert made["reference"] == front.reference and made["channel_time"].sum() == pytest.approx(1.0 / front.rate)
+    switching = made["channel_time"] - made["conversion"] - made["settling"]
+    assert switching == pytest.approx(692e-9 + 5.0 / front.reference, rel=1e-6)
     assert made["sigma_L"] * made["wrench_base"][:2] == pytest.approx(front.noise, rel=0.05)
+    ranges = np.ptp(Twin(made).read(_corners()).L, axis=0)  # noise weighs both coils alike
+    assert made["scale_L"] == pytest.approx(ranges.max(), rel=0.02)
     layer, h = planar_layer(soft(source)), 1e-3
     ends = [layer.equilibrium(Wrench(F_x=h * sign)).pose.components for sign in (-1.0, 1.0)]
     slope = (ends[1] - ends[0]) / (2.0 * h)
     assert made["compliance"][:3, 0] == pytest.approx(slope[:3], rel=5e-3, abs=1e-9)  # poses are to 1e-2
     assert np.all(np.isnan(made["compliance"][3:]))
     assert made["temperature_known"] == 0 and "slope_T_L" not in made
+
+
+def _corners() -> np.ndarray:
+    """The corners of the wrenches' box."""
+    found = np.zeros((4, 6))
+    found[:, 0], found[:, 1] = np.repeat([-1.0, 1.0], 2), np.tile([0.0, 3.0], 2)
+    return found
 
 
 def test_slopes_by_temperature_go_with_it(source: Source) -> None:
@@ -116,7 +129,7 @@ def test_failed_loads(source: Source) -> None:
         twin_arrays(Source(source.sensor, source.data.isel(F_x=[2], F_z=[1])))
 
 
-def test_what_cannot_be_written(source: Source, calibrated: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_what_cannot_be_written(source: Source, calibrated: Path, tmp_path: Path, capfd: Said) -> None:
     """A file, another format's ending, a folder within a file, no calibration: one line, code 2."""
     (tmp_path / "file").write_text("")
     for name, said in (("file", "must name a folder"), ("t.h", "as for c"), ("t.npz", "must name a folder")):
