@@ -285,6 +285,8 @@ def half_widths(slopes: Array, free: Array, residual: Array, weight: Array) -> l
     if independent <= unknowns or unknowns == 0:
         return [None] * len(free)
     size = np.linalg.norm(slopes * weight[:, None], axis=0)
+    if not size.all():
+        return [None] * len(free)
     weighted = slopes * weight[:, None] / size
     if np.linalg.cond(weighted) > 1e10:
         return [None] * len(free)

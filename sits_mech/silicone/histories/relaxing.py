@@ -10,8 +10,8 @@ Only the hold is compared; its samples are averaged over equal parts of the loga
 plays no part.
 
 For n = 1, 2, ... branches the times begin evenly in their logarithm and are refined (least squares over ln tau, c and
-a_i by non-negative least squares at each: variable projection). The number is the one with the least Bayesian criterion
-``N ln(rss/N) + (2 n + 1) ln N``, and no more than there are decades between the shortest and the longest time that the
+a_i by non-negative least squares at each: variable projection). A further branch must lower the Bayesian criterion
+``N ln(rss/N) + (2 n + 1) ln N`` by 6, and there are no more than decades between the shortest and the longest time that the
 test can see: a third of the ramp, or a sample, and the hold. Fits with a branch without weight, or with two of one
 time, do not count.
 
@@ -19,7 +19,7 @@ Slow load is *identified* where the hold lasts at least three times the longest 
 in c. Confidence: 95 % half-widths as in fitting.py.
 
 Source: C. L. Lawson, R. J. Hanson, Solving Least Squares Problems (1974); G. H. Golub, V. Pereyra, SIAM J. Numer. Anal.
-10 (1973) 413; G. Schwarz, Ann. Stat. 6 (1978) 461. Range: one level of strain. Neglected: dependence of G on strain.
+10 (1973) 413; G. Schwarz, Ann. Stat. 6 (1978) 461; R. E. Kass, A. E. Raftery, J. Am. Stat. Assoc. 90 (1995) 773. Range: one level of strain. Neglected: dependence of G on strain.
 """
 
 from __future__ import annotations
@@ -43,6 +43,7 @@ _HELD = 0.05  # of the strain: more change during the hold is none
 _LONG = 3.0  # longest branches that a hold must last to show slow load
 _LEAST_WEIGHT = 1e-4  # of a branch
 _APART = 1.5  # least ratio of two times
+_STRONG = 6.0  # less of the criterion is strong evidence of a further branch
 _LEAST = 8  # rows of a hold
 _FLOOR = 1e-9  # of the stress: a residual of rounding is no reason for a branch
 
@@ -206,7 +207,7 @@ def _best(hold: _Hold) -> tuple[Array, Array, Array]:
         if thin.any() or np.any(np.diff(x) < np.log(_APART)):
             continue
         criterion = _criterion(residual, 2 * number + 1, hold)
-        if criterion < least:
+        if criterion < least - _STRONG:
             least, found = criterion, (x, values, residual)
     return found
 

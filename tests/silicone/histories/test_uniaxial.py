@@ -55,7 +55,7 @@ def test_the_convolution_is_the_integral_by_quadrature(silicone):
     soft = replace(one, prony=())
 
     def S(t, k):
-        e = np.array([0.0, *([0.5] if t > 2.0 else []), np.interp(t, time, strain)])  # the peak, then the point
+        e = np.array([0.0, *[0.5][: t > 2.0], np.interp(t, time, strain)])  # the peak passed, then the point
         P = uniaxial_stress(soft, np.arange(float(len(e))), e, step=9.0)[-1]
         return P * (2.0 / 3.0 / (1.0 + e[-1]), -((1.0 + e[-1]) ** 2) / 3.0)[k]
 
