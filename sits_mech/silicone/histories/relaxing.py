@@ -11,15 +11,16 @@ plays no part.
 
 For n = 1, 2, ... branches the times begin evenly in their logarithm and are refined (least squares over ln tau, c and
 a_i by non-negative least squares at each: variable projection). A further branch must lower the Bayesian criterion
-``N ln(rss/N) + (2 n + 1) ln N`` by 6, and there are no more than decades between the shortest and the longest time that the
-test can see: a third of the ramp, or a sample, and the hold. Fits with a branch without weight, or with two of one
+``N ln(rss/N) + (2 n + 1) ln N`` by 6, and there are no more than decades between the shortest and the longest time that
+the test can see: a third of the ramp, or a sample, and the hold. Fits with a branch without weight, or with two of one
 time, do not count.
 
 Slow load is *identified* where the hold lasts at least three times the longest branch; if not, what relaxes later stays
 in c. Confidence: 95 % half-widths as in fitting.py.
 
 Source: C. L. Lawson, R. J. Hanson, Solving Least Squares Problems (1974); G. H. Golub, V. Pereyra, SIAM J. Numer. Anal.
-10 (1973) 413; G. Schwarz, Ann. Stat. 6 (1978) 461; R. E. Kass, A. E. Raftery, J. Am. Stat. Assoc. 90 (1995) 773. Range: one level of strain. Neglected: dependence of G on strain.
+10 (1973) 413; G. Schwarz, Ann. Stat. 6 (1978) 461; R. E. Kass, A. E. Raftery, J. Am. Stat. Assoc. 90
+(1995) 773. Range: one level of strain. Neglected: dependence of G on strain.
 """
 
 from __future__ import annotations

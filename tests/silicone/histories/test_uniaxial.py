@@ -49,7 +49,7 @@ def test_softening_alone_is_the_published_formula(silicone):
 
 
 def test_the_convolution_is_the_integral_by_quadrature(silicone):
-    """Up in 2 s to 50 % and back to 10 % in 1 s, softened: each branch by parts, ``Q = g (S - int exp(..) S ds/tau)``."""
+    """Up in 2 s to 50 % and back to 10 % in 1 s, softened: branches by parts, ``Q = g (S - int exp(..) S ds/tau)``."""
     one = replace(silicone, prony=PRONY, mullins=Softening(2.0, 300.0, 0.5))
     time, strain = np.array([0.0, 2.0, 3.0]), np.array([0.0, 0.5, 0.1])
     soft = replace(one, prony=())
