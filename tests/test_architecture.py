@@ -105,6 +105,7 @@ UNMIRRORED = {
         ("report/pictures/drift.py", "report/tables/drift.py"), "tests/cli/test_main.py: simulate over temperature"
     ),
     "report/tables/cases.py": "tests/batch/test_run.py: sweep prints it",
+    "report/tables/fitted.py": "tests/silicone/histories/test_fitted.py: what the command line prints of fits",
     "report/tables/ladder.py": "tests/cli/test_main.py: explain --ladder prints it",
     "report/tables/loops.py": "tests/cli/test_main.py: cycle prints it",
     "report/tables/plan.py": "tests/cli/test_main.py: explain prints it",

@@ -37,9 +37,12 @@ def answer(record: dict[str, Any], tables: Sequence[Any], as_json: bool) -> None
 
 
 def show(table: Any) -> None:
-    """Print a table on stdout; where it is no terminal nothing is cut, and numbers stay on one line."""
+    """Print a table on stdout, or text as it is; where it is no terminal nothing is cut, numbers stay on one line."""
     from rich.console import Console
 
+    if isinstance(table, str):
+        write(f"{table}\n\n")
+        return
     width = None if sys.stdout.isatty() else max(160, Console(width=1000, markup=False).measure(table).maximum)
     console = Console(width=width, markup=False, highlight=False)
     console.print(table)

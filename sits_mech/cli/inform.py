@@ -88,32 +88,38 @@ def explain(
 
 @app.command
 def fit(
-    tensile: Annotated[Path, Parameter(help="Strain and engineering stress as CSV.")], *, law: str = "yeoh",
-    max_strain: float = 1.0, terms: Annotated[int, Parameter(help="Of Ogden's law.")] = 2,
+    tensile: Annotated[Path | None, Parameter(help="Strain and engineering stress as CSV.")] = None, *,
+    relaxation: Annotated[Path | None, Parameter(help="A ramp and a hold over time as CSV: gives prony.")] = None,
+    cyclic: Annotated[Path | None, Parameter(help="Rising peaks, let go between, as CSV: gives mullins.")] = None,
+    law: str = "yeoh", max_strain: float = 1.0, terms: Annotated[int, Parameter(help="Of Ogden's law.")] = 2,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"], help="Picture of data and fit.")] = None,
     as_json: Json = False,
 ) -> int:  # fmt: skip
-    """Fit a silicone's constants to a tensile test, with the planar and biaxial ones of the same file.
+    """Fit a silicone's constants to its tests: a law to a pull, rate to a relaxation test, softening to a cyclic one.
 
     The file has rows of numbers below a row of names, in any order: "engineering strain (-)" or "(%)" and "engineering
-    stress (MPa)", "(kPa)", "(Pa)" or "(psi)"; "planar engineering strain", "biaxial ..." for other tests beside.
+    stress (MPa)", "(kPa)", "(Pa)" or "(psi)"; "planar engineering strain", "biaxial ..." for other tests beside. Tests
+    over time have "time (s)" too. Without a tensile test the law is fitted to the envelope of the cyclic one.
 
     Example: sits-mech fit tensile.csv --law yeoh --max-strain 1.0 -o fit.png
+    Example: sits-mech fit tensile.csv --relaxation hold.csv --cyclic cycles.csv --json
     """
     from sits_mech.report.pictures.curves import checked_picture, save_figure
-    from sits_mech.report.pictures.fit import fit_figure, fit_rows
-    from sits_mech.report.tables.solves import key_table
-    from sits_mech.silicone.fitting import fit_law
+    from sits_mech.report.pictures.fit import fit_figure
+    from sits_mech.report.tables.fitted import fitted_tables
+    from sits_mech.silicone.histories.fitted import fit_tests
     from sits_mech.silicone.material import Silicone, implausible
-    from sits_mech.silicone.tensile import read_tensile
+    from sits_mech.units import SceneError
 
     picture = None if output is None else checked_picture(output)
-    test = read_tensile(tensile)
-    found = fit_law(test, law, max_strain, terms=terms)
-    slips = implausible(Silicone("", found.law, found.constants, math.inf))  # a fit tells no bulk modulus
-    found = replace(found, notes=(*found.notes, *slips))
+    found = fit_tests(tensile, relaxation, cyclic, law=law, max_strain=max_strain, terms=terms)
+    if found.fit is not None:
+        slips = implausible(Silicone("", found.fit.law, found.fit.constants, math.inf))  # a fit tells no bulk modulus
+        found = replace(found, fit=replace(found.fit, notes=(*found.fit.notes, *slips)))
     if picture is not None:
-        save_figure(fit_figure(test, found), picture)
+        if found.fit is None or found.test is None:
+            raise SceneError("-o: must have a tensile or a cyclic test to draw; got a relaxation test alone")
+        save_figure(fit_figure(found.test, found.fit), picture)
         warn(f"written to {picture}")
-    answer(asdict(found), [key_table(str(tensile), fit_rows(found))], as_json)
+    answer(found.record, fitted_tables(found), as_json)
     return 0

@@ -86,6 +86,11 @@ class FrontEnd:
     warnings: tuple[str, ...]
     registers: tuple[tuple[int, str, int], ...]
 
+    @property
+    def period(self) -> float:
+        """How long a scan of all coils takes [s]."""
+        return 1.0 / self.rate
+
     def off(self, solved: float) -> str:
         """Say where the tanks swing far from the frequency that was solved [Hz]; empty where they are near it."""
         middle = float(np.exp(np.log(self.frequency).mean()))

@@ -110,6 +110,26 @@ def engineering_stress(law: str, constants: Constants, strain: Array, mode: str 
     return state_stress(law, constants, principal_stretches(mode, 1.0 + strain))
 
 
+def energy_density(law: str, constants: Constants, stretches: Array) -> Array:
+    """Return the energy density of an incompressible law, zero without strain, shape (n,) [Pa].
+
+    Parameters
+    ----------
+    law, constants, stretches
+        As for `state_stress`.
+
+    Raises
+    ------
+    ValueError
+        When the law is unknown.
+    """
+    energy = known_law(law).energy
+    if not isinstance(energy, OfInvariants):
+        return np.asarray(energy.derivatives(constants, np.log(stretches)).f.sum(axis=1))
+    square = stretches**2
+    return energy.derivatives(constants, Invariants(square.sum(axis=1), lambda: (1.0 / square).sum(axis=1))).w
+
+
 def tangent(law: str, constants: Constants, stretches: Array) -> Array:
     """Return the incompressible law's tangent in logarithmic strain, on increments that keep the volume.
 

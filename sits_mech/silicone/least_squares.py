@@ -122,7 +122,7 @@ def _fit_linear(law: Law, fit: LinearFit, points: Points) -> Answer:
     free = np.linalg.svd(held)[2][np.linalg.matrix_rank(held, 1e-3) :].T if len(held) else np.eye(len(names))
     free = size[:, None] * free
     residual = matrix @ answer - points.stress
-    widths = _half_widths(matrix @ free, free, residual, points.weight)
+    widths = half_widths(matrix @ free, free, residual, points.weight)
     return Answer(
         constants=dict(zip(names, (float(value) for value in answer), strict=True)),
         confidence=dict(zip(names, widths, strict=True)),
@@ -203,7 +203,7 @@ def _fit_terms(law: Law, fit: TermFit, points: Points, terms: int) -> Answer:
     constants, held = fit.constants(m, x), fit.held(x, reach)
     residual = state_stress(law.name, constants, points.stretches) - points.stress
     free = np.eye(2 * terms)[:, np.r_[np.ones(terms, dtype=bool), ~held]]
-    widths = _half_widths(_slopes(law, constants, points.stretches) @ free, free, residual, points.weight)
+    widths = half_widths(_slopes(law, constants, points.stretches) @ free, free, residual, points.weight)
     return Answer(
         constants=constants,
         confidence=_like(constants, widths),
@@ -267,14 +267,26 @@ def _rms(residual: Array, points: Points) -> float:
     return float(np.sqrt(np.average(residual**2, weights=points.weight**2)))
 
 
-def _half_widths(slopes: Array, free: Array, residual: Array, weight: Array) -> list[float | None]:
-    """Return 95 % half-widths of the constants, from the derivatives of the stress in their free combinations."""
+def half_widths(slopes: Array, free: Array, residual: Array, weight: Array) -> list[float | None]:
+    """Return 95 % half-widths of constants, None for one that the data do not determine.
+
+    Parameters
+    ----------
+    slopes : ndarray, shape (n, k)
+        Derivatives of the stress by the k unknowns, free combinations of the constants.
+    free : ndarray, shape (constants, k)
+        Derivatives of the constants by these.
+    residual, weight : ndarray, shape (n,)
+        What is left of the stress, and the root of each point's weight.
+    """
     count, unknowns = slopes.shape
     runs = 1 + int(np.count_nonzero(np.diff(np.sign(residual))))
     independent = min(count, 2 * runs)
     if independent <= unknowns or unknowns == 0:
         return [None] * len(free)
     size = np.linalg.norm(slopes * weight[:, None], axis=0)
+    if not size.all():
+        return [None] * len(free)
     weighted = slopes * weight[:, None] / size
     if np.linalg.cond(weighted) > 1e10:
         return [None] * len(free)

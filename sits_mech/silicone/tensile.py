@@ -22,8 +22,8 @@ from sits_mech.memory import input_text
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError
 
-_STRESS_UNITS = {"pa": 1.0, "kpa": 1e3, "mpa": 1e6, "n/mm2": 1e6, "n/mm^2": 1e6, "psi": 6894.757293168}
-_STRAIN_UNITS = {"": 1.0, "-": 1.0, "1": 1.0, "mm/mm": 1.0, "m/m": 1.0, "%": 1e-2}
+STRESS_UNITS = {"pa": 1.0, "kpa": 1e3, "mpa": 1e6, "n/mm2": 1e6, "n/mm^2": 1e6, "psi": 6894.757293168}
+STRAIN_UNITS = {"": 1.0, "-": 1.0, "1": 1.0, "mm/mm": 1.0, "m/m": 1.0, "%": 1e-2}
 _NAMES = {"uniaxial": "uniaxial", "planar": "planar", "pure shear": "planar", "biaxial": "biaxial"}
 _COLUMN = re.compile(
     r"(?:(?P<test>uniaxial|planar|pure shear|(?:equi-?)?biaxial)\s+)?(?:engineering|nominal)\s+(?P<what>strain|stress)"
@@ -88,12 +88,7 @@ def read_tensile(path: str | Path) -> TensileTest:
     ValueError
         When the file cannot be read, columns are missing or in unknown units, or a test has fewer than 5 usable rows.
     """
-    try:
-        lines = input_text(path, "a readable tensile test", errors="replace").splitlines()
-    except SceneError:
-        raise
-    except ValueError as error:  # a path that cannot be
-        raise SceneError(f"{path}: must be a readable tensile test; got: {error}") from None
+    lines = lines_of(path, "tensile test")
     for number, line in enumerate(lines):
         for separator in ";\t,":
             found = _columns([name.strip().strip('"') for name in line.split(separator)], str(path))
@@ -103,6 +98,16 @@ def read_tensile(path: str | Path) -> TensileTest:
     raise ValueError(
         f'{path}: must have the columns "Engineering Strain" and "Engineering Stress (MPa)"; got none with these names'
     )
+
+
+def lines_of(path: str | Path, what: str) -> list[str]:
+    """Return the lines of a file that is to be a test of a kind; raise SceneError where it cannot be read."""
+    try:
+        return input_text(path, f"a readable {what}", errors="replace").splitlines()
+    except SceneError:
+        raise
+    except ValueError as error:  # a path that cannot be
+        raise SceneError(f"{path}: must be a readable {what}; got: {error}") from None
 
 
 def _columns(names: list[str], source: str) -> list[_Columns]:
@@ -119,15 +124,15 @@ def _columns(names: list[str], source: str) -> list[_Columns]:
         if strain is None or stress is None:
             continue
         units = [
-            _unit(names[strain[0]], strain[1], _STRAIN_UNITS, "a plain number or in %", source),
-            _unit(names[stress[0]], stress[1], _STRESS_UNITS, "in Pa, kPa, MPa, N/mm2 or psi", source),
+            unit_of(names[strain[0]], strain[1], STRAIN_UNITS, "a plain number or in %", source),
+            unit_of(names[stress[0]], stress[1], STRESS_UNITS, "in Pa, kPa, MPa, N/mm2 or psi", source),
         ]
         found.append(_Columns(mode, strain[0], stress[0], *units))
     return found
 
 
-def _unit(name: str, unit: str, units: dict[str, float], needed: str, source: str) -> float:
-    """Return a unit in SI."""
+def unit_of(name: str, unit: str, units: dict[str, float], needed: str, source: str) -> float:
+    """Return the unit of a column in SI, by the units it may have, or refuse it saying what is needed."""
     if unit.lower() not in units:
         raise ValueError(f'{source}: column "{name}" must be {needed}; got "{unit}"')
     return units[unit.lower()]

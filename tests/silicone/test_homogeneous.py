@@ -6,6 +6,7 @@ import pytest
 from sits_mech.silicone.energy import isochoric_stress
 from sits_mech.silicone.homogeneous import (
     MODES,
+    energy_density,
     engineering_stress,
     principal_stretches,
     shear_band_stiffness,
@@ -46,6 +47,14 @@ def test_stress_is_the_slope_of_the_energy(law: str, mode: str) -> None:
     slope = (up - down) / (2 * step) / (2 if mode == "biaxial" else 1)
     found = engineering_stress(law, LAWS[law], stretch - 1.0, mode)
     assert found == pytest.approx(slope, rel=1e-7, abs=1e-4 * 30e3 * step)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_energy_density_is_the_law_s(law: str) -> None:
+    """As its file states it; zero without strain."""
+    stretches = principal_stretches("planar", np.linspace(0.6, 1.9, 14))
+    assert energy_density(law, LAWS[law], stretches) == pytest.approx(energy(law, LAWS[law], stretches), abs=1e-10)
+    assert energy_density(law, LAWS[law], np.ones((1, 3))) == pytest.approx(0.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("law", LAWS)

@@ -1,0 +1,162 @@
+"""Which codes come, and when, while the coils' inductances change? A converter that reads one coil after the other.
+
+The channels go round in their order; channel k of scan s takes ``channel_time[k]`` (front_end.py):
+
+    | settling 16 SETTLECOUNT/f_ref | counting T = 16 RCOUNT/f_ref | overhead/f_ref | switch |
+
+and a coil alone neither settles nor switches. Its code is the mean of the coil's frequency while it is counted,
+
+    code = round(2^bits/(d_in f_ref) (1/T) int_(t - T/2)^(t + T/2) f dt + noise),    f = 1/(2 pi sqrt(L(t) C)),
+
+with t the middle of its own window: a load that moves is smeared over T, as ``sin(pi nu T)/(pi nu T)`` at the frequency
+nu, and coils are read at different times. *Assumed*: a count of periods over the window, each of one weight; how the
+parts weigh edges inside the window is not published. (A line fitted through all edges would weigh f by 6 u (1 - u), u
+from 0 to 1 over the window: the same middle, a blur 0.77 as wide.)
+
+Noise is white from sample to sample, with the converter's deviation less that of rounding, which is done here. Noise of
+lower frequency (1/f, drift of the reference) is unknown for these parts, and none is added.
+
+Between samples of the history the frequency is a piecewise cubic that overshoots nowhere (F. N. Fritsch, R. E. Carlson,
+SIAM J. Numer. Anal. 17 (1980) 238), integrated exactly. Neglected: how the tank settles after the switch to its
+channel; a resonance that lags its L. Source: data sheets SNOSCY9A, SNOSD01D. Numbers only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import PchipInterpolator
+
+from sits_mech.quantities import Array
+from sits_mech.readout.converter import code_of, frequency_of, tank_frequency, tank_inductance
+from sits_mech.readout.front_end import FrontEnd
+
+_MOST = 10_000_000  # samples of all coils
+
+
+@dataclass(frozen=True)
+class Samples:
+    """What a converter gives over time; one row a scan, one column a coil.
+
+    Attributes
+    ----------
+    time : ndarray, shape (m, n)
+        The middle of the window in which each code was counted [s].
+    ready : ndarray, shape (m, n)
+        When it can be read [s].
+    code : ndarray of int, shape (m, n)
+    L : ndarray, shape (m, n)
+        The inductances that the codes stand for, at the coils' terminals [H].
+    window, period : float
+        How long a code is counted, and how long a scan of all coils takes [s].
+    """
+
+    time: Array
+    ready: Array
+    code: NDArray[np.int64]
+    L: Array
+    window: float
+    period: float
+
+
+def scan(
+    front: FrontEnd, capacitance: float, time: ArrayLike, L: ArrayLike, *, start: float | None = None,
+    seed: int | np.random.Generator | None = 0,
+) -> Samples:  # fmt: skip
+    """Return the codes of a converter while inductances change.
+
+    Parameters
+    ----------
+    front : FrontEnd
+        The converter, set for these coils over their range: `front_end` of their L and R.
+    capacitance : float
+        Across each coil [F].
+    time : array_like, shape (k,)
+        Of the history, rising [s].
+    L : array_like, shape (k, n)
+        Inductance of each coil at its terminals [H].
+    start : float, optional
+        When the first channel begins to settle [s]; the begin of the history by default.
+    seed : int or Generator or None
+        Of the noise; the same number gives the same codes. None: no noise.
+
+    Returns
+    -------
+    Samples
+        Of all scans that end within the history.
+
+    Raises
+    ------
+    ValueError
+        When time does not rise, L is not one positive number for each time and coil, the history begins after `start`
+        or is shorter than a scan, or the scans are too many.
+    """
+    time, L = np.asarray(time, dtype=float), np.asarray(L, dtype=float)
+    first = float(time[0]) if start is None and time.size else float(start or 0.0)
+    _check(front, time, L, first)
+    begin, window = windows(front)
+    scans = int(np.floor((float(time[-1]) - first) / front.period * (1.0 + 1e-12)))
+    if not 0 < scans * L.shape[1] <= _MOST:
+        _refuse(scans, front, float(time[-1]) - first)
+    opened = first + front.period * np.arange(scans)[:, None] + begin
+    frequency = tank_frequency(L, capacitance)
+    mean = np.stack([_mean(time, frequency[:, k], opened[:, k], window) for k in range(L.shape[1])], axis=1)
+    exact = code_of(mean, front.part, front.reference, front.input_divider)
+    if seed is not None:
+        noise = np.random.default_rng(seed).standard_normal(exact.shape)
+        exact = exact * (1.0 + _deviation(front, capacitance) * noise)
+    code = np.clip(np.rint(exact), 1, 2**front.part.bits - 1).astype(np.int64)
+    shown = frequency_of(code, front.part, front.reference, front.input_divider)
+    ready = opened + window + front.part.overhead / front.reference
+    return Samples(opened + 0.5 * window, ready, code, tank_inductance(shown, capacitance), window, front.period)
+
+
+def windows(front: FrontEnd) -> tuple[Array, float]:
+    """Return when each channel begins to be counted after a scan begins, shape (n,), and for how long [s]."""
+    window = 16.0 * front.rcount / front.reference
+    several = len(front.channel_time) > 1 and front.part.channels > 1
+    settling = several * 16.0 * np.asarray(front.settlecount, dtype=float) / front.reference
+    return np.cumsum(np.r_[0.0, front.channel_time[:-1]]) + settling, window
+
+
+def _mean(time: Array, frequency: Array, opened: Array, window: float) -> Array:
+    """Return the mean frequency over windows; of a constant one it is that, to the last digit."""
+    piece = PchipInterpolator(time, frequency - frequency[0]).antiderivative()
+    closed = np.minimum(opened + window, time[-1])
+    return np.asarray(frequency[0] + (piece(closed) - piece(opened)) / window)
+
+
+def _deviation(front: FrontEnd, capacitance: float) -> Array:
+    """Return the relative deviation of each coil's frequency without that of rounding, shape (n,)."""
+    lowest = front.frequency[:, 0]  # where the inductance is largest, of which the noise is
+    whole = front.noise / (2.0 * tank_inductance(lowest, capacitance))
+    rounding = 1.0 / (np.sqrt(12.0) * front.code[:, 0])
+    return np.asarray(np.sqrt(np.maximum(whole**2 - rounding**2, 0.0)))
+
+
+def _check(front: FrontEnd, time: Array, L: Array, first: float) -> None:
+    """Refuse a history that is none."""
+    coils = len(front.channel_time)
+    if time.ndim != 1 or time.size < 2 or not np.all(np.diff(time) > 0.0):
+        raise ValueError(f"time: must rise from one sample to the next, of at least two; got {_first_fault(time)}")
+    if L.shape != (time.size, coils) or not np.all(np.isfinite(L) & (L > 0.0)):
+        raise ValueError(f"L: must be positive, of shape {(time.size, coils)}; got {L.shape}, least {np.min(L):g} H")
+    if first < time[0]:
+        raise ValueError(f"start: must be within the history, which begins at {time[0]:g} s; got {first:g} s")
+
+
+def _first_fault(time: Array) -> str:
+    """Say where time does not rise."""
+    if time.ndim != 1 or time.size < 2:
+        return f"shape {time.shape}"
+    k = int(np.argmin(np.diff(time) > 0.0))
+    return f"{time[k]:g} s and then {time[k + 1]:g} s"
+
+
+def _refuse(scans: int, front: FrontEnd, duration: float) -> None:
+    """Refuse a history without a whole scan, or with too many."""
+    if scans <= 0:
+        raise ValueError(f"time: must last one scan of {front.period:.4g} s after its start; got {duration:.4g} s")
+    raise ValueError(f"time: must hold at most {_MOST} samples of all coils; got {scans} scans of {front.period:.4g} s")

@@ -1,0 +1,130 @@
+"""What do the tests of one silicone say together? Law, rate and softening, each from its test, as one material.
+
+The constants of a material are those of slow load. A pull is quick: where a relaxation test is beside it, the stresses
+of the law are multiplied by what that test shows of them after a long time, its ``factor``. The softening is then
+fitted with the branches found, so that what relaxes in a cyclic test does not count as softened.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sits_mech.quantities import Array
+from sits_mech.silicone.fitting import Fit, fit_law
+from sits_mech.silicone.histories.record import read_record
+from sits_mech.silicone.histories.relaxing import Relaxation, fit_relaxation
+from sits_mech.silicone.histories.softening import CyclicFit, envelope, fit_softening
+from sits_mech.silicone.laws import LAWS, Constants
+from sits_mech.silicone.material import Silicone, table_of
+from sits_mech.silicone.tensile import TensileTest, read_tensile
+
+_DIGITS = 5  # of what is pasted
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """What came of the tests of one silicone; None for what had no test.
+
+    Attributes
+    ----------
+    test : TensileTest or None
+        The pull: a tensile test, or the envelope of a cyclic one.
+    fit : Fit or None
+        The law's constants, as the pull has them.
+    relaxation : Relaxation or None
+    cyclic : CyclicFit or None
+    """
+
+    test: TensileTest | None
+    fit: Fit | None
+    relaxation: Relaxation | None
+    cyclic: CyclicFit | None
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """The keys of a material table that are known, but for a bulk modulus, which none of the tests shows."""
+        silicone = _silicone(self.fit, self.relaxation, self.cyclic)
+        table = {} if silicone is None else table_of(silicone)
+        wanted = (*(() if self.fit is None else ("law", *self.fit.constants)), "prony", "mullins")
+        return {key: _rounded(table[key]) for key in wanted if key in table}
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """All of it for a program: the fit's own keys, ``prony``, ``mullins``, and what is told of these."""
+        found: dict[str, Any] = {} if self.fit is None else asdict(self.fit)
+        if self.relaxation is not None:
+            told = asdict(self.relaxation)
+            found["prony"] = [{"weight": weight, "time": time} for weight, time in told.pop("prony")]
+            told["confidence"] = [{"weight": weight, "time": time} for weight, time in told["confidence"]]
+            found["relaxation"] = told
+        if self.cyclic is not None:
+            told = asdict(self.cyclic)
+            found["mullins"] = told.pop("mullins")
+            found["cyclic"] = told
+        return found if self.relaxation is None and self.cyclic is None else found | {"material": self.table}
+
+
+def fit_tests(
+    tensile: Path | None, relaxation: Path | None, cyclic: Path | None, *, law: str = "yeoh", max_strain: float = 1.0,
+    terms: int = 2,
+) -> Fitted:  # fmt: skip
+    """Fit what the tests of one silicone show.
+
+    Parameters
+    ----------
+    tensile, relaxation, cyclic : Path or None
+        Files as `read_tensile` and `read_record` read them; at least one. Without a tensile test the law is fitted to
+        the envelope of the cyclic one.
+    law, max_strain, terms
+        As for `fit_law`.
+
+    Raises
+    ------
+    ValueError
+        When there is no test, or one of them is not what it should be.
+    """
+    if tensile is None and relaxation is None and cyclic is None:
+        raise ValueError("fit: must be given a tensile test, --relaxation or --cyclic; got none of them")
+    cycles = None if cyclic is None else read_record(cyclic, timed=False)
+    test = read_tensile(tensile) if tensile is not None else None if cycles is None else envelope(cycles)
+    fit = None if test is None else fit_law(test, law, max_strain, terms=terms)
+    relaxed = None
+    if relaxation is not None:
+        relaxed = fit_relaxation(read_record(relaxation), _silicone(fit, None, None))
+    silicone = _silicone(fit, relaxed, None)
+    softened = None if cycles is None or silicone is None else fit_softening(cycles, silicone)
+    return Fitted(test, fit, relaxed, softened)
+
+
+def _silicone(fit: Fit | None, relaxation: Relaxation | None, cyclic: CyclicFit | None) -> Silicone | None:
+    """Return the silicone of slow load that the fits describe, its bulk modulus unknown."""
+    prony = () if relaxation is None else relaxation.prony
+    if fit is None:
+        return None if relaxation is None else Silicone("", "neo-hookean", {"shear_modulus": 1.0}, np.inf, prony=prony)
+    factor = 1.0 if relaxation is None or not relaxation.factor else relaxation.factor
+    softening = None if cyclic is None else cyclic.mullins
+    return Silicone("", fit.law, scaled(fit.law, fit.constants, factor), np.inf, prony=prony, mullins=softening)
+
+
+def scaled(law: str, constants: Constants, factor: float) -> Mapping[str, float | tuple[float, ...]]:
+    """Return the constants of a law whose stresses are a multiple of those of `constants`."""
+    found: dict[str, float | tuple[float, ...]] = {}
+    for name, value in constants.items():
+        share: float = factor if LAWS[law].units[name] == "Pa" else 1.0
+        numbers: Array = share * np.atleast_1d(value)
+        found[name] = tuple(numbers.tolist()) if isinstance(value, tuple) else float(numbers[0])
+    return found
+
+
+def _rounded(value: Any) -> Any:
+    """Return what is pasted, numbers with few digits."""
+    if isinstance(value, Mapping):
+        return {key: _rounded(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_rounded(item) for item in value]
+    return float(f"{value:.{_DIGITS}g}") if isinstance(value, float) else value

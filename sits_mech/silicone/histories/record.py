@@ -1,0 +1,123 @@
+"""What did a test over time record? Time, strain and engineering stress in their order, read by content from a file.
+
+A header of any length, a row of column names, rows of numbers; separated by semicolons, tabs or commas. Columns are
+known by their names, upper or lower case, in any order:
+
+    time (s), (ms), (min) or (h)
+    engineering strain (-), (mm/mm) or (%)      or "nominal"; or stretch (-), which is one without load
+    engineering stress (Pa), (kPa), (MPa), (N/mm2) or (psi)
+
+Uniaxial, tension or compression (negative). What else the file holds is passed over.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from sits_mech.quantities import Array
+from sits_mech.silicone.tensile import STRAIN_UNITS, STRESS_UNITS, lines_of, unit_of
+
+_TIME_UNITS = {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0}
+_COLUMN = re.compile(
+    r"(?P<what>time|stretch|(?:engineering|nominal)\s+(?:strain|stress))\s*(?:[(\[]\s*(?P<unit>[^)\]]*?)\s*[)\]])?",
+    re.IGNORECASE,
+)
+_UNITS = {
+    "time": (_TIME_UNITS, "in s, ms, min or h"),
+    "strain": (STRAIN_UNITS, "a plain number or in %"),
+    "stretch": (STRAIN_UNITS, "a plain number or in %"),
+    "stress": (STRESS_UNITS, "in Pa, kPa, MPa, N/mm2 or psi"),
+}
+_LEAST = 8  # rows
+
+
+@dataclass(frozen=True)
+class Record:
+    """A uniaxial test over time.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        Not descending [s]; the number of the row where the file has no time and none was needed.
+    strain, stress : ndarray, shape (n,)
+        Engineering strain [-] and engineering stress [Pa], in the order of time.
+    source : str
+        File it came from.
+    timed : bool
+        Whether the file has a time.
+    """
+
+    time: Array
+    strain: Array
+    stress: Array
+    source: str
+    timed: bool = True
+
+
+def read_record(path: str | Path, *, timed: bool = True) -> Record:
+    """Read a test over time by content.
+
+    Parameters
+    ----------
+    path : str or Path
+        Text with columns such as "Time (s)", "Engineering Strain (%)" or "Stretch", "Engineering Stress (kPa)".
+    timed : bool
+        Whether there must be a column of time.
+
+    Raises
+    ------
+    ValueError
+        When the file cannot be read, columns are missing or in unknown units, fewer than 8 rows are numbers, a stretch
+        is not positive, or time stands still or runs back.
+    """
+    lines, source = lines_of(path, "test over time"), str(path)
+    for number, line in enumerate(lines):
+        for separator in ";\t,":
+            columns = _columns([name.strip().strip('"') for name in line.split(separator)], source)
+            if {"strain", "stress"} <= set(columns) and ("time" in columns or not timed):
+                return _record(lines[number + 1 :], separator, columns, source)
+    needed = '"Time (s)", ' if timed else ""
+    raise ValueError(
+        f'{path}: must have the columns {needed}"Engineering Strain" and "Engineering Stress (kPa)"; got none with '
+        "these names"
+    )
+
+
+def _columns(names: list[str], source: str) -> dict[str, tuple[int, float, float]]:
+    """Return place, unit in SI and offset of the columns that a row announces, by what they are."""
+    found: dict[str, tuple[int, float, float]] = {}
+    for index, name in enumerate(names):
+        match = _COLUMN.fullmatch(name)
+        if match is None:
+            continue
+        what = match["what"].lower().split()[-1]
+        key, units = "strain" if what == "stretch" else what, _UNITS[what]
+        unit = match["unit"] or ("s" if what == "time" else "")
+        found.setdefault(key, (index, unit_of(name, unit, *units, source), -1.0 if what == "stretch" else 0.0))
+    return found
+
+
+def _record(lines: list[str], separator: str, columns: dict[str, tuple[int, float, float]], source: str) -> Record:
+    """Return the rows that hold numbers, refused where they are no test."""
+    keys, rows = [key for key in ("time", "strain", "stress") if key in columns], []
+    for line in lines:
+        cells = line.split(separator)
+        try:
+            rows.append([float(cells[columns[key][0]]) * columns[key][1] + columns[key][2] for key in keys])
+        except (ValueError, IndexError):
+            continue
+    data = np.array([row for row in rows if np.isfinite(row).all()]).reshape(-1, len(keys))
+    if len(data) < _LEAST:
+        raise ValueError(f"{source}: must hold at least {_LEAST} rows of numbers; got {len(data)}")
+    values = dict(zip(keys, data.T, strict=True))
+    time = values.get("time", np.arange(float(len(data))))
+    if not np.all(np.diff(time) > 0.0):
+        back = int(np.argmin(np.diff(time) > 0.0))
+        raise ValueError(f"{source}: time must rise; got {time[back]:g} s and then {time[back + 1]:g} s")
+    if not np.all(values["strain"] > -1.0):
+        raise ValueError(f"{source}: strain must be above -1; got {values['strain'].min():g}")
+    return Record(time, values["strain"], values["stress"], source, "time" in keys)
