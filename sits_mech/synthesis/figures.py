@@ -194,7 +194,7 @@ class Judge:
         return found
 
     def drift(self, table: Table, slopes: Array) -> dict[str, float]:
-        """Return the drift of zero of each component, by the slopes of what is read at the loads of the grid, (g, n)."""
+        """Return the drift of zero of each component, by slopes of what is read at the loads of the grid, (g, n)."""
         values, derivatives = (part[..., :1, :] for part in self.operator.at_known)
         reader = _readers(np.moveaxis(derivatives @ table.L, 0, 2), table.noise)[0]
         found = np.abs(reader @ (values @ slopes)[0])

@@ -30,7 +30,7 @@ def data() -> xr.Dataset:
 
 @pytest.mark.parametrize("celsius", [20, 50])
 def test_the_whole_derivative_is_that_of_differences(celsius: int) -> None:
-    """Sum of the causes against answers made anew 10 and 20 K around, differences of fourth order: to 1e-4 of the largest.
+    """Sum of the causes against answers made anew 10 and 20 K around, differences of fourth order: to 1e-4 of the most.
 
     At 5 kHz: where the skin is thin the plate's division follows it, and answers made anew differ by that as well.
     """
@@ -62,7 +62,7 @@ def test_causes_of_a_table_sum_to_the_whole(data: xr.Dataset) -> None:
 
 
 def test_a_moved_table_is_one_at_another_temperature(data: xr.Dataset) -> None:
-    """By 2 K: within 1 % of the change, which a second derivative leaves; what is read has capacitor and clock in it."""
+    """By 2 K: within 1 % of the change, as a second derivative leaves; what is read has capacitor and clock in it."""
     scene = sensor(*COEFFICIENTS)
     moved = at_other_temperature(scene, data, scene.temperature + 2.0)
     anew = calibrate(scene.model_copy(update={"temperature": scene.temperature + 2.0}), F_x=[-0.2, 0.0, 0.2],

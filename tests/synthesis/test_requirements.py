@@ -17,7 +17,8 @@ FULL: dict[str, Any] = {
         "coils.*.turns": [8, 10],
     },
     "require": {
-        "resolution": {"F_x": "10 mN"}, "drift": {"F_z": "20 mN/K"}, "error": {"F_z": "5 %"}, "crosstalk_before_inverse": "60 %", "rate": "100 Hz",
+        "resolution": {"F_x": "10 mN"}, "drift": {"F_z": "20 mN/K"}, "error": {"F_z": "5 %"},
+        "crosstalk_before_inverse": "60 %", "rate": "100 Hz",
         "footprint": ["25 mm", "20 mm"], "height": "8 mm",
     },
     "tolerance": {
@@ -32,7 +33,8 @@ def test_a_file_in_si(tmp_path: Path) -> None:
     found = requirements_of(FULL)
     assert found.loads == {"F_x": (-1.0, 1.0), "F_z": (0.0, 4.0)} and found.overload == 1.5
     assert found.limits == pytest.approx({
-        "resolution.F_x": 0.01, "drift.F_z": 0.02, "error.F_z": 0.05, "crosstalk_before_inverse": 0.6, "rate": 100.0, "footprint.x": 0.025,
+        "resolution.F_x": 0.01, "drift.F_z": 0.02, "error.F_z": 0.05, "crosstalk_before_inverse": 0.6, "rate": 100.0,
+        "footprint.x": 0.025,
         "footprint.y": 0.02, "height": 0.008,
     })  # fmt: skip
     assert found.tolerance == pytest.approx(
