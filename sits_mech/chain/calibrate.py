@@ -139,7 +139,7 @@ def calibrate(
     data["L0"] = (("coil", "coil_2"), reading.L0)
     said = (*by_field.notes, *(f"left out: {item.text}" for item in by_field.left_out))
     said += _beside(sensor, (by_layer.name, by_field.name), done, reading)
-    attributes = {"temperature": sensor.temperature, "frequency": sensor.frequency}
+    attributes: dict[str, Any] = {"temperature": sensor.temperature, "frequency": sensor.frequency}
     attributes |= {"unit_L": reading.unit_L, "request": json.dumps(request)}
     attributes |= {"notes": "; ".join(said)}
     scene = {"scene": scene_text(sensor), "scene_hash": scene_hash(sensor), "version": __version__, "name": sensor.name}

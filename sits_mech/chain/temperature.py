@@ -90,6 +90,11 @@ def _read(sensor: Sensor) -> Array:
     return np.array([C, 2.0 * parts.clock_coefficient / clock_factor(sensor)])
 
 
+def read_slopes(sensor: Sensor, L: Array, by_cause: Array) -> Array:
+    """Return the whole slope of what is read for inductances (..., n), from those of `CHAINED`, (c, ..., n) [H/K]."""
+    return np.asarray(by_cause.sum(axis=0) + L * _read(sensor).sum())
+
+
 def has_slopes(data: xr.Dataset) -> bool:
     """Say whether a table was made with its slopes by temperature."""
     return "slope_T_L" in data

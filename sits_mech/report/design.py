@@ -41,6 +41,7 @@ _MEANINGS = {
     "resolution": "one standard deviation of a reading, at the load where it is largest.",
     "error": "largest misreading over the loads, of the range, that the asked share of the sensors made stays below, "
     "after each is tared and reads one known load of each component.",
+    "drift": "of zero of a reading with the temperature of all parts, where it is not tared.",
     "crosstalk before the inverse": "what another component feigns at most in the best linear readout, of the range.",
     "strain": "largest stretch of the silicone less one, under the overload, of that in the data behind its constants.",
     "one load for each reading": "1 where the coils tell the loads as evenly everywhere as in the middle, not above 0 "

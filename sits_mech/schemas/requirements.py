@@ -7,7 +7,7 @@ from typing import Any
 from sits_mech.quantities import UNITS, WRENCH
 from sits_mech.scene.bounds import quantity_schema
 from sits_mech.schemas.scene import DIALECT
-from sits_mech.synthesis.requirements import BY_FORCE, LEAST, PLAIN, SPECIAL, figure_names
+from sits_mech.synthesis.requirements import BY_FORCE, LEAST, PLAIN, SPECIAL, figure_names, unit_of
 
 Schema = dict[str, Any]
 
@@ -57,7 +57,7 @@ def _require() -> Schema:
     """Return the limits of the figures."""
     by_force = {
         kind: _object(
-            {name: quantity_schema(UNITS[name] if kind == "resolution" else "") for name in WRENCH},
+            {name: quantity_schema(unit_of(kind, name)) for name in WRENCH},
             f"At most, the {kind} of each component.",
         )
         for kind in BY_FORCE

@@ -111,6 +111,8 @@ def _law(name: str) -> Schema:
             "properties": {"r": quantity_schema(""), "m": quantity_schema("Pa"), "beta": quantity_schema("")},
             "description": "Softening after the largest load: 1/r is its depth, r > 1; m + beta W_max its energy.",
         },
+        "expansion": quantity_schema("1/K"),
+        "temperature_range": {"type": "array", "items": quantity_schema("K"), "minItems": 2, "maxItems": 2},
         "source": {"type": "string"}, "fitted_range": {"type": "array"}, "rms": quantity_schema("Pa"),
         "spread": {"type": "number"},
     }  # fmt: skip

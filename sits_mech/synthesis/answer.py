@@ -18,7 +18,7 @@ from sits_mech.quantities import Array, shown_unit
 from sits_mech.synthesis.answered import LEAST_INVERSE, STRAIN, Answered, Task, over
 from sits_mech.synthesis.around import Changes, Landscape, Price
 from sits_mech.synthesis.figures import INVERSE
-from sits_mech.synthesis.requirements import BY_FORCE, LEAST, PLAIN, Requirements
+from sits_mech.synthesis.requirements import BY_FORCE, LEAST, PLAIN, SCATTERING, Requirements
 from sits_mech.synthesis.search import Search
 from sits_mech.synthesis.space import Design
 
@@ -136,9 +136,8 @@ class DesignAnswer:
 def unit_of(name: str) -> tuple[str, float]:
     """Return the unit that a figure is shown in, and what it is of the SI unit."""
     kind, _, part = name.partition(".")
-    if kind == "resolution":
-        unit = shown_unit(part)
-        return f"m{unit}", 1e3
+    if kind in ("resolution", "drift"):
+        return f"m{shown_unit(part)}{BY_FORCE[kind]}", 1e3
     if kind == "footprint" or PLAIN.get(name) == "m":
         return "mm", 1e3
     return ("Hz", 1.0) if name == "rate" else ("", 1.0) if name == INVERSE else ("%", 100.0)
@@ -253,7 +252,7 @@ def made_share(task: Task, best: Answered) -> Share:
     if best.table is None or not len(task.judge.deviations):
         return Share(np.nan, np.nan, np.nan)
     figures = task.figures(best.table, best.plain)
-    fixed = [name for name in figures if name.partition(".")[0] not in BY_FORCE]
+    fixed = [name for name in figures if name.partition(".")[0] not in SCATTERING]
     if any(over(name, figures[name], task.limits[name]) > 0.0 for name in fixed if name in task.limits):
         return Share(0.0, 0.0, 0.0)
     excess, off = task.judge.excess(best.table, _MANY), task.errors(best).get("yield", 0.0)

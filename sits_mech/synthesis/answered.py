@@ -13,7 +13,7 @@ import numpy as np
 
 from sits_mech.quantities import Array
 from sits_mech.synthesis.figures import INVERSE, Judge, Table
-from sits_mech.synthesis.requirements import BY_FORCE, LEAST
+from sits_mech.synthesis.requirements import LEAST, SCATTERING
 from sits_mech.synthesis.space import Design
 
 STRAIN = "strain"
@@ -104,7 +104,7 @@ class Task:
     def errors(self, found: Answered) -> dict[str, float]:
         """Return how far each excess may be off, where that is known; the yield's by the worst of its limits."""
         each = {name: found.error.get(name, 0.0) / abs(limit) for name, limit in self.limits.items()}
-        scattering = [name for name in each if name.partition(".")[0] in BY_FORCE]
+        scattering = [name for name in each if name.partition(".")[0] in SCATTERING]
         return each | {"yield": max((each[name] for name in scattering), default=0.0)}
 
     def undecided(self, found: Answered) -> tuple[str, ...]:

@@ -13,6 +13,8 @@ J = dL/dF everywhere in the box, linear in the table. With W the inverse of each
     crosstalk_before_inverse
                     largest share of a component's range that another one feigns at its own in the best linear readout,
                     as in `readout.quality`
+    drift.F         |A s|_k at no load, s the slope of the inductances that are read by temperature: by how much zero of
+                    each component goes with it, not tared [N/K, N m/K]
     inverse         least det (A_mid J(F)): one in the middle, not positive where two loads show the same
 
 dL = sum_p delta_p dL/dp over tolerances p, normal and independent, to first order. Samples of them are the same for
@@ -36,6 +38,7 @@ from sits_mech.quantities import Array
 _COUNTS = {1: 5, 2: 5}  # loads along each component, by their number, three of more; one less to one side
 _FINE = {1: 17, 2: 7, 3: 5}
 _FEW, _MANY = 512, 4096  # samples of a search and of an answer: 128 told an error 4 % too small
+_ROUNDING = 1e-12  # of a range per kelvin: drift that symmetry forbids
 INVERSE = "inverse"
 """Name of the figure that tells whether there is one load for each reading."""
 
@@ -189,6 +192,14 @@ class Judge:
         if len(names) > 1:
             found["crosstalk_before_inverse"] = self._crosstalk(table.L)
         return found
+
+    def drift(self, table: Table, slopes: Array) -> dict[str, float]:
+        """Return the drift of zero of each component, by slopes of what is read at the loads of the grid, (g, n)."""
+        values, derivatives = (part[..., :1, :] for part in self.operator.at_known)
+        reader = _readers(np.moveaxis(derivatives @ table.L, 0, 2), table.noise)[0]
+        found = np.abs(reader @ (values @ slopes)[0])
+        found = np.where(found > _ROUNDING * self.operator.loads.span, found, 0.0)
+        return {f"drift.{name}": size for name, size in zip(self.operator.loads.names, found.tolist(), strict=True)}
 
     def excess(self, table: Table, count: int = _FEW) -> Array:
         """Return by how much each of many sensors fails the limit that it fails most, over the limit, shape (s,)."""

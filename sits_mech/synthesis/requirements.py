@@ -12,6 +12,7 @@
     [require]                            # limits of figures, all optional
     resolution = { F_x = "10 mN", F_z = "20 mN" }
     error = { F_z = "5 %" }
+    drift = { F_z = "20 mN/K" }          # of zero, with temperature
     crosstalk_before_inverse = "60 %"
     hysteresis = "5 %"
     rate = "100 Hz"
@@ -44,12 +45,15 @@ from sits_mech.scene.files import check_keys, read_as
 from sits_mech.scene.materials import unknown
 from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import SceneError, Sensor, changed, load_beside, scene_text
+from sits_mech.scene.thermal import unknown_coefficients
 from sits_mech.synthesis.space import Space, space_of
 from sits_mech.units import quantity, shown
 
 KEYS = ("scene", "loads", "vary", "require", "tolerance", "goal")
-BY_FORCE = {"resolution": "", "error": "-"}
-"""Figures that every component of the load has one of; resolution in its own unit."""
+BY_FORCE = {"resolution": "", "error": "-", "drift": "/K"}
+"""Figures that every component of the load has one of; resolution in its own unit, drift in that per kelvin."""
+SCATTERING = ("resolution", "error")
+"""Those of them that tolerances scatter."""
 PLAIN = {"crosstalk_before_inverse": "", "hysteresis": "", "rate": "Hz", "height": "m"}
 """The other figures, with their units."""
 LEAST = ("rate",)
@@ -143,6 +147,11 @@ def figure_names(forces: tuple[str, ...]) -> tuple[str, ...]:
     return (*(f"{kind}.{name}" for kind in BY_FORCE for name in forces), *PLAIN, "footprint.x", "footprint.y")
 
 
+def unit_of(kind: str, force: str) -> str:
+    """Return the unit of a figure of `BY_FORCE` for a component of the load."""
+    return "" if kind == "error" else UNITS[force] + BY_FORCE[kind]
+
+
 def _part(table: Mapping[str, Any], name: str) -> Mapping[str, Any]:
     """Return a table of the file, empty where it is not there."""
     part = table.get(name, {})
@@ -186,7 +195,7 @@ def _limits(table: Mapping[str, Any], forces: tuple[str, ...]) -> dict[str, floa
             if not isinstance(item, dict) or not set(item) <= set(forces) or not item:
                 form = f"a table of some of {', '.join(forces)}"
                 raise SceneError(f"require.{key}: must be {form}; got {shown(item)}")
-            unit = {name: UNITS[name] if key == "resolution" else "" for name in item}
+            unit = {name: unit_of(key, name) for name in item}
             found |= {f"{key}.{name}": quantity(item[name], unit[name], f"require.{key}.{name}") for name in item}
         elif key == "footprint":
             if not isinstance(item, list) or len(item) != 2:
@@ -274,17 +283,32 @@ def _check_together(found: Requirements, sensor: Sensor) -> None:
         if limit < least * (1.0 - 1e-9):
             most = f"at least {least:g} m, which the parts have within the bounds"
             raise SceneError(f"require.{name}: must be {most}; got {limit:g} m")
+    if any(name.startswith("drift.") for name in asked):
+        _check_temperature(found.space, sensor)
     if "hysteresis" in asked:
         _check_history(found.space, sensor, "require" if "hysteresis" in found.limits else "goal")
 
 
 def _check_history(space: Space, sensor: Sensor, place: str) -> None:
     """Refuse a hysteresis of silicones whose rate and softening are not known."""
-    key = "elastomer.material"
-    for value in space.lists.get(key, (None,)):
-        other = sensor if value is None else changed(sensor, space.overrides({key: value}))
+    for other in _of_each(space, sensor, "elastomer.material"):
         silicone = None if other.elastomer is None else other.elastomer.silicone
         if silicone is not None and not silicone.prony and silicone.mullins is None:
             name = silicone.name or "the scene's silicone"
             what = "needs prony or mullins of every silicone"
             raise SceneError(f"{place}: hysteresis {what}; of {name} both are unknown")
+
+
+def _check_temperature(space: Space, sensor: Sensor) -> None:
+    """Refuse a drift of parts whose coefficients are not known."""
+    for key in ("elastomer.material", "target.material"):
+        for other in _of_each(space, sensor, key):
+            said = unknown_coefficients(other)
+            if said:
+                raise SceneError(f"drift: {said}")
+
+
+def _of_each(space: Space, sensor: Sensor, key: str) -> list[Sensor]:
+    """The scene with each value of a list, as it is where there is none."""
+    values = space.lists.get(key, ())
+    return [changed(sensor, space.overrides({key: value})) for value in values] or [sensor]

@@ -35,6 +35,7 @@ from sits_mech.chain.models import MECHANICS, mechanical_model
 from sits_mech.chain.omissions import strain_bound
 from sits_mech.chain.plan import choose_mechanics
 from sits_mech.chain.simulate import at_rest
+from sits_mech.chain.temperature import CHAINED, read_slopes
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.quantities import Array, RefinedModel, SolveFailed, Wrench
 from sits_mech.readout.quality import quality
@@ -49,7 +50,7 @@ from sits_mech.version import __version__
 _SLOPE, _WIDE = 1e-4, 0.05  # of the unit box: differences of sizes and of the strain by the variables
 _OFFSETS = ("coils.*.centre.0", "coils.*.centre.1")
 _HARD = 1.3  # strain that a design is given that does not carry the overload, at least
-_OF_TABLE = ("resolution", "error", "crosstalk_before_inverse", "rate")
+_OF_TABLE = ("resolution", "error", "drift", "crosstalk_before_inverse", "rate")
 _SLOWEST, _FASTEST = 0xFFFF, 5  # counts of a conversion
 
 
@@ -101,6 +102,12 @@ class Solver:
         """Whether any figure that is asked for needs inductances."""
         asked = {*self.requirements.limits, *self.requirements.goal}
         return any(name.partition(".")[0] in _OF_TABLE for name in asked)
+
+    @property
+    def _by_temperature(self) -> tuple[str, ...]:
+        """What stands for the temperature, where any figure that is asked for needs it."""
+        asked = {*self.requirements.limits, *self.requirements.goal}
+        return CHAINED if any(name.startswith("drift.") for name in asked) else ()
 
     def __call__(self, design: Design) -> Answered:
         """Return what comes of a design; kept ones are read."""
@@ -194,7 +201,7 @@ class Solver:
         """A design that carries the overload, with its table over the loads."""
         space, loads = self.requirements.space, self.operator.loads
         axes = {name: axis.tolist() for name, axis in zip(loads.names, loads.axes, strict=True)}
-        names = (*space.names, *self.scattering)
+        names = (*space.names, *self.scattering, *self._by_temperature)
         mechanics = self._mechanics(found.design.choice, sensor)
         data = gradient_on_grid(
             sensor, tuple(dict.fromkeys(names)), axes, tolerance=self.tolerance, mechanics=mechanics
@@ -207,9 +214,13 @@ class Solver:
         width = [space.width(variable, sensor) for variable in space.variables]
         noise, rate = self._converter(sensor, data)
         table = Table(L, np.array([each[name] for name in self.scattering]).reshape(-1, *L.shape), noise)
+        more = {"rate": rate}
+        if self._by_temperature:
+            by_cause = np.array([each[name] for name in self._by_temperature])
+            more |= self.task.judge.drift(table, read_slopes(sensor, L, by_cause))
         by_x = np.array([each[name] * size for name, size in zip(space.names, width, strict=True)])
         return replace(
-            found, table=table, by_x=by_x.reshape(-1, *L.shape), plain=found.plain | {"rate": rate},
+            found, table=table, by_x=by_x.reshape(-1, *L.shape), plain=found.plain | more,
             error=found.error | _errors(sensor, data, noise),
         )  # fmt: skip
 

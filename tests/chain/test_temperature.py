@@ -30,11 +30,11 @@ def data() -> xr.Dataset:
 
 @pytest.mark.parametrize("celsius", [20, 50])
 def test_the_whole_derivative_is_that_of_differences(celsius: int) -> None:
-    """Sum of the causes against answers made anew 10 and 20 K around, differences of fourth order: to 1e-4.
+    """Sum of the causes against answers made anew 10 and 20 K around, differences of fourth order: to 1e-4 of the most.
 
-    At 50 kHz: where the skin is thin the plate's division follows it, and answers made anew differ by that as well.
+    At 5 kHz: where the skin is thin the plate's division follows it, and answers made anew differ by that as well.
     """
-    here = sensor(f'temperature="{celsius} degC"', 'frequency="50 kHz"')
+    here = sensor(f'temperature="{celsius} degC"', 'frequency="5 kHz"')
     found = gradient(here, LOAD, CHAINED, **PLANE)
     ways = (-2, -1, 1, 2)
     each = {way: simulate(here.model_copy(update={"temperature": here.temperature + 10.0 * way}), LOAD, **PLANE)
@@ -44,7 +44,8 @@ def test_the_whole_derivative_is_that_of_differences(celsius: int) -> None:
         return (8.0 * (of(each[1]) - of(each[-1])) - (of(each[2]) - of(each[-2]))) / (12.0 * 10.0)
 
     L = slope(lambda one: np.diagonal(one.impedance.L))
-    np.testing.assert_allclose(np.einsum("iin->in", found.L).sum(axis=1), L, rtol=1e-4)
+    by_cause = np.einsum("iin->in", found.L)
+    np.testing.assert_allclose(by_cause.sum(axis=1), L, rtol=0.0, atol=1e-4 * np.abs(by_cause).max())
     pose = slope(lambda one: one.equilibrium.pose.components)
     np.testing.assert_allclose(found.pose.sum(axis=1)[:3], pose[:3], rtol=1e-4, atol=1e-4 * abs(pose[1]))
 
@@ -61,7 +62,7 @@ def test_causes_of_a_table_sum_to_the_whole(data: xr.Dataset) -> None:
 
 
 def test_a_moved_table_is_one_at_another_temperature(data: xr.Dataset) -> None:
-    """By 2 K: within 1 % of the change, which a second derivative leaves; what is read has capacitor and clock in it."""
+    """By 2 K: within 1 % of the change, as a second derivative leaves; what is read has capacitor and clock in it."""
     scene = sensor(*COEFFICIENTS)
     moved = at_other_temperature(scene, data, scene.temperature + 2.0)
     anew = calibrate(scene.model_copy(update={"temperature": scene.temperature + 2.0}), F_x=[-0.2, 0.0, 0.2],

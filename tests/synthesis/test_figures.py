@@ -104,3 +104,11 @@ def test_crosstalk_of_a_bent_signal() -> None:
         L = np.column_stack([x + size * x * z, z])
         sizes.append(own.figures(Table(L, np.zeros((0, *L.shape)), np.ones(2)))["crosstalk_before_inverse"])
     assert sizes[0] > 0.0 and sizes[1] / sizes[0] == pytest.approx(2.0, rel=0.05)
+
+
+def test_the_drift_of_zero_is_what_readings_take_it_for() -> None:
+    """Readings that change as under 10 mN/K of F_z, at no load; what grows with the load is none of zero."""
+    own = judge()
+    loads = grid(own.operator)
+    slopes = np.array([0.0, 0.01]) @ MATRIX.T + 1e-3 * loads @ MATRIX.T
+    assert own.drift(table(own), slopes) == {"drift.F_x": 0.0, "drift.F_z": pytest.approx(0.01, rel=1e-9)}

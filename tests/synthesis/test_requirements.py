@@ -17,7 +17,8 @@ FULL: dict[str, Any] = {
         "coils.*.turns": [8, 10],
     },
     "require": {
-        "resolution": {"F_x": "10 mN"}, "error": {"F_z": "5 %"}, "crosstalk_before_inverse": "60 %", "rate": "100 Hz",
+        "resolution": {"F_x": "10 mN"}, "drift": {"F_z": "20 mN/K"}, "error": {"F_z": "5 %"},
+        "crosstalk_before_inverse": "60 %", "rate": "100 Hz",
         "footprint": ["25 mm", "20 mm"], "height": "8 mm",
     },
     "tolerance": {
@@ -32,7 +33,8 @@ def test_a_file_in_si(tmp_path: Path) -> None:
     found = requirements_of(FULL)
     assert found.loads == {"F_x": (-1.0, 1.0), "F_z": (0.0, 4.0)} and found.overload == 1.5
     assert found.limits == pytest.approx({
-        "resolution.F_x": 0.01, "error.F_z": 0.05, "crosstalk_before_inverse": 0.6, "rate": 100.0, "footprint.x": 0.025,
+        "resolution.F_x": 0.01, "drift.F_z": 0.02, "error.F_z": 0.05, "crosstalk_before_inverse": 0.6, "rate": 100.0,
+        "footprint.x": 0.025,
         "footprint.y": 0.02, "height": 0.008,
     })  # fmt: skip
     assert found.tolerance == pytest.approx(
@@ -55,6 +57,8 @@ def test_a_file_in_si(tmp_path: Path) -> None:
         (("vary", "elastomer.thicknes"), {"from": "1 mm", "to": "2 mm"}, "elastomer.thicknes"),
         (("require", "resolutin"), {"F_x": "1 mN"}, "require: must be one of"),
         (("require", "resolution"), {"F_y": "1 mN"}, "require.resolution: must be a table of some of F_x, F_z"),
+        (("require", "drift"), {"F_z": "5 mN"}, 'require.drift.F_z: must be a quantity in N/K'),
+        (("require", "drift"), {"F_x": "0 N/K"}, "require.drift.F_x: must be positive"),
         (("require", "height"), "1.1 mm", r"require.height: must be at least 0.00132 m, .*; got 0.0011 m"),
         (("require", "footprint"), ["25 mm", "15 mm"], "require.footprint.y: must be at least 0.02 m, .*; got"),
         (("require", "hysteresis"), "5 %", "require: hysteresis needs prony or mullins of .*; of ecoflex-00-30"),
@@ -87,3 +91,10 @@ def test_a_file_is_named(tmp_path: Path) -> None:
     path.write_text('scene = "biorob2018"\n[loads]\nF_z = ["0 N", "1 N"]\n')
     with pytest.raises(SceneError, match="finger.toml: vary: must be given; it is missing"):
         read_requirements(path)
+
+
+def test_a_drift_of_what_is_not_known_is_refused() -> None:
+    """A target of brass, whose resistivity's coefficient is not known; a silicone of the scene's own."""
+    plate = FULL | {"vary": FULL["vary"] | {"target.material": ["copper", "brass"]}}
+    with pytest.raises(SceneError, match="drift: target.temperature_coefficient: must be given"):
+        requirements_of(plate)

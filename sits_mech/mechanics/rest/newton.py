@@ -176,7 +176,7 @@ def compliance(body: Bonded, state: State, load: Array) -> Array:
 def unloaded(body: Bonded) -> State:
     """Return the state without load: undeformed, or where the silicone rests that would be larger if nothing held it.
 
-    It swells at once, or else by parts; where no part of it comes to rest, the undeformed state: a path from there tells.
+    It swells at once, or else by parts; where a part comes to no rest, the undeformed state: a path from there tells.
     """
     state, at, part, none = rest(body), 0.0, 1.0, np.zeros(body.components)
     while at < 1.0 and body.swelling != 1.0:

@@ -220,9 +220,9 @@ def csv_text(data: xr.Dataset) -> str:
     flat = {}
     for name in over_loads(data):
         own = [dim for dim in data[name].dims if dim in ("coil", "coil_2", "thermal_cause")]
-        for place in product(*(data[dim].to_numpy() for dim in own)):
-            key = "".join(f"[{each}]" for each in place)
-            flat[f"{name}{key}"] = data[name].sel(dict(zip(own, place, strict=True)), drop=True)
+        for at in product(*(data[dim].to_numpy() for dim in own)):
+            key = "".join(f"[{each}]" for each in at)
+            flat[f"{name}{key}"] = data[name].sel(dict(zip(own, at, strict=True)), drop=True)
     loads, held = varied(data), fixed(data)
     table = xr.Dataset(flat).drop_vars([*held], errors="ignore")
     frame = (table if loads else table.expand_dims("load")).to_dataframe(dim_order=[*loads] or ["load"])
