@@ -31,10 +31,11 @@ from sits_mech.quantities import Array
 MESHES = {"plane": ((5, 2), (5, 3), (5, 4)), "round": ((5, 2), (5, 3), (5, 4)), "box": ((3, 1), (3, 2), (3, 3))}
 POINTWISE = {"plane": 50.0, "round": 50.0, "box": 5.0}  # part of the bulk modulus at every point [shear moduli]
 ABOUT = (
-    "Motion (d_h, sink, alpha) [m, m, rad] of the target of pads that remember, at time [s], under loads (F_x, F_z) [N] "
-    "linear between these times; a layer in plane strain is 1 m long; contact off. error: of the reference, over the "
-    "largest displacement of the history, an angle counted at the target's end. Made by studies/reference_histories.py "
-    "with NGSolve 6.2; source: elements and meshes, how their differences shrink, what halving the step changes."
+    "Motion (d_h, sink, alpha) [m, m, rad] of the target of pads that remember, at time [s], under loads (F_x, F_z) "
+    "[N] linear between these times; a layer in plane strain is 1 m long; contact off. error: of the reference, over "
+    "the largest displacement of the history, an angle counted at the target's end. Made by "
+    "studies/reference_histories.py with NGSolve 6.2; source: elements and meshes, how their differences shrink, what "
+    "halving the step changes."
 )
 
 

@@ -150,14 +150,11 @@ class PadHistory:
         for k in range(1, len(times)):
             whole = self.pad.copied(self.pad.state.vec)
             q = self.pad.q.copy()
-            if past is not None:
-                ahead = (times[k] - times[k - 1]) / (times[k - 1] - times[k - 2])
-                same = np.allclose((loads[k] - loads[k - 1]) / (times[k] - times[k - 1]),
-                                   (loads[k - 1] - loads[k - 2]) / (times[k - 1] - times[k - 2]), rtol=1e-6)  # fmt: skip
-                if same:
-                    self.pad.state.vec.data = whole + ahead * (whole - past[0])
-                    self.pad.q = q + ahead * (q - past[1])
-                    self.pad._bond(self.pad.q)
+            ahead = (times[k] - times[k - 1]) / (times[k - 1] - times[k - 2]) if k > 1 else 0.0
+            if past is not None and np.allclose(loads[k] - loads[k - 1], ahead * (loads[k - 1] - loads[k - 2])):
+                self.pad.state.vec.data = whole + ahead * (whole - past[0])
+                self.pad.q = q + ahead * (q - past[1])
+                self.pad._bond(self.pad.q)
             self._step(times[k - 1], times[k], loads[k - 1], loads[k], (whole, q), _HALVINGS)
             past = whole, q
             found.append(self.pad.q.copy())
