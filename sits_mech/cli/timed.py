@@ -15,8 +15,11 @@ if TYPE_CHECKING:
     from sits_mech.scene.sensor import Sensor
 
 
-def in_time(sensor: Sensor, path: Path, models: Models, output: Path | None, as_json: bool) -> int:
-    """Follow a history of loads."""
+def in_time(
+    sensor: Sensor, path: Path, models: Models, rcount: int, output: Path | None, as_json: bool
+) -> int:  # fmt: skip
+    """Follow a history of loads, and the converter through it."""
+    from sits_mech.analysis.histories.codes import with_codes
     from sits_mech.analysis.histories.read import read_history
     from sits_mech.analysis.histories.response import in_time as followed
     from sits_mech.quantities import SolveFailed
@@ -28,7 +31,7 @@ def in_time(sensor: Sensor, path: Path, models: Models, output: Path | None, as_
     folder = None if output is None else prepare_folder(output, cases=False)
     try:
         with progress_bar("history [%]") as progress:
-            data = followed(sensor, loads, **asdict(models), progress=progress)
+            data = with_codes(sensor, followed(sensor, loads, **asdict(models), progress=progress), rcount=rcount)
     except SolveFailed as error:
         return not_converged(error, as_json, True)
     answer(history_record(data), [history_table(data)], as_json)

@@ -56,7 +56,7 @@ class PointState(NamedTuple):
 
 
 class Past(Protocol):
-    """What came before, at each point of an array of them (past/points.py)."""
+    """What came before, at each point of an array of them (histories/points.py)."""
 
     def part(self, some: slice) -> Past:
         """Return that of some of the points, all counted along one axis."""

@@ -1,7 +1,7 @@
 """Where is a layer with a memory a little later? At rest under what its past and the time that goes make of its energy.
 
 Inertia plays no part: at every time the layer is at rest, and what depends on time are the silicone's points alone
-(silicone/past/points.py). A step of time changes their energies once, as if between two loads another law were put in;
+(silicone/histories/points.py). A step of time changes their energies once, as if between two loads another law were put in;
 the rest under the new load is then found as it is for an elastic layer, along a path of loads (path.py), or with
 friction in an increment (increments.py). The points remember what they come to.
 """
@@ -20,7 +20,7 @@ from sits_mech.mechanics.rest.linearisation import Held
 from sits_mech.mechanics.rest.newton import unloaded
 from sits_mech.mechanics.rest.path import follow
 from sits_mech.quantities import Array
-from sits_mech.silicone.past.points import Memory, remembered, stepped, virgin
+from sits_mech.silicone.histories.points import Memory, remembered, stepped, virgin
 
 _SMALLEST = 2e-2  # step of the path to a new load, over the path so far
 _PARTS = 4  # increments of a step with friction

@@ -1,4 +1,4 @@
-"""What does a history of loads leave behind? A folder: history.nc, history.csv, scene.toml, a picture over time."""
+"""What does a history of loads leave behind? A folder: history.nc, history.csv, codes.csv, scene.toml, a picture."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import xarray as xr
 
 from sits_mech.cases import save_table
-from sits_mech.report.histories.shown import history_csv, history_curves
+from sits_mech.report.histories.shown import codes_csv, history_csv, history_curves
 from sits_mech.report.pictures.curves import save_figure
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import Sensor, save_sensor
@@ -28,6 +28,8 @@ def write_history(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[str]:
     """
     save_table(data, folder / "history.nc")
     write_text(folder / "history.csv", history_csv(data))
+    if "code" in data:
+        write_text(folder / "codes.csv", codes_csv(data))
     save_sensor(sensor, folder / "scene.toml")
     if find_spec("matplotlib") is None:
         return ["no picture: it needs matplotlib: pip install 'sits-mech[view]'"]

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 _SCALES = {"m": (1e6, "um"), "rad": (1e3, "mrad")}
 _MOST = 40  # rows that are printed
+_CODES = ("code", "code_time")
 
 
 def moving(data: xr.Dataset) -> tuple[str, ...]:
@@ -67,6 +68,7 @@ def history_record(data: xr.Dataset) -> dict[str, Any]:
         **{name: own[name].to_numpy() for name in (*names, *shown)},
         "L": coils,
         "unit_L": data.attrs["unit_L"],
+        **({name: data[name].to_numpy() for name in _CODES if name in data}),
         "notes": [data.attrs["notes"]] if data.attrs["notes"] else [],
         "report": json.loads(data.attrs["report"]),
     }
@@ -81,6 +83,14 @@ def history_csv(data: xr.Dataset) -> str:
     return str(frame.assign(given=frame["given"].astype(int)).to_csv(index=False))
 
 
+def codes_csv(data: xr.Dataset) -> str:
+    """Return the converter's codes as CSV, a line for each coil of each scan, in the order in which they come."""
+    columns = {"time": "code_time", "ready": "code_ready", "code": "code", "L": "code_L"}
+    table = data[[*columns.values()]].to_dataframe(dim_order=["scan", "coil"]).reset_index()
+    table = table.rename(columns={old: new for new, old in columns.items()})
+    return str(table[["time", "ready", "coil", "code", "L"]].to_csv(index=False))
+
+
 def history_curves(data: xr.Dataset) -> Figure:
     """Return loads, the target's way and the signals over time, one below the other; bands are errors.
 
@@ -92,7 +102,8 @@ def history_curves(data: xr.Dataset) -> Figure:
     time, rest = data["time"].to_numpy(), float(data["d_v"][0])
     forces, places = moving(data), [name for name in ("d_v", "d_h", "d_y") if np.any(data[name] != 0.0)]
     names = told(data)
-    with new_figure(1.25, rows=2 + len(names)) as (figure, axes):
+    rows = 2 + len(names) + ("code" in data)
+    with new_figure(0.32 * rows, rows=rows) as (figure, axes):
         for name, stroke in zip(forces, strokes(len(forces)), strict=True):
             axes[0].plot(time, data[name], **stroke, markevery=[0], label=f"${name}$ [{shown_unit(name)}]")
         axes[0].set_ylabel("load")
@@ -102,11 +113,18 @@ def history_curves(data: xr.Dataset) -> Figure:
             axes[1].plot(time, 1e6 * (data[name] - start), **stroke, markevery=[0], label=label)
         axes[1].set_ylabel("pose [um]")
         axes[1].legend()
-        for panel, name in zip(axes[2:], names, strict=True):
+        for panel, name in zip(axes[2:], names, strict=False):
             value, error = data[name].to_numpy(), data[f"error_{name}"].to_numpy()
             panel.fill_between(time, value - error, value + error, color="0.8", linewidth=0.0)
             panel.plot(time, value, color="0.15")
             panel.set_ylabel(signal_label(name, data.sizes["coil"]))
+        if "code" in data:
+            code, at = data["code"].to_numpy(), data["code_time"].to_numpy()
+            names = [str(name) for name in data["coil"].to_numpy()]
+            for t, values, name, stroke in zip(at.T, (code - code[0]).T, names, strokes(len(names)), strict=True):
+                axes[-1].plot(t, values, stroke["marker"], color=stroke["color"], ms=1.5, label=name)
+            axes[-1].set_ylabel("code - first")
+            axes[-1].legend()
         axes[-1].set_xlabel("time [s]")
         for panel in axes[:-1]:
             panel.tick_params(labelbottom=False)

@@ -1,0 +1,71 @@
+"""Which codes come while a load changes? The scene's converter, set for the history, reads one coil after the other.
+
+What each coil shows at the end of its leads (analysis/spectrum.py) goes from solved times to all of them as the load's
+corners allow (response.py, `between`), and through the converter in time (readout/sampling/scan.py).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from sits_mech.analysis.bench import absolute
+from sits_mech.analysis.histories.response import between
+from sits_mech.analysis.spectrum import at_terminals
+from sits_mech.quantities import WRENCH, Impedance, SolveReport
+from sits_mech.readout.converter import converter
+from sits_mech.readout.front_end import front_end
+from sits_mech.readout.sampling.scan import scan
+from sits_mech.scene.sensor import Sensor
+
+_FINE = 8  # times between two solved ones, of what the converter is given
+
+
+def with_codes(sensor: Sensor, data: xr.Dataset, *, rcount: int = 0xFFFF, seed: int | None = 0) -> xr.Dataset:
+    """Return a history with what the converter gives.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        Its ``readout`` is used.
+    data : Dataset
+        As from `in_time`.
+    rcount : int
+        Reference count: longer conversions are quieter, and smear more.
+    seed : int or None
+        Of the noise; None: none.
+
+    Returns
+    -------
+    Dataset
+        Also, by ``scan`` and coil: ``code``, ``code_time`` (the middle of its window), ``code_ready`` [s] and ``code_L``,
+        the inductance that it stands for at the terminals [H]; attributes ``window``, ``period`` [s] and ``rcount``.
+        Without a converter, or one that cannot follow, the history as it is with the reason in its ``notes``.
+    """
+    try:
+        return _scanned(sensor, data, rcount, seed)
+    except ValueError as reason:
+        notes = "; ".join(part for part in (data.attrs["notes"], f"no codes: {reason}") if part)
+        return data.assign_attrs(notes=notes)
+
+
+def _scanned(sensor: Sensor, data: xr.Dataset, rcount: int, seed: int | None) -> xr.Dataset:
+    """The history with codes; ValueError where there are none."""
+    if sensor.readout.converter == "none":
+        raise ValueError("the scene has no converter")
+    order, report = ("time", "coil", "coil_2"), SolveReport("table", 0, 0, 0.0, 0.0, 0.0)
+    L, R, error_L, error_R = (data[name].transpose(*order).to_numpy() for name in ("L", "R", "error_L", "error_R"))
+    L0, unit = data["L0"].to_numpy(), str(data.attrs["unit_L"])
+    known = Impedance(sensor.frequency, L, R, L0, np.zeros(len(L0)), error_L, error_R, unit, report)
+    seen, reasons = at_terminals(sensor, absolute(sensor, known)[0])
+    if seen is None:
+        raise ValueError("; ".join(reasons))
+    part, C = converter(sensor.readout.converter), sensor.readout.parallel_capacitance
+    front = front_end(part, seen.L, seen.R, C, rcount=rcount)
+    time, load = data["time"].to_numpy(), np.stack([data[name].to_numpy() for name in WRENCH], axis=1)
+    every = np.interp(np.arange(_FINE * (len(time) - 1) + 1) / _FINE, np.arange(len(time)), time)
+    found = scan(front, C, every, between(time, load, seen.L)(every), seed=seed)
+    dims = ("scan", "coil")
+    columns = {"code": found.code, "code_time": found.time, "code_ready": found.ready, "code_L": found.L}
+    data = data.assign({name: (dims, values) for name, values in columns.items()})
+    return data.assign_attrs(window=found.window, period=found.period, rcount=rcount)
