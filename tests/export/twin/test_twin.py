@@ -61,6 +61,19 @@ def test_shows_the_digits_of_the_calibration(twin: Twin, cal: Calibration, wrenc
     assert not found.flags.any()
 
 
+@pytest.mark.parametrize("name", ["wrench", "pose"])
+def test_slopes_are_derivatives(name: str, twin: Twin) -> None:
+    """Of every output by every scaled component, by central differences."""
+    map_, h = twin._map(name), 1e-5
+    x = np.random.default_rng(5).uniform(-0.9, 0.9, (len(map_.columns), 50))
+    _, *slopes = map_.at(list(x), slopes=True)
+    for row, slope in enumerate(slopes):
+        move = h * np.eye(len(x))[row][:, None]
+        by_difference = (map_.at(list(x + move))[0] - map_.at(list(x - move))[0]) / (2.0 * h)
+        scale = np.abs(slope).max(axis=1, keepdims=True)
+        assert np.abs((slope - by_difference) / scale).max() < 1e-6
+
+
 def test_single_precision_holds_a_hundred_thousandth(twin: Twin, cal: Calibration, wrenches: np.ndarray) -> None:
     """Of full scale, L and codes; what comes back is single too."""
     found = twin.read(wrenches.astype(np.float32))
