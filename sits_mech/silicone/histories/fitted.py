@@ -3,12 +3,16 @@
 The constants of a material are those of slow load. A pull is quick: where a relaxation test is beside it, the stresses
 of the law are multiplied by what that test shows of them after a long time, its ``factor``. The softening is then
 fitted with the branches found, so that what relaxes in a cyclic test does not count as softened.
+
+Without a pull of its own the law is that of the cyclic test's envelope. Where branches are known and the pull, or the
+envelope, has a time, the law is fitted again, to stresses multiplied by what the model says of elastic over whole
+stress there, until it settles: what relaxes during the pull does not bend the law. Confidence is of each fit alone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,14 +20,19 @@ import numpy as np
 
 from sits_mech.quantities import Array
 from sits_mech.silicone.fitting import Fit, fit_law
-from sits_mech.silicone.histories.record import read_record
+from sits_mech.silicone.histories.record import Record, read_record
 from sits_mech.silicone.histories.relaxing import Relaxation, fit_relaxation
 from sits_mech.silicone.histories.softening import CyclicFit, envelope, fit_softening
+from sits_mech.silicone.histories.uniaxial import uniaxial_stress
+from sits_mech.silicone.homogeneous import engineering_stress
 from sits_mech.silicone.laws import LAWS, Constants
 from sits_mech.silicone.material import Silicone, table_of
 from sits_mech.silicone.tensile import TensileTest, read_tensile
 
 _DIGITS = 5  # of what is pasted
+_ROUNDS = 12  # of law and rate
+_SETTLED = 1e-3  # of the law's stress from one round to the next
+_LOOK = np.array([0.1, 0.5, 1.0])  # shares of the largest strain, where that is looked at
 
 
 @dataclass(frozen=True)
@@ -44,6 +53,11 @@ class Fitted:
     fit: Fit | None
     relaxation: Relaxation | None
     cyclic: CyclicFit | None
+
+    @property
+    def branches(self) -> int:
+        """How many branches the relaxation test shows."""
+        return 0 if self.relaxation is None else len(self.relaxation.prony)
 
     @property
     def table(self) -> dict[str, Any]:
@@ -91,14 +105,56 @@ def fit_tests(
     if tensile is None and relaxation is None and cyclic is None:
         raise ValueError("fit: must be given a tensile test, --relaxation or --cyclic; got none of them")
     cycles = None if cyclic is None else read_record(cyclic, timed=False)
+    hold = None if relaxation is None else read_record(relaxation)
     test = read_tensile(tensile) if tensile is not None else None if cycles is None else envelope(cycles)
-    fit = None if test is None else fit_law(test, law, max_strain, terms=terms)
-    relaxed = None
-    if relaxation is not None:
-        relaxed = fit_relaxation(read_record(relaxation), _silicone(fit, None, None))
-    silicone = _silicone(fit, relaxed, None)
-    softened = None if cycles is None or silicone is None else fit_softening(cycles, silicone)
-    return Fitted(test, fit, relaxed, softened)
+
+    def fitted(test: TensileTest | None) -> Fitted:
+        """Fit law, rate and softening, in this order."""
+        fit = None if test is None else fit_law(test, law, max_strain, terms=terms)
+        relaxed = None if hold is None else fit_relaxation(hold, _silicone(fit, None, None))
+        silicone = _silicone(fit, relaxed, None)
+        softened = None if cycles is None or silicone is None else fit_softening(cycles, silicone)
+        return Fitted(test, fit, relaxed, softened)
+
+    found = fitted(test)
+    pull = cycles if tensile is None or test is None else _pull(tensile, test)
+    return found if pull is None or not pull.timed or not found.branches else _settled(fitted, found, pull)
+
+
+def _pull(path: Path, test: TensileTest) -> Record | None:
+    """Return a tensile test as a record over time, up to its largest stress; None where it is not one test alone."""
+    if test.others or test.mode != "uniaxial":
+        return None
+    try:
+        record = read_record(path, timed=False)
+    except ValueError:
+        return None  # it is a tensile test all the same, whose strain or time is of no use as a path
+    last = int(np.argmax(record.stress)) + 1
+    return replace(record, time=record.time[:last], strain=record.strain[:last], stress=record.stress[:last])
+
+
+def _settled(fitted: Callable[[TensileTest], Fitted], found: Fitted, pull: Record) -> Fitted:
+    """Return the fits with a law whose pull has no viscosity left; the last ones, and so told, where none settles."""
+    last = np.zeros(0)
+    for _ in range(_ROUNDS):
+        silicone = _silicone(found.fit, found.relaxation, found.cyclic)
+        if silicone is None or found.fit is None:
+            break
+        now = engineering_stress(silicone.law, silicone.constants, _LOOK * found.fit.max_strain)
+        if last.size and np.abs(now / last - 1.0).max() < _SETTLED:
+            break
+        whole = uniaxial_stress(silicone, pull.time, pull.strain)
+        elastic = engineering_stress(silicone.law, silicone.constants, pull.strain)
+        share = np.divide(elastic, whole, out=np.ones_like(whole), where=whole != 0.0)
+        last, found = now, fitted(envelope(replace(pull, stress=pull.stress * share)))
+    else:
+        return _noted(found, f"the law did not settle within {_SETTLED:g} between rate and pull")
+    return _noted(found, "of slow load: what relaxes during the pull is taken out of its stress")
+
+
+def _noted(found: Fitted, note: str) -> Fitted:
+    """Return fits with one more note on the law."""
+    return found if found.fit is None else replace(found, fit=replace(found.fit, notes=(*found.fit.notes, note)))
 
 
 def _silicone(fit: Fit | None, relaxation: Relaxation | None, cyclic: CyclicFit | None) -> Silicone | None:
