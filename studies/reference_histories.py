@@ -1,9 +1,9 @@
 """Where does an independent code put the target of pads that remember, along histories of their load?
 
 NGSolve's elements of high order (common/ngsolve_history.py) for every pad and path of common/history_cases.py. Poses at
-the recorded times come from two meshes with one time step each, of which the limit is taken by an assumed ratio of their
-differences (of a thin layer from three, by the measured one), and from steps of a half (and of a quarter) on the first
-mesh, carried on by the order of the rule, 2.
+the recorded times come from two meshes with one time step each, of which the limit is taken by an assumed ratio of
+their differences (of a thin layer from three, by the measured one), and from steps of a half (and of a quarter) on the
+first mesh, carried on by the order of the rule, 2.
 The error is the larger of what the limit of the meshes adds and of what the last halving leaves beside that order, over
 the largest displacement of the history, an angle counted at the target's end.
 
@@ -63,7 +63,8 @@ def reference(pad: Case, path: LoadPath, coarse: bool) -> tuple[Array, float, st
     """Return the motion at the recorded times, its relative error and how it came about."""
     meshes = (*MESHES[pad.kind], *((THIRD,) if is_thin(pad) and not coarse else ()))
     row = [followed(pad, path, mesh, 1) for mesh in meshes]
-    finer = [row[0], *(followed(pad, path, meshes[0], parts) for parts in PARTS[: 2 if is_thin(pad) and not coarse else 1])]
+    parts = PARTS[: 2 if is_thin(pad) and not coarse else 1]
+    finer = [row[0], *(followed(pad, path, meshes[0], count) for count in parts)]
     lever = np.array([1.0, 1.0, 0.5 * pad.target[0]])
     size = float(np.max(np.abs(row[-1] * lever)))
     ratio, words = SHRINK[pad.kind], f"Q{meshes[0][0]}, meshes of {meshes[0][1]} to {meshes[-1][1]} layers"
@@ -75,9 +76,9 @@ def reference(pad: Case, path: LoadPath, coarse: bool) -> tuple[Array, float, st
     steps = [b - a for a, b in zip(finer[:-1], finer[1:], strict=True)]
     carried = sum(steps) + steps[-1] / 3.0
     left = np.abs(steps[-1] / 3.0 if len(steps) < 2 else steps[-1] - steps[-2] / 4.0)
-    parts = [float(np.max(np.abs(one) * lever)) / size for one in (added, left)]
-    words += f", limit adds {parts[0]:.1e}; steps in 1 to {2 ** len(steps)} parts, beside order 2 {parts[1]:.1e}"
-    return row[-1] + added + carried, max(parts), words
+    sizes = [float(np.max(np.abs(one) * lever)) / size for one in (added, left)]
+    words += f", limit adds {sizes[0]:.1e}; steps in 1 to {2 ** len(steps)} parts, beside order 2 {sizes[1]:.1e}"
+    return row[-1] + added + carried, max(sizes), words
 
 
 def row_of(pad: Case, name: str, coarse: bool) -> dict[str, object]:

@@ -5,6 +5,7 @@ import pytest
 from common.reference_cases import Case
 from scipy.special import erf
 
+pytestmark = pytest.mark.slow
 TIMES = np.linspace(0.0, 1.0, 5)
 
 
@@ -35,7 +36,7 @@ def test_without_a_memory_it_is_the_elastic_pad():
 
 
 def test_small_loads_creep_in_closed_form():
-    """One branch of weight w under a load that rises evenly: ``C(t) = 1 - w exp(-(1 - w) t/tau)``, K next to infinite."""
+    """One branch of weight w, a load that rises evenly: ``C(t) = 1 - w exp(-(1 - w) t/tau)``, K next to infinite."""
     w, tau, times = 0.25, 0.5, np.linspace(0.0, 1.0, 41)
     memory = {"prony": ((w, tau),), "bulk": 1e5}
     found = followed(times, times, load=1e-4, **memory) / followed([0.0, 1.0], [0.0, 1.0], load=1e-4, bulk=1e5)[-1]
@@ -44,7 +45,7 @@ def test_small_loads_creep_in_closed_form():
 
 
 def test_a_small_load_let_go_is_softened():
-    """Virgin up to the peak; back between the virgin layer and one that is as soft everywhere as at rest; home at none."""
+    """Virgin up to the peak; back between the virgin layer and the softest one; home at none."""
     times, small = np.linspace(0.0, 2.0, 21), {"load": 1e-4, "bulk": 1e5}
     path = 1.0 - np.abs(times - 1.0)
     virgin, found = followed(times, path, **small), followed(times, path, mullins={"r": 2.5}, **small)
