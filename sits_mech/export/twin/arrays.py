@@ -50,7 +50,7 @@ ABOUT = {
     "prony": "(branches, 2): shares of the instantaneous stiffness and times [s]; without rows: unknown",
     "relaxation_weights, relaxation_times": "of G(t) = 1 + sum w exp(-t/tau), stiffness over that at rest [-, s]",
     "creep_weights, creep_times": "of C(t) = 1 - sum c exp(-t/lambda), which undoes it [-, s]",
-    "mullins_r": "inverse depth of the softening after the largest load; NaN: unknown. Not part of the evaluators",
+    "mullins": "r, m [Pa] and beta of the softening after the largest load; NaN: unknown. Not part of the evaluators",
     "sigma_L": "(coils,): standard deviation of a reading over L, at rcount [-]; NaN without converter",
     "reference, bits, input_divider, reference_divider, rcount": "code = 2^bits f/(input_divider reference)",
     "capacitance": "across each coil [F]",
@@ -172,13 +172,13 @@ def _pad(source: Source, notes: list[str]) -> dict[str, Any]:
     if not prony.size:
         notes.append("relaxation: unknown, the silicone has no prony: steps in time show the slow pad at once")
     weights, times = retardation([(w, tau) for w, tau in prony.tolist()])
-    r = None if silicone is None else silicone.mullins
+    soft = None if silicone is None else silicone.mullins
     return {
         "compliance": compliance, "rest_pose": rest, "prony": prony,
         "load_height": np.array(np.nan if sensor.target is None else sensor.target.load_height),
         "relaxation_weights": prony[:, 0] / (1.0 - prony[:, 0].sum()), "relaxation_times": prony[:, 1],
         "creep_weights": weights, "creep_times": times[: len(weights)],
-        "mullins_r": np.array(np.nan if r is None else r),
+        "mullins": np.full(3, np.nan) if soft is None else np.array([soft.r, soft.m, soft.beta]),
     }  # fmt: skip
 
 
