@@ -5,7 +5,7 @@ histories of their load, one not proportional (common/history_cases.py), against
 NGSolve made (studies/reference_histories.py). Area is the work that the load has done from the first time to the last
 [J], lost where the load ends at none; peak the largest motion of the component that moves most, residual what is left
 of it at the end; both sides by the same recorded times. Steps and meshes are the package's own, by its tolerance.
-Times are processor time, a step that of the histories over that of one elastic answer from rest to the peak.
+Times are processor time of a whole history, from the scene on.
 
 Run ``python studies/loops_against_reference.py [--coarse] --output DIR``; `--only WORD` takes the rows with that word
 in their names, `--tolerance 3e-3` another one. Table and picture.

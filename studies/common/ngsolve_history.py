@@ -94,7 +94,8 @@ class PadHistory:
         bar = [scale * one for one in C]
         I1 = bar[0] + bar[1] + bar[2]
         first = I1.MakeVariable()
-        second = (0.5 * (I1 * I1 - self._dot(bar, bar))).MakeVariable()
+        again = bar[0] + bar[1] + bar[2]  # not I1 itself, by which W would be differentiated through the second, too
+        second = (0.5 * (again * again - self._dot(bar, bar))).MakeVariable()
         W = self.pad.law.energy(first, second)
         w_1, w_2 = W.Diff(first), W.Diff(second)
         slope = [2.0 * (w_1 + w_2 * first) * (1.0 if k < 3 else 0.0) - 2.0 * w_2 * bar[k] for k in range(self.count)]
