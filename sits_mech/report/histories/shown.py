@@ -59,13 +59,14 @@ def history_table(data: xr.Dataset) -> Table:
 def history_record(data: xr.Dataset) -> dict[str, Any]:
     """Return a history for a program: lists over the history's own times, SI, with the request and the report."""
     own = data.isel(time=np.flatnonzero(data["given"].to_numpy()))
-    names = [*WRENCH, *POSE, *(f"error_{name}" for name in POSE)]
-    shown = [item for name in told(data) for item in (name, f"error_{name}")]
     coils = np.diagonal(own["L"].transpose("time", "coil", "coil_2").to_numpy(), axis1=1, axis2=2)
     return {
         "request": json.loads(data.attrs["request"]),
         "time": own["time"].to_numpy(),
-        **{name: own[name].to_numpy() for name in (*names, *shown)},
+        "wrench": {name: own[name].to_numpy() for name in WRENCH},
+        "pose": {name: own[name].to_numpy() for name in POSE},
+        "error": {name: own[f"error_{name}"].to_numpy() for name in POSE},
+        "signals": {item: own[item].to_numpy() for name in told(data) for item in (name, f"error_{name}")},
         "L": coils,
         "unit_L": data.attrs["unit_L"],
         **({name: data[name].to_numpy() for name in _CODES if name in data}),

@@ -29,6 +29,7 @@ def data(sensor):
 def test_record_has_the_historys_own_times(data):
     found = history_record(data)
     assert found["time"].tolist() == [0.0, 1.0, 2.0]
+    assert found["wrench"]["F_z"].tolist() == [0.0, 0.5, 0.5]
     assert np.shape(found["L"]) == (3, 2)
     assert moving(data) == ("F_x", "F_z")
 
