@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.analysis.bench import model_errors, sensor_calibration, sensor_front_end
+from sits_mech.analysis.bench import free_inductances, model_errors, sensor_calibration, sensor_front_end
 from sits_mech.cases import DONE
 from sits_mech.chain.models import mechanical_model
 from sits_mech.export.source import Source
@@ -21,7 +21,7 @@ from sits_mech.readout.calibration import OK, Calibration, check_resolved
 from sits_mech.readout.converter import conversion_time
 from sits_mech.readout.front_end import FrontEnd
 from sits_mech.readout.inversion import INCONSISTENT, MARGIN
-from sits_mech.readout.loads import load_words, several
+from sits_mech.readout.loads import load_words, several, varied
 from sits_mech.scene.sensor import SceneError
 from sits_mech.silicone.history import retardation
 from sits_mech.version import __version__
@@ -55,8 +55,9 @@ ABOUT = {
     "reference, bits, input_divider, reference_divider, rcount": "code = 2^bits f/(input_divider reference)",
     "capacitance": "across each coil [F]",
     "conversion, settling, channel_time": "(coils,): of one coil; counting, settling, all of its turn [s]",
-    "slope_T_*": "slopes by temperature as the table has them [1/K times the unit]; absent: unknown",
-    "temperature_known": "1 where there are such slopes",
+    "slope_T_*": "by temperature over the table's loads: of inductances (..., coils) [H/K], poses [m/K, rad/K]",
+    "slope_T_over_*, thermal_causes": "these loads [N, N m], an array for each force; parts of slope_T_L_by",
+    "temperature_known": "1 where there are such slopes, 0 where the table tells none",
     "frequency": "that was solved for [Hz]",
     "scene, scene_hash, request, version": "where the numbers are from",
 }
@@ -199,9 +200,20 @@ def _sampling(source: Source, front: FrontEnd | None, cal: Calibration) -> dict[
 
 def _temperature(source: Source) -> dict[str, Any]:
     """Return the slopes by temperature that the table has."""
-    known = {str(name): item.to_numpy() for name, item in source.data.data_vars.items()}
-    slopes = {name: values for name, values in known.items() if name.startswith("slope_T_")}
-    return {**slopes, "temperature_known": np.array(int(bool(slopes)))}
+    data, sensor = source.data, source.sensor
+    slopes = {str(name): item for name, item in data.data_vars.items() if str(name).startswith("slope_T_")}
+    if not slopes:
+        return {"temperature_known": np.array(0)}
+    scale = np.ones(len(sensor.coils))
+    if data.attrs["unit_L"] != "H":  # per metre, of which the relative change holds
+        scale = free_inductances(sensor) / np.diagonal(data["L0"].to_numpy())
+    loads, found = varied(data), {"temperature_known": np.array(1)}
+    for name, item in slopes.items():
+        values = item.transpose(*(load for load in loads if load in item.dims), ...).to_numpy()
+        found[name] = values * scale if "coil" in item.dims else values
+    if "thermal_cause" in data.coords:
+        found["thermal_causes"] = np.array([str(cause) for cause in data["thermal_cause"].to_numpy()])
+    return found | {f"slope_T_over_{load}": data[load].to_numpy() for load in loads}
 
 
 def _array(values: Any) -> Array:

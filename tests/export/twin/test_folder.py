@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from sits_mech.analysis.bench import sensor_front_end
+from sits_mech.analysis.bench import free_inductances, sensor_front_end
 from sits_mech.cli.main import run
 from sits_mech.export.formats import export
 from sits_mech.export.source import Source
@@ -65,7 +66,7 @@ def test_arrays_alone(made: dict[str, np.ndarray]) -> None:
         for part in ("wrench", "pose", "guess_L", "guess_codes"):
             plain = f"MAP{name.removeprefix(part)}" if name.startswith(f"{part}_") else plain
         assert name in known or plain in known, name
-    assert {name for name in known if not name.startswith(("MAP", "slope"))} <= set(made)
+    assert {name for name in known if not name.startswith(("MAP", "slope", "thermal"))} <= set(made)
 
 
 def test_numbers_of_pad_and_converter(made: dict[str, np.ndarray], source: Source) -> None:
@@ -96,10 +97,18 @@ def _corners() -> np.ndarray:
 
 
 def test_slopes_by_temperature_go_with_it(source: Source) -> None:
-    """What the table has of them, under its names."""
-    data = source.data.assign(slope_T_L=0.0 * source.data["d_v"] + 1e-9)
+    """What the table has of them, under its names, its loads beside; per metre it is the relative slope that holds."""
+    causes = ["copper", "pad"]
+    share = xr.DataArray([1e-4, 2e-4], {"thermal_cause": causes}, ["thermal_cause"])
+    own = xr.DataArray(np.diagonal(source.data["L0"]), dims=["coil"])
+    each = (share * own + 0.0 * source.data["d_v"]).transpose("coil", "thermal_cause", "F_z", "F_x")
+    by = each.transpose("thermal_cause", "F_z", "F_x", "coil")
+    data = source.data.assign(slope_T_L_by=by, slope_T_d_v=1e-6 + 0.0 * source.data["d_v"])
     numbers, _ = twin_arrays(Source(source.sensor, data))
-    assert numbers["temperature_known"] == 1 and np.all(numbers["slope_T_L"] == 1e-9)
+    free = free_inductances(source.sensor)
+    assert numbers["temperature_known"] == 1 and np.all(numbers["slope_T_d_v"] == 1e-6)
+    assert numbers["slope_T_L_by"] == pytest.approx(np.broadcast_to(np.outer([1e-4, 2e-4], free), (5, 4, 2, 2)))
+    assert numbers["thermal_causes"].tolist() == causes and numbers["slope_T_over_F_z"].tolist() == [0.0, 1.0, 2.0, 3.0]
 
 
 def test_without_converter_or_inverse(source: Source) -> None:
