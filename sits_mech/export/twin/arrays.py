@@ -55,7 +55,7 @@ ABOUT = {
     "sigma_L": "(coils,): standard deviation of a reading over L, at rcount [-]; NaN without converter",
     "reference, bits, input_divider, reference_divider, rcount": "code = 2^bits f/(input_divider reference)",
     "capacitance": "across each coil [F]",
-    "opened, conversion, channel_time": "(coils,): when it begins to count in a scan, for how long, all of its turn [s]",
+    "opened, conversion, channel_time": "(coils,): begin of counting in a scan, its length, all of a turn [s]",
     "slope_T_*": "by temperature over the table's loads: of inductances (..., coils) [H/K], poses [m/K, rad/K]",
     "slope_T_over_*, thermal_causes": "these loads [N, N m], an array for each force; parts of slope_T_L_by",
     "temperature_known": "1 where there are such slopes, 0 where the table tells none",
