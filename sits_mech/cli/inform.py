@@ -101,8 +101,7 @@ def fit(
     stress (MPa)", "(kPa)", "(Pa)" or "(psi)"; "planar engineering strain", "biaxial ..." for other tests beside. Tests
     over time have "time (s)" too. Without a tensile test the law is fitted to the envelope of the cyclic one.
 
-    Example: sits-mech fit tensile.csv --law yeoh --max-strain 1.0 -o fit.png
-    Example: sits-mech fit tensile.csv --relaxation hold.csv --cyclic cycles.csv --json
+    Example: sits-mech fit tensile.csv --law yeoh --max-strain 1.0 --relaxation hold.csv --cyclic cycles.csv -o fit.png
     """
     from sits_mech.report.pictures.curves import checked_picture, save_figure
     from sits_mech.report.pictures.fit import fit_figure

@@ -51,7 +51,9 @@ class LoadPath(NamedTuple):
 
 
 PATHS: Mapping[str, LoadPath] = {
-    "two triangles": LoadPath((0.0, 1.0, 2.0, 3.0, 4.0), (0.0,) * 5, (0.0, 1.0, 0.0, 1.0, 0.0), (10,) * 4, (False,) * 4),
+    "two triangles": LoadPath(
+        (0.0, 1.0, 2.0, 3.0, 4.0), (0.0,) * 5, (0.0, 1.0, 0.0, 1.0, 0.0), (10,) * 4, (False,) * 4
+    ),
     "step, hold, off, hold": LoadPath(
         (0.0, 0.05, 3.0, 3.05, 6.0), (0.0,) * 5, (0.0, 1.0, 1.0, 0.0, 0.0), (3, 14, 3, 14),
         (False, True, False, True),

@@ -7,7 +7,7 @@
 The convolution by parts: ``int exp(-(t - s)/tau) dS'_0 = S'_0 - A``, with A the past S'_0 that fades. The stress itself
 is put into the weak form, W differentiated by NGSolve, and the form once more for Newton's method: no incremental
 potential, no exponential step, no tangent of the package's. Elements, meshes, pressures and the rigid target are those
-of ngsolve_pad.py; A_i, S'_0 and W_max live at the points of the elements' own rule. Steps end at the corners of the load.
+of ngsolve_pad.py; A_i, S'_0 and W_max live at the points of the elements' own rule. Steps end at the load's corners.
 
 Lengths in mm, stresses in initial shear moduli, times in s.
 """

@@ -1,9 +1,9 @@
 """Where is a layer with a memory a little later? At rest under what its past and the time that goes make of its energy.
 
 Inertia plays no part: at every time the layer is at rest, and what depends on time are the silicone's points alone
-(silicone/histories/points.py). A step of time changes their energies once, as if between two loads another law were put in;
-the rest under the new load is then found as it is for an elastic layer, along a path of loads (path.py), or with
-friction in an increment (increments.py). The points remember what they come to.
+(silicone/histories/points.py). A step of time changes their energies once, as if between two loads another law were
+put in; the rest under the new load is then found as it is for an elastic layer, along a path of loads (path.py), or
+with friction in increments (increments.py). The points remember what they come to.
 """
 
 from __future__ import annotations

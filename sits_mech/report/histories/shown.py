@@ -120,8 +120,8 @@ def history_curves(data: xr.Dataset) -> Figure:
             panel.set_ylabel(signal_label(name, data.sizes["coil"]))
         if "code" in data:
             code, at = data["code"].to_numpy(), data["code_time"].to_numpy()
-            names = [str(name) for name in data["coil"].to_numpy()]
-            for t, values, name, stroke in zip(at.T, (code - code[0]).T, names, strokes(len(names)), strict=True):
+            coils = [str(name) for name in data["coil"].to_numpy()]
+            for t, values, name, stroke in zip(at.T, (code - code[0]).T, coils, strokes(len(coils)), strict=True):
                 axes[-1].plot(t, values, stroke["marker"], color=stroke["color"], ms=1.5, label=name)
             axes[-1].set_ylabel("code - first")
             axes[-1].legend()

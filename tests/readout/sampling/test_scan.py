@@ -8,7 +8,7 @@ from sits_mech.readout.front_end import front_end
 from sits_mech.readout.sampling.scan import scan, windows
 
 C = 330e-12
-L0, R0 = np.array([2.0e-6, 2.1e-6]), np.array([3.0, 3.0])
+L0, R0 = np.array([2.0e-6, 2.1e-6]), np.array([3.0, 1.5])  # channels of different settling
 
 
 def front(part="LDC1614", coils=2, rcount=2048):
