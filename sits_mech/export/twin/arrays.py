@@ -22,6 +22,7 @@ from sits_mech.readout.converter import conversion_time
 from sits_mech.readout.front_end import FrontEnd
 from sits_mech.readout.inversion import INCONSISTENT, MARGIN
 from sits_mech.readout.loads import load_words, several, varied
+from sits_mech.readout.sampling.scan import windows
 from sits_mech.scene.sensor import SceneError
 from sits_mech.silicone.history import retardation
 from sits_mech.version import __version__
@@ -50,11 +51,11 @@ ABOUT = {
     "prony": "(branches, 2): shares of the instantaneous stiffness and times [s]; without rows: unknown",
     "relaxation_weights, relaxation_times": "of G(t) = 1 + sum w exp(-t/tau), stiffness over that at rest [-, s]",
     "creep_weights, creep_times": "of C(t) = 1 - sum c exp(-t/lambda), which undoes it [-, s]",
-    "mullins": "r, m [Pa] and beta of the softening after the largest load; NaN: unknown. Not part of the evaluators",
+    "mullins": "(3,): r [-], m [Pa], beta [-] of the softening after the largest load; NaN: unknown. Not evaluated",
     "sigma_L": "(coils,): standard deviation of a reading over L, at rcount [-]; NaN without converter",
     "reference, bits, input_divider, reference_divider, rcount": "code = 2^bits f/(input_divider reference)",
     "capacitance": "across each coil [F]",
-    "conversion, settling, channel_time": "(coils,): of one coil; counting, settling, all of its turn [s]",
+    "opened, conversion, channel_time": "(coils,): begin of counting in a scan, its length, all of a turn [s]",
     "slope_T_*": "by temperature over the table's loads: of inductances (..., coils) [H/K], poses [m/K, rad/K]",
     "slope_T_over_*, thermal_causes": "these loads [N, N m], an array for each force; parts of slope_T_L_by",
     "temperature_known": "1 where there are such slopes, 0 where the table tells none",
@@ -187,14 +188,14 @@ def _sampling(source: Source, front: FrontEnd | None, cal: Calibration) -> dict[
     unknown = np.full(len(cal.coils), np.nan)
     found: dict[str, Any] = {"capacitance": np.array(source.sensor.readout.parallel_capacitance)}
     if front is None:
-        return found | {"sigma_L": unknown, "conversion": unknown, "settling": unknown, "channel_time": unknown}
+        return found | {"sigma_L": unknown, "opened": unknown, "conversion": unknown, "channel_time": unknown}
     L = cal.forward(0.5 * (cal.low + cal.high))
     counted = np.full(len(unknown), conversion_time(front.rcount, front.part, front.reference))
     return found | {
         "sigma_L": _array(front.noise) / L, "reference": np.array(front.reference), "bits": np.array(front.part.bits),
         "input_divider": np.array(front.input_divider), "reference_divider": np.array(front.reference_divider),
         "rcount": np.array(front.rcount), "conversion": counted,
-        "settling": 16.0 * _array(front.settlecount) / front.reference, "channel_time": _array(front.channel_time),
+        "opened": windows(front)[0], "channel_time": _array(front.channel_time),
     }  # fmt: skip
 
 

@@ -73,10 +73,11 @@ def test_numbers_of_pad_and_converter(made: dict[str, np.ndarray], source: Sourc
     """Those of history.py and front_end.py; the compliance against differences of the model."""
     weights, times = retardation(((0.2, 2.0),))
     assert np.array_equal(made["creep_weights"], weights) and np.array_equal(made["creep_times"], times)
-    assert made["relaxation_weights"] == pytest.approx([0.25]) and made["mullins"][0] == 2.5
+    assert made["relaxation_weights"] == pytest.approx([0.25]) and made["mullins"].tolist() == [2.5, 0.0, 1.0]
     front, _ = sensor_front_end(source.sensor, source.data)
     assert made["reference"] == front.reference and made["channel_time"].sum() == pytest.approx(1.0 / front.rate)
-    switching = made["channel_time"] - made["conversion"] - made["settling"]
+    settling = made["opened"] - [0.0, made["channel_time"][0]]
+    switching = made["channel_time"] - made["conversion"] - settling
     assert switching == pytest.approx(692e-9 + 5.0 / front.reference, rel=1e-6)
     assert made["sigma_L"] * made["wrench_base"][:2] == pytest.approx(front.noise, rel=0.05)
     ranges = np.ptp(Twin(made).read(_corners()).L, axis=0)  # noise weighs both coils alike
