@@ -39,7 +39,8 @@ def with_codes(sensor: Sensor, data: xr.Dataset, *, rcount: int = 0xFFFF, seed: 
     -------
     Dataset
         Also, by ``scan`` and coil: ``code``, ``code_time`` (the middle of its window), ``code_ready`` [s] and
-        ``code_L``, the inductance it stands for at the terminals [H]; attributes ``window``, ``period`` [s], ``rcount``.
+        ``code_L``, the inductance it stands for at the terminals [H]; attributes ``window`` and ``period`` [s],
+        ``rcount``.
         Without a converter, or one that cannot follow, the history as it is with the reason in its ``notes``.
     """
     try:
