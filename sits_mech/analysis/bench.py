@@ -32,6 +32,7 @@ from sits_mech.readout.converter import code_of, converter, parallel_resistance,
 from sits_mech.readout.front_end import FrontEnd, front_end
 from sits_mech.readout.loads import varied
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
+from sits_mech.scene.thermal import at_temperature, clock_factor
 
 _IDLE = "idle coils: left out, a model per metre overstates their coupling"
 
@@ -58,7 +59,7 @@ class OperatingPoint:
 
 def free_inductances(sensor: Sensor) -> Array:
     """Return the inductance of each coil without target, by its rings, shape (n,) [H]."""
-    return np.array(_free(sensor.coils))
+    return np.array(_free(at_temperature(sensor).coils))
 
 
 @lru_cache(maxsize=16)
@@ -121,6 +122,7 @@ def terminals(sensor: Sensor, data: xr.Dataset) -> tuple[xr.Dataset, tuple[str, 
     SceneError
         When the tracks' losses cannot be computed.
     """
+    sensor = at_temperature(sensor)
     found, missing = absolute(sensor, table_impedance(data))
     good = _converged(data)
     seen, reasons = at_terminals(sensor, replace(found, L=found.L[good], R=found.R[good]))
@@ -235,8 +237,8 @@ def code_calibration(sensor: Sensor, data: xr.Dataset, *, clock: float | None = 
 def codes_of(sensor: Sensor, front: FrontEnd, L: Array) -> Array:
     """Return the codes, not rounded, of inductances at the terminals [H]; NaN where there is none."""
     good, f = np.isfinite(L), np.full(L.shape, np.nan)
-    f[good] = tank_frequency(L[good], sensor.readout.parallel_capacitance)
-    return code_of(f, front.part, front.reference, front.input_divider)
+    f[good] = tank_frequency(L[good], at_temperature(sensor).readout.parallel_capacitance)
+    return code_of(f, front.part, clock_factor(sensor) * front.reference, front.input_divider)
 
 
 def coil_table(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
@@ -277,7 +279,7 @@ def sensor_front_end(
     seen, missing = terminals(sensor, data)
     flat = [seen[name].to_numpy().reshape(-1, len(sensor.coils)) for name in ("L", "R")]
     good = np.isfinite(flat[0]).all(axis=-1)
-    part, C = converter(sensor.readout.converter), sensor.readout.parallel_capacitance
+    part, C = converter(sensor.readout.converter), at_temperature(sensor).readout.parallel_capacitance
     found = front_end(part, flat[0][good], flat[1][good], C, clock=clock, rcount=rcount, noise=noise)
     return found, (*missing, f"R is that at {sensor.frequency:.4g} Hz{found.off(sensor.frequency)}")
 
@@ -322,6 +324,7 @@ def operating_points(sensor: Sensor, model: MagneticModel, pose: Pose) -> tuple[
     ValueError
         When there is no resonance in the converter's range.
     """
+    sensor = at_temperature(sensor)
     part = converter("LDC1614" if sensor.readout.converter == "none" else sensor.readout.converter)
     direct = track_resistances(sensor.coils)
 

@@ -30,6 +30,7 @@ from sits_mech.magnetics.coils.terminals import tank_frequency, terminal_impedan
 from sits_mech.magnetics.coils.track_modes import TrackSpectrum, track_spectrum
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport, as_jsonable
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
+from sits_mech.scene.thermal import at_temperature
 from sits_mech.units import quantity_range
 
 if TYPE_CHECKING:
@@ -84,6 +85,7 @@ def at_terminals(sensor: Sensor, found: Impedance) -> tuple[Terminals | None, tu
     found : Impedance
         In henry and ohm; of one that is per metre nothing is said.
     """
+    sensor = at_temperature(sensor)
     tracks, missing = _tracks(sensor, found.unit_L, [found.frequency])
     missing += wave_notes(sensor.coils, found.frequency)
     if tracks is None:
@@ -126,7 +128,7 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
     """
     import xarray as xr
 
-    hertz = np.array(sorted(frequencies), dtype=float)
+    sensor, hertz = at_temperature(sensor), np.array(sorted(frequencies), dtype=float)
     if hertz.size == 0 or not np.all(hertz > 0.0) or np.any(np.diff(hertz) == 0.0):
         raise SceneError(f"frequencies must be one or more different positive numbers [Hz]; got {list(frequencies)}")
     each = [model.impedance(pose, float(f)) for f in hertz[::-1]][::-1]  # the highest asks most of a preparation

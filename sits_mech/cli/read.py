@@ -158,6 +158,8 @@ def quality(
         warn(f"{silicone.name or 'the silicone'}: {tables.modulus_words(1.0 + silicone.spread)}")
     if silicone is not None and (silicone.prony or silicone.mullins) and period is None:
         warn("hysteresis: the silicone has prony or mullins; --period shows what they make of the forces")
+    if not has_slopes(data):
+        warn("drift with temperature: not known of this calibration; calibrate --drift adds it")
     if one is None:
         warn("noise: by default the converter's at its longest conversion; --noise takes what a board shows")
     return 0

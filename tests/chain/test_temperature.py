@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from sits_mech.analysis.bench import codes_of, sensor_front_end, terminals
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.gradient import gradient
 from sits_mech.chain.simulate import simulate
@@ -93,3 +94,16 @@ def test_what_has_no_slopes_is_refused(data: xr.Dataset) -> None:
     flush = sensor('target.width="20 mm"', "coils.C1.centre.0=-0.004")
     with pytest.raises(SceneError, match="drift: must be asked of the mechanics block, planar or linear"):
         calibrate(flush, F_z=[0.0, 0.1], drift=True, **(QUICK | {"mechanics": "closed-form"}))
+
+
+def test_the_bench_sees_the_sensor_at_its_temperature(data: xr.Dataset) -> None:
+    """Codes of a calibration at 20 K more: those of its inductances with its capacitor and its clock; warmer tracks."""
+    cold = sensor(*COEFFICIENTS)
+    warm = cold.model_copy(update={"temperature": cold.temperature + 20.0})
+    front, own = ({}, {})
+    for name, scene in (("cold", cold), ("warm", warm)):
+        front[name], own[name] = sensor_front_end(scene, data)[0], terminals(scene, data)[0]
+    assert np.all(own["warm"]["R"] > 1.02 * own["cold"]["R"])
+    L = own["cold"]["L"].to_numpy()
+    ratio = codes_of(warm, front["cold"], L) / codes_of(cold, front["cold"], L)
+    np.testing.assert_allclose(ratio, (1 + 600e-6) ** -0.5 / (1 - 40e-6), rtol=1e-12)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sits_mech.mechanics.block import block_pad
-from sits_mech.mechanics.linear import linear_pad, small_strain
+from sits_mech.mechanics.linear import linear_layer, linear_pad, small_strain
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import Elastomer, Target, load_sensor
 
@@ -98,3 +98,16 @@ def test_a_long_pad_is_in_plane_strain_and_a_short_one_in_space():
     long = box('elastomer.length="1 m"', 'target.length="1 m"')
     assert len(small_strain(long).levels.coarse.mesh.axes) == 2
     assert len(small_strain(box()).levels.coarse.mesh.axes) == 3
+
+
+@pytest.mark.parametrize(("width", "target", "known"), [(20, 15, 2.940256), (20, 8, 2.948483), (8, 8, 2.687388)])
+def test_the_rise_of_a_layer_that_would_be_larger(width, target, known):
+    """NGSolve 6.2, orders 4 and 3 on triangles, two meshes within 2e-6 (studies/common/ngsolve_rise.py): to 1e-5.
+
+    The volume of a stretch of 1e-4 is 1.0001 times three of it.
+    """
+    sizes = [f'elastomer.width="{width} mm"', f'target.width="{target} mm"', "elastomer.free_stretch=1.0001"]
+    sensor = load_sensor("biorob2018", [NEO_HOOKEAN, *sizes])
+    found = linear_layer(sensor, 1e-4).equilibrium(Wrench())
+    assert (found.pose.d_v / (2 * MM) - 1.0) / 1e-4 == pytest.approx(1.0001 * known, rel=2e-5)
+    assert found.pose.d_h == pytest.approx(0.0, abs=1e-12) and found.pose.alpha == pytest.approx(0.0, abs=1e-10)

@@ -6,6 +6,8 @@ corners allow (response.py, `between`), and through the converter in time (reado
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import xarray as xr
 
@@ -17,6 +19,7 @@ from sits_mech.readout.converter import converter
 from sits_mech.readout.front_end import front_end
 from sits_mech.readout.sampling.scan import scan
 from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.thermal import at_temperature, clock_factor
 
 _FINE = 8  # times between two solved ones, of what the converter is given
 
@@ -61,8 +64,9 @@ def _scanned(sensor: Sensor, data: xr.Dataset, rcount: int, seed: int | None) ->
     seen, reasons = at_terminals(sensor, absolute(sensor, known)[0])
     if seen is None:
         raise ValueError("; ".join(reasons))
-    part, C = converter(sensor.readout.converter), sensor.readout.parallel_capacitance
+    part, C = converter(sensor.readout.converter), at_temperature(sensor).readout.parallel_capacitance
     front = front_end(part, seen.L, seen.R, C, rcount=rcount)
+    front = replace(front, reference=clock_factor(sensor) * front.reference)
     time, load = data["time"].to_numpy(), np.stack([data[name].to_numpy() for name in WRENCH], axis=1)
     every = np.interp(np.arange(_FINE * (len(time) - 1) + 1) / _FINE, np.arange(len(time)), time)
     found = scan(front, C, every, between(time, load, seen.L)(every), seed=seed)
