@@ -111,7 +111,7 @@ def inductance(
 def simulate(
     scene: Scene, *, load: Load = Load(), way: Way = Way(), models: Models = Models(), temperature: Warmths = None,
     history: Annotated[Path | None, Parameter(help="CSV of loads over time: t [s], F_z [N], ...")] = None,
-    rcount: Annotated[int, Parameter(help="Of the converter in a history: more is slower and quieter.")] = 0xFFFF,
+    rcount: Annotated[int | None, Parameter(help="Of the converter in a history: more is slower; 65535.")] = None,
     output: Output = None, picture: Picture = None, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
     """What the sensor shows under a load, at one temperature or over a range: --picture draws that, by cause.
@@ -134,8 +134,8 @@ def simulate(
         if load != Load() or via or others or picture is not None:
             raise SceneError("--history: must be given without a load, --via, --picture or a range of temperatures")
         return in_time(sensor, history, models, rcount, output, as_json)
-    if output is not None:
-        raise SceneError("-o: must come with --history, whose folder it is; got no history")
+    if output is not None or rcount is not None:
+        raise SceneError(f"{'-o' if output is not None else '--rcount'}: must come with --history; got no history")
     if others:
         return over_temperature([sensor, *others], wrench, via, models, picture, as_json)
     if picture is not None:

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 
 def in_time(
-    sensor: Sensor, path: Path, models: Models, rcount: int, output: Path | None, as_json: bool
+    sensor: Sensor, path: Path, models: Models, rcount: int | None, output: Path | None, as_json: bool
 ) -> int:  # fmt: skip
     """Follow a history of loads, and the converter through it."""
-    from sits_mech.analysis.histories.codes import with_codes
+    from sits_mech.analysis.histories.codes import checked_count, with_codes
     from sits_mech.analysis.histories.read import read_history
     from sits_mech.analysis.histories.response import in_time as followed
     from sits_mech.quantities import SolveFailed
@@ -27,11 +27,11 @@ def in_time(
     from sits_mech.report.histories.folder import write_history
     from sits_mech.report.histories.shown import history_record, history_table
 
-    loads = read_history(path)
+    loads, count = read_history(path), checked_count(sensor, rcount)
     folder = None if output is None else prepare_folder(output, cases=False)
     try:
         with progress_bar("history [%]") as progress:
-            data = with_codes(sensor, followed(sensor, loads, **asdict(models), progress=progress), rcount=rcount)
+            data = with_codes(sensor, followed(sensor, loads, **asdict(models), progress=progress), rcount=count)
     except SolveFailed as error:
         return not_converged(error, as_json, True)
     answer(history_record(data), [history_table(data)], as_json)

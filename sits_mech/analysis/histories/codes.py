@@ -18,10 +18,28 @@ from sits_mech.quantities import WRENCH, Impedance, SolveReport
 from sits_mech.readout.converter import converter
 from sits_mech.readout.front_end import front_end
 from sits_mech.readout.sampling.scan import scan
-from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.scene.thermal import at_temperature, clock_factor
 
 _FINE = 8  # times between two solved ones, of what the converter is given
+
+
+def checked_count(sensor: Sensor, rcount: int | None) -> int:
+    """Return a reference count that the scene's converter can have, its greatest where none is asked for.
+
+    Raises
+    ------
+    SceneError
+        For another one, or one where there is no converter.
+    """
+    if sensor.readout.converter == "none":
+        if rcount is None:
+            return 0
+        raise SceneError(f'rcount: must be left out with readout.converter = "none"; got {rcount}')
+    low, high = converter(sensor.readout.converter).rcount
+    if rcount is not None and not low <= rcount <= high:
+        raise SceneError(f"rcount: must be from {low} to {high} for the {sensor.readout.converter}; got {rcount}")
+    return high if rcount is None else rcount
 
 
 def with_codes(sensor: Sensor, data: xr.Dataset, *, rcount: int = 0xFFFF, seed: int | None = 0) -> xr.Dataset:

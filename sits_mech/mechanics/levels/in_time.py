@@ -43,6 +43,7 @@ _GROWTH = 0.03  # of the tolerance: what a step may add to the error in time
 _LARGER, _SMALLER, _SAFE = 3.0, 0.2, 0.9  # of a step, from one to the next
 _ORDER = 3.0  # of what one step adds
 _UNSEEN = 0.25  # of the worst component's error that every component owns to, where two levels alone tell it
+_LEAST = 1e-6  # of the largest displacement: no error is called smaller, whatever meshes agree on near zero
 _ROUNDING = 1e-9  # of a step
 _LIMITS = ("buckled", "sideways", "turned")  # what two families of meshes say of a load is not the meshes' fault
 _SHORTEST = 1e-6  # of the time between two loads of the history
@@ -119,10 +120,9 @@ def _failed(line: Line, history: LoadHistory, end: _Ended) -> SolveFailed:
     state = end.last.state
     words = f"{reason_words(end.reason)} (at {end.time:.6g} s of {history.time[-1]:.6g} s)"
     report = SolveReport(
-        "", state.u.size, state.iterations, state.residual, 1.0, 0.0, f"history ended at {end.time:.6g} s",
-        min_J=state.min_J,
+        "", state.u.size, state.iterations, state.residual, 1.0, 0.0, "history ended", min_J=state.min_J,
     )  # fmt: skip
-    return SolveFailed(f"history: {words}", report)
+    return SolveFailed(words, report)
 
 
 def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress) -> tuple[Motion, bool]:
@@ -175,7 +175,8 @@ def _limits(levels: Levels, times: _Times, walks: list[_Walk]) -> _Limits:
     for rows, gap in zip(np.moveaxis(late / size, 1, 0), times.gap, strict=True):
         limit = extrapolated(list(rows), levels.sizes, order, pressed=pressed).times(early)
         values.append(limit.value)
-        errors.append(errors_of(limit.error + np.abs(gap * weight) / size, np.ones(len(weight)), share))
+        own = np.maximum(limit.error + np.abs(gap * weight) / size, _LEAST)
+        errors.append(errors_of(own, np.ones(len(weight)), share))
     unit = size / weight
     return _Limits(np.array(values) * unit, np.array(errors) * unit, float(np.max(errors)))
 

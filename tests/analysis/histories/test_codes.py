@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from sits_mech.analysis.histories.codes import with_codes
+from sits_mech.analysis.histories.codes import checked_count, with_codes
 from sits_mech.analysis.histories.response import in_time
 from sits_mech.mechanics.histories import LoadHistory
-from sits_mech.scene.sensor import load_sensor
+from sits_mech.scene.sensor import SceneError, load_sensor
 
 
 @pytest.fixture(scope="module")
@@ -57,3 +57,10 @@ def test_without_a_converter_the_reason_is_told(sensor, data):
     assert "no codes: the scene has no converter" in found.attrs["notes"]
     short = data.isel(time=slice(0, 2))
     assert "no codes" in with_codes(sensor, short.assign_coords(time=[0.0, 1e-3])).attrs["notes"]
+
+
+def test_reference_counts_of_the_part(sensor):
+    assert checked_count(sensor, None) == 0xFFFF
+    assert checked_count(sensor, 4096) == 4096
+    with pytest.raises(SceneError, match="rcount: must be from 9 to 65535 for the LDC1614; got 3"):
+        checked_count(sensor, 3)

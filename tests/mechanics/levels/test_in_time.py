@@ -99,4 +99,4 @@ def test_friction_without_rate_is_the_path_of_loads():
 def test_a_load_that_is_not_carried_ends_the_history():
     with pytest.raises(SolveFailed, match=r"at .* s of 2 s") as caught:
         planar_layer(sensor(prony=PRONY), 5e-2).in_time(history([0.0, 2.0], F_z=[0.0, -400.0]))
-    assert caught.value.report.status.startswith("history ended")
+    assert caught.value.report.status == "history ended"
