@@ -40,7 +40,7 @@ UNMIRRORED = {
     "chain/models.py": "tests/chain/test_plan.py: the models that it makes are the plan's",
     "chain/omissions.py": "tests/chain/test_plan.py: what is left out, and its size",
     **dict.fromkeys(
-        (f"cli/{name}.py" for name in ("console", "grids", "inform", "options", "products", "read", "solve", "timed")),
+        (f"cli/{name}.py" for name in ("console", "grids", "inform", "options", "products", "read", "solve")),
         "tests/cli/test_main.py: through the command line",
     ),
     "cli/written.py": "tests/analysis/test_bench.py: readings of invert, given and refused",

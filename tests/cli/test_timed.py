@@ -1,0 +1,71 @@
+"""simulate --history and cycle --full on the command line: what is written, what is refused."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from sits_mech.cli.main import run
+
+QUICK = ["--mechanics", "planar", "--magnetics", "planar", "--tolerance", "0.1"]
+MATERIAL = (
+    'elastomer.material={law = "neo-hookean", shear_modulus = "20 kPa", bulk_modulus = "20 MPa", '
+    'prony = [{weight = 0.3, time = "0.5 s"}]}'
+)
+Said = pytest.CaptureFixture[str]
+
+
+@pytest.fixture
+def press(tmp_path: Path) -> Path:
+    path = tmp_path / "press.csv"
+    path.write_text("t [s],F_z [N],F_x [N]\n0,0,0\n1,1,0\n2,1,0.2\n", encoding="utf-8")
+    return path
+
+
+def test_a_history_leaves_a_folder(press: Path, tmp_path: Path, capsys: Said) -> None:
+    """Every file, and one JSON object with the history's own rows."""
+    folder = tmp_path / "out"
+    words = ["simulate", "biorob2018", "--history", str(press), "--set", MATERIAL, *QUICK, "--rcount", "20000"]
+    assert run([*words, "-o", str(folder), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["time"] == [0.0, 1.0, 2.0]
+    assert found["pose"]["d_h"][2] > 0.0 == found["pose"]["d_h"][0]
+    assert len(found["code"]) > 100 and len(found["code"][0]) == 2
+    names = {path.name for path in folder.iterdir()}
+    assert {"history.nc", "history.csv", "codes.csv", "scene.toml"} <= names
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--fz", "1 N"], "--history: must be given without a load"),
+        (["--rcount", "3"], "rcount: must be from 9 to 65535 for the LDC1614; got 3"),
+        (["--temperature", "0 degC:40 degC:3"], "--history: must be given without a load"),
+        (["--mechanics", "planar", "--temperature", "900 degC"], "temperature: must be from"),
+    ],
+)
+def test_what_is_refused(press: Path, capsys: Said, words: list[str], said: str) -> None:
+    assert run(["simulate", "biorob2018", "--history", str(press), *words]) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+
+
+def test_what_needs_a_history(capsys: Said) -> None:
+    assert run(["simulate", "biorob2018", "--fz", "1 N", "-o", "x"]) == 2
+    assert "-o: must come with --history" in capsys.readouterr().err
+
+
+def test_a_load_that_is_not_carried(tmp_path: Path, capsys: Said) -> None:
+    path = tmp_path / "pull.csv"
+    path.write_text("t,F_z\n0,0\n1,-400\n", encoding="utf-8")
+    assert run(["simulate", "biorob2018", "--history", str(path), *QUICK]) == 3
+    assert "history ended" in capsys.readouterr().err
+
+
+def test_a_full_cycle_tells_the_difference(capsys: Said) -> None:
+    words = ["cycle", "biorob2018", "--fz", "0.5 N", "--full", "--cycles", "1", "--set", MATERIAL, *QUICK, "--json"]
+    assert run(words) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["cheap"]["difference_percent"]["d_v"] < 2.0
+    assert found["loop_L_v_percent"][0] == pytest.approx(found["cheap"]["loop_L_v_percent"][0], rel=0.05)
