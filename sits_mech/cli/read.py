@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from sits_mech.analysis.limits import Limits
     from sits_mech.quantities import Array
+    from sits_mech.readout.calibration import Calibration
     from sits_mech.scene.sensor import Sensor
 
 
@@ -123,10 +124,9 @@ def quality(
     from sits_mech.chain.temperature import has_slopes
     from sits_mech.cli.console import progress_bar
     from sits_mech.readout import quality as figures
-    from sits_mech.readout.drift import drift
     from sits_mech.report.folder import read_calibration
     from sits_mech.report.tables import quality as tables
-    from sits_mech.report.tables.drift import drift_record, drift_table
+    from sits_mech.report.tables.drift import drift_table
     from sits_mech.units import SceneError
     from sits_mech.units import quantity as written
 
@@ -147,8 +147,7 @@ def quality(
     record = tables.quality_record(found, data, scatter) | {"noise": sizes.tolist()}
     record |= {"limits": tables.limits_record(_limits(sensor, data, capacity))}
     if has_slopes(data):
-        slopes = coil_table(sensor, data)["slope_T_L_by"]
-        record["drift"] = drift_record(drift(cal, slopes), sensor.temperature)
+        record |= _drift(sensor, data, cal)
     if components:
         record["components"] = tables.components_record(resolved_components(sensor, data, sizes))
     more = [drift_table(record["drift"])] if "drift" in record else []
@@ -218,6 +217,20 @@ def _limits(sensor: Sensor, data: xr.Dataset, capacity: bool) -> Limits:
         return found
     with progress_bar("corner loads") as progress:
         return with_capacity(found, sensor, data, progress)
+
+
+def _drift(sensor: Sensor, data: xr.Dataset, cal: Calibration) -> dict[str, Any]:
+    """Return the drift of a calibrated sensor with temperature; nothing, and why, where readings have no inverse."""
+    from sits_mech.analysis.bench import coil_table
+    from sits_mech.readout.drift import drift
+    from sits_mech.report.tables.drift import drift_record
+
+    try:
+        found = drift(cal, coil_table(sensor, data)["slope_T_L_by"])
+    except ValueError as error:
+        warn(f"drift with temperature: {error}")
+        return {}
+    return {"drift": drift_record(found, sensor.temperature)}
 
 
 def _loop(sensor: Sensor, data: xr.Dataset, period: str) -> tuple[Array, Array]:

@@ -22,7 +22,7 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.quantities import Array
-from sits_mech.readout.calibration import Calibration
+from sits_mech.readout.calibration import Calibration, check_resolved
 from sits_mech.readout.inversion import OK
 
 _ROUNDING = 1e-12  # of the range of a component per kelvin: what symmetry forbids
@@ -62,6 +62,7 @@ def drift(cal: Calibration, slopes: xr.DataArray) -> Drift:
     ValueError
         When the components are not resolved, or the load nearest to none has no slopes or no inverse.
     """
+    check_resolved(cal)
     axes = [slopes[name].to_numpy() for name in cal.forces]
     values = slopes.transpose(*cal.forces, "thermal_cause", "coil").to_numpy()
     centre = tuple(int(np.argmin(np.abs(axis))) for axis in axes)

@@ -7,6 +7,7 @@ import xarray as xr
 from sits_mech.analysis.bench import codes_of, sensor_front_end, terminals
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.gradient import gradient
+from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.simulate import simulate
 from sits_mech.chain.temperature import CHAINED, at_other_temperature, relative_slopes
 from sits_mech.quantities import Wrench
@@ -49,6 +50,21 @@ def test_the_whole_derivative_is_that_of_differences(celsius: int) -> None:
     np.testing.assert_allclose(by_cause.sum(axis=1), L, rtol=0.0, atol=1e-4 * np.abs(by_cause).max())
     pose = slope(lambda one: one.equilibrium.pose.components)
     np.testing.assert_allclose(found.pose.sum(axis=1)[:3], pose[:3], rtol=1e-4, atol=1e-4 * abs(pose[1]))
+
+
+@pytest.mark.parametrize("mechanics", ["linear", "block"])
+def test_the_pose_goes_as_answers_made_anew(mechanics: str) -> None:
+    """Other mechanics, by all causes at 40 degC, over 10 and 20 K to both sides: to 1e-3 of the largest component."""
+    here = sensor('temperature="40 degC"')
+    models = {"mechanics": mechanics, "magnetics": "planar", "tolerance": 0.1}
+    found = gradient(here, LOAD, CHAINED, **models).pose.sum(axis=1)[:3]
+    each = {}
+    for way in (-2, -1, 1, 2):
+        there = here.model_copy(update={"temperature": here.temperature + 10.0 * way})
+        each[way] = mechanical_model(there, mechanics, 0.1, [LOAD])[0].equilibrium(LOAD).pose.components[:3]
+    expected = (8.0 * (each[1] - each[-1]) - (each[2] - each[-2])) / 120.0
+    lever = np.array([1.0, 1.0, 4e-3])
+    np.testing.assert_allclose(lever * found, lever * expected, rtol=0.0, atol=1e-3 * np.abs(lever * expected).max())
 
 
 def test_causes_of_a_table_sum_to_the_whole(data: xr.Dataset) -> None:
