@@ -9,6 +9,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import secrets
 import shutil
 import stat
 import sys
@@ -246,9 +247,9 @@ def replaced(path: Path) -> Iterator[Path]:
         place = None if is_open_end(path) else Path(os.path.realpath(path))
         if place is not None and place.is_symlink():
             raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
-        handle, name = tempfile.mkstemp(dir=place and place.parent, prefix=f".{path.name}.", suffix=path.suffix)
-        os.close(handle)
-        other = Path(name)
+        folder = Path(tempfile.gettempdir()) if place is None else place.parent
+        other = folder / f".{path.name}.{secrets.token_hex(6)}{path.suffix}"  # known before it is there: see `finally`
+        os.close(os.open(other, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600))
         yield other
         if place is None:
             _pour(other, path)
