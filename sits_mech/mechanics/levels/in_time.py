@@ -175,7 +175,7 @@ def _limits(levels: Levels, times: _Times, walks: list[_Walk]) -> _Limits:
     for rows, gap in zip(np.moveaxis(late / size, 1, 0), times.gap, strict=True):
         limit = extrapolated(list(rows), levels.sizes, order, pressed=pressed).times(early)
         values.append(limit.value)
-        own = np.maximum(limit.error + np.abs(gap * weight) / size, _LEAST)
+        own = np.maximum(limit.error + np.abs(gap * weight) / size, _LEAST if np.any(rows) else 0.0)
         errors.append(errors_of(own, np.ones(len(weight)), share))
     unit = size / weight
     return _Limits(np.array(values) * unit, np.array(errors) * unit, float(np.max(errors)))
