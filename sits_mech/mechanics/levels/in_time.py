@@ -26,12 +26,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.faces.face_contact import face_contact, face_notes, faces_press
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.answer import aim, errors_of, largest_stretch, law_notes
 from sits_mech.mechanics.levels.family import FEWEST, Levels, extrapolated
 from sits_mech.mechanics.levels.retry import Line
-from sits_mech.mechanics.rest.body import Bonded
+from sits_mech.mechanics.rest.body import Bonded, State
 from sits_mech.mechanics.rest.control import under
 from sits_mech.mechanics.rest.increments import rough
 from sits_mech.mechanics.rest.linearisation import Held
@@ -50,10 +51,10 @@ _SHORTEST = 1e-6  # of the time between two loads of the history
 
 
 class _Walk(NamedTuple):
-    """Where a target was at each time, shape (m, k), the last moment, steps, the least J, the largest stretch."""
+    """Where a target was at each time, shape (m, k), its farthest state, steps, the least J, the largest stretch."""
 
     q: Array
-    last: Moment
+    far: State
     iterations: int
     min_J: float
     stretch: float
@@ -97,7 +98,7 @@ def motion_in_time(line: Line, history: LoadHistory, tell: Progress = untold) ->
     Raises
     ------
     SolveFailed
-        Where no family of meshes gets to the end of the history; ``report.status`` says when it ended.
+        Where no family of meshes gets to the end of the history; the message says when it ended.
     """
     ended: list[_Ended] = []
     numbers = list(range(len(line)))
@@ -190,10 +191,16 @@ def _motion(
     pose[:, 1] += scales.standoff + scales.thickness
     body, sensor = levels.fine, line.sensor
     plate = sensor.target.thickness / scales.thickness if sensor.target is not None else 0.0
-    state = walks[1].last.state
-    notes = [*face_notes(body.faces, body.mesh, body.parts, state.u, state.q, plate), *law_notes(sensor, last.stretch)]
+    state = walks[1].far
+    beneath = ground_notes(sensor, scales.pose(state.q))
+    if beneath:  # the true target is held there: the error is the whole displacement
+        error = np.maximum(error, np.abs(pose - scales.pose(np.zeros(k)).components))
+    faces = face_notes(body.faces, body.mesh, body.parts, state.u, state.q, plate)
+    notes = [*beneath, *faces, *law_notes(sensor, last.stretch)]
     late = float(np.max(np.abs(times.gap * body.levers)) / max(np.max(np.abs(last.q * body.levers)), 1e-300))
     notes.append(f"history: {len(times.time)} times on {len(walks)} meshes; steps of time are worth {late:.1g}")
+    if found.relative > line.asked:
+        notes.append(f"estimated error {found.relative:.2g}: the tolerance {line.asked:g} is missed")
     report = SolveReport(
         "", len(levels.maker(len(walks) - 1).free) + body.components, sum(walk.iterations for walk in walks),
         state.residual, found.relative, 0.0, notes=(*notes, *([large] if large else [])),
@@ -210,6 +217,7 @@ class _Recorder:
     def __init__(self, body: Bonded) -> None:
         self.body, self.now = body, begun(body)
         self.q: list[Array] = []
+        self.far = self.now.state
         self.iterations, self.min_J, self.stretch = 0, np.inf, 1.0
         self.touches = self.pressed = False
 
@@ -217,6 +225,7 @@ class _Recorder:
         """Take a moment as the present one."""
         self.now, self.iterations, state = moment, self.iterations + iterations, moment.state
         self.q.append(state.q)
+        self.far = max(self.far, state, key=lambda each: self.body.length(each.q))
         self.min_J = min(self.min_J, state.min_J)
         self.stretch = max(self.stretch, largest_stretch(self.body, state.u))
         body = self.body
@@ -227,7 +236,7 @@ class _Recorder:
     def walk(self) -> _Walk:
         """All of it."""
         return _Walk(
-            np.array(self.q), self.now, self.iterations, self.min_J, self.stretch, self.touches, self.pressed
+            np.array(self.q), self.far, self.iterations, self.min_J, self.stretch, self.touches, self.pressed
         )  # fmt: skip
 
 
