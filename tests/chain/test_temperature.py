@@ -52,7 +52,7 @@ def test_the_whole_derivative_is_that_of_differences(celsius: int) -> None:
     np.testing.assert_allclose(found.pose.sum(axis=1)[:3], pose[:3], rtol=1e-4, atol=1e-4 * abs(pose[1]))
 
 
-@pytest.mark.parametrize("mechanics", ["linear", "block"])
+@pytest.mark.parametrize("mechanics", ["linear", pytest.param("block", marks=pytest.mark.slow)])
 def test_the_pose_goes_as_answers_made_anew(mechanics: str) -> None:
     """Other mechanics, by all causes at 40 degC, over 10 and 20 K to both sides: to 1e-3 of the largest component."""
     here = sensor('temperature="40 degC"')

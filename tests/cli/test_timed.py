@@ -7,7 +7,7 @@ import pytest
 
 from sits_mech.cli.main import run
 
-QUICK = ["--mechanics", "planar", "--magnetics", "planar", "--tolerance", "0.1"]
+QUICK = ["--mechanics", "linear", "--magnetics", "planar", "--tolerance", "0.1"]
 MATERIAL = (
     'elastomer.material={law = "neo-hookean", shear_modulus = "20 kPa", bulk_modulus = "20 MPa", '
     'prony = [{weight = 0.3, time = "0.5 s"}]}'
@@ -59,7 +59,8 @@ def test_what_needs_a_history(capsys: Said) -> None:
 def test_a_load_that_is_not_carried(tmp_path: Path, capsys: Said) -> None:
     path = tmp_path / "pull.csv"
     path.write_text("t,F_z\n0,0\n1,-400\n", encoding="utf-8")
-    assert run(["simulate", "biorob2018", "--history", str(path), *QUICK]) == 3
+    planar = ["--mechanics", "planar", *QUICK[2:]]
+    assert run(["simulate", "biorob2018", "--history", str(path), *planar]) == 3
     assert "history ended" in capsys.readouterr().err
 
 

@@ -68,7 +68,7 @@ def in_time(
     """
     check_frequency(sensor.coils, sensor.frequency)  # before the layer is solved
     field, by_field = loaded_model(sensor, magnetics, tolerance, history.loads)
-    layer, by_layer = _layer(sensor, mechanics, tolerance, history)
+    layer, by_layer = taken_layer(sensor, mechanics, tolerance, history)
     divided, own = history.divided(PARTS)
     motion = _with_symmetry(sensor, motion_of(sensor, layer, divided, progress))
     check_clearance(sensor, motion.pose)
@@ -91,10 +91,10 @@ def in_time(
     )  # fmt: skip
 
 
-def _layer(
+def taken_layer(
     sensor: Sensor, mechanics: str, tolerance: float, history: LoadHistory
 ) -> tuple[MechanicalModel, Choice]:  # fmt: skip
-    """The mechanical model: a small load takes a smaller one, but for softening, which takes one at finite strain."""
+    """Return the mechanical model: small loads take a smaller one, but for softening, which takes one at finite strain."""
     found = mechanical_model(sensor, mechanics, tolerance, history.loads)
     softens = sensor.elastomer is not None and sensor.elastomer.silicone.mullins is not None
     if mechanics != "auto" or not softens or isinstance(found[0], TimedModel):

@@ -61,7 +61,7 @@ def test_a_load_that_leaves_the_plane_later_moves_the_whole_pad():
     """Pressed first, then along y, in space: a box as long as wide answers as it does along x."""
     own = sensor({"width": 12e-3, "length": 12e-3, "thickness": 4e-3}, prony=PRONY)
     along, across = (
-        block_pad(own, 5e-2).in_time(history([0.0, 1.0, 2.0], F_z=[0.0, 1.0, 1.0], **{name: [0.0, 0.0, 0.2]}))
+        block_pad(own, 5e-2).in_time(history([0.0, 1.0], F_z=[1.0, 1.0], **{name: [0.0, 0.2]}))
         for name in ("F_x", "F_y")
     )
     assert across.pose.d_y[-1] == pytest.approx(along.pose.d_h[-1], rel=1e-4)
