@@ -25,7 +25,11 @@ def slope(sensor: Sensor, name: str, pose: Pose, tolerance: float = 1e-3) -> np.
 
 @pytest.mark.parametrize(
     ("name", "hertz", "within", "tolerance"),
-    [("planar", 5e3, 3e-4, 1e-3), ("planar", 5e6, 1e-2, 1e-3), pytest.param("sheets", 5e3, 3e-2, 3e-2, marks=pytest.mark.slow)],
+    [
+        ("planar", 5e3, 3e-4, 1e-3),
+        ("planar", 5e6, 1e-2, 1e-3),
+        pytest.param("sheets", 5e3, 3e-2, 3e-2, marks=pytest.mark.slow),
+    ],
 )
 def test_what_metal_conducts_against_differences(name: str, hertz: float, within: float, tolerance: float) -> None:
     """By frequency alone, against answers for plates 4 and 8 K warmer and colder, divided anew by their skin."""

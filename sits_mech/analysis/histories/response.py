@@ -94,7 +94,7 @@ def in_time(
 def taken_layer(
     sensor: Sensor, mechanics: str, tolerance: float, history: LoadHistory
 ) -> tuple[MechanicalModel, Choice]:  # fmt: skip
-    """Return the mechanical model: small loads take a smaller one, but for softening, which takes one at finite strain."""
+    """Return the mechanical model: small loads take a smaller one; softening takes one at finite strain."""
     found = mechanical_model(sensor, mechanics, tolerance, history.loads)
     softens = sensor.elastomer is not None and sensor.elastomer.silicone.mullins is not None
     if mechanics != "auto" or not softens or isinstance(found[0], TimedModel):
