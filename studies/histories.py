@@ -32,6 +32,7 @@ from sits_mech.scene.sensor import Sensor, load_sensor
 PEAK = Wrench(F_z=2.0)
 PERIODS = (0.1, 2.0, 60.0)  # [s]
 SAMPLES = 100  # of a leg that is drawn
+STEP = 1e-3  # in which a load comes at once [s]
 
 
 def legs(period: float, cycles: int = 2) -> Programme:
@@ -62,13 +63,14 @@ def draw_loops(found: dict[float, tuple[xr.Dataset, xr.Dataset]], path: Path) ->
 
 
 def draw_creep(found: dict[float, xr.Dataset], path: Path) -> None:
-    """Write what L_v does after steps of load, over its change at once."""
+    """Write what L_v does after steps of load."""
     with new_figure(height=0.7) as (figure, (axes,)):
         for stroke, (force, data) in zip(strokes(len(found)), found.items(), strict=True):
             signal, after = data["L_v_percent"].to_numpy(), data["time"].to_numpy()
-            axes.plot(after[1:], signal[1:] - signal[0], **stroke, label=f"{force:g} N")
+            late = after >= STEP
+            axes.plot(after[late], signal[late] - signal[0], **stroke, label=f"{force:g} N")
         axes.set(xscale="log", xlabel="time after the step [s]", ylabel="change of $(L_1 + L_2)\\,/\\,L_0$ [%]")
-        axes.legend()
+        axes.legend(loc="lower left")
         save_figure(figure, path)
 
 
@@ -117,7 +119,7 @@ def main() -> None:
         found[period] = load_cycle(sensor, PEAK, way, points=9, **models), full_cycle(sensor, PEAK, way, **models)
     draw_loops(found, output / "loops.png")
     print(write_rows([{"period_s": p} | difference(*pair) for p, pair in found.items()], output / "cheap_rung.csv"))
-    steps = {force: in_time(sensor, history([0.0, 1e-3, 300.0], F_z=[0.0, force, force]), **models)
+    steps = {force: in_time(sensor, history([0.0, STEP, 300.0], F_z=[0.0, force, force]), **models)
              for force in ((1.0,) if coarse else (0.5, 1.0, 2.0))}  # fmt: skip
     draw_creep(steps, output / "creep.png")
     shear = {"F_z": [0.0, 2.0, 2.0, 1.0, 0.0, 0.0], "F_x": [0.0, 0.0, 0.4, 0.4, 0.0, 0.0]}
