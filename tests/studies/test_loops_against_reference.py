@@ -19,7 +19,8 @@ def test_stored_histories_are_those_of_the_cases():
         assert list(one.changes) == pad.changes and one.lever == pytest.approx(0.5e-3 * pad.target[0])
         assert one.time == pytest.approx(path.times(), abs=1e-9)
         assert one.load == pytest.approx(wrenches(pad, path, path.times())[:, :2], rel=1e-8, abs=1e-12)
-        assert one.moved.shape == (one.time.size, 3) and 0.0 < one.error < 3e-3
+        most = 6e-3 if name.startswith("5 x 5") else 3e-3  # of the box there are two meshes alone
+        assert one.moved.shape == (one.time.size, 3) and 0.0 < one.error < most
 
 
 def test_times_meet_the_corners_and_steps_are_divided():
