@@ -191,7 +191,7 @@ def omissions(
     found += _ends(sensor, mechanics)
     silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
     if loads and silicone is not None and (silicone.prony or silicone.mullins):
-        reason = "slow load on virgin material; ask for cycle"
+        reason = "slow load on virgin material; ask for simulate --history, or cycle"
         size = history_share(silicone)
         found.append(Omission("rate and history of the silicone", reason, size, half="mechanics", asked=False))
     if loads and symmetry_of(sensor).mirrored and not any(load.F_x or load.M or load.beside for load in loads):

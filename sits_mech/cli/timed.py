@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -22,10 +23,12 @@ def in_time(
     from sits_mech.analysis.histories.codes import checked_count, with_codes
     from sits_mech.analysis.histories.read import read_history
     from sits_mech.analysis.histories.response import in_time as followed
+    from sits_mech.chain.omissions import omissions
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.folder import prepare_folder
     from sits_mech.report.histories.folder import write_history
     from sits_mech.report.histories.shown import history_record, history_table
+    from sits_mech.report.tables.plan import left_out_tables
 
     loads, count = read_history(path), checked_count(sensor, rcount)
     folder = None if output is None else prepare_folder(output, cases=False)
@@ -34,7 +37,9 @@ def in_time(
             data = with_codes(sensor, followed(sensor, loads, **asdict(models), progress=progress), rcount=count)
     except SolveFailed as error:
         return not_converged(error, as_json, True)
-    answer(history_record(data), [history_table(data)], as_json)
+    names = json.loads(data.attrs["request"])
+    unsolved = [item for item in omissions(sensor, loads.loads, names["mechanics"], names["magnetics"]) if item.asked]
+    answer(history_record(data, unsolved), [history_table(data), *left_out_tables(unsolved)], as_json)
     if folder is not None:
         for line in write_history(sensor, data, folder):
             warn(line)

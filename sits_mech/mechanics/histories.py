@@ -22,8 +22,10 @@ from numpy.typing import NDArray
 
 from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor
-from sits_mech.silicone.history import relaxed_share
+from sits_mech.silicone.history import relaxed_share, retardation
 
+_EARLY, _LATE = 0.1, 10.0  # of the shortest and longest times of a creep: before and after nothing moves
+_A_DECADE = 8  # times of a decade
 Progress = Callable[[int, int], None]
 """Is told how many parts of a work are done, of how many."""
 
@@ -146,7 +148,10 @@ def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) ->
     silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
     if silicone is not None and silicone.mullins is not None:
         raise SceneError("history: softening (mullins) needs a model at finite strain, planar or block")
-    began, crept = clock.perf_counter(), history.wrench
+    began, given = clock.perf_counter(), np.ones(history.time.size, dtype=bool)
+    if silicone is not None and silicone.prony:
+        history, given = _as_it_creeps(history, retardation(silicone.prony)[1])
+    crept = history.wrench
     if silicone is not None and silicone.prony:
         crept = np.stack([relaxed_share(silicone, history.time, part) for part in history.wrench.T], axis=1)
     found = [layer.equilibrium(Wrench(*row)) for row in crept.tolist()]
@@ -157,7 +162,20 @@ def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) ->
         max(each.report.estimated_error for each in found), clock.perf_counter() - began,
         notes=(*last.notes, "rate: the pad remembers as a whole, component by component"),
     )  # fmt: skip
-    return Motion(history.time, np.ones(history.time.size, dtype=bool), history.wrench, pose, error, report)
+    return Motion(history.time, given, history.wrench, pose, error, report)
+
+
+def _as_it_creeps(history: LoadHistory, times: Array) -> tuple[LoadHistory, NDArray[np.bool_]]:
+    """A history with times between its own where a pad that retards in some times still moves; which are its own."""
+    spans = np.diff(history.time)
+    between = []
+    for begin, span in zip(history.time, spans, strict=False):
+        first, last = _EARLY * float(times.min()), min(float(span), _LATE * float(times.max()))
+        count = int(np.ceil(_A_DECADE * np.log10(last / first))) if last > first else 0
+        between.append(begin + np.geomspace(first, max(last, first), count, endpoint=False))
+    every = np.unique(np.concatenate([history.time, *between]))
+    wrench = np.stack([np.interp(every, history.time, part) for part in history.wrench.T], axis=1)
+    return LoadHistory(every, wrench), np.isin(every, history.time)
 
 
 def _stacked(poses: Sequence[Pose]) -> Pose:

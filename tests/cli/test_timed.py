@@ -65,8 +65,10 @@ def test_a_load_that_is_not_carried(tmp_path: Path, capsys: Said) -> None:
 
 
 def test_a_full_cycle_tells_the_difference(capsys: Said) -> None:
-    words = ["cycle", "biorob2018", "--fz", "0.5 N", "--full", "--cycles", "1", "--set", MATERIAL, *QUICK, "--json"]
-    assert run(words) == 0
+    words = ["cycle", "biorob2018", "--fz", "0.5 N", "--full", "--cycles", "1", "--set", MATERIAL, "--json"]
+    assert run([*words, *QUICK]) == 2
+    assert "must be auto, block or planar to follow every point; got linear" in capsys.readouterr().err
+    assert run([*words, "--mechanics", "planar", *QUICK[2:]]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["cheap"]["difference_percent"]["d_v"] < 2.0
     assert found["loop_L_v_percent"][0] == pytest.approx(found["cheap"]["loop_L_v_percent"][0], rel=0.05)

@@ -48,7 +48,7 @@ def full_cycle(
     loads = programme.share[corners, None] * peak.components
     data = in_time(
         sensor, LoadHistory(programme.time[corners], loads), tolerance=tolerance, mechanics=mechanics,
-        magnetics=magnetics, progress=progress,
+        magnetics=magnetics, progress=progress, points=True,
     )  # fmt: skip
     found, solved = {}, data["time"].to_numpy()
     load = np.stack([data[name].to_numpy() for name in WRENCH], axis=1)

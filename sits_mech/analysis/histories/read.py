@@ -44,10 +44,15 @@ def read_history(path: str | Path) -> LoadHistory:
     number, separator, columns = column_heading(lines, _TIMES)
     if number < 0:
         raise SceneError(f"{path}: must have a column t, such as t [s], and one for each force; got none")
+    names = lines[number].split(separator)
+    allowed = {*_TIMES, *(name.lower() for name in WRENCH)}
+    strange = sorted(set(columns) - allowed)
+    if strange or len(columns) < len(names) or all(name in columns for name in _TIMES):
+        what = f"{strange[0]!r}" if strange else ", ".join(name.strip() for name in names)
+        raise SceneError(f"{path}: columns must be t and some of {', '.join(WRENCH)}, each once; got {what}")
     known = [name for name in WRENCH if name.lower() in columns]
     if not known:
-        every = ", ".join(columns)
-        raise SceneError(f"{path}: must have a column of a force, such as F_z [N], of {', '.join(WRENCH)}; got {every}")
+        raise SceneError(f"{path}: must have a column of a force, such as F_z [N], of {', '.join(WRENCH)}; got none")
     rows = _rows(lines[number + 1 :], separator, len(lines[number].split(separator)), str(path))
     time = column_values(rows, columns, next(name for name in _TIMES if name in columns), "s", str(path))
     still = np.flatnonzero(np.diff(time) <= 0.0)

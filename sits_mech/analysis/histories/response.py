@@ -26,7 +26,7 @@ from sits_mech.geometry.waves import check_frequency
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, TimedModel, motion_of, untold
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, Pose, Wrench, as_jsonable
-from sits_mech.scene.sensor import Sensor, scene_hash, scene_text
+from sits_mech.scene.sensor import SceneError, Sensor, scene_hash, scene_text
 from sits_mech.version import __version__
 
 PARTS = 8
@@ -36,7 +36,7 @@ _CORNER = 0.5  # of a load's rate: a jump by more is a corner
 
 def in_time(
     sensor: Sensor, history: LoadHistory, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto",
-    progress: Progress = untold,
+    progress: Progress = untold, points: bool = False,
 ) -> xr.Dataset:  # fmt: skip
     """Return poses, inductances and signals under a history of loads.
 
@@ -50,6 +50,8 @@ def in_time(
         As for `simulate`; the error of a pose is over the largest displacement of the history.
     progress : callable
         Is told how far the layer has been followed.
+    points : bool
+        Whether only a model will do that remembers at every point of the layer.
 
     Returns
     -------
@@ -68,7 +70,7 @@ def in_time(
     """
     check_frequency(sensor.coils, sensor.frequency)  # before the layer is solved
     field, by_field = loaded_model(sensor, magnetics, tolerance, history.loads)
-    layer, by_layer = taken_layer(sensor, mechanics, tolerance, history)
+    layer, by_layer = taken_layer(sensor, mechanics, tolerance, history, points=points)
     divided, own = history.divided(PARTS)
     motion = _with_symmetry(sensor, motion_of(sensor, layer, divided, progress))
     check_clearance(sensor, motion.pose)
@@ -83,7 +85,7 @@ def in_time(
     names = [coil.name for coil in sensor.coils]
     data = xr.Dataset(columns, coords={"time": motion.time, "coil": names, "coil_2": names})
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}
-    notes = dict.fromkeys((*motion.report.notes, *found.report.notes, *by_field.notes))
+    notes = dict.fromkeys((*_unknown(sensor), *motion.report.notes, *found.report.notes, *by_field.notes))
     return data.assign(L0=(("coil", "coil_2"), found.L0)).assign_attrs(
         scene=scene_text(sensor), scene_hash=scene_hash(sensor), version=__version__, name=sensor.name,
         request=json.dumps(request), notes="; ".join(notes), frequency=sensor.frequency, unit_L=found.unit_L,
@@ -92,14 +94,32 @@ def in_time(
 
 
 def taken_layer(
-    sensor: Sensor, mechanics: str, tolerance: float, history: LoadHistory
+    sensor: Sensor, mechanics: str, tolerance: float, history: LoadHistory, *, points: bool = False
 ) -> tuple[MechanicalModel, Choice]:  # fmt: skip
-    """Return the mechanical model: small loads take a smaller one; softening takes one at finite strain."""
+    """Return the mechanical model: small loads take a smaller one; softening takes one at finite strain.
+
+    Raises
+    ------
+    SceneError
+        When a model is named that does not remember at every point, where `points` asks for one that does.
+    """
     found = mechanical_model(sensor, mechanics, tolerance, history.loads)
     softens = sensor.elastomer is not None and sensor.elastomer.silicone.mullins is not None
-    if mechanics != "auto" or not softens or isinstance(found[0], TimedModel):
+    if isinstance(found[0], TimedModel) or not (points or softens):
         return found
-    return mechanical_model(sensor, "block", tolerance, history.loads)
+    if mechanics == "auto":
+        return mechanical_model(sensor, "block", tolerance, history.loads)
+    if points:
+        raise SceneError(f"mechanics: must be auto, block or planar to follow every point; got {mechanics}")
+    return found
+
+
+def _unknown(sensor: Sensor) -> tuple[str, ...]:
+    """Say that a silicone of which nothing is known over time answers as it does to slow load."""
+    silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
+    if silicone is None or silicone.prony or silicone.mullins is not None:
+        return ()
+    return ("the silicone has neither prony nor mullins: its rate and softening are unknown, and left out",)
 
 
 def _with_symmetry(sensor: Sensor, motion: Motion) -> Motion:

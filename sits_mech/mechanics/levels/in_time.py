@@ -110,6 +110,7 @@ def motion_in_time(line: Line, history: LoadHistory, tell: Progress = untold) ->
             ended.append(end)
             continue
         if number >= line.free or not touches or line.free == len(line):
+            tell(100, 100)
             return motion
         twin = line.twins[number]
         numbers = list(range(line.free if twin is None else twin, len(line)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,7 @@ import numpy as np
 import xarray as xr
 from rich.table import Table
 
+from sits_mech.chain.omissions import Omission
 from sits_mech.quantities import POSE, UNITS, WRENCH, shown_unit
 from sits_mech.readout.signals import told
 from sits_mech.report.pictures.curves import new_figure, signal_label, strokes
@@ -56,7 +58,7 @@ def history_table(data: xr.Dataset) -> Table:
     return found
 
 
-def history_record(data: xr.Dataset) -> dict[str, Any]:
+def history_record(data: xr.Dataset, left_out: Sequence[Omission] = ()) -> dict[str, Any]:
     """Return a history for a program: lists over the history's own times, SI, with the request and the report."""
     own = data.isel(time=np.flatnonzero(data["given"].to_numpy()))
     coils = np.diagonal(own["L"].transpose("time", "coil", "coil_2").to_numpy(), axis1=1, axis2=2)
@@ -71,7 +73,7 @@ def history_record(data: xr.Dataset) -> dict[str, Any]:
         "unit_L": data.attrs["unit_L"],
         **({name: data[name].to_numpy() for name in _CODES if name in data}),
         "notes": [data.attrs["notes"]] if data.attrs["notes"] else [],
-        "report": json.loads(data.attrs["report"]),
+        "report": json.loads(data.attrs["report"]) | {"left_out": [item.text for item in left_out]},
     }
 
 
