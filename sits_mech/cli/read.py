@@ -26,7 +26,7 @@ def invert(
     reading: Annotated[tuple[str, ...], Parameter(negative="", help='Of a coil by its name: "C1=91.2 %".')] = (),
     code: Annotated[tuple[str, ...], Parameter(negative="", help="The converter's: C1=38900874.")] = (),
     clock: Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's greatest.")] = None,
-    temperature: Annotated[Quantity | None, Parameter(help="Of the sensor, measured; solves it there, seconds.")] = None,
+    temperature: Annotated[Quantity | None, Parameter(help="Of the sensor, measured; takes some seconds.")] = None,
     as_json: Json = False,
     **inductances: Annotated[Quantity, Parameter(help="--l1, --l2, ...: of each coil by its number.")],
 ) -> int:  # fmt: skip

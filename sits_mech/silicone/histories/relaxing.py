@@ -16,8 +16,9 @@ the test can see: a third of the ramp, or a sample, and the hold. Fits with a br
 time, do not count.
 
 Slow load is *identified* where the hold lasts at least three times the longest branch; if not, what relaxes later stays
-in c. Nor is it where stress over the law's rises from its least to the end of the hold by more than 2 %, and than noise
-makes it: no weights >= 0 do that; a load cell that drifts, a specimen that warms or cures does. Confidence: 95 % half-widths as in fitting.py.
+in c. Nor is it where the stress over that of the law rises from its least to the end of the hold by more than 2 %, and
+more than noise makes it: no weights above zero do that; a load cell that drifts, a specimen that warms or cures does.
+Confidence: 95 % half-widths as in fitting.py.
 
 Source: C. L. Lawson, R. J. Hanson, Solving Least Squares Problems (1974); G. H. Golub, V. Pereyra, SIAM J. Numer. Anal.
 10 (1973) 413; G. Schwarz, Ann. Stat. 6 (1978) 461; R. E. Kass, A. E. Raftery, J. Am. Stat. Assoc. 90
@@ -66,7 +67,7 @@ class Relaxation:
     factor : float or None
         Slow stress over that of the law [-]; None where the test was fitted without a law.
     slow_identified : bool
-        Whether the test is long enough to show slow load.
+        Whether the test is long enough to show slow load, and its stress does not rise.
     range : tuple of float
         Shortest and longest relaxation time that the test can see [s].
     strain : float
