@@ -11,27 +11,41 @@ one: with 1/((2 pi f)^2 C) taken at 20 degC,
     d ln L_read = d ln L + d ln C + 2 d ln f_clock,
 
 and so stand in ``slope_T_L_by``, not in ``slope_T_L``. `at_other_temperature` moves a table along its slopes: a
-calibration at a temperature is a calibration. Neglected there: second derivatives (the resistivity's share is some
-a dT of what it changes) and slopes of mutual inductances.
+calibration at a temperature is a calibration. Straight lines leave a remainder, second derivatives (a gap that closes
+over 40 K, a dT of what resistivity changes): `read_at` solves the sensor itself at the load found F_k and T, and
+
+    F_k+1 = inverse(L_table + slope dT + r_k, reading),    r_k = L_read(F_k, T) - (L_table + slope dT)(F_k),
+
+three solves at most, each of which leaves of an error the share that slopes by force are off by. What the last one
+changed is the error. Neglected: slopes of mutual inductances, and of tables per metre the growth of a coil's own L0
+with its board (no change of shape), by which henries and codes grow but not shares of free space.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
 
 from sits_mech.chain.fixed_pose import at_fixed_poses
 from sits_mech.chain.gradient import Moved, columns_of, gradient, shown_change
+from sits_mech.chain.simulate import simulate
 from sits_mech.mechanics.loads import slopes_of
-from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose, Wrench
+from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose, SolveFailed, Wrench
+from sits_mech.readout.calibration import OK, Calibration, calibration
+from sits_mech.readout.inversion import Inverse
+from sits_mech.readout.loads import load_words, varied, wrench_of
 from sits_mech.scene.parameters import TEMPERATURE, Parameter
 from sits_mech.scene.sensor import REFERENCE, SceneError, Sensor
-from sits_mech.scene.thermal import CAUSES, celsius, check_temperature, clock_factor
+from sits_mech.scene.thermal import CAUSES, at_temperature, celsius, check_temperature, clock_factor
 
 CHAINED = tuple(TEMPERATURE + cause for cause in CAUSES if cause not in ("capacitor", "clock"))
 """Parameters of the causes that change inductances."""
+_SOLVES = 3  # of a reading at another temperature
+_SETTLED = 0.1  # of a force's errors by map and table: what less changes is not solved again
 
 
 def slopes_by_temperature(
@@ -124,8 +138,74 @@ def at_other_temperature(sensor: Sensor, data: xr.Dataset, temperature: float) -
         raise SceneError(f"temperature: must be {celsius(sensor.temperature)}, that of the calibration, which was made "
                          f"without --drift; got {celsius(temperature)}")  # fmt: skip
     check_temperature(sensor, temperature)
-    n = len(sensor.coils)
-    step = data["slope_T_L_by"].sum("thermal_cause") * dT
-    same = xr.DataArray(np.eye(n), dims=("coil", "coil_2"), coords={"coil": data["coil"], "coil_2": data["coil_2"]})
-    L = data["L"] + step * same
-    return data.assign(L=L.transpose(*data["L"].dims))
+    return _shifted(data, data["slope_T_L_by"].sum("thermal_cause") * dT)
+
+
+def _shifted(data: xr.Dataset, step: xr.DataArray) -> xr.Dataset:
+    """Return a table with another inductance of each coil itself."""
+    same = xr.DataArray(np.eye(data.sizes["coil"]), dims=("coil", "coil_2"),
+                        coords={name: data[name] for name in ("coil", "coil_2")})  # fmt: skip
+    return data.assign(L=(data["L"] + step * same).transpose(*data["L"].dims))
+
+
+def read_at(
+    sensor: Sensor, data: xr.Dataset, temperature: float, inverse: Callable[[xr.Dataset], Inverse]
+) -> tuple[xr.Dataset, Array]:
+    """Return a table at another temperature, exact near the load that a reading shows, and what is left of the force.
+
+    Parameters
+    ----------
+    sensor, data, temperature
+        As of `at_other_temperature`.
+    inverse : callable
+        Of a table, the forces of the one reading.
+
+    Returns
+    -------
+    Dataset
+    ndarray, shape (d,)
+        How far the last correction moved each force [N, N m]; none at the temperature of the calibration. NaN where
+        the reading has no force there.
+
+    Raises
+    ------
+    SceneError
+        As `at_other_temperature`; where the sensor has no answer at the load and the temperature, or corrections grow.
+    """
+    moved = found = at_other_temperature(sensor, data, temperature)
+    answer = inverse(found)
+    if temperature == sensor.temperature:
+        return data, np.zeros(np.shape(answer.forces))
+    known, before, last = calibration(moved), None, np.full(np.shape(answer.forces), np.inf)
+    for _ in range(_SOLVES):
+        # a reading of no load of the straight lines may be of one all the same: then by the middle of the table
+        load = answer.forces if answer.status == OK else 0.5 * (known.low + known.high)
+        if before is not None and np.array_equal(load, before):
+            break
+        found, before = _shifted(moved, _remainder(sensor, moved, temperature, known, load)), load
+        was, old, answer = last, answer.forces, inverse(found)
+        last = np.abs(answer.forces - old)
+        errors = answer.error + np.nan_to_num(answer.error_by_model)
+        if np.all(last < _SETTLED * errors):
+            break
+    if answer.status == OK and not np.all(last <= np.fmax(was, errors)):
+        raise SceneError(f"temperature: must be nearer to {celsius(sensor.temperature)}, that of the calibration; got "
+                         f"{celsius(temperature)}, where corrections of the load do not settle")  # fmt: skip
+    return found, last
+
+
+def _remainder(sensor: Sensor, moved: xr.Dataset, temperature: float, known: Calibration, load: Array) -> xr.DataArray:
+    """Return what is read of each coil at a load beyond a table that was moved along its slopes, over ``coil``."""
+    request = json.loads(moved.attrs["request"])
+    warm = sensor.model_copy(update={"temperature": temperature})
+    one = moved.isel({name: 0 for name in varied(moved)})
+    forces = dict(zip(known.forces, load.tolist(), strict=True))
+    models = {name: request[name] for name in ("mechanics", "magnetics", "tolerance")}
+    try:
+        solved = simulate(warm, replace(wrench_of(one), **forces), **models)
+    except (SolveFailed, ValueError) as error:
+        raise SceneError(f"temperature: must be one at which the sensor can be solved; got {celsius(temperature)} with "
+                         f"{load_words(forces)}: {error}") from error  # fmt: skip
+    C = [at_temperature(one).readout.parallel_capacitance for one in (warm, sensor)]
+    read = np.diagonal(solved.impedance.L) * C[0] / C[1] * (clock_factor(warm) / clock_factor(sensor)) ** 2
+    return xr.DataArray(read - known.forward(load), dims="coil", coords={"coil": moved["coil"]})

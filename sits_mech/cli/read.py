@@ -26,28 +26,38 @@ def invert(
     reading: Annotated[tuple[str, ...], Parameter(negative="", help='Of a coil by its name: "C1=91.2 %".')] = (),
     code: Annotated[tuple[str, ...], Parameter(negative="", help="The converter's: C1=38900874.")] = (),
     clock: Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's greatest.")] = None,
-    temperature: Annotated[Quantity | None, Parameter(help="Of the sensor, measured; calibrate --drift knows.")] = None,
+    temperature: Annotated[Quantity | None, Parameter(help="Of the sensor, measured; takes some seconds.")] = None,
     as_json: Json = False,
     **inductances: Annotated[Quantity, Parameter(help="--l1, --l2, ...: of each coil by its number.")],
 ) -> int:  # fmt: skip
     """Which forces show these readings? One for each coil: in H, in "%" of free space, or plain in the table's unit.
 
+    With --temperature of a calibration made with --drift the table is moved along its slopes, and the sensor solved
+    at the load found, one to three times, a few seconds each in the finite elements: what straight lines leave out.
+
     Example: sits-mech invert calibration --l1 "92.1 %" --l2 "91.8 %"
     """
-    from sits_mech.chain.temperature import at_other_temperature
-    from sits_mech.cli.written import given_codes, given_inductances, given_texts
+    from sits_mech.chain.temperature import read_at
+    from sits_mech.cli.written import Asked, given_codes, given_inductances, given_texts
     from sits_mech.report.folder import read_calibration
     from sits_mech.report.tables.readings import inversion_record, inversion_table, refusal
     from sits_mech.units import SceneError, quantity
 
     sensor, data = read_calibration(folder)
-    if temperature is not None:
-        data = at_other_temperature(sensor, data, quantity(temperature, "K", "--temperature"))
     texts = given_texts([coil.name for coil in sensor.coils], inductances, reading, code)
     if clock is not None and not code:
         raise SceneError(f"--clock: must come with --code, it makes codes of frequencies; got {clock} alone")
-    asked = given_codes(sensor, data, texts, clock) if code else given_inductances(sensor, data, texts)
-    record = inversion_record(asked.cal, asked.values)
+
+    def asked_of(table: xr.Dataset) -> Asked:
+        """Return the reading beside a table in its unit."""
+        return given_codes(sensor, table, texts, clock) if code else given_inductances(sensor, table, texts)
+
+    left = None
+    if temperature is not None:
+        warm = quantity(temperature, "K", "--temperature")
+        data, left = read_at(sensor, data, warm, lambda table: (one := asked_of(table)).cal.inverse(one.values))
+    asked = asked_of(data)
+    record = inversion_record(asked.cal, asked.values, left)
     given = [(option, float(value)) for (option, _), value in zip(texts, asked.values, strict=True)]
     why = refusal(asked.cal, record["status"], given)
     if why:

@@ -443,11 +443,14 @@ def test_over_temperature(capsys: Capture, tmp_path: Path) -> None:
     assert drift["F_x"]["gain"]["by_cause"]["modulus"] == pytest.approx(-1.0 / 293.15, rel=0.05)
     zero = drift["F_z"]["zero"]
     assert sum(zero["by_cause"].values()) == pytest.approx(zero["whole"]) and zero["by_cause"]["pad"] < 0.0
-    warm = found["temperatures"][2]["relative"]
-    reading = [f"--l{k + 1}={100.0 * value} %" for k, value in enumerate(warm)]
-    blind, told = (answer(capsys, "invert", folder, *reading, *more)["forces"]["F_z"]
-                   for more in ((), ("--temperature", "30 degC")))  # fmt: skip
-    assert told == pytest.approx(0.5, abs=0.01) and blind < 0.45
+    warm = np.diagonal(found["temperatures"][2]["L"])
+    reading = [f"--l{k + 1}={value} H/m" for k, value in enumerate(warm)]
+    blind, told = (answer(capsys, "invert", folder, *reading, *more) for more in ((), ("--temperature", "30 degC")))
+    left = told["error_by_temperature"]["F_z"]
+    assert told["forces"]["F_z"] == pytest.approx(0.5, abs=left) and 0.0 < left < 0.005
+    assert blind["forces"]["F_z"] < 0.45 and "error_by_temperature" not in blind
+    assert run(["invert", folder, *reading, "--temperature", "30 degC"]) == 0
+    assert "by the temperature" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -51,7 +51,7 @@ def _nearest(cal: Calibration, given: Sequence[tuple[str, float]]) -> str:
     return f"the nearest, {load}, shows coil {cal.coils[coil]} {100.0 * float(off[best, coil]):.2g} % of its range off"
 
 
-def inversion_record(cal: Calibration, reading: Array) -> Record:
+def inversion_record(cal: Calibration, reading: Array, by_temperature: Array | None = None) -> Record:
     """Return forces with errors, status and domain of one reading.
 
     Parameters
@@ -59,11 +59,14 @@ def inversion_record(cal: Calibration, reading: Array) -> Record:
     cal : Calibration
     reading : ndarray, shape (n,)
         [unit of the calibration].
+    by_temperature : ndarray, shape (d,), optional
+        What is left of each force by the temperature, where the table was moved to one [N, N m].
     """
     found = cal.inverse(reading)
     ends = zip(cal.forces, cal.low, cal.high, strict=True)
     each = {"forces": found.forces, "error": found.error}
     each |= {name: getattr(found, name) for name in ("error_by_model", "error_by_noise")}
+    each |= {} if by_temperature is None else {"error_by_temperature": by_temperature}
     shown = {"L" if cal.unit != "code" else "codes": reading} | ({"L0": cal.L0} if cal.unit != "code" else {})
     return {
         **{name: dict(zip(cal.forces, values.tolist(), strict=True)) for name, values in each.items()},
@@ -84,6 +87,8 @@ def inversion_table(record: Record) -> Table:
         unit, noise = shown_unit(name), record["error_by_noise"][name]
         parts = [f"{with_error(force, record['error'][name])} {unit} by the map"]
         parts += [f"{record['error_by_model'][name]:.2g} by the table's own errors"]
+        if "error_by_temperature" in record:
+            parts += [f"{record['error_by_temperature'][name]:.2g} by the temperature"]
         parts += [f"{noise:.2g} by the converter's noise"] if np.isfinite(noise) else []
         rows.append((name, "; ".join(parts)))
     span = ", ".join(f"{name} {low:.4g} to {high:.4g}" for name, (low, high) in record["domain"].items())

@@ -62,6 +62,21 @@ def test_a_short_hold_says_that_slow_load_is_not_identified(rubber, prony, measu
     assert not found.slow_identified and "slow load is not identified" in found.notes[0]
 
 
+@pytest.mark.parametrize(("weights", "rise"), [(0, 4.0), (0, 0.1), (3, 0.3), (0, 0.0), (3, 0.0)])
+def test_a_hold_in_which_stress_rises_shows_no_slow_load(rubber, prony, measured, weights, rise):
+    """Fivefold, by a tenth, or late after relaxing: silicone under a held strain does not; noise is no rise."""
+    silicone = rubber(prony=prony[:weights])
+    record = measured(silicone, *hold(1000.0), noise=20.0)
+    after = np.maximum(record.time - 0.5, 0.0) / 1000.0
+    found = fit_relaxation(replace(record, stress=record.stress * (1.0 + rise * after)), silicone)
+    assert found.slow_identified is (rise == 0.0)
+    if rise:
+        (note,) = found.notes
+        assert note.startswith("slow load is not identified: the stress rises by ")
+        told = float(note.split("rises by ")[1].split(" %")[0]) / 100.0
+        assert 0.5 * rise < told <= rise  # from the least on, which comes late where the specimen relaxes first
+
+
 def test_intervals_hold_the_truth(rubber, prony, measured):
     """White noise: of 40 tests, the 95 % interval of each constant of two branches holds it in 33 or more."""
     silicone = rubber(prony=prony[1:])
