@@ -11,8 +11,9 @@
  * real is SITS_REAL: double, or what is defined before this file is included, such as float. A wrench is F_x, F_z, M,
  * F_y, M_x, M_z [N, N m], F_z > 0 pressing down; a pose d_h, d_v, alpha, d_y, alpha_x, alpha_z [m, rad]; L in henry.
  * Codes stay untouched without a converter. The arithmetic is that of twin.py, which has the formulas; all return the
- * same flags, which add up: SITS_OUTSIDE (held at the domain's edge), SITS_IGNORED (a component that the map does not
- * know is not what it was in the calibration), SITS_UNSOLVED (no single wrench shows the reading: it is NaN).
+ * same flags, which add up: SITS_OUTSIDE (held at the domain's edge, NaN at its middle), SITS_IGNORED (a component that
+ * the map does not know is not what it was in the calibration), SITS_UNSOLVED (no single wrench shows the reading: it
+ * is NaN). dt > 0 [s]; a NaN stays in the state, until sits_start.
  * Functions of what the sensor has not (a map of poses, an inverse) are not there.
  *
  * sensor.h holds the numbers. Made by sits-mech; BSD-3-Clause.
@@ -91,7 +92,7 @@ static inline void sits_map(int d, int terms, int outputs, const unsigned char *
     }
 }
 
-/* Components of a wrench or pose as x within the box, and the flags. */
+/* Components of a wrench or pose as x within the box, NaN as its middle, and the flags. */
 static inline int sits_scaled(int d, const int *column, const SITS_REAL *middle, const SITS_REAL *half,
                               const SITS_REAL *fixed, SITS_REAL same, const SITS_REAL *given, SITS_REAL *x)
 {
@@ -99,7 +100,7 @@ static inline int sits_scaled(int d, const int *column, const SITS_REAL *middle,
     for (int i = 0; i < d; ++i) {
         const SITS_REAL at = (given[column[i]] - middle[i]) / half[i];
         known[column[i]] = 1;
-        x[i] = sits_held(at, 1);
+        x[i] = at == at ? sits_held(at, 1) : 0;
         if (!(sits_size(at) <= 1 + SITS_EDGE))
             flags |= SITS_OUTSIDE;
     }

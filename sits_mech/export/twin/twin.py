@@ -18,7 +18,7 @@ quasi-linear: it shows what the elastic pad shows under Q_e, and a wrench that i
     Q_e(t) = int C(t - s) dQ(s),    C(t) = 1 - sum_j c_j exp(-t/lambda_j);    Q(t) = int G(t - s) dQ_e(s) back.
 
 Arrays stay what they are: the functions are those of the input's own namespace (`__array_namespace__`, or the module of
-torch), in its precision. Nothing is kept between calls but what `step` returns.
+torch), in its precision. Nothing is kept between calls but what `step` returns; a NaN stays in it.
 
 Neglected: softening after the largest load, rate of the converter, noise (`numbers` holds its size), temperature.
 Made by sits-mech; BSD-3-Clause.
@@ -28,8 +28,9 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -38,8 +39,8 @@ import numpy as np
 WRENCH = ("F_x", "F_z", "M", "F_y", "M_x", "M_z")
 POSE = ("d_h", "d_v", "alpha", "d_y", "alpha_x", "alpha_z")
 OUTSIDE, IGNORED, UNSOLVED = 1, 2, 4
-"""Flags, which add up: held at the domain's edge; a component that the map does not know is not what it was in the
-calibration, and is ignored; no single wrench shows the reading, the estimate is NaN."""
+"""Flags, which add up: held at the domain's edge, NaN at its middle; a component that the map does not know is
+not what it was in the calibration, and is ignored; no single wrench shows the reading, the estimate is NaN."""
 _STEPS, _LONGEST, _REACH = 8, 0.3, 1.2  # of Newton's method, scaled: how many, how long, how far out
 _SETTLED, _EDGE, _SAME = 1e-3, 1e-5, 1e-9  # the last step; beyond the domain; of a component that is ignored
 
@@ -61,13 +62,7 @@ class Estimate(NamedTuple):
 
 @dataclass(frozen=True)
 class Twin:
-    """A calibrated sensor.
-
-    Attributes
-    ----------
-    numbers : mapping of str to ndarray
-        All that ``sensor.npz`` holds; its ``about`` says what each is.
-    """
+    """A calibrated sensor: `numbers` are all arrays that ``sensor.npz`` holds; ``about`` says what each is."""
 
     numbers: Mapping[str, Any]
 
@@ -128,7 +123,7 @@ class Twin:
         return rest if like is None else _like(rest, like)
 
     def step(self, state: Any, wrench: Any, dt: Any) -> tuple[Any, Reading]:
-        """Return state and readings after a time dt [s] in which the load went evenly to `wrench` (n, 6)."""
+        """Return state and readings after dt [s], () or (n,), in which the load went evenly to `wrench` (n, 6)."""
         rows = _columns("wrench", wrench)
         state, elastic = self._passed(state, rows, dt, -self.numbers["creep_weights"], self.numbers["creep_times"])
         return state, self._read("wrench", elastic)
@@ -146,15 +141,13 @@ class Twin:
     def _passed(self, state: Any, rows: list[Any], dt: Any, weights: Any, times: Any) -> tuple[Any, list[Any]]:
         """Return the state after a step, and the rows, the forces convolved with 1 + sum_j w_j exp(-t/t_j)."""
         xp, columns = _namespace(state), self.numbers["wrench_columns"].tolist()
-        if isinstance(dt, float | int) and not dt > 0.0:
-            raise ValueError(f"dt: must be positive [s]; got {dt}")
-        share = dt / _like(times, state)
-        kept, mean = xp.exp(-share), _like(weights, state) * (-xp.expm1(-share) / share)
+        share = _durations(dt, state) / _like(times, state)[:, None]
+        kept, mean = xp.exp(-share), _like(weights, state)[:, None] * (-xp.expm1(-share) / share)
         load = xp.stack([rows[k] for k in columns])
         rise = load - state[0, :, :]
         parts, passed = [load], load
         for j in range(len(times)):  # a branch at a time stays in the processor's cache
-            parts.append(state[j + 1, :, :] * kept[j] + rise * mean[j])
+            parts.append(state[j + 1, :, :] * kept[j, :] + rise * mean[j, :])
             passed = passed + parts[-1]
         moved = dict(zip(columns, _rows(passed), strict=True))
         return xp.stack(parts), [moved.get(k, row) for k, row in enumerate(rows)]
@@ -183,7 +176,7 @@ class Twin:
             x = xp.clip(x + step, -_REACH, _REACH)
         left = xp.abs(off - map_.at(_rows(x))[0][rows, :] / scale)
         good = (_most(xp, _rows(move)) < _SETTLED) & (_most(xp, _rows(left)) < float(self.numbers["residual"]))
-        good = good & self._valid(xp, x)
+        good = good & self._valid(xp, xp.where(good, x, xp.zeros_like(x)))
         edge = 1.0 + float(self.numbers["margin"])
         flags = _flag(xp, _most(xp, _rows(x)) > edge, OUTSIDE) + _flag(xp, good, -UNSOLVED) + UNSOLVED
         columns = dict(zip(map_.columns, map_.unscaled(xp.clip(x, -edge, edge)), strict=True))
@@ -230,15 +223,14 @@ class _Map:
     fixed: Any
 
     def scaled(self, given: list[Any]) -> tuple[list[Any], Any]:
-        """Return the rows of x, held at the box, and flags, of the six rows of wrenches or poses."""
+        """Return the rows of x, held at the box, NaN at its middle, and flags, of six rows of wrenches or poses."""
         xp, box = _namespace(given[0]), zip(self.columns.tolist(), self.low.tolist(), self.high.tolist(), strict=True)
         rows = [(given[k] - 0.5 * (high + low)) * (2.0 / (high - low)) for k, low, high in box]
-        flags = _flag(xp, _most(xp, rows) > 1.0 + _EDGE, OUTSIDE)
+        flags = _flag(xp, ~(_most(xp, rows) <= 1.0 + _EDGE), OUTSIDE)
         other = [given[k] - float(self.fixed[k]) for k in range(6) if k not in self.columns]
         if other:
-            most = _SAME + _EDGE * float(np.abs(self.fixed).max())
-            flags = flags + _flag(xp, _most(xp, other) > most, IGNORED)
-        return [xp.clip(row, -1.0, 1.0) for row in rows], flags
+            flags = flags + _flag(xp, ~(_most(xp, other) <= _SAME + _EDGE * float(np.abs(self.fixed).max())), IGNORED)
+        return [xp.clip(xp.where(row == row, row, xp.zeros_like(row)), -1.0, 1.0) for row in rows], flags
 
     def unscaled(self, x: Any) -> list[Any]:
         """Return rows of x in the components' units."""
@@ -248,8 +240,7 @@ class _Map:
     def at(self, x: list[Any], slopes: bool = False) -> list[Any]:
         """Return the outputs less their base (outputs, n) at rows of x, and if asked the derivatives by each row."""
         tables = [_chebyshev(row, int(most), slopes) for row, most in zip(x, self.powers.max(axis=0), strict=True)]
-        xp = _namespace(x[0])
-        last = [xp.stack(rows) for rows in tables[-1] if rows]
+        last = [_namespace(x[0]).stack(rows) for rows in tables[-1] if rows]
         return self._sum(self._nested, tables[:-1], last)
 
     def _sum(self, node: Any, tables: list[Any], last: list[Any]) -> list[Any]:
@@ -272,17 +263,15 @@ class _Map:
         return _nest(self.powers, (self.coefficients, self.coefficients_float32))
 
 
-def _nest(powers: Any, coefficients: tuple[Any, Any]) -> Any:
+def _nest(powers: Any, coefficients: tuple[Any, ...]) -> Any:
     """Return what `_Map._nested` is, of some terms."""
     if powers.shape[1] == 1:
         dense = [np.zeros((len(each), int(powers.max()) + 1), dtype=each.dtype) for each in coefficients]
         for full, each in zip(dense, coefficients, strict=True):
             full[:, powers[:, 0]] = each
         return dense
-    groups = [powers[:, 0] == k for k in range(int(powers[:, 0].max()) + 1)]
-    chosen = [(k, group) for k, group in enumerate(groups) if group.any()]
-    a, b = coefficients
-    return [(k, _nest(powers[group, 1:], (a[:, group], b[:, group]))) for k, group in chosen]
+    groups = [(k, powers[:, 0] == k) for k in np.unique(powers[:, 0]).tolist()]
+    return [(k, _nest(powers[group, 1:], tuple(each[:, group] for each in coefficients))) for k, group in groups]
 
 
 def _chebyshev(x: Any, degree: int, slopes: bool) -> tuple[list[Any], list[Any]]:
@@ -319,10 +308,7 @@ def _flag(xp: Any, where: Any, value: int) -> Any:
 
 def _most(xp: Any, rows: Any) -> Any:
     """Return the largest absolute value over rows."""
-    found, *others = (xp.abs(row) for row in rows)
-    for row in others:
-        found = xp.maximum(found, row)
-    return found
+    return reduce(xp.maximum, [xp.abs(row) for row in rows])
 
 
 def _columns(name: str, given: Any, count: int = 6) -> list[Any]:
@@ -330,6 +316,19 @@ def _columns(name: str, given: Any, count: int = 6) -> list[Any]:
     if given.ndim != 2 or given.shape[1] != count:
         raise ValueError(f"{name}: must be of shape (n, {count}); got {tuple(given.shape)}")
     return [given[:, k] for k in range(count)]
+
+
+def _durations(dt: Any, state: Any) -> Any:
+    """Return dt, shape () or (n,), as an array of the state's kind; refuse what is not positive."""
+    given, n = dt if hasattr(dt, "shape") else np.asarray(dt), state.shape[2]
+    if tuple(given.shape) not in ((), (n,)):
+        raise ValueError(f"dt: must be one time or one for each of {n} sensors [s]; got shape {tuple(given.shape)}")
+    xp = _namespace(given)
+    positive = xp.all(given > 0)
+    with suppress(TypeError, RuntimeError):  # of a traced value nothing is known yet
+        if not positive:
+            raise ValueError(f"dt: must be positive [s]; got {float(xp.min(given))}")
+    return given if getattr(given, "requires_grad", False) else _like(given, state)  # torch would cut its graph
 
 
 def _rows(array: Any) -> list[Any]:

@@ -132,6 +132,28 @@ def test_readings_are_those_of_python(real: str, off: float, ask: Ask, twin: Twi
         assert np.abs((found[:, 1::2] - own.codes) / scale[1]).max() < off + (0.0 if real == "double" else 1e-5)
 
 
+@pytest.mark.parametrize("real, off", [("double", 1e-12), ("float", 1e-5)])
+def test_what_is_no_number_is_told_as_in_python(real: str, off: float, ask: Ask, twin: Twin) -> None:
+    """Loads, poses, readings and steps of NaN: the same flags, inductances and codes, all of them numbers."""
+    rows = np.zeros((5, 6))
+    rows[:, :2] = [[0.1, 1.0], [np.nan, 1.0], [0.1, np.nan], [np.nan, np.nan], [0.1, 1.0]]
+    rows[4, 5] = np.nan
+    pose = np.tile(np.pad(0.5 * (twin.numbers["pose_low"] + twin.numbers["pose_high"]), (0, 3)), (3, 1))
+    pose[1, 0] = pose[2] = np.nan
+    state, steps = twin.start(1), []
+    for row in rows:
+        state, reading = twin.step(state, row[None], 0.05)
+        steps.append(reading)
+    stepped = [np.concatenate(each) for each in zip(*steps, strict=True)]
+    for what, given, own in (("w", rows, twin.read(rows)), ("p", pose, twin.read_pose(pose)), ("t", rows, stepped)):
+        flags, found = ask(real, what, given)
+        assert np.array_equal(flags, own[2]) and set(flags.tolist()) > {0, 1} and np.all(np.isfinite(found))
+        assert np.abs((found[:, 0::2] - own[0]) / twin.numbers["scale_L"]).max() < off
+        assert np.abs((found[:, 1::2] - own[1]) / twin.numbers["scale_codes"]).max() < 2e-5
+    flags, found = ask(real, "l", np.array([[np.nan, 1e-6], [np.nan, np.nan]]))
+    assert flags.tolist() == [4, 4] and np.all(np.isnan(found))
+
+
 @pytest.mark.parametrize("real, off", [("double", 1e-11), ("float", 1e-3)])
 def test_estimates_are_those_of_python(real: str, off: float, ask: Ask, twin: Twin) -> None:
     """Of inductances and codes of the box, and of none: the same flags and wrenches."""

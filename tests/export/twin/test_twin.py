@@ -110,6 +110,42 @@ def test_the_edge_is_held_and_told(twin: Twin, cal: Calibration) -> None:
     assert near.flags.tolist() == [0, OUTSIDE] and near.wrench[:, 0] == pytest.approx([1.015, 1.02], abs=1e-9)
 
 
+def test_what_is_no_number_is_told(twin: Twin, cal: Calibration) -> None:
+    """NaN shows the domain's middle and a flag, the sensors beside it what they show alone, without a warning."""
+    at = np.zeros((4, 6))
+    at[:, :2] = [[0.1, 1.0], [np.nan, 1.0], [np.nan, np.nan], [0.1, 1.0]]
+    middle = np.where(np.isnan(at), np.append(0.5 * (cal.low + cal.high), np.zeros(4)), at)
+    at[3, 3] = np.nan
+    found, as_told = twin.read(at), twin.read(middle)
+    assert np.array_equal(found.L, as_told.L) and np.array_equal(found.codes, as_told.codes)
+    assert found.flags.tolist() == [0, OUTSIDE, OUTSIDE, IGNORED] and np.all(np.isfinite(found.L))
+    pose = 0.5 * (twin.numbers["pose_low"] + twin.numbers["pose_high"])
+    poses = np.pad([pose, pose * np.nan], ((0, 0), (0, 3)))
+    found = twin.read_pose(poses)
+    assert np.array_equal(found.L[1], found.L[0]) and found.flags.tolist() == [0, OUTSIDE]
+    assert np.array_equal(found.codes[1], found.codes[0])
+    valid = np.ones((5, 5), dtype=np.uint8)
+    valid[4, 4] = 0
+    readings = np.array([as_told.L[0], as_told.L[0] * [1.0, np.nan], [np.nan, np.nan]])
+    for each in (twin, Twin({**twin.numbers, "valid": valid})):
+        back = each.estimate(readings)
+        assert back.flags.tolist() == [0, UNSOLVED, UNSOLVED] and np.all(np.isnan(back.wrench[1:]))
+        assert back.wrench[0, :2] == pytest.approx([0.1, 1.0], abs=1e-9)
+
+
+def test_a_load_that_is_no_number_stays(twin: Twin) -> None:
+    """What pressed is unknown from then on: flagged at every later step, at the middle; the sensor beside goes on."""
+    load = np.zeros((2, 6))
+    load[:, :2] = 0.2, 1.0
+    broken = load * [[1.0], [np.nan]]
+    state, alone = twin.start(2), twin.start(1)
+    for given in (load, broken, load):
+        state, shown = twin.step(state, given, 0.1)
+        alone, own = twin.step(alone, load[:1], 0.1)
+        assert np.array_equal(shown.L[0], own.L[0]) and shown.flags[0] == 0
+    assert shown.flags[1] == OUTSIDE and np.array_equal(shown.L[1], twin.read(broken).L[1])
+
+
 def test_a_wrench_without_twin_has_no_estimate(twin: Twin, cal: Calibration) -> None:
     """Where the domain says that another wrench shows the same, there is none."""
     valid = np.ones((5, 5), dtype=np.uint8)
@@ -173,8 +209,44 @@ def test_creep_is_that_of_the_pad(twin: Twin) -> None:
     state, shown = twin.step(state, share[-1] * peak, 1e4)
     state, shown = twin.step(state, share[-1] * peak, 1e4)
     assert shown.L == pytest.approx(twin.read(share[-1] * peak).L, rel=1e-10)
-    with pytest.raises(ValueError, match="dt: must be positive"):
-        twin.step(state, peak, 0.0)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_each_sensor_has_its_own_time(n: int, twin: Twin) -> None:
+    """As many as branches, fewer and more: each as alone; one time for all in any form is the same."""
+    load = np.zeros((n, 6))
+    load[:, 1] = np.linspace(1.0, 2.0, n)
+    times = [0.02, 0.5, 3.0][:n]
+    state, shown = twin.step(twin.start(n), load, times)
+    state, shown = twin.step(state, 0.5 * load, np.array(times))
+    _, back = twin.recover(twin.start(n), shown.L, np.array(times))
+    for k, dt in enumerate(times):
+        own, one = twin.step(twin.start(1), load[k : k + 1], dt)
+        own, one = twin.step(own, 0.5 * load[k : k + 1], dt)
+        assert shown.L[k] == pytest.approx(one.L[0], rel=1e-13) and state[..., k] == pytest.approx(own[..., 0])
+        _, found = twin.recover(twin.start(1), one.L, dt)
+        assert back.wrench[k] == pytest.approx(found.wrench[0], rel=1e-9)
+    for same in (2, np.float32(2.0), np.array(2), np.full(n, 2.0)):
+        assert np.array_equal(twin.step(twin.start(n), load, same)[1].L, twin.step(twin.start(n), load, 2.0)[1].L)
+    small = twin.step(twin.start(n, load.astype(np.float32)), load.astype(np.float32), np.array(times))[1].L
+    assert small.dtype == np.float32
+
+
+@pytest.mark.parametrize("name", ["numpy", "torch", "jax.numpy", "array_api_strict"])
+def test_times_that_are_none(name: str, twin: Twin) -> None:
+    """Nothing but positive, whatever holds it; of the sensors or one."""
+    pytest.importorskip(name.partition(".")[0])
+    xp, load = import_module(name), np.zeros((3, 6))
+    as_array = [xp.asarray(each) for each in (-1.0, 0.0, 0, float("nan"), [0.1, 0.0, 0.1], [0.1, -0.1, 0.1])]
+    given, state = xp.asarray(load), twin.start(3, xp.asarray(load))
+    for dt in (np.float32(-1.0), np.int64(0), np.array(0.0), *as_array, 0.0, -1, float("nan")):
+        with pytest.raises(ValueError, match=r"^dt: must be positive \[s\]; got (0.0|-1.0|-0.1\d*|nan)$"):
+            twin.step(state, given, dt)
+        with pytest.raises(ValueError, match="dt: must be positive"):
+            twin.recover(state, given[:, :2], dt)
+    for dt in (xp.asarray([0.1, 0.1]), xp.asarray([0.1]), xp.asarray([[0.1], [0.1], [0.1]]), [0.1, 0.1]):
+        with pytest.raises(ValueError, match=r"dt: must be one time or one for each of 3 sensors \[s\]; got shape \("):
+            twin.step(state, given, dt)
 
 
 def test_a_sudden_load_meets_the_unrelaxed_pad(twin: Twin) -> None:
@@ -240,6 +312,13 @@ def test_arrays_of_other_libraries_go_through(name: str, twin: Twin, wrenches: n
     assert np.asarray(twin.estimate(found.L).wrench) == pytest.approx(wrenches[:200], abs=1e-3)
     assert type(twin.estimate_codes(found.codes).wrench) is type(given)
     assert type(twin.read_pose(given).L) is type(given)
+    times = np.linspace(0.05, 0.2, 200)
+    _, own_time = twin.step(twin.start(200, own.L), wrenches[:200].astype(np.float32), times)
+    for dt in (times, xp.asarray(times.astype(np.float32))):
+        _, shown = twin.step(twin.start(200, given), given, dt)
+        assert str(shown.L.dtype).endswith("float32") and np.asarray(shown.L) == pytest.approx(own_time.L, rel=1e-6)
+    none = twin.read(given * float("nan"))
+    assert np.all(np.asarray(none.flags) == OUTSIDE + IGNORED) and np.all(np.isfinite(np.asarray(none.L)))
 
 
 def test_a_step_is_traced_by_jax(twin: Twin, wrenches: np.ndarray) -> None:
@@ -248,6 +327,11 @@ def test_a_step_is_traced_by_jax(twin: Twin, wrenches: np.ndarray) -> None:
     given = jax.numpy.asarray(wrenches[:4].astype(np.float32))
     state, shown = jax.jit(twin.step)(twin.start(4, given), given, 0.01)
     assert np.asarray(shown.L) == pytest.approx(np.asarray(twin.step(twin.start(4, given), given, 0.01)[1].L), rel=1e-6)
+    times = jax.numpy.asarray([0.01, 0.02, 0.01, 0.02])
+    for dt in (times, times[0]):
+        _, shown = jax.jit(twin.step)(twin.start(4, given), given, dt)
+        own = twin.step(twin.start(4, given), given, dt)[1]
+        assert np.asarray(shown.L) == pytest.approx(np.asarray(own.L), rel=1e-6)
     slope = jax.jacfwd(lambda F: twin.read(F[None]).L[0])(given[0])
     h = np.zeros((2, 6))
     h[:, 1] = 1e-3, -1e-3
