@@ -31,7 +31,6 @@ from sits_mech.silicone.stability import layer_notes
 _LOOK = 2e-2  # smallest length of the path on the coarse mesh, over that so far
 _VERDICT = 60  # iterations that the finer mesh is given to locate a limit that the coarse one has found
 _LAST = 25  # and where it has found none, for a last state
-_UNSEEN = 0.25  # of the worst component's error that every component owns to, where two levels alone tell it
 _ROUNDING = 1e-6  # of the largest force: forces that hold a target below it are rounding
 _STRETCHED = 0.001  # share of the silicone that may be stretched more than what is called its largest stretch
 
@@ -298,7 +297,7 @@ def answer(
         stretches += [] if there.state is None else [largest_stretch(levels.maker(level), there.state.u)]
         if pressed or early or np.max(limit.error) < np.max(best.error):
             best, kept = limit, len(beyond)
-    share = levels.share if np.isfinite(best.order) else max(levels.share, _UNSEEN)
+    share = best.owned(levels.share)
     creases = hidden_by_creases(body, fine, levels.numbers(len(values) - 1)[-1])
     best = best._replace(error=best.error + creases * np.abs(best.value))
     error = np.where(held, 0.0, errors_of(best.error, np.ones(k), share)) * unit * scales.lengths[:k]

@@ -72,6 +72,7 @@ _CHEAP = 1500  # cells
 _CHANGED = 64  # layers of changed scenes that a family remembers
 _SAFE = 2.0  # times what the second term leaves: against references of an independent code half of that is too little
 _IN_CONTACT = 2.2  # times the largest term that a sequence in contact shows
+_UNSEEN = 0.25  # of the worst component's error that every component owns to, where two levels alone tell it
 _UNSURE = 0.15  # of what extrapolation adds: the order may be off
 _SHOWN, _HIGH = 0.5, 1.4  # of the order must be shown by three levels, and no more than so many times of it
 _ENOUGH = 0.02  # of the difference of two levels: a correction that is closer is not gone on with
@@ -186,6 +187,10 @@ class Limit(NamedTuple):
     def times(self, factor: float) -> Limit:
         """Return the same with so many times the error."""
         return self._replace(error=factor * self.error, parts=factor * self.parts)
+
+    def owned(self, share: float) -> float:
+        """Return the share of the worst component's error that every component owns to, from that of a family."""
+        return share if np.isfinite(self.order) else max(share, _UNSEEN)
 
     def words(self, expected: float) -> tuple[str, ...]:
         """Return what is to be said of the sequence, where another order is expected."""

@@ -54,7 +54,6 @@ from sits_mech.scene.parameters import Parameter, SceneStencil
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.turns import vector_rates
 
-_UNSEEN = 0.25  # of the worst component's error that every component owns to, where two levels alone tell it
 _TURN = np.array([4, 2, 5])  # where the rotation vector stands among the components of a motion
 _AT_REST = 1e-6  # of the target's way, a step that leaves a state as it is
 _FALLS = 0.1  # of the forces left, what that step may leave
@@ -336,7 +335,7 @@ def _limit(family: Family, values: Sequence[Array], unit: Array, beyond: float) 
     found = np.zeros((2, *values[0].shape))
     for column in range(values[0].shape[1]):
         limit = extrapolated([each[:, column] * lever for each in values], family.levels.sizes, family.levels.order)
-        share = family.levels.share if np.isfinite(limit.order) else max(family.levels.share, _UNSEEN)
+        share = limit.owned(family.levels.share)
         error = errors_of(limit.error + beyond * np.abs(limit.value), np.ones(6), share)
         found[:, :, column] = np.stack([limit.value, error]) / lever
     return found[0] * unit, found[1] * unit

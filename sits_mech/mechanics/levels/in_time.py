@@ -43,7 +43,6 @@ from sits_mech.quantities import POSE, WRENCH, Array, Pose, SolveFailed, SolveRe
 _GROWTH = 0.03  # of the tolerance: what a step may add to the error in time
 _LARGER, _SMALLER, _SAFE = 3.0, 0.2, 0.9  # of a step, from one to the next
 _ORDER = 3.0  # of what one step adds
-_UNSEEN = 0.25  # of the worst component's error that every component owns to, where two levels alone tell it
 _LEAST = 1e-6  # of the largest displacement: no error is called smaller, whatever meshes agree on near zero
 _ROUNDING = 1e-9  # of a step
 _LIMITS = ("buckled", "sideways", "turned")  # what two families of meshes say of a load is not the meshes' fault
@@ -172,13 +171,12 @@ def _limits(levels: Levels, times: _Times, walks: list[_Walk]) -> _Limits:
     size = max(float(np.max(np.abs(late[-1]))), 1e-300)
     pressed = any(walk.pressed for walk in walks)
     early = levels.early if len(walks) == FEWEST and not pressed else 1.0
-    share = levels.share if np.isfinite(order) else max(levels.share, _UNSEEN)
     values, errors = [], []
     for rows, gap in zip(np.moveaxis(late / size, 1, 0), times.gap, strict=True):
         limit = extrapolated(list(rows), levels.sizes, order, pressed=pressed).times(early)
         values.append(limit.value)
         own = np.maximum(limit.error + np.abs(gap * weight) / size, _LEAST if np.any(rows) else 0.0)
-        errors.append(errors_of(own, np.ones(len(weight)), share))
+        errors.append(errors_of(own, np.ones(len(weight)), limit.owned(levels.share)))
     unit = size / weight
     return _Limits(np.array(values) * unit, np.array(errors) * unit, float(np.max(errors)))
 
