@@ -208,7 +208,7 @@ def _predicted(sensor: Sensor, loads: Sequence[Wrench]) -> Pose:
     ends = [sorted({float(values.min()), float(values.max())}) for values in plane.T]
     corners = [Wrench(*load) for load in itertools.product(*ends)]
     forces = [(load.F_x, -load.F_z, load.M + load.F_x * target.load_height) for load in corners]
-    d_h, d_z, alpha = np.linalg.solve(linear_pad(sensor, _ROUGH, eager=False).stiffness[0], np.transpose(forces))
+    d_h, d_z, alpha = np.linalg.solve(linear_pad(sensor, _ROUGH).stiffness[0], np.transpose(forces))
     return Pose(d_h, elastomer.standoff + elastomer.thickness + d_z, alpha)
 
 

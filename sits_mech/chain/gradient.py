@@ -146,7 +146,7 @@ def gradient(
     >>> sensor, load = sm.load_sensor("biorob2018"), sm.Wrench(F_z=0.5)
     >>> by = sm.gradient(sensor, load, ["modulus"], mechanics="linear", magnetics="planar", tolerance=0.1)
     >>> round(float(by.signals["dL_v"][0]), 3)  # % of L0 for a modulus twice as large, to first order
-    0.166
+    0.165
     """
     numbers, moving = numbers_of(sensor, names)
     field, by_field = loaded_model(sensor, magnetics, tolerance, [wrench])

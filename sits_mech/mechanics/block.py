@@ -6,12 +6,11 @@ is meshed, the target moves by (d_h, d_z) and turns by alpha about y; what that 
 sideways, too. F_y, M_x or M_z take the whole pad, the same cells and their mirror image. Equations: element/kernel.py
 (pad), element/target.py (rigid target), rest/ (solution). Pose: ``d_v = standoff + t - sink``.
 
-Meshes: families of a base whose cells are divided (pad/shapes.py), graded towards the bonded edges. Where the first
-family does not carry a load, one of a milder grading is tried, one of even lines, and at last one with a guard on J
-(levels/retry.py).
+Meshes: one nested sequence, a base whose cells are divided, with further layers at the bonded edges (pad/shapes.py).
+Where it does not carry a load, it is tried once more with a guard on J (levels/retry.py).
 
-Error. The pose is extrapolated from the levels of its family, as many as the tolerance asks for and memory allows, and
-its error is what they tell of the limit (levels/family.py). `report.estimated_error` is the largest over the target's
+Error. The pose is extrapolated from the levels, as many as the tolerance asks for and memory allows, and its error is
+what they tell of the limit (levels/family.py). `report.estimated_error` is the largest over the target's
 displacement, an angle counted at the target's end. Deformation and `min_J` are those of the second level. A mesh of the
 user's own is the first level of a family whose cells are each divided into eight, or, where that is too many, stands
 beside itself with constant pressures (pad/user.py).
@@ -43,7 +42,7 @@ from sits_mech.mechanics.levels.history import arrived, depends_on_path
 from sits_mech.mechanics.levels.in_time import motion_in_time
 from sits_mech.mechanics.levels.retry import Line, settled
 from sits_mech.mechanics.pad.moved import moved_block
-from sits_mech.mechanics.pad.shapes import GRADING, base_cells, shape_of
+from sits_mech.mechanics.pad.shapes import GRADING, cells_of, crosses, shape_of
 from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, pad_parts, pad_scales
 from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
 from sits_mech.mechanics.rest.body import Bonded, packed
@@ -56,12 +55,11 @@ from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
 from sits_mech.units import checked_tolerance
 
-# Grading towards the target's edge and guard on J, in the order they are tried.
-_KINDS = ((GRADING, 0.0), (1.5, 0.0), (1.0, 0.0), (GRADING, 5.0))
-_GUARDS = (0.0, 5.0)  # on J, on a mesh of the user's own
-_SIZES = (1.0, 2.0, 3.0, 4.0, 6.0)  # parts of a base cell along each axis, level by level
+_GUARDS = (0.0, 5.0)  # on J, in the order they are tried
+_FINENESS = ((1, 0), (2, 0), (2, 1), (4, 0), (4, 1), (6, 1))  # parts of a base cell, further layers at edges; by level
+_RESTED = 4  # of them, for a load at finite strain: minutes and more a load on finer ones
+_INSIDE = 3.0  # order away from the edges: of elements 4, seen of pressures on m = 1 to 4 in films and under discs
 _SHARE = 0.25  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
-_EARLY = 4.0  # times what three levels tell, until there is a fourth
 _ROUGH = 1.0  # error of an answer on two levels that is not spoken of
 _MOST = 1.5e6  # iterations times unknowns that a load path is given: a minute on the largest mesh
 _SMALLEST = (1e-2, 0.6)  # increment of the load path where no other mesh waits, and where one does
@@ -197,7 +195,7 @@ def block_pad(sensor: Sensor, tolerance: float = 2e-2) -> BlockPad:
     """
     pad_parts(sensor)
     pad = BlockPad(sensor, checked_tolerance(tolerance))
-    _ = pad.half[0]  # refuses a pad that has no mesh
+    _ = pad.half[0].coarse  # refuses a pad that has no mesh
     return pad
 
 
@@ -216,7 +214,7 @@ def meshes_in_line(sensor: Sensor, tolerance: float, *, whole: bool) -> Line:
         if whole and share < 1.0:
             raise ValueError(f"{elastomer.mesh}: must be of the whole pad under F_y, M_x or M_z; got half of it")
     else:
-        families, share = [partial(_family, sensor, kind, whole) for kind in _KINDS], 1.0 if whole else 0.5
+        families, share = [partial(_family, sensor, guard, whole) for guard in _GUARDS], 1.0 if whole else 0.5
     makers = [partial(family, depth) for depth in depths for family in families]
     last = len(families) - 1  # may be one that only a pad without contact needs: it has no twin
     twins = tuple(len(families) + k if k < last and len(depths) > 1 else None for k in range(len(families)))
@@ -230,16 +228,22 @@ def pad_family(sensor: Sensor) -> tuple[Levels, float]:
     _, elastomer = pad_parts(sensor)
     if elastomer.mesh is not None:
         return meshed_family(sensor, 0.0, _SHARE), meshed_share(sensor)
-    return _family(sensor, _KINDS[0], whole=False, depth=0.0), 0.5
+    return _family(sensor, 0.0, whole=False, depth=0.0), 0.5
 
 
-def _family(sensor: Sensor, kind: tuple[float, float], whole: bool, depth: float) -> Levels:
-    """Meshes of one kind; coarser ones have a larger contact depth."""
+def _family(sensor: Sensor, guard: float, whole: bool, depth: float) -> Levels:
+    """Meshes with a guard or without; coarser ones have a larger contact depth."""
+    shape = shape_of(*pad_parts(sensor))
+    chosen = [each for each in _FINENESS if not (each[1] and crosses(shape))]
+    split, layers = np.array(chosen, dtype=float).T
 
-    @cache
-    def made(level: int) -> Solid:
-        """One of them."""
-        return bonded_block(sensor, int(_SIZES[level]), *kind, contact_depth(depth, _SIZES, level), whole=whole)
+    def made_of(scene: Sensor, level: int) -> Solid:
+        """One of a scene's."""
+        parts, more = chosen[level]
+        own = contact_depth(depth, split, level)
+        return bonded_block(scene, parts, GRADING, guard, own, whole=whole, layers=more)
+
+    made = cache(partial(made_of, sensor))
 
     @cache
     def carrier(level: int) -> Prolongation | None:
@@ -251,18 +255,21 @@ def _family(sensor: Sensor, kind: tuple[float, float], whole: bool, depth: float
 
     def changed(other: Sensor, level: int) -> Bonded | None:
         """One of them, as a changed scene has it."""
-        own, split = made(level).body, int(_SIZES[level])
+        own, (parts, more) = made(level).body, chosen[level]
         if not own.parts:
-            return moved_block(own, other, split, kind)
-        body = bonded_block(other, split, *kind, contact_depth(depth, _SIZES, level), whole=whole).body
+            return moved_block(own, other, (parts, GRADING, more), guard)
+        body = made_of(other, level).body
         return body if np.array_equal(body.mesh.cells, own.mesh.cells) else None
 
-    shape = shape_of(*pad_parts(sensor))
-    along, across, through = base_cells(shape)
-    cells, order = (along, (2 if whole else 1) * across, through), 2.0 * kind[0] * shape.exponent
-    return Levels(
-        _SIZES, cells, lambda level: made(level).body, carrier, order, _SHARE, early=_EARLY, changed=kept(changed)
-    )  # fmt: skip
+    def cells(level: int) -> tuple[int, ...]:
+        """Along each axis."""
+        parts, more = chosen[level]
+        along, across, through = cells_of(shape, parts, GRADING, more)
+        return along, (2 if whole else 1) * across, through
+
+    order = 2.0 * GRADING * shape.exponent
+    terms = np.column_stack([(split * 2.0**layers) ** -order, split**-_INSIDE])
+    return Levels(terms, cells, lambda level: made(level).body, carrier, _SHARE, kept(changed), _RESTED)
 
 
 def solved_body(model: BlockPad, equilibrium: Equilibrium) -> Bonded:

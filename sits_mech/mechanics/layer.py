@@ -30,7 +30,6 @@ import numpy as np
 from sits_mech.mechanics.element.kernel import deformation, element_forces
 from sits_mech.mechanics.element.mesh import Indices
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
-from sits_mech.mechanics.levels.family import extrapolated
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
 from sits_mech.mechanics.levels.history import arrived
 from sits_mech.mechanics.levels.in_time import motion_in_time
@@ -191,7 +190,7 @@ def stored(model: PlanarLayer, equilibrium: Equilibrium, *, limit: bool = False)
         parts = sum(part(state.u, state.q).energy for part in body.parts)
         own = element_forces(body.mesh, body.law, body.K, state.u, None, body.swelling).energy
         energies.append(np.array([own + parts]))
-    found = extrapolated(energies, levels.sizes, levels.order).value if limit else energies[-1]
+    found = levels.limit(energies).value if limit else energies[-1]
     return scales.force * scales.thickness * float(found[0])
 
 

@@ -21,7 +21,7 @@ import numpy as np
 from sits_mech.mechanics.block import pad_family
 from sits_mech.mechanics.closed_form import finite_strain_model
 from sits_mech.mechanics.levels.answer import Scales, errors_of, levers, relative
-from sits_mech.mechanics.levels.family import Levels, Limit, extrapolated
+from sits_mech.mechanics.levels.family import Levels, Limit
 from sits_mech.mechanics.levels.gradient import Family, PoseSlopes, pose_slopes
 from sits_mech.mechanics.pad.edges import Edges, edge_effect, edge_notes
 from sits_mech.mechanics.pad.ladder import layer_family
@@ -110,7 +110,7 @@ class SmallStrain:
 
     def limit(self, values: list[Array]) -> Limit:
         """Return what values of the levels, of one shape, tend to."""
-        return extrapolated(values, self.levels.sizes, self.levels.order)
+        return self.levels.limit(values)
 
     @property
     def stiffness(self) -> tuple[Array, float]:
@@ -137,13 +137,10 @@ def linear_layer(sensor: Sensor, tolerance: float = 1e-2) -> SmallStrain:
 
 
 @one_thread
-def linear_pad(sensor: Sensor, tolerance: float = 1e-2, *, eager: bool = True) -> SmallStrain:
-    """Return the small-strain model of a sensor's pad in space; arguments and errors as of `block_pad`.
-
-    One that is not `eager` sees to no third level for the sake of its order.
-    """
+def linear_pad(sensor: Sensor, tolerance: float = 1e-2) -> SmallStrain:
+    """Return the small-strain model of a sensor's pad in space; arguments and errors as of `block_pad`."""
     levels, share = pad_family(sensor)
-    return _compliant(sensor, replace(levels, eager=eager), pad_scales(sensor, share), tolerance)
+    return _compliant(sensor, levels, pad_scales(sensor, share), tolerance)
 
 
 def small_strain(sensor: Sensor, tolerance: float = 1e-2) -> SmallStrain:
@@ -156,16 +153,16 @@ def small_strain(sensor: Sensor, tolerance: float = 1e-2) -> SmallStrain:
 def _compliant(
     sensor: Sensor, levels: Levels, scales: Scales, tolerance: float, edges: Edges | None = None
 ) -> SmallStrain:
-    """The model with as many levels as the tolerance asks for, three at least where there are three."""
+    """The model with as many levels as the tolerance asks for."""
     asked, found, unloaded = checked_tolerance(tolerance), list[Array](), list[Array]()
     own = np.inf
-    for level in range(len(levels.sizes)):
-        if (own <= asked and not levels.is_cheap(level)) or levels.check_memory(level):
+    for level in range(len(levels)):
+        if own <= asked or levels.check_memory(level):
             break
         body = levels.maker(level)
         C, q = undeformed(body)
         found, unloaded = [*found, C[:3, :3]], [*unloaded, q[:3]]
         if level > 0:
-            limit = extrapolated([C.ravel() for C in found], levels.sizes, levels.order)
+            limit = levels.limit([C.ravel() for C in found])
             own = float(np.max(np.diag(limit.error.reshape(3, 3)) / np.diag(limit.value.reshape(3, 3))))
     return SmallStrain(sensor, levels, scales, tuple(found), tuple(unloaded), edges)

@@ -102,13 +102,17 @@ def joined(divisions: Sequence[Division]) -> Division:
     return Division(*(np.concatenate(parts) for parts in zip(*numbered, strict=True)))
 
 
-def divided(lines: Array, split: int) -> Division:
-    """Return the division of the cells between lines along one axis, every `split`-th of which is of the base."""
-    cell = np.arange(len(lines) - 1)
-    start = lines[cell - cell % split]
-    size = lines[cell - cell % split + split] - start
-    low, high = (((lines[cell + k] - start) / size)[:, None] for k in (0, 1))
-    return Division(cell // split, (cell % split)[:, None], low, high)
+def divided(lines: Array, base: int | Array) -> Division:
+    """Return the division of the cells between lines along one axis.
+
+    The base has given lines, which are some of these, or every so many of them.
+    """
+    first = lines[::base] if isinstance(base, int) else base
+    cell = np.searchsorted(first, 0.5 * (lines[1:] + lines[:-1])) - 1
+    start, size = first[cell], np.diff(first)[cell]
+    low, high = (((ends - start) / size)[:, None] for ends in (lines[:-1], lines[1:]))
+    part = np.arange(len(cell)) - np.searchsorted(cell, cell)
+    return Division(cell, part[:, None], low, high)
 
 
 def crossed(first: Division, second: Division) -> Division:
@@ -120,15 +124,20 @@ def crossed(first: Division, second: Division) -> Division:
     return Division(base, part, low, high)
 
 
-def box_bricks(x: Array, y: Array, z: Array, split: int = 1) -> tuple[MeshHex, Division]:
-    """Return the bricks between given lines, and their division; every `split`-th line is one of the base."""
+Lines = tuple[Array, Array, Array]
+
+
+def box_bricks(x: Array, y: Array, z: Array, split: int = 1, base: Lines | None = None) -> tuple[MeshHex, Division]:
+    """Return the bricks between given lines, and their division; every `split`-th line is of the base, or those given.
+    """
+    own = (split, split, split) if base is None else base
     flat = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     quads = _quads(np.arange(len(flat)).reshape(len(x), len(y)))
-    return _extruded(flat, quads, crossed(divided(x, split), divided(y, split)), z, split)
+    return _extruded(flat, quads, crossed(divided(x, own[0]), divided(y, own[1])), z, own[2])
 
 
 def ring_bricks(
-    target: Outline, pad: Outline, lines: tuple[Array, Array, Array], around: int, split: int = 1
+    target: Outline, pad: Outline, lines: Lines, around: int, split: int = 1, base: Lines | None = None
 ) -> tuple[MeshHex2, Division]:
     """Return half a pad, y >= 0, in rings around a core, and the division of its bricks.
 
@@ -143,15 +152,23 @@ def ring_bricks(
         Cells from a corner of the core to the next middle of a side; four times as many go around half the pad.
     split : int
         Parts of a base cell along every axis: every so many lines, one is of the base.
+    base : tuple of ndarray, optional
+        Those of the `lines` that are of the base, where they are others.
     """
-    inside, beside, z = lines
-    rho = np.concatenate([_CORE + (1.0 - _CORE) * inside, 1.0 + beside[1:]])
+    rho, z = _rings(lines), lines[2]
+    outwards, through = (split, split) if base is None else (_rings(base), base[2])
     flat, quads = _square(rho, around)
-    mesh, division = _extruded(flat, quads, _rings_divided(rho, around, split), z, split)
+    mesh, division = _extruded(flat, quads, _rings_divided(rho, around, split, outwards), z, through)
     straight = MeshHex2.from_mesh(mesh)
     placed = straight.doflocs.copy()
     placed[:2] = _placed(straight.doflocs[:2], target, pad)
     return MeshHex2(placed, straight.t), division
+
+
+def _rings(lines: Lines) -> Array:
+    """Lines outwards: 0 in the middle, 1 at the target's outline, 2 at the pad's."""
+    inside, beside, _ = lines
+    return np.concatenate([_CORE + (1.0 - _CORE) * inside, 1.0 + beside[1:]])
 
 
 def _quads(index: Indices) -> Indices:
@@ -160,22 +177,22 @@ def _quads(index: Indices) -> Indices:
     return np.stack(each, axis=-1).reshape(-1, 4)
 
 
-def _extruded(flat: Array, quads: Indices, across: Division, z: Array, split: int) -> tuple[MeshHex, Division]:
+def _extruded(flat: Array, quads: Indices, across: Division, z: Array, base: int | Array) -> tuple[MeshHex, Division]:
     """Bricks over flat cells, one layer after the other."""
     points = np.vstack([np.column_stack([flat, np.full(len(flat), level)]) for level in z])
     layers = np.arange(len(z) - 1)[:, None] * len(flat)
     corners = ElementHex1().doflocs.astype(int)
     hexes = np.stack([(layers + up * len(flat) + quads[:, i + 2 * j]).ravel() for i, j, up in corners])
-    found = crossed(divided(z, split), across)  # z runs slowest, but comes last
+    found = crossed(divided(z, base), across)  # z runs slowest, but comes last
     part, (low, high) = np.roll(found.part, -1, axis=1), (np.roll(ends, -1, axis=1) for ends in found[2:])
     mesh = MeshHex(np.ascontiguousarray(points.T), np.ascontiguousarray(hexes))
     return mesh, Division(found.base, part, low, high)
 
 
-def _rings_divided(rho: Array, around: int, split: int) -> Division:
+def _rings_divided(rho: Array, around: int, split: int, outwards: int | Array) -> Division:
     """Division of the cells of `_square`."""
     core, half, walk = (divided(np.arange(count + 1.0), split) for count in (2 * around, around, 4 * around))
-    return joined([crossed(core, half), crossed(divided(rho, split), walk)])
+    return joined([crossed(core, half), crossed(divided(rho, outwards), walk)])
 
 
 def _square(rho: Array, around: int) -> tuple[Array, Indices]:

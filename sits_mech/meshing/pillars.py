@@ -19,8 +19,9 @@ _PLANE = 1e-9  # how near to y = 0 a pillar's middle lies on it
 
 
 def pillar_bricks(
-    disc: Outline, middles: Sequence[tuple[float, float]], lines: tuple[Array, Array], around: int, split: int = 1
-) -> tuple[MeshHex2, Division]:
+    disc: Outline, middles: Sequence[tuple[float, float]], lines: tuple[Array, Array], around: int, split: int = 1,
+    base: tuple[Array, Array] | None = None,
+) -> tuple[MeshHex2, Division]:  # fmt: skip
     """Return the pillars at y >= 0, half of those that the plane y = 0 cuts through the middle, and their division.
 
     Parameters
@@ -33,9 +34,11 @@ def pillar_bricks(
         From the core (0) to the pillar's side (1), and along z.
     around, split : int
         As of `ring_bricks`.
+    base : tuple of ndarray, optional
+        As of it.
     """
-    inside, z = lines
-    half, division = ring_bricks(disc, disc, (inside, np.zeros(1), z), around, split)
+    first = None if base is None else (base[0], np.zeros(1), base[1])
+    half, division = ring_bricks(disc, disc, (lines[0], np.zeros(1), lines[1]), around, split, first)
     whole = both_halves(half)
     on_plane = [(half, (x, 0.0)) for x, y in middles if abs(y) <= _PLANE]
     beside = [(whole, (x, y)) for x, y in middles if y > _PLANE]

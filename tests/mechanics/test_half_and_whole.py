@@ -191,4 +191,5 @@ def test_a_target_that_is_held_upright_does_not_fall_sideways():
     found = block_pad(load_sensor("biorob2018", NARROW), 1e-2).controlled(
         Control(F_z=2.0, d_y=0.0, alpha_x=0.0, alpha_z=0.0)
     )
-    assert found.report.status == "converged" and found.pose.d_v == pytest.approx(8.49419e-3, abs=3e-6)
+    assert found.report.status == "converged" and found.report.estimated_error < 1e-2
+    assert abs(found.pose.d_v - 8.49419e-3) < 2.0 * found.error.d_v < 1e-2 * (10e-3 - found.pose.d_v)

@@ -23,7 +23,7 @@ def copied(calibrated: Path, tmp_path: Path) -> Path:
 def test_read_back(calibrated: Path) -> None:
     """Scene and table as they were written."""
     sensor, data = read_calibration(calibrated)
-    sizes = {"F_x": 5, "F_z": 4, "coil": 2, "coil_2": 2, "cause": 3, "part": 2}
+    sizes = {"F_x": 5, "F_z": 4, "coil": 2, "coil_2": 2, "cause": 3, "part": 3}
     assert sensor == load_sensor("biorob2018-w15") and dict(data.sizes) == sizes
     assert np.all(data["status"] == "converged")
 

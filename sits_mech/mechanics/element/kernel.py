@@ -181,6 +181,17 @@ def element_stiffness(
     return stiffness
 
 
+def outer_stretches(mesh: MixedMesh, u: Array) -> tuple[Array, Array]:
+    """Return the smallest and the largest principal stretch at the quadrature points, shape (e, q) each."""
+    F, J = deformation(mesh, u)
+    if F.shape[-1] == 4:
+        half = 0.5 * (F**2).sum(axis=-1)
+        greater = np.sqrt(half + np.sqrt(np.maximum(half**2 - J**2, 0.0)))
+        return np.asarray(J / greater), np.asarray(greater)
+    stretches = np.linalg.svd(F.reshape(*J.shape, 3, 3), compute_uv=False).astype(np.float64)
+    return stretches[..., 2], stretches[..., 0]
+
+
 def volumes(mesh: MixedMesh, values: Array) -> Array:
     """Return the coefficients of ``pi`` of values at the quadrature points, shape (e, q) -> (e, m)."""
     return np.asarray((mesh.chi @ values[..., None])[..., 0])

@@ -115,9 +115,9 @@ def along_family(
 def _located(own: Division, base: Indices, places: Array) -> tuple[Indices, Array]:
     """Cells of a division that hold places in base cells, and where in them, in reference coordinates (n, d)."""
     count, d = int(own.part.max()) + 1, own.part.shape[1]
-    cells = np.empty((own.bases, *[count] * d), dtype=np.int64)
+    cells = np.zeros((own.bases, *[count] * d), dtype=np.int64)
     cells[own.base, *own.part.T] = np.arange(len(own.base))
-    starts = np.empty((own.bases, d, count))
+    starts = np.full((own.bases, d, count), np.inf)  # base cells need not have as many parts along each axis
     for axis in range(d):
         starts[own.base, axis, own.part[:, axis]] = own.low[:, axis]
     part = np.sum(places[..., None] >= starts[base][..., 1:] - 1e-9, axis=-1)

@@ -84,6 +84,19 @@ def work_of_load(load: Array, height: float, q: Array) -> Array:
     return np.asarray(np.concatenate([F, M + cross_matrix(height * placed(q)[1][:, 2]) @ F])[ORDER])
 
 
+def work_between(load: Array, height: float, ends: tuple[Array, Array], step: Array) -> float:
+    """Return the work of a dead load between two motions, `step` (dc, dw) apart.
+
+    Exact for forces; of a moment about fixed axes, which has no potential, that along the turn of the step. Arguments
+    as of `work_of_load`.
+    """
+    F, M = _forces(load)
+    whole = np.zeros(6)
+    whole[: len(step)] = step
+    (c, R), (C, Q) = (placed(q) for q in ends)
+    return float(F @ (C - c + height * (Q - R)[:, 2]) + M @ whole[_TURN])
+
+
 def turning(forces: Array, X: Array, load: Array, height: float, q: Array) -> Array:
     """Return how bonded nodes' forces, shape (n, 3), and a load add to the stiffness on (dc, dw), shape (6, 6)."""
     _, R = placed(q)

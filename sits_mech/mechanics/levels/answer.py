@@ -14,16 +14,15 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.geometry.collision import ground_notes
+from sits_mech.mechanics.element.kernel import outer_stretches
 from sits_mech.mechanics.faces.face_contact import face_notes, faces_press
-from sits_mech.mechanics.levels.creases import hidden_by_creases, outer_stretches
-from sits_mech.mechanics.levels.family import FEWEST, Levels, extrapolated, finer, next_at_rest
+from sits_mech.mechanics.levels.family import Levels, finer
 from sits_mech.mechanics.rest.body import Bonded, State, packed, unpacked
 from sits_mech.mechanics.rest.control import Control
 from sits_mech.mechanics.rest.limit import Outcome, carried
 from sits_mech.mechanics.rest.linearisation import Held
 from sits_mech.mechanics.rest.newton import Approach, unloaded
 from sits_mech.mechanics.rest.path import follow
-from sits_mech.mechanics.rest.verdict import Way
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor
 from sits_mech.silicone.stability import layer_notes
@@ -152,13 +151,10 @@ def solve_levels(
 
     first = coarse or first_look(levels, scales, start, control, most)
     midway = begin + first.reached * (end - begin)
-    again = start is not None and np.allclose(begin, end, rtol=1e-12, atol=0.0)  # it is at rest there already
-    fine = None if again else next_at_rest(levels, first.state, Way(begin, midway, held, control.held[3:]))
-    if fine is None:
-        spend = most / len(levels.fine.free)
-        if first.reached < 1.0:
-            spend = min(spend, _LAST if first.limit is None else _VERDICT)
-        fine = followed(levels.fine, _begun(levels, scales, start, 1), midway, spend)
+    spend = most / len(levels.fine.free)
+    if first.reached < 1.0:
+        spend = min(spend, _LAST if first.limit is None else _VERDICT)
+    fine = followed(levels.fine, _begun(levels, scales, start, 1), midway, spend)
     fine = fine.over(0.0, first.reached)
     there, second = fine, first.state
     if first.limit is not None and fine.reached == first.reached:  # and how far beyond?
@@ -278,28 +274,24 @@ def answer(
 
     values, walk = [shown(state.q, state.load) for state in states], walk or finer(levels, states, (held, goal))
     pressed = faces_press(body.mesh, body.parts, fine.u, fine.q)
-    spent, best = fine.iterations + coarse.iterations, extrapolated(values, levels.sizes, levels.order, pressed=pressed)
+    spent, best = fine.iterations + coarse.iterations, levels.limit(values, pressed=pressed)
     large, beyond, kept = "", list[Array](), 0
     stretches = [largest_stretch(levels.coarse, coarse.u), largest_stretch(body, fine.u)]
-    for level in range(2, len(levels.sizes) if asked < np.inf else 0):
-        if np.max(best.error) <= asked and not levels.is_cheap(level):
+    for level in range(2, min(levels.rested, len(levels)) if asked < np.inf else 0):
+        if np.max(best.error) <= asked and not (pressed and level == 2):  # in contact two may agree by chance
             break
         large = levels.check_memory(level)
         there = None if large else next(walk, None)
         if there is None:
             break
         values, spent = [*values, shown(there.q, there.load)], spent + there.iterations
-        last = np.where(held, 0.0, there.off / unit)
-        limit = extrapolated(values, levels.sizes, levels.order, last, pressed=pressed)
-        early = len(values) == FEWEST and levels.early > 1.0 and not pressed
-        limit = limit.times(levels.early) if early else limit
+        limit = levels.limit(values, np.where(held, 0.0, there.off / unit), pressed=pressed)
         beyond.append(np.zeros(0) if there.state is None else packed(there.state))
         stretches += [] if there.state is None else [largest_stretch(levels.maker(level), there.state.u)]
-        if pressed or early or np.max(limit.error) < np.max(best.error):
-            best, kept = limit, len(beyond)
-    share = best.owned(levels.share)
-    creases = hidden_by_creases(body, fine, levels.numbers(len(values) - 1)[-1])
-    best = best._replace(error=best.error + creases * np.abs(best.value))
+        if np.max(there.off[~held] / unit[~held], initial=0.0) > np.max(best.error):  # it does not settle there
+            break
+        best, kept = limit, len(beyond)
+    share = levels.share
     error = np.where(held, 0.0, errors_of(best.error, np.ones(k), share)) * unit * scales.lengths[:k]
     q, load = np.where(held, fine.q, best.value * unit), np.where(held, best.value * unit, fine.load)
     off = float(np.max(best.error)) / max(float(np.max(np.abs(best.value))), 1e-300) if np.any(best.value) else 0.0
@@ -310,7 +302,7 @@ def answer(
     plate = sensor.target.thickness / t if sensor.target is not None else 0.0
     notes = face_notes(body.faces, body.mesh, body.parts, fine.u, fine.q, plate)
     laws = law_notes(sensor, stretches[-1])
-    notes = (*notes, *beneath, *laws, *best.words(levels.order), *([large] if large else []))
+    notes = (*notes, *beneath, *laws, *([large] if large else []))
     report = SolveReport(
         "", len(levels.maker(len(values) - 1).free) + k, spent, fine.residual, off, 0.0, notes=notes, min_J=fine.min_J,
         stretch=stretches[-1], error_stretch=abs(stretches[-1] - stretches[-2]),

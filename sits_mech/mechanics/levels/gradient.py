@@ -36,7 +36,7 @@ import numpy as np
 from sits_mech.mechanics.element.kernel import element_forces, small_strain_forces
 from sits_mech.mechanics.element.target import bonded_displacement, bonded_tangent, moved, work_of_load
 from sits_mech.mechanics.levels.answer import Scales, errors_of, levers
-from sits_mech.mechanics.levels.family import Levels, extrapolated
+from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.retry import Line
 from sits_mech.mechanics.rest.body import Bonded, State, rest, unpacked
 from sits_mech.mechanics.rest.linearisation import (
@@ -324,7 +324,7 @@ def _of_scales(family: Family, found: Equilibrium, stencils: Sequence[SceneStenc
 def _beyond(family: Family, found: Equilibrium, levels: Sequence[_Level]) -> float:
     """What the pose's error holds beyond that of the meshes, over the displacement."""
     lever = levers(family.levels.fine, 1.0)[: len(levels[0].S)]
-    limit = extrapolated([level.q * lever for level in levels], family.levels.sizes, family.levels.order)
+    limit = family.levels.limit([level.q * lever for level in levels])
     size = max(float(np.max(np.abs(limit.value))), 1e-300)
     return max(found.report.estimated_error - float(np.max(limit.error)) / size, 0.0) if np.any(limit.value) else 0.0
 
@@ -334,9 +334,8 @@ def _limit(family: Family, values: Sequence[Array], unit: Array, beyond: float) 
     lever = levers(family.levels.fine, 1.0)
     found = np.zeros((2, *values[0].shape))
     for column in range(values[0].shape[1]):
-        limit = extrapolated([each[:, column] * lever for each in values], family.levels.sizes, family.levels.order)
-        share = limit.owned(family.levels.share)
-        error = errors_of(limit.error + beyond * np.abs(limit.value), np.ones(6), share)
+        limit = family.levels.limit([each[:, column] * lever for each in values])
+        error = errors_of(limit.error + beyond * np.abs(limit.value), np.ones(6), family.levels.share)
         found[:, :, column] = np.stack([limit.value, error]) / lever
     return found[0] * unit, found[1] * unit
 

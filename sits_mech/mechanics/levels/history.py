@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.mechanics.levels.answer import Solved, aim, answer, levers
-from sits_mech.mechanics.levels.family import FEWEST, Levels
+from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.retry import Line, settled, untouched
 from sits_mech.mechanics.rest.body import Bonded
 from sits_mech.mechanics.rest.control import Control
@@ -32,6 +32,7 @@ from sits_mech.scene.sensor import Sensor
 
 _FIRST, _MOST = 4, 64  # increments of each leg
 _SHARE = 0.3  # of the tolerance that the increments may be worth
+_WALKED = 3  # levels at most
 _CHEAP = 1500  # cells of a level beyond the second
 
 
@@ -138,8 +139,8 @@ def _followed(line: Line, body: Bonded, controls: Sequence[Control], parts: int)
 
 def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) -> Iterator[Approach]:
     """Yield where the target rests on the levels beyond the second, as long as they are cheap."""
-    for level in range(2, len(levels.sizes)):
-        if level >= FEWEST or prod(levels.numbers(level)) > _CHEAP:
+    for level in range(2, len(levels)):
+        if level >= _WALKED or prod(levels.cells(level)) > _CHEAP:
             return
         body = levels.maker(level)
         track = _followed(line, body, controls, parts)

@@ -30,7 +30,7 @@ from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.faces.face_contact import face_contact, face_notes, faces_press
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.answer import aim, errors_of, largest_stretch, law_notes
-from sits_mech.mechanics.levels.family import FEWEST, Levels, extrapolated
+from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.retry import Line
 from sits_mech.mechanics.rest.body import Bonded, State
 from sits_mech.mechanics.rest.control import under
@@ -46,6 +46,7 @@ _ORDER = 3.0  # of what one step adds
 _LEAST = 1e-6  # of the largest displacement: no error is called smaller, whatever meshes agree on near zero
 _ROUNDING = 1e-9  # of a step
 _LIMITS = ("buckled", "sideways", "turned")  # what two families of meshes say of a load is not the meshes' fault
+_WALKED = 3  # levels at most
 _SHORTEST = 1e-6  # of the time between two loads of the history
 
 
@@ -133,12 +134,12 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress)
     body, goals = levels.coarse, history.wrench / line.scales.loads
     held, _ = aim(body, line.scales, under(next((load for load in history.loads if load.beside), Wrench())))
     asked = min(line.asked, 1.0)
-    count, loads = min(FEWEST, len(levels.sizes)), (history.time, goals[:, : body.components])
+    count, loads = min(_WALKED, len(levels)), (history.time, goals[:, : body.components])
     times, first = _timed(body, held, loads, _GROWTH * asked, _shares(tell, 0, count))
     walks, large = [first, _walked(levels.fine, held, times, _shares(tell, 1, count))], ""
     found = _limits(levels, times, walks)
     for level in range(2, count):
-        if found.relative <= asked and not levels.is_cheap(level):
+        if found.relative <= asked:
             break
         large = levels.check_memory(level)
         if large:
@@ -166,17 +167,16 @@ class _Limits(NamedTuple):
 
 def _limits(levels: Levels, times: _Times, walks: list[_Walk]) -> _Limits:
     """Extrapolate some walks at each time; errors over the largest displacement of the history."""
-    weight, order = levels.coarse.levers, levels.order
+    weight = levels.coarse.levers
     late = np.array([walk.q + times.late for walk in walks]) * weight
     size = max(float(np.max(np.abs(late[-1]))), 1e-300)
     pressed = any(walk.pressed for walk in walks)
-    early = levels.early if len(walks) == FEWEST and not pressed else 1.0
     values, errors = [], []
     for rows, gap in zip(np.moveaxis(late / size, 1, 0), times.gap, strict=True):
-        limit = extrapolated(list(rows), levels.sizes, order, pressed=pressed).times(early)
+        limit = levels.limit(list(rows), pressed=pressed)
         values.append(limit.value)
         own = np.maximum(limit.error + np.abs(gap * weight) / size, _LEAST if np.any(rows) else 0.0)
-        errors.append(errors_of(own, np.ones(len(weight)), limit.owned(levels.share)))
+        errors.append(errors_of(own, np.ones(len(weight)), levels.share))
     unit = size / weight
     return _Limits(np.array(values) * unit, np.array(errors) * unit, float(np.max(errors)))
 

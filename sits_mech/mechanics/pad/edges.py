@@ -10,12 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.levels.family import FEWEST, extrapolated
 from sits_mech.mechanics.pad.ladder import layer_family
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.newton import compliance
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor
+
+_LEVELS = 3  # meshes of each
 
 
 class Edges(NamedTuple):
@@ -42,9 +43,9 @@ def edge_effect(sensor: Sensor) -> Edges | None:
 def _compliance(sensor: Sensor) -> Array:
     """That of a layer at rest, scaled, shape (3, 3)."""
     levels = layer_family(sensor)
-    bodies = [levels.maker(level) for level in range(FEWEST)]
+    bodies = [levels.maker(level) for level in range(_LEVELS)]
     found = [compliance(body, rest(body), np.zeros(3)).ravel() for body in bodies]
-    return extrapolated(found, levels.sizes, levels.order).value.reshape(3, 3)
+    return levels.limit(found).value.reshape(3, 3)
 
 
 def edge_notes(edges: Edges, load: Array, thickness: float) -> tuple[str, ...]:

@@ -106,5 +106,10 @@ def _family(sensor: Sensor, kind: _Kind, depth: float) -> Levels:
 
     _, elastomer = layer_parts(sensor)
     wide = max(1, round(elastomer.extent[0] / elastomer.thickness))
-    order, eager = order_of(sensor, kind.grading), kind is _KINDS[0] or depth > 0.0 == kind.guard
-    return Levels(SIZES, (wide, 1), made, lambda level: None, order, SHARE, eager, kept(changed))
+    terms = np.array(SIZES)[:, None] ** (-order_of(sensor, kind.grading) * np.array([1.0, 2.0]))
+
+    def cells(level: int) -> tuple[int, ...]:
+        """Along each axis."""
+        return wide * int(SIZES[level]), int(SIZES[level])
+
+    return Levels(terms, cells, made, lambda level: None, SHARE, kept(changed))

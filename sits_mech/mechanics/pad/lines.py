@@ -4,7 +4,9 @@ The i-th of n lines of a segment of length l lies ``l (i/n)**beta`` from the sin
 or more beside the target, under it and through the thickness. Every cell is divided into m parts so that the segment
 keeps its grading: the meshes of m = 1, 2, 3, ... are a family, and errors go with a power of 1/m. Where the target is
 much wider than the pad is thick nothing happens in its middle but the flow of pressure: base cells there grow by a
-factor away from the edge. Lengths in thicknesses.
+factor away from the edge. Some meshes have further layers at the edge alone: the cell that touches it is cut where
+twice as many parts would have their first line, once for each layer. Meshes of m = 1, 2, 2 with a layer, 4, ... nest.
+Lengths in thicknesses.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ _STRETCH = 3.0  # thicknesses of half target that one base cell more than one is
 _LONG = 6.0  # thicknesses from the target's edge from which on cells grow,
 _GROWTH = 3.0  # by so much each
 _REACH = 1.25  # thicknesses beside the target within which the pad is stressed: one base cell does beyond
+_NEAR = 1.0  # thicknesses beside the target within which the corner of side and ground is loaded like the target's edge
 _FLUSH = 1e-4  # thicknesses between the rims of target and layer up to which the two are flush
 _CLEAR = 2.5e-3  # of a disc's radius that its rim keeps from the sides of a box: cells there would have no width
 
@@ -46,7 +49,38 @@ def flush(plate: Outline, pad: Outline) -> bool:
     return own is None or pad.half_x - own.half_x < 1e-9 or pad.half_y - own.half_y < 1e-9
 
 
-def box_lines(plate: Outline, pad: Outline, split: int, grading: float) -> tuple[Array, Array, Array]:
+def graded(split: int, grading: float, layers: int = 0) -> Array:
+    """Return the lines of a segment of length 1 from its singular end (0) on.
+
+    Parameters
+    ----------
+    split : int
+        Parts.
+    grading : float
+        Power of the lines' spacing towards the end; 1 is uniform.
+    layers : int
+        How often the part that touches the end is cut.
+    """
+    lines = (np.arange(split + 1) / split) ** grading
+    cuts = lines[1] * 2.0 ** (-grading * np.arange(layers, 0, -1))
+    return np.concatenate([lines[:1], cuts, lines[1:]])
+
+
+def low_corner(plate: Outline, pad: Outline) -> bool:
+    """Say whether a side of the pad is so near its target that the corner at its foot is graded, too."""
+    own = covered(plate, pad)
+    return own is None or min(pad.half_x - own.half_x, pad.half_y - own.half_y) < _NEAR
+
+
+def _both_ends(split: int, grading: float, layers: int) -> Array:
+    """Lines of a segment of length 1 that is singular at both ends, of two base cells."""
+    lower = 0.5 * graded(split, grading, layers)
+    return np.concatenate([lower, 1.0 - lower[-2::-1]])
+
+
+def box_lines(
+    plate: Outline, pad: Outline, split: int, grading: float, layers: int = 0
+) -> tuple[Array, Array, Array]:
     """Return the lines of a box along x, along y from the middle on, and through the thickness.
 
     Parameters
@@ -55,29 +89,29 @@ def box_lines(plate: Outline, pad: Outline, split: int, grading: float) -> tuple
         Half the sizes of target and pad [thicknesses].
     split : int
         Parts of a base cell along each axis.
-    grading : float
-        Power of the lines' spacing towards the target's edge and the faces; 1 is uniform.
+    grading, layers
+        Towards the target's edge and the faces, as of `graded`.
     """
+    way = (split, grading, layers)
     x, y = (
-        np.concatenate([under_lines(edge, split, grading), edge + beside_lines(end - edge, split, grading)[1:]])
+        np.concatenate([under_lines(edge, *way), edge + beside_lines(end - edge, *way)[1:]])
         for edge, end in zip(plate[:2], pad[:2], strict=True)
     )
-    return np.concatenate([-x[:0:-1], x]), y, lines_through(split, grading, flush(plate, pad))
+    return np.concatenate([-x[:0:-1], x]), y, lines_through(split, grading, low_corner(plate, pad), layers)
 
 
-def ring_lines(plate: Outline, pad: Outline, split: int, grading: float) -> tuple[Array, Array]:
+def ring_lines(plate: Outline, pad: Outline, split: int, grading: float, layers: int = 0) -> tuple[Array, Array]:
     """Return the lines from the core (0) to the target's outline (1), and from there (0) to the pad's (1)."""
     half = max(plate[:2])
-    inside = under_lines(half, split, grading) / half
+    inside = under_lines(half, split, grading, layers) / half
     gap = min(pad.half_x - plate.half_x, pad.half_y - plate.half_y)
-    return inside, np.zeros(1) if flush(plate, pad) else beside_lines(gap, split, grading) / gap
+    return inside, np.zeros(1) if flush(plate, pad) else beside_lines(gap, split, grading, layers) / gap
 
 
-def under_lines(edge: float, split: int, grading: float) -> Array:
+def under_lines(edge: float, split: int, grading: float, layers: int = 0) -> Array:
     """Return the lines from the middle to the target's edge."""
-    graded = min(edge, _LONG)
-    fine = (1 + int(graded / _STRETCH)) * split
-    away = graded * (np.arange(fine + 1) / fine) ** grading
+    near = min(edge, _LONG)
+    away = near * graded((1 + int(near / _STRETCH)) * split, grading, layers)
     last = away[-1] - away[-1 - split]
     while away[-1] < edge * (1.0 - 1e-9):
         left = edge - away[-1]
@@ -88,19 +122,18 @@ def under_lines(edge: float, split: int, grading: float) -> Array:
     return np.asarray(lines)
 
 
-def beside_lines(gap: float, split: int, grading: float) -> Array:
+def beside_lines(gap: float, split: int, grading: float, layers: int = 0) -> Array:
     """Return the lines from the target's edge (0) to the pad's side; none but the first where there is no gap."""
     if gap < 1e-9:
         return np.zeros(1)
-    graded = (np.arange(split + 1) / split) ** grading
+    if gap < _NEAR:
+        return np.asarray(gap * _both_ends(split, grading, layers))
+    near = graded(split, grading, layers)
     if gap <= 1.5 * _REACH:
-        return np.asarray(gap * graded)
-    return np.concatenate([_REACH * graded, np.linspace(_REACH, gap, split + 1)[1:]])
+        return np.asarray(gap * near)
+    return np.concatenate([_REACH * near, np.linspace(_REACH, gap, split + 1)[1:]])
 
 
-def lines_through(split: int, grading: float, flush: bool) -> Array:
+def lines_through(split: int, grading: float, both: bool, layers: int = 0) -> Array:
     """Return the lines through the thickness: towards the upper face, or both where the lower corner is as singular."""
-    if not flush:
-        return np.asarray(1.0 - (np.arange(split, -1, -1) / split) ** grading)
-    lower = 0.5 * (np.arange(split + 1) / split) ** grading
-    return np.concatenate([lower, 1.0 - lower[-2::-1]])
+    return _both_ends(split, grading, layers) if both else np.asarray(1.0 - graded(split, grading, layers)[::-1])

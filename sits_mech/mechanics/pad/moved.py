@@ -30,7 +30,7 @@ from sits_mech.quantities import Array
 from sits_mech.scene.sensor import SceneError, Sensor
 
 
-def moved_block(body: Bonded, sensor: Sensor, split: int, kind: tuple[float, float]) -> Bonded | None:
+def moved_block(body: Bonded, sensor: Sensor, fineness: tuple[int, float, int], guard: float = 0.0) -> Bonded | None:
     """Return a pad without contact as a changed scene has it; None where that takes other cells.
 
     Parameters
@@ -39,13 +39,13 @@ def moved_block(body: Bonded, sensor: Sensor, split: int, kind: tuple[float, flo
         Of the scene, from `bonded_block`.
     sensor : Sensor
         The changed scene.
-    split : int
-        As of `bonded_block`.
-    kind : tuple of float
-        Grading and guard, as of it.
+    fineness : (int, float, int)
+        Parts, grading and layers, as of `bonded_block`.
+    guard : float
+        As of it.
     """
     try:
-        bricks, _ = half_bricks(shape_of(*pad_parts(sensor)), split, kind[0])
+        bricks, _ = half_bricks(shape_of(*pad_parts(sensor)), *fineness)
     except SceneError:
         return None
     nodes = _nodes(bricks if body.components == 3 else both_halves(bricks), body.mesh)
@@ -53,7 +53,7 @@ def moved_block(body: Bonded, sensor: Sensor, split: int, kind: tuple[float, flo
         return None
     X = nodes[body.bonded[:, 0] // 3] * (1.0, 1.0, 0.0)
     mesh = body.mesh if np.array_equal(nodes, body.mesh.nodes) else moved_mesh(body.mesh, nodes, BRICK)
-    return replace(as_in(sensor, body, kind[1]), mesh=mesh, X=X)
+    return replace(as_in(sensor, body, guard), mesh=mesh, X=X)
 
 
 def moved_mesh(mesh: MixedMesh, nodes: Array, element: Element) -> MixedMesh:

@@ -30,6 +30,7 @@ from sits_mech.mechanics.pad.lines import (
     box_lines,
     flush,
     lines_through,
+    low_corner,
     outlines,
     ring_lines,
     under_lines,
@@ -68,10 +69,14 @@ class Shape(NamedTuple):
         return bool(self.middles) or flush(self.plate, self.pad)
 
     @property
+    def low_corner(self) -> bool:
+        """Whether a side of the pad is so near the target that the corner at its foot is graded."""
+        return bool(self.middles) or low_corner(self.plate, self.pad)
+
+    @property
     def exponent(self) -> float:
         """Of the displacements at the target's edge; where rims cross a part of it is in the middle of the face."""
-        crossing = not self.middles and covered(self.plate, self.pad) is None
-        return _EXPONENTS[self.flush and not crossing]
+        return _EXPONENTS[self.flush and not crosses(self)]
 
     def holds(self, places: Array) -> Array:
         """Say which places, shape (n, 2 or more), are in a pillar, seen from above; of a pad in one piece all are."""
@@ -91,7 +96,7 @@ def shape_of(target: Target, elastomer: Elastomer) -> Shape:
     return Shape(plate, Outline(radius, radius, True), tuple((x / t, y / t) for x, y in middles))
 
 
-def half_bricks(shape: Shape, split: int, grading: float) -> tuple[MeshHex, Division]:
+def half_bricks(shape: Shape, split: int, grading: float, layers: int = 0) -> tuple[MeshHex, Division]:
     """Return half a pad, y >= 0, and the division of its bricks.
 
     Parameters
@@ -99,8 +104,8 @@ def half_bricks(shape: Shape, split: int, grading: float) -> tuple[MeshHex, Divi
     shape : Shape
     split : int
         Parts of each base cell along every axis.
-    grading : float
-        Power of the lines' spacing towards the target's edge and the faces; 1 is uniform.
+    grading, layers
+        Towards the target's edge and the faces, as of `graded`; where rims cross there are no layers.
 
     Raises
     ------
@@ -108,39 +113,48 @@ def half_bricks(shape: Shape, split: int, grading: float) -> tuple[MeshHex, Divi
         For rims of target and pad that cross where no cells have room.
     """
     plate, pad, middles = shape
-    through, own = lines_through(split, grading, shape.flush), covered(plate, pad)
+    ways, own, around = ((split, grading, layers), (1, grading, 0)), covered(plate, pad), _AROUND * split
+    through, base = (lines_through(*way[:2], shape.low_corner, way[2]) for way in ways)
     if middles:
-        inside, _ = ring_lines(pad, pad, split, grading)
-        return pillar_bricks(pad, middles, (inside, through), _AROUND * split, split)
+        inside, first = (ring_lines(pad, pad, *way)[0] for way in ways)
+        return pillar_bricks(pad, middles, (inside, through), around, split, (first, base))
     if own is None:
         try:
-            lines = (*_crossing_lines(plate, pad, split, grading), through)
-            return crossing_bricks(plate, pad, lines, _AROUND * split, split)
+            lines = (*_crossing_lines(plate, pad, split, grading), lines_through(split, grading, shape.low_corner))
+            return crossing_bricks(plate, pad, lines, around, split)
         except ValueError as error:
             raise SceneError(f"target: {error}: draw the pad yourself, elastomer.mesh") from None
     if own.is_round or pad.is_round:
-        return ring_bricks(own, pad, (*ring_lines(own, pad, split, grading), through), _AROUND * split, split)
-    return box_bricks(*box_lines(own, pad, split, grading), split)
+        rings, of_base = (ring_lines(own, pad, *way) for way in ways)
+        return ring_bricks(own, pad, (*rings, through), around, split, (*of_base, base))
+    boxes = [box_lines(own, pad, *way) for way in ways]
+    return box_bricks(*boxes[0], base=boxes[1])
 
 
-def base_cells(shape: Shape) -> tuple[int, int, int]:
-    """Return the numbers of base cells of half a pad: along x, y and z of a box, else outwards, around and along z.
+def crosses(shape: Shape) -> bool:
+    """Say whether the rims of target and pad cross."""
+    return not shape.middles and covered(shape.plate, shape.pad) is None
+
+
+def cells_of(shape: Shape, split: int, grading: float, layers: int) -> tuple[int, int, int]:
+    """Return the numbers of cells of half a pad: along x, y and z of a box, else outwards, around and along z.
 
     Of pillars those around all of them. Where rims cross all are counted, and one more outwards: three-sided pieces
     take more memory than rings.
     """
     plate, pad, middles = shape
-    own, through = covered(plate, pad), len(lines_through(1, GRADING, shape.flush)) - 1
+    own, way, around = covered(plate, pad), (split, grading, layers), 4 * _AROUND * split
+    through, core = len(lines_through(split, grading, shape.low_corner, layers)) - 1, max(1, split // 2)
     if middles:
-        return len(ring_lines(pad, pad, 1, GRADING)[0]), 4 * _AROUND * len(middles), through
+        return len(ring_lines(pad, pad, *way)[0]) - 1 + core, around * len(middles), through
     if own is None:
-        outwards = sum(len(lines) for lines in _crossing_lines(plate, pad, 1, GRADING)) - 1
-        _, division = half_bricks(shape, 1, GRADING)
-        return outwards + 1, -(-division.bases // (outwards * through)), through
+        outwards, up = (sum(len(lines) for lines in _crossing_lines(plate, pad, 1, grading)) - 1), 1 + shape.low_corner
+        _, division = half_bricks(shape, 1, grading)
+        return split * (outwards + 1), split * -(-division.bases // (outwards * up)), split * up
     if own.is_round or pad.is_round:
-        inside, beside = ring_lines(own, pad, 1, GRADING)
-        return len(inside) + len(beside) - 1, 4 * _AROUND, through
-    x, y, _ = box_lines(own, pad, 1, GRADING)
+        inside, beside = ring_lines(own, pad, *way)
+        return len(inside) + len(beside) - 2 + core, around, through
+    x, y, _ = box_lines(own, pad, *way)
     return len(x) - 1, len(y) - 1, through
 
 

@@ -100,8 +100,9 @@ def _pattern(own: NumberedMesh, touching: bool, hidden: bool = False) -> Pattern
 
 
 def bonded_block(
-    sensor: Sensor, split: int, grading: float = GRADING, guard: float = 0.0, depth: float = 0.0, *, whole: bool = False
-) -> Solid:
+    sensor: Sensor, split: int, grading: float = GRADING, guard: float = 0.0, depth: float = 0.0, *,
+    whole: bool = False, layers: int = 0,
+) -> Solid:  # fmt: skip
     """Return half the pad (y >= 0), or all of it, of a box or a cylinder with its target, meshed and scaled.
 
     Parameters
@@ -117,14 +118,16 @@ def bonded_block(
         Over which the pressure of contact builds up; 0 for no contact [thicknesses].
     whole : bool
         Whether both halves are meshed: then all six components of the target's motion are free.
+    layers : int
+        Further layers at the target's edge and the faces (lines.py).
     """
-    return solid(sensor, _meshed(shape_of(*pad_parts(sensor)), split, grading, whole), guard, depth)
+    return solid(sensor, _meshed(shape_of(*pad_parts(sensor)), (split, grading, layers), whole), guard, depth)
 
 
 @lru_cache(maxsize=8)
-def _meshed(shape: Shape, split: int, grading: float, whole: bool) -> NumberedMesh:
+def _meshed(shape: Shape, fineness: tuple[int, float, int], whole: bool) -> NumberedMesh:
     """The mesh of a pad; what differs in law, guard or contact shares it."""
-    mesh, division = half_bricks(shape, split, grading)
+    mesh, division = half_bricks(shape, *fineness)
     if whole:
         mesh, division = both_halves(mesh), division.doubled
     own, basis = solid_mesh(mesh, BRICK)

@@ -105,9 +105,10 @@ def meshed_family(sensor: Sensor, guard: float, share: float, depth: float = 0.0
         """One of them with what a changed scene says of it beside its sizes."""
         return as_in(other, made(level), guard) if _sizes(other) == _sizes(sensor) else None
 
-    sizes = tuple(2.0**level for level in range(max(count, 2)))
     along = max(1, round((cells / (_PER_BRICK if element is TETRAHEDRON else 1.0)) ** (1.0 / 3.0)))
-    return Levels(sizes, (along, along, along), made, carrier, _ORDER if count > 1 else np.inf, share, changed=changed)
+    sizes = 2.0 ** np.arange(count)[:, None]
+    terms = sizes ** -np.array([_ORDER, 2.0 * _ORDER]) if count > 1 else np.full((2, 1), np.nan)
+    return Levels(terms, lambda level: 3 * (along * 2 ** (level if count > 1 else 0),), made, carrier, share, changed)
 
 
 def _tetrahedral(mesh: MixedMesh) -> bool:

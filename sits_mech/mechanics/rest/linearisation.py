@@ -18,7 +18,7 @@ the path. With S, the stiffness that is left when all but q is eliminated, a ste
     dt = 0    or, where t is found,    normal . dq = what is left of the way to a plane across the path (`Arc`),
 
 so that turning points of the load are nothing special. A step that would turn a quadrature point inside out is
-shortened, and one that overshoots the least potential along it where friction makes the tangent change abruptly.
+shortened, and one along which the potential does not fall as its slope promises.
 
 Source: R. de Borst et al., Non-linear Finite Element Analysis of Solids and Structures (2012), chapter 4, for mixed
 control; E. Riks, Int. J. Solids Struct. 15 (1979) 529, for the plane across the path.
@@ -48,6 +48,7 @@ from sits_mech.mechanics.element.target import (
     bonded_tangent,
     moved,
     turning,
+    work_between,
     work_of_load,
 )
 from sits_mech.mechanics.rest.body import Bonded, State, deformed_state, smallest_volume
@@ -56,6 +57,9 @@ from sits_mech.quantities import Array
 Held = NDArray[np.bool_]
 
 _SHORTEN = 0.5
+_SHORTEST = 1e-3  # part of a step
+_ROUNDING = 1e-12  # of the potential, and of a shear modulus everywhere in the layer
+_ARMIJO = 1e-4  # share of the fall that a step's slope promises, below which the step is shortened
 _STEEP, _LEAST_STEP = 0.5, 0.05  # slope at the end of a step over that at its beginning; smallest share of it at once
 _BLENDS = 12  # times that cells are drawn towards a safe state, by a quarter each
 _MIN_J_KEPT = 0.2  # a step may not shrink the smallest volume ratio below this fraction of its value
@@ -177,14 +181,21 @@ def way_of(
 
 
 def stepped(
-    body: Bonded, here: State, factor: Factor, way: tuple[Array, Array, Array, float], held: Held
-) -> tuple[State, float] | None:
-    """State after the longest part of Newton's step that keeps every point well above inversion, and that part.
+    body: Bonded, here: State, found: Gradient, factor: Factor, way: tuple[Array, Array, Array, float], held: Held, *,
+    falling: bool = False,
+) -> tuple[State, float, Gradient] | None:  # fmt: skip
+    """State after the longest part of Newton's step that is allowed, that part, and the gradient there.
 
-    Where points slip with friction, whose tangent changes within a hair of slip, nor may the potential rise steeply.
+    Every point stays well above inversion. Where it is to be `falling`, the total potential falls by at least a share
+    of what the step's slope promises (L. Armijo, Pacific J. Math. 16 (1966) 1), unless the step climbs, where the
+    tangent is indefinite, or moves places that are held. Where points slip with friction, whose tangent changes within
+    a hair of slip, the slope at the end counts instead.
     """
-    (linear, p_full), (_, dq, forces, _), part = _increments(body, here, factor, way), way, 1.0
-    while part > 1e-3:
+    (linear, p_full), (dx, dq, forces, further), part = _increments(body, here, factor, way), way, 1.0
+    slope = float(dx @ found.free + dq @ found.target)
+    measured = falling and slope < 0.0 and not np.any(held) and further == 0.0 and np.isfinite(found.energy)
+    rounding = _ROUNDING * (float(body.mesh.inside.weights.sum()) + abs(found.energy))
+    while part > _SHORTEST:
         u, q = here.u + part * linear, moved(here.q, part * dq)
         u[body.bonded] = bonded_displacement(body.X, q)[:, list(body.mesh.axes)]
         known = deformed(body.mesh, u)
@@ -192,24 +203,31 @@ def stepped(
         if min_J > _MIN_J_KEPT * min(here.min_J, 1.0):
             p = here.p + part * (p_full - here.p)
             there = replace(here, u=u, q=q, p=p, min_J=min_J, load=here.load + part * forces, known=known)
-            shorter = _overshot(body, (here, there), way, held) if body.slips else 1.0
-            if shorter == 1.0:
-                return there, part
-            part *= shorter
-        else:
-            part *= _SHORTEN
+            after = gradient(body, there)
+            if body.slips:
+                shorter = _overshot((found, after), way, held)
+                if shorter == 1.0:
+                    return there, part, after
+                part *= shorter
+                continue
+            gained = work_between(here.load, body.height, (here.q, q), part * dq)
+            if not measured or after.energy - found.energy - gained <= _ARMIJO * part * slope + rounding:
+                return there, part, after
+        part *= _SHORTEN
     return None
 
 
-def _overshot(body: Bonded, states: tuple[State, State], way: tuple[Array, Array, Array, float], held: Held) -> float:
-    """Share of a step to a new state that the potential asks for: 1 where it does not rise too steeply there.
+def _overshot(
+    ends: tuple[Gradient, Gradient], way: tuple[Array, Array, Array, float], held: Held
+) -> float:  # fmt: skip
+    """Share of a step between two gradients that the potential asks for: 1 where it does not rise too steeply there.
 
     A step that moves places which are held does not go down the potential, and is left alone.
     """
     dx, dq = way[0], way[1]
     if np.any(dq[held]):
         return 1.0
-    before, after = (float(dx @ found.free + dq @ found.target) for found in (gradient(body, each) for each in states))
+    before, after = (float(dx @ found.free + dq @ found.target) for found in ends)
     if before >= 0.0 or after <= -_STEEP * before:
         return 1.0
     return min(max(before / (before - after), _LEAST_STEP), _SHORTEN)

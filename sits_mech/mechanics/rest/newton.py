@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.element.target import moved
 from sits_mech.mechanics.rest.body import Bonded, State, deformed_state, rest
 from sits_mech.mechanics.rest.linearisation import (
     Aim,
@@ -29,7 +28,6 @@ from sits_mech.mechanics.rest.linearisation import (
     gradient,
     hidden_stiffness,
     stepped,
-    stepped_around,
     way_of,
 )
 from sits_mech.quantities import Array
@@ -45,11 +43,8 @@ _ROUNDING = 1e-5
 _NEAR = 3e-3  # residual from which one more step leaves the target's stiffness as it is
 _AGAIN = 0.1  # share of the residual that a step with an older factor must leave at most for the factor to serve on
 _PATIENCE = 8  # iterations after which the residual must lie below its first value
-_CHORD = 0.3  # a step that is shorter than this share of the one before is followed by one with the same factor
-_MOST_CORRECTIONS = 6  # steps
-_WILD = 3.0  # times the first step, at which a corner folds rather than the target moves
+_LEAST_CLEAR = 0.1  # of the target's way, by which a place that is no better tells nothing
 _LEAST_SWELLING = 0.05  # part of it
-_LINEAR = 0.3  # of a step that no other could follow, what it may be off by
 
 
 class Settled(NamedTuple):
@@ -69,10 +64,9 @@ class Settled(NamedTuple):
 class Approach(NamedTuple):
     """Where a target nearly rests: motion, load, by how much the motion may be off, steps.
 
-    The state is None where it is no good to go on from.
     """
 
-    state: State | None
+    state: State
     q: Array
     load: Array
     off: Array
@@ -80,8 +74,9 @@ class Approach(NamedTuple):
 
 
 def newton(
-    body: Bonded, start: State, goal: Array, held: Held | None = None, *, until: float = SETTLED, arc: Arc | None = None
-) -> Settled:
+    body: Bonded, start: State, goal: Array, held: Held | None = None, *, until: float = SETTLED,
+    arc: Arc | None = None, falling: bool = False,
+) -> Settled:  # fmt: skip
     """Iterate to rest under one goal; the result's residual says whether it settled.
 
     Parameters
@@ -96,6 +91,8 @@ def newton(
         Residual at which to stop.
     arc : Arc, optional
         A plane across a path from the goal on: how far to go on along the path is found, too.
+    falling : bool
+        Whether steps go down the potential: surer where singular edges make full steps wander, and slower elsewhere.
     """
     held = np.zeros(body.components, dtype=bool) if held is None else held
     here = replace(start, load=np.where(held, start.load, goal), known=deformed_state(body, start))
@@ -103,8 +100,8 @@ def newton(
     factor: Factor | None = None
     left: list[float] = []
     length = part = 0.0
+    found = gradient(body, here)
     for count in range(MOST + 1):
-        found = gradient(body, here)
         aim = aim_of(here, goal if arc is None else goal + part * arc.slope, held, arc)
         left.append(_residual(body, here, found, aim, until))
         here = replace(here, residual=left[-1], iterations=count)
@@ -115,11 +112,13 @@ def newton(
             factor, near = factored(body, here, found), left[-1]
         way = None if factor is None else way_of(body, here, found, factor, aim)
         length = body.length(way[1]) if way is not None and not count else length
-        gone = None if factor is None or way is None or length > LONGEST else stepped(body, here, factor, way, held)
+        gone = None if factor is None or way is None or length > LONGEST else stepped(
+            body, here, found, factor, way, held, falling=falling
+        )  # fmt: skip
         if gone is None or way is None:
             here = replace(here, residual=np.inf, iterations=count + 1)
             break
-        here, part = gone[0], part + gone[1] * way[3]
+        here, part, found = gone[0], part + gone[1] * way[3], gone[2]
     if factor is None or near > _NEAR:
         return Settled(here, None, None, length, part)
     stiffness, made, factor = factor.stiffness, factor.made, None
@@ -127,38 +126,29 @@ def newton(
 
 
 def approached(body: Bonded, start: State, goal: Array, held: Held, enough: float) -> Approach | None:
-    """Return where the target of a body rests, near a state that is not far from rest; None without a step to go.
+    """Return where the target of a body rests; None where that does not show.
 
-    For corrections from a coarser mesh: the target is where it rests long before the last corner is. Corners that a
-    step would turn inside out take a part of it. Where steps do not get shorter the place is that after the shortest, a
-    part of which is what it may be off by. Arguments as of `newton`; steps end where one would move the target's edge
-    by no more than `enough` [thicknesses].
+    The target is where it rests long before the last corner is: steps end where one moves the target's edge by no more
+    than `enough` [thicknesses], and what the last one moved it by is what the place may be off by. Other arguments as
+    of `newton`.
     """
     here = replace(start, load=np.where(held, start.load, goal), known=deformed_state(body, start))
-    gone = [np.inf]
-    factor: Factor | None = None
-    place: Approach | None = None
-    for _ in range(_MOST_CORRECTIONS):
-        found = gradient(body, here)
-        if len(gone) < 3 or gone[-1] >= _CHORD * gone[-2]:
-            factor = None  # its memory is needed for the next one
-            factor = factored(body, here, found)
+    found, off = gradient(body, here), np.full(body.components, np.inf)
+    for count in range(1, MOST + 1):
+        factor = None  # its memory is needed for the next one
+        factor = factored(body, here, found)
         way = None if factor is None else way_of(body, here, found, factor, aim_of(here, goal, held, None))
-        if factor is None or way is None:
+        gone = None if factor is None or way is None else stepped(
+            body, here, found, factor, way, held, falling=True
+        )  # fmt: skip
+        if way is None or gone is None:
             break
-        gone.append(body.length(way[1]))
-        if gone[-1] < 0.5 * min(gone[:-1]):
-            off = np.abs(way[1]) * (_LINEAR if place is None else gone[-1] / gone[-2])
-            place = Approach(None, moved(here.q, way[1]), here.load + way[2], off, here.iterations + 1)
-        elif gone[-1] > _WILD * gone[1]:
+        here, off, found = replace(gone[0], iterations=count), np.abs(way[1]), gone[2]
+        if gone[1] == 1.0 and body.length(off) <= enough:
             break
-        after = stepped_around(body, here, factor, way)
-        if after is None:
-            break
-        here = replace(after, iterations=here.iterations + 1)
-        if len(gone) > 2 and place is not None and body.length(place.off) <= enough:
-            return place._replace(state=here)
-    return place
+    if not body.length(off) <= _LEAST_CLEAR * body.length(here.q):
+        return None
+    return Approach(here, here.q, here.load, off, here.iterations)
 
 
 def compliance(body: Bonded, state: State, load: Array) -> Array:
@@ -242,7 +232,7 @@ def correction(body: Bonded, load: Array) -> tuple[Array, float]:
             break
         if again:
             return way[1], here.min_J
-        after = stepped(body, here, factor, way, aim.held)
+        after = stepped(body, here, found, factor, way, aim.held)
         if after is None or after[1] < 1.0:
             break
         here = after[0]

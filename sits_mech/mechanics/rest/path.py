@@ -87,10 +87,16 @@ def follow(
 
 
 def among_faces(body: Bonded, start: State, goal: Array, held: Held | None) -> tuple[Bonded, Settled]:
-    """Return a body and its rest under a goal, once more where free faces met on the way that it did not hold apart."""
+    """Return a body and its rest under a goal, once more where free faces met on the way that it did not hold apart.
+
+    Newton's method takes full steps first; where they wander, about singular edges, it goes down the potential.
+    """
     body = body.near(start.u)
     for _ in range(_LOOKS):
         found = newton(body, start, goal, held)
+        if not found.state.residual <= SETTLED and not body.slips and not found.length > LONGEST:
+            spent, found = found.state.iterations, newton(body, start, goal, held, falling=True)
+            found = found._replace(state=replace(found.state, iterations=spent + found.state.iterations))
         wider = body.near(found.state.u) if found.state.residual <= SETTLED else body
         if wider is body:
             break

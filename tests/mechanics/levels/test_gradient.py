@@ -23,7 +23,7 @@ LENGTHS = (
 MODELS = {
     "block": lambda sensor: block_pad(sensor, 1e-2).rough,
     "planar": lambda sensor: planar_layer(sensor, 1e-2).rough,
-    "linear": lambda sensor: linear_pad(sensor, 0.1, eager=False),
+    "linear": lambda sensor: linear_pad(sensor, 0.1),
     "linear layer": lambda sensor: linear_layer(sensor, 0.1),
 }
 LOAD = Wrench(F_x=0.3, F_z=1.5, M=5e-4)
@@ -146,7 +146,7 @@ def test_finer_levels_count_as_they_do_in_the_pose() -> None:
         each = (np.abs(found.pose - best.pose), found.error, np.abs(best.pose))
         off, error, size = (np.max(one[:3] * LEVER[:3, None], axis=0) for one in each)
         assert np.all(off < 3.0 * error)
-        assert np.all(error < 5e-3 * size)
+        assert np.all(error < 1e-2 * size)  # as it was asked
 
 
 def test_a_finer_level_is_differentiated_where_it_rests() -> None:

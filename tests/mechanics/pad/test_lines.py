@@ -1,5 +1,7 @@
 """Lines of a pad's mesh: families that keep their grading, thin pads with few cells, edges met."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from sits_mech.mechanics.pad.lines import (
     beside_lines,
     box_lines,
     flush,
+    graded,
     lines_through,
     outlines,
     ring_lines,
@@ -71,6 +74,24 @@ def test_lines_beside_end_at_the_side(gap):
         lines = beside_lines(gap, split, 2.0)
         assert lines[0] == 0.0 and lines[-1] == pytest.approx(gap) and np.all(np.diff(lines) > 0.0)
         assert len(lines) <= 2 * split + 1
+
+
+def test_layers_cut_the_cells_at_edges_and_meshes_nest():
+    """Parts 1, 2, 2 with a layer, 4: each has all lines of the one before; layers stand at the edge alone."""
+    each = [box_lines(half(3.75), half(5.0), *way) for way in ((1, 2.0, 0), (2, 2.0, 0), (2, 2.0, 1), (4, 2.0, 0))]
+    for coarse, fine in pairwise(each):
+        for own, more in zip(coarse, fine, strict=True):
+            assert np.all(np.abs(own[:, None] - more).min(axis=1) < 1e-12)
+    np.testing.assert_allclose(graded(2, 2.0, 2), [0.0, 1 / 64, 1 / 16, 1 / 4, 1.0])
+    assert [len(axes[2]) for axes in each] == [2, 3, 4, 5]
+
+
+def test_a_near_side_is_graded_at_its_foot():
+    """Within a thickness of the target the corner of side and ground is as loaded as the target's edge."""
+    near, far = (box_lines(half(2.0), half(2.0 + gap), 2, 2.0) for gap in (0.9, 1.1))
+    assert len(near[2]) > len(far[2])
+    beside = near[0][near[0] > 2.0 - 1e-9] - 2.0
+    np.testing.assert_allclose(beside + beside[::-1], 0.9)
 
 
 def test_rings_run_from_the_core_to_both_outlines():

@@ -20,7 +20,7 @@ def test_a_moved_mesh_is_the_one_made_anew(scene: str, name: str, whole: bool) -
     found = parameter(sensor, name)
     other = found.changed(0.01 * found.value)
     body, anew = (bonded_block(each, 1, whole=whole).body for each in (sensor, other))
-    moved = moved_block(body, other, 1, (2.0, 0.0))
+    moved = moved_block(body, other, (1, 2.0, 0))
     assert (np.max(np.abs(anew.mesh.nodes - body.mesh.nodes)) > 1e-3) == (not name.endswith("c10"))
     np.testing.assert_allclose(moved.mesh.nodes, anew.mesh.nodes, atol=1e-13)
     np.testing.assert_allclose(moved.mesh.inside.slope, anew.mesh.inside.slope, atol=1e-10)
@@ -35,4 +35,4 @@ def test_other_cells_are_no_moved_ones() -> None:
     sensor = load_sensor("biorob2018", ['target.width="12 mm"'])
     body = bonded_block(sensor, 1).body
     beside = [parameter(sensor, "target.width").changed(way) for way in (-1e-5, 1e-5)]
-    assert [moved_block(body, other, 1, (2.0, 0.0)) is None for other in beside] == [True, False]
+    assert [moved_block(body, other, (1, 2.0, 0)) is None for other in beside] == [True, False]

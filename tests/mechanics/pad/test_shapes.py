@@ -9,7 +9,7 @@ from sits_mech.mechanics.element.mesh import BRICK
 from sits_mech.mechanics.element.prolongation import along_family
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer
-from sits_mech.mechanics.pad.shapes import base_cells, half_bricks, shape_of
+from sits_mech.mechanics.pad.shapes import cells_of, half_bricks, shape_of
 from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.mechanics.pictured import deformed_section
 from sits_mech.mechanics.rest.body import rest
@@ -179,8 +179,9 @@ def test_as_many_cells_are_counted_as_there_are():
     for target, pad in SHAPES:
         sensor = scene(target, pad)
         shape = shape_of(sensor.target, sensor.elastomer)
-        true, counted = half_bricks(shape, 1, 2.0)[1].bases, np.prod(base_cells(shape))
-        assert true <= counted <= 1.5 * true
+        for way in ((1, 2.0, 0), (2, 2.0, 1), (4, 2.0, 0)):
+            true, counted = half_bricks(shape, *way)[0].nelements, np.prod(cells_of(shape, *way))
+            assert true <= counted <= 1.5 * true
 
 
 def test_a_split_mesh_is_nested_for_every_shape():
