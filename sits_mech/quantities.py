@@ -312,11 +312,18 @@ class MechanicalModel(Protocol):
 
 @runtime_checkable
 class RefinedModel(Protocol):
-    """A mechanical model that answers on a few meshes, and has another on the first of them alone, for a first look."""
+    """A mechanical model that answers on a few meshes, and has others on the first ones alone.
+
+    Many loads are answered by the rough one, and a few of them by the refined one: what finer meshes change is smooth.
+    """
 
     @property
     def rough(self) -> MechanicalModel:
         """The model on the first meshes."""
+
+    @property
+    def refined(self) -> MechanicalModel:
+        """The model on one mesh more."""
 
 
 @runtime_checkable

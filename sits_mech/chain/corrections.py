@@ -8,10 +8,11 @@ largest values, and D the change of a component of the pose,
 
 by least squares, weighted with the finer answers' errors, through loads whose monomials span the space best (QR with
 pivoting), some more than there are coefficients, and all their images by symmetry: where they suffice of loads that
-move the target less than nine tenths of the farthest, whose finer answers are better and cheaper. The signed parts of
+move the target less than three quarters of the farthest, whose finer answers are better and cheaper. The signed parts of
 the finer answers' errors, which neighbouring loads share, go with the load by such a map as well. The rest of the error
 goes with the displacement, of each component, of which a tenth of the largest counts at least: the median of the finer
-answers', and what the map misses at loads that it was made without.
+answers', and what the map misses at loads that it was made without, beyond these loads times the cube of the
+displacement over theirs.
 
 Where designs are only compared, D is a share of the displacement, one of each component, by two loads: figures of
 sensors were seen to differ by 1 to 3 %, one by 8 %, from those by the map (`corrected_in_share`).
@@ -35,10 +36,10 @@ from sits_mech.quantities import POSE, Array, Wrench
 
 _DEGREE = 2
 _SAME = 1e-9  # of the largest, what is left of a monomial that others make
-_NEAR = 0.9  # of the largest displacement
+_NEAR = 0.75  # of the largest displacement: beyond, finer meshes are dear and settle least
 _LITTLE = 0.1  # of the largest displacement, what every component counts for at least
 _TWO, _STILL = 2, 1e-3  # loads for shares; of the farthest, a displacement that has one
-_MORE = 2  # loads more than coefficients, so that misses can be seen
+_MORE = 1  # loads more than coefficients, so that misses can be seen
 
 
 class _Map(NamedTuple):
@@ -98,13 +99,14 @@ def corrected(
     fitted = _fitted(basis[known], change, [standard[k][0] for k in known], weight)
     scales = dict(zip(good, np.maximum(moved, _LITTLE * size[:, None] / levers), strict=True))
     shares = np.array([_alone(row) / scales[load] for load, row in found.items() if np.any(scales[load])])
-    share = np.median(shares, axis=0) + fitted.missed / np.max([scales[load] for load in found], axis=0)
+    share, missed = np.median(shares, axis=0), fitted.missed / np.max([scales[load] for load in found], axis=0)
+    beyond = np.maximum(1.0, size / max(float(size[known].max()), 1e-300)) ** (_DEGREE + 1)
     count = min(len(shared_of(row)) for row in found.values())
     parts = np.array([(shared_of(found[standard[k][0]])[:count] @ standard[k][1].T).ravel() for k in known])
     shared = (basis @ np.linalg.lstsq(basis[known], parts, rcond=None)[0]).reshape(len(good), count, len(POSE))
     return dict(rows) | {
-        load: _moved(rows[load], symmetry.projection(load), step, common, share * scales[load])
-        for load, step, common in zip(good, basis @ fitted.weights, shared, strict=True)
+        load: _moved(rows[load], symmetry.projection(load), step, common, (share + missed * more) * scales[load])
+        for load, step, common, more in zip(good, basis @ fitted.weights, shared, beyond, strict=True)
     }
 
 
@@ -114,7 +116,7 @@ def corrected_in_share(
     """Return the rows of loads with each component of their displacements larger by one share, as finer meshes tell.
 
     The shares are by least squares of two loads that were solved, those that move the target farthest along the first
-    two components which move, of what is less than nine tenths of the farthest. Errors are not told: they stay.
+    two components which move, of what is less than three quarters of the farthest. Errors are not told: they stay.
 
     Parameters
     ----------

@@ -58,6 +58,11 @@ class WithSlopes:
         """The model on the first meshes; itself, where all answers are on the same."""
         return replace(self, layer=self.layer.rough) if isinstance(self.layer, RefinedModel) else self
 
+    @property
+    def refined(self) -> MechanicalModel:
+        """The model on one mesh more; itself, where all answers are on the same."""
+        return replace(self, layer=self.layer.refined) if isinstance(self.layer, RefinedModel) else self
+
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the equilibrium; that of a load which is solved again, on finer meshes, without derivatives."""
         found = self.layer.equilibrium(wrench, start=start)

@@ -37,6 +37,7 @@ from sits_mech.scene.sensor import Sensor
 from sits_mech.scene.thermal import at_temperature
 
 _BETWEEN = 0.4  # of the tolerance, what the map between solved loads is given: neighbours do not share its error
+_REFINED = 3e-3  # tolerance down to which one mesh more does for what finer ones change
 _UNSEEN = 0.1  # of the largest error, what a component has at least: symmetry may hide it from all loads solved
 _FEW = 12  # loads that are solved on all meshes each: about as many as a map of what finer ones change takes
 INTERPOLATED = "pose between solved loads, by a smooth map through them"
@@ -101,7 +102,8 @@ def poses_on_grid(
         if progress is not None:
             progress(len(loads), len(loads))
     if first is not layer:
-        again = partial(settled_again, layer, rows, keep=keep)
+        finer = layer.refined if isinstance(layer, RefinedModel) and tolerance >= _REFINED else layer
+        again = partial(settled_again, finer, rows, keep=keep)
         at_rest = _at_rest(sensor)
         if in_share:
             rows = corrected_in_share(rows, again, levers, at_rest)

@@ -35,7 +35,7 @@ _WHOLE = 32  # points up to which a grid is solved whole
 _FIRST = 2  # sum of the levels of the blocks that are solved at first
 _DECAY = 0.25  # of the size of a block's neighbours below, what it is expected to have
 _TIE = 1.001  # of sizes: those that symmetry makes alike differ by less, by rounding
-_LEAST = 0.1  # of the largest range of an output, what every output is taken to have
+_LEAST = 0.25  # of the largest range of an output, what every output is taken to have: solvers own to as much error
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def solve_part(
     axes : mapping of str to sequence
         The grid.
     tolerance : float
-        Of the map, relative to the range of each output, one that varies little counting a tenth of the largest.
+        Of the map, relative to the range of each output, one that varies little counting a quarter of the largest.
     weights : array_like, shape (n,)
         What makes outputs comparable, such as the lever of an angle.
     """

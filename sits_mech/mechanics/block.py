@@ -77,31 +77,39 @@ class BlockPad:
     tolerance : float
         Asked error of the pose over the size of the displacement; an answer that misses it says so.
     finer : BlockPad or None
-        Of a rough model the one with all of its meshes.
+        Of a model on the first of some meshes the one with all of them.
+    deepest : int
+        Levels at most.
     """
 
     sensor: Sensor
     tolerance: float
     finer: BlockPad | None = None
+    deepest: int = 99
 
     @cached_property
     def half(self) -> Line:
         """Meshes of half the pad in the order they are tried; of the whole one where the user's mesh is."""
         if self.finer is not None:
-            return replace(self.finer.half, asked=np.inf)
+            return replace(self.finer.half, deepest=self.deepest)
         return meshes_in_line(self.sensor, self.tolerance, whole=False)
 
     @cached_property
     def whole(self) -> Line:
         """Meshes of the whole pad."""
         if self.finer is not None:
-            return replace(self.finer.whole, asked=np.inf)
+            return replace(self.finer.whole, deepest=self.deepest)
         return meshes_in_line(self.sensor, self.tolerance, whole=True)
 
     @cached_property
     def rough(self) -> BlockPad:
         """The model that answers on the first two levels alone, of the same meshes."""
-        return replace(self, tolerance=_ROUGH, finer=self)
+        return replace(self, tolerance=_ROUGH, finer=self, deepest=2)
+
+    @property
+    def refined(self) -> BlockPad:
+        """The model that answers on one level more, for what finer meshes change of many loads."""
+        return replace(self, finer=self, deepest=3)
 
     @one_thread
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:

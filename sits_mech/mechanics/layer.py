@@ -70,7 +70,12 @@ class PlanarLayer:
     @property
     def rough(self) -> PlanarLayer:
         """The model that answers on the first two levels alone, of the same meshes."""
-        return replace(self, tolerance=1.0, line=replace(self.line, asked=np.inf))
+        return replace(self, tolerance=1.0, line=replace(self.line, deepest=2))
+
+    @property
+    def refined(self) -> PlanarLayer:
+        """Itself: in the plane finer meshes cost little."""
+        return self
 
     @one_thread
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:

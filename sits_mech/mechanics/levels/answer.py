@@ -117,7 +117,7 @@ def first_look(levels: Levels, scales: Scales, start: Equilibrium | None, contro
 
 def solve_levels(
     sensor: Sensor, levels: Levels, scales: Scales, start: Equilibrium | None, control: Control, *, smallest: float,
-    asked: float, most: float = np.inf, coarse: Outcome | None = None,
+    asked: float, most: float = np.inf, coarse: Outcome | None = None, deepest: int = 99,
 ) -> Solved:  # fmt: skip
     """Follow the way to what is given on the first two levels, and go on to finer ones until the error is small enough.
 
@@ -139,6 +139,8 @@ def solve_levels(
         Iterations that a path is given, times unknowns.
     coarse : Outcome, optional
         Of the coarse mesh; from `first_look` by default.
+    deepest : int
+        Levels at most.
     """
     held, end = aim(levels.fine, scales, control)
     coarse_start = _begun(levels, scales, start, 0)
@@ -166,7 +168,8 @@ def solve_levels(
         second = followed(levels.coarse, coarse_start, begin + fine.reached * (end - begin), np.inf).state
     part, limit = fine.reached, carried(first, there)
     reason = (there if there.limit is not None or first.reached == 1.0 else first).reason
-    found = answer(sensor, levels, scales, control, (second, fine.state), asked if part == 1.0 else np.inf)
+    last = deepest if part == 1.0 else 2
+    found = answer(sensor, levels, scales, control, (second, fine.state), asked, deepest=last)
     if part == 1.0:
         given = {name: value for name in WRENCH if (value := getattr(control, name)) is not None}
         found = replace(found, wrench=replace(found.wrench, **given))
@@ -252,11 +255,11 @@ def load_words(load: Mapping[str, float]) -> str:
 
 def answer(
     sensor: Sensor, levels: Levels, scales: Scales, control: Control, states: tuple[State, State], asked: float,
-    walk: Iterator[Approach] | None = None,
+    walk: Iterator[Approach] | None = None, deepest: int = 99,
 ) -> Equilibrium:  # fmt: skip
     """Return the equilibrium with its errors from the first two levels at rest, and from as many finer as are needed.
 
-    `walk` gives the finer ones, `finer` by default.
+    `walk` gives the finer ones, `finer` by default; `deepest` of all levels are the most.
     """
     coarse, fine = states
     body, t = levels.fine, scales.thickness
@@ -277,7 +280,7 @@ def answer(
     spent, best = fine.iterations + coarse.iterations, levels.limit(values, pressed=pressed)
     large, beyond, kept = "", list[Array](), 0
     stretches = [largest_stretch(levels.coarse, coarse.u), largest_stretch(body, fine.u)]
-    for level in range(2, min(levels.rested, len(levels)) if asked < np.inf else 0):
+    for level in range(2, min(levels.rested, len(levels), deepest)):
         if np.max(best.error) <= asked and not (pressed and level == 2):  # in contact two may agree by chance
             break
         large = levels.check_memory(level)

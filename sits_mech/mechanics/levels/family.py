@@ -63,7 +63,7 @@ _IN_CONTACT = 2.2  # times the largest term that a sequence in contact shows
 _EARLY, _UNSURE = 2.0, 0.5  # of what extrapolation adds, by two levels and by more: the powers may be off
 _WORK = (8e5, 2e5)  # iterations times unknowns of a path beyond the second level, of sections and solids: some seconds
 _PARTS = 3  # of an error: two terms, and how far the limit moved
-_ENOUGH = 0.02  # of the difference of two levels: a correction that is closer is not gone on with
+_ENOUGH = 0.05  # of the difference of two levels: a correction that is closer is not gone on with
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,7 +250,8 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array]) 
         if not np.any(held):  # forces that hold a target hang on every corner
             start = prolonged(levels, level, state) or unloaded(body)
             found = approached(body, start, goal, held, _ENOUGH * body.length(state.q - before.q))
-        found = found or _along_path(body, goal, held)
+        if found is None and (np.any(held) or len(body.mesh.axes) == 2):  # in space that takes as long as it is in vain
+            found = _along_path(body, goal, held)
         if found is None:
             return
         yield found

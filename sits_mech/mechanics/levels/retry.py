@@ -59,6 +59,8 @@ class Line:
         Times the contact depth, on the way from rest without contact.
     most : float
         Iterations times unknowns that a load path is given.
+    deepest : int
+        Levels that a load is brought to rest on at most.
     """
 
     sensor: Sensor
@@ -71,6 +73,7 @@ class Line:
     effect: float = 0.0
     softly: tuple[float, ...] = ()
     most: float = np.inf
+    deepest: int = 99
 
     def __post_init__(self) -> None:
         """Keep what is made."""
@@ -230,7 +233,8 @@ def _tried(
     family, own = line[number], _own(line[number], number, start)
     smallest = line.smallest[min(waiting, len(line.smallest) - 1)]
     solved = solve_levels(
-        line.sensor, family, line.scales, own, control, smallest=smallest, asked=line.asked, most=line.most, coarse=look
+        line.sensor, family, line.scales, own, control, smallest=smallest, asked=line.asked, most=line.most, coarse=look,
+        deepest=line.deepest,
     )  # fmt: skip
     return solved._replace(found=replace(solved.found, state=np.concatenate([[number], solved.found.state])))
 
