@@ -311,22 +311,6 @@ class MechanicalModel(Protocol):
 
 
 @runtime_checkable
-class RefinedModel(Protocol):
-    """A mechanical model that answers on a few meshes, and has others on the first ones alone.
-
-    Many loads are answered by the rough one, and a few of them by the refined one: what finer meshes change is smooth.
-    """
-
-    @property
-    def rough(self) -> MechanicalModel:
-        """The model on the first meshes."""
-
-    @property
-    def refined(self) -> MechanicalModel:
-        """The model on one mesh more."""
-
-
-@runtime_checkable
 class PathModel(Protocol):
     """A mechanical model whose answer may depend on the way of the load."""
 

@@ -34,9 +34,10 @@ from scipy.optimize import brentq
 from sits_mech.cases import Progress
 from sits_mech.chain.models import mechanical_model
 from sits_mech.geometry.collision import clearance, room
+from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.rest.verdict import REASONS
 from sits_mech.mechanics.symmetry import symmetry_of
-from sits_mech.quantities import POSE, Array, Equilibrium, MechanicalModel, Pose, RefinedModel, SolveFailed, Wrench
+from sits_mech.quantities import POSE, Array, Equilibrium, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.readout.loads import fixed, load_words, varied
 from sits_mech.scene.sensor import Sensor
 from sits_mech.silicone.history import left_share, loop_width

@@ -8,7 +8,7 @@ largest values, and D the change of a component of the pose,
 
 by least squares, weighted with the finer answers' errors, through loads whose monomials span the space best (QR with
 pivoting), some more than there are coefficients, and all their images by symmetry: where they suffice of loads that
-move the target less than three quarters of the farthest, whose finer answers are better and cheaper. The signed parts of
+move the target less than three quarters of the farthest, whose finer answers are better and cheaper. Signed parts of
 the finer answers' errors, which neighbouring loads share, go with the load by such a map as well. The rest of the error
 goes with the displacement, of each component, of which a tenth of the largest counts at least: the median of the finer
 answers', and what the map misses at loads that it was made without, beyond these loads times the cube of the

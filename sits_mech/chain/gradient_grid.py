@@ -30,8 +30,8 @@ from sits_mech.chain.interpolate import loads_of, poses_on_grid
 from sits_mech.chain.models import loaded_model
 from sits_mech.chain.pose_errors import pose_of, poses_of, read_poses
 from sits_mech.geometry.collision import Collision, check_clearance
-from sits_mech.mechanics.loads import slopes_of
-from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, RefinedModel, Wrench
+from sits_mech.mechanics.loads import RefinedModel, slopes_of
+from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Wrench
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import SceneError, Sensor
 

@@ -22,6 +22,7 @@ from sits_mech.chain.corrections import corrected, corrected_in_share
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
 from sits_mech.mechanics.loads import (
     ERRORS,
+    RefinedModel,
     first_key,
     settle,
     settled_again,
@@ -32,7 +33,7 @@ from sits_mech.mechanics.loads import (
     with_slopes,
 )
 from sits_mech.mechanics.symmetry import Symmetry
-from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, RefinedModel, Wrench
+from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, Wrench
 from sits_mech.scene.sensor import Sensor
 from sits_mech.scene.thermal import at_temperature
 

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from sits_mech.chain.conductors import AmongFar, negligible, without_far
-from sits_mech.chain.omissions import Omission, Shown
+from sits_mech.chain.omissions import Omission, Shown, strain_bound
 from sits_mech.chain.plan import Choice, choose_magnetics, choose_mechanics
 from sits_mech.chain.prices.costs import magnetic_tolerance
 from sits_mech.chain.prices.ends import ROUGH, InSection
+from sits_mech.chain.prices.look import Look, look
 from sits_mech.chain.prices.request import Plan
 from sits_mech.quantities import POSE, MagneticModel, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.scene.sensor import Sensor
@@ -43,6 +44,7 @@ MAGNETICS: Mapping[str, Callable[[Sensor, float], MagneticModel]] = {
 }
 """The magnetic models by name; each factory takes a sensor and a tolerance."""
 _KINDS = {"planar": "section", "planar-fem": "section", "axisymmetric": "space", "sheets": "space"}
+_LARGE = 0.3  # bound of small strain's error from which on a load is looked at before it is planned
 _COARSE = 1e-2  # relative error of the change that conductors are compared with
 
 
@@ -75,7 +77,17 @@ def plan(
     sensor = at_temperature(sensor)
     by_layer = choose_mechanics(sensor, mechanics, tuple(MECHANICS), loads, tolerance) if loads else None
     solved, by_field = _settled(sensor, magnetics, tolerance, loads, bool(loads))
-    return Plan.of(sensor, loads, checked_tolerance(tolerance), by_layer, by_field, _rest(solved, by_field.name))
+    asked = checked_tolerance(tolerance)
+    return Plan.of(
+        sensor, loads, asked, by_layer, by_field, _rest(solved, by_field.name), _seen(sensor, by_layer, loads, asked)
+    )  # fmt: skip
+
+
+def _seen(sensor: Sensor, choice: Choice | None, loads: Sequence[Wrench], tolerance: float) -> Look | None:
+    """Return what the first meshes show of one load that is large; of others the small-strain number says enough."""
+    if choice is None or len(loads) != 1 or not _LARGE < strain_bound(sensor, loads) < np.inf:
+        return None
+    return look(MECHANICS[choice.name](sensor, tolerance), loads[0], tolerance)
 
 
 def _rest(sensor: Sensor, name: str) -> Shown | None:

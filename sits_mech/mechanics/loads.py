@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -22,6 +23,22 @@ from sits_mech.version import __version__
 _ORDER = ("M_z", "M_x", "F_y", "M", "F_x", "F_z")  # of a load's components in the walk, the last running fastest
 ERRORS = tuple(f"error_{name}" for name in POSE)
 """Names of the errors of a pose's components in a row."""
+
+
+@runtime_checkable
+class RefinedModel(Protocol):
+    """A mechanical model that answers on a few meshes, and has others on the first ones alone.
+
+    Many loads are answered by the rough one, and a few of them by the refined one: what finer meshes change is smooth.
+    """
+
+    @property
+    def rough(self) -> MechanicalModel:
+        """The model on the first meshes."""
+
+    @property
+    def refined(self) -> MechanicalModel:
+        """The model on one mesh more."""
 
 
 def settle(

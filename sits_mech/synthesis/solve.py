@@ -37,7 +37,8 @@ from sits_mech.chain.plan import choose_mechanics
 from sits_mech.chain.simulate import at_rest
 from sits_mech.chain.temperature import CHAINED, read_slopes
 from sits_mech.geometry.collision import Collision, check_clearance
-from sits_mech.quantities import Array, RefinedModel, SolveFailed, Wrench
+from sits_mech.mechanics.loads import RefinedModel
+from sits_mech.quantities import Array, SolveFailed, Wrench
 from sits_mech.readout.quality import quality
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.silicone.history import loop_width

@@ -123,7 +123,7 @@ def test_readings_of_the_chain_come_back_within_their_errors(
     found, left = read_by(temperature, planar, load)
     off = np.abs(found.forces - [load.F_x, load.F_z])
     assert found.status == "ok"
-    assert np.all(off <= left + 1e-9) and np.all(left < [5e-4, 5e-3])
+    assert np.all(off <= left + 1e-9) and np.all(left < [5e-4, 1.5e-2])  # of two meshes
 
 
 def test_where_the_sensor_has_no_answer_nothing_is_read(planar: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:

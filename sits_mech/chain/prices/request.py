@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 from sits_mech.chain.interpolate import solved_likely
 from sits_mech.chain.omissions import ENDS, Omission, Shown, omissions, strain_bound
 from sits_mech.chain.plan import Choice
-from sits_mech.chain.prices.costs import Steps, cost, steps
+from sits_mech.chain.prices.costs import Step, Steps, cost, steps
 from sits_mech.chain.prices.ends import ROUGH
+from sits_mech.chain.prices.look import Look
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import Sensor
@@ -37,8 +38,8 @@ class Plan:
     left_out : tuple of Omission
         With sizes.
     error : float
-        Asked relative error of the change of inductance: the pose's tolerance, the magnetics', the omissions'; of each
-        half no less than its finest rung reaches. What a solve reaches its report says.
+        Relative error of the change of inductance to expect: the pose's, as its first meshes show it under a large
+        load, else its tolerance; the magnetics' and the omissions'; of each half no less than its finest rung reaches.
     not_estimated : tuple of str
         What is left out and in no error, because its size is not known.
     seconds : float
@@ -66,14 +67,20 @@ class Plan:
     @classmethod
     def of(
         cls, sensor: Sensor, loads: Sequence[Wrench], tolerance: float, mechanics: Choice | None, magnetics: Choice,
-        shown: Shown | None = None,
+        shown: Shown | None = None, seen: Look | None = None,
     ) -> Plan:  # fmt: skip
-        """Return the plan of a request whose models are chosen; arguments as of `models.plan` and `omissions`."""
+        """Return the plan of a request whose models are chosen; arguments as of `models.plan` and `omissions`.
+
+        What is `seen` of the load on its first meshes stands in place of what loads take and reach as a rule.
+        """
         parts = [("magnetics", magnetics.name, max(len(loads), 1))]
         if mechanics is not None:
             first = solved_likely(loads)
             parts.insert(0, ("mechanics", mechanics.name, len(symmetry_of(sensor).without_images(first))))
         asked, finer = steps(parts, tolerance, bool(loads), _among(sensor, magnetics))
+        if seen is not None:
+            asked = tuple(_as_seen(step, seen) for step in asked)
+            finer = tuple(step for step in finer if step.half != "mechanics")
         name = None if mechanics is None else mechanics.name
         auto = not (loads or magnetics.by_name)
         missing = omissions(sensor, loads, name, magnetics.name, shown, auto) + magnetics.left_out
@@ -84,9 +91,14 @@ class Plan:
         error = sum(step.error for step in asked) + sum(sizes)
         finer = _gains(asked, _solid(parts, missing, (tolerance, bool(loads))) + finer, missing, error)
         unknown = tuple(item.what for item in missing if item.counts and math.isnan(item.size))
-        notes = (*magnetics.notes, *_notes(sensor, loads))
+        notes = (*(() if seen is None else seen.notes), *magnetics.notes, *_notes(sensor, loads, seen))
         seconds = sum(step.seconds for step in asked) + _priced(missing, max(len(loads), 1))
         return cls(mechanics, magnetics, asked, finer, missing, error, unknown, seconds, notes)
+
+
+def _as_seen(step: Step, seen: Look) -> Step:
+    """Return a step as the load's first meshes show it."""
+    return replace(step, error=seen.error, seconds=seen.seconds) if step.half == "mechanics" else step
 
 
 def _priced(missing: Sequence[Omission], count: int) -> float:
@@ -122,11 +134,11 @@ def _among(sensor: Sensor, magnetics: Choice) -> tuple[int, int]:
     return len(near), sum(part.shape == "outline" for part in near)
 
 
-def _notes(sensor: Sensor, loads: Sequence[Wrench]) -> tuple[str, ...]:
-    """Return what speaks against a request."""
+def _notes(sensor: Sensor, loads: Sequence[Wrench], seen: Look | None) -> tuple[str, ...]:
+    """Return what speaks against a request, beside what was seen of it."""
     bound = strain_bound(sensor, loads)
     found = () if sensor.elastomer is None else implausible(sensor.elastomer.silicone)
-    if not loads or not _HELD < bound < float("inf"):
+    if seen is not None or not loads or not _HELD < bound < float("inf"):
         return found
-    seen = f"some pads were seen to give way in shear from {_HELD:g} on, in compression from some 1.5 on: a solve tells"
-    return (*found, f"a large load for this pad: small strain would be off by {bound:.2g}; {seen}")
+    known = f"some pads gave way in shear from {_HELD:g} on, in compression from some 1.5 on: a solve tells"
+    return (*found, f"a large load for this pad: small strain would be off by {bound:.2g}; {known}")

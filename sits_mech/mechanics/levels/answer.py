@@ -280,7 +280,8 @@ def answer(
     spent, best = fine.iterations + coarse.iterations, levels.limit(values, pressed=pressed)
     large, beyond, kept = "", list[Array](), 0
     stretches = [largest_stretch(levels.coarse, coarse.u), largest_stretch(body, fine.u)]
-    for level in range(2, min(levels.rested, len(levels), deepest)):
+    most = 3 if pressed and len(body.mesh.axes) == 3 else levels.rested  # the end of contact moves with every mesh
+    for level in range(2, min(most, len(levels), deepest)):
         if np.max(best.error) <= asked and not (pressed and level == 2):  # in contact two may agree by chance
             break
         large = levels.check_memory(level)

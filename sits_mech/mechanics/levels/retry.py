@@ -233,8 +233,8 @@ def _tried(
     family, own = line[number], _own(line[number], number, start)
     smallest = line.smallest[min(waiting, len(line.smallest) - 1)]
     solved = solve_levels(
-        line.sensor, family, line.scales, own, control, smallest=smallest, asked=line.asked, most=line.most, coarse=look,
-        deepest=line.deepest,
+        line.sensor, family, line.scales, own, control, smallest=smallest, asked=line.asked, most=line.most,
+        coarse=look, deepest=line.deepest,
     )  # fmt: skip
     return solved._replace(found=replace(solved.found, state=np.concatenate([[number], solved.found.state])))
 
