@@ -2,8 +2,8 @@
 
 They are solved once (0.1 to 0.3 s in space), with their own estimate e of the error. Where that is small enough the
 answer is theirs. Otherwise a third mesh and a fourth follow, which take so many times the seconds of the first two and
-leave so many times their error; beyond a stretch of two edges settle late and leave more. Both are medians of 18 loads
-of the catalogue's sensors (`studies/solve_costs.py`, its table of loads).
+leave so many times their error; beyond a stretch of two edges settle late and leave more. Both are about the medians of
+the loads in `studies/solve_costs.py`, whose table `loads.csv` also holds promises against what was reached.
 """
 
 from __future__ import annotations
