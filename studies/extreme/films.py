@@ -93,5 +93,5 @@ def limit_row(sensor: Sensor, way: str) -> Row:
 def taken(sensor: Sensor, report: SolveReport) -> float:
     """Return the memory of the level that answered [bytes]."""
     levels, _ = pad_family(sensor)
-    level = next(n for n in range(len(levels.sizes)) if len(levels.maker(n).free) + 3 >= report.unknowns)
-    return float(memory_of_box(levels.numbers(level)).total)
+    level = next(n for n in range(len(levels)) if len(levels.maker(n).free) + 3 >= report.unknowns)
+    return float(memory_of_box(levels.cells(level)).total)
