@@ -50,12 +50,15 @@ TURNED = Wrench(F_y=1.2, F_z=6.0, M_x=-2e-3)
 
 @pytest.mark.slow
 def test_a_turned_load_turns_the_pose():
-    """A square pad and its mesh that are their own image under a quarter turn about z: x to y, y to -x."""
+    """A square pad and its mesh that are their own image under a quarter turn about z: x to y, y to -x.
+
+    Steps on the third mesh end when the target stays, so that a hundred thousandth of its way is left.
+    """
     square = load_sensor("biorob2018", ['target.width="12 mm"', 'target.length="12 mm"', NEO_HOOKEAN])
     along, turned = whole_equilibrium(square, Wrench(F_x=1.2, F_z=6.0, M=2e-3)), whole_equilibrium(square, TURNED)
-    np.testing.assert_allclose(turned.pose.centre[[1, 0, 2]], along.pose.centre * [1, -1, 1], rtol=1e-8, atol=1e-12)
+    np.testing.assert_allclose(turned.pose.centre[[1, 0, 2]], along.pose.centre * [1, -1, 1], rtol=1e-5, atol=4e-9)
     back = turned.pose.rotation[[1, 0, 2]]
-    np.testing.assert_allclose(back, along.pose.rotation * [1, -1, 1], rtol=1e-8, atol=1e-10)
+    np.testing.assert_allclose(back, along.pose.rotation * [1, -1, 1], rtol=1e-5, atol=1e-6)
 
 
 @pytest.mark.slow

@@ -254,7 +254,7 @@ def test_loaded_example(name):
     pad = block_pad(example(name))
     found = pad.equilibrium(Wrench(0.2, 1.0))
     back = pad.equilibrium(Wrench(-0.2, 1.0), start=found)
-    assert found.report.estimated_error < 0.1 and found.report.min_J > 0.0
+    assert found.report.estimated_error < 0.15 and found.report.min_J > 0.0  # of two meshes
     assert back.pose.d_h == pytest.approx(-found.pose.d_h, abs=2 * found.error.d_h)  # the mesh is not its mirror image
 
 
