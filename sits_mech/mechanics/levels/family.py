@@ -1,7 +1,7 @@
 """How does a layer solved on a family of meshes become a pose with its error?
 
 What a layer does for its target, an energy, converges with known powers: of the cells at the singular edges, 2 k times
-the exponent k of the displacements there, and of the cells away from them, twice the order of the elements,
+the exponent k of the displacements there, and of the cells away from them one that is seen (block.py),
 
     y_l = y + sum_j a_j phi_lj,
 
@@ -28,8 +28,8 @@ The 2.2 is measured, in the plane alone (in space contact is taken to show its o
 20/20/2 mm, of three laws, at loads where contact moves the target by more than a percent, 55 of 57 estimates of 8, 12
 and 16 cells hold what 24 or 32 cells give; true errors are 0.44 of them in the median, 1.5 at most.
 
-The first two levels are brought to rest (path.py). On finer ones the target's
-place is corrected by Newton steps from the state of the level before, until it stays; corners need not come to rest
+The first two levels are brought to rest (path.py). On finer ones Newton steps, from rest where cells at edges are cut
+and from the state of the level before where they are not, end when the target stays; corners need not come to rest
 for that, and a step that no other can follow, as one would turn a corner inside out, is the last: what it may be off by
 is in the error.
 
