@@ -1,17 +1,9 @@
-"""What does the sensor show over a grid of loads? The chain of simulate.py on every load, as one labelled table.
-
-A second thread prepares the plate for a pad in space while that is solved, at poses that one compliance predicts.
-What is kept of it does not depend on who asked first, so neither does the result.
-"""
+"""What does the sensor show over a grid of loads? The chain of simulate.py on every load, as one labelled table."""
 
 from __future__ import annotations
 
-import itertools
 import json
 import math
-import multiprocessing
-import os
-import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -30,9 +22,7 @@ from sits_mech.chain.plan import leaving
 from sits_mech.chain.pose_errors import Reading, pose_of, poses_of, read_poses, signal_weights, signals_at
 from sits_mech.chain.temperature import CHAINED, slopes_by_temperature
 from sits_mech.geometry.collision import Collision, check_clearance
-from sits_mech.mechanics.linear import linear_pad
 from sits_mech.mechanics.loads import kept_key
-from sits_mech.mechanics.pad.solid import pad_parts
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import POSE, WRENCH, Array, Impedance, MagneticModel, MechanicalModel, Pose, Wrench
 from sits_mech.readout.signals import Signals, signal_changes, signals
@@ -47,7 +37,6 @@ if TYPE_CHECKING:
 
 _UNTILTED = {"dL_x": "dL_x_untilted", "dL_y": "dL_y_untilted", "L_h_percent": "L_h_untilted_percent"}
 _SAME = 1e-9  # of the largest value of a component: what is closer is twice the same
-_ROUGH = 0.1  # error of the stiffness that predicts where the plate will be
 _MOST = 100_000  # loads: minutes to fill in between those that are solved
 
 Loads = float | Sequence[float]
@@ -121,14 +110,12 @@ def calibrate(
     field, by_field = loaded_model(sensor, magnetics, tolerance, loads)
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance, loads)
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance, **grid, **fixed}
-    ahead = _prepared_ahead(sensor, field, loads, (by_layer.name, by_field.name))
     numbers = _by_temperature(sensor, by_layer.name, layer) if drift else ([], [])
     layer = WithSlopes(layer, tuple(numbers[1])) if drift else layer
     keep = (folder, kept_key(sensor, by_layer.name, tolerance, drift=drift))
     rows = poses_on_grid(
         sensor, layer, axes, symmetry=symmetry_of(sensor), tolerance=tolerance, keep=keep, progress=progress
     )
-    ahead.join()
     more = None if not drift else partial(
         slopes_by_temperature, sensor, (field, by_field.name, tolerance), numbers=numbers
     )  # fmt: skip
@@ -177,39 +164,6 @@ def _shown(rows: Mapping[Wrench, Row], loads: Sequence[Wrench]) -> list[Row]:
     beside = () if leaving(loads) else POSE[3:]
     hidden = {"state", *beside, *(f"error_{name}" for name in beside)}
     return [{name: item for name, item in rows[load].items() if name not in hidden} for load in loads]
-
-
-def _prepared_ahead(
-    sensor: Sensor, model: MagneticModel, loads: Sequence[Wrench], names: tuple[str, str]
-) -> threading.Thread:  # fmt: skip
-    """Return a started thread that has a plate in space prepared by the time the pad is solved.
-
-    A process among many has no core to spare for it; a thread that fails says nothing: the reading then will.
-    """
-    alone = multiprocessing.parent_process() is None and (os.cpu_count() or 1) > 1
-    needed = alone and names == ("block", "sheets")
-
-    def prepare() -> None:
-        """Ask for the outermost loads."""
-        try:
-            model.impedance(_predicted(sensor, loads), sensor.frequency)
-        except Exception:  # whatever it is, the reading meets it again and names it
-            return
-
-    thread = threading.Thread(target=prepare if needed else lambda: None, daemon=True)  # gone with an interrupted run
-    thread.start()
-    return thread
-
-
-def _predicted(sensor: Sensor, loads: Sequence[Wrench]) -> Pose:
-    """Return about where the target comes to rest under the outermost loads: by one compliance at small strain."""
-    target, elastomer = pad_parts(sensor)
-    plane = np.array([load.components[:3] for load in loads])
-    ends = [sorted({float(values.min()), float(values.max())}) for values in plane.T]
-    corners = [Wrench(*load) for load in itertools.product(*ends)]
-    forces = [(load.F_x, -load.F_z, load.M + load.F_x * target.load_height) for load in corners]
-    d_h, d_z, alpha = np.linalg.solve(linear_pad(sensor, _ROUGH).stiffness[0], np.transpose(forces))
-    return Pose(d_h, elastomer.standoff + elastomer.thickness + d_z, alpha)
 
 
 def _by_temperature(

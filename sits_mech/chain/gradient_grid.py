@@ -35,8 +35,6 @@ from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalMod
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import SceneError, Sensor
 
-_COMPARED = 3e-2  # tolerance of designs that are compared: two loads on finer meshes are enough
-
 
 @dataclass(frozen=True)
 class WithSlopes:
@@ -109,8 +107,7 @@ def gradient_on_grid(
     field, by_field = loaded_model(sensor, magnetics, tolerance, every)
     layer = sloped_model(sensor, mechanics, tolerance, every)
     rows = poses_on_grid(
-        sensor, WithSlopes(layer, tuple(moving)), grid, symmetry=mirrors, tolerance=tolerance, progress=progress,
-        in_share=tolerance >= _COMPARED,
+        sensor, WithSlopes(layer, tuple(moving)), grid, symmetry=mirrors, tolerance=tolerance, progress=progress
     )  # fmt: skip
     status = [_status(sensor, rows[load]) for load in every]
     good = np.array([each == DONE for each, _ in status])

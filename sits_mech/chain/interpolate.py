@@ -4,7 +4,7 @@ Which loads are solved, and what stands between them, is told by `maps.grid`: th
 tolerance of the range of each of their components, the target's edges included. The error of the map is added to the
 solver's, which goes straight from load to load, as its signed parts do. A grid is solved whole where it is small, where
 a load fails, or where nothing is known of its error. A model of several meshes answers more than a few loads on the
-first of them; what finer ones change, and share of their errors, is a map of its own (corrections.py).
+first of them; what finer ones change, and what is left of their errors, two loads tell (corrections.py).
 """
 
 from __future__ import annotations
@@ -12,13 +12,12 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from sits_mech.cases import DONE, Progress, Row
-from sits_mech.chain.corrections import corrected, corrected_in_share
+from sits_mech.chain.corrections import corrected
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
 from sits_mech.mechanics.loads import (
     ERRORS,
@@ -35,7 +34,6 @@ from sits_mech.mechanics.loads import (
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, Wrench
 from sits_mech.scene.sensor import Sensor
-from sits_mech.scene.thermal import at_temperature
 
 _BETWEEN = 0.4  # of the tolerance, what the map between solved loads is given: neighbours do not share its error
 _REFINED = 3e-3  # tolerance down to which one mesh more does for what finer ones change
@@ -53,7 +51,6 @@ def poses_on_grid(
     tolerance: float,
     keep: tuple[Path | None, str] = (None, ""),
     progress: Progress | None = None,
-    in_share: bool = False,
 ) -> dict[Wrench, Row]:
     """Return a row for every load of a grid, solved or between solved ones.
 
@@ -67,9 +64,6 @@ def poses_on_grid(
         Values of components of a load, by the names of `WRENCH` [N, N m]; others are zero.
     tolerance : float
         Of the poses; the map is given a share of it, relative to the range of each component.
-    in_share : bool
-        Whether finer meshes change all poses in proportion, as two loads tell (`corrected_in_share`), and the errors
-        stay those of the first meshes.
 
     Returns
     -------
@@ -97,20 +91,19 @@ def poses_on_grid(
     loads = loads_of(grid)
     if part is None:
         rows.update(settle(first, loads, symmetry=symmetry, keep=own, known=rows, progress=progress))
-    else:
+    if first is not layer:
+        finer = layer.refined if isinstance(layer, RefinedModel) and tolerance >= _REFINED else layer
+
+        def again(load: Wrench) -> Row:
+            """Return the row of a solved load on finer meshes."""
+            return upright(settled_again(finer, rows, load, keep), load, symmetry)
+
+        rows = corrected(rows, again, levers, _at_rest(sensor))
+    if part is not None:
         error = np.maximum(part.error, _UNSEEN * np.max(part.error * levers) / levers)
         rows.update(_between(replace(part, error=error), rows, symmetry))
         if progress is not None:
             progress(len(loads), len(loads))
-    if first is not layer:
-        finer = layer.refined if isinstance(layer, RefinedModel) and tolerance >= _REFINED else layer
-        again = partial(settled_again, finer, rows, keep=keep)
-        at_rest = _at_rest(sensor)
-        if in_share:
-            rows = corrected_in_share(rows, again, levers, at_rest)
-        else:
-            rows = corrected(rows, again, symmetry, levers, at_rest, unloaded=_swells(sensor))
-        rows |= {} if part is None else _with_error(rows, error, symmetry)
     return {load: rows[load] for load in loads}
 
 
@@ -133,24 +126,10 @@ def _at_rest(sensor: Sensor) -> Array:
     return np.array([0.0, 0.0 if layer is None else layer.standoff + layer.thickness, 0.0, 0.0, 0.0, 0.0])
 
 
-def _swells(sensor: Sensor) -> bool:
-    """Say whether the pad moves its target without load."""
-    layer = at_temperature(sensor).elastomer
-    return layer is not None and layer.free_stretch != 1.0
-
-
 def _levers(sensor: Sensor) -> Array:
     """Return what makes the components of a pose displacements: half the target's sides for the angles [m]."""
     width, length = (0.0, 0.0) if sensor.target is None else sensor.target.extent
     return np.array([1.0, 1.0, 0.5 * width, 1.0, 0.5 * length, 0.5 * max(width, length)])
-
-
-def _with_error(rows: Mapping[Wrench, Row], error: Array, symmetry: Symmetry) -> dict[Wrench, Row]:
-    """Return the rows between solved loads with the error of the map that they are by, added."""
-    between = [load for load, row in rows.items() if row["notes"] == INTERPOLATED]
-    own = {load: np.array([rows[load][name] for name in ERRORS]) for load in between}
-    more = {load: own[load] + np.abs(symmetry.projection(load)) @ error for load in between}
-    return {load: rows[load] | dict(zip(ERRORS, more[load].tolist(), strict=True)) for load in between}
 
 
 def _between(part: SolvedPart, rows: Mapping[Wrench, Row], symmetry: Symmetry) -> dict[Wrench, Row]:

@@ -11,14 +11,12 @@ import pytest
 import xarray as xr
 
 from sits_mech.cases import read_table, save_table
-from sits_mech.chain import calibrate as grid
 from sits_mech.chain import models
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.chain.pose_errors import read_poses
 from sits_mech.chain.simulate import at_rest, image_at_rest, simulate
 from sits_mech.geometry.collision import Collision
-from sits_mech.magnetics.space.rungs import prepared
 from sits_mech.mechanics.loads import kept_key, kept_rest
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, Wrench
@@ -246,26 +244,6 @@ def test_without_load_the_layer_rests(sensor: Sensor, calibration: xr.Dataset) -
     assert sensor.elastomer is not None
     assert float(rest["d_v"]) == pytest.approx(sensor.elastomer.thickness + sensor.elastomer.standoff, abs=1e-12)
     assert abs(float(rest["d_h"])) < 1e-12 and abs(float(rest["alpha"])) < 1e-12
-
-
-@pytest.mark.slow
-def test_a_plate_prepared_ahead_changes_nothing(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
-    """On one core nothing is: the same numbers to the last bit; on two the reading finds its plate prepared, once."""
-    found = []
-    for cores in (1, 2):
-        monkeypatch.setattr("os.cpu_count", lambda cores=cores: cores)
-        prepared.cache_clear()
-        found.append(calibrate(sensor, F_x=[0.5], F_z=[2.0], tolerance=5e-2).drop_vars("seconds"))
-    assert found[0].identical(found[1])
-    assert (prepared.cache_info().misses, prepared.cache_info().hits) == (1, 1)
-
-
-def test_what_is_prepared_ahead_fails_in_silence(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A predicted pose below the coils is no answer, and no error: the load itself is read where it comes to rest."""
-    monkeypatch.setattr("os.cpu_count", lambda: 2)
-    monkeypatch.setattr(grid, "_predicted", lambda sensor, loads: Pose(0.0, -1e-3))
-    data = calibrate(sensor, F_x=[0.5], F_z=[2.0], tolerance=5e-2)
-    assert data["status"].item() == "converged"
 
 
 @dataclass(frozen=True)
