@@ -22,25 +22,17 @@ effectivity of error estimates, M. Ainsworth, J. T. Oden, Comput. Methods Appl. 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from sits_mech.cases import DONE, Row
-from sits_mech.mechanics.loads import ERRORS, shared_of, with_shared
+from sits_mech.chain.pose_errors import pose_of, poses_of
+from sits_mech.mechanics.loads import ERRORS, with_shared
 from sits_mech.quantities import POSE, Array, Wrench
 
 _NEAR = 0.75  # of the largest displacement: beyond, finer meshes are dear and settle least
 _TWO, _TRIED = 2, 4  # loads that are compared, and that are tried for it
 _STILL = 1e-3  # of the farthest, a displacement that counts
-
-
-class _Rests(NamedTuple):
-    """Of n loads: poses, what extrapolation adds, and errors, shape (n, 6) each."""
-
-    poses: Array
-    added: Array
-    errors: Array
 
 
 def corrected(
@@ -65,47 +57,39 @@ def corrected(
         Rows that failed, and all of them where finer meshes get nowhere, come back as they are.
     """
     good = [load for load, row in rows.items() if row["status"] == DONE]
-    first = _rests([rows[load] for load in good])
-    way = (first.poses - at_rest) * levers
-    size, owned = (np.max(np.abs(own), axis=1, initial=0.0) for own in (way, first.errors * levers))
+    poses, errors, added = _rests([rows[load] for load in good])
+    way = (poses - at_rest) * levers
+    size, owned = (np.max(np.abs(own), axis=1, initial=0.0) for own in (way, errors * levers))
     moved = size > _STILL * np.max(size, initial=0.0)
     open_to = [k for k, load in enumerate(good) if "state" in rows[load] and moved[k] and owned[k] > 0.0]
     open_to = [k for k in open_to if size[k] <= _NEAR * size.max()] or open_to
     told: dict[int, Row] = {}
     for k in _telling(way, open_to)[:_TRIED]:
         row = finer(good[k])
-        if row["status"] == DONE and not np.array_equal(_of(row, POSE), first.poses[k]):
+        if row["status"] == DONE and not np.array_equal(pose_of(row).components, poses[k]):
             told[k] = row
         if len(told) == _TWO:
             break
     if not told:
         return dict(rows)
-    compared = _rests(list(told.values()))
-    own = _Rests(*(values[list(told)] for values in first))
-    change, scale = compared.poses - own.poses, np.maximum(own.errors, 1e-300)
-    share = np.sum(change * own.added, axis=0) / np.maximum(np.sum(own.errors**2, axis=0), 1e-300)
-    ratio = np.max((np.abs(change - share * own.added) + compared.errors) / scale * (own.errors > 0.0), axis=0)
-    ratio = np.where(np.any(own.errors > 0.0, axis=0), ratio, ratio.max())
+    finer_poses, finer_errors, _ = _rests(list(told.values()))
+    change, owns, adds = finer_poses - poses[list(told)], errors[list(told)], added[list(told)]
+    share = np.sum(change * adds, axis=0) / np.maximum(np.sum(owns**2, axis=0), 1e-300)
+    ratio = (np.abs(change - share * adds) + finer_errors) / np.maximum(owns, 1e-300) * (owns > 0.0)
+    ratio = np.where(np.any(owns > 0.0, axis=0), np.max(ratio, axis=0), np.max(ratio))
     part = owned / np.maximum(size, 1e-300)  # of a displacement that meshes own to
     beyond = np.maximum(1.0, part / np.max(part[list(told)]))[:, None]
     ratio = np.maximum(ratio, np.minimum(1.0, ratio * beyond))
     return dict(rows) | {
-        load: _moved(rows[load], pose + share * added, own_ratio * error, own_ratio * added)
-        for load, pose, added, error, own_ratio in zip(good, *first, ratio, strict=True)
+        load: _moved(rows[load], pose + share * adds, own_ratio * error, own_ratio * adds)
+        for load, pose, error, adds, own_ratio in zip(good, poses, errors, added, ratio, strict=True)
     }
 
 
-def _rests(rows: Sequence[Row]) -> _Rests:
-    """Poses of some rows, what extrapolation adds to them, and errors."""
-    size = (len(rows), len(POSE))
-    poses, errors = (np.array([_of(row, names) for row in rows]).reshape(size) for names in (POSE, ERRORS))
-    added = np.array([shared_of(row).sum(axis=0) for row in rows]).reshape(size)
-    return _Rests(poses, added, errors)
-
-
-def _of(row: Row, names: Sequence[str]) -> Array:
-    """Some numbers of a row."""
-    return np.array([float(row[name]) for name in names])
+def _rests(rows: Sequence[Row]) -> tuple[Array, Array, Array]:
+    """Poses of n rows, their errors, and what extrapolation adds, shape (n, 6) each."""
+    pose, error, parts = poses_of(rows)
+    return pose.components, error.components, parts.sum(axis=0)
 
 
 def _moved(row: Row, pose: Array, errors: Array, shared: Array) -> Row:

@@ -38,7 +38,7 @@ from sits_mech.scene.sensor import Sensor
 _BETWEEN = 0.4  # of the tolerance, what the map between solved loads is given: neighbours do not share its error
 _REFINED = 3e-3  # tolerance down to which one mesh more does for what finer ones change
 _UNSEEN = 0.1  # of the largest error, what a component has at least: symmetry may hide it from all loads solved
-_FEW = 12  # loads that are solved on all meshes each: about as many as a map of what finer ones change takes
+_FEW = 12  # loads that are solved on all meshes each: a table of more takes about as many by its map
 INTERPOLATED = "pose between solved loads, by a smooth map through them"
 
 

@@ -29,7 +29,7 @@ ERRORS = tuple(f"error_{name}" for name in POSE)
 class RefinedModel(Protocol):
     """A mechanical model that answers on a few meshes, and has others on the first ones alone.
 
-    Many loads are answered by the rough one, and a few of them by the refined one: what finer meshes change is smooth.
+    Many loads are answered by the rough one, and a few of them by the refined one, which tell the errors of all.
     """
 
     @property
