@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sits_mech.cases import DONE, Progress, Row, table
+from sits_mech.chain.aimed import AimedRows, aimed_rows, status_of
 from sits_mech.chain.gradient import SlopedModel, numbers_of
 from sits_mech.chain.gradient_grid import WithSlopes
-from sits_mech.chain.interpolate import loads_of, poses_on_grid
+from sits_mech.chain.interpolate import loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omissions import Shown, beside_errors, omissions
 from sits_mech.chain.plan import leaving
-from sits_mech.chain.pose_errors import Reading, pose_of, poses_of, read_poses, signal_weights, signals_at
+from sits_mech.chain.pose_errors import Reading, poses_of, read_poses, signal_weights, signals_at
 from sits_mech.chain.temperature import CHAINED, slopes_by_temperature
-from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.mechanics.loads import kept_key
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import POSE, WRENCH, Array, Impedance, MagneticModel, MechanicalModel, Pose, Wrench
@@ -58,6 +58,7 @@ def calibrate(
     progress: Progress | None = None,
     folder: Path | None = None,
     drift: bool = False,
+    best: bool = True,
 ) -> xr.Dataset:
     """Return what the sensor shows over a grid of loads.
 
@@ -68,7 +69,9 @@ def calibrate(
     F_x, F_z, M, F_y, M_x, M_z : float or sequence of float
         Components of the loads, as of `Wrench` [N, N m]. A sequence is a dimension of the table, of one value as well;
         a number is a coordinate without dimension where it is not zero. F_x and F_z are dimensions in any case.
-    tolerance, mechanics, magnetics
+    tolerance : float
+        Asked error of the signals, over the largest range that any of them has.
+    mechanics, magnetics
         As for `simulate`; one model answers all loads.
     progress : callable, optional
         Called with the number of loads done and of all.
@@ -76,6 +79,8 @@ def calibrate(
         Where finished loads are kept, one file each, and looked for first.
     drift : bool
         Whether slopes by temperature are asked for: ``slope_T_L``, ``slope_T_d_h``, ... (chain/temperature.py).
+    best : bool
+        Whether a tolerance that is not to be had for these loads is answered with what is; it is refused otherwise.
 
     Returns
     -------
@@ -84,13 +89,14 @@ def calibrate(
         ``stretch`` as of `SolveReport`, NaN where not known, the latter straight from solved load to solved load. Of
         the pose d_y, alpha_x and alpha_z only where a load leaves the plane. A load that fails has NaN and says why; a
         pose between solved loads is noted as such. Attributes hold scene, hash, request, version, ``unit_L``, and in
-        ``notes`` what conductors change of the model.
+        ``notes`` what conductors change of the model; ``planned`` seconds of processor time and error over the full
+        scale as the largest load's first meshes show them, and the error that was ``reached``.
 
     Raises
     ------
     SceneError
         When a model cannot hold the scene or a component, a list of forces is empty, has a value twice or one that is
-        not finite, or there are too many loads.
+        not finite, there are too many loads, or without `best` a tolerance is not to be had.
 
     Examples
     --------
@@ -107,19 +113,20 @@ def calibrate(
     if count > _MOST:
         raise SceneError(f"loads: must be at most {_MOST} of a table; got {count}: take fewer values of a component")
     loads = loads_of(axes)
-    field, by_field = loaded_model(sensor, magnetics, tolerance, loads)
+    _, by_field = loaded_model(sensor, magnetics, tolerance, loads)
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance, loads)
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance, **grid, **fixed}
     numbers = _by_temperature(sensor, by_layer.name, layer) if drift else ([], [])
     layer = WithSlopes(layer, tuple(numbers[1])) if drift else layer
     keep = (folder, kept_key(sensor, by_layer.name, tolerance, drift=drift))
-    rows = poses_on_grid(
-        sensor, layer, axes, symmetry=symmetry_of(sensor), tolerance=tolerance, keep=keep, progress=progress
-    )
-    more = None if not drift else partial(
-        slopes_by_temperature, sensor, (field, by_field.name, tolerance), numbers=numbers
+    found = aimed_rows(
+        sensor, layer, axes, (by_layer.name, magnetics), tolerance,
+        symmetry=symmetry_of(sensor), keep=keep, progress=progress, best=best,
     )  # fmt: skip
-    reading, done = _read_rows(sensor, field, _shown(rows, loads), more)
+    more = None if not drift else partial(
+        slopes_by_temperature, sensor, (found.field, by_field.name, found.asked), numbers=numbers
+    )  # fmt: skip
+    reading, done = _read_rows(sensor, found.field, _shown(found.rows, loads), more)
     coils = [coil.name for coil in sensor.coils]
     data = table(grid, done).assign_coords({"coil": coils, "coil_2": coils, **fixed})
     data = data.assign_coords(thermal_cause=list(CAUSES)) if drift else data
@@ -128,9 +135,16 @@ def calibrate(
     said += _beside(sensor, (by_layer.name, by_field.name), done, reading)
     attributes: dict[str, Any] = {"temperature": sensor.temperature, "frequency": sensor.frequency}
     attributes |= {"unit_L": reading.unit_L, "request": json.dumps(request)}
-    attributes |= {"notes": "; ".join(said)}
+    attributes |= {"notes": "; ".join(said)} | _promised(found)
     scene = {"scene": scene_text(sensor), "scene_hash": scene_hash(sensor), "version": __version__, "name": sensor.name}
     return data.assign_attrs(**scene, **attributes)
+
+
+def _promised(found: AimedRows) -> dict[str, Any]:
+    """Return seconds and error over full scale as planned, and the error as it was reached, where that is known."""
+    if found.planned is None:
+        return {}
+    return {"planned": [found.planned.seconds, found.planned.error], "reached": found.reached}
 
 
 def _beside(sensor: Sensor, names: tuple[str, str], rows: Sequence[Row], found: Impedance) -> tuple[str, ...]:
@@ -162,7 +176,7 @@ def _checked(name: str, values: Loads) -> list[float]:
 def _shown(rows: Mapping[Wrench, Row], loads: Sequence[Wrench]) -> list[Row]:
     """Return the rows of loads without states, and without what leaves the plane where no load does."""
     beside = () if leaving(loads) else POSE[3:]
-    hidden = {"state", *beside, *(f"error_{name}" for name in beside)}
+    hidden = {"state", "unknowns", *beside, *(f"error_{name}" for name in beside)}
     return [{name: item for name, item in rows[load].items() if name not in hidden} for load in loads]
 
 
@@ -182,7 +196,7 @@ def _read_rows(
     sensor: Sensor, model: MagneticModel, rows: Sequence[Row], more: Callable[..., dict[str, Array]] | None = None
 ) -> tuple[Impedance, list[Row]]:  # fmt: skip
     """Return the impedance of all converged rows, and the rows with what the coils show, and more of them."""
-    checked = [_guarded(sensor, row) for row in rows]
+    checked = [row | dict(zip(("status", "reason"), status_of(sensor, row), strict=True)) for row in rows]
     good = [row for row in checked if row["status"] == DONE]
     poses, errors, parts = poses_of(good)
     reading = read_poses(sensor, model, poses, errors, parts)
@@ -236,14 +250,3 @@ def _shared(sensor: Sensor, reading: Reading, parts: Array) -> dict[str, tuple[t
     found["alone_L"] = ("cause", "coil"), reading.alone.swapaxes(0, 1)
     known = {name: np.asarray(turned[f"error_{name}"]) for name in _UNTILTED if name in turned}
     return found | {f"error_{name.removesuffix('_percent')}_turned": ((), values) for name, values in known.items()}
-
-
-def _guarded(sensor: Sensor, row: Row) -> Row:
-    """Return a row, or one that says so when its pose brings the target to the coil plane."""
-    if row["status"] != DONE:
-        return row
-    try:
-        check_clearance(sensor, pose_of(row))
-    except Collision as error:
-        return row | {"status": "collision", "reason": str(error)}
-    return row

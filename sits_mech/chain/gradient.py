@@ -25,8 +25,9 @@ import numpy as np
 
 from sits_mech.chain.fixed_pose import Direct, at_fixed_poses, on_axis, place_of
 from sits_mech.chain.models import loaded_model, mechanical_model
+from sits_mech.chain.plan import Choice
 from sits_mech.chain.pose_errors import signal_weights
-from sits_mech.chain.simulate import Simulation, image_at_rest, simulated, turned
+from sits_mech.chain.simulate import Simulation, aimed_rest, simulated, turned
 from sits_mech.magnetics.slopes import pose_slopes
 from sits_mech.mechanics.levels.gradient import PoseSlopes
 from sits_mech.mechanics.symmetry import Symmetry, symmetry_of
@@ -109,12 +110,14 @@ class Shown(NamedTuple):
     errors: dict[str, Array]
 
 
-def sloped_model(sensor: Sensor, mechanics: str, tolerance: float, loads: Sequence[Wrench]) -> SlopedModel:
-    """Return the mechanical model for some loads, or refuse one that knows no derivatives."""
+def sloped_model(
+    sensor: Sensor, mechanics: str, tolerance: float, loads: Sequence[Wrench]
+) -> tuple[SlopedModel, Choice]:  # fmt: skip
+    """Return the mechanical model for some loads and its choice, or refuse one that knows no derivatives."""
     layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
     if not isinstance(layer, SlopedModel):
         raise SceneError(f"mechanics: must be block, planar or linear for a gradient; got {choice.name}")
-    return layer
+    return layer, choice
 
 
 def gradient(
@@ -149,16 +152,17 @@ def gradient(
     0.165
     """
     numbers, moving = numbers_of(sensor, names)
-    field, by_field = loaded_model(sensor, magnetics, tolerance, [wrench])
-    layer = sloped_model(sensor, mechanics, tolerance, [wrench])
+    _, by_field = loaded_model(sensor, magnetics, tolerance, [wrench])
+    layer, _ = sloped_model(sensor, mechanics, tolerance, [wrench])
     mirrors = mirrors_of(sensor)
-    found, back = image_at_rest(mirrors, layer, wrench)
+    rest = aimed_rest(sensor, wrench, layer, (magnetics, tolerance), mirrors)
+    found, back, field = rest.found, rest.back, rest.field
     by_pose = layer.slopes(found, moving, sideways=sideways)
     kept = mirrors.projection(wrench) @ back
     simulation = simulated(sensor, field, turned(found, wrench, kept))
     moved = columns_of(numbers, moving, Moved((kept @ by_pose.pose)[None], (np.abs(kept) @ by_pose.error)[None]))
     one = Pose.of(simulation.equilibrium.pose.components[None])
-    direct = at_fixed_poses(sensor, (field, by_field.name, tolerance), one, numbers)
+    direct = at_fixed_poses(sensor, (field, by_field.name, rest.asked), one, numbers)
     shown = simulation.impedance
     single = {name: getattr(shown, name)[None] for name in ("L", "R", "error_L", "error_R")}
     change = shown_change(sensor, field, replace(shown, **single), one, numbers, moved, direct)

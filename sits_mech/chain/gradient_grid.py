@@ -15,7 +15,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from sits_mech.cases import DONE, Progress, Row
+from sits_mech.cases import DONE, Progress
+from sits_mech.chain.aimed import aimed_rows, status_of
 from sits_mech.chain.fixed_pose import at_fixed_poses
 from sits_mech.chain.gradient import (
     Moved,
@@ -26,10 +27,9 @@ from sits_mech.chain.gradient import (
     shown_change,
     sloped_model,
 )
-from sits_mech.chain.interpolate import loads_of, poses_on_grid
+from sits_mech.chain.interpolate import loads_of
 from sits_mech.chain.models import loaded_model
-from sits_mech.chain.pose_errors import pose_of, poses_of, read_poses
-from sits_mech.geometry.collision import Collision, check_clearance
+from sits_mech.chain.pose_errors import poses_of, read_poses
 from sits_mech.mechanics.loads import RefinedModel, slopes_of
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Wrench
 from sits_mech.scene.parameters import Parameter
@@ -56,10 +56,11 @@ class WithSlopes:
         """The model on the first meshes; itself, where all answers are on the same."""
         return replace(self, layer=self.layer.rough) if isinstance(self.layer, RefinedModel) else self
 
-    @property
-    def refined(self) -> MechanicalModel:
-        """The model on one mesh more; itself, where all answers are on the same."""
-        return replace(self, layer=self.layer.refined) if isinstance(self.layer, RefinedModel) else self
+    def towards(self, goal: Array, tolerance: float, deepest: int = 99) -> MechanicalModel:
+        """Return the model that solves as far as a goal takes; itself, where all answers are on the same meshes."""
+        if not isinstance(self.layer, RefinedModel):
+            return self
+        return replace(self, layer=self.layer.towards(goal, tolerance, deepest))
 
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the equilibrium; that of a load which is solved again, on finer meshes, without derivatives."""
@@ -104,18 +105,20 @@ def gradient_on_grid(
     numbers, moving = numbers_of(sensor, names)
     grid = {name: sorted(float(value) for value in loads.get(name, (0.0,))) for name in WRENCH}
     every, mirrors = loads_of(grid), mirrors_of(sensor)
-    field, by_field = loaded_model(sensor, magnetics, tolerance, every)
-    layer = sloped_model(sensor, mechanics, tolerance, every)
-    rows = poses_on_grid(
-        sensor, WithSlopes(layer, tuple(moving)), grid, symmetry=mirrors, tolerance=tolerance, progress=progress
+    _, by_field = loaded_model(sensor, magnetics, tolerance, every)
+    layer, choice = sloped_model(sensor, mechanics, tolerance, every)
+    solved = aimed_rows(
+        sensor, WithSlopes(layer, tuple(moving)), grid, (choice.name, magnetics), tolerance,
+        symmetry=mirrors, progress=progress,
     )  # fmt: skip
-    status = [_status(sensor, rows[load]) for load in every]
+    field, rows = solved.field, solved.rows
+    status = [status_of(sensor, rows[load]) for load in every]
     good = np.array([each == DONE for each, _ in status])
     own = [rows[load] for load, fine in zip(every, good, strict=True) if fine]
     pose, error, parts = poses_of(own)
     slopes = np.array([slopes_of(row).T for row in own]).reshape(len(own), len(POSE), len(moving))
     moved = columns_of(numbers, moving, Moved(slopes, np.zeros_like(slopes)))
-    direct = at_fixed_poses(sensor, (field, by_field.name, tolerance), pose, numbers)
+    direct = at_fixed_poses(sensor, (field, by_field.name, solved.asked), pose, numbers)
     reading = read_poses(sensor, field, pose, error, parts)
     shown = reading.impedance
     change = shown_change(sensor, field, shown, pose, numbers, moved, direct)
@@ -126,17 +129,6 @@ def gradient_on_grid(
     found = _table(sensor, {name: grid[name] for name in loads}, tuple(names), (good, status), values)
     found["L0"] = (("coil", "coil_2"), shown.L0)
     return found.assign_attrs(frequency=sensor.frequency, unit_L=shown.unit_L)
-
-
-def _status(sensor: Sensor, row: Row) -> tuple[str, str]:
-    """What became of a load, and why it has no reading."""
-    if row["status"] != DONE:
-        return str(row["status"]), str(row["reason"])
-    try:
-        check_clearance(sensor, pose_of(row))
-    except Collision as error:
-        return "collision", str(error)
-    return DONE, ""
 
 
 def _table(

@@ -10,7 +10,7 @@ first of them; what finer ones change, and what is left of their errors, two loa
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,6 +18,7 @@ import numpy as np
 
 from sits_mech.cases import DONE, Progress, Row
 from sits_mech.chain.corrections import corrected
+from sits_mech.chain.goal import Goal
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
 from sits_mech.mechanics.loads import (
     ERRORS,
@@ -36,9 +37,9 @@ from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, Wrench
 from sits_mech.scene.sensor import Sensor
 
 _BETWEEN = 0.4  # of the tolerance, what the map between solved loads is given: neighbours do not share its error
-_REFINED = 3e-3  # tolerance down to which one mesh more does for what finer ones change
+_THREE = 3e-3  # tolerance from which on many loads take three meshes: a fourth leaves 0.8 of the error for thrice the cost
 _UNSEEN = 0.1  # of the largest error, what a component has at least: symmetry may hide it from all loads solved
-_FEW = 12  # loads that are solved on all meshes each: a table of more takes about as many by its map
+_FEW = 3  # loads that are solved on all meshes each: one more than are compared
 INTERPOLATED = "pose between solved loads, by a smooth map through them"
 
 
@@ -51,6 +52,8 @@ def poses_on_grid(
     tolerance: float,
     keep: tuple[Path | None, str] = (None, ""),
     progress: Progress | None = None,
+    after: Callable[[Iterable[Row]], Goal | None] | None = None,
+    begun: Mapping[Wrench, Row] | None = None,
 ) -> dict[Wrench, Row]:
     """Return a row for every load of a grid, solved or between solved ones.
 
@@ -63,7 +66,11 @@ def poses_on_grid(
     grid : mapping of str to sequence of float
         Values of components of a load, by the names of `WRENCH` [N, N m]; others are zero.
     tolerance : float
-        Of the poses; the map is given a share of it, relative to the range of each component.
+        Of the poses, or of what they are for; the map is given a share of it, relative to the range of each component.
+    after : callable, optional
+        What the loads are solved for, from the rows of those that are, so that finer meshes are taken where it needs.
+    begun : mapping, optional
+        Rows of loads that were solved before on a model's first meshes, as for `settle`.
 
     Returns
     -------
@@ -73,7 +80,7 @@ def poses_on_grid(
     rows: dict[Wrench, Row] = {}
     asked: list[Wrench] = []
     few = len(symmetry.without_images(loads_of(grid))) <= _FEW
-    first = layer.rough if isinstance(layer, RefinedModel) and not few else layer
+    first = layer.rough if isinstance(layer, RefinedModel) and (after is not None or not few) else layer
     folder, key = keep
     own = (folder, key if first is layer else first_key(key))
 
@@ -81,7 +88,7 @@ def poses_on_grid(
         """Return the poses at points of the grid; NaN where there is none, or nothing is known of its error."""
         loads = [Wrench(**dict(zip(grid, point, strict=True))) for point in points]
         asked.extend(loads)
-        rows.update(settle(first, asked, symmetry=symmetry, keep=own, known=rows, progress=progress))
+        rows.update(settle(first, asked, symmetry=symmetry, keep=own, known=rows, progress=progress, begun=begun))
         found = [rows[load] for load in loads]
         good = [row["status"] == DONE and np.isfinite(row["error_mechanics"]) for row in found]
         return np.array([[row[name] if own else np.nan for name in POSE] for row, own in zip(found, good, strict=True)])
@@ -90,21 +97,45 @@ def poses_on_grid(
     part = solve_part(poses, grid, tolerance=_BETWEEN * tolerance, weights=levers)
     loads = loads_of(grid)
     if part is None:
-        rows.update(settle(first, loads, symmetry=symmetry, keep=own, known=rows, progress=progress))
-    if first is not layer:
-        finer = layer.refined if isinstance(layer, RefinedModel) and tolerance >= _REFINED else layer
+        rows.update(settle(first, loads, symmetry=symmetry, keep=own, known=rows, progress=progress, begun=begun))
+    if isinstance(layer, RefinedModel) and first is not layer:
+        rough, goal = rows, None if after is None else after([row for row in rows.values() if row["status"] == DONE])
+        wanted, most = 0.0 if goal is None else goal.left(tolerance), worst(rows, goal)
 
         def again(load: Wrench) -> Row:
-            """Return the row of a solved load on finer meshes."""
-            return upright(settled_again(finer, rows, load, keep), load, symmetry)
+            """Return the row of a solved load on finer meshes: as many as leave of its error what the worst needs."""
+            share = wanted if few or goal is None else wanted / most * worst({load: rough[load]}, goal)
+            deepest = 99 if few or tolerance < _THREE else 3
+            model = layer if goal is None else layer.towards(goal.weights, share, deepest)
+            own = (folder, key if few else f"{key} {share:.3g}")
+            return upright(settled_again(model, rough, load, own), load, symmetry)
 
-        rows = corrected(rows, again, levers, _at_rest(sensor))
+        if most > wanted:
+            rows = _each(first, rough, again, symmetry) if few else corrected(rough, again, levers, _at_rest(sensor))
     if part is not None:
         error = np.maximum(part.error, _UNSEEN * np.max(part.error * levers) / levers)
         rows.update(_between(replace(part, error=error), rows, symmetry))
         if progress is not None:
             progress(len(loads), len(loads))
     return {load: rows[load] for load in loads}
+
+
+def _each(
+    layer: MechanicalModel, rows: Mapping[Wrench, Row], again: Callable[[Wrench], Row], symmetry: Symmetry
+) -> dict[Wrench, Row]:  # fmt: skip
+    """Return the rows of loads, each that was solved as it is on finer meshes, and its images by it."""
+    own = {load: row for load, row in rows.items() if symmetry.standard(load)[0] == load}
+    finer = {load: again(load) for load, row in own.items() if row["status"] == DONE}
+    known = own | {load: row for load, row in finer.items() if row["status"] == DONE}
+    return settle(layer, rows, symmetry=symmetry, known=known)
+
+
+def worst(rows: Mapping[Wrench, Row], goal: Goal | None) -> float:
+    """Return the largest error of any load that is at rest, of what they are for."""
+    if goal is None:
+        return np.inf
+    good = [row for row in rows.values() if row["status"] == DONE]
+    return max((goal.mechanics(np.array([row[name] for name in ERRORS]), shared_of(row)) for row in good), default=0.0)
 
 
 def loads_of(grid: Axes) -> list[Wrench]:

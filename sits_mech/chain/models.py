@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 
 from sits_mech.chain.conductors import AmongFar, negligible, without_far
+from sits_mech.chain.goal import HALF, Goal, goal_of
 from sits_mech.chain.omissions import Omission, Shown, strain_bound
 from sits_mech.chain.plan import Choice, choose_magnetics, choose_mechanics
 from sits_mech.chain.prices.costs import magnetic_tolerance
 from sits_mech.chain.prices.ends import ROUGH, InSection
 from sits_mech.chain.prices.look import Look, look
 from sits_mech.chain.prices.request import Plan
-from sits_mech.quantities import POSE, MagneticModel, MechanicalModel, Pose, SolveFailed, Wrench
+from sits_mech.quantities import POSE, Equilibrium, MagneticModel, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.scene.sensor import Sensor
 from sits_mech.scene.thermal import at_temperature
 from sits_mech.units import checked_tolerance
@@ -44,7 +45,6 @@ MAGNETICS: Mapping[str, Callable[[Sensor, float], MagneticModel]] = {
 }
 """The magnetic models by name; each factory takes a sensor and a tolerance."""
 _KINDS = {"planar": "section", "planar-fem": "section", "axisymmetric": "space", "sheets": "space"}
-_LARGE = 0.3  # bound of small strain's error from which on a load is looked at before it is planned
 _COARSE = 1e-2  # relative error of the change that conductors are compared with
 
 
@@ -78,16 +78,36 @@ def plan(
     by_layer = choose_mechanics(sensor, mechanics, tuple(MECHANICS), loads, tolerance) if loads else None
     solved, by_field = _settled(sensor, magnetics, tolerance, loads, bool(loads))
     asked = checked_tolerance(tolerance)
-    return Plan.of(
-        sensor, loads, asked, by_layer, by_field, _rest(solved, by_field.name), _seen(sensor, by_layer, loads, asked)
-    )  # fmt: skip
+    seen = _seen(sensor, by_layer, (solved, by_field.name), loads, asked)
+    return Plan.of(sensor, loads, asked, by_layer, by_field, _rest(solved, by_field.name), seen)
 
 
-def _seen(sensor: Sensor, choice: Choice | None, loads: Sequence[Wrench], tolerance: float) -> Look | None:
-    """Return what the first meshes show of one load that is large; of others the small-strain number says enough."""
-    if choice is None or len(loads) != 1 or not _LARGE < strain_bound(sensor, loads) < np.inf:
+def _seen(
+    sensor: Sensor, choice: Choice | None, coils: tuple[Sensor, str], loads: Sequence[Wrench], tolerance: float
+) -> Look | None:  # fmt: skip
+    """Return what the first meshes show of one load at finite strain, for signals as a coarse model has them."""
+    if choice is None or len(loads) != 1 or strain_bound(sensor, loads) == np.inf:
         return None
-    return look(MECHANICS[choice.name](sensor, tolerance), loads[0], tolerance)
+
+    goals = list[Goal]()
+
+    def measure(found: Equilibrium) -> float:
+        """Error over the signals' full scale; of the pose, where no coil can be solved."""
+        solved, name = coils
+        try:
+            goal = goal_of(solved, MAGNETICS[name](solved, ROUGH), [found.pose])
+        except (SolveFailed, ValueError):
+            goal = None
+        if goal is None:
+            return found.report.estimated_error
+        goals.append(goal)
+        return goal.mechanics(found.error.components, found.shared)
+
+    seen = look(MECHANICS[choice.name](sensor, tolerance), loads[0], tolerance, measure)
+    if seen is None or not goals:
+        return seen
+    finer = magnetic_tolerance(coils[1], tolerance) / ROUGH
+    return seen._replace(magnetics=min(goals[0].magnetics * min(finer, 1.0), HALF * tolerance))
 
 
 def _rest(sensor: Sensor, name: str) -> Shown | None:

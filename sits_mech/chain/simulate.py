@@ -7,15 +7,22 @@ The models keep linear algebra to one thread (`threads`); nothing here is large 
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.pose_errors import read_poses, signals_at, stacked
+from sits_mech.chain.prices.look import Look
+from sits_mech.chain.promise import MISSED, Promise, aim_at
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.waves import check_frequency
+from sits_mech.mechanics.levels.answer import load_words
+from sits_mech.mechanics.levels.history import depends_on_path
+from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetry_of
 from sits_mech.quantities import (
     WRENCH,
@@ -45,16 +52,19 @@ class Simulation:
         What the coils show; its errors include what the pose's error makes of them.
     signals : Signals
         Combined, with errors.
+    promise : Promise or None
+        What was planned and what was reached; None where nothing was planned.
     """
 
     equilibrium: Equilibrium
     impedance: Impedance
     signals: Signals
+    promise: Promise | None = None
 
 
 def simulate(
     sensor: Sensor, wrench: Wrench, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto",
-    via: Sequence[Wrench] = (),
+    via: Sequence[Wrench] = (), best: bool = True,
 ) -> Simulation:  # fmt: skip
     """Return what the sensor shows under a load.
 
@@ -65,11 +75,13 @@ def simulate(
     wrench : Wrench
         The load [N, N m].
     tolerance : float
-        Asked relative error of the pose; of the change of inductance a tenth of it, by sheets as much.
+        Asked error of the signals, over the largest change that any of them shows from rest to the load.
     mechanics, magnetics : str
         Names of the models.
     via : sequence of Wrench
         Loads that are passed on the way from rest, for a layer with friction.
+    best : bool
+        Whether a tolerance that is not to be had at this load is answered with what is; it is refused otherwise.
 
     Returns
     -------
@@ -79,7 +91,7 @@ def simulate(
     Raises
     ------
     SceneError
-        When a model cannot hold the scene.
+        When a model cannot hold the scene, or without `best` a tolerance is not to be had.
     Collision
         When the target comes to the coil plane.
     SolveFailed
@@ -95,9 +107,87 @@ def simulate(
     1.45
     """
     check_frequency(sensor.coils, sensor.frequency)  # before the layer is solved
-    field, _ = loaded_model(sensor, magnetics, tolerance, [*via, wrench])
+    began = time.process_time()
     layer, _ = mechanical_model(sensor, mechanics, tolerance, [*via, wrench])
-    return simulated(sensor, field, at_rest(sensor, layer, wrench, via))
+    if via:
+        field, _ = loaded_model(sensor, magnetics, tolerance, [*via, wrench])
+        return simulated(sensor, field, _passed(sensor, layer, [*via, wrench]))
+    found = aimed_rest(sensor, wrench, layer, (magnetics, tolerance), symmetry_of(sensor), best=best)
+    shown = simulated(sensor, found.field, _shown(sensor, found.found, wrench, found.back))
+    if found.planned is None:
+        return shown
+    return replace(shown, promise=Promise(found.planned, time.process_time() - began, found.reached))
+
+
+class AimedRest(NamedTuple):
+    """Where a target rests under the image of a load that is solved for it, and what reads it.
+
+    Attributes
+    ----------
+    found : Equilibrium
+    back : ndarray, shape (6, 6)
+        Takes the image back to the load.
+    field : MagneticModel
+        As fine as the signals take.
+    asked : float
+        Tolerance that it is made for.
+    planned : Look or None
+        What the first meshes promised; None where nothing was planned.
+    reached : float
+        Error over the signals' full scale.
+    """
+
+    found: Equilibrium
+    back: Array
+    field: MagneticModel
+    asked: float
+    planned: Look | None = None
+    reached: float = float("nan")
+
+
+def aimed_rest(
+    sensor: Sensor, wrench: Wrench, layer: MechanicalModel, magnetics: tuple[str, float], symmetry: Symmetry, *,
+    best: bool = True,
+) -> AimedRest:  # fmt: skip
+    """Return where a target rests, solved to a tolerance of the signals: its first meshes tell what that takes.
+
+    Parameters
+    ----------
+    sensor, wrench, best
+        As of `simulate`.
+    layer : MechanicalModel
+    magnetics : str and float
+        Name of the magnetic model as it was asked for, and the tolerance.
+    symmetry : Symmetry
+        By whose images the load may be solved.
+
+    Raises
+    ------
+    SceneError, Collision, SolveFailed
+        As `simulate`.
+    """
+    name, tolerance = magnetics
+    field, _ = loaded_model(sensor, name, tolerance, [wrench])
+    if not isinstance(layer, RefinedModel) or depends_on_path(sensor):
+        return AimedRest(*image_at_rest(symmetry, layer, wrench), field, tolerance)
+    start, back = image_at_rest(symmetry, layer.rough, wrench)
+    first = _shown(sensor, start, wrench, back)
+    check_clearance(sensor, first.pose)
+    aim = aim_at(sensor, name, tolerance, [wrench], [first.pose])
+    if aim is None:
+        return AimedRest(*image_at_rest(symmetry, layer, wrench), field, tolerance)
+    planned = aim.promised(first, 1)
+    if not best:
+        aim.refuse_beyond(planned, load_words(vars(wrench)))
+    finer = layer.towards(aim.goal.weights @ back, aim.left)
+    found, _ = image_at_rest(symmetry, finer, wrench, start)
+    rest = _shown(sensor, found, wrench, back)
+    error = aim.goal.of(rest.error.components, rest.shared)
+    if not best and error > MISSED * tolerance:
+        report = replace(rest.report, status="tolerance missed")
+        words = f"{error:.2g} of the signals' full scale was reached where {tolerance:g} is asked (--best)"
+        raise SolveFailed(words, report, rest)
+    return AimedRest(found, back, aim.field, aim.asked, planned, error)
 
 
 def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench, via: Sequence[Wrench] = ()) -> Equilibrium:
@@ -127,12 +217,21 @@ def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench, via: Sequenc
     if via:
         return _passed(sensor, layer, [*via, wrench])
     found, back = image_at_rest(symmetry_of(sensor), layer, wrench)
+    return _shown(sensor, found, wrench, back)
+
+
+def _shown(sensor: Sensor, found: Equilibrium, wrench: Wrench, back: Array) -> Equilibrium:
+    """The rest under a load, from that of its image which was solved."""
     image = with_symmetry(sensor, found)
     return image if found.wrench == wrench else turned(image, wrench, back)
 
 
-def image_at_rest(symmetry: Symmetry, layer: MechanicalModel, wrench: Wrench) -> tuple[Equilibrium, Array]:
+def image_at_rest(
+    symmetry: Symmetry, layer: MechanicalModel, wrench: Wrench, start: Equilibrium | None = None
+) -> tuple[Equilibrium, Array]:  # fmt: skip
     """Return where a target rests under the image of a load that is solved for it, and the matrix that takes it back.
+
+    It starts at a rest of that image, if there is one.
 
     Raises
     ------
@@ -141,7 +240,7 @@ def image_at_rest(symmetry: Symmetry, layer: MechanicalModel, wrench: Wrench) ->
     """
     solved, back = symmetry.standard(wrench) if wrench.beside else (wrench, np.eye(len(WRENCH)))
     try:
-        return layer.equilibrium(solved), back
+        return layer.equilibrium(solved, start=start), back
     except SolveFailed as error:
         if solved == wrench:
             raise

@@ -72,6 +72,12 @@ def deliver(text: str, output: Path | None) -> None:
         warn(f"written to {output}")
 
 
+def kept_promise(planned: tuple[float, float], took: tuple[float, float]) -> str:
+    """Return what was planned and what became of it, seconds of processor time and error over full scale, in words."""
+    words = [f"{seconds:.2g} s and {100.0 * error:.2g} %" for seconds, error in (planned, took)]
+    return f"planned {words[0]} of the signals' full scale, took {words[1]}"
+
+
 def warn(line: str) -> None:
     """Print one line on stderr."""
     sys.stderr.write(f"{line}\n")

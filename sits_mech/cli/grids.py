@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
+from time import process_time
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import not_converged, progress_bar, show, terminal_width, warn
-from sits_mech.cli.options import LoadGrid, Models, Output, Overrides, Scene, Warmth, app, sensor_of
+from sits_mech.cli.console import kept_promise, not_converged, progress_bar, show, terminal_width, warn
+from sits_mech.cli.options import Best, LoadGrid, Models, Output, Overrides, Scene, Warmth, app, sensor_of
 
 
 @app.command
@@ -17,7 +18,7 @@ def calibrate(
     scene: Scene, *, loads: LoadGrid = LoadGrid(), models: Models = Models(), output: Output = None,
     temperature: Warmth = None,
     drift: Annotated[bool, Parameter(negative="", help="Slopes by temperature: quality, invert take them.")] = False,
-    overrides: Overrides = Overrides(),
+    best: Best = False, overrides: Overrides = Overrides(),
 ) -> int:  # fmt: skip
     """What the sensor shows over a grid of loads: table, netCDF, CSV and pictures; a stopped run goes on.
 
@@ -28,6 +29,7 @@ def calibrate(
     Example: sits-mech calibrate triaxial-4 --fx "-0.5 N:0.5 N:5" --fy "-0.5 N:0.5 N:5" --fz "0 N:2 N:5" -o calibration
     """
     from sits_mech.chain.calibrate import calibrate as calibrated
+    from sits_mech.chain.promise import MISSED
     from sits_mech.quantities import SolveFailed
     from sits_mech.readout.loads import varied
     from sits_mech.report.folder import cases_folder, prepare_folder, write_calibration
@@ -35,23 +37,30 @@ def calibrate(
 
     sensor, components = sensor_of(scene, overrides, temperature), loads.components()
     folder = prepare_folder(output if output is not None else Path(f"{Path(scene).stem}-calibration"))
+    began = process_time()
     try:
         with progress_bar("loads") as progress:
             data = calibrated(
-                sensor, **components, **asdict(models), progress=progress, folder=cases_folder(folder), drift=drift
-            )
+                sensor, **components, **asdict(models), progress=progress, folder=cases_folder(folder), drift=drift,
+                best=best,
+            )  # fmt: skip
     except SolveFailed as error:
         return not_converged(error, False)
+    took = process_time() - began
     for line in write_calibration(sensor, data, folder):
         warn(line)
     width, whole = terminal_width(), load_table(data)
     for part in [whole] if width is None else in_width(whole, len(varied(data)), width):
         show(part)
     show(summary_table(data))
-    missing = failures(data)
+    missing, reached = failures(data), data.attrs.get("reached", 0.0)
+    if not best and reached > MISSED * models.tolerance:
+        missing.append(f"tolerance missed: {reached:.2g} of the signals' full scale for {models.tolerance:g} (--best)")
     flat = ["per metre of depth: ends along y are not in the signals, shear above all; --magnetics sheets has them"]
     for line in [*remarks(data), *(flat if data.attrs["unit_L"] == "H/m" else []), *missing, f"written to {folder}"]:
         warn(line)
+    if "planned" in data.attrs:
+        warn(kept_promise(data.attrs["planned"], (took, reached)))
     return 3 if missing else 0
 
 

@@ -29,6 +29,7 @@ Folder = Annotated[Path, Parameter(help="Of a calibration: what was given to sit
 Case = Annotated[int | None, Parameter(help="Of a sweep's folder: which case, by its number in the sweep's table.")]
 Frequency = Annotated[str, Parameter(allow_leading_hyphen=True, help='One, or a range "first:last:count".')]
 Tolerance = Annotated[float, Parameter(help="Asked relative error.")]
+Best = Annotated[bool, Parameter(negative="", help="Answer what can be had where the tolerance cannot.")]
 MECHANICS = "auto, block, planar, linear or closed-form."
 MAGNETICS = "auto, planar, planar-fem, axisymmetric or sheets."
 Mechanics = Annotated[str, Parameter(name=["--mechanics", "--model"], help=MECHANICS)]  # where one physics is meant
@@ -176,11 +177,11 @@ class Place:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Models:
-    """Which model takes each half, and to what relative error."""
+    """Which model takes each half, and to what error of the signals, over their full scale."""
 
     mechanics: Annotated[str, Parameter(help=MECHANICS)] = "auto"
     magnetics: Annotated[str, Parameter(help=MAGNETICS)] = "auto"
-    tolerance: Tolerance = 1e-2
+    tolerance: Annotated[float, Parameter(help="Asked error of the signals, over their full scale.")] = 1e-2
 
 
 def _written_load(text: str) -> Wrench:

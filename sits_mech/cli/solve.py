@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import answer, not_converged, warn
+from sits_mech.cli.console import answer, kept_promise, not_converged, warn
 from sits_mech.cli.options import (
+    Best,
     Frequency,
     Json,
     Load,
@@ -112,7 +113,8 @@ def simulate(
     scene: Scene, *, load: Load = Load(), way: Way = Way(), models: Models = Models(), temperature: Warmths = None,
     history: Annotated[Path | None, Parameter(help="CSV of loads over time: t [s], F_z [N], ...")] = None,
     rcount: Annotated[int | None, Parameter(help="Of the converter in a history: more is slower; 65535.")] = None,
-    output: Output = None, picture: Picture = None, overrides: Overrides = Overrides(), as_json: Json = False,
+    output: Output = None, picture: Picture = None, best: Best = False, overrides: Overrides = Overrides(),
+    as_json: Json = False,
 ) -> int:  # fmt: skip
     """What the sensor shows under a load, at one temperature or over a range: --picture draws that, by cause.
 
@@ -141,7 +143,7 @@ def simulate(
     if picture is not None:
         raise SceneError("--picture: needs a range of temperatures, --temperature \"first:last:count\"; got one")
     try:
-        found = simulated(sensor, wrench, via=via, **asdict(models))
+        found = simulated(sensor, wrench, via=via, best=best, **asdict(models))
     except SolveFailed as error:
         return not_converged(error, as_json, True)
     shown, names = found.impedance, (found.equilibrium.report.model, found.impedance.report.model)
@@ -153,6 +155,9 @@ def simulate(
         *left_out_tables(unsolved),
     ]
     answer(simulation_record(found, unsolved), tables, as_json)
+    if found.promise is not None:
+        planned, *took = found.promise
+        warn(kept_promise((planned.seconds, planned.error), (took[0], took[1])))
     return 0
 
 

@@ -27,7 +27,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, partial
 
 import numpy as np
@@ -48,7 +48,7 @@ from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
 from sits_mech.mechanics.rest.body import Bonded, packed
 from sits_mech.mechanics.rest.control import Control, under
 from sits_mech.mechanics.rest.failure import ended
-from sits_mech.quantities import Equilibrium, Wrench
+from sits_mech.quantities import Array, Equilibrium, Wrench
 from sits_mech.refusals import refuse_infinite
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
@@ -80,36 +80,42 @@ class BlockPad:
         Of a model on the first of some meshes the one with all of them.
     deepest : int
         Levels at most.
+    goal : ndarray, shape (s, 6), optional
+        What the tolerance is of, as of `by_goal`; of the pose itself by default.
     """
 
     sensor: Sensor
     tolerance: float
     finer: BlockPad | None = None
     deepest: int = 99
+    goal: Array | None = field(default=None, compare=False)
 
     @cached_property
     def half(self) -> Line:
         """Meshes of half the pad in the order they are tried; of the whole one where the user's mesh is."""
         if self.finer is not None:
-            return replace(self.finer.half, deepest=self.deepest)
+            return self._like(self.finer.half)
         return meshes_in_line(self.sensor, self.tolerance, whole=False)
 
     @cached_property
     def whole(self) -> Line:
         """Meshes of the whole pad."""
         if self.finer is not None:
-            return replace(self.finer.whole, deepest=self.deepest)
+            return self._like(self.finer.whole)
         return meshes_in_line(self.sensor, self.tolerance, whole=True)
+
+    def _like(self, line: Line) -> Line:
+        """The same meshes, as this model takes them."""
+        return replace(line, deepest=self.deepest, asked=self.tolerance, goal=self.goal)
 
     @cached_property
     def rough(self) -> BlockPad:
         """The model that answers on the first two levels alone, of the same meshes."""
         return replace(self, tolerance=_ROUGH, finer=self, deepest=2)
 
-    @property
-    def refined(self) -> BlockPad:
-        """The model that answers on one level more, for what finer meshes change of many loads."""
-        return replace(self, finer=self, deepest=3)
+    def towards(self, goal: Array, tolerance: float, deepest: int = 99) -> BlockPad:
+        """Return the model on the same meshes, as many as a goal takes; as of `RefinedModel`."""
+        return replace(self, finer=self, goal=goal, tolerance=tolerance, deepest=deepest)
 
     @one_thread
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
@@ -142,7 +148,7 @@ class BlockPad:
         report = replace(found.report, model="block", seconds=time.perf_counter() - began)
         report = replace(report, notes=(*report.notes, *edge_notes(self.sensor), *mesh_notes(self.sensor)))
         if solved.part == 1.0:
-            missed = report.estimated_error > self.tolerance
+            missed = self.goal is None and report.estimated_error > self.tolerance
             notes = (f"the estimated error is above the tolerance {self.tolerance:g}",) if missed else ()
             return replace(found, report=replace(report, notes=(*report.notes, *notes)))
         raise ended(line, control, solved._replace(found=replace(found, report=report)), "pad")

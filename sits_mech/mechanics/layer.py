@@ -72,10 +72,9 @@ class PlanarLayer:
         """The model that answers on the first two levels alone, of the same meshes."""
         return replace(self, tolerance=1.0, line=replace(self.line, deepest=2))
 
-    @property
-    def refined(self) -> PlanarLayer:
-        """Itself: in the plane finer meshes cost little."""
-        return self
+    def towards(self, goal: Array, tolerance: float, deepest: int = 99) -> PlanarLayer:
+        """Return the model on the same meshes, as many as a goal takes: in the plane all of them cost little."""
+        return replace(self, tolerance=tolerance, line=replace(self.line, asked=tolerance, goal=goal))
 
     @one_thread
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
@@ -115,7 +114,7 @@ class PlanarLayer:
         if solved.part < 1.0:
             raise ended(self.line, control, solved._replace(found=replace(solved.found, report=report)), "layer")
         notes = (*report.notes, *_edge_notes(self.sensor, self.edges, solved.found.wrench))
-        if report.estimated_error > self.tolerance:
+        if self.line.goal is None and report.estimated_error > self.tolerance:
             missed = f"estimated error {report.estimated_error:.2g}: the tolerance {self.tolerance:g} is missed"
             notes = (*notes, missed)
         return replace(solved.found, report=replace(report, notes=notes))

@@ -29,16 +29,18 @@ ERRORS = tuple(f"error_{name}" for name in POSE)
 class RefinedModel(Protocol):
     """A mechanical model that answers on a few meshes, and has others on the first ones alone.
 
-    Many loads are answered by the rough one, and a few of them by the refined one, which tell the errors of all.
+    Many loads are answered by the rough one, and a few of them as far as a goal takes, which tell the errors of all.
     """
 
     @property
     def rough(self) -> MechanicalModel:
         """The model on the first meshes."""
 
-    @property
-    def refined(self) -> MechanicalModel:
-        """The model on one mesh more."""
+    def towards(self, goal: Array, tolerance: float, deepest: int = 99) -> MechanicalModel:
+        """Return the model that solves until what its error makes of a goal, as of `by_goal`, is within a tolerance.
+
+        On so many meshes at most, where finer ones are dear.
+        """
 
 
 def settle(
@@ -49,6 +51,7 @@ def settle(
     keep: tuple[Path | None, str] = (None, ""),
     known: Mapping[Wrench, Row] | None = None,
     progress: Progress | None = None,
+    begun: Mapping[Wrench, Row] | None = None,
 ) -> dict[Wrench, Row]:
     """Return a row for every load, and for those that were solved in place of their images.
 
@@ -66,6 +69,8 @@ def settle(
         Rows as returned before.
     progress : callable, optional
         Called with the number of loads done and of all.
+    begun : mapping, optional
+        Rows of loads that were solved before; none starts from them before it is their turn.
 
     Returns
     -------
@@ -79,7 +84,8 @@ def settle(
         if load not in rows:
             solved, back = symmetry.standard(load)
             if solved not in rows:
-                rows[solved] = upright(_row(layer, rows, solved, keep), solved, symmetry)
+                own = (begun or {}).get(solved) or _row(layer, rows, solved, keep)
+                rows[solved] = upright(own, solved, symmetry)
             if load != solved:
                 rows[load] = _image(rows[solved], solved, back)
         if progress is not None:
@@ -95,7 +101,7 @@ def settled_again(
     kept = read_case(path)
     if kept is not None:
         return kept
-    start = _equilibrium(load, rows[load])
+    start = rest_of(load, rows[load])
     return finish(path, attempt(lambda **_: _settled(layer, load, start), {}))
 
 
@@ -116,7 +122,7 @@ def kept_rest(keep: tuple[Path | None, str], wrench: Wrench) -> Equilibrium | No
     """Return the equilibrium of a load that was settled in a folder, `keep` as of `settle`; None where it has none."""
     rows = (read_case(_path(wrench, (keep[0], key))) for key in (keep[1], first_key(keep[1])))
     found = (row for row in rows if row is not None and row["status"] == DONE and "state" in row)
-    return next((_equilibrium(wrench, row) for row in found), None)
+    return next((rest_of(wrench, row) for row in found), None)
 
 
 def upright(row: Row, load: Wrench, symmetry: Symmetry) -> Row:
@@ -192,6 +198,7 @@ def _settled(layer: MechanicalModel, wrench: Wrench, start: Equilibrium | None) 
     own = {"min_J": found.report.min_J, "stretch": found.report.stretch}
     row |= {name: np.nan if value is None else value for name, value in own.items()}
     row |= {"error_mechanics": found.report.estimated_error, "iterations": found.report.iterations}
+    row |= {"unknowns": found.report.unknowns}
     row = with_slopes(with_shared(row, found.shared), found.slopes)
     return row | {"notes": "; ".join(found.report.notes), "state": ("unknown", found.state)}
 
@@ -205,11 +212,14 @@ def _nearest(rows: Mapping[Wrench, Row], load: Wrench) -> Equilibrium | None:
     size = np.max(np.abs(places), axis=0)
     away = (places[:-1] - places[-1]) / np.where(size > 0.0, size, 1.0)
     near = settled[int(np.argmin(np.sum(away**2, axis=1)))]
-    return _equilibrium(near, rows[near])
+    return rest_of(near, rows[near])
 
 
-def _equilibrium(wrench: Wrench, row: Row) -> Equilibrium:
-    """Return what a row was made of, as a start."""
+def rest_of(wrench: Wrench, row: Row, model: str = "kept") -> Equilibrium:
+    """Return what a row of a solved load was made of, as a start or to be told of; by the name of its model."""
     pose, error = (Pose(*(float(row[f"{prefix}{name}"]) for name in POSE)) for prefix in ("", "error_"))
-    report = SolveReport("kept", len(row["state"][1]), 0, 0.0, row["error_mechanics"], 0.0, min_J=row["min_J"])
-    return Equilibrium(wrench, pose, error, np.asarray(row["state"][1], dtype=float), report)
+    report = SolveReport(
+        model, row["unknowns"], row["iterations"], 0.0, row["error_mechanics"], 0.0, notes=(row["notes"],),
+        min_J=row["min_J"], stretch=row["stretch"],
+    )  # fmt: skip
+    return Equilibrium(wrench, pose, error, np.asarray(row["state"][1], dtype=float), report, shared_of(row))

@@ -97,7 +97,8 @@ def simulation_record(found: Simulation, left_out: Sequence[Omission] = ()) -> R
     layer = equilibrium_record(found.equilibrium, left_out, "mechanics")
     coils = impedance_record(found.equilibrium.pose, found.impedance, left_out, half="magnetics")
     reports = {"mechanics": layer["report"], "magnetics": coils["report"]}
-    return layer | coils | {"signals": found.signals.known, "report": reports}
+    kept = None if found.promise is None else found.promise.record
+    return layer | coils | {"signals": found.signals.known, "report": reports, "promise": kept}
 
 
 def failure_record(error: SolveFailed, whole: bool = False) -> Record:

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from sits_mech.chain.aimed import aimed_rows
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.gradient import gradient
+from sits_mech.chain.gradient import gradient, mirrors_of
 from sits_mech.chain.gradient_grid import gradient_on_grid
-from sits_mech.chain.models import loaded_model
 from sits_mech.magnetics.slopes import slopes
+from sits_mech.mechanics.layer import planar_layer
 from sits_mech.quantities import POSE, Pose, Wrench
 from sits_mech.scene.sensor import SceneError, load_sensor
 
@@ -39,8 +40,8 @@ def test_coils_aside_are_the_target_moved_back_at_every_load() -> None:
     loads = {"F_x": [-0.3, 0.0, 0.3], "F_z": [0.5, 1.0]}
     found = gradient_on_grid(sensor, ["coils.*.centre.0"], loads, **PLANE)
     pose = Pose.of(found.pose.transpose(*loads, "component").values)
-    wrenches = [Wrench(F_x=F_x, F_z=F_z) for F_x in loads["F_x"] for F_z in loads["F_z"]]
-    field, _ = loaded_model(sensor, "planar", 1e-2, wrenches)
+    layer, mirrors = planar_layer(sensor, 1e-2), mirrors_of(sensor)
+    field = aimed_rows(sensor, layer, loads, ("planar", "planar"), 1e-2, symmetry=mirrors).field
     by_pose = slopes(sensor, field, pose, sensor.frequency, components=["d_h"])
     for own, expected in ((found.by_L, by_pose.L), (found.by_R, by_pose.R)):
         np.testing.assert_allclose(own.values, -expected, rtol=0.0, atol=1e-6 * np.abs(expected).max())

@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from sits_mech.cases import Row
-from sits_mech.chain.interpolate import INTERPOLATED, loads_of, poses_on_grid
+from sits_mech.chain.goal import Goal
+from sits_mech.chain.interpolate import INTERPOLATED, loads_of, poses_on_grid, worst
 from sits_mech.mechanics.linear import linear_layer
+from sits_mech.mechanics.loads import settle
 from sits_mech.mechanics.symmetry import Symmetry
-from sits_mech.quantities import POSE, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.quantities import POSE, Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.scene.sensor import load_sensor
 
 GRID = {"F_x": np.linspace(-1.0, 1.0, 9).tolist(), "F_z": np.linspace(0.0, 4.0, 9).tolist()}
@@ -128,6 +130,88 @@ def test_small_grids_are_solved_whole() -> None:
     layer, grid = Spring(), {"F_x": GRID["F_x"][:6], "F_z": GRID["F_z"][:5]}
     assert len(poses_on_grid(load_sensor("biorob2018"), layer, grid, symmetry=NONE, tolerance=1e-2)) == 30
     assert len(layer.solved) == 30
+
+
+@dataclass
+class Meshes(Spring):
+    """The round pad on meshes: two of them own to `off` times what the load moves, finer ones to what is asked."""
+
+    off: float = 0.05
+    finest: bool = False
+    asked: list[float] = field(default_factory=list)
+    started: dict[Wrench, Wrench] = field(default_factory=dict)
+
+    @property
+    def rough(self) -> "Meshes":
+        """The same, and what it remembers."""
+        return replace(self)
+
+    def towards(self, goal: Array, tolerance: float, deepest: int = 99) -> "Meshes":
+        """The same with smaller errors, of which d_h's alone is of the goal; remembers the tolerance."""
+        self.asked.append(tolerance)
+        return replace(self, off=tolerance / goal[0, 0], finest=True)
+
+    def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
+        """Return the formula's pose, a tenth off on the first meshes."""
+        if start is not None and not self.finest:
+            self.started[wrench] = start.wrench
+        found = super().equilibrium(wrench)
+        way = np.abs(found.pose.components - [0.0, 2e-3, 0.0, 0.0, 0.0, 0.0])
+        size = 1.0 if self.finest else way[0]
+        place = found.pose.components + (0.0 if self.finest else 0.2 * self.off * way)
+        error = np.where(way > 0.0, self.off * size * way / max(way[0], 1e-9), 0.0)
+        return replace(found, pose=Pose.of(place), error=Pose.of(error), shared=error[None])
+
+
+def goal(weight: float) -> Goal:
+    """One signal that goes by d_h alone [1/m]."""
+    return Goal(np.array([[weight, 0, 0, 0, 0, 0]]), 0.0)
+
+
+def test_few_loads_are_solved_as_far_as_the_goal_takes_each() -> None:
+    """Three of them, one at rest; images come from what was solved."""
+    layer, grid = Meshes(), {"F_x": [-0.4, 0.0, 0.4], "F_z": [1.0]}
+    rows = poses_on_grid(
+        load_sensor("biorob2018"), layer, grid, symmetry=MIRRORS, tolerance=1e-2, after=lambda _: goal(1e3)
+    )
+    assert layer.asked == [1e-2, 1e-2] and [load.F_x for load in layer.solved] == 2 * [0.0, 0.4]  # first, then finer
+    assert rows[Wrench(0.4, 1.0)]["error_d_h"] == pytest.approx(1e-5)
+    assert rows[Wrench(-0.4, 1.0)]["d_h"] == -rows[Wrench(0.4, 1.0)]["d_h"] == -layer.pose(Wrench(0.4, 1.0)).d_h
+
+
+def test_of_many_loads_two_are_solved_until_the_worst_is_good_enough() -> None:
+    """Each to the share of its own error that is asked of the worst."""
+    sensor, layer, weight = load_sensor("biorob2018"), Meshes(), 1e3
+    rows = poses_on_grid(sensor, layer, GRID, symmetry=MIRRORS, tolerance=1e-2, after=lambda _: goal(weight))
+    first = Meshes().equilibrium(Wrench(1.0, 4.0)).error.d_h * weight
+    assert len(layer.asked) == 2 and all(each < 0.8e-2 for each in layer.asked)
+    assert layer.asked[0] / 1e-2 == pytest.approx(0.05 * weight * layer.pose(Wrench(0.5, 4.0)).d_h / first, rel=0.3)
+    assert worst(rows, goal(weight)) < 0.5 * first
+
+
+def test_what_is_good_enough_for_the_goal_is_not_solved_again() -> None:
+    layer = Meshes()
+    poses_on_grid(load_sensor("biorob2018"), layer, GRID, symmetry=MIRRORS, tolerance=1e-2, after=lambda _: goal(10.0))
+    assert layer.asked == [] and len(layer.solved) == len(set(layer.solved))
+
+
+def test_a_load_that_was_looked_at_before_is_not_solved_again_and_no_other_starts_from_it_early() -> None:
+    sensor, looked, plain = load_sensor("biorob2018"), Meshes(), Meshes()
+    far = Wrench(1.0, 4.0)
+    begun = settle(looked, [far], symmetry=MIRRORS)
+    with_look, without = (
+        poses_on_grid(sensor, layer, GRID, symmetry=MIRRORS, tolerance=1e-2, after=lambda _: None, begun=known)
+        for layer, known in ((looked, begun), (plain, None))
+    )
+    assert looked.solved.count(far) == 1 and set(looked.solved) == set(plain.solved)
+    assert looked.started == {load: start for load, start in plain.started.items() if load != far}
+    assert [row["d_h"] for row in with_look.values()] == [row["d_h"] for row in without.values()]
+
+
+def test_the_worst_of_a_table_is_of_loads_that_rest() -> None:
+    rows = settle(Meshes(limit=3.0), [Wrench(0.5, 1.0), Wrench(1.0, 4.0)], symmetry=NONE)
+    one = worst(rows, goal(1e3))
+    assert 0.0 < one == pytest.approx(1e3 * rows[Wrench(0.5, 1.0)]["error_d_h"]) and np.isinf(worst(rows, None))
 
 
 def test_the_linear_layer_needs_the_fewest() -> None:

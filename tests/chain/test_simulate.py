@@ -304,3 +304,27 @@ def test_a_frequency_of_waves_is_refused_before_the_layer_is_solved(monkeypatch:
     monkeypatch.setattr("sits_mech.chain.simulate.mechanical_model", None)
     with pytest.raises(ValueError, match="frequency: must be below"):
         simulate(load_sensor("biorob2018", ['frequency="10 GHz"']), Wrench(F_z=0.1))
+
+
+def test_a_promise_is_planned_kept_and_told() -> None:
+    """Of a layer with meshes, over the signals' full scale; it holds the magnetics as well."""
+    found = simulate(load_sensor("biorob2018-w15"), Wrench(0.5, 2.0), **SECTION)
+    assert found.promise is not None
+    planned, seconds, error = found.promise
+    assert 1 / 3 < planned.error / error < 3 and error < 1e-2 and 0.0 < seconds < 20.0
+    assert simulate(load_sensor("biorob2018"), Wrench(0.1), mechanics="linear", magnetics="planar").promise is None
+
+
+def test_a_tolerance_that_is_not_to_be_had_is_refused_or_answered_with_what_is(
+    monkeypatch: pytest.MonkeyPatch
+) -> None:  # fmt: skip
+    sensor, load, asked = load_sensor("biorob2018-w15"), Wrench(0.5, 2.0), 1e-5
+    with pytest.raises(SceneError, match=r"one that can be had at F_x = 0.5 N, F_z = 2 N, .* s \(--best\)$"):
+        simulate(sensor, load, tolerance=asked, best=False, **SECTION)
+    known = simulate(sensor, load, tolerance=1e-3, **SECTION)
+    assert known.promise is not None and known.promise.error > asked
+    monkeypatch.setattr("sits_mech.chain.simulate.MISSED", 1e-3)
+    with pytest.raises(SolveFailed, match="was reached where 0.001 is asked") as failed:
+        simulate(sensor, load, tolerance=1e-3, best=False, **SECTION)
+    assert failed.value.report.status == "tolerance missed" and failed.value.last is not None
+    assert failed.value.last.pose == known.equilibrium.pose

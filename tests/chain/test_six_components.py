@@ -98,6 +98,6 @@ def test_refusals_of_the_chain(sensor, sheared, monkeypatch):
     with pytest.raises(SceneError, match="auto or sheets"):
         simulate(sensor, Wrench(F_y=0.1), magnetics="planar-fem")
     deep = replace(sheared.equilibrium, pose=replace(sheared.equilibrium.pose, alpha_x=0.6))  # 4 mm sin 0.6 > 1.9 mm
-    monkeypatch.setattr("sits_mech.mechanics.block.BlockPad.equilibrium", lambda *_: deep)
+    monkeypatch.setattr("sits_mech.mechanics.block.BlockPad.equilibrium", lambda *_, **__: deep)
     with pytest.raises(Collision, match="coil plane"):
         simulate(sensor, Wrench(F_y=0.1))

@@ -66,6 +66,20 @@ def test_sheared_pose_and_its_error():
     assert abs(found.pose.alpha - ALPHA) < found.error.alpha + 4.6e-5
 
 
+def test_meshes_follow_what_a_goal_takes_of_them(pad):
+    """The first two where nothing is seen of the pose; more for d_h alone; from the first two's rest, the same."""
+    load = Wrench(F_x=1.8)
+    first = pad.rough.equilibrium(load)
+    blind = pad.towards(np.zeros((1, 6)), 1e-2).equilibrium(load)
+    assert blind.report.unknowns == first.report.unknowns and blind.pose == first.pose
+    sees = np.array([[1.0 / first.pose.d_h, 0, 0, 0, 0, 0]])
+    asked = 0.5 * first.error.d_h / first.pose.d_h
+    from_rest, going_on = (pad.towards(sees, asked).equilibrium(load, start=start) for start in (None, first))
+    assert from_rest.report.unknowns > first.report.unknowns and from_rest.error.d_h < first.error.d_h
+    np.testing.assert_allclose(going_on.pose.components, from_rest.pose.components, rtol=1e-9, atol=1e-14)
+    assert going_on.report.iterations < from_rest.report.iterations
+
+
 def test_mirrored_load_from_a_neighbour_mirrors_the_pose(pad):
     here = pad.equilibrium(Wrench(1.2, 6.0, 2e-3))
     there = pad.equilibrium(Wrench(-1.2, 6.0, -2e-3), start=here)

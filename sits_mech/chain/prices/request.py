@@ -38,8 +38,8 @@ class Plan:
     left_out : tuple of Omission
         With sizes.
     error : float
-        Relative error of the change of inductance to expect: the pose's, as its first meshes show it under a large
-        load, else its tolerance; the magnetics' and the omissions'; of each half no less than its finest rung reaches.
+        Error to expect, over the signals' full scale: the pose's, as its first meshes show it under one load, else its
+        tolerance; the magnetics' and the omissions'; of each half no less than its finest rung reaches.
     not_estimated : tuple of str
         What is left out and in no error, because its size is not known.
     seconds : float
@@ -98,7 +98,9 @@ class Plan:
 
 def _as_seen(step: Step, seen: Look) -> Step:
     """Return a step as the load's first meshes show it."""
-    return replace(step, error=seen.error, seconds=seen.seconds) if step.half == "mechanics" else step
+    if step.half == "mechanics":
+        return replace(step, error=seen.error, seconds=seen.seconds)
+    return step if seen.magnetics is None else replace(step, error=seen.magnetics)
 
 
 def _priced(missing: Sequence[Omission], count: int) -> float:

@@ -16,7 +16,7 @@ import numpy as np
 from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.element.kernel import outer_stretches
 from sits_mech.mechanics.faces.face_contact import face_notes, faces_press
-from sits_mech.mechanics.levels.family import Levels, finer
+from sits_mech.mechanics.levels.family import Levels, Limit, finer
 from sits_mech.mechanics.rest.body import Bonded, State, packed, unpacked
 from sits_mech.mechanics.rest.control import Control
 from sits_mech.mechanics.rest.limit import Outcome, carried
@@ -117,7 +117,7 @@ def first_look(levels: Levels, scales: Scales, start: Equilibrium | None, contro
 
 def solve_levels(
     sensor: Sensor, levels: Levels, scales: Scales, start: Equilibrium | None, control: Control, *, smallest: float,
-    asked: float, most: float = np.inf, coarse: Outcome | None = None, deepest: int = 99,
+    asked: float, most: float = np.inf, coarse: Outcome | None = None, deepest: int = 99, goal: Array | None = None,
 ) -> Solved:  # fmt: skip
     """Follow the way to what is given on the first two levels, and go on to finer ones until the error is small enough.
 
@@ -141,6 +141,8 @@ def solve_levels(
         Of the coarse mesh; from `first_look` by default.
     deepest : int
         Levels at most.
+    goal : ndarray, shape (s, 6), optional
+        What the error is of, as of `by_goal`.
     """
     held, end = aim(levels.fine, scales, control)
     coarse_start = _begun(levels, scales, start, 0)
@@ -169,7 +171,7 @@ def solve_levels(
     part, limit = fine.reached, carried(first, there)
     reason = (there if there.limit is not None or first.reached == 1.0 else first).reason
     last = deepest if part == 1.0 else 2
-    found = answer(sensor, levels, scales, control, (second, fine.state), asked, deepest=last)
+    found = answer(sensor, levels, scales, control, (second, fine.state), asked, deepest=last, goal=goal)
     if part == 1.0:
         given = {name: value for name in WRENCH if (value := getattr(control, name)) is not None}
         found = replace(found, wrench=replace(found.wrench, **given))
@@ -224,6 +226,22 @@ def errors_of(difference: Array, lever: Array, share: float) -> Array:
     return np.asarray(np.maximum(difference, floor))
 
 
+def by_goal(goal: Array, error: Array, parts: Array) -> float:
+    """Return what errors of a pose make of a goal, numbers that change with its components, the most of any.
+
+    Parameters
+    ----------
+    goal : ndarray, shape (s, k)
+        Derivatives of s numbers by the components.
+    error : ndarray, shape (k,)
+        Of the components.
+    parts : ndarray, shape (m, k)
+        Signed parts of the error, each of one factor; what is left counts with any sign.
+    """
+    own = np.maximum(error - np.abs(parts).sum(axis=0), 0.0)
+    return float(np.max(np.abs(goal @ parts.T).sum(axis=1) + np.abs(goal) @ own, initial=0.0))
+
+
 def relative(error: Array, moved: Array, lever: Array) -> float:
     """Return the largest error over the size of the displacement, an angle counted at the target's end."""
     size = float(np.max(np.abs(moved) * lever))
@@ -255,15 +273,16 @@ def load_words(load: Mapping[str, float]) -> str:
 
 def answer(
     sensor: Sensor, levels: Levels, scales: Scales, control: Control, states: tuple[State, State], asked: float,
-    walk: Iterator[Approach] | None = None, deepest: int = 99,
+    walk: Iterator[Approach] | None = None, deepest: int = 99, goal: Array | None = None,
 ) -> Equilibrium:  # fmt: skip
     """Return the equilibrium with its errors from the first two levels at rest, and from as many finer as are needed.
 
-    `walk` gives the finer ones, `finer` by default; `deepest` of all levels are the most.
+    `walk` gives the finer ones, `finer` by default; `deepest` of all levels are the most. Of a free target `asked` is
+    of a `goal`, if there is one.
     """
     coarse, fine = states
     body, t = levels.fine, scales.thickness
-    k, (held, goal) = body.components, aim(body, scales, control)
+    k, (held, end) = body.components, aim(body, scales, control)
     lever = levers(body, t)[:k]
     weight = body.levers  # of q in thicknesses at the target's end, 1 over that of a load
     moved, holding = (fine.q * weight)[~held], (fine.load / weight)[held]
@@ -275,14 +294,22 @@ def answer(
         """What is found, over the largest of its kind."""
         return np.where(held, load, q) / unit
 
-    values, walk = [shown(state.q, state.load) for state in states], walk or finer(levels, states, (held, goal))
+    def left(limit: Limit) -> float:
+        """Its error, of what is asked."""
+        if goal is None or np.any(held):
+            return float(np.max(limit.error))
+        size = unit * scales.lengths[:k]
+        own = errors_of(limit.error, np.ones(k), levels.share)
+        return by_goal(goal[:, :k], own * size, limit.parts * size)
+
+    values, walk = [shown(state.q, state.load) for state in states], walk or finer(levels, states, (held, end))
     pressed = faces_press(body.mesh, body.parts, fine.u, fine.q)
     spent, best = fine.iterations + coarse.iterations, levels.limit(values, pressed=pressed)
     large, beyond, kept = "", list[Array](), 0
     stretches = [largest_stretch(levels.coarse, coarse.u), largest_stretch(body, fine.u)]
-    most = 3 if pressed and len(body.mesh.axes) == 3 else levels.rested  # the end of contact moves with every mesh
+    most = 3 if body.parts and len(body.mesh.axes) == 3 else levels.rested  # contact moves with every mesh
     for level in range(2, min(most, len(levels), deepest)):
-        if np.max(best.error) <= asked and not (pressed and level == 2):  # in contact two may agree by chance
+        if left(best) <= asked and not (pressed and level == 2):  # in contact two may agree by chance
             break
         large = levels.check_memory(level)
         there = None if large else next(walk, None)

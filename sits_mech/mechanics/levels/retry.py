@@ -51,6 +51,8 @@ class Line:
         Smallest increments of a load path: where no other family waits, where one does, ...
     asked : float
         Estimated error at which no finer level is tried.
+    goal : ndarray, shape (s, 6), optional
+        What that error is of, as of `by_goal`; the largest component of the pose by default.
     good : float
         Estimated error up to which no other family is tried.
     effect : float
@@ -74,6 +76,7 @@ class Line:
     softly: tuple[float, ...] = ()
     most: float = np.inf
     deepest: int = 99
+    goal: Array | None = None
 
     def __post_init__(self) -> None:
         """Keep what is made."""
@@ -125,9 +128,10 @@ def untouched(line: Line, controls: Sequence[Control]) -> Solved | None:
 def _settled(line: Line, start: Equilibrium | None, control: Control, first: int) -> Solved:
     """The last equilibrium on the way from a start."""
     count = len(line)
-    if start is not None and start.state.size and line.free <= start.state[0] < count:  # a neighbour in contact
-        there = _tried(line, int(start.state[0]), start, control, 0)
-        if there.part == 1.0:
+    number = -1 if start is None or not start.state.size else int(start.state[0])
+    if start is not None and (line.free <= number < count or (number >= 0 and _there(start, control))):
+        there = _tried(line, number, start, control, 0)  # a neighbour in contact, or this load on fewer meshes
+        if there.part == 1.0 and (number >= line.free or line.free == count or not _touches(line, there.found)):
             return there
     looks: dict[int, Outcome] = {}
     free = _first_good(line, range(first, line.free), start, control, looks)
@@ -148,6 +152,11 @@ def _settled(line: Line, start: Equilibrium | None, control: Control, first: int
         return free
     held = _first_good(line, range(line.free, count), start, control, looks)
     return _without_contact(line, free) if held is None else _chosen(line, free, held)
+
+
+def _there(start: Equilibrium, control: Control) -> bool:
+    """Whether an equilibrium is under the very load that is given."""
+    return control.given == {name: value for name, value in vars(start.wrench).items() if name in control.given}
 
 
 def _refused(line: Line, looks: dict[int, Outcome], start: Equilibrium | None, control: Control) -> Solved:
@@ -234,7 +243,7 @@ def _tried(
     smallest = line.smallest[min(waiting, len(line.smallest) - 1)]
     solved = solve_levels(
         line.sensor, family, line.scales, own, control, smallest=smallest, asked=line.asked, most=line.most,
-        coarse=look, deepest=line.deepest,
+        coarse=look, deepest=line.deepest, goal=line.goal,
     )  # fmt: skip
     return solved._replace(found=replace(solved.found, state=np.concatenate([[number], solved.found.state])))
 

@@ -73,7 +73,8 @@ def _cells(step: Step) -> tuple[str, str, str, str]:
 def _error(found: Plan) -> str:
     """Return what an answer of a plan may be off."""
     unknown = f", and {', '.join(found.not_estimated)}, not estimated" if found.not_estimated else ""
-    return f"{found.error:.2g} of the change of inductance, by tolerances and what is left out{unknown}"
+    of = "the change of inductance" if found.mechanics is None else "the signals' full scale"
+    return f"{found.error:.2g} of {of}, by tolerances and what is left out{unknown}"
 
 
 def _short(seconds: float) -> str:

@@ -1,36 +1,70 @@
 """A look at a load before it is planned: what it says of error and seconds against the answer itself."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
 from sits_mech.chain.models import plan
-from sits_mech.chain.prices.look import look
+from sits_mech.chain.prices.look import expected, look
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.linear import linear_pad
-from sits_mech.quantities import Wrench
+from sits_mech.quantities import Equilibrium, SolveReport, Wrench
 from sits_mech.scene.sensor import load_sensor
+
+FIRST = SolveReport("block", 4000, 10, 0.0, 0.02, 0.3)
+
+
+def of_pose(found: Equilibrium) -> float:
+    """The error of the pose."""
+    return found.report.estimated_error
 
 
 @pytest.mark.parametrize(("load", "tolerance"), [((0.5, 1.0), 1e-2), ((0.5, 2.0), 1e-2), ((0.3, 0.6), 5e-2)])
 def test_the_error_to_expect_is_the_answers_within_three(load: tuple[float, float], tolerance: float) -> None:
     sensor = load_sensor("biorob2018", ['elastomer.contact="never"'])
     pad, wrench = block_pad(sensor, tolerance), Wrench(*load)
-    seen, found = look(pad, wrench, tolerance), pad.equilibrium(wrench)
+    seen, found = look(pad, wrench, tolerance, of_pose), pad.equilibrium(wrench)
     assert seen is not None
     assert 1 / 3 < seen.error / found.report.estimated_error < 3 and 0.1 < seen.seconds < 5.0
 
 
 def test_a_tolerance_that_is_not_to_be_had_and_data_that_end_come_first() -> None:
-    found = plan(load_sensor("biorob2018"), [Wrench(F_z=4.0)])
+    found = plan(load_sensor("biorob2018"), [Wrench(1.0, 2.0)], tolerance=2e-3)
     assert "is known up to stretch 2" in found.notes[0] and "is not to be had at this load" in found.notes[1]
-    assert found.error > 0.015 and found.error == plan(load_sensor("biorob2018"), [Wrench(F_z=4.0)]).error
+    assert found.error > 3e-3
+    again = plan(load_sensor("biorob2018"), [Wrench(1.0, 2.0)], tolerance=2e-3)
+    assert found.error == pytest.approx(again.error, rel=1e-12)
 
 
 def test_a_load_that_is_not_carried_has_no_error() -> None:
-    seen = look(block_pad(load_sensor("biorob2018"), 1e-2), Wrench(F_z=400.0), 1e-2)
+    seen = look(block_pad(load_sensor("biorob2018"), 1e-2), Wrench(F_z=400.0), 1e-2, of_pose)
     assert seen is not None and math.isinf(seen.error) and seen.notes[0].startswith("a large load for this pad: wrench")
 
 
 def test_models_of_one_mesh_are_not_looked_at() -> None:
-    assert look(linear_pad(load_sensor("biorob2018"), 0.1), Wrench(F_z=1.0), 1e-2) is None
+    assert look(linear_pad(load_sensor("biorob2018"), 0.1), Wrench(F_z=1.0), 1e-2, of_pose) is None
+
+
+def test_meshes_follow_until_the_tolerance_is_met_or_they_end() -> None:
+    two, three, four, end = (expected(FIRST, 0.02, tolerance) for tolerance in (0.02, 0.006, 0.0045, 1e-3))
+    assert two.error == 0.02 > three.error > four.error == end.error > 1e-3
+    assert 3.0 * two.seconds < three.seconds < four.seconds == end.seconds
+    assert end.notes == ("the tolerance 0.001 is not to be had at this load: 0.004",) and four.notes == ()
+
+
+def test_loads_that_wander_gain_nothing_on_finer_meshes() -> None:
+    seen = expected(replace(FIRST, iterations=40), 0.02, 1e-2)
+    assert seen.error == 0.02 and "not to be had" in seen.notes[0]
+
+
+def test_of_a_table_two_loads_are_compared() -> None:
+    """The rest stays on two meshes, and is a little cheaper than the largest."""
+    whole, once = expected(FIRST, 0.02, 1e-2, 12), expected(FIRST, 0.02, 0.02)
+    assert whole.error < 1e-2 and 6.0 * once.seconds < whole.seconds < 18.0 * once.seconds
+    assert expected(replace(FIRST, iterations=40), 0.02, 1e-2, 12).error == whole.error
+
+
+def test_layers_in_the_plane_have_finer_meshes_for_less() -> None:
+    flat = expected(replace(FIRST, model="planar"), 0.02, 1e-3)
+    assert flat.error < 1e-3 and flat.notes == ()

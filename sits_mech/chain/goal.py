@@ -1,0 +1,109 @@
+"""What do errors of a pose matter to the signals? Their share of the full scale, which a tolerance is of.
+
+With s_i the signals of a sensor, i of those of a pair or of all, over the mean L0, p_k the components of the pose,
+
+    S = max_i (max s_i - min s_i) over the poses asked for and the one at rest,      G_ik = (d s_i/d p_k)/S.
+
+A pose whose error has signed parts m_jk that all loads share and own parts a_k leaves max_i (sum_j |sum_k G_ik m_jk| +
+sum_k |G_ik| a_k) of full scale in doubt (`by_goal`), the magnetics what they do not share between load and rest. The
+mechanics are given what the magnetics leave of the tolerance, no less than half of it, and stop at the mesh where the
+first of these sums is within it: a component that no signal answers to is not solved for.
+
+Source: R. Becker, R. Rannacher, Acta Numerica 10 (2001) 1: error control by quantities of interest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sits_mech.chain.pose_errors import signal_weights
+from sits_mech.magnetics.slopes import pose_slopes
+from sits_mech.mechanics.levels.answer import by_goal
+from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose
+from sits_mech.readout.signals import rows_of
+from sits_mech.scene.sensor import Sensor
+
+HALF = 0.5  # of the tolerance, what the mechanics have at least
+
+
+@dataclass(frozen=True)
+class Goal:
+    """Signals as shares of the full scale of the one that changes most.
+
+    Attributes
+    ----------
+    weights : ndarray, shape (s, 6)
+        G at the pose that moves the target farthest [1/m, 1/rad].
+    magnetics : float
+        What the magnetic model may be off by, of full scale.
+    """
+
+    weights: Array
+    magnetics: float
+
+    def left(self, tolerance: float) -> float:
+        """Return what a tolerance leaves to the mechanics."""
+        return max(tolerance - self.magnetics, HALF * tolerance)
+
+    def of(self, error: Array, shared: Array) -> float:
+        """Return what may be off in all, of full scale; arguments as of `mechanics`."""
+        return self.mechanics(error, shared) + self.magnetics
+
+    def mechanics(self, error: Array, shared: Array) -> float:
+        """Return what errors of a pose, shape (6,), with their shared parts, (m, 6), make of full scale."""
+        return by_goal(self.weights, error, shared)
+
+
+def goal_of(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal | None:
+    """Return what a request is after; None where no signal changes over its poses.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        With target and elastomer.
+    field : MagneticModel
+        Of the sensor.
+    poses : sequence of Pose
+        Those asked for, or some that are the farthest, clear of the coils.
+
+    Raises
+    ------
+    SolveFailed
+        When the coils cannot be solved there.
+    """
+    layer = sensor.elastomer
+    if layer is None:
+        return None
+    at_rest = Pose(0.0, layer.standoff + layer.thickness)
+    farthest = max(poses, key=lambda pose: np.hypot(np.hypot(pose.d_h, pose.d_y), pose.d_v - at_rest.d_v))
+    some = Pose.of(np.array([pose.components for pose in (farthest, at_rest, *poses)]))
+    names = POSE if some.beside else POSE[:3]
+    first, slopes, _ = pose_slopes(sensor, field, Pose.of(some.components[:1]), sensor.frequency, names, quick=True)
+    found = field.impedance(some, sensor.frequency)
+    rows = rows_of(signal_weights(sensor))
+    rows = rows[3:] if len(rows) > 3 else rows
+    scale = float(np.mean(np.diag(first.L0)))
+    shown = _own(found.L) @ rows.T / scale
+    size = float(np.max(np.ptp(shown, axis=0)))
+    if size <= 0.0:
+        return None
+    weights = np.zeros((len(rows), len(POSE)))
+    weights[:, : len(names)] = rows @ np.diagonal(slopes[0], axis1=0, axis2=1).T / (scale * size)
+    return Goal(weights, _unshared(found, rows) / (scale * size))
+
+
+def _unshared(found: Impedance, rows: Array) -> float:
+    """What the magnetic model may be off by in a signal's change from rest, the second pose, to the first."""
+    errors, shared = _own(found.error_L), found.shared_L
+    parts = np.zeros((0, *errors.shape)) if shared is None else _own(shared)
+    own = np.maximum(errors - np.abs(parts).sum(axis=0), 0.0)
+    doubt = np.abs((parts[:, 0] - parts[:, 1]) @ rows.T).sum(axis=0) + (own[0] + own[1]) @ np.abs(rows).T
+    return float(np.max(doubt))
+
+
+def _own(matrices: Array) -> Array:
+    """The diagonals of matrices (..., n, n)."""
+    return np.asarray(np.diagonal(matrices, axis1=-2, axis2=-1))
