@@ -7,8 +7,7 @@ of several scenes the geometric mean.
     once = first - another,    each = another.
 
 Beside them a factorisation that every machine has, 1000 x 1000, tells how fast this one is: seconds of another machine
-go with it. A table of loads, `loads.csv`, holds what finer meshes take and leave over the first two (`look.py`), and
-what a look promises against what was reached. Run ``python studies/solve_costs.py [--coarse] --output DIR``: the table
+go with it. Run ``python studies/solve_costs.py [--coarse] --output DIR``: the table
 beside the one in the package, and `costs.txt`, which is to be pasted there.
 """
 
@@ -28,8 +27,6 @@ from threadpoolctl import threadpool_limits
 from sits_mech.cases import Row
 from sits_mech.chain.models import MAGNETICS, MECHANICS
 from sits_mech.chain.prices.costs import COSTS
-from sits_mech.chain.prices.look import look
-from sits_mech.mechanics.block import block_pad
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import Sensor, load_sensor
@@ -48,11 +45,6 @@ LOADS = (Wrench(0.3, 1.0), Wrench(0.25, 1.2))
 POSES = (Pose(0.2e-3, 1.9e-3, 0.02), Pose(-0.3e-3, 1.8e-3, -0.02))
 ON_AXIS = (Pose(0.0, 1.9e-3), Pose(0.0, 1.8e-3))
 RUNS = 3
-LOOKED = (
-    (0.5, 2.0), (0.1, 0.2), (0.3, 0.6), (0.5, 1.0), (0.0, 2.0), (0.0, 4.0), (1.0, 2.0), (1.0, 0.0), (0.5, 4.0),
-    (0.5, -1.0),
-)
-SMALLER = ((0.5, 2.0), (0.25, 1.0), (1.5, 6.0), (0.0, 4.0))
 
 
 def seconds(ask: Callable[[], Any]) -> float:
@@ -116,32 +108,6 @@ def table(coarse: bool) -> list[Row]:
     return rows
 
 
-def of_loads(coarse: bool) -> list[Row]:
-    """Return what loads take and reach on their first two meshes, and as asked, beside what a look at them promises."""
-    rows: list[Row] = []
-    for scene, forces in (("biorob2018", LOOKED), ("biorob2018-w15", SMALLER)):
-        for load in [Wrench(*each) for each in forces[: 1 if coarse else None]]:
-            sensor = load_sensor(scene)
-            forget()
-            began = time.process_time()
-            first = block_pad(sensor, 1e-2).rough.equilibrium(load)
-            spent = time.process_time() - began
-            for tolerance in (1e-2, 2e-3)[: 1 if coarse else None]:
-                seen = look(block_pad(sensor, tolerance), load, tolerance)
-                forget()
-                began = time.process_time()
-                found = block_pad(sensor, tolerance).equilibrium(load)
-                own, error = time.process_time() - began, found.report.estimated_error
-                row: Row = {"scene": scene, "F_x": load.F_x, "F_z": load.F_z, "asked": tolerance}
-                row |= {"stretch": first.report.stretch, "seconds over two meshes": own / spent}
-                row |= {"error over two meshes": error / first.report.estimated_error}
-                if seen is not None:
-                    row |= {"promised seconds over true": seen.seconds / own}
-                    row |= {"promised error over told": seen.error / error}
-                rows.append(row)
-    return rows
-
-
 def as_text(rows: list[Row]) -> str:
     """Return the table as it stands in the package, no rung cheaper than one before."""
     lines = []
@@ -156,15 +122,13 @@ def as_text(rows: list[Row]) -> str:
 
 
 def main() -> None:
-    """Measure all rungs, or with --coarse the first of each model once; write the tables."""
+    """Measure all rungs, or with --coarse the first of each model once; write the table."""
     coarse, folder = study_arguments(__doc__ or "")
     with threadpool_limits(limits=1):
         matrix = np.random.default_rng(0).normal(size=(1000, 1000))
         speed = min(seconds(lambda: lu_factor(matrix)) for _ in range(RUNS))
         rows = table(coarse)
-        loads = of_loads(coarse)
     print(write_rows(rows, folder / "costs.csv"))
-    print(write_rows(loads, folder / "loads.csv"))
     write_text(folder / "costs.txt", f"# a factorisation of 1000 x 1000 in {speed:.3f} s\n{as_text(rows)}")
 
 

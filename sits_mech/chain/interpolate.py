@@ -19,6 +19,7 @@ import numpy as np
 from sits_mech.cases import DONE, Progress, Row
 from sits_mech.chain.corrections import corrected
 from sits_mech.chain.goal import Goal
+from sits_mech.chain.prices.look import MANY_ON_THREE
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
 from sits_mech.mechanics.loads import (
     ERRORS,
@@ -37,7 +38,6 @@ from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, Wrench
 from sits_mech.scene.sensor import Sensor
 
 _BETWEEN = 0.4  # of the tolerance, what the map between solved loads is given: neighbours do not share its error
-_THREE = 3e-3  # tolerance from which on many loads take three meshes: a fourth leaves 0.8 of the error for thrice the cost
 _UNSEEN = 0.1  # of the largest error, what a component has at least: symmetry may hide it from all loads solved
 _FEW = 3  # loads that are solved on all meshes each: one more than are compared
 INTERPOLATED = "pose between solved loads, by a smooth map through them"
@@ -105,7 +105,7 @@ def poses_on_grid(
         def again(load: Wrench) -> Row:
             """Return the row of a solved load on finer meshes: as many as leave of its error what the worst needs."""
             share = wanted if few or goal is None else wanted / most * worst({load: rough[load]}, goal)
-            deepest = 99 if few or tolerance < _THREE else 3
+            deepest = 99 if few or tolerance < MANY_ON_THREE else 3
             model = layer if goal is None else layer.towards(goal.weights, share, deepest)
             own = (folder, key if few else f"{key} {share:.3g}")
             return upright(settled_again(model, rough, load, own), load, symmetry)

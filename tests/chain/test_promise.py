@@ -34,7 +34,7 @@ def test_a_promise_is_what_the_first_meshes_show() -> None:
     own = aim.goal.mechanics(first.error.components, first.shared)
     assert own > aim.left
     one, many = aim.promised(first, 1), aim.promised(first, 81, 12)
-    assert own * 0.2 <= one.error - aim.goal.magnetics <= own * 0.25 and 2.0 * one.seconds < many.seconds
+    assert own * 0.2 <= one.error - aim.goal.magnetics <= own * 0.25 < many.error and 2.0 * one.seconds < many.seconds
     assert Promise(one, 2.0, 0.01).record == {
         "planned_seconds": one.seconds, "planned_error": one.error, "seconds": 2.0, "error": 0.01,
     }  # fmt: skip
