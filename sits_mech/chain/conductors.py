@@ -16,6 +16,7 @@ import numpy as np
 from sits_mech.chain.omissions import Omission
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.magnetics.remote import half_space_share, remote_bounds
+from sits_mech.magnetics.rings import Axisymmetric
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveFailed
 from sits_mech.scene.sensor import Conductor, Sensor
 
@@ -158,3 +159,8 @@ def _omission(part: Conductor, size: float) -> Omission:
     place = ", ".join(f"{1e3 * value:.4g}" for value in part.centre)
     reason = f"far away, at ({place}) mm; its bound is in the error"
     return Omission(f"conductors.{part.name}", reason, size, in_error=True)
+
+
+def on_axis(field: MagneticModel) -> bool:
+    """Say whether a model keeps a disc on its coil's axis: what moves or tilts either aside changes nothing there."""
+    return isinstance(getattr(field, "model", field), Axisymmetric)

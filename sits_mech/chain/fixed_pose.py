@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sits_mech.chain.conductors import on_axis
 from sits_mech.chain.models import MAGNETICS
-from sits_mech.magnetics.rings import Axisymmetric
 from sits_mech.magnetics.slopes import slopes
 from sits_mech.quantities import POSE, Array, MagneticModel, Pose
 from sits_mech.scene.parameters import TEMPERATURE, Parameter
@@ -113,8 +113,3 @@ def _growth(number: Parameter) -> float:
         return 0.0
     ends = [place.weight * place.sensor.target.metal.conductivity for place in stencil.places if place.sensor.target]
     return sum(ends, stencil.own * target.metal.conductivity) / target.metal.conductivity
-
-
-def on_axis(field: MagneticModel) -> bool:
-    """Say whether a model keeps a disc on its coil's axis: what moves or tilts either aside changes nothing there."""
-    return isinstance(getattr(field, "model", field), Axisymmetric)

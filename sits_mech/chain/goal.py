@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sits_mech.chain.conductors import on_axis
 from sits_mech.chain.pose_errors import signal_weights
 from sits_mech.magnetics.slopes import pose_slopes
 from sits_mech.mechanics.levels.answer import by_goal
@@ -80,7 +81,7 @@ def goal_of(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal
     at_rest = Pose(0.0, layer.standoff + layer.thickness)
     farthest = max(poses, key=lambda pose: np.hypot(np.hypot(pose.d_h, pose.d_y), pose.d_v - at_rest.d_v))
     some = Pose.of(np.array([pose.components for pose in (farthest, at_rest, *poses)]))
-    names = POSE if some.beside else POSE[:3]
+    names = ("d_v",) if on_axis(field) else POSE if some.beside else POSE[:3]
     first, slopes, _ = pose_slopes(sensor, field, Pose.of(some.components[:1]), sensor.frequency, names, quick=True)
     found = field.impedance(some, sensor.frequency)
     rows = rows_of(signal_weights(sensor))
@@ -90,8 +91,8 @@ def goal_of(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal
     size = float(np.max(np.ptp(shown, axis=0)))
     if size <= 0.0:
         return None
-    weights = np.zeros((len(rows), len(POSE)))
-    weights[:, : len(names)] = rows @ np.diagonal(slopes[0], axis1=0, axis2=1).T / (scale * size)
+    weights, own = np.zeros((len(rows), len(POSE))), [POSE.index(name) for name in names]
+    weights[:, own] = rows @ np.diagonal(slopes[0], axis1=0, axis2=1).T / (scale * size)
     return Goal(weights, _unshared(found, rows) / (scale * size))
 
 

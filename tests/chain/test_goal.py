@@ -77,3 +77,14 @@ def test_signals_that_stay_make_no_goal() -> None:
     assert goal_of(SENSOR, field, [Pose(0.0, 2e-3)]) is None
     bare = SENSOR.model_copy(update={"elastomer": None})
     assert goal_of(bare, field, [FAR]) is None
+
+
+def test_a_disc_on_the_axis_is_not_moved_off_it() -> None:
+    """What leaves the axis has no weight where the model holds none."""
+    one = load_sensor("biorob2018", [
+        'target={material="copper", shape="disc", diameter="7 mm", thickness="0.2 mm"}',
+        'coils=[{name="C", centre=["0 mm", "0 mm"], layers=2, turns=12, inner_diameter="2.2 mm", '
+        'track_width="0.1 mm", track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]',
+    ])  # fmt: skip
+    found = goal_of(one, magnetic_model(one, "axisymmetric", 1e-2)[0], [Pose(0.0, 1.9e-3)])
+    assert found is not None and found.weights[0, 1] > 0.0 and not found.weights[:, [0, 2, 3, 4, 5]].any()

@@ -124,7 +124,7 @@ def _gains(asked: Steps, finer: Steps, missing: Sequence[Omission], error: float
         ends = [item.size for item in missing if item.half == step.half and item.what.startswith(ENDS)]
         whole = error - own.error + step.error - (sum(ends) if step.model != own.model else 0.0)
         found.append(replace(step, whole=whole))
-    return tuple(found)
+    return tuple(step for step in found if step.whole < error)
 
 
 def _among(sensor: Sensor, magnetics: Choice) -> tuple[int, int]:
