@@ -19,12 +19,12 @@ from sits_mech.scene.sensor import Sensor
 
 def plan_tables(sensor: Sensor, found: Plan) -> list[Table]:
     """Return a plan as tables: what is solved, what is left out, what finer answers take, what else there is to say."""
-    solved = _table(f"{sensor.name}: solved", ("half", "model", "asked", "seconds", "why"))
+    solved = _table(f"{sensor.name}: solved", ("half", "model", "error", "seconds", "why"))
     reasons = {"magnetics": found.magnetics.reason}
     reasons |= {} if found.mechanics is None else {"mechanics": found.mechanics.reason}
     for step in found.steps:
         solved.add_row(*_cells(step), reasons[step.half])
-    finer = _table("finer answers", ("half", "model", "asked", "seconds", "error of all"))
+    finer = _table("finer answers", ("half", "model", "error", "seconds", "error of all"))
     for step in found.finer:
         finer.add_row(*_cells(step), f"{step.whole:.2g} instead of {found.error:.2g}")
     rows = [("asked error", _error(found)), ("expected time", f"about {_short(found.seconds)} s on one core")]
