@@ -123,9 +123,12 @@ def poses_on_grid(
 def _each(
     layer: MechanicalModel, rows: Mapping[Wrench, Row], again: Callable[[Wrench], Row], symmetry: Symmetry
 ) -> dict[Wrench, Row]:  # fmt: skip
-    """Return the rows of loads, each that was solved as it is on finer meshes, and its images by it."""
+    """Return the rows of loads, each that was solved as it is on finer meshes, and its images by it.
+
+    Derivatives of poses stay those of the first meshes.
+    """
     own = {load: row for load, row in rows.items() if symmetry.standard(load)[0] == load}
-    finer = {load: again(load) for load, row in own.items() if row["status"] == DONE}
+    finer = {load: with_slopes(again(load), slopes_of(row)) for load, row in own.items() if row["status"] == DONE}
     known = own | {load: row for load, row in finer.items() if row["status"] == DONE}
     return settle(layer, rows, symmetry=symmetry, known=known)
 

@@ -176,7 +176,7 @@ def test_one_force_alone_makes_a_table(sensor: Sensor) -> None:
 
 @pytest.mark.slow
 def test_few_loads_stand_for_a_real_grid() -> None:
-    """Every load of 4 x 4 x 4 solved on the whole pad: the table of the sparse and turned ones is within its errors."""
+    """Every load of 4 x 4 x 4 solved on the whole pad: the table of sparse and turned ones is within both errors."""
     sensor, shear, normal = load_sensor("triaxial-4"), [-0.5, -0.2, 0.2, 0.5], [0.0, 0.6, 1.3, 2.0]
     data = calibrate(sensor, F_x=shear, F_y=shear, F_z=normal, tolerance=1e-2)
     between = np.char.find(data["notes"].to_numpy().astype(str), INTERPOLATED) >= 0
@@ -188,7 +188,8 @@ def test_few_loads_stand_for_a_real_grid() -> None:
     for load, one, own in zip(loads, found, L, strict=True):
         row = data.sel(F_x=load.F_x, F_z=load.F_z, F_y=load.F_y)
         for name in POSE:
-            assert abs(float(row[name]) - getattr(one.pose, name)) <= 0.5 * float(row[f"error_{name}"]) + 1e-11
+            both = float(row[f"error_{name}"]) + getattr(one.error, name)
+            assert abs(float(row[name]) - getattr(one.pose, name)) <= both + 1e-11
         full = np.ptp(np.diagonal(data["L"].to_numpy(), axis1=-2, axis2=-1).reshape(-1, 4), axis=0)
         assert np.all(np.abs(np.diagonal(row["L"].to_numpy() - own)) <= 3e-3 * full)
 
@@ -200,7 +201,7 @@ def test_figures_are_within_their_errors_at_a_tenth_of_the_tolerance() -> None:
     whole = calibrate(sensor, F_x=np.linspace(-1.0, 1.0, 9), F_z=np.linspace(0.0, 4.0, 9))
     rough, fine = whole.sel(F_x=shear, F_z=normal), calibrate(sensor, F_x=shear, F_z=normal, tolerance=1e-3)
     for (name, value, error, _), (_, true, unsure, _) in zip(figures(rough), figures(fine), strict=True):
-        assert abs(value - true) <= error + unsure, name
+        assert abs(value - true) <= error + unsure + 1e-12, name  # some are zero by symmetry, to rounding
     ends = {name: (value, error) for name, value, error, _ in figures(whole)}
     for name in ("crosstalk of F_x into L_v", "crosstalk of F_z into L_h", "rotation read as displacement"):
         assert ends[name][1] < 0.2 * abs(ends[name][0])  # the errors of all loads in full would be 0.2 to 0.7 of them

@@ -73,3 +73,11 @@ def test_what_is_no_load_is_refused() -> None:
     """By its name."""
     with pytest.raises(SceneError, match="loads: must be of F_x"):
         gradient_on_grid(load_sensor("biorob2018-w15"), ["modulus"], {"F_q": [1.0]}, **PLANE)
+
+
+def test_few_loads_on_finer_meshes_keep_their_derivatives() -> None:
+    """Two loads, each solved as far as the signals take: slopes of the pose by the modulus go with the pose."""
+    sensor = load_sensor("biorob2018-w15")
+    found = gradient_on_grid(sensor, ["modulus"], {"F_z": [0.5, 1.0]}, **PLANE | {"tolerance": 3e-3})
+    sunk = found.pose.sel(component="d_v").values - 2e-3
+    np.testing.assert_allclose(found.by_pose.sel(component="d_v").values[:, 0], -sunk, rtol=0.1)
