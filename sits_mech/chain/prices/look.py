@@ -2,8 +2,8 @@
 
 They are solved once (0.1 to 0.5 s in space), with their own estimate e of the error. Where that is small enough the
 answer is theirs. Otherwise a third mesh and a fourth follow, which take so many times the seconds of the first two and
-leave so many times their error. Those of pads are medians of 72 scenes and loads by chance (`studies/promises.py`,
-whose table also holds promises against what was reached), those of layers in the plane of ten, those of tables of nine.
+leave so many times their error. Those of pads are medians of 72 scenes and loads by chance, those of layers in the
+plane of ten, those of tables of nine; `studies/promises.py` draws other sixty, and holds promises against what is had.
 """
 
 from __future__ import annotations
