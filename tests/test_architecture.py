@@ -82,7 +82,7 @@ UNMIRRORED = {
     ),
     "mechanics/loads.py": "tests/chain/test_simulate.py: grids of loads",
     **dict.fromkeys(
-        (f"mechanics/pad/{name}.py" for name in ("edges", "ladder", "section")),
+        (f"mechanics/pad/{name}.py" for name in ("edges", "planar", "section")),
         "tests/mechanics/test_layer.py: the layers on these meshes converge",
     ),
     "mechanics/pad/solid.py": "tests/mechanics/test_block.py: the pads on these meshes converge",

@@ -7,7 +7,7 @@ sideways, too. F_y, M_x or M_z take the whole pad, the same cells and their mirr
 (pad), element/target.py (rigid target), rest/ (solution). Pose: ``d_v = standoff + t - sink``.
 
 Meshes: one nested sequence, a base whose cells are divided, with further layers at the bonded edges (pad/shapes.py).
-Where it does not carry a load, it is tried once more with a guard on J (levels/retry.py).
+Where it does not carry a load, it is tried once more with a guard on J (levels/settle.py).
 
 Error. The pose is extrapolated from the levels, as many as the tolerance asks for and memory allows, and its error is
 what they tell of the limit (levels/family.py). `report.estimated_error` is the largest over the target's
@@ -40,7 +40,7 @@ from sits_mech.mechanics.levels.family import Levels, contact_depth, kept
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
 from sits_mech.mechanics.levels.history import arrived, depends_on_path
 from sits_mech.mechanics.levels.in_time import motion_in_time
-from sits_mech.mechanics.levels.retry import Line, settled
+from sits_mech.mechanics.levels.settle import Line, settled
 from sits_mech.mechanics.pad.moved import moved_block
 from sits_mech.mechanics.pad.shapes import GRADING, cells_of, crosses, shape_of
 from sits_mech.mechanics.pad.solid import Solid, bonded_block, edge_notes, mirrored, pad_parts, pad_scales
@@ -62,9 +62,7 @@ _INSIDE = 3.0  # order away from the edges: of elements 4, seen of pressures on 
 _SHARE = 0.25  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
 _ROUGH = 1.0  # error of an answer on two levels that is not spoken of
 _MOST = 1.5e6  # iterations times unknowns that a load path is given: a minute on the largest mesh
-_SMALLEST = (1e-2, 0.6)  # increment of the load path where no other mesh waits, and where one does
 _DEPTH = 1e-4  # thicknesses over which the pressure of contact builds up
-_SOFTLY = (100.0, 10.0)  # times that, on the way from rest without contact
 
 
 @dataclass(frozen=True)
@@ -181,14 +179,12 @@ class BlockPad:
         control, beside = controls[-1], any(each.beside for each in controls)
         if not beside or depends_on_path(self.sensor):
             return (line := self.whole if beside else self.half), arrived(line, start, controls)
-        free = self.whole.free
         if start is None or start.state.size - 1 != self.whole[int(start.state[0])].size:
             plane = settled(self.half, start, control.in_plane)
             if plane.part < 1.0:
                 return self.half, plane
             start = of_both_halves(self, plane.found)
-        first = int(start.state[0]) if start.state[0] < free else 0
-        return self.whole, settled(self.whole, start, control, first)
+        return self.whole, settled(self.whole, start, control)
 
 
 @one_thread
@@ -230,11 +226,7 @@ def meshes_in_line(sensor: Sensor, tolerance: float, *, whole: bool) -> Line:
     else:
         families, share = [partial(_family, sensor, guard, whole) for guard in _GUARDS], 1.0 if whole else 0.5
     makers = [partial(family, depth) for depth in depths for family in families]
-    last = len(families) - 1  # may be one that only a pad without contact needs: it has no twin
-    twins = tuple(len(families) + k if k < last and len(depths) > 1 else None for k in range(len(families)))
-    return Line(
-        sensor, pad_scales(sensor, share), makers, twins, _SMALLEST, tolerance, softly=_SOFTLY, most=_MOST
-    )  # fmt: skip
+    return Line(sensor, pad_scales(sensor, share), makers, tolerance, _MOST)
 
 
 def pad_family(sensor: Sensor) -> tuple[Levels, float]:

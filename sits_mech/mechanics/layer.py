@@ -5,14 +5,11 @@ bonded over the middle of its top face; the wrench is a dead load in newtons, sp
 Equations: element/kernel.py (layer), element/target.py (rigid target), faces/contact.py (free faces), rest/ (solution).
 Pose: ``d_v = standoff + t - sink``. Any mix of forces and places of the target can be given (rest/control.py).
 
-Meshes. Several families stand in line, each tougher and a little less accurate than the one before (pad/ladder.py). The
-first that gets there, J positive at every quadrature point and node, with an error near the tolerance gives the answer,
-or else the one with the smallest error. Pose and error are extrapolated from the levels of a family (levels/family.py).
+Meshes. One family (pad/planar.py), and a tougher, less accurate one for loads that it does not carry; J is positive at
+every quadrature point and node. Pose and error are extrapolated from the levels of a family (levels/family.py).
 
 Contact of the free faces with the ground and the target (scene key `elastomer.contact`) is "never" solved, "always",
-or, "auto", where it matters: a load whose free faces fold onto the ground or the target is solved again with contact,
-and where that moves the target by more than 1 % of its displacement, or the layer could not be followed without, it
-is the answer; otherwise its effect is part of the error (levels/retry.py). The notes say which. With friction on them
+or, "auto", where a free face touches one of them (levels/settle.py). The notes say which. With friction on them
 (`elastomer.friction`) the answer is that of a path of loads, straight from rest where no other is given
 (levels/history.py).
 
@@ -33,9 +30,9 @@ from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
 from sits_mech.mechanics.levels.history import arrived
 from sits_mech.mechanics.levels.in_time import motion_in_time
-from sits_mech.mechanics.levels.retry import Line
+from sits_mech.mechanics.levels.settle import Line
 from sits_mech.mechanics.pad.edges import Edges, edge_effect, edge_notes
-from sits_mech.mechanics.pad.ladder import meshes_in_line
+from sits_mech.mechanics.pad.planar import meshes_in_line
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.mechanics.rest.body import unpacked
 from sits_mech.mechanics.rest.control import Control, under

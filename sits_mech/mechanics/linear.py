@@ -24,7 +24,7 @@ from sits_mech.mechanics.levels.answer import Scales, errors_of, levers, relativ
 from sits_mech.mechanics.levels.family import Levels, Limit
 from sits_mech.mechanics.levels.gradient import Family, PoseSlopes, pose_slopes
 from sits_mech.mechanics.pad.edges import Edges, edge_effect, edge_notes
-from sits_mech.mechanics.pad.ladder import layer_family
+from sits_mech.mechanics.pad.planar import layer_family
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.mechanics.pad.solid import pad_scales
 from sits_mech.mechanics.rest.newton import correction

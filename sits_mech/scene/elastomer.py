@@ -52,7 +52,7 @@ class Elastomer(BaseModel):
         Height of the layer; rigid film between ``z = 0`` and the layer, no thicker than the layer [m].
     contact : str
         Whether free faces that fold onto the ground or the target are held there, "never", "always" or, "auto", where
-        it matters: in plane strain where it moves the target by more than 1 %, in 3D wherever a face folds.
+        it matters: wherever a free face touches something.
     friction : float
         Coefficient of Coulomb's friction of free faces on ground and target, zero for none. The answer then depends on
         the way of the load (planar and 3D models at finite strain); contact may not be "never".

@@ -102,7 +102,7 @@ def energy_row(model: PlanarLayer | BlockPad, way: Way) -> Row:
 
 def touching(model: PlanarLayer | BlockPad) -> bool:
     """Say whether a model may answer with contact or without."""
-    return isinstance(model, PlanarLayer) and len(model.line) > model.line.free
+    return isinstance(model, PlanarLayer) and model.line.auto
 
 
 def _said(report: SolveReport) -> str:

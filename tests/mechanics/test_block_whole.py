@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sits_mech.mechanics.block import block_pad
-from sits_mech.mechanics.levels import retry
+from sits_mech.mechanics.levels import settle
 from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.mechanics.rest.control import under
 from sits_mech.quantities import SolveFailed, Wrench
@@ -19,7 +19,7 @@ NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_mo
 
 def whole_equilibrium(sensor, wrench):
     """The rest of both halves, under a load in the plane y = 0, too."""
-    found, part = retry.settled(block_pad(sensor, 1e-2).whole, None, under(wrench))[:2]
+    found, part = settle.settled(block_pad(sensor, 1e-2).whole, None, under(wrench))[:2]
     assert part == 1.0
     return found
 
@@ -156,14 +156,14 @@ def test_contact_is_alike_in_all_directions():
 
 @pytest.mark.slow
 def test_contact_that_cannot_be_followed_is_worth_the_whole_displacement(monkeypatch):
-    tried = retry._tried
+    on = settle._on
 
-    def without(line, number, *more):
+    def without(line, numbers, *more):
         """Contact that never gets there."""
-        found = tried(line, min(number, line.free - 1), *more)
-        return found if number < line.free else found._replace(part=0.0)
+        found = on(line, range(settle.PAIR), *more)
+        return found if numbers[0] < settle.PAIR else found._replace(part=0.0)
 
-    monkeypatch.setattr(retry, "_tried", without)
+    monkeypatch.setattr(settle, "_on", without)
     found = whole_equilibrium(flush(), Wrench(F_y=0.01, F_z=8.0))
     assert found.report.estimated_error == 1.0
     assert any("could not be followed" in note for note in found.report.notes)
@@ -192,7 +192,7 @@ def test_a_slender_pad_is_not_followed_beyond_its_critical_load():
     slender = load_sensor("biorob2018", [*square, 'elastomer.thickness="8 mm"', NEO_HOOKEAN])
     assert whole_equilibrium(slender, Wrench(F_z=0.07)).report.status == "converged"
     pad = block_pad(slender, 1e-2)
-    last, part, reason = retry.settled(pad.whole, None, under(Wrench(F_z=0.09)))[:3]
+    last, part, reason = settle.settled(pad.whole, None, under(Wrench(F_z=0.09)))[:3]
     assert part < 1.0 and reason == "buckled" and last.wrench.F_z == pytest.approx(part * 0.09)
     np.testing.assert_allclose(last.pose.centre[:2], 0.0, atol=5e-6 * MM)
     assert 0.3 * MM < 8.0 * MM - last.pose.d_v < 0.4 * MM

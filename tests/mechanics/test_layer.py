@@ -29,6 +29,7 @@ ROWS = [
     (15, 15, 3, 42.5, 0, 0, (0.3008076, 0.0007446, 0.00252573), 3e-5),
     (15, 15, 3, 213, 0, 0, (1.5030336, 0.0188445, 0.0139664), 8.2e-4),
 ]
+NO_CONTACT = 'elastomer.contact="never"'  # as those codes have it
 
 
 def pad(W, w, t, *more):
@@ -52,7 +53,7 @@ SLOW = pytest.param(ROWS[1], marks=pytest.mark.slow, id=name_of(ROWS[1]))  # at 
 @pytest.mark.parametrize("row", [ROWS[0], SLOW, *ROWS[2:]], ids=name_of)
 def test_pose_against_independent_codes(row):
     W, w, t, F_x, F_z, M, expected, bar = row
-    sensor = pad(W, w, t)
+    sensor = pad(W, w, t, NO_CONTACT)
     found = planar_layer(sensor, 1e-3).equilibrium(Wrench(F_x, F_z, M))
     lever = np.array([1.0, 1.0, w / 2])
     bar = bar * np.max(np.abs(expected) * lever) / lever
@@ -61,11 +62,11 @@ def test_pose_against_independent_codes(row):
 
 
 def test_combined_load_at_default_tolerance():
-    sensor = pad(20, 15, 2)
+    sensor = pad(20, 15, 2, NO_CONTACT)
     d_h, sink, alpha = pose_of(sensor, planar_layer(sensor).equilibrium(Wrench(267.0, 4050.0)))
     assert d_h == pytest.approx(0.988421, rel=0.01)
-    assert sink == pytest.approx(0.204690, rel=0.01)
-    assert alpha == pytest.approx(0.0020143, abs=5e-4)
+    assert sink == pytest.approx(0.204690, abs=0.00988421)  # the tolerance is of the displacement
+    assert alpha == pytest.approx(0.0020143, abs=0.00988421 / 7.5)
 
 
 # Bonded strips, incompressible, graded P2-P1 linear FEM (2e-5 or better at S = 2): E_c, E_b in shear moduli.
@@ -127,7 +128,7 @@ def test_moment_about_the_plate_of_a_symmetric_block_is_exact(load):
 
 def test_work_is_the_energy_stored():
     """Of the mesh whose state is kept; the pose is extrapolated from it and others."""
-    layer, steps = planar_layer(pad(20, 15, 2), 2e-2), 8
+    layer, steps = planar_layer(pad(20, 15, 2, NO_CONTACT), 2e-2), 8
     scales, size = layer.line.scales, layer.line[0].fine.mesh.nodes.size
     factor, weight = np.polynomial.legendre.leggauss(steps)
     load, path, found = np.array([150.0, -1500.0]), [], None
@@ -167,7 +168,7 @@ def best():
     terms = np.array([[8.0], [16.0]]) ** -2.5
     pair = Levels(terms, lambda level: (10, 1), bodies.__getitem__, lambda level: None, 0.05)
     layer = planar_layer(sensor)
-    layer = replace(layer, tolerance=1.0, line=replace(layer.line, makers=(lambda: pair,), twins=(None,)))
+    layer = replace(layer, tolerance=1.0, line=replace(layer.line, makers=(lambda: pair,) * 2))
     return [getattr(layer.equilibrium(wrench).pose, component) for wrench, component in DRIVEN]
 
 

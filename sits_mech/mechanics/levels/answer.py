@@ -283,6 +283,7 @@ def answer(
     coarse, fine = states
     body, t = levels.fine, scales.thickness
     k, (held, end) = body.components, aim(body, scales, control)
+    given = bool(np.any(control.held[:k]))
     lever = levers(body, t)[:k]
     weight = body.levers  # of q in thicknesses at the target's end, 1 over that of a load
     moved, holding = (fine.q * weight)[~held], (fine.load / weight)[held]
@@ -296,13 +297,13 @@ def answer(
 
     def left(limit: Limit) -> float:
         """Its error, of what is asked."""
-        if goal is None or np.any(held):
+        if goal is None or given:
             return float(np.max(limit.error))
         size = unit * scales.lengths[:k]
         own = errors_of(limit.error, np.ones(k), levels.share)
         return by_goal(goal[:, :k], own * size, limit.parts * size)
 
-    values, walk = [shown(state.q, state.load) for state in states], walk or finer(levels, states, (held, end))
+    values, walk = [shown(state.q, state.load) for state in states], walk or finer(levels, states, (held, end), given)
     pressed = faces_press(body.mesh, body.parts, fine.u, fine.q)
     spent, best = fine.iterations + coarse.iterations, levels.limit(values, pressed=pressed)
     large, beyond, kept = "", list[Array](), 0

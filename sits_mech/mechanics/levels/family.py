@@ -232,7 +232,7 @@ def prolonged(levels: Levels, level: int, state: State) -> State | None:
     return State(u, state.q, way.pressures(state.p), state.load, min_J=least) if least > 0.0 else None
 
 
-def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array]) -> Iterator[Approach]:
+def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], given: bool) -> Iterator[Approach]:
     """Yield where the target rests on the third level and the ones after it, as far as they get there.
 
     Parameters
@@ -242,15 +242,17 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array]) 
         Of the first two levels, at rest.
     aim : ndarray and ndarray
         Which places are held, and what is given.
+    given : bool
+        Whether places are held that no symmetry keeps: forces that hold a target hang on every corner.
     """
     (before, state), (held, goal) = states, aim
     for level in range(2, min(levels.rested, len(levels))):
         body = levels.maker(level)
         found = None
-        if not np.any(held):  # forces that hold a target hang on every corner
+        if not given:
             start = prolonged(levels, level, state) or unloaded(body)
             found = approached(body, start, goal, held, _ENOUGH * body.length(state.q - before.q))
-        if found is None and (np.any(held) or len(body.mesh.axes) == 2):  # in space that takes as long as it is in vain
+        if found is None and (given or len(body.mesh.axes) == 2):  # in space that takes as long as it is in vain
             found = _along_path(body, goal, held)
         if found is None:
             return

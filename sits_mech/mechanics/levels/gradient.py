@@ -37,7 +37,7 @@ from sits_mech.mechanics.element.kernel import element_forces, small_strain_forc
 from sits_mech.mechanics.element.target import bonded_displacement, bonded_tangent, moved, work_of_load
 from sits_mech.mechanics.levels.answer import Scales, errors_of, levers
 from sits_mech.mechanics.levels.family import Levels
-from sits_mech.mechanics.levels.retry import Line
+from sits_mech.mechanics.levels.settle import Line
 from sits_mech.mechanics.rest.body import Bonded, State, rest, unpacked
 from sits_mech.mechanics.rest.linearisation import (
     Aim,

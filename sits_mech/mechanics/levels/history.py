@@ -22,7 +22,7 @@ import numpy as np
 
 from sits_mech.mechanics.levels.answer import Solved, aim, answer, levers
 from sits_mech.mechanics.levels.family import Levels
-from sits_mech.mechanics.levels.retry import Line, settled, untouched
+from sits_mech.mechanics.levels.settle import Line, settled, untouched
 from sits_mech.mechanics.rest.body import Bonded
 from sits_mech.mechanics.rest.control import Control
 from sits_mech.mechanics.rest.increments import Track, followed
@@ -73,22 +73,14 @@ def arrived(line: Line, start: Equilibrium | None, controls: Sequence[Control]) 
         return settled(line, start, controls[-1])
     if any(np.any(each.held != controls[-1].held) for each in controls):
         raise ValueError("via: must give the same forces and places as the end of the path")
-    free = untouched(line, controls)
-    if free is not None:
-        return free
-    best: Solved | None = None
-    for number in range(line.free % len(line), len(line)):
-        found = _along(line, number, controls)
-        if best is None or found.part > best.part or (found.part == best.part == 1.0 and _error(found) < _error(best)):
-            best = found
-        if best.part == 1.0 and _error(best) <= line.good:
-            break
-    return found if best is None else best
-
-
-def _error(solved: Solved) -> float:
-    """Estimated error of an answer."""
-    return solved.found.report.estimated_error
+    alone = untouched(line, controls)
+    if alone is not None:
+        return alone
+    free, guarded = line.last
+    found = _along(line, free, controls)
+    if found.part == 1.0:
+        return found
+    return max(_along(line, guarded, controls), found, key=lambda each: each.part)
 
 
 def _along(line: Line, number: int, controls: Sequence[Control]) -> Solved:

@@ -12,7 +12,7 @@ Space. Further levels walk in the steps of A, and what the first level tells of 
 extrapolated at each time as they are of an elastic layer (family.py), with errors over the largest displacement of the
 history. Three levels are walked at most.
 
-Contact. As for one load (retry.py): where a free face comes to lie on ground, target or another at any time, the whole
+Contact. As for one load (settle.py): where a free face comes to lie on ground, target or another at any time, the whole
 history is walked with contact. With friction a step is of first order: the error is ``|q_B - q_A|``, and q is q_B.
 """
 
@@ -31,7 +31,7 @@ from sits_mech.mechanics.faces.face_contact import face_contact, face_notes, fac
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.answer import aim, errors_of, largest_stretch, law_notes
 from sits_mech.mechanics.levels.family import Levels
-from sits_mech.mechanics.levels.retry import Line
+from sits_mech.mechanics.levels.settle import PAIR, Line
 from sits_mech.mechanics.rest.body import Bonded, State
 from sits_mech.mechanics.rest.control import under
 from sits_mech.mechanics.rest.increments import rough
@@ -101,7 +101,7 @@ def motion_in_time(line: Line, history: LoadHistory, tell: Progress = untold) ->
         Where no family of meshes gets to the end of the history; the message says when it ended.
     """
     ended: list[_Ended] = []
-    numbers = list(range(len(line)))
+    numbers = list(range(PAIR))
     while numbers and sum(each.reason in _LIMITS for each in ended) < 2:
         number = numbers.pop(0)
         try:
@@ -109,11 +109,10 @@ def motion_in_time(line: Line, history: LoadHistory, tell: Progress = untold) ->
         except _Ended as end:
             ended.append(end)
             continue
-        if number >= line.free or not touches or line.free == len(line):
+        if number in line.last or not touches:
             tell(100, 100)
             return motion
-        twin = line.twins[number]
-        numbers = list(range(line.free if twin is None else twin, len(line)))
+        numbers = list(line.last)
     raise _failed(line, history, max(ended, key=lambda each: each.time))
 
 

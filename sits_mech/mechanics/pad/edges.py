@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.pad.ladder import layer_family
+from sits_mech.mechanics.pad.planar import layer_family
 from sits_mech.mechanics.rest.body import rest
 from sits_mech.mechanics.rest.newton import compliance
 from sits_mech.quantities import Array

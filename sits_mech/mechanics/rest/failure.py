@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from sits_mech.mechanics.levels.answer import Solved, load_words
-from sits_mech.mechanics.levels.retry import Line
+from sits_mech.mechanics.levels.settle import Line
 from sits_mech.mechanics.rest.control import Control
 from sits_mech.mechanics.rest.verdict import reason_words
 from sits_mech.quantities import WRENCH, SolveFailed, Wrench

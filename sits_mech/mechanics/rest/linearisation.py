@@ -193,7 +193,7 @@ def stepped(
     """
     (linear, p_full), (dx, dq, forces, further), part = _increments(body, here, factor, way), way, 1.0
     slope = float(dx @ found.free + dq @ found.target)
-    measured = falling and slope < 0.0 and not np.any(held) and further == 0.0 and np.isfinite(found.energy)
+    measured = falling and slope < 0.0 and not np.any(dq[held]) and further == 0.0 and np.isfinite(found.energy)
     rounding = _ROUNDING * (float(body.mesh.inside.weights.sum()) + abs(found.energy))
     while part > _SHORTEST:
         u, q = here.u + part * linear, moved(here.q, part * dq)

@@ -187,7 +187,7 @@ def test_levels_beyond_the_second_give_the_places_that_rest_gives():
     """Steps end when the target stays, well before the corners do."""
     levels, load, held = family("box"), np.array([0.5, 3.0, 0.1]), np.zeros(3, dtype=bool)
     states = tuple(follow(levels.maker(k), rest(levels.maker(k)), (0.0 * load, load)).state for k in (0, 1))
-    there = next(finer(levels, states, (held, load)))
+    there = next(finer(levels, states, (held, load), False))
     true = follow(levels.maker(2), rest(levels.maker(2)), (0.0 * load, load)).state
     assert np.max(np.abs(there.q - true.q)) < 0.1 * np.max(np.abs(true.q - states[1].q))
     assert there.iterations <= true.iterations

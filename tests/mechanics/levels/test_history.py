@@ -72,7 +72,7 @@ def test_the_way_of_the_load_decides_where_faces_touch():
 def test_more_increments_stay_within_the_error():
     """The share that the increments are said to be worth holds what four times as many change, on the first mesh."""
     layer = planar_layer(pad(9, 9, 3, ROUGH)).rough
-    body = layer.line[layer.line.free].coarse
+    body = layer.line[layer.line.last[0]].coarse
     load = layer.line.scales.load(Wrench(40.0, 900.0))[:3]
     places = [followed(body, rest(body), [np.zeros(3), load], parts).state.q for parts in (4, 8, 32)]
     said, left = (np.abs(places[k] - places[1]).max() for k in (0, 2))

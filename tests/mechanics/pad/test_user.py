@@ -14,7 +14,7 @@ from skfem.io.meshio import to_meshio
 from sits_mech.chain.plan import choose_mechanics
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.element.target import bonded_displacement
-from sits_mech.mechanics.levels import retry
+from sits_mech.mechanics.levels import settle
 from sits_mech.mechanics.pad.solid import bonded_block, solid
 from sits_mech.mechanics.pad.user import GROUPS, _level, mesh_notes, meshed_family
 from sits_mech.mechanics.rest.body import State, rest
@@ -169,14 +169,14 @@ def test_a_top_that_is_not_bonded_lies_on_the_target(tmp_path):
 @pytest.mark.slow
 def test_contact_that_cannot_be_followed_is_worth_the_whole_displacement(tmp_path, monkeypatch):
     mesh = f'elastomer.mesh="{flush_file(tmp_path / "part.msh", True)}"'
-    pad, tried = block_pad(flush(mesh)), retry._tried
+    pad, on = block_pad(flush(mesh)), settle._on
 
-    def without(line, number, *more):
+    def without(line, numbers, *more):
         """Contact that never gets there."""
-        found = tried(line, min(number, line.free - 1), *more)
-        return found if number < line.free else found._replace(part=0.0)
+        found = on(line, range(settle.PAIR), *more)
+        return found if numbers[0] < settle.PAIR else found._replace(part=0.0)
 
-    monkeypatch.setattr(retry, "_tried", without)
+    monkeypatch.setattr(settle, "_on", without)
     found = pad.equilibrium(Wrench(F_z=8.0))
     assert found.report.estimated_error == 1.0 and found.error.d_v == pytest.approx(2.0 * MM - found.pose.d_v)
     assert any("could not be followed" in note for note in found.report.notes)

@@ -21,7 +21,7 @@ def pad(W, w, t, *more):
 
 def only(layer, number):
     """A layer with one of its pairs of meshes."""
-    return replace(layer, line=replace(layer.line, makers=(layer.line.makers[number],), twins=(None,)))
+    return replace(layer, line=replace(layer.line, makers=(layer.line.makers[number],) * 2))
 
 
 @pytest.mark.parametrize("given", [("d_h",), ("sink", "alpha"), ("d_h", "sink", "alpha"), ("alpha",)])

@@ -103,14 +103,14 @@ def test_a_law_that_loses_ellipticity_is_named(factor):
     """Wide and held flat: tau = 2 g (c10 + 2 c20 g^2) is largest at g^2 = -c10/(6 c20), with 4/3 c10 g.
 
     The free ends take k_x = mu (w - 0.2308 t)/t of the width (design, section 4), here 1.2 %; at them the law fails
-    first, the earlier the closer lines are graded to them: a sixth before all of it does on the coarsest mesh.
+    first, the earlier the closer lines are graded to them: a quarter before all of it does on the coarsest mesh.
     """
     g = np.sqrt(-C10 / (6 * C20))
     largest = 4 / 3 * C10 * g * (40e-3 - 0.2308 * 2e-3)
     error = refused(layer(40, 2, SOFTENS), Control(F_x=factor * largest, sink=0.0, alpha=0.0))
     assert "unstable from stretch 1.556 on in planar tension" in str(error)
     got = float(str(error).split("a coarse mesh could be followed to F_x = ")[1].split(" N")[0])
-    assert 0.8 * largest < got < largest
+    assert 0.75 * largest < got < largest
 
 
 def test_a_limit_is_told_in_seconds_and_in_the_record(column):

@@ -1,9 +1,9 @@
-"""Which meshes has the planar layer, and in which order are they tried?
+"""Which meshes has the planar layer?
 
 A family of meshes (levels/family.py) has cells at the singular corners that are split into triangles (fan.py), which
-follow a corner that opens at finite strain, and lines graded towards it. Where the first family does not get to a load,
-tougher and less accurate ones stand in line: mildly graded; with a guard on J; even, with a stronger guard. The first
-two levels alone are guarded: finer ones correct the target's place, and an order is seen on meshes of one kind.
+follow a corner that opens at finite strain, and lines graded towards it. Where it does not get to a load, a mildly
+graded one with a guard on J does (levels/settle.py). The first two levels alone are guarded: finer ones correct the
+target's place, and an order is seen on meshes of one kind.
 
 Order. With exponent k of the displacements at the corner and lines graded with beta, poses converge as ``m**(-2 k
 beta)``: k = 0.5 at the edge of a target in the middle of a face, 0.5946 at the corner of a flush layer, an
@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.mechanics.levels.family import Levels, contact_depth, kept
-from sits_mech.mechanics.levels.retry import Line
+from sits_mech.mechanics.levels.settle import Line
 from sits_mech.mechanics.pad.lines import widened
 from sits_mech.mechanics.pad.section import Fineness, bonded_body, layer_parts, layer_scales
 from sits_mech.mechanics.rest.body import Bonded
@@ -37,9 +37,6 @@ SHARE = 0.05
 _EDGE, _CORNER, _FILLET = 0.5, 0.5946, 1.47  # exponents of the displacements
 _HIGHEST = 4.0  # order that the elements allow
 _DEPTH = 1e-5  # thicknesses over which the pressure of contact builds up
-_LENIENCE = 10.0  # an estimate up to so many tolerances is not tried to be bettered by a tougher family
-_SMALLEST = (1e-3, 0.02, 0.25)  # increment of the load path: no mesh waits, one does, more do
-_EFFECT = 0.01  # of the displacement: what contact may be worth and still be left out
 
 
 class _Kind(NamedTuple):
@@ -49,28 +46,17 @@ class _Kind(NamedTuple):
     guard: float
 
 
-_KINDS = (_Kind(GRADING, 0.0), _Kind(1.5, 0.0), _Kind(1.5, 2.0))
-_EVEN = _Kind(1.0, 5.0)
+_KINDS = (_Kind(GRADING, 0.0), _Kind(1.5, 2.0))
 
 
 def meshes_in_line(sensor: Sensor, tolerance: float) -> Line:
-    """Return families of meshes in the order they are tried.
-
-    Without contact they end with a guarded even one; in "auto" the same ones stand there once more with contact, and
-    that even one with it.
-    """
+    """Return the families of meshes of a layer."""
     checked_tolerance(tolerance)
     contact = sensor.elastomer.contact if sensor.elastomer is not None else "never"
-    last = (*_KINDS, _EVEN)
-    tried = {"always": [(kind, _DEPTH) for kind in last], "never": [(kind, 0.0) for kind in last]}.get(
-        contact, [*((kind, 0.0) for kind in _KINDS), *((kind, _DEPTH) for kind in last)]
-    )
-    makers = [partial(_family, sensor, kind, depth) for kind, depth in tried]
+    depths = {"never": (0.0,), "always": (_DEPTH,), "auto": (0.0, _DEPTH)}[contact]
+    makers = [partial(_family, sensor, kind, depth) for depth in depths for kind in _KINDS]
     makers[0]().maker(0)  # refuses a scene that has no mesh
-    twins = tuple(range(len(_KINDS), 2 * len(_KINDS))) if contact == "auto" else (None,) * len(tried)
-    return Line(
-        sensor, layer_scales(sensor), makers, twins, _SMALLEST, tolerance, max(_LENIENCE * tolerance, 1e-2), _EFFECT
-    )  # fmt: skip
+    return Line(sensor, layer_scales(sensor), makers, tolerance)
 
 
 def layer_family(sensor: Sensor) -> Levels:

@@ -1,0 +1,218 @@
+"""How does a layer come to rest under a load: with contact or without, on free meshes or on guarded ones?
+
+Two families of meshes (family.py) hold a layer: a free one, and one with a guard on J for loads that turn the free one
+inside out at a corner. The first that gets to the load gives the answer; the coarse mesh of each is asked first, and
+where neither gets there, the farther one says what is carried (limit.py).
+
+Contact, "auto". A rest whose free faces touch the ground, the target or each other is solved again with contact, from
+the rest without it: let in softly, as faces may stand deep behind planes. Where the load cannot be reached with
+contact, the answer is that without, and its error the whole displacement. The notes say which.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+
+from sits_mech.mechanics.faces.face_contact import LEFT_OUT, LEFT_SHARE, FaceContact, face_contact, softened
+from sits_mech.mechanics.levels.answer import Scales, Solved, aim, first_look, levers, solve_levels, starts
+from sits_mech.mechanics.levels.family import Levels
+from sits_mech.mechanics.rest.body import packed
+from sits_mech.mechanics.rest.control import Control
+from sits_mech.mechanics.rest.limit import Outcome
+from sits_mech.mechanics.rest.path import follow
+from sits_mech.quantities import Array, Equilibrium, Pose
+from sits_mech.scene.sensor import Sensor
+
+PAIR = 2
+"""Families of one kind: free, guarded."""
+
+_SMALLEST = (0.6, 1e-2)  # increment of the load path on each: of the free one none is cut, as the other waits
+_SOFTLY = (100.0, 10.0)  # times the contact depth, on the way from rest without contact
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """Families of meshes of a layer, each made when it is asked for.
+
+    Attributes
+    ----------
+    sensor : Sensor
+    scales : Scales
+    makers : sequence of callable
+        The free family and the guarded one; in "auto" both again with contact.
+    asked : float
+        Estimated error at which no finer level is tried.
+    goal : ndarray, shape (s, 6), optional
+        What that error is of, as of `by_goal`; the largest component of the pose by default.
+    most : float
+        Iterations times unknowns that a load path is given.
+    deepest : int
+        Levels that a load is brought to rest on at most.
+    """
+
+    sensor: Sensor
+    scales: Scales
+    makers: Sequence[Callable[[], Levels]]
+    asked: float
+    most: float = np.inf
+    deepest: int = 99
+    goal: Array | None = None
+
+    def __post_init__(self) -> None:
+        """Keep what is made."""
+        object.__setattr__(self, "makers", tuple(cache(maker) for maker in self.makers))
+
+    def __getitem__(self, number: int) -> Levels:
+        return self.makers[number]()
+
+    @property
+    def auto(self) -> bool:
+        """Whether an answer may be with contact or without."""
+        return len(self.makers) > PAIR
+
+    @property
+    def last(self) -> range:
+        """Numbers of the families that count where faces touch."""
+        return range(len(self.makers) - PAIR, len(self.makers))
+
+
+def settled(line: Line, start: Equilibrium | None, control: Control) -> Solved:
+    """Return the last equilibrium towards what is given, with contact where it counts.
+
+    From a neighbour the way is another one: what is not reached from there is tried from rest, so that a load has one
+    answer, and one limit, whoever asks. A `start` has the number of its family at the beginning of its state.
+    """
+    found = _settled(line, start, control)
+    if found.part < 1.0 and start is not None and not control.beside:
+        return _settled(line, None, control)
+    return found
+
+
+def untouched(line: Line, controls: Sequence[Control]) -> Solved | None:
+    """Return the answer to the last of some loads, where free faces touch nothing under any of them; None otherwise."""
+    found: Solved | None = None
+    for control in controls if line.auto else ():
+        found = _on(line, range(PAIR), None, control)
+        if found.part < 1.0 or _touches(line, found.found):
+            return None
+    return found
+
+
+def _settled(line: Line, start: Equilibrium | None, control: Control) -> Solved:
+    """The last equilibrium on the way from a start."""
+    number = -1 if start is None or not start.state.size else int(start.state[0])
+    if number >= PAIR:  # a neighbour in contact
+        there = _on(line, range(number, number + 1), start, control)
+        if there.part == 1.0:
+            return there
+    onwards = start is not None and 0 <= number < PAIR and (control.beside or _there(start, control))
+    free = _on(line, range(number if onwards else 0, PAIR), start, control)
+    if not line.auto or not _touches(line, free.found):
+        return free
+    begin = _softly(line, free.found, control) if free.part == 1.0 else start
+    held = _on(line, line.last, begin, control)
+    if held.part < free.part:
+        return _without_contact(line, free)
+    return held if free.part < 1.0 else _with_depth(line, free.found, held)
+
+
+def _there(start: Equilibrium, control: Control) -> bool:
+    """Whether an equilibrium is under the very load that is given."""
+    return control.given == {name: value for name, value in vars(start.wrench).items() if name in control.given}
+
+
+def _on(line: Line, numbers: Sequence[int], start: Equilibrium | None, control: Control) -> Solved:
+    """The rest on the first of some families that gets there, or what the farthest says of the load."""
+    looks: dict[int, Outcome] = {}
+    tried: list[Solved] = []
+    for number in numbers:
+        own = _own(line[number], number, start)
+        looks[number] = first_look(line[number], line.scales, own, control, line.most)
+        if looks[number].reached == 1.0:
+            tried.append(_tried(line, number, own, control, looks[number], number < numbers[-1]))
+            if tried[-1].part == 1.0:
+                return tried[-1]
+    if looks[numbers[-1]].reached == 1.0:
+        return max(tried, key=lambda each: each.part)
+    number = max(looks, key=lambda each: looks[each].reached)
+    return _tried(line, number, _own(line[number], number, start), control, looks[number], waiting=False)
+
+
+def _own(family: Levels, number: int, start: Equilibrium | None) -> Equilibrium | None:
+    """A start where it is on the same family of meshes."""
+    if start is None or start.state.size != 1 + family.size or start.state[0] != number:
+        return None
+    return replace(start, state=start.state[1:])
+
+
+def _tried(
+    line: Line, number: int, own: Equilibrium | None, control: Control, look: Outcome, waiting: bool
+) -> Solved:  # fmt: skip
+    """The last equilibrium on one family of meshes, while another one waits or not."""
+    solved = solve_levels(
+        line.sensor, line[number], line.scales, own, control, smallest=_SMALLEST[not waiting], asked=line.asked,
+        most=line.most, coarse=look, deepest=line.deepest, goal=line.goal,
+    )  # fmt: skip
+    return solved._replace(found=replace(solved.found, state=np.concatenate([[number], solved.found.state])))
+
+
+def _touches(line: Line, found: Equilibrium) -> bool:
+    """Whether a free face lies on or behind ground or target, or touches another."""
+    return _contact(line, found).touch
+
+
+def _contact(line: Line, found: Equilibrium) -> FaceContact:
+    """What the free faces of an equilibrium touch."""
+    body = line[int(found.state[0])].fine
+    n, k = body.mesh.nodes.size, body.components
+    u, q = found.state[1 : 1 + n], found.state[1 + n : 1 + n + k]
+    return face_contact(body.faces, body.mesh, body.parts, u, q)
+
+
+def _softly(line: Line, found: Equilibrium, control: Control) -> Equilibrium:
+    """An equilibrium without contact as a start on the same meshes with contact, let in softly."""
+    twin = int(found.state[0]) + PAIR
+    family = line[twin]
+    states, (held, goal) = [], aim(family.fine, line.scales, control)
+    bodies = (family.fine, family.coarse)
+    for body, state in zip(bodies, starts(family, line.scales, replace(found, state=found.state[1:])), strict=True):
+        here = state
+        for factor in _SOFTLY:
+            soft = replace(body, parts=softened(body.parts, factor))
+            begin = np.where(held, here.q, here.load)
+            here = follow(soft, here, (begin, goal), smallest=1.0, held=held, beside=control.held[3:]).state
+        states.append(packed(here))
+    return replace(found, state=np.concatenate([[twin], *states]))
+
+
+def _with_depth(line: Line, free: Equilibrium, held: Solved) -> Solved:
+    """An answer with contact; where faces lie on each other, what their depth is worth is added to its errors."""
+    found = held.found
+    if not _contact(line, found).held:
+        return held
+    k, lever = line[0].fine.components, levers(line[0].fine, line.scales.thickness)
+    moved = np.abs(found.pose.components - free.pose.components)[:k]
+    forces = np.abs(found.wrench.components - free.wrench.components)[:k]
+    only = np.array([name.startswith("F") for name in vars(free.wrench)])[:k]
+    away = np.abs(found.pose.components - line.scales.pose(np.zeros(k)).components)[:k]
+    shares = (moved * lever[:k], away * lever[:k]), (forces[only], np.abs(found.wrench.components)[:k][only])
+    effect = max(float(np.max(part)) / max(float(np.max(whole)), 1e-300) for part, whole in shares)
+    error = found.error.components
+    error[:k] += LEFT_SHARE * moved
+    report = replace(found.report, estimated_error=found.report.estimated_error + LEFT_SHARE * effect)
+    return held._replace(found=replace(found, error=Pose.of(error), report=report))
+
+
+def _without_contact(line: Line, free: Solved) -> Solved:
+    """An answer that needs contact and has none: its error is the whole displacement."""
+    found = free.found
+    body = line[int(found.state[0])].fine
+    k, lever = body.components, levers(body, line.scales.thickness)
+    away = (found.pose.components - line.scales.pose(np.zeros(k)).components) * lever
+    size = np.where(np.arange(6) < k, float(np.max(np.abs(away))), 0.0)
+    report = replace(found.report, estimated_error=1.0, notes=(*found.report.notes, LEFT_OUT))
+    return free._replace(found=replace(found, error=Pose.of(size / lever), report=report))
