@@ -73,6 +73,7 @@ UNMIRRORED = {
     **dict.fromkeys(
         (f"mechanics/element/{name}.py" for name in ("fan", "guard")), "tests/mechanics/faces/test_contact.py: by use"
     ),
+    "magnetics/space/classes.py": "tests/magnetics/space/test_modes.py: plates by these matrices, against closed forms",
     "mechanics/pictured.py": "tests/mechanics/test_block.py: sections of its pads for pictures",
     "mechanics/element/mesh.py": "tests/mechanics/element/test_kernel.py: the elements on it",
     "mechanics/element/target.py": "tests/mechanics/element/test_assembly.py: the rigid target's derivatives",

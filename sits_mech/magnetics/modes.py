@@ -29,7 +29,7 @@ Krylov spaces: A. Ruhe, Linear Algebra Appl. 58 (1984) 391.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -38,10 +38,12 @@ from scipy.linalg import cho_factor, cho_solve, eigh
 
 from sits_mech.quantities import Array, Complex
 
+RESOLVED = 1.5
+"""Skin depth that is resolved well, over the one that elements are made for."""
+
 _SHIFTS = ((0.0, 1), (1.0 / 3.0, 2), (3.0, 2))  # s over the angular frequency, and how often it is applied
 _WHOLE = 2.0  # elements, over what the shifts would leave, up to which all modes are kept
 _DEPTHS = np.array([1.0, 1.6, 2.6])  # skin depths, over the least that is resolved, from which is gone on
-_RESOLVED = 1.5  # skin depth that is resolved well, over the one that elements are made for
 _NOTHING = 1e-15  # of the strongest field: weaker ones are of another symmetry
 _SPAN = 1e-10  # of the strongest direction: weaker ones are rounding
 
@@ -86,11 +88,7 @@ class Modes:
         ndarray, shape (..., n, n)
         """
         if omega > self.highest:
-            depth = np.sqrt(self.highest / omega)
-            known = [self.reaction(induced, self.highest / d**2) for d in _DEPTHS]
-            R = _onwards(depth, _DEPTHS[::2], [depth * d * Y.real for d, Y in zip(_DEPTHS, known, strict=True)][::2])
-            L = _onwards(depth, _DEPTHS, [d**2 * Y.imag for d, Y in zip(_DEPTHS, known, strict=True)])
-            return np.asarray((R + 1j * L) * omega / self.highest)
+            return beyond(lambda lower: self.reaction(induced, lower), omega, self.highest)
         weight = omega**2 / (1.0 + 1j * omega * self.tau)
         return np.asarray((induced * weight) @ np.swapaxes(induced, -1, -2))
 
@@ -126,6 +124,17 @@ def eddy_modes(L: Array, R: Array, basis: Array, *, constraint: Array | None = N
     return Modes(np.maximum(tau, 0.0), B @ V, scale[:, None] * V)
 
 
+def beyond(reaction: Callable[[float], Complex], omega: float, highest: float) -> Complex:
+    """Return a reaction at an angular frequency, from lower ones if that is above the highest; see `Modes.highest`."""
+    if omega <= highest:
+        return reaction(omega)
+    depth = np.sqrt(highest / omega)
+    known = [reaction(highest / d**2) for d in _DEPTHS]
+    R = _onwards(depth, _DEPTHS[::2], [depth * d * Y.real for d, Y in zip(_DEPTHS, known, strict=True)][::2])
+    L = _onwards(depth, _DEPTHS, [d**2 * Y.imag for d, Y in zip(_DEPTHS, known, strict=True)])
+    return np.asarray((R + 1j * L) * omega / highest)
+
+
 def few_modes(L: Complex, R: Complex, B: Complex, omega: float, *, weight: float = 1.0) -> Modes:
     """Return modes that answer some fields as all modes do, from zero to an angular frequency.
 
@@ -150,7 +159,7 @@ def few_modes(L: Complex, R: Complex, B: Complex, omega: float, *, weight: float
     if np.iscomplexobj(seen):
         seen = np.hstack([seen.real, seen.imag]) * np.sqrt(weight)
         tau = np.tile(tau, 2)
-    return Modes(np.maximum(tau, 0.0), np.asarray(seen.real), highest=omega / _RESOLVED**2)
+    return Modes(np.maximum(tau, 0.0), np.asarray(seen.real), highest=omega / RESOLVED**2)
 
 
 def _krylov_space(L: Complex, R: Complex, B: Complex, omega: float) -> Complex:

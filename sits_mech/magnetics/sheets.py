@@ -14,8 +14,7 @@ it is extrapolated, and how far the divisions are from showing these orders is t
 of the coils' field that the polynomials miss, a share of the change, go smoothly with the pose: poses share these
 errors.
 
-Small gaps under wide plates (`space.near`): the plate is lifted to where its division carries the coils' field, and
-its answer carried down along the infinite plate; the estimated error holds what that leaves uncertain.
+Small gaps under wide plates (`space.near`): the plate sees the coils' potential itself, cell by cell.
 
 Other metal (`space.neighbours`): plates parallel to the coils join with their own modes, and see the coils as they
 are, at rest. A pose then costs some tenths of a second. What polynomials of the coils' fields over a target among such
@@ -47,9 +46,9 @@ from sits_mech.magnetics.coils.alone import free_inductances, track_resistances
 from sits_mech.magnetics.ferrite.core import prepared_core
 from sits_mech.magnetics.skin import skin_depth
 from sits_mech.magnetics.space.coupling import missed, reactions
-from sits_mech.magnetics.space.near import lowered
+from sits_mech.magnetics.space.near import Near, near_reactions
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
-from sits_mech.magnetics.space.rungs import DIVISIONS, Rung, carried, field_length, fitting, limit, prepared, unseen
+from sits_mech.magnetics.space.rungs import DIVISIONS, Rung, field_length, fitting, is_near, limit, prepared, unseen
 from sits_mech.magnetics.space.sources import Sources, reach
 from sits_mech.magnetics.stages import clearance_of, clearances, together, tops
 from sits_mech.quantities import Array, Complex, Impedance, Integers, Pose
@@ -60,6 +59,7 @@ from sits_mech.units import SceneError, checked_tolerance
 
 _KIND = Kind("sheets", "H")
 _MUTUAL = (1.0, 0.1), (0.4, 0.045)  # of two coils' own estimate, and of each coil's error, in theirs, of R and L
+_NEAR = 2.5  # error of L of plates close to the coils, with cells as long as the gap, over what divisions tell, as measured
 _BETWEEN = 2.5  # error of R of plates that answer each other over what their divisions tell, as measured
 _Asked = tuple[Target, Outline | None, complex, Sources | None, Target | None]
 _UNSEEN = 1e-3  # from which bound on it is asked what polynomials of the coils' fields really miss
@@ -70,11 +70,10 @@ _PLATES = 1.5  # length on which another plate's field changes, over the distanc
 
 @dataclass(frozen=True)
 class _Divided:
-    """A plate's divisions, its skin depths, the least clearance they carry [m], the field they miss, what to say."""
+    """A plate's divisions, its skin depths, the field that they miss, what to say."""
 
-    divisions: tuple[Any, ...]  # Sheeted; of a fixed plate of ferrite, Core: as found, and off by its error
+    divisions: tuple[Any, ...]  # Sheeted or Near; of a fixed plate of ferrite, Core: as found, and off by its error
     thickness: float
-    lowest: float
     unseen: float
     notes: tuple[str, ...]
 
@@ -220,16 +219,15 @@ class Sheets:
         near: Complex | float = 0.0
         if sensor.conductors:
             values = self._together(parts, plates, frequency[0])
-        elif clear[0] < plates[0].lowest:
-            plate = plates[0].divisions, plates[0].lowest
-            values, near = lowered(sensor.coils, self.windings, parts[0], plate, frequency[0])
-            notes.append(f"gaps below {plates[0].lowest * 1e3:.3g} mm: carried down along the infinite plate")
         else:
             poses = parts[0].turns, parts[0].places
-            values = reactions(sensor.coils, self.windings, plates[0].divisions, poses, frequency[0])
+            answers = near_reactions if isinstance(plates[0].divisions[0], Near) else reactions
+            values = answers(sensor.coils, self.windings, plates[0].divisions, poses, frequency[0])
         thickness, finest = max(plate.thickness for plate in plates), math.sqrt(frequency[0] / frequency[1])
         value, left = limit(values, replace(rung, single=self.single), thickness, finest)
         lost = max(plate.unseen for plate in plates)
+        if isinstance(plates[0].divisions[0], Near):
+            left = left.real + 1j * _NEAR * left.imag
         if sensor.conductors:
             left, near = _BETWEEN * left.real + 1j * left.imag, self._missed(parts, plates, value)
         R, X = (
@@ -314,25 +312,22 @@ def _divided(
     sensor: Sensor, part: _Asked, rung: Rung, clearance: float, frequency: tuple[float, float]
 ) -> _Divided:
     """Prepare a plate, the coils given if it stands still, for clearances from one on, for a frequency below another.
-
-    Alone, not for smaller ones than its polynomials carry.
     """
     alone, (asked, top), (plate, outline, susceptibility, sources, become) = not sensor.conductors, frequency, part
-    if alone:
-        clearance = carried(plate, outline, clearance, rung)
+    near = alone and is_near(plate, outline, clearance, rung)
     apart, place = (clearance, (0.0, 0.0)) if sources is None else (sources.distance, sources.place[:2])
-    length = min(field_length(coil, apart + plate.thickness / 2) for coil in sensor.coils)
+    length = min(field_length(coil, apart + (0.0 if near else plate.thickness / 2)) for coil in sensor.coils)
     if not alone:
         length = min(length, _PLATES * (clearance + plate.thickness / 2))
     if sources is not None and susceptibility != 0.0:
         cores = prepared_core(plate, susceptibility, rung, clearance, sources)
         note = f"ferrite, mu_r = {plate.metal.relative_permeability:g}: {cores[0].sheets} boxes through the thickness"
-        return _Divided(cores, 0.0, clearance, 0.0, (note,))
+        return _Divided(cores, 0.0, 0.0, (note,))
     scale = clearance, top, reach(sensor.coils, place) + 2 * apart, length
-    divisions = prepared(plate, outline, rung, scale, sources, become if become != plate else None)
+    divisions = prepared(plate, outline, rung, scale, sources, become if become != plate else None, near=near)
     thickness = (become or plate).thickness / skin_depth(asked, plate.metal.conductivity)
-    lost = unseen(divisions[0].box) if alone else 0.0
-    return _Divided(divisions, thickness, clearance, lost, _notes(thickness, divisions[-1].sheets, lost))
+    lost = unseen(divisions[0].box) if alone and not near else 0.0
+    return _Divided(divisions, thickness, lost, _notes(thickness, divisions[-1].sheets, lost))
 
 
 def _shared(error: Array, share: tuple[float, float]) -> Array:

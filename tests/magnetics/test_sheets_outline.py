@@ -15,8 +15,8 @@ from sits_mech.magnetics.coils.loops import coil_inductances
 from sits_mech.magnetics.coils.ring_field import ring_potential
 from sits_mech.magnetics.coils.straight import track_potential
 from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.space.classes import stacked
 from sits_mech.magnetics.space.loops import class_loops
-from sits_mech.magnetics.space.modes import stacked
 from sits_mech.magnetics.space.prisms import Prisms, box_means, gauss_points, prism_means, prism_potential
 from sits_mech.quantities import Pose
 from sits_mech.scene.outlines import signed_area

@@ -33,6 +33,7 @@ from sits_mech.geometry.windings import Sections
 from sits_mech.memory import GIB, VARIABLE, memory_limit
 from sits_mech.quantities import Array, Complex
 
+_PANEL = 16  # Gauss points of a panel
 _ARRAYS = 4  # of a number for each ring and wave number, beside those at the Gauss points
 
 
@@ -126,3 +127,12 @@ def spectrum(rings: Sections, k: Array, *, points: int = 4) -> Array:
     fall = np.where(thick > 0.0, -np.expm1(-thick) / np.where(thick > 0.0, thick, 1.0), 1.0)
     sign = np.broadcast_to(rings.sign, rings.radius.shape)
     return np.asarray(sign @ (mean * fall * np.exp(k * top)))
+
+
+def wave_numbers(largest: float, length: float) -> tuple[Array, Array]:
+    """Return Gauss points and weights on [0, largest] for what turns like ``exp(j k length)``, finer towards 0."""
+    panels = 16 + int(largest * length / _PANEL)
+    edges = largest * np.linspace(0.0, 1.0, panels + 1) ** 1.5
+    nodes, weights = np.polynomial.legendre.leggauss(_PANEL)
+    half = np.diff(edges)[:, None] / 2
+    return (edges[:-1, None] + half * (1.0 + nodes)).ravel(), (half * weights).ravel()

@@ -29,14 +29,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.constants import mu_0
 from scipy.linalg import cholesky, eigh, solve_triangular
 
 from sits_mech.geometry.sheet_plan import Integers, Plan
 from sits_mech.magnetics.modes import Modes, few_modes
+from sits_mech.magnetics.space.classes import Problem, driven, kernel, matrices, mixed, stacked
 from sits_mech.magnetics.space.fields import Box, decay_scale, field_means, to_coefficients, without_gradients
-from sits_mech.magnetics.space.loops import Loops, plan_sums
-from sits_mech.magnetics.space.prisms import Prisms, box_means, prism_means
+from sits_mech.magnetics.space.loops import plan_sums
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Array, Complex
 
@@ -162,7 +161,7 @@ def _modes(
     """
     box, depth, sources = reach
     prisms = stacked(plan, levels)
-    means = _kernel(plan, levels, prisms)
+    means = kernel(plan, levels, prisms)
     fields = field_means(plan, prisms, box)
     driving = None if sources is None else sources.means(plan, prisms)
     scale = decay_scale(box)
@@ -174,7 +173,7 @@ def _modes(
             loops = flows.loops(np.diff(levels), mirror)
             if loops.unknowns == 0 or not (first or (order, mirror) in bases):
                 continue
-            problem = _Problem(plan, loops, character, mirror, weight)
+            problem = Problem(plan, loops, character, mirror, weight)
             basis = bases.get((order, mirror))
             wanted = None if basis is None else basis.rows
             L, R, rows, B = _scaled(problem, (means, fields, driving), metal[0], wanted)
@@ -189,65 +188,17 @@ def _modes(
     return classes, unknowns
 
 
-def stacked(plan: Plan, levels: Array) -> Prisms:
-    """The upper half's cells, sheet fastest."""
-    count = levels.size - 1
-    cells = plan.cells.shape[0]
-    corners = np.repeat(plan.nodes[plan.cells], count, axis=0)
-    return Prisms(corners, np.tile(levels[:-1], cells), np.tile(levels[1:], cells))
-
-
-@dataclass(frozen=True)
-class _Problem:
-    """A class with its loops."""
-
-    plan: Plan
-    loops: Loops
-    character: Complex
-    mirror: int
-    weight: float
-
-    def factors(self) -> Complex:
-        """Factor and matrix of each image: chi(g) s (g with z -> s z), shape (g, 2, 3, 3)."""
-        result = np.zeros((self.plan.group.shape[0], 2, 3, 3), dtype=complex)
-        for s in (0, 1):
-            flip = self.mirror if s else 1
-            result[:, s, :2, :2] = flip * self.character[:, None, None] * self.plan.group
-            result[:, s, 2, 2] = flip * self.character * (-1.0 if s else 1.0)
-        return result
-
-
-def _kernel(plan: Plan, levels: Array, prisms: Prisms) -> Array:
-    """Mean 1/r from each cell to each cell's images, shape (g, 2, n, n)."""
-    if plan.tensor is not None:
-        boxes = box_means(*plan.tensor, levels)
-        n = boxes.shape[-1]
-        return np.asarray(boxes.transpose(1, 0, 2, 3, 4).reshape(4, 2, n, n))
-    alone = plan.group.shape[0] == 1  # without symmetry in the plane, both kernels are symmetric
-    return np.array([[prism_means(prisms, _image(prisms, g, s), symmetric=alone) for s in (1, -1)] for g in plan.group])
-
-
-def _image(prisms: Prisms, g: Array, mirror: int) -> Prisms:
-    """Prisms moved by a plane isometry and, for mirror = -1, through the plane z = 0."""
-    corners = prisms.corners @ g.T
-    if np.linalg.det(g) < 0:
-        corners = corners[:, ::-1]
-    if mirror > 0:
-        return Prisms(corners, prisms.low, prisms.high)
-    return Prisms(corners, -prisms.high, -prisms.low)
-
-
 def _scaled(
-    problem: _Problem, images: tuple[Array, Array, Array | None], conductivity: float, rows: Integers | None
+    problem: Problem, images: tuple[Array, Array, Array | None], conductivity: float, rows: Integers | None
 ) -> tuple[Complex, Complex, Integers, Complex]:
     """L and R of one class on unknowns of like resistance, and fluxes B of some coefficients: all it sees if None.
 
     The plate's own coils, if it has them, follow the coefficients.
     """
-    L, R = _matrices(problem, images[0], conductivity)
+    L, R = matrices(problem, images[0], conductivity)
     rows, B = _fluxes(problem, images[1], rows)
     if images[2] is not None:
-        B = np.vstack([B, _driven(problem, images[2])])
+        B = np.vstack([B, driven(problem, images[2])])
     unit = 1.0 / np.sqrt(np.real(np.diag(R)))
     return L * unit[:, None] * unit, R * unit[:, None] * unit, rows, B * unit
 
@@ -294,57 +245,20 @@ def _nodal(basis: Basis, box: Box) -> Array:
     return whole.reshape(3 * int(np.prod(box.order)), basis.fields.shape[1])
 
 
-def _matrices(problem: _Problem, means: Array, conductivity: float) -> tuple[Complex, Complex]:
-    """L and R of one class; real if its character is."""
-    loops = problem.loops
-    pairs, weights, moments = _parts(problem)
-    L: Any = np.zeros((loops.unknowns, loops.unknowns), dtype=weights.dtype)
-    for (a, b), G in zip(pairs, _mixed(weights, means), strict=True):
-        L += moments[a].conj().T @ (moments[b].T @ G.T).T
-    images = weights.shape[1]
-    weighted = [m.conj().T.multiply(1.0 / loops.volume) @ m for m in moments]
-    uneven = loops.uneven if np.iscomplexobj(weights) else loops.uneven.real
-    R = (sum(weighted) + uneven.conj().T @ uneven).toarray() * (images / conductivity)
-    return (L + L.conj().T) * (images * mu_0 / (8 * np.pi)), R
-
-
-def _fluxes(problem: _Problem, fields: Array, rows: Integers | None) -> tuple[Integers, Complex]:
+def _fluxes(problem: Problem, fields: Array, rows: Integers | None) -> tuple[Integers, Complex]:
     """Which of the three components' coefficients one class sees, and their fluxes B (rows, unknowns)."""
-    pairs, weights, moments = _parts(problem)
-    mixed = _mixed(weights, fields)
+    pairs, weights, moments = problem.parts
+    means = mixed(weights, fields)
     sees = np.zeros((3, fields.shape[-1]), dtype=bool)
     if rows is None:  # most are of another symmetry than the class
-        least = _ROUNDING * max(np.abs(P).max() for P in mixed)
-        for (a, _), P in zip(pairs, mixed, strict=True):
+        least = _ROUNDING * max(np.abs(P).max() for P in means)
+        for (a, _), P in zip(pairs, means, strict=True):
             sees[a] |= np.abs(P).max(axis=0) > least
     else:
         sees.flat[rows] = True
     B: Any = [np.zeros((np.count_nonzero(some), problem.loops.unknowns), dtype=weights.dtype) for some in sees]
-    for (a, b), P in zip(pairs, mixed, strict=True):
+    for (a, b), P in zip(pairs, means, strict=True):
         B[a] += (moments[b].T @ P[:, sees[a]]).T
     return np.flatnonzero(sees), np.vstack(B)
 
 
-def _driven(problem: _Problem, driving: Array) -> Complex:
-    """Fluxes of the plate's own coils in one class, from their A in its images (g, 2, n, 3, c); (c, unknowns)."""
-    pairs, weights, moments = _parts(problem)
-    B: Any = np.zeros((driving.shape[-1], problem.loops.unknowns), dtype=weights.dtype)
-    for (a, b), weight in zip(pairs, weights, strict=True):
-        B += (moments[b].T @ _mixed(weight[None], driving[..., a, :])[0]).T
-    return np.asarray(B)
-
-
-def _parts(problem: _Problem) -> tuple[list[tuple[int, int]], Any, list[Any]]:
-    """Which components act on which, the images' weights of each pair, and the moments; real if the character is."""
-    real = not np.iscomplex(problem.character).any()
-    factors: Any = problem.factors().real if real else problem.factors()
-    pairs = [(a, b) for a, b in np.ndindex(3, 3) if factors[:, :, a, b].any()]
-    weights = np.stack([factors[:, :, a, b].ravel() for a, b in pairs])
-    return pairs, weights, [m.real if real else m for m in problem.loops.moments]
-
-
-def _mixed(weights: Any, images: Array) -> Any:
-    """Sums of the images' arrays, one a row of weights; real if the weights are. One product reads them all once."""
-    rows = np.vstack([weights.real, weights.imag]) if np.iscomplexobj(weights) else weights
-    sums = (rows @ images.reshape(weights.shape[1], -1)).reshape(-1, *images.shape[2:])
-    return sums[: len(weights)] + 1j * sums[len(weights) :] if np.iscomplexobj(weights) else sums

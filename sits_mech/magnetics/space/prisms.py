@@ -193,14 +193,13 @@ def prism_means(first: Prisms, second: Prisms, *, symmetric: bool = False) -> Ar
     step = max(1, _PAIRS // second.low.size)
     for start in range(0, first.low.size, step):
         rows = slice(start, start + step)
-        R = one.centre[rows, None, :] - two.centre
-        square = np.einsum("nmi,nmi->nm", R, R)
-        largest = np.maximum(one.diameter[rows, None], two.diameter)
-        apart = np.sqrt(square) / largest
+        x, y, z = (a[rows, None] - b for a, b in zip(one.centre.T, two.centre.T, strict=True))
+        M = one.moments[rows, None] + two.moments
+        square = x * x + y * y + z * z
+        apart = np.sqrt(square) / np.maximum(one.diameter[rows, None], two.diameter)
         square = np.where(square > 0.0, square, 1.0)
-        quadratic = np.einsum("nij,nmi,nmj->nm", one.moments[rows], R, R, optimize=True)
-        quadratic += np.einsum("mij,nmi,nmj->nm", two.moments, R, R, optimize=True)
-        trace = np.trace(one.moments[rows], axis1=1, axis2=2)[:, None] + np.trace(two.moments, axis1=1, axis2=2)
+        quadratic = M[..., 0, 0] * x * x + 2.0 * M[..., 0, 1] * x * y + M[..., 1, 1] * y * y + M[..., 2, 2] * z * z
+        trace = M[..., 0, 0] + M[..., 1, 1] + M[..., 2, 2]
         G[rows] = (1.0 + (3.0 * quadratic / square - trace) / (2.0 * square)) / np.sqrt(square)
         if symmetric:
             apart[np.arange(start, start + apart.shape[0])[:, None] > np.arange(second.low.size)] = np.inf
@@ -240,9 +239,9 @@ def _middle(first: Prisms, second: Prisms) -> Array:
     p, q = ((points[:, ::2] + points[:, 1::2]) / 2 for points in (p, q))  # one point along z is enough here
     u, v = 2 * u[:, ::2], 2 * v[:, ::2]
     total = np.zeros(first.low.size)
-    for k in range(p.shape[1]):
-        R = q - p[:, k : k + 1]
-        total += u[:, k] * (v / np.sqrt(np.einsum("nqi,nqi->nq", R, R))).sum(1)
+    for k, point in enumerate(np.moveaxis(p, 1, 0)):
+        x, y, z = (q[..., i] - point[:, i, None] for i in range(3))
+        total += u[:, k] * (v / np.sqrt(x * x + y * y + z * z)).sum(1)
     return total
 
 
@@ -269,12 +268,13 @@ def prism_potential(point: Array, corners: Array, low: Array, high: Array) -> Ar
     length = np.hypot(side[..., 0], side[..., 1])
     t = side / np.where(length > 0.0, length, 1.0)[..., None]
     d = a[..., 0] * t[..., 1] - a[..., 1] * t[..., 0]
-    sa, sb = (a * t).sum(-1), (b * t).sum(-1)
+    sa, sb = (end[..., 0] * t[..., 0] + end[..., 1] * t[..., 1] for end in (a, b))
+    square_a, square_b = (end[..., 0] ** 2 + end[..., 1] ** 2 for end in (a, b))
     top, bottom = (high - point[:, 2])[:, None], (low - point[:, 2])[:, None]
     total = np.zeros(d.shape)
     distances = []
     for z, sign in ((top, 1.0), (bottom, -1.0)):
-        ra, rb = np.sqrt((a**2).sum(-1) + z * z), np.sqrt((b**2).sum(-1) + z * z)
+        ra, rb = np.sqrt(square_a + z * z), np.sqrt(square_b + z * z)
         turn = _arctan(sb * z, d, rb) - _arctan(sa * z, d, ra)
         plane = np.sign(d) * (np.arctan2(sb, np.abs(d)) - np.arctan2(sa, np.abs(d)))
         total += sign * (d * z * _edge_log(length, ra + rb) + (z * z - d * d) * turn / 2 - z * np.abs(z) * plane / 2)

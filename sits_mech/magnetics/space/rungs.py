@@ -27,12 +27,13 @@ from sits_mech.extrapolation import added
 from sits_mech.geometry.outline import Outline, outline_plan, target_outline
 from sits_mech.geometry.sheet_plan import Grading, Plan, disc_plan, graded_axis, rectangle_plan, stretched
 from sits_mech.geometry.tracks import standing_rings
-from sits_mech.magnetics.axis.dodd_deeds import spectrum
+from sits_mech.magnetics.axis.dodd_deeds import spectrum, wave_numbers
+from sits_mech.magnetics.modes import RESOLVED
 from sits_mech.magnetics.skin import skin_depth
 from sits_mech.magnetics.space.fields import Box
 from sits_mech.magnetics.space.loops import most_unknowns
 from sits_mech.magnetics.space.modes import Sheeted, prepare_sheets
-from sits_mech.magnetics.space.near import wave_numbers
+from sits_mech.magnetics.space.near import Near, prepare_near
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.memory import GIB, VARIABLE, check_seconds, memory_limit
 from sits_mech.quantities import Array, Complex
@@ -83,7 +84,7 @@ _CROWDED, _COARSE = 2.3, 0.3  # thickness, and skin depth divided for, over the 
 _TRIANGLES, _ROUGH = ((2, 2, 4), (3, 3, 6)), 3e-2  # levels of divisions that follow no smooth map, from which error on
 _TRUST = 1.0, 0.4  # errors of R and of Delta L over what `extrapolation` says, as measured
 _EVEN = 0.1  # of R where current fills the plate, and from there with the thickness over the skin depth
-_REDUCED = 1e-3, 3e-4  # of R and of omega Delta L: what few modes and fields, and means of prisms, leave
+_REDUCED = 2e-3, 3e-4  # of R and of omega Delta L: what few modes and fields, and means of prisms, leave; on discs
 _MOST = 2000  # polynomials in all; what a wide plate close to the coils misses is in its estimated error
 _GIB = 20.0  # s of processor time that a plate of a GiB takes to prepare, some
 _UNSEEN = 1e-3  # share of the field that may be missed
@@ -113,21 +114,22 @@ class _Family:
 @lru_cache(maxsize=12)
 def prepared(
     target: Target, outline: Outline | None, rung: Rung, scale: tuple[float, float, float, float],
-    sources: Sources | None = None, become: Target | None = None,
-) -> tuple[Sheeted, ...]:  # fmt: skip
+    sources: Sources | None = None, become: Target | None = None, *, near: bool = False,
+) -> tuple[Sheeted, ...] | tuple[Near, ...]:  # fmt: skip
     """Return the target on some divisions, the finest first, prepared for a range of clearance and frequency.
 
     `scale` has the clearance from which on it holds [m], the frequency up to which it does [Hz], how far from the
     target's middle the coils' currents call for small cells, and the length on which their field changes [m]. `sources`
     are the coils, if it stands still. A rectangle or disc that the target has `become`, a little larger or smaller, has
-    the target's cells and polynomials, so that differences of both are free of what other divisions change.
+    the target's cells and polynomials, so that differences of both are free of what other divisions change. One that is
+    `near` does without polynomials along the plate.
 
     Raises
     ------
     TooLarge
         Before the first large array.
     """
-    family, limit = _family(target, outline, rung, scale), memory_limit()
+    family, limit = _family(target, outline, rung, scale, near), memory_limit()
     family = family if become is None else _carried_to(family, target, become)
     if family.needed > limit:
         x, y = np.ptp(target_outline(target, outline).rim, axis=0) * 1e3
@@ -138,13 +140,16 @@ def prepared(
         )
     check_seconds(_GIB * family.needed / GIB, f"sheets: the preparation of a plate of {family.needed / GIB:.2g} GiB")
     ways = {"highest": family.highest, "depth": family.depth}
+    if near:
+        ways["highest"] = math.inf if family.resolved else family.highest / RESOLVED**2
+        return prepare_near(family.divisions, target.metal.conductivity, family.box, **ways)
     found = prepare_sheets(family.divisions, target.metal.conductivity, family.box, sources=sources, **ways)
     return tuple(plate.resolved for plate in found) if family.resolved else found
 
 
 @lru_cache(maxsize=64)
 def _family(
-    target: Target, outline: Outline | None, rung: Rung, scale: tuple[float, float, float, float]
+    target: Target, outline: Outline | None, rung: Rung, scale: tuple[float, float, float, float], near: bool
 ) -> _Family:
     """A plate's divisions, as in `prepared`."""
     clearance, depth = scale[0], skin_depth(scale[1], target.metal.conductivity)
@@ -158,7 +163,8 @@ def _family(
     sheets = {m: _interfaces(half, depth, m) for m in rung.across}
     divisions = tuple((plans[m], sheets[k]) for m, k in _star(rung))
     vertical = _VERTICAL * half
-    needed = max(memory_of(plan, z.size - 1, vertical, math.prod(box.order)) for plan, z in divisions)
+    seen = 1 if near else math.prod(box.order)
+    needed = max(memory_of(plan, z.size - 1, vertical, seen) for plan, z in divisions)
     return _Family(divisions, box, highest, vertical, half <= _THICK * depth, needed)
 
 
@@ -297,11 +303,9 @@ def _plan(target: Target, outline: Outline | None, grading: Grading, orders: int
     return outline_plan(target_outline(target, outline), grading)
 
 
-def carried(target: Target, outline: Outline | None, clearance: float, rung: Rung) -> float:
-    """Return the clearance, or the first of its doubles, from which on a plate's polynomials carry the coils' field."""
-    while unseen(field_box(target, outline, clearance, rung)) > _UNSEEN:
-        clearance *= 2.0
-    return clearance
+def is_near(target: Target, outline: Outline | None, clearance: float, rung: Rung) -> bool:
+    """Say whether a plate is so close to the coils that its polynomials do not carry their field."""
+    return unseen(field_box(target, outline, clearance, rung)) > _UNSEEN
 
 
 def field_box(target: Target, outline: Outline | None, clearance: float, rung: Rung) -> Box:

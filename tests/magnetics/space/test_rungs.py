@@ -104,7 +104,7 @@ def family(outline: Outline | None, tolerance: float) -> Any:
     target = load_sensor("biorob2018").target
     assert target is not None
     rung = rungs_for(tolerance, [(target, outline)])[0]
-    return _family(target, outline, rung, (1.5e-3, 1e7, 8e-3, 2e-3))
+    return _family(target, outline, rung, (1.5e-3, 1e7, 8e-3, 2e-3), near=False)
 
 
 def peak(run: Callable[[], object]) -> int:

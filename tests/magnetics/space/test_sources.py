@@ -9,9 +9,10 @@ from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.magnetics.coils.ring_field import ring_potential
 from sits_mech.magnetics.coils.straight import track_potential
 from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.space.classes import stacked
 from sits_mech.magnetics.space.coupling import missed, reactions
 from sits_mech.magnetics.space.fields import Box
-from sits_mech.magnetics.space.modes import prepare_sheets, stacked
+from sits_mech.magnetics.space.modes import prepare_sheets
 from sits_mech.magnetics.space.prisms import gauss_points
 from sits_mech.magnetics.space.rungs import LADDER, field_box
 from sits_mech.magnetics.space.sources import Sources

@@ -1,0 +1,119 @@
+"""The matrices of one symmetry class of a plate: what its loops' currents cost, and what drives them.
+
+    L_ab = mu0 / (4 pi) << w_a, w_b / |r - r'| >>,    R_ab = <w_a, w_b> / sigma,    g_a = <w_a, A>,
+
+w the divergence-free currents of `loops`, over all images of the fundamental part by the plate's symmetries, each with
+the class's character. A loop's moment in each cell meets the mean of 1/r between cells (`prisms`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.constants import mu_0
+
+from sits_mech.geometry.sheet_plan import Plan
+from sits_mech.magnetics.space.loops import Loops
+from sits_mech.magnetics.space.prisms import Prisms, box_means, prism_means
+from sits_mech.quantities import Array, Complex
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A class with its loops."""
+
+    plan: Plan
+    loops: Loops
+    character: Complex
+    mirror: int
+    weight: float
+
+    @cached_property
+    def parts(self) -> tuple[list[tuple[int, int]], Any, list[Any]]:
+        """Which components act on which, the images' weights of each pair, the moments; real if the character is."""
+        real = not np.iscomplex(self.character).any()
+        factors: Any = self.factors().real if real else self.factors()
+        pairs = [(a, b) for a, b in np.ndindex(3, 3) if factors[:, :, a, b].any()]
+        weights = np.stack([factors[:, :, a, b].ravel() for a, b in pairs])
+        return pairs, weights, [m.real if real else m for m in self.loops.moments]
+
+    @cached_property
+    def transposed(self) -> list[Any]:
+        """The moments' transposes, which take A to fluxes."""
+        return [m.T.tocsr() for m in self.parts[2]]
+
+    def factors(self) -> Complex:
+        """Factor and matrix of each image: chi(g) s (g with z -> s z), shape (g, 2, 3, 3)."""
+        result = np.zeros((self.plan.group.shape[0], 2, 3, 3), dtype=complex)
+        for s in (0, 1):
+            flip = self.mirror if s else 1
+            result[:, s, :2, :2] = flip * self.character[:, None, None] * self.plan.group
+            result[:, s, 2, 2] = flip * self.character * (-1.0 if s else 1.0)
+        return result
+
+
+def stacked(plan: Plan, levels: Array) -> Prisms:
+    """The upper half's cells, sheet fastest."""
+    count = levels.size - 1
+    cells = plan.cells.shape[0]
+    corners = np.repeat(plan.nodes[plan.cells], count, axis=0)
+    return Prisms(corners, np.tile(levels[:-1], cells), np.tile(levels[1:], cells))
+
+
+def kernel(plan: Plan, levels: Array, prisms: Prisms) -> Array:
+    """Mean 1/r from each cell to each cell's images, shape (g, 2, n, n)."""
+    if plan.tensor is not None:
+        boxes = box_means(*plan.tensor, levels)
+        n = boxes.shape[-1]
+        return np.asarray(boxes.transpose(1, 0, 2, 3, 4).reshape(4, 2, n, n))
+    images = [_image(prisms, g, s) for g in plan.group for s in (1, -1)]
+    if len(images) == 2:  # without symmetry in the plane, both kernels are symmetric
+        return np.array([[prism_means(prisms, image, symmetric=True) for image in images]])
+    every = Prisms(*(np.concatenate([getattr(image, name) for image in images]) for name in ("corners", "low", "high")))
+    n = prisms.low.size
+    return np.ascontiguousarray(prism_means(prisms, every).reshape(n, -1, 2, n).transpose(1, 2, 0, 3))
+
+
+def _image(prisms: Prisms, g: Array, mirror: int) -> Prisms:
+    """Prisms moved by a plane isometry and, for mirror = -1, through the plane z = 0."""
+    corners = prisms.corners @ g.T
+    if np.linalg.det(g) < 0:
+        corners = corners[:, ::-1]
+    if mirror > 0:
+        return Prisms(corners, prisms.low, prisms.high)
+    return Prisms(corners, -prisms.high, -prisms.low)
+
+
+def matrices(problem: Problem, means: Array, conductivity: float) -> tuple[Complex, Complex]:
+    """L and R of one class; real if its character is."""
+    loops = problem.loops
+    pairs, weights, moments = problem.parts
+    L: Any = np.zeros((loops.unknowns, loops.unknowns), dtype=weights.dtype)
+    for (a, b), G in zip(pairs, mixed(weights, means), strict=True):
+        L += moments[a].conj().T @ (moments[b].T @ G.T).T
+    images = weights.shape[1]
+    weighted = [m.conj().T.multiply(1.0 / loops.volume) @ m for m in moments]
+    uneven = loops.uneven if np.iscomplexobj(weights) else loops.uneven.real
+    R = (sum(weighted) + uneven.conj().T @ uneven).toarray() * (images / conductivity)
+    return (L + L.conj().T) * (images * mu_0 / (8 * np.pi)), R
+
+
+def driven(problem: Problem, driving: Array) -> Complex:
+    """Fluxes of coils in one class, from their A in its images (g, 2, n, 3, c); (c, unknowns)."""
+    pairs, weights, _ = problem.parts
+    B: Any = np.zeros((driving.shape[-1], problem.loops.unknowns), dtype=weights.dtype)
+    for a in range(3):
+        some = [k for k, pair in enumerate(pairs) if pair[0] == a]
+        for k, P in zip(some, mixed(weights[some], driving[..., a, :]) if some else (), strict=True):
+            B += (problem.transposed[pairs[k][1]] @ P).T
+    return np.asarray(B)
+
+
+def mixed(weights: Any, images: Array) -> Any:
+    """Sums of the images' arrays, one a row of weights; real if the weights are. One product reads them all once."""
+    rows = np.vstack([weights.real, weights.imag]) if np.iscomplexobj(weights) else weights
+    sums = (rows @ images.reshape(weights.shape[1], -1)).reshape(-1, *images.shape[2:])
+    return sums[: len(weights)] + 1j * sums[len(weights) :] if np.iscomplexobj(weights) else sums
