@@ -38,7 +38,7 @@ from scipy.linalg import eigh, solve
 from sits_mech.geometry.sheet_plan import Integers
 from sits_mech.magnetics.ferrite.charges import PAIRS, box_charges
 from sits_mech.magnetics.space.fields import Box, decay_scale
-from sits_mech.magnetics.space.modes import Basis, Sheeted
+from sits_mech.magnetics.space.modes import Basis, Blocks, Sheeted
 from sits_mech.magnetics.space.rungs import Rung, field_box, field_length
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Array, Complex
@@ -93,9 +93,9 @@ class Core:
         """Boxes through the thickness."""
         return self.frame.sheets
 
-    def admittance(self, omega: float) -> Complex:
+    def admittance(self, omega: float) -> Blocks:
         """Return Y; omega [rad/s]."""
-        return 1j * omega * self.response
+        return Blocks(len(self.response), ((np.arange(len(self.response)), 1j * omega * self.response),))
 
 
 @lru_cache(maxsize=32)

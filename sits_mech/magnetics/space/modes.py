@@ -26,6 +26,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -60,6 +61,38 @@ class Basis:
     rows: Integers
     fields: Array
     widths: Integers
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """A symmetric matrix that is a sum of parts, each of some rows and the same columns.
+
+    Attributes
+    ----------
+    size : int
+        Rows of the whole.
+    parts : tuple of (ndarray of int, ndarray)
+        Which rows, and the part.
+    """
+
+    size: int
+    parts: tuple[tuple[Integers, Complex], ...]
+
+    @property
+    def diagonal(self) -> Complex:
+        """Its diagonal, shape (size,)."""
+        found = np.zeros(self.size, dtype=complex)
+        for rows, part in self.parts:
+            found[rows] += np.diag(part)
+        return found
+
+    def __matmul__(self, columns: Array) -> Complex:
+        """Return its product with real columns, shape (size, k)."""
+        found = np.zeros((self.size, columns.shape[1]), dtype=complex)
+        for rows, part in self.parts:
+            own = columns[rows]
+            found[rows] += part.real @ own + 1j * (part.imag @ own)
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,15 +134,14 @@ class Sheeted:
         found = [_nodal(basis, self.box) for basis in self.bases]
         return np.hstack([*found, np.zeros((found[0].shape[0], self.sources))])
 
-    def admittance(self, omega: float) -> Complex:
+    def admittance(self, omega: float) -> Blocks:
         """Return Y of all classes' combinations, and of the plate's own coils after them; omega [rad/s]."""
         ends = np.cumsum([0, *(basis.fields.shape[1] for basis in self.bases)])
-        Y = np.zeros((int(ends[-1]) + self.sources,) * 2, dtype=complex)
-        own = np.arange(int(ends[-1]), len(Y))
-        for part, start, end in zip(self.classes, ends[:-1], ends[1:], strict=True):
-            some = np.concatenate([np.arange(start, end), own])
-            Y[np.ix_(some, some)] += part.admittance(omega)
-        return Y
+        own = np.arange(int(ends[-1]), int(ends[-1]) + self.sources)
+        places = [np.concatenate([np.arange(*pair), own]) for pair in pairwise(ends)]
+        return Blocks(int(ends[-1]) + self.sources, tuple(
+            (some, part.admittance(omega)) for some, part in zip(places, self.classes, strict=True)
+        ))  # fmt: skip
 
 
 def prepare_sheets(

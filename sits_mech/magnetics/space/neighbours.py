@@ -16,16 +16,18 @@ Its polynomials carry what moves and what other plates radiate. The fixed plates
     Delta Z = a0_F^T Y_F a0_F + b^T Y_t (1 - T P_Ft Y_t / (j omega))^-1 b.
 
 P_YX = P_XY^T makes the result reciprocal to rounding. Plates apart see little detail of each other: P_tF = Q X has few
-columns Q, found with random currents (Delta Z keeps 1e-5), and a pose costs their field, products and a small solve.
+columns Q, found with random currents that are as strong as they are answered (Delta Z keeps 1e-5), and a pose costs
+their field, products and a small solve.
 
 Range: plates whose boxes do not overlap; the boxes' polynomials know the smallest distance.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from functools import cached_property, lru_cache
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.constants import mu_0
@@ -34,16 +36,17 @@ from scipy.spatial.distance import cdist
 
 from sits_mech.magnetics.space.coupling import drives
 from sits_mech.magnetics.space.fields import Box
-from sits_mech.magnetics.space.modes import Sheeted
+from sits_mech.magnetics.space.modes import Blocks, Sheeted
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil
 
 _SKETCH = 100  # currents that first tell what two plates see of each other
 _PROBES = 4  # that check it
+_FAINT = 1e-6  # of the strongest answer, below which combinations count alike
 _LOST = 1e-4  # of what they see, at most: the detail that is lost first drives least
 
 
-class Plate(Protocol):
+class Plate(Hashable, Protocol):
     """A division of a plate, of metal (`Sheeted`) or of ferrite (`ferrite.core`)."""
 
     @property
@@ -52,7 +55,7 @@ class Plate(Protocol):
     @property
     def transform(self) -> Array: ...
 
-    def admittance(self, omega: float) -> Complex:
+    def admittance(self, omega: float) -> Blocks:
         """Return Y of its combinations and then of the coils that it sees."""
         ...
 
@@ -80,13 +83,26 @@ class SpacePlate:
         return self.turns[pose], self.divisions[0].box.points() @ self.turns[pose].T + self.places[pose]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Ready:
     """A plate at one frequency: D (q, 3, r), Y (r, r) of each division and the coils' a0 (p, n, r)."""
 
     transform: Array
-    admittances: list[Complex]
+    admittances: list[Blocks]
     own: Array
+
+    @cached_property
+    def weight(self) -> Array:
+        """How strongly each combination is answered, the root of Y's diagonal to its largest, shape (r,)."""
+        size = np.sqrt(np.abs(self.admittances[0].diagonal))
+        return np.asarray(np.maximum(size / size.max(), _FAINT))
+
+
+class _Placed(NamedTuple):
+    """A plate in one pose: rotation and points, and what it is."""
+
+    place: tuple[Array, Array]
+    plate: _Ready
 
 
 def coupled_reactions(
@@ -111,7 +127,7 @@ def coupled_reactions(
     omega = 2 * np.pi * frequency
     fixed = [_at_rest(coils, other, omega) for other in others]
     own = np.hstack([part.own[0] for part in fixed])
-    placed = [(other.at(0), part.transform) for other, part in zip(others, fixed, strict=True)]
+    placed = [_Placed(other.at(0), part) for other, part in zip(others, fixed, strict=True)]
     linked = _links(placed)
     divisions = list(zip(*(part.admittances for part in fixed), strict=True))
     if target is None:
@@ -119,7 +135,7 @@ def coupled_reactions(
     moving, n = _ready(coils, windings, target, omega), len(coils)
     results = [np.empty((target.places.shape[0], n, n), dtype=complex) for _ in divisions]
     for pose in range(target.places.shape[0]):
-        Q, X = _factors((target.at(pose), moving.transform), placed)
+        Q, X = _factors(_Placed(target.at(pose), moving), placed)
         for result, Y, Ys in zip(results, moving.admittances, divisions, strict=True):
             F = _answer(Ys, linked, np.hstack([own.T, X.T]), omega)
             result[pose] = F[:n, :n] + _shielded(moving.own[pose], Y, Q, F[n:], omega)
@@ -143,16 +159,17 @@ def _at_rest(coils: tuple[Coil, ...], plate: SpacePlate, omega: float) -> _Ready
     return _Ready(transform, [each.admittance(omega) for each in plate.divisions], own[None])
 
 
+@lru_cache(maxsize=16)
 def _by_point(plate: Plate) -> Array:
     """A plate's combinations by point, shape (q, 3, r)."""
     transform = plate.transform
     return np.ascontiguousarray(transform.reshape(3, -1, transform.shape[1]).transpose(1, 0, 2))
 
 
-def _links(placed: Sequence[tuple[tuple[Array, Array], Array]]) -> tuple[list[Array], Array]:
+def _links(placed: Sequence[_Placed]) -> tuple[list[Array], Array]:
     """Q_X of each fixed plate and C with P_XY = Q_X C_XY Q_Y^T, nothing on the diagonal."""
     if len(placed) == 1:
-        return [np.zeros((placed[0][1].shape[2], 0))], np.zeros((0, 0))
+        return [np.zeros((placed[0].plate.transform.shape[2], 0))], np.zeros((0, 0))
     found = [_factors(plate, [*placed[:k], *placed[k + 1 :]]) for k, plate in enumerate(placed)]
     Qs = [Q for Q, _ in found]
     rows = [X @ block_diag(*Qs[:k], *Qs[k + 1 :]) for k, (_, X) in enumerate(found)]
@@ -162,9 +179,9 @@ def _links(placed: Sequence[tuple[tuple[Array, Array], Array]]) -> tuple[list[Ar
     return Qs, (C + C.T) / 2
 
 
-def _answer(admittances: Sequence[Complex], links: tuple[list[Array], Array], V: Array, omega: float) -> Complex:
+def _answer(admittances: Sequence[Blocks], links: tuple[list[Array], Array], V: Array, omega: float) -> Complex:
     """V^T Y_F V of fixed plates together, (1 - P Y / (j omega))^-1 by the few columns of P."""
-    (Qs, C), ends = links, np.cumsum([len(Y) for Y in admittances])[:-1]
+    (Qs, C), ends = links, np.cumsum([Y.size for Y in admittances])[:-1]
     parts = [np.hstack(pair) for pair in zip(np.split(V, ends), Qs, strict=True)]
     columns = V.shape[1]
     found = [_between_both(part, Y) for part, Y in zip(parts, admittances, strict=True)]
@@ -178,25 +195,25 @@ def _mutual(first: tuple[Array, Array], second: tuple[Array, Array], D: Array, E
     return _mutual(second, first, E, D).T if D.shape[2] < E.shape[2] else _linked(first, second, D, E)
 
 
-def _factors(
-    target: tuple[tuple[Array, Array], Array], fixed: Sequence[tuple[tuple[Array, Array], Array]]
-) -> tuple[Array, Array]:
-    """Q (r, k) orthonormal and X (k, r') with P_tF = Q X to `_LOST`: k random currents of F tell the range of P.
+def _factors(target: _Placed, fixed: Sequence[_Placed]) -> tuple[Array, Array]:
+    """Q (r, k) and X (k, r') with P_tF = Q X to `_LOST`, as k random currents of F tell.
 
-    Where that takes half of all combinations, Q is the identity.
+    Combinations count as strongly as they are answered, on either side: most of them are faint. Where half of them are
+    needed all the same, Q is the identity.
     """
-    (place, D), ends = target, np.cumsum([0, *(E.shape[2] for _, E in fixed)])
-    count = _SKETCH
-    while 2 * count < min(D.shape[2], int(ends[-1])):
-        some = np.random.default_rng(0).normal(size=(int(ends[-1]), count + _PROBES))
-        linked = np.zeros((D.shape[2], count + _PROBES))
-        for (other, E), start, end in zip(fixed, ends[:-1], ends[1:], strict=True):
-            linked += _linked(place, other, D, np.tensordot(E, some[start:end], 1))
+    place, D, w = target.place, target.plate.transform, target.plate.weight[:, None]
+    seen = [(other.place, other.plate.transform, other.plate.weight[:, None]) for other in fixed]
+    r, count, rng = sum(len(v) for _, _, v in seen), _SKETCH, np.random.default_rng(0)
+    linked = np.zeros((len(w), 0))
+    while 2 * count < min(len(w), r):
+        more = count + _PROBES - linked.shape[1]
+        some = [(other, np.tensordot(E, v * rng.normal(size=(len(v), more)), 1)) for other, E, v in seen]
+        linked = np.hstack([linked, w * sum(_linked(place, other, D, moments) for other, moments in some)])
         Q, probes = np.linalg.qr(linked[:, :count])[0], linked[:, count:]
         if np.linalg.norm(probes - Q @ (Q.T @ probes)) <= _LOST * np.linalg.norm(probes):
-            return Q, np.vstack([_linked(other, place, E, np.tensordot(D, Q, 1)) for other, E in fixed]).T
+            return Q / w, np.vstack([_linked(other, place, E, np.tensordot(D, w * Q, 1)) for other, E, _ in seen]).T
         count = 2 * count
-    return np.eye(D.shape[2]), np.hstack([_mutual(place, other, D, E) for other, E in fixed])
+    return np.eye(len(w)), np.hstack([_mutual(place, other, D, E) for other, E, _ in seen])
 
 
 def _linked(first: tuple[Array, Array], second: tuple[Array, Array], D: Array, moments: Array) -> Array:
@@ -207,16 +224,17 @@ def _linked(first: tuple[Array, Array], second: tuple[Array, Array], D: Array, m
     return np.asarray(D.reshape(-1, D.shape[2]).T @ field.reshape(-1, k))
 
 
-def _between_both(Q: Array, Y: Complex) -> Complex:
+def _between_both(Q: Array, Y: Blocks) -> Complex:
     """Q^T Y Q for real Q."""
-    return np.asarray(Q.T @ (Y.real @ Q) + 1j * (Q.T @ (Y.imag @ Q)))
+    answer = Y @ Q
+    return np.asarray(Q.T @ answer.real + 1j * (Q.T @ answer.imag))
 
 
-def _shielded(own: Array, Y: Complex, Q: Array, seen: Complex, omega: float) -> Complex:
+def _shielded(own: Array, Y: Blocks, Q: Array, seen: Complex, omega: float) -> Complex:
     """What the target adds to Delta Z among the others, from X Y_F (a0_F, X^T); shape (n, n)."""
     n = len(own)
     b = own + seen[:, :n].T @ Q.T / (1j * omega)
     S = seen[:, n:] / (1j * omega) ** 2
-    answer = b @ Y
+    answer = (Y @ b.real.T + 1j * (Y @ b.imag.T)).T
     u = np.linalg.solve(np.eye(len(S)) - _between_both(Q, Y) @ S, Q.T @ answer.T)
     return np.asarray(answer @ b.T + (answer @ Q) @ (S @ u))
