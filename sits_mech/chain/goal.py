@@ -21,7 +21,7 @@ import numpy as np
 
 from sits_mech.chain.conductors import on_axis
 from sits_mech.chain.pose_errors import signal_weights
-from sits_mech.magnetics.slopes import pose_slopes
+from sits_mech.magnetics.pose_slopes import pose_slopes
 from sits_mech.mechanics.levels.answer import by_goal
 from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose
 from sits_mech.readout.signals import rows_of

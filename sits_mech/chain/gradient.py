@@ -29,7 +29,7 @@ from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.plan import Choice
 from sits_mech.chain.pose_errors import signal_weights
 from sits_mech.chain.simulate import Simulation, aimed_rest, simulated, turned
-from sits_mech.magnetics.slopes import pose_slopes
+from sits_mech.magnetics.pose_slopes import pose_slopes
 from sits_mech.mechanics.levels.gradient import PoseSlopes
 from sits_mech.mechanics.symmetry import Symmetry, symmetry_of
 from sits_mech.quantities import (
@@ -217,7 +217,7 @@ def _taken_back(found: PoseSlopes, back: Array) -> tuple[Array, Array]:
 
 def shown_change(
     sensor: Sensor, field: MagneticModel, shown: Impedance, pose: Pose, numbers: Sequence[Parameter],
-    moved: Moved, direct: Direct,
+    moved: Moved, direct: Direct, *, quick: bool = False,
 ) -> Shown:  # fmt: skip
     """Return how what the coils show at p poses changes with n numbers of the scene: both halves joined.
 
@@ -228,10 +228,12 @@ def shown_change(
     shown : Impedance
         There, with errors that the poses' errors are part of, shape (p, c, c).
     moved, direct : Moved, Direct
+    quick : bool
+        As of `pose_slopes`.
     """
     components: Sequence[str] = POSE if pose.beside or np.any(moved.pose[:, 3:]) else POSE[:3]
     components = ("d_v",) if on_axis(field) else components
-    _, *each = pose_slopes(sensor, field, pose, sensor.frequency, components)
+    _, *each = pose_slopes(sensor, field, pose, sensor.frequency, components, quick=quick)
     ways = Moved(*(part[:, [POSE.index(name) for name in components]] for part in moved))
     sizes = (shown.L - shown.L0, shown.R)
     share_L, share_R = (_share(*both) for both in zip((shown.error_L, shown.error_R), sizes, strict=True))

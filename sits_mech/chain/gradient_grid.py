@@ -121,7 +121,7 @@ def gradient_on_grid(
     direct = at_fixed_poses(sensor, (field, by_field.name, solved.asked), pose, numbers)
     reading = read_poses(sensor, field, pose, error, parts)
     shown = reading.impedance
-    change = shown_change(sensor, field, shown, pose, numbers, moved, direct)
+    change = shown_change(sensor, field, shown, pose, numbers, moved, direct, quick=True)
     values = {"pose": pose.components, "L": shown.L, "R": shown.R, "error_L": shown.error_L, "error_R": shown.error_R}
     values |= {"shared_L": reading.shared.swapaxes(0, 1), "alone_L": reading.alone.swapaxes(0, 1)}
     values |= {"by_pose": moved.pose, "by_L": change.L}

@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sits_mech.cases import Row
-from sits_mech.magnetics.slopes import pose_slopes
+from sits_mech.magnetics.pose_slopes import pose_slopes
 from sits_mech.mechanics.loads import shared_of
 from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose
 from sits_mech.readout.signals import Signals, combine, rows_of, signals, weights_of

@@ -31,16 +31,15 @@ from typing import Any
 import numpy as np
 
 from sits_mech.geometry.collision import room
+from sits_mech.magnetics.pose_slopes import STEP, pose_slopes, solver_of
 from sits_mech.magnetics.rings import Axisymmetric
 from sits_mech.magnetics.sheets import Sheets
-from sits_mech.maps.differences import BACKWARD, CENTRAL, FIRST, FORWARD, SECOND_ORDER, WIDE, best_slopes
-from sits_mech.quantities import POSE, Array, Complex, Impedance, MagneticModel, Pose, SolveFailed, SolveReport
+from sits_mech.maps.differences import BACKWARD, CENTRAL, FORWARD, SECOND_ORDER, WIDE, best_slopes
+from sits_mech.quantities import POSE, Array, Complex, MagneticModel, Pose, SolveFailed, SolveReport
 from sits_mech.scene.parameters import Parameter, keys_of, parameter
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.threads import one_thread
 
-_STEP = 0.01  # of the room around the target; of ln f
-_QUICK = -0.1  # of that, towards the coils, where slopes are steeper
 _SHARE, _LEAST = 0.005, 0.01  # step of a length over the length, which is at least a share of the largest winding
 _ROOM = 0.05  # of the room around the target: that step at most
 _ROUGH, _USELESS = 1e-3, 0.5  # error of a slope, by length and change, that asks for other differences; that is none
@@ -166,68 +165,21 @@ def slopes(
             raise ValueError(f"components: must be of {', '.join(POSE)}, got {name!r}")
     rows = pose.components.reshape(-1, len(POSE))
     _, *by_pose = pose_slopes(sensor, model, Pose.of(rows), frequency, components)
-    asked = _Asked(_solver(model) if lengths else model, rows, frequency)
+    asked = _Asked(solver_of(model) if lengths else model, rows, frequency)
     found = (*by_pose, *_by_frequency(model, rows, frequency), *_by_lengths(sensor, asked, lengths))
     each = (part.reshape(*pose.components.shape[:-1], *part.shape[1:]) for part in found)
     return Slopes(tuple(components), tuple(lengths), *each)
 
 
-def pose_slopes(
-    sensor: Sensor, model: MagneticModel, pose: Pose, frequency: float, components: Sequence[str], *,
-    quick: bool = False,
-) -> tuple[Impedance, Array, Array]:  # fmt: skip
-    """Return the impedance at p poses, and derivatives of L and R by components, in one batch of answers.
-
-    Arguments as of `slopes`, the pose of arrays of shape (p,); `quick`: one answer a component is enough, for slopes
-    that are 1e-3 off, not four. Derivatives have the shape (p, n, n, k), by metre or radian.
-    """
-    rows, stencil = pose.components, FIRST if quick else CENTRAL
-    steps = _steps(sensor, pose) * (_QUICK if quick else 1.0) if components else np.zeros((0, len(rows)))
-    ways = [place for place in stencil.places if place]
-    moves = [(POSE.index(name), place) for name in components for place in ways]
-    stack = np.repeat(rows[None], 1 + len(moves), axis=0)
-    for row, (k, place) in zip(stack[1:], moves, strict=True):
-        row[:, k] += place * steps[k]
-    found, by_pose = model.impedance(Pose.of(stack), frequency), []
-    for values in (found.L, found.R):
-        each = values[1:].reshape(len(components), len(ways), *values.shape[1:])
-        slope = np.zeros((*values.shape[1:], len(components)))
-        for k, (name, one) in enumerate(zip(components, each, strict=True)):
-            h = steps[POSE.index(name)][:, None, None]
-            slope[..., k] = stencil.slope({0: values[0]} | dict(zip(ways, one, strict=True)), h)
-        by_pose.append(slope)
-    shared = None if found.shared_L is None else found.shared_L[:, 0]
-    parts = {name: getattr(found, name)[0] for name in ("L", "R", "error_L", "error_R")}
-    return replace(found, **parts, shared_L=shared), by_pose[0], by_pose[1]
-
-
 def _by_frequency(model: MagneticModel, rows: Array, frequency: float) -> list[Array]:
     """Derivatives of L and R by the frequency, shape (p, n, n)."""
     ways = [place for place in CENTRAL.places if place]
-    found = {place: model.impedance(Pose.of(rows), frequency * np.exp(_STEP * place)) for place in ways}
+    found = {place: model.impedance(Pose.of(rows), frequency * np.exp(STEP * place)) for place in ways}
     slopes = []
     for name in ("L", "R"):
         values = {place: getattr(one, name) for place, one in found.items()}
-        slopes.append(CENTRAL.slope(values | {0: 0.0 * values[1]}, _STEP * frequency))
+        slopes.append(CENTRAL.slope(values | {0: 0.0 * values[1]}, STEP * frequency))
     return slopes
-
-
-def _steps(sensor: Sensor, pose: Pose) -> Array:
-    """Steps h of all components, shape (6, p) [m, rad]."""
-    if sensor.target is None:
-        raise ValueError("target: the scene has none whose pose could change")
-    way = _STEP * room(sensor, pose)
-    turn = way / (0.5 * max(sensor.target.extent))
-    return np.stack([way, way, turn, way, turn, turn])
-
-
-def _solver(model: Any) -> Any:
-    """Return what answers for a scene: the model itself, or the one that it adds errors to."""
-    while hasattr(model, "model"):
-        model = model.model
-    if not hasattr(model, "sensor"):
-        raise ValueError(f"lengths: need a model that can be made for another scene, got {type(model).__name__}")
-    return model
 
 
 def _by_lengths(sensor: Sensor, asked: _Asked, keys: Sequence[str]) -> list[Array]:

@@ -1,0 +1,95 @@
+"""How do inductances change with the pose? Differences of answers, from one batch.
+
+Central ones of fourth order, or, `quick`, one answer a component: of the plate's coarsest division where it has several
+(`sheets`), whose slopes s are made those of the answer by what both find of each coil's own change,
+
+    dL_cd = r_c r_d s_cd,    r_c^2 = Delta L_cc / (Delta L_cc of the coarsest division),
+
+and R likewise: a percent off where the plate is close, for what errors of a pose are worth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from sits_mech.geometry.collision import room
+from sits_mech.magnetics.sheets import Sheets
+from sits_mech.maps.differences import CENTRAL, FIRST
+from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose
+from sits_mech.scene.sensor import Sensor
+
+STEP = 0.01
+"""Of the room around the target; of ln f."""
+
+_QUICK = -0.1  # of that, towards the coils, where slopes are steeper
+
+
+def pose_slopes(
+    sensor: Sensor, model: MagneticModel, pose: Pose, frequency: float, components: Sequence[str], *,
+    quick: bool = False,
+) -> tuple[Impedance, Array, Array]:  # fmt: skip
+    """Return the impedance at p poses, and derivatives of L and R by components.
+
+    Arguments as of `slopes`, the pose of arrays of shape (p,); `quick` as above. Derivatives have the shape
+    (p, n, n, k), by metre or radian.
+    """
+    rows, stencil = pose.components, FIRST if quick else CENTRAL
+    steps = _steps(sensor, pose) * (_QUICK if quick else 1.0) if components else np.zeros((0, len(rows)))
+    ways = [place for place in stencil.places if place]
+    moves = [(POSE.index(name), place) for name in components for place in ways]
+    stack = np.repeat(rows[None], 1 + len(moves), axis=0)
+    for row, (k, place) in zip(stack[1:], moves, strict=True):
+        row[:, k] += place * steps[k]
+    coarse = _coarse(model) if quick else None
+    near = (coarse or model).impedance(Pose.of(stack), frequency)
+    found = near if coarse is None else model.impedance(Pose.of(rows[None]), frequency)
+    by_pose = []
+    for values, whole, free in ((near.L, found.L[0], found.L0), (near.R, found.R[0], 0.0)):
+        each = values[1:].reshape(len(components), len(ways), *values.shape[1:])
+        slope = np.zeros((*values.shape[1:], len(components)))
+        for k, (name, one) in enumerate(zip(components, each, strict=True)):
+            h = steps[POSE.index(name)][:, None, None]
+            slope[..., k] = stencil.slope({0: values[0]} | dict(zip(ways, one, strict=True)), h)
+        by_pose.append(slope if coarse is None else slope * _shares(whole - free, values[0] - free)[..., None])
+    shared = None if found.shared_L is None else found.shared_L[:, 0]
+    parts = {name: getattr(found, name)[0] for name in ("L", "R", "error_L", "error_R")}
+    return replace(found, **parts, shared_L=shared), by_pose[0], by_pose[1]
+
+
+def solver_of(model: Any) -> Any:
+    """Return what answers for a scene: the model itself, or the one that it adds errors to."""
+    while hasattr(model, "model"):
+        model = model.model
+    if not hasattr(model, "sensor"):
+        raise ValueError(f"lengths: need a model that can be made for another scene, got {type(model).__name__}")
+    return model
+
+
+def _coarse(model: Any) -> Sheets | None:
+    """The model by a plate's coarsest division; None of one that has no other."""
+    while hasattr(model, "model"):
+        model = model.model
+    if not isinstance(model, Sheets) or model.single:
+        return None
+    found = model.beside(model.sensor, single=True)
+    return found if found.single else None
+
+
+def _shares(whole: Array, coarse: Array) -> Array:
+    """r_c r_d of the module docstring, shape (p, n, n)."""
+    own, other = (np.abs(np.diagonal(part, axis1=-2, axis2=-1)) for part in (whole, coarse))
+    r = np.sqrt(own / np.where(other > 0.0, other, 1.0))
+    return np.asarray(r[..., None] * r[..., None, :])
+
+
+def _steps(sensor: Sensor, pose: Pose) -> Array:
+    """Steps h of all components, shape (6, p) [m, rad]."""
+    if sensor.target is None:
+        raise ValueError("target: the scene has none whose pose could change")
+    way = STEP * room(sensor, pose)
+    turn = way / (0.5 * max(sensor.target.extent))
+    return np.stack([way, way, turn, way, turn, turn])
