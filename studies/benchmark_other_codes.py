@@ -16,7 +16,8 @@ mesh below 1 %, this package's by one Newton solve from rest, J watched at the q
 do not look at it). Every run of this package begins with its caches empty.
 
 Neither code is a dependency: install ``felupe`` and ``ngsolve`` beside the package to run it; what is missing is named
-and left out. Run ``python studies/benchmark_other_codes.py [--coarse] --output DIR``.
+and left out. A picture shows error against time; `--beside` draws the package's answers of another run, such as that of
+an older commit, as well. Run ``python studies/benchmark_other_codes.py [--coarse] [--beside CSV] --output DIR``.
 """
 
 from __future__ import annotations
@@ -122,7 +123,7 @@ def own_solve(sensor: Sensor, asked: Question, cells: int, grading: float, split
 def own_ways(asked: Question, coarse: bool) -> Iterator[Way]:
     """Yield what this package is asked, and its single solves."""
     sensor = load_sensor("biorob2018", asked.case.changes)
-    for tolerance in (1e-2,) if coarse else (1e-2, 1e-3):
+    for tolerance in (1e-2,) if coarse else (1e-1, 1e-2, 1e-3):
         yield OWN, ASKED, 0, 0.0, f"tolerance {tolerance:g}", lambda t=tolerance: own_pose(sensor, asked, t)
     cells = (2,) if asked.spatial or coarse else (2, 4)
     gradings = (2.0,) if asked.spatial else (1.5,) if coarse else (1.0, 1.5)
@@ -213,11 +214,43 @@ def _mesh(line: Line) -> str:
     return f"{line.element}, {mesh}{line.settings}: {line.seconds:.3g} s, error {line.error:.2%}"
 
 
+def draw(lines: Sequence[Line], before: Sequence[Line], path: Path) -> None:
+    """Draw the error of every code over its processor time, each load by itself; `before` are of an older package."""
+    from matplotlib.figure import Figure
+
+    loads = list(dict.fromkeys(line.load for line in lines))
+    figure = Figure(figsize=(5.5 * len(loads), 4.2), layout="constrained")
+    for axes, load in zip(np.atleast_1d(figure.subplots(1, len(loads))), loads, strict=True):
+        series = {f"{OWN}, {ASKED}": [line for line in lines if line.code == OWN and line.element == ASKED]}
+        series["the same, before"] = [line for line in before if line.code == OWN and line.element == ASKED]
+        for code in dict.fromkeys(line.code for line in lines if line.code != OWN):
+            series[f"{code}, fastest of its meshes"] = front([line for line in lines if line.code == code])
+        for name, every in series.items():
+            own = [line for line in every if line.load == load and np.isfinite(line.error)]
+            if own:
+                axes.loglog([line.seconds for line in own], [line.error for line in own], "o-", label=name)
+        axes.set(title=LOADS[load], xlabel="processor time [s]", ylabel="error over the displacement")
+        axes.axhline(asked_of(load).sure, color="0.7", zorder=0)
+        axes.legend(fontsize=8)
+    figure.savefig(path, dpi=150)
+
+
+def read(path: Path | None) -> list[Line]:
+    """Return the lines of a table that was written; none without one."""
+    if path is None:
+        return []
+    kinds = (str, str, str, int, float, str, float, float, int)
+    with path.open(encoding="utf-8") as file:
+        rows = list(csv.reader(file))[1:]
+    return [Line(*(kind(item) for kind, item in zip(kinds, row, strict=True))) for row in rows]
+
+
 def main() -> None:
-    """Measure; write and print the table and the ratios."""
+    """Measure; write and print the table, the picture and the ratios."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--coarse", action="store_true", help="one run of few meshes")
     parser.add_argument("--only", choices=LOADS, help="one of the two loads")
+    parser.add_argument("--beside", type=Path, help="table of another run, drawn as well")
     parser.add_argument("--output", type=Path, default=Path("."))
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
@@ -230,6 +263,7 @@ def main() -> None:
         caption = machine()
     with (options.output / "other_codes.csv").open("w", newline="", encoding="utf-8") as file:
         csv.writer(file).writerows([vars(lines[0]).keys(), *(vars(line).values() for line in lines)])
+    draw(lines, read(options.beside), options.output / "other_codes.png")
     every = {load: [line for line in lines if line.load == load] for load in LOADS}
     words = [one for load, own in every.items() if own for one in ratios(own, asked_of(load).sure)]
     said = "\n".join([*words, caption]) + "\n"

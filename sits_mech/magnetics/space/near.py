@@ -33,7 +33,7 @@ from sits_mech.magnetics.space.prisms import Prisms, gauss_points
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil
 
-_HELD = 20_000_000  # numbers held at once
+_HELD = 3_000_000  # numbers held at once
 _MOST = 5  # Gauss points along an axis
 _WITHIN = 6  # Gauss points through a sheet, for means of its polynomials: exact to the 11th order
 
@@ -174,7 +174,7 @@ def _answer(plate: Near, fluxes: Sequence[Complex], n: int, omega: float) -> Com
     return np.asarray(omega**2 * total)
 
 
-@lru_cache(maxsize=24)
+@lru_cache(maxsize=16)
 def _factors(plate: Near, omega: float) -> list[Any]:
     """LU factors of R + j omega L, class by class."""
     return [lu_factor(part.R + 1j * omega * part.L, overwrite_a=True, check_finite=False) for part in plate.classes]
