@@ -254,7 +254,7 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=Path("."))
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
-    lines = []
+    before, lines = read(options.beside), []
     with threadpool_limits(limits=1):
         for load in [options.only] if options.only else LOADS:
             for line in search(load, options.coarse):
@@ -263,7 +263,7 @@ def main() -> None:
         caption = machine()
     with (options.output / "other_codes.csv").open("w", newline="", encoding="utf-8") as file:
         csv.writer(file).writerows([vars(lines[0]).keys(), *(vars(line).values() for line in lines)])
-    draw(lines, read(options.beside), options.output / "other_codes.png")
+    draw(lines, before, options.output / "other_codes.png")
     every = {load: [line for line in lines if line.load == load] for load in LOADS}
     words = [one for load, own in every.items() if own for one in ratios(own, asked_of(load).sure)]
     said = "\n".join([*words, caption]) + "\n"
