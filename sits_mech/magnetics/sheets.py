@@ -59,7 +59,7 @@ from sits_mech.units import SceneError, checked_tolerance
 
 _KIND = Kind("sheets", "H")
 _MUTUAL = (1.0, 0.1), (0.4, 0.045)  # of two coils' own estimate, and of each coil's error, in theirs, of R and L
-_NEAR = 2.5  # error of L close to the coils, where cells are as long as the gap, over what divisions tell, measured
+_NEAR = 3.0  # error of L close to the coils, where cells are as long as the gap, over what divisions tell: 2.7 seen
 _BETWEEN = 2.5  # error of R of plates that answer each other over what their divisions tell, as measured
 _Asked = tuple[Target, Outline | None, complex, Sources | None, Target | None]
 _UNSEEN = 1e-3  # from which bound on it is asked what polynomials of the coils' fields really miss
