@@ -3,7 +3,7 @@
 Loads are solved as for `calibrate`, on two meshes, as many as predict the others; each that is solved has the
 derivatives of its pose there, by one factor more a mesh (mechanics/levels/gradient.py), and the map that carries poses
 to the loads between carries them as well. What finer meshes change of the poses is in the poses alone. The magnetics'
-half is that of all poses at once (gradient.py).
+half is that of all poses at once (gradient.py), by quick slopes of the poses (magnetics/pose_slopes.py).
 """
 
 from __future__ import annotations

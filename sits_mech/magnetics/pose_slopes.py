@@ -62,17 +62,22 @@ def pose_slopes(
 
 def solver_of(model: Any) -> Any:
     """Return what answers for a scene: the model itself, or the one that it adds errors to."""
-    while hasattr(model, "model"):
-        model = model.model
+    model = _within(model)
     if not hasattr(model, "sensor"):
         raise ValueError(f"lengths: need a model that can be made for another scene, got {type(model).__name__}")
     return model
 
 
-def _coarse(model: Any) -> Sheets | None:
-    """The model by a plate's coarsest division; None of one that has no other."""
+def _within(model: Any) -> Any:
+    """What answers for a model that adds errors to it; the model itself, if it adds none."""
     while hasattr(model, "model"):
         model = model.model
+    return model
+
+
+def _coarse(model: Any) -> Sheets | None:
+    """The model by a plate's coarsest division; None of one that has no other."""
+    model = _within(model)
     if not isinstance(model, Sheets) or model.single:
         return None
     found = model.beside(model.sensor, single=True)

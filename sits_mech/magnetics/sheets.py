@@ -216,7 +216,7 @@ class Sheets:
 
         plates, rung, large = fitting(self.tolerance, asked, divided)
         notes = [*large, *(part.title + note for part, each in zip(parts, plates, strict=True) for note in each.notes)]
-        near: Complex | float = 0.0
+        between: Complex | float = 0.0
         if sensor.conductors:
             values = self._together(parts, plates, frequency[0])
         else:
@@ -229,13 +229,13 @@ class Sheets:
         if isinstance(plates[0].divisions[0], Near):
             left = left.real + 1j * _NEAR * left.imag
         if sensor.conductors:
-            left, near = _BETWEEN * left.real + 1j * left.imag, self._missed(parts, plates, value)
+            left, between = _BETWEEN * left.real + 1j * left.imag, self._missed(parts, plates, value)
         R, X = (
             _shared(part(left), share) + lost * largest(part(value))
             for part, share in zip((np.real, np.imag), _MUTUAL, strict=True)
         )
         unknowns = sum(plate.divisions[0].unknowns for plate in plates)
-        return _Change(value, R + 1j * X + near, np.stack([left, lost * value]), unknowns, tuple(notes))
+        return _Change(value, R + 1j * X + between, np.stack([left, lost * value]), unknowns, tuple(notes))
 
     def _together(self, parts: Sequence[PlacedPlate], plates: Sequence[_Divided], frequency: float) -> list[Complex]:
         """Delta Z of several plates on all divisions; with ferrite, last, as far off as its estimated error."""

@@ -8,6 +8,7 @@ the class's character. A loop's moment in each cell meets the mean of 1/r betwee
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -16,7 +17,7 @@ import numpy as np
 from scipy.constants import mu_0
 
 from sits_mech.geometry.sheet_plan import Plan
-from sits_mech.magnetics.space.loops import Loops
+from sits_mech.magnetics.space.loops import Loops, plan_sums
 from sits_mech.magnetics.space.prisms import Prisms, box_means, prism_means
 from sits_mech.quantities import Array, Complex
 
@@ -53,6 +54,17 @@ class Problem:
             result[:, s, :2, :2] = flip * self.character[:, None, None] * self.plan.group
             result[:, s, 2, 2] = flip * self.character * (-1.0 if s else 1.0)
         return result
+
+
+def problems(plan: Plan, levels: Array, depth: float) -> Iterator[tuple[tuple[int, int], Problem]]:
+    """The classes of a plate that have currents, by order and mirror; `levels` and `depth` as of `prepare_sheets`."""
+    sums = plan_sums(plan, depth)
+    for order, (character, weight) in enumerate(zip(plan.characters, plan.weights, strict=True)):
+        flows = sums.flows(character)
+        for mirror in (1, -1):
+            loops = flows.loops(np.diff(levels), mirror)
+            if loops.unknowns > 0:
+                yield (order, mirror), Problem(plan, loops, character, mirror, weight)
 
 
 def stacked(plan: Plan, levels: Array) -> Prisms:
@@ -99,6 +111,13 @@ def matrices(problem: Problem, means: Array, conductivity: float) -> tuple[Compl
     uneven = loops.uneven if np.iscomplexobj(weights) else loops.uneven.real
     R = (sum(weighted) + uneven.conj().T @ uneven).toarray() * (images / conductivity)
     return (L + L.conj().T) * (images * mu_0 / (8 * np.pi)), R
+
+
+def scaled(problem: Problem, means: Array, conductivity: float) -> tuple[Complex, Complex, Array]:
+    """L and R of one class on unknowns of like resistance, and the unit of each."""
+    L, R = matrices(problem, means, conductivity)
+    unit = 1.0 / np.sqrt(np.real(np.diag(R)))
+    return L * unit[:, None] * unit, R * unit[:, None] * unit, unit
 
 
 def driven(problem: Problem, driving: Array) -> Complex:

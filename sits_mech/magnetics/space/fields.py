@@ -157,14 +157,14 @@ def field_means(plan: Plan, prisms: Prisms, box: Box) -> Array:
         moved[..., :2] = points[..., :2] @ g.T
         for s in (0, 1):
             moved[..., 2] = (1 - 2 * s) * points[..., 2]
-            x, y, z = (_chebyshev(moved[..., i] / box.half[i], box.order[i]) for i in range(3))
+            x, y, z = (chebyshev(moved[..., i] / box.half[i], box.order[i]) for i in range(3))
             xy = (x * weights[..., None])[..., :, None] * y[..., None, :]
             result[k, s] = np.matmul(xy.reshape(n, q, -1).transpose(0, 2, 1), z).reshape(n, -1)
     return result
 
 
-def _chebyshev(x: Array, order: int) -> Array:
-    """T_0 ... T_(order-1) at x, along a new last axis; slightly outside [-1, 1] is clipped."""
+def chebyshev(x: Array, order: int) -> Array:
+    """Return T_0 ... T_(order-1) at x, along a new last axis; slightly outside [-1, 1] is clipped."""
     return np.cos(np.arccos(np.clip(x, -1.0, 1.0))[..., None] * np.arange(order))
 
 

@@ -34,9 +34,8 @@ from scipy.linalg import cholesky, eigh, solve_triangular
 
 from sits_mech.geometry.sheet_plan import Integers, Plan
 from sits_mech.magnetics.modes import Modes, few_modes
-from sits_mech.magnetics.space.classes import Problem, driven, kernel, matrices, mixed, stacked
+from sits_mech.magnetics.space.classes import Problem, driven, kernel, mixed, problems, scaled, stacked
 from sits_mech.magnetics.space.fields import Box, decay_scale, field_means, to_coefficients, without_gradients
-from sits_mech.magnetics.space.loops import plan_sums
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Array, Complex
 
@@ -197,42 +196,24 @@ def _modes(
     fields = field_means(plan, prisms, box)
     driving = None if sources is None else sources.means(plan, prisms)
     scale = decay_scale(box)
-    sums = plan_sums(plan, depth)
     classes, unknowns, first = {}, 0, not bases
-    for order, (character, weight) in enumerate(zip(plan.characters, plan.weights, strict=True)):
-        flows = sums.flows(character)
-        for mirror in (1, -1):
-            loops = flows.loops(np.diff(levels), mirror)
-            if loops.unknowns == 0 or not (first or (order, mirror) in bases):
-                continue
-            problem = Problem(plan, loops, character, mirror, weight)
-            basis = bases.get((order, mirror))
-            wanted = None if basis is None else basis.rows
-            L, R, rows, B = _scaled(problem, (means, fields, driving), metal[0], wanted)
-            B, own = B[: rows.size] * scale[rows, None], B[rows.size :]
-            if basis is None:
-                size = scale[rows, None]
-                driven = without_gradients(box, rows, _resisted(R, B, weight))
-                basis = bases[order, mirror] = _by_level(box, rows, _strongest(driven) / size)
-            combined = (basis.fields * scale[basis.rows, None]).T @ B[np.searchsorted(rows, basis.rows)]
-            classes[order, mirror] = few_modes(L, R, np.vstack([combined, own]), metal[1], weight=weight)
-            unknowns += loops.unknowns * int(weight)
+    for key, problem in problems(plan, levels, depth):
+        if not (first or key in bases):
+            continue
+        basis = bases.get(key)
+        rows, B = _fluxes(problem, fields, None if basis is None else basis.rows)
+        if driving is not None:
+            B = np.vstack([B, driven(problem, driving)])
+        L, R, unit = scaled(problem, means, metal[0])
+        B = B * unit
+        B, own = B[: rows.size] * scale[rows, None], B[rows.size :]
+        if basis is None:
+            strong = without_gradients(box, rows, _resisted(R, B, problem.weight))
+            basis = bases[key] = _by_level(box, rows, _strongest(strong) / scale[rows, None])
+        combined = (basis.fields * scale[basis.rows, None]).T @ B[np.searchsorted(rows, basis.rows)]
+        classes[key] = few_modes(L, R, np.vstack([combined, own]), metal[1], weight=problem.weight)
+        unknowns += problem.loops.unknowns * int(problem.weight)
     return classes, unknowns
-
-
-def _scaled(
-    problem: Problem, images: tuple[Array, Array, Array | None], conductivity: float, rows: Integers | None
-) -> tuple[Complex, Complex, Integers, Complex]:
-    """L and R of one class on unknowns of like resistance, and fluxes B of some coefficients: all it sees if None.
-
-    The plate's own coils, if it has them, follow the coefficients.
-    """
-    L, R = matrices(problem, images[0], conductivity)
-    rows, B = _fluxes(problem, images[1], rows)
-    if images[2] is not None:
-        B = np.vstack([B, driven(problem, images[2])])
-    unit = 1.0 / np.sqrt(np.real(np.diag(R)))
-    return L * unit[:, None] * unit, R * unit[:, None] * unit, rows, B * unit
 
 
 def _resisted(R: Complex, B: Complex, weight: float) -> Array:

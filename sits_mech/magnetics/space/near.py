@@ -26,9 +26,8 @@ from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import winding_potential
 from sits_mech.magnetics.modes import beyond
-from sits_mech.magnetics.space.classes import Problem, driven, kernel, matrices, stacked
-from sits_mech.magnetics.space.fields import Box, to_coefficients
-from sits_mech.magnetics.space.loops import plan_sums
+from sits_mech.magnetics.space.classes import Problem, driven, kernel, problems, scaled, stacked
+from sits_mech.magnetics.space.fields import Box, chebyshev, to_coefficients
 from sits_mech.magnetics.space.prisms import Prisms, gauss_points
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil
@@ -104,7 +103,7 @@ class Near:
         middle, half = (self.levels[1:] + self.levels[:-1]) / 2, np.diff(self.levels) / 2
         z = (middle[:, None] + half[:, None] * nodes) / self.box.half[2]
         order = self.box.order[2]
-        T = np.cos(np.arccos(np.clip(np.stack([z, -z]), -1.0, 1.0))[..., None] * np.arange(order))
+        T = chebyshev(np.stack([z, -z]), order)
         return np.asarray(np.einsum("slqk,q->slk", T, weights / 2) @ to_coefficients(order))
 
 
@@ -126,17 +125,8 @@ def prepare_near(
 def _classes(plan: Plan, levels: Array, conductivity: float, depth: float) -> Iterator[_Class]:
     """The symmetry classes of a division that have currents."""
     means = kernel(plan, levels, stacked(plan, levels))
-    sums = plan_sums(plan, depth)
-    for character, weight in zip(plan.characters, plan.weights, strict=True):
-        flows = sums.flows(character)
-        for mirror in (1, -1):
-            loops = flows.loops(np.diff(levels), mirror)
-            if loops.unknowns == 0:
-                continue
-            problem = Problem(plan, loops, character, mirror, weight)
-            L, R = matrices(problem, means, conductivity)
-            unit = 1.0 / np.sqrt(np.real(np.diag(R)))
-            yield _Class(problem, L * unit[:, None] * unit, R * unit[:, None] * unit, unit)
+    for _, problem in problems(plan, levels, depth):
+        yield _Class(problem, *scaled(problem, means, conductivity))
 
 
 def near_reactions(
