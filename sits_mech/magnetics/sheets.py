@@ -8,17 +8,16 @@ plate's bounding box and some small products (`space.coupling`),
 
 Thin and thick skin regimes are one model: horizontal sheets, graded to the faces below the skin depth, each with its
 stream function, joined at the rim by loops that pass from sheet to sheet. One preparation answers all frequencies up to
-25 MHz, or those of a decade where plates answer each other. Five divisions (`space.rungs`) tell what finer cells along
-the plate and more sheets would change, apart: errors of second order, but for R where current crowds at the rim; all of
-it is extrapolated, and how far the divisions are from showing these orders is the estimated error. That and the energy
-of the coils' field that the polynomials miss, a share of the change, go smoothly with the pose: poses share these
-errors.
+25 MHz, or those of a decade where plates of any outline answer each other. Five divisions (`space.rungs`) tell what
+finer cells along the plate and more sheets would change, apart: errors of second order, but for R where current crowds
+at the rim; all of it is extrapolated, and how far the divisions are from showing these orders is the estimated error.
+That and the energy of the coils' field that the polynomials miss, a share of the change, go smoothly with the pose:
+poses share these errors.
 
 Small gaps under wide plates (`space.near`): the plate sees the coils' potential itself, cell by cell.
 
 Other metal (`space.neighbours`): plates parallel to the coils join with their own modes, and see the coils as they
-are, at rest. A pose then costs some tenths of a second. What polynomials of the coils' fields over a target among such
-plates miss is looked at (`space.coupling`) and added to the estimated error.
+are, at rest; what they answer together is found once, and a pose costs some tens of milliseconds.
 
 Ferrite (`ferrite.core`): fixed rectangles that are permeable and do not conduct join with their magnetisation.
 
@@ -45,10 +44,20 @@ from sits_mech.magnetics.answer import Kind, Reaction, answer, largest
 from sits_mech.magnetics.coils.alone import free_inductances, track_resistances
 from sits_mech.magnetics.ferrite.core import prepared_core
 from sits_mech.magnetics.skin import skin_depth
-from sits_mech.magnetics.space.coupling import missed, reactions
+from sits_mech.magnetics.space.coupling import reactions
 from sits_mech.magnetics.space.near import Near, near_reactions
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
-from sits_mech.magnetics.space.rungs import DIVISIONS, Rung, field_length, fitting, is_near, limit, prepared, unseen
+from sits_mech.magnetics.space.rungs import (
+    DIVISIONS,
+    ROUGH,
+    Rung,
+    field_length,
+    fitting,
+    is_near,
+    limit,
+    prepared,
+    unseen,
+)
 from sits_mech.magnetics.space.sources import Sources, reach
 from sits_mech.magnetics.stages import clearance_of, clearances, together, tops
 from sits_mech.quantities import Array, Complex, Impedance, Integers, Pose
@@ -62,8 +71,7 @@ _MUTUAL = (1.0, 0.1), (0.4, 0.045)  # of two coils' own estimate, and of each co
 _NEAR = 3.0  # error of L close to the coils, where cells are as long as the gap, over what divisions tell: 2.7 seen
 _BETWEEN = 2.5  # error of R of plates that answer each other over what their divisions tell, as measured
 _Asked = tuple[Target, Outline | None, complex, Sources | None, Target | None]
-_UNSEEN = 1e-3  # from which bound on it is asked what polynomials of the coils' fields really miss
-_RADIATED = 0.02  # of the bound that they miss of what a plate radiates: several times what was seen of coils
+_RADIATED = 0.04, 0.02  # of the bound that they miss of what plates radiate, in R and L: several times what was seen
 _HIGHEST, _DEEP = 1e7, 3.0  # skin depths of ferrite at that frequency [Hz] over its thickness, at least
 _PLATES = 1.5  # length on which another plate's field changes, over the distance
 
@@ -157,24 +165,15 @@ class Sheets:
         shape = len(parts[0].gap), len(self.sensor.coils), len(self.sensor.coils)
         none = np.zeros((2, *shape), dtype=complex)
         found = _Change(none[0], none[1], none, 0)
+        drawn = any(part.shape == "outline" for part in self.sensor.conductors)
         for steps, some, share in together([clearances(part.gap, part.anchor) for part in parts]):
-            for top, own in tops(frequency, lowest=-math.inf if self.sensor.conductors else 0):
+            for top, own in tops(frequency, lowest=-math.inf if drawn else 0):
                 one = self._change([part.among(some) for part in parts], steps, (frequency, top))
                 found = found.with_share(one, some, own * share)
         scale = largest(found.value.imag)
         relative = float(np.max(found.error.imag / np.where(scale > 0.0, scale, 1.0), initial=0.0))
         notes = (*found.notes, *self._winding_notes())
         return Reaction(found.value, found.error, relative, found.unknowns, 1, notes=notes, shared=found.shared)
-
-    def _missed(self, parts: Sequence[PlacedPlate], plates: Sequence[_Divided], change: Complex) -> Complex:
-        """What polynomials miss among several plates: of the coils' fields as seen, of other plates' at most."""
-        boxes = [plate.divisions[0].box for plate in plates]
-        share = np.full((len(change), 2), _RADIATED * max(unseen(box) for box in boxes))
-        if self.sensor.target is not None and unseen(boxes[0]) > _UNSEEN:
-            poses = parts[0].turns, parts[0].places
-            share += np.stack(missed(self.sensor.coils, self.windings, boxes[0], poses), axis=1)
-        L, R = share.T[:, :, None, None]
-        return np.asarray(2 * R * largest(change.real) + 1j * L * largest(change.imag))
 
     def beside(self, sensor: Sensor, *, single: bool = False) -> Sheets:
         """Return the model of a scene that differs a little, divided alike where that can be; for `like` and `single`.
@@ -211,12 +210,11 @@ class Sheets:
 
         def divided(rung: Rung) -> list[_Divided]:
             each = zip(map(self._kind, parts), clear, strict=True)
-            own = replace(rung, single=self.single)
-            return [_divided(self.like or sensor, kind, own, clearance, frequency) for kind, clearance in each]
+            own, beyond = replace(rung, single=self.single), min(clear[1:], default=0.0)
+            return [_divided(self.like or sensor, kind, own, (near, beyond), frequency) for kind, near in each]
 
         plates, rung, large = fitting(self.tolerance, asked, divided)
         notes = [*large, *(part.title + note for part, each in zip(parts, plates, strict=True) for note in each.notes)]
-        between: Complex | float = 0.0
         if sensor.conductors:
             values = self._together(parts, plates, frequency[0])
         else:
@@ -225,17 +223,19 @@ class Sheets:
             values = answers(sensor.coils, self.windings, plates[0].divisions, poses, frequency[0])
         thickness, finest = max(plate.thickness for plate in plates), math.sqrt(frequency[0] / frequency[1])
         value, left = limit(values, replace(rung, single=self.single), thickness, finest)
-        lost = max(plate.unseen for plate in plates)
+        lost = max(plate.unseen for plate in plates) * np.array(_RADIATED if sensor.conductors else (1.0, 1.0))
+        if large and rung.along[0] == rung.along[1]:
+            lost = lost + ROUGH / 2
         if isinstance(plates[0].divisions[0], Near):
             left = left.real + 1j * _NEAR * left.imag
         if sensor.conductors:
-            left, between = _BETWEEN * left.real + 1j * left.imag, self._missed(parts, plates, value)
+            left = _BETWEEN * left.real + 1j * left.imag
         R, X = (
-            _shared(part(left), share) + lost * largest(part(value))
-            for part, share in zip((np.real, np.imag), _MUTUAL, strict=True)
+            _shared(part(left), share) + missed * largest(part(value))
+            for part, share, missed in zip((np.real, np.imag), _MUTUAL, lost, strict=True)
         )
         unknowns = sum(plate.divisions[0].unknowns for plate in plates)
-        return _Change(value, R + 1j * X + between, np.stack([left, lost * value]), unknowns, tuple(notes))
+        return _Change(value, R + 1j * X, np.stack([left, lost.max() * value]), unknowns, tuple(notes))
 
     def _together(self, parts: Sequence[PlacedPlate], plates: Sequence[_Divided], frequency: float) -> list[Complex]:
         """Delta Z of several plates on all divisions; with ferrite, last, as far off as its estimated error."""
@@ -309,12 +309,14 @@ def not_representable(sensor: Sensor) -> str | None:
 
 @lru_cache(maxsize=64)
 def _divided(
-    sensor: Sensor, part: _Asked, rung: Rung, clearance: float, frequency: tuple[float, float]
+    sensor: Sensor, part: _Asked, rung: Rung, clear: tuple[float, float], frequency: tuple[float, float]
 ) -> _Divided:
-    """Prepare a plate, the coils given if it stands still, for clearances from one on, for a frequency below another.
+    """Prepare a plate, the coils given if it stands still, for clearances from one on, from fixed plates from another
+    on, for a frequency below another.
     """
     alone, (asked, top), (plate, outline, susceptibility, sources, become) = not sensor.conductors, frequency, part
-    near = alone and is_near(plate, outline, clearance, rung)
+    clearance, others = clear
+    near = sources is None and is_near(plate, outline, clearance, rung)
     apart, place = (clearance, (0.0, 0.0)) if sources is None else (sources.distance, sources.place[:2])
     length = min(field_length(coil, apart + (0.0 if near else plate.thickness / 2)) for coil in sensor.coils)
     if not alone:
@@ -324,9 +326,10 @@ def _divided(
         note = f"ferrite, mu_r = {plate.metal.relative_permeability:g}: {cores[0].sheets} boxes through the thickness"
         return _Divided(cores, 0.0, 0.0, (note,))
     scale = clearance, top, reach(sensor.coils, place) + 2 * apart, length
-    divisions = prepared(plate, outline, rung, scale, sources, become if become != plate else None, near=near)
+    become = become if become != plate else None
+    divisions = prepared(plate, outline, rung, scale, sources, become, near=near, others=others)
     thickness = (become or plate).thickness / skin_depth(asked, plate.metal.conductivity)
-    lost = unseen(divisions[0].box) if alone and not near else 0.0
+    lost = 0.0 if near else unseen(divisions[0].box)
     return _Divided(divisions, thickness, lost, _notes(thickness, divisions[-1].sheets, lost))
 
 

@@ -30,10 +30,11 @@ def calibrated(core_type: str, folder: Path) -> xr.Dataset:
 @pytest.mark.slow
 @pytest.mark.skipif(len(core_types()) < 2, reason="one kind of linear algebra only")
 def test_the_default_calibration_is_the_same_on_every_processor(tmp_path: Path) -> None:
-    """To a thousandth of its own stated error, and the errors to a thousandth as well."""
+    """To a thousandth of its own stated error, and the errors to a thousandth as well; zero by symmetry to rounding."""
     first, *others = (calibrated(name, tmp_path / name) for name in core_types())
     for other in others:
         for name in ("d_h", "d_v", "alpha", "L", "R", "L_v", "L_h"):
             error = first[f"error_{name}"].to_numpy()
-            assert np.all(np.abs(other[name] - first[name]) <= 1e-3 * error)
-            np.testing.assert_allclose(other[f"error_{name}"], error, rtol=1e-3)
+            rounding = 1e-9 * np.abs(first[name].to_numpy()).max()
+            assert np.all(np.abs(other[name] - first[name]) <= 1e-3 * error + rounding)
+            np.testing.assert_allclose(other[f"error_{name}"], error, rtol=1e-3, atol=rounding)

@@ -79,9 +79,9 @@ class Core:
         return self.frame.box
 
     @property
-    def transform(self) -> Array:
-        """As of `Sheeted`."""
-        return self.frame.transform
+    def bases(self) -> tuple[Basis, ...]:
+        """Combinations of fields, one a symmetry class."""
+        return self.frame.bases
 
     @property
     def unknowns(self) -> int:

@@ -11,7 +11,6 @@ evaluated together.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from itertools import product
@@ -21,7 +20,8 @@ import numpy as np
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import winding_potential
 from sits_mech.magnetics.coils.straight import Potential
-from sits_mech.magnetics.space.fields import Box, Nodes
+from sits_mech.magnetics.space.far import Far, answers_to
+from sits_mech.magnetics.space.fields import Nodes
 from sits_mech.magnetics.space.modes import Sheeted
 from sits_mech.quantities import Array, Complex, Integers
 from sits_mech.scene.sensor import Coil
@@ -29,8 +29,6 @@ from sits_mech.scene.sensor import Coil
 _POINTS = 100_000  # held at once
 _DRIVES = 4_000_000  # numbers held at once
 _LEVELS = 100  # more than there are
-_BETWEEN = 24  # points along an axis where a field is compared with its polynomial
-_STEP = 1e-3  # between points where a field is differentiated, over the clearance
 _BLOCK = 8  # coils of about one level, answered together
 _FEW = 24  # coils in poses, at one frequency, that are answered mode by mode
 
@@ -69,51 +67,32 @@ def reactions(
     return results
 
 
-def missed(coils: tuple[Coil, ...], windings: str, box: Box, poses: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Return the shares that a box's polynomials miss of the coils' fields, the largest of all coils; (p,) and (p,).
-
-    Of Delta L: what they miss of the mean square of A times that of B_z, under the root; of R: of B_z^2. Where both
-    are largest, on the face that is nearest to the coils, and between the polynomials' own points.
+def answered(
+    coils: tuple[Coil, ...], windings: str, plates: Sequence[Sheeted], poses: tuple[Array, Array], frequency: float,
+    far: Far,
+) -> list[tuple[Complex, Complex, Complex]]:  # fmt: skip
+    """Return what a plate does to the coils' impedance, and what it answers to others.
 
     Parameters
     ----------
-    coils, windings, poses
+    coils, windings, plates, poses, frequency
         As in `reactions`.
-    box : Box
-    """
-    worst, nodes = np.zeros((len(poses[1]), 2)), box.nodes(box.order)
-    for row, turn, place in zip(worst, *poses, strict=True):
-        level = math.copysign(1.0, turn[2, 2])  # turned over, the upper face is nearest
-        points, step, T, slopes = _sampled(box, level)
-        for coil in coils:
-            field, moved = winding_potential(coil, windings, (0.0, 0.0, 0.0)), place - (*coil.centre, 0.0)
-            c = nodes.coefficients(field, turn[None], moved[None]).reshape(3, *box.order)
-            c = c @ (-level) ** np.arange(box.order[2])
-            A = field((turn @ points.T + moved[:, None])[None])[0]
-            exact = (turn[: len(A)].T @ A).reshape(3, 5, -1)
-            B = (exact[1, 1] - exact[1, 2] - exact[0, 3] + exact[0, 4]) / (2 * step)
-            lost_A = np.einsum("xi,yj,aij->axy", *T, c).reshape(3, -1) - exact[:, 0]
-            lost_B = (slopes[0] @ c[1] @ T[1].T - T[0] @ c[0] @ slopes[1].T).ravel() - B
-            share = (lost_A**2).sum() / (exact[:, 0] ** 2).sum(), (lost_B**2).sum() / (B**2).sum()
-            row[:] = np.maximum(row, (math.sqrt(share[0] * share[1]), share[1]))
-    return worst[:, 0], worst[:, 1]
+    far : Far
+        U, the plate to others.
 
-
-def _sampled(box: Box, level: float) -> tuple[Array, float, list[Array], list[Array]]:
-    """Points on the lower (level 1) or upper face, each with its neighbours a step along +x, -x, +y and -y, that step;
-    the polynomials along x and y there, and their slopes.
+    Returns
+    -------
+    list of three ndarray, shapes (p, n, n), (p, k, n), (k, k)
+        Of each division: a^T Y a, not yet symmetrised, U^T Y a and U^T Y U.
     """
-    angles = [np.pi * np.unique(np.linspace(1, n - 1, min(n - 1, _BETWEEN)).round()) / n for n in box.order[:2]]
-    x, y = (a.ravel() for a in np.meshgrid(*(np.cos(angle) for angle in angles), indexing="ij"))
-    points, step = np.column_stack([x, y, np.full(x.size, -level)]) * box.half, _STEP * box.clearance
-    aside = step * np.array([[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])
-    points = (points + (0.0, 0.0, box.half[2]) + aside[:, None]).reshape(-1, 3)
-    T, slopes = [], []
-    for angle, n, half in zip(angles, box.order, box.half, strict=False):
-        turns = np.outer(angle, np.arange(n))
-        T.append(np.cos(turns))
-        slopes.append(np.sin(turns) * np.arange(n) / (np.sin(angle) * half)[:, None])
-    return points, step, T, slopes
+    own = np.concatenate([np.take_along_axis(drive, rank[..., None], axis=1)
+                          for _, drive, rank, _ in drives(coils, windings, plates[0], poses)])  # fmt: skip
+    found, omega = [], 2 * np.pi * frequency
+    for plate in plates:
+        YU, Y = answers_to(plate, far, omega)
+        answer = (plate.admittance(omega) @ own.reshape(-1, own.shape[2]).T).T.reshape(own.shape)
+        found.append((answer @ np.swapaxes(own, 1, 2), YU.T @ np.swapaxes(own, 1, 2), Y))
+    return found
 
 
 def drives(

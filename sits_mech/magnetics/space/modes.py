@@ -35,7 +35,7 @@ from scipy.linalg import cholesky, eigh, solve_triangular
 from sits_mech.geometry.sheet_plan import Integers, Plan
 from sits_mech.magnetics.modes import Modes, few_modes
 from sits_mech.magnetics.space.classes import Problem, driven, kernel, mixed, problems, scaled, stacked
-from sits_mech.magnetics.space.fields import Box, decay_scale, field_means, to_coefficients, without_gradients
+from sits_mech.magnetics.space.fields import Box, decay_scale, field_means, without_gradients
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Array, Complex
 
@@ -124,15 +124,6 @@ class Sheeted:
         """The plate with its own modes at all frequencies."""
         return replace(self, classes=tuple(replace(part, highest=np.inf) for part in self.classes))
 
-    @property
-    def transform(self) -> Array:
-        """All classes' combinations from the potential at the box's points, A_x first; shape (3 q, sum of r).
-
-        Coils of a plate's own are no combinations: a column of zeros for each at the end.
-        """
-        found = [_nodal(basis, self.box) for basis in self.bases]
-        return np.hstack([*found, np.zeros((found[0].shape[0], self.sources))])
-
     def admittance(self, omega: float) -> Blocks:
         """Return Y of all classes' combinations, and of the plate's own coils after them; omega [rad/s]."""
         ends = np.cumsum([0, *(basis.fields.shape[1] for basis in self.bases)])
@@ -195,25 +186,42 @@ def _modes(
     means = kernel(plan, levels, prisms)
     fields = field_means(plan, prisms, box)
     driving = None if sources is None else sources.means(plan, prisms)
-    scale = decay_scale(box)
     classes, unknowns, first = {}, 0, not bases
     for key, problem in problems(plan, levels, depth):
         if not (first or key in bases):
             continue
-        basis = bases.get(key)
-        rows, B = _fluxes(problem, fields, None if basis is None else basis.rows)
-        if driving is not None:
-            B = np.vstack([B, driven(problem, driving)])
         L, R, unit = scaled(problem, means, metal[0])
-        B = B * unit
-        B, own = B[: rows.size] * scale[rows, None], B[rows.size :]
-        if basis is None:
-            strong = without_gradients(box, rows, _resisted(R, B, problem.weight))
-            basis = bases[key] = _by_level(box, rows, _strongest(strong) / scale[rows, None])
-        combined = (basis.fields * scale[basis.rows, None]).T @ B[np.searchsorted(rows, basis.rows)]
-        classes[key] = few_modes(L, R, np.vstack([combined, own]), metal[1], weight=problem.weight)
+        bases[key], B = combined(problem, box, fields, (R, unit), bases.get(key))
+        if driving is not None:
+            B = np.vstack([B, driven(problem, driving) * unit])
+        classes[key] = few_modes(L, R, B, metal[1], weight=problem.weight)
         unknowns += problem.loops.unknowns * int(problem.weight)
     return classes, unknowns
+
+
+def combined(
+    problem: Problem, box: Box, fields: Array, units: tuple[Complex, Array], basis: Basis | None
+) -> tuple[Basis, Complex]:
+    """Return a class's combinations of fields, and their fluxes (r, unknowns).
+
+    Parameters
+    ----------
+    problem : Problem
+    box : Box
+    fields : ndarray
+        Of its polynomials, as of `field_means`.
+    units : tuple of ndarray
+        R and the unit of each unknown, as of `scaled`.
+    basis : Basis or None
+        Those of another division; None: to be found.
+    """
+    (R, unit), scale = units, decay_scale(box)
+    rows, B = _fluxes(problem, fields, None if basis is None else basis.rows)
+    B = B * unit * scale[rows, None]
+    if basis is None:
+        strong = without_gradients(box, rows, _resisted(R, B, problem.weight))
+        basis = _by_level(box, rows, _strongest(strong) / scale[rows, None])
+    return basis, (basis.fields * scale[basis.rows, None]).T @ B[np.searchsorted(rows, basis.rows)]
 
 
 def _resisted(R: Complex, B: Complex, weight: float) -> Array:
@@ -246,16 +254,6 @@ def _by_level(box: Box, rows: Integers, fields: Array) -> Basis:
     widths = np.searchsorted(np.sort(level), np.arange(max(map(len, box.sizes))), "right")
     turned = np.asarray(np.linalg.qr(fields[order].T, mode="r")).T
     return Basis(rows[order], turned, np.minimum(widths, fields.shape[1]))
-
-
-def _nodal(basis: Basis, box: Box) -> Array:
-    """Combinations of coefficients as combinations of values at the box's Chebyshev points (z fastest)."""
-    whole = np.zeros((3 * int(np.prod(box.order)), basis.fields.shape[1]))
-    whole[basis.rows] = basis.fields
-    whole = whole.reshape(3, *box.order, -1)
-    for k, n in enumerate(box.order):
-        whole = np.moveaxis(np.tensordot(to_coefficients(n), whole, axes=(0, k + 1)), 0, k + 1)
-    return whole.reshape(3 * int(np.prod(box.order)), basis.fields.shape[1])
 
 
 def _fluxes(problem: Problem, fields: Array, rows: Integers | None) -> tuple[Integers, Complex]:

@@ -8,13 +8,14 @@ stands between here: the mean of each coil's A over each cell, in each pose, dri
 
 Through the plate's thickness A is a polynomial, of few terms; along it Gauss points of each cell, two along an axis
 where the windings are further away than a cell is long and one more for each doubling of the cell over that distance. A
-pose costs some tens of milliseconds.
+pose costs some tens of milliseconds. Other plates are further away than the coils: their fields it sees through few
+polynomials (`modes.combined`).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 from typing import Any
@@ -27,7 +28,9 @@ from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import winding_potential
 from sits_mech.magnetics.modes import beyond
 from sits_mech.magnetics.space.classes import Problem, driven, kernel, problems, scaled, stacked
-from sits_mech.magnetics.space.fields import Box, chebyshev, to_coefficients
+from sits_mech.magnetics.space.far import Far, answers_to
+from sits_mech.magnetics.space.fields import Box, chebyshev, field_means, to_coefficients
+from sits_mech.magnetics.space.modes import Basis, Blocks, combined
 from sits_mech.magnetics.space.prisms import Prisms, gauss_points
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil
@@ -39,12 +42,16 @@ _WITHIN = 6  # Gauss points through a sheet, for means of its polynomials: exact
 
 @dataclass(frozen=True)
 class _Class:
-    """A symmetry class: its loops, L and R on unknowns of like resistance, and what scales these."""
+    """A symmetry class: its loops, L and R on unknowns of like resistance, what scales these, fluxes of combinations of
+    other fields, and which of all those are its.
+    """
 
     problem: Problem
     L: Complex
     R: Complex
     unit: Array
+    fluxes: Complex
+    columns: slice
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,18 +63,24 @@ class Near:
     plan : Plan
     levels : ndarray, shape (l + 1,)
         z of the sheets' interfaces from the middle plane up [m].
-    box : Box
-        Of its clearance, and the order of polynomials through its thickness.
+    coils : Box
+        Of its clearance from the coils, and the order of polynomials through its thickness.
     classes : tuple
     highest : float
         Angular frequency up to which the cells resolve the skin depth [rad/s].
+    box : Box
+        Of other plates' fields.
+    bases : tuple of Basis
+        Combinations of these, one a symmetry class; empty where there are no other plates.
     """
 
     plan: Plan
     levels: Array
-    box: Box
+    coils: Box
     classes: tuple[_Class, ...]
     highest: float
+    box: Box
+    bases: tuple[Basis, ...] = ()
 
     @property
     def sheets(self) -> int:
@@ -89,7 +102,7 @@ class Near:
         side = float((corners.max(1) - corners.min(1)).max())
         count = min(2 + math.ceil(math.log2(max(side / self.box.clearance, 1.0))), _MOST)
         points, weights = (part[:, ::2] for part in gauss_points(Prisms(corners, flat, flat), count))
-        order, half = self.box.order[2], self.box.half[2]
+        order, half = self.coils.order[2], self.coils.half[2]
         z = half * (1.0 + np.cos(np.pi * (np.arange(order) + 0.5) / order))
         along = np.stack([points[..., :2] @ g.T for g in self.plan.group])[..., None, :]
         along = np.broadcast_to(along, (*along.shape[:3], order, 2))
@@ -101,48 +114,94 @@ class Near:
         """From values on the heights to means over the sheets of the upper and of the lower half, (2, l, k)."""
         nodes, weights = np.polynomial.legendre.leggauss(_WITHIN)
         middle, half = (self.levels[1:] + self.levels[:-1]) / 2, np.diff(self.levels) / 2
-        z = (middle[:, None] + half[:, None] * nodes) / self.box.half[2]
-        order = self.box.order[2]
+        z = (middle[:, None] + half[:, None] * nodes) / self.coils.half[2]
+        order = self.coils.order[2]
         T = chebyshev(np.stack([z, -z]), order)
         return np.asarray(np.einsum("slqk,q->slk", T, weights / 2) @ to_coefficients(order))
 
 
+    def admittance(self, omega: float) -> Blocks:
+        """Return Y of the combinations of other plates' fields; omega [rad/s]."""
+        return Blocks(self.seen, tuple(
+            (np.arange(self.seen)[part.columns], beyond(partial(_seen, self, k), omega, self.highest))
+            for k, part in enumerate(self.classes)
+        ))  # fmt: skip
+
+    @property
+    def seen(self) -> int:
+        """Combinations of other plates' fields."""
+        return sum(basis.fields.shape[1] for basis in self.bases)
+
+
 def prepare_near(
-    divisions: Sequence[tuple[Plan, Array]], conductivity: float, box: Box, *, highest: float, depth: float = 0.0,
+    divisions: Sequence[tuple[Plan, Array]], conductivity: float, coils: Box, *, highest: float, depth: float = 0.0,
+    others: Box | None = None,
 ) -> tuple[Near, ...]:  # fmt: skip
-    """Return a plate's divisions; arguments as of `prepare_sheets`."""
+    """Return a plate's divisions.
+
+    Parameters
+    ----------
+    divisions, conductivity, highest, depth
+        As of `prepare_sheets`.
+    coils, others : Box
+        Of the coils' fields, and of other plates', if there are any.
+    """
     made: list[Near] = []
+    bases: dict[tuple[int, int], Basis] = {}
     for k, (plan, levels) in enumerate(divisions):
         same = [i for i, (other, z) in enumerate(divisions[:k]) if other is plan and np.array_equal(z, levels)]
-        made.append(made[same[0]] if same else Near(
-            plan, levels, box, tuple(_classes(plan, levels, conductivity, depth)), 2 * np.pi * highest
+        if same:
+            made.append(made[same[0]])
+            continue
+        prisms = stacked(plan, levels)
+        means = kernel(plan, levels, prisms)
+        fields = None if others is None else field_means(plan, prisms, others)
+        classes = []
+        for key, problem in problems(plan, levels, depth):
+            L, R, unit = scaled(problem, means, conductivity)
+            B: Any = np.zeros((0, len(unit)))
+            start = 0
+            if fields is not None and others is not None and (not made or key in bases):
+                bases[key], B = combined(problem, others, fields, (R, unit), bases.get(key))
+                before = list(bases.values())[: list(bases).index(key)]
+                start = sum(basis.fields.shape[1] for basis in before)
+            classes.append(_Class(problem, L, R, unit, B, slice(start, start + len(B))))
+        made.append(Near(
+            plan, levels, coils, tuple(classes), 2 * np.pi * highest, others or coils, tuple(bases.values())
         ))  # fmt: skip
     if not made[0].classes:
         raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")
     return tuple(made)
 
 
-def _classes(plan: Plan, levels: Array, conductivity: float, depth: float) -> Iterator[_Class]:
-    """The symmetry classes of a division that have currents."""
-    means = kernel(plan, levels, stacked(plan, levels))
-    for _, problem in problems(plan, levels, depth):
-        yield _Class(problem, *scaled(problem, means, conductivity))
-
-
 def near_reactions(
     coils: tuple[Coil, ...], windings: str, plates: Sequence[Near], poses: tuple[Array, Array], frequency: float
 ) -> list[Complex]:
     """Return what a plate does to the coils' impedance; as `coupling.reactions`."""
-    return [_reaction(coils, windings, plate, poses, 2 * np.pi * frequency) for plate in plates]
+    n = len(coils)
+    return [_reaction(coils, windings, plate, poses, 2 * np.pi * frequency)[..., :n] for plate in plates]
+
+
+def near_answered(
+    coils: tuple[Coil, ...], windings: str, plates: Sequence[Near], poses: tuple[Array, Array], frequency: float,
+    far: Far,
+) -> list[tuple[Complex, Complex, Complex]]:  # fmt: skip
+    """Return what a plate does to the coils' impedance, and what it answers to others; as `coupling.answered`."""
+    found, n, omega = [], len(coils), 2 * np.pi * frequency
+    for plate in plates:
+        answer = _reaction(coils, windings, plate, poses, omega)
+        e = np.swapaxes(answer[..., n:] @ far.fields, 1, 2)
+        found.append((answer[..., :n], e, answers_to(plate, far, omega)[1]))
+    return found
 
 
 def _reaction(
     coils: tuple[Coil, ...], windings: str, plate: Near, poses: tuple[Array, Array], omega: float
 ) -> Complex:
-    """Delta Z of one division, shape (p, n, n)."""
+    """Delta Z of one division and, to its right, Y of the coils' fields and the combinations, shape (p, n, n + r)."""
     turns, places = poses
     n, count = len(coils), plate.points[0].size
-    result = np.empty((len(places), n, n), dtype=complex)
+    result = np.empty((len(places), n, n + plate.seen), dtype=complex)
     step = max(1, _HELD // (count * n))
     for first in range(0, len(places), step):
         some = slice(first, first + step)
@@ -153,15 +212,37 @@ def _reaction(
 
 
 def _answer(plate: Near, fluxes: Sequence[Complex], n: int, omega: float) -> Complex:
-    """Delta Z of some poses from the fluxes of n coils in each, (poses times n, unknowns) by class."""
-    total: Any = 0.0
+    """As `_reaction`, of some poses, from the fluxes of n coils in each, (poses times n, unknowns) by class."""
+    answer = np.zeros((len(fluxes[0]) // n, n, n + plate.seen), dtype=complex)
     for part, factor, B in zip(plate.classes, _factors(plate, omega), fluxes, strict=True):
         own = B.reshape(-1, n, B.shape[-1])
-        currents = lu_solve(factor, B.conj().T, check_finite=False).T.reshape(own.shape)
-        Z = own @ np.swapaxes(currents, 1, 2)
-        repeated = part.problem.weight if np.iscomplexobj(part.R) else 1.0
-        total = total + 0.5 * repeated * (Z + np.swapaxes(Z, 1, 2))
-    return np.asarray(omega**2 * total)
+        currents = _currents(factor, B).reshape(own.shape)
+        answer[..., :n] += _symmetric(part, own @ np.swapaxes(currents, 1, 2))
+        if len(part.fluxes):
+            both = own @ _currents(factor, part.fluxes).T + currents @ part.fluxes.T
+            answer[..., n:][..., part.columns] += _weight(part) * both
+    return np.asarray(omega**2 * answer)
+
+
+def _seen(plate: Near, k: int, omega: float) -> Complex:
+    """Y of the combinations of one class."""
+    part, factor = plate.classes[k], _factors(plate, omega)[k]
+    return np.asarray(omega**2 * _symmetric(part, part.fluxes @ _currents(factor, part.fluxes).T))
+
+
+def _currents(factor: Any, B: Complex) -> Complex:
+    """What fluxes (m, unknowns) drive, without -j omega."""
+    return np.asarray(lu_solve(factor, B.conj().T, check_finite=False).T)
+
+
+def _weight(part: _Class) -> float:
+    """Half of how often a class is there: its fields act on each other both ways."""
+    return 0.5 * (part.problem.weight if np.iscomplexobj(part.R) else 1.0)
+
+
+def _symmetric(part: _Class, Z: Complex) -> Complex:
+    """What a class does, from one way of it."""
+    return np.asarray(_weight(part) * (Z + np.swapaxes(Z, -1, -2)))
 
 
 @lru_cache(maxsize=16)
@@ -178,7 +259,7 @@ def _means(coils: tuple[Coil, ...], windings: str, plate: Near, poses: tuple[Arr
     world = turns @ points.reshape(-1, 3).T + places[:, :, None]
     centres = np.array([(*coil.centre, 0.0) for coil in coils])
     reach = float(np.abs(world[:, :2]).max() + np.abs(centres).max()) * math.sqrt(2.0)
-    region = plate.box.clearance, float(world[:, 2].max()), reach
+    region = plate.coils.clearance, float(world[:, 2].max()), reach
     fields = [winding_potential(kind, windings, region) for kind in kinds]
     found = np.empty((g, 2, n * plate.through.shape[1], 3, len(places), len(coils)))
     for c, kind in enumerate(which):

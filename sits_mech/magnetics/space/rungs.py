@@ -81,7 +81,10 @@ _VERTICAL = 3.0  # half thicknesses from the rim up to which current passes betw
 _KEPT = 1.1  # of that, from the rim on where cells keep their sizes when a plate grows
 _ORDER, _FASTER = 2.0, 6.0  # of the error in the size of cells; how much higher at a rim where current crowds
 _CROWDED, _COARSE = 2.3, 0.3  # thickness, and skin depth divided for, over the skin depth where it begins to
-_TRIANGLES, _ROUGH = ((2, 2, 4), (3, 3, 6)), 3e-2  # levels of divisions that follow no smooth map, from which error on
+_TRIANGLES = (2, 2, 4), (3, 3, 6)  # levels of divisions that follow no smooth map
+ROUGH = 3e-2
+"""The asked error from which on the first of them will do; where memory has no room for the second, twice what is told.
+"""
 _TRUST = 1.0, 0.4  # errors of R and of Delta L over what `extrapolation` says, as measured
 _EVEN = 0.1  # of R where current fills the plate, and from there with the thickness over the skin depth
 _REDUCED = 2e-3, 3e-4  # of R and of omega Delta L: what few modes and fields, and means of prisms, leave; on discs
@@ -114,7 +117,7 @@ class _Family:
 @lru_cache(maxsize=12)
 def prepared(
     target: Target, outline: Outline | None, rung: Rung, scale: tuple[float, float, float, float],
-    sources: Sources | None = None, become: Target | None = None, *, near: bool = False,
+    sources: Sources | None = None, become: Target | None = None, *, near: bool = False, others: float = 0.0,
 ) -> tuple[Sheeted, ...] | tuple[Near, ...]:  # fmt: skip
     """Return the target on some divisions, the finest first, prepared for a range of clearance and frequency.
 
@@ -122,7 +125,7 @@ def prepared(
     target's middle the coils' currents call for small cells, and the length on which their field changes [m]. `sources`
     are the coils, if it stands still. A rectangle or disc that the target has `become`, a little larger or smaller, has
     the target's cells and polynomials, so that differences of both are free of what other divisions change. One that is
-    `near` does without polynomials along the plate.
+    `near` does without polynomials along the plate but of what comes from `others`, so far away [m]; 0: there are none.
 
     Raises
     ------
@@ -142,7 +145,8 @@ def prepared(
     ways = {"highest": family.highest, "depth": family.depth}
     if near:
         ways["highest"] = math.inf if family.resolved else family.highest / RESOLVED**2
-        return prepare_near(family.divisions, target.metal.conductivity, family.box, **ways)
+        beyond = field_box(target, outline, others, rung) if others > 0.0 else None
+        return prepare_near(family.divisions, target.metal.conductivity, family.box, others=beyond, **ways)
     found = prepare_sheets(family.divisions, target.metal.conductivity, family.box, sources=sources, **ways)
     return tuple(plate.resolved for plate in found) if family.resolved else found
 
@@ -207,12 +211,12 @@ def rung_for(tolerance: float, plates: Sequence[tuple[Target, Outline | None]]) 
         along, across = ((a - 1, b - 1, c - 1) for a, b, c in (rung.along, rung.across))
         rung = replace(rung, along=along, across=across if across[0] > 1 else rung.across)
     smooth = all(outline is None and plate.shape in ("rectangle", "disc") for plate, outline in plates)
-    return rung if smooth else replace(rung, along=_TRIANGLES[int(tolerance < _ROUGH)])
+    return rung if smooth else replace(rung, along=_TRIANGLES[int(tolerance < ROUGH)])
 
 
 def rungs_for(tolerance: float, plates: Sequence[tuple[Target, Outline | None]]) -> tuple[Rung, ...]:
     """Return the rung for an asked error (`rung_for`), and coarser ones to take where it needs too much memory."""
-    coarser = sorted(error for error in (*(error for error, _ in LADDER), _ROUGH) if error > tolerance)
+    coarser = sorted(error for error in (*(error for error, _ in LADDER), ROUGH) if error > tolerance)
     return tuple(dict.fromkeys(rung_for(error, plates) for error in (tolerance, *coarser)))
 
 

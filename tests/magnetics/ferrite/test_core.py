@@ -12,6 +12,7 @@ from sits_mech.magnetics.coils.ring_field import ring_potential
 from sits_mech.magnetics.ferrite.core import Core, prepare_core, prepared_core
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.space.far import seen
 from sits_mech.magnetics.space.fields import Box
 from sits_mech.magnetics.space.rungs import LADDER
 from sits_mech.magnetics.space.sources import Sources
@@ -115,7 +116,7 @@ def test_polynomials_and_coils_are_one_field() -> None:
     centred = COIL.model_copy(update={"centre": (1 * MM, 0.5 * MM)})
     (core,) = prepare_core([AXES], 99.0 + 0j, BOX, Sources((centred,), "rings", (0.0, 0.0, 3 * MM), 3 * MM))
     A = ring_potential(centred, core.box.points() + (0.0, 0.0, 3 * MM - BOX.half[2]), across=2)
-    a = core.transform.T @ A.T.ravel()
+    a = seen(core, A[..., None], len(core.response))[:, 0]
     own = core.response[-1, -1]
     assert a @ core.response @ a == pytest.approx(own, rel=2e-4)
     assert a @ core.response[:, -1] == pytest.approx(own, rel=2e-4)
@@ -130,7 +131,8 @@ def test_cube_in_a_uniform_field() -> None:
     for chi in (1e-3, 0.5):
         core = _cube(side, box, chi)
         points = core.box.points()
-        a = core.transform.T @ np.stack([-points[:, 1], points[:, 0], 0 * points[:, 0]]).ravel() / 2
+        field = np.column_stack([-points[:, 1], points[:, 0], 0 * points[:, 0]])[..., None] / 2
+        a = seen(core, field, len(core.response))[:, 0]
         found = float((a @ core.response @ a).real) * 4e-7 * np.pi
         assert found == pytest.approx(8 * MM**3 * chi / (1 + chi / 3), rel=1e-5 if chi < 0.01 else 5e-3)
 

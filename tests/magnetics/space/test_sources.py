@@ -10,11 +10,10 @@ from sits_mech.magnetics.coils.ring_field import ring_potential
 from sits_mech.magnetics.coils.straight import track_potential
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.classes import stacked
-from sits_mech.magnetics.space.coupling import missed, reactions
+from sits_mech.magnetics.space.coupling import reactions
 from sits_mech.magnetics.space.fields import Box
 from sits_mech.magnetics.space.modes import prepare_sheets
 from sits_mech.magnetics.space.prisms import gauss_points
-from sits_mech.magnetics.space.rungs import LADDER, field_box
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Pose
 from sits_mech.scene.materials import metals
@@ -76,26 +75,9 @@ def test_a_plate_at_rest_answers_as_one_that_could_move():
     (moving,) = prepare_sheets([(PLAN, LEVELS)], COPPER, box, highest=2.5e7)
     place = np.array([[*far.place[:2], 2 * MM]])
     (exact,) = reactions(COILS, "rings", [moving], (np.eye(3)[None], place), 1e6)
-    found = (plate.admittance(2e6 * np.pi) @ np.eye(plate.transform.shape[1]))[-2:, -2:]
+    Y = plate.admittance(2e6 * np.pi)
+    found = (Y @ np.eye(Y.size))[-2:, -2:]
     np.testing.assert_allclose(found, exact[0], rtol=0, atol=3e-3 * np.abs(exact).max())
-
-
-def test_what_polynomials_miss_is_what_they_change():
-    """Fewer of them change the answer, to some factor, by what they miss."""
-    target = Target(material="copper", shape="rectangle", width=8 * MM, length=8 * MM, thickness=0.2 * MM)
-    whole = field_box(target, None, 0.3 * MM, LADDER[1][1])
-    poses = np.eye(3)[None], np.array([[0.0, 0.0, 0.3 * MM]])
-    plan = rectangle_plan(8 * MM, 8 * MM, Grading(0.1 * MM, 2.0, 0.6 * MM))
-    answers, shares = [], []
-    for order in (whole.order[0], 11):
-        box = Box(whole.half, (order, order, whole.order[2]), whole.decay, whole.digits, whole.clearance)
-        (plate,) = prepare_sheets([(plan, np.array([0.0, 0.06, 0.1]) * MM)], COPPER, box, highest=2.5e7)
-        answers.append(reactions(COILS, "rings", [plate], poses, 5e6)[0][0, 0, 0])
-        shares.append(missed(COILS, "rings", box, poses))
-    change = abs(answers[1].imag / answers[0].imag - 1)
-    assert 0.2 < change / shares[1][0][0] < 5.0
-    assert shares[0][0][0] < 0.1 * shares[1][0][0]
-    assert shares[1][1][0] > shares[1][0][0]
 
 
 @pytest.mark.slow

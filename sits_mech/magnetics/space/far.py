@@ -1,0 +1,169 @@
+"""What is a plate to other plates? A few combinations of fields, which it sees and radiates at a few points.
+
+Of all that a plate can see (D of its combinations at its box's points, q x 3 x r: `Basis.fields` of the polynomials'
+coefficients there) little comes from beyond a distance c. Whatever comes from there is the field of currents m on the
+box grown by c, which drive a = D^T K m, K = 1/|r - r'|. Weighted by how strongly the plate answers, w (both parts of
+Y_rr, each to its largest, make w^2), random currents m show the directions Q of a that matter,
+
+    w a = Q Q^T w a,    a = U f,    U = w^-1 Q,    f = C^T K m,    C = D w Q.
+
+Of a plate at rest, what the coils drive in it is in Q before all others, so that its field, which comes first, is
+whole. Of the points few are kept, from which K to the others is interpolated (by pivots), and C lives on these alone.
+The plate answers f with moments f' = U^T Y U f.
+
+Source: N. Halko, P. G. Martinsson, J. A. Tropp, SIAM Rev. 53 (2011) 217: random currents, and points chosen by pivots.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import product
+from typing import Any, Protocol
+
+import numpy as np
+from scipy.linalg import qr, solve_triangular
+from scipy.spatial.distance import cdist
+
+from sits_mech.magnetics.space.fields import Box, to_coefficients
+from sits_mech.magnetics.space.modes import Basis, Blocks
+from sits_mech.quantities import Array, Complex
+
+_POINT = 1e-3  # of the strongest point, weaker ones are interpolated
+_FAINT = 1e-6  # of the strongest answer, below which combinations count alike
+_SKETCH = 128  # random currents, doubled until they show faint directions
+
+
+class Plate(Hashable, Protocol):
+    """A division of a plate, of metal (`Sheeted`, `Near`) or of ferrite (`ferrite.core`)."""
+
+    @property
+    def box(self) -> Box: ...
+
+    @property
+    def bases(self) -> tuple[Basis, ...]: ...
+
+    def admittance(self, omega: float) -> Blocks:
+        """Return Y of its combinations and then of the coils that it sees."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Far:
+    """A plate as others see it.
+
+    Attributes
+    ----------
+    points : ndarray, shape (q, 3)
+        From the bottom face's centre [m].
+    moments : ndarray, shape (q, 3, k)
+        C.
+    fields : ndarray, shape (r, k)
+        U.
+    """
+
+    points: Array
+    moments: Array
+    fields: Array
+
+
+@lru_cache(maxsize=32)
+def seen_from(plate: Plate, clearance: float, omega: float, lost: float, coils: int = 0) -> Far:
+    """Return what a plate is to all that is further away than a clearance.
+
+    Parameters
+    ----------
+    plate : Plate
+    clearance : float
+        [m]
+    omega : float
+        [rad/s]
+    lost : float
+        Which directions are left out, to the strongest.
+    coils : int
+        How many coils of its own it sees, the last of its combinations.
+    """
+    box, Y = plate.box, plate.admittance(omega)
+    points, r = box.points(), Y.size
+    K = 1.0 / cdist(_around(box, clearance), points)
+    w = _strength(Y.diagonal, coils)[:, None]
+    Q, strength, count = np.zeros((r, 0)), np.ones(1), 0
+    while strength[-1] > lost * strength[0] and count < r:
+        count = min(max(2 * count, _SKETCH), r)
+        field = K.T @ np.random.default_rng(0).normal(size=(len(K), 3 * count))
+        Q, strength = np.linalg.svd(w * seen(plate, field.reshape(len(points), 3, count), r), full_matrices=False)[:2]
+    Q = Q[:, strength > lost * strength[0]]
+    if coils:
+        first = (Y @ np.eye(r, coils, coils - r))[: r - coils] / w[: r - coils]
+        first = np.vstack([np.hstack([first.real, first.imag]), np.zeros((coils, 2 * coils))])
+        size = np.linalg.norm(first, axis=0)
+        Q = np.linalg.qr(np.hstack([first[:, size > 0.0] / size[size > 0.0], Q]))[0]
+    few, carried = _chosen(K)
+    moments = carried @ _radiated(plate, w * Q).reshape(len(points), -1)
+    return Far(points[few], moments.reshape(len(few), 3, -1), Q / w)
+
+
+@lru_cache(maxsize=64)
+def answers_to(plate: Plate, far: Far, omega: float) -> tuple[Complex, Complex]:
+    """Return what a plate answers to its far combinations, Y U (r, k) and U^T Y U."""
+    answer = plate.admittance(omega) @ far.fields
+    return answer, far.fields.T @ answer.real + 1j * (far.fields.T @ answer.imag)
+
+
+def _strength(Y: Complex, coils: int) -> Array:
+    """w from Y's diagonal: both what is lost in the plate and what is not counts to the largest; of coils, 1."""
+    parts = np.abs([Y.real, Y.imag])[:, : len(Y) - coils]
+    size = np.sqrt((parts / np.maximum(parts.max(axis=1, keepdims=True), np.finfo(float).tiny)).sum(axis=0))
+    return np.append(np.maximum(size, _FAINT), np.ones(coils))
+
+
+def seen(plate: Plate, field: Array, r: int) -> Array:
+    """Return what a plate sees of fields at its box's points, (q, 3, m): D^T times these, shape (r, m)."""
+    box, m = plate.box, field.shape[2]
+    whole = np.ascontiguousarray(field.swapaxes(0, 1)).reshape(3, *box.order, m)
+    for k, n in enumerate(box.order):
+        whole = np.moveaxis(np.tensordot(to_coefficients(n), whole, axes=(1, k + 1)), 0, k + 1)
+    whole = whole.reshape(-1, m)
+    found = np.vstack([basis.fields.T @ whole[basis.rows] for basis in plate.bases])
+    return np.vstack([found, np.zeros((r - len(found), m))])
+
+
+def _radiated(plate: Plate, moments: Array) -> Array:
+    """D of moments (r, k) at the box's points, shape (q, 3, k)."""
+    box, k, start = plate.box, moments.shape[1], 0
+    whole = np.zeros((3 * int(np.prod(box.order)), k))
+    for basis in plate.bases:
+        width = basis.fields.shape[1]
+        whole[basis.rows] += basis.fields @ moments[start : start + width]
+        start += width
+    whole = whole.reshape(3, *box.order, k)
+    for axis, n in enumerate(box.order):
+        whole = np.moveaxis(np.tensordot(to_coefficients(n), whole, axes=(0, axis + 1)), 0, axis + 1)
+    return np.asarray(whole.reshape(3, -1, k).swapaxes(0, 1))
+
+
+def _around(box: Box, clearance: float) -> Array:
+    """Points on the surface of a box grown by a clearance, as dense as its own, from the bottom face's centre."""
+    axes = [
+        np.concatenate([[1.0], np.cos(np.pi * (np.arange(n) + 0.5) / n), [-1.0]]) * (half + clearance)
+        for n, half in zip(box.order, box.half, strict=True)
+    ]
+    ends = [np.arange(axis.size) % (axis.size - 1) == 0 for axis in axes]
+    at = [index for index in product(*map(range, (axis.size for axis in axes)))
+          if any(end[i] for end, i in zip(ends, index, strict=True))]  # fmt: skip
+    points = np.stack([axis[i] for axis, i in zip(axes, np.array(at).T, strict=True)], axis=1)
+    return np.asarray(points + (0.0, 0.0, box.half[2]))
+
+
+def _chosen(K: Array) -> tuple[Any, Array]:
+    """Which columns of K carry all others, and the matrix (few, all) that takes these to them."""
+    count = min(K.shape)
+    rows = np.random.default_rng(1).normal(size=(min(4 * _SKETCH, count), len(K))) @ K
+    R, order = qr(rows, mode="r", pivoting=True)
+    strength = np.abs(np.diag(R))
+    p = int(np.count_nonzero(strength > _POINT * strength[0]))
+    carried = np.zeros((p, K.shape[1]))
+    carried[:, order[:p]] = np.eye(p)
+    carried[:, order[p:]] = solve_triangular(R[:p, :p], R[:p, p:])
+    return order[:p], carried
