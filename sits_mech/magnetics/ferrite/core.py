@@ -42,11 +42,12 @@ from sits_mech.magnetics.space.modes import Basis, Blocks, Sheeted
 from sits_mech.magnetics.space.rungs import Rung, field_box, field_length
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Array, Complex
-from sits_mech.scene.sensor import Target
+from sits_mech.scene.sensor import Coil, Conductor, Target
 
 _KEEP = 5e-5  # weaker combinations of fields are left out: their energy, to the strongest, is the square
 _CURL = [(b, d, a, 1.0) for b, d, a in ((0, 1, 2), (1, 2, 0), (2, 0, 1))]
 _CURL += [(b, d, a, -1.0) for b, a, d in ((0, 1, 2), (1, 2, 0), (2, 0, 1))]  # curl_b = sign d_d A_a
+_FEW = 3  # boxes along the longer half side of a plate far away
 _GAUSS = 2  # points along each side of a face
 _ALONG = {"plate": 4, "block": 3}  # coarse boxes along the longer half side, at `_MIDDLE`
 _MIDDLE, _FINER = 8.0, (0.75, 1.5)  # digits of a rung; boxes over those, at least and at most
@@ -167,6 +168,22 @@ def prepare_core(
         frame = Sheeted(box, tuple(bases), (), 24 * volume.size, 2 * (axes[2].size - 1), count)
         found.append(Core(frame, _joined(blocks, count)))
     return tuple(found)
+
+
+def added_inductance(plate: Target | Conductor, coils: tuple[Coil, ...], middle: tuple[float, float, float]) -> Array:
+    """Return what a plate of unbounded permeability, or a rectangle around it, adds to each self-inductance [H].
+
+    With few even boxes: 1 to 5 % less than finer ones, of plates no nearer to the coils than they are wide.
+    """
+    half = np.array([*plate.extent, plate.thickness]) / 2
+    counts = np.maximum(np.ceil(_FEW * half[:2] / half[:2].max()), 1).astype(int)
+    axes = [side * np.linspace(0.0, 1.0, n + 1) for side, n in zip(half, (*counts, 1), strict=True)]
+    K, own = box_charges(*axes), _coil_curls(axes, Sources(coils, "rings", middle, float(half.max())))
+    found, none = np.zeros(len(coils)), np.zeros(_volumes(axes).size)
+    for parity in product((1, -1), repeat=3):
+        driven = _folded(own, parity)
+        found += np.einsum("cn,nc->c", driven, solve(_class_matrix(K, none, parity), driven.T, assume_a="sym"))
+    return found / (8.0 * mu_0)
 
 
 def halved(nodes: Array, parts: int) -> Array:
