@@ -11,6 +11,7 @@ import pytest
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 os.environ.setdefault("MPLBACKEND", "Agg")
+os.environ["SITS_MECH_CACHE"] = "off"
 os.environ.setdefault("PYVISTA_OFF_SCREEN", "true")
 
 

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from importlib import metadata
 from importlib.util import find_spec
 
+from sits_mech.kept import folder, kept_files
 from sits_mech.meshing.unstructured import mesh_generator
 from sits_mech.report.pictures.spatial import renders
 from sits_mech.version import __version__
@@ -17,7 +18,8 @@ from sits_mech.version import __version__
 _PARTS = {
     "numpy": "core", "scipy": "core", "scikit-fem": "core", "meshio": "core", "pydantic": "core", "pint": "core",
     "xarray": "core", "h5netcdf": "core", "h5py": "core (h5netcdf writes through it)", "cyclopts": "core",
-    "rich": "core", "threadpoolctl": "core", "matplotlib": "pictures: pip install 'sits-mech[view]'",
+    "rich": "core", "threadpoolctl": "core", "platformdirs": "core",
+    "matplotlib": "pictures: pip install 'sits-mech[view]'",
     "pyvista": "3D views: pip install 'sits-mech[view]'",
     "gmsh": "meshes of any outline: pip install 'sits-mech[mesh]'",
     "pygmsh": "meshes of any outline: pip install 'sits-mech[mesh]'",
@@ -32,7 +34,14 @@ def examine() -> list[tuple[str, str, str]]:
     found = [("sits-mech", __version__, ""), ("python", platform.python_version(), "3.11 or later")]
     for name, purpose in _PARTS.items():
         found.append((name, _version(name), purpose))
-    return [*found, _tried("mesh generator", mesh_generator), _tried("render off screen", renders)]
+    return [*found, _kept(), _tried("mesh generator", mesh_generator), _tried("render off screen", renders)]
+
+
+def _kept() -> tuple[str, str, str]:
+    """Say how much is kept of preparations, and where."""
+    files = kept_files()
+    size = sum(path.stat().st_size for path in files) / 2**20
+    return "kept preparations", f"{size:.1f} MB", f"{len(files)} files in {folder()}; --clear removes them"
 
 
 def _tried(name: str, use: Callable[[], object]) -> tuple[str, str, str]:

@@ -31,14 +31,19 @@ def catalog() -> int:
 
 
 @app.command
-def doctor() -> int:
-    """Tell whether everything that is needed is installed.
+def doctor(
+    *, clear: Annotated[bool, Parameter(negative="", help="Remove the kept preparations of plates.")] = False
+) -> int:
+    """Tell whether everything that is needed is installed, and what is kept of earlier commands.
 
     Example: sits-mech doctor
     """
+    from sits_mech import kept
     from sits_mech.cli.doctor import examine, healthy
     from sits_mech.report.tables.solves import key_table
 
+    if clear:
+        show(f"removed {kept.clear()} files from {kept.folder()}")
     parts = examine()
     show(key_table("parts", [(name, f"{version}  {purpose}") for name, version, purpose in parts]))
     return 0 if healthy(parts) else 2

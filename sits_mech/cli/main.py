@@ -17,6 +17,7 @@ from cyclopts import CycloptsError
 from sits_mech.cli import grids, inform, products, read, solve, timed
 from sits_mech.cli.console import warn
 from sits_mech.cli.options import app
+from sits_mech.kept import keep_by_default
 
 COMMANDS = (inform, solve, grids, products, read, timed)  # importing them is what makes the app know their commands
 
@@ -47,4 +48,5 @@ def main() -> None:
     """Run the command line and leave with its exit code."""
     for library in ("OPENBLAS", "OMP", "MKL"):  # read when numpy is first imported, by a command
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    keep_by_default()
     sys.exit(run())

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import App, Parameter
 
 from sits_mech.cli.console import warn
+from sits_mech.kept import keep_nothing
 from sits_mech.memory import limit_memory, limit_seconds
 from sits_mech.version import __version__
 
@@ -67,6 +68,10 @@ class Overrides:
         float | None, Parameter(help="Seconds that a step may take: 100 unless SITS_MECH_SECONDS says so.")
     ] = None
 
+    no_cache: Annotated[
+        bool, Parameter(negative="", help="Neither read nor keep preparations of plates (see sits-mech doctor).")
+    ] = False
+
     strict: Annotated[
         bool, Parameter(negative="", help="Refuse what is only implausible, such as a layer 2 m thick.")
     ] = False
@@ -84,7 +89,9 @@ class Overrides:
 
     @property
     def all(self) -> tuple[str, ...]:
-        """The keys with their values; the limits of memory and time hold from here on."""
+        """The keys with their values; the limits of memory and time, and what is kept, hold from here on."""
+        if self.no_cache:
+            keep_nothing()
         if self.seconds is not None:
             limit_seconds(self.seconds)
         if self.memory is not None:

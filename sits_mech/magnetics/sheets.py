@@ -45,19 +45,10 @@ from sits_mech.magnetics.coils.alone import free_inductances, track_resistances
 from sits_mech.magnetics.ferrite.core import prepared_core
 from sits_mech.magnetics.skin import skin_depth
 from sits_mech.magnetics.space.coupling import reactions
+from sits_mech.magnetics.space.divisions import field_length, is_near, prepared, prepared_near, unseen
 from sits_mech.magnetics.space.near import Near, near_reactions
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
-from sits_mech.magnetics.space.rungs import (
-    DIVISIONS,
-    ROUGH,
-    Rung,
-    field_length,
-    fitting,
-    is_near,
-    limit,
-    prepared,
-    unseen,
-)
+from sits_mech.magnetics.space.rungs import DIVISIONS, ROUGH, Rung, fitting, limit
 from sits_mech.magnetics.space.sources import Sources, reach
 from sits_mech.magnetics.stages import clearance_of, clearances, together, tops
 from sits_mech.quantities import Array, Complex, Impedance, Integers, Pose
@@ -327,7 +318,11 @@ def _divided(
         return _Divided(cores, 0.0, 0.0, (note,))
     scale = clearance, top, reach(sensor.coils, place) + 2 * apart, length
     become = become if become != plate else None
-    divisions = prepared(plate, outline, rung, scale, sources, become, near=near, others=others)
+    divisions: tuple[Any, ...]
+    if near:
+        divisions = prepared_near(plate, outline, rung, scale, others, become)
+    else:
+        divisions = prepared(plate, outline, rung, scale, sources, become)
     thickness = (become or plate).thickness / skin_depth(asked, plate.metal.conductivity)
     lost = 0.0 if near else unseen(divisions[0].box)
     return _Divided(divisions, thickness, lost, _notes(thickness, divisions[-1].sheets, lost))

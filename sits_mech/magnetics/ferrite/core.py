@@ -37,9 +37,10 @@ from scipy.linalg import eigh, solve
 
 from sits_mech.geometry.sheet_plan import Integers
 from sits_mech.magnetics.ferrite.charges import PAIRS, box_charges
+from sits_mech.magnetics.space.divisions import field_box, field_length
 from sits_mech.magnetics.space.fields import Box, decay_scale
 from sits_mech.magnetics.space.modes import Basis, Blocks, Sheeted
-from sits_mech.magnetics.space.rungs import Rung, field_box, field_length
+from sits_mech.magnetics.space.rungs import Rung
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil, Conductor, Target

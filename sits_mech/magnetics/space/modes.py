@@ -24,7 +24,7 @@ size away from them. Neglected: displacement current; cells carry uniform curren
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -171,6 +171,32 @@ def prepare_sheets(
         Sheeted(box, seen, tuple(classes.get(key, none[key]) for key in bases), unknowns, sheets, count)
         for classes, unknowns, sheets in found
     )
+
+
+def packed(plates: Sequence[Sheeted]) -> dict[str, Any]:
+    """Return the divisions of a plate as arrays by name."""
+    first = plates[0]
+    found: dict[str, Any] = {"sizes": [[plate.unknowns, plate.sheets, plate.sources] for plate in plates]}
+    for k, basis in enumerate(first.bases):
+        found |= {f"rows_{k}": basis.rows, f"fields_{k}": basis.fields, f"widths_{k}": basis.widths}
+    for d, plate in enumerate(plates):
+        for k, part in enumerate(plate.classes):
+            found |= {f"tau_{d}_{k}": part.tau, f"coupling_{d}_{k}": part.coupling, f"highest_{d}_{k}": part.highest}
+    return found
+
+
+def unpacked(box: Box, arrays: Mapping[str, Any]) -> tuple[Sheeted, ...]:
+    """Return the divisions of a plate from their arrays."""
+    sizes = arrays["sizes"].tolist()
+    count = sum(f"rows_{k}" in arrays for k in range(len(arrays)))
+    bases = tuple(Basis(*(arrays[f"{name}_{k}"] for name in ("rows", "fields", "widths"))) for k in range(count))
+    return tuple(
+        Sheeted(box, bases, tuple(
+            Modes(arrays[f"tau_{d}_{k}"], arrays[f"coupling_{d}_{k}"], highest=float(arrays[f"highest_{d}_{k}"]))
+            for k in range(count)
+        ), *own)
+        for d, own in enumerate(sizes)
+    )  # fmt: skip
 
 
 def _modes(

@@ -1,6 +1,6 @@
 """A plate close above the coils sees their potential itself, cell by cell, and answers at one frequency.
 
-Close to a wide plate the polynomials of the coils' field over its box would be too many (`rungs.is_near`). Nothing
+Close to a wide plate the polynomials of the coils' field over its box would be too many (`divisions.is_near`). Nothing
 stands between here: the mean of each coil's A over each cell, in each pose, drives the currents of every symmetry class
 (`classes`), whose matrices are factored once a frequency,
 

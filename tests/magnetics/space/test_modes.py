@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from sits_mech.magnetics.space.coupling import reactions
-from sits_mech.magnetics.space.rungs import LADDER, Rung, limit, prepared
+from sits_mech.magnetics.space.divisions import prepared
+from sits_mech.magnetics.space.rungs import LADDER, Rung, limit
 from sits_mech.scene.sensor import load_sensor
 
 SCALE = (1.5e-3, 2.5e7, 12e-3, 2e-3)

@@ -10,8 +10,9 @@ from sits_mech.geometry.solids import placed_plates
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.axis.dodd_deeds import Layer
 from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.space.divisions import prepared
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
-from sits_mech.magnetics.space.rungs import LADDER, prepared
+from sits_mech.magnetics.space.rungs import LADDER
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Pose
 from sits_mech.scene.materials import metals

@@ -1,0 +1,147 @@
+"""What took seconds to prepare is kept for the next command: arrays in files of the user's cache folder.
+
+A file is named by the checksum of all that its arrays depend on: what is asked, bit by bit, and the source of the rooms
+that make them. Arrays come back bit for bit, so that answers do not hang on what is kept. Files hold plain arrays (npz,
+nothing is run that is read); one that cannot be read is made anew. The oldest go where all take more than `ROOM`.
+
+The command line keeps; elsewhere nothing is kept unless `SITS_MECH_CACHE` names a folder. "off" keeps nothing.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+import zipfile
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import fields, is_dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+VARIABLE = "SITS_MECH_CACHE"
+"""Environment variable of the folder, or "off"; processes that a command starts inherit it."""
+OFF = "off"
+ROOM = 512 * 2**20
+"""Bytes that all files may take: a plate's preparation takes 0.2 to 30 MB."""
+_ROOMS = "geometry", "magnetics"  # whose source the arrays depend on
+_BROKEN = OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile
+_Made = TypeVar("_Made")
+
+
+def keep_by_default() -> None:
+    """Keep in the user's cache folder from here on, unless the environment says otherwise."""
+    if VARIABLE not in os.environ:
+        from platformdirs import user_cache_dir
+
+        os.environ[VARIABLE] = user_cache_dir("sits-mech", appauthor=False)
+
+
+def keep_nothing() -> None:
+    """Neither read nor write from here on."""
+    os.environ[VARIABLE] = OFF
+
+
+def folder() -> Path | None:
+    """Return where arrays are kept; None if they are not."""
+    name = os.environ.get(VARIABLE, OFF)
+    return None if name in (OFF, "") else Path(name)
+
+
+def kept_files() -> list[Path]:
+    """Return the files, the oldest in use first."""
+    where = folder()
+    found = [] if where is None else [(path.stat().st_mtime, path) for path in where.glob("*.npz")]
+    return [path for _, path in sorted(found)]
+
+
+def clear() -> int:
+    """Remove all files and return how many there were."""
+    files = kept_files()
+    for path in files:
+        path.unlink(missing_ok=True)
+    return len(files)
+
+
+def kept(
+    asked: object, make: Callable[[], _Made], pack: Callable[[_Made], Mapping[str, Any]],
+    unpack: Callable[[Mapping[str, Any]], _Made],
+) -> _Made:  # fmt: skip
+    """Return what was made of the same before, or make and keep it.
+
+    Parameters
+    ----------
+    asked : object
+        All that it depends on: numbers, words, arrays, scenes' parts, dataclasses and tuples of these.
+    make, pack, unpack : callable
+        What makes it, into arrays by name, and back.
+    """
+    where = folder()
+    if where is None:
+        return make()
+    path = where / f"{_checksum(asked)}.npz"
+    with suppress(*_BROKEN), path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
+        found = unpack(file)
+        os.utime(path)
+        return found
+    made = make()
+    with suppress(OSError):  # a folder that cannot be written keeps nothing
+        _write(path, pack(made))
+    return made
+
+
+def _write(path: Path, arrays: Mapping[str, Any]) -> None:
+    """Write a file whole or not at all, and make room."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(suffix=".part", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            np.savez(stream, **arrays)
+        os.replace(name, path)
+    finally:
+        Path(name).unlink(missing_ok=True)
+    files = kept_files()
+    size = sum(each.stat().st_size for each in files)
+    for each in files:
+        if size <= ROOM:
+            break
+        size -= each.stat().st_size
+        each.unlink(missing_ok=True)
+
+
+def _checksum(asked: object) -> str:
+    """Of what is asked and of the source of the rooms that answer."""
+    digest = hashlib.sha256(_source())
+    _feed(digest, asked)
+    return digest.hexdigest()
+
+
+@lru_cache(maxsize=1)
+def _source() -> bytes:
+    """Checksum of the source of `_ROOMS`."""
+    digest = hashlib.sha256()
+    for room in _ROOMS:
+        for path in sorted((Path(__file__).parent / room).rglob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.digest()
+
+
+def _feed(digest: Any, part: Any) -> None:
+    """Add one part of what is asked, with its kind."""
+    if isinstance(part, np.ndarray):
+        digest.update(f"{part.dtype}{part.shape}".encode() + np.ascontiguousarray(part).tobytes())
+    elif hasattr(part, "model_dump_json"):
+        digest.update(part.model_dump_json().encode())
+    elif is_dataclass(part):
+        _feed(digest, tuple(getattr(part, each.name) for each in fields(part)))
+    elif isinstance(part, tuple):
+        digest.update(f"({len(part)}".encode())
+        for each in part:
+            _feed(digest, each)
+    elif part is None or isinstance(part, int | float | complex | str):
+        digest.update(f"{part!r};".encode())
+    else:
+        raise TypeError(f"a {type(part).__name__} has no checksum")
