@@ -13,6 +13,7 @@ Run ``python studies/batch.py [--coarse] --output DIR``.
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -114,6 +115,8 @@ def main() -> None:
     """Run the batches and write what they cost."""
     coarse, folder = study_arguments(__doc__ or "")
     loads = (3, 2) if coarse else (8, 6)
+    for name in ("magnetic", "one", "two", "killed"):  # of an earlier run, which would leave nothing to time
+        shutil.rmtree(folder / name, ignore_errors=True)
     found = [
         *overhead(folder, (5, 10) if coarse else (25, 40)), *two_processes(folder, loads), *killed(folder, loads),
     ]  # fmt: skip
