@@ -298,7 +298,7 @@ def not_representable(sensor: Sensor) -> str | None:
     return overlapping(sensor)
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=6)
 def _divided(
     sensor: Sensor, part: _Asked, rung: Rung, clear: tuple[float, float], frequency: tuple[float, float]
 ) -> _Divided:

@@ -95,7 +95,7 @@ def prepared(
     return tuple(plate.resolved for plate in found) if family.resolved else found
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=4)
 def prepared_near(
     target: Target, outline: Outline | None, rung: Rung, scale: _Scale, others: float = 0.0,
     become: Target | None = None,

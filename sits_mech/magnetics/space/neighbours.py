@@ -39,7 +39,7 @@ from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil
 
 _MOVING, _FIXED = 2e-3, 5e-3  # directions that are left out, to the strongest: tests/magnetics/space/test_far.py
-_LEFT, _STEPS = 1e-7, 12  # of what is refined, and steps until it is solved anew
+_LEFT, _STEPS = 1e-5, 12  # of what is refined, and steps until it is solved anew
 
 
 @dataclass(frozen=True)
@@ -83,10 +83,12 @@ class _Placed:
 
 @dataclass(frozen=True, eq=False)
 class _Fixed:
-    """Fixed plates together: where each is, and for each division what all answer, the coils first, (n + k, n + k)."""
+    """Fixed plates together: where each is, and for each division what all answer: Z_FF, T^T / (j omega) (k, n) and
+    S / (j omega)^2 (k, k).
+    """
 
     placed: tuple[_Placed, ...]
-    answers: tuple[Complex, ...]
+    answers: tuple[tuple[Complex, Complex, Complex], ...]
 
 
 def coupled_reactions(
@@ -112,7 +114,7 @@ def coupled_reactions(
     where = tuple((tuple(part.turns[0].ravel().tolist()), tuple(part.places[0].tolist())) for part in others)
     fixed = _fixed(tuple(part.divisions for part in others), where, omega, n)
     if target is None:
-        return [Z[None, :n, :n] for Z in fixed.answers]
+        return [Z[None] for Z, _, _ in fixed.answers]
     clearance = min(part.divisions[0].box.clearance for part in others)
     far = seen_from(target.divisions[0], clearance, omega, _MOVING)
     poses, plates = (target.turns, target.places), target.divisions
@@ -123,13 +125,12 @@ def coupled_reactions(
         moved = _Placed.of(far, *place)
         P = np.hstack([moved.linked(other) for other in fixed.placed])
         factor: Any = None
-        for result, (own, e, Y), F in zip(results, found, fixed.answers, strict=True):
-            T, S = F[n:, :n] / (1j * omega), F[n:, n:] / (1j * omega) ** 2
-            g = P @ T
+        for result, (own, e, Y), (Z, T, S) in zip(results, found, fixed.answers, strict=True):
+            g = _times(P, T)
             h = e[pose] + Y @ g
             factor, x = _shielded(factor, Y, P, S, h)
-            more = e[pose].T @ g + g.T @ h + h.T @ (P @ (S @ (P.T @ x)))
-            result[pose] = F[:n, :n] + own[pose] + more
+            more = e[pose].T @ g + g.T @ h + h.T @ _times(P, S @ _times(P.T, x))
+            result[pose] = Z + own[pose] + more
     return results
 
 
@@ -157,7 +158,8 @@ def _fixed(
         Y, T = block_diag(*(Z[n:, n:] for Z in each)), np.vstack([Z[n:, :n] for Z in each])
         through = np.linalg.solve(np.eye(len(L)) - Y @ L / (1j * omega), np.hstack([T, Y]))
         outer = sum(Z[:n, :n] for Z in each) + T.T @ L @ through[:, :n] / (1j * omega)
-        answers.append(np.block([[outer, through[:, :n].T], [through]]))
+        seen = np.asarray(through / (1j * omega))
+        answers.append((outer, seen[:, :n], np.asarray(seen[:, n:] / (1j * omega))))
     return _Fixed(placed, tuple(answers))
 
 
@@ -168,12 +170,17 @@ def _with_coils(plate: Plate, far: Far, omega: float, n: int) -> Complex:
     return np.block([[own[-n:], answer[-n:]], [answer[-n:].T, Y]])
 
 
+def _times(P: Array, X: Complex) -> Complex:
+    """P X for a real P, which is not made complex."""
+    return np.asarray((P @ np.ascontiguousarray(X).view(np.float64)).view(np.complex128))
+
+
 def _shielded(factor: Any, Y: Complex, P: Array, S: Complex, h: Complex) -> tuple[Any, Complex]:
     """Solve (1 - Y P S P^T) x = h: factors of that matrix, or of another division's that refine x in few steps; and x.
     """
     x = np.zeros_like(h)
     for _ in range(_STEPS if factor is not None else 0):
-        left = h - x + Y @ (P @ (S @ (P.T @ x)))
+        left = h - x + Y @ _times(P, S @ _times(P.T, x))
         if np.linalg.norm(left) <= _LEFT * np.linalg.norm(h):
             return factor, x
         x = x + lu_solve(factor, left)
