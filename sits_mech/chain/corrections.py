@@ -5,11 +5,12 @@ sign, and the error E_k >= |a_k| that they own to, know where in the grid meshes
 compared with them, not with the load. With D_k = finer - first and e_k the finer answer's own error, at some loads,
 
     pose_k += c_k a_k,       c_k = sum D_k a_k / sum E_k^2,
-    error_k = r_k E_k,       r_k = max (|D_k - c_k a_k| + e_k)/E_k,
+    error_k = r_k E_k,       r_k = max (|D_k - c_k a_k| + s_k e_k)/E_k,       s_k = min(1, 2 max |D_k|/E_k),
 
-everywhere. Of that, r_k a_k is shared by all loads with one sign for each component, and the rest is each load's own.
-Where the first meshes own to a larger part of the displacement than at any load that was compared, r grows in
-proportion, at most to one: there the first meshes' error stands. Components that no load showed take the largest r.
+everywhere: finer meshes own to as much too much as the first ones, of whose E_k the change shows a part. Of that, r_k
+a_k is shared by all loads with one sign for each component, and the rest is each load's own. Where the first meshes own
+to a larger part of the displacement than at any load that was compared, r grows in proportion, at most to one: there
+the first meshes' error stands. Components that no load showed take the largest r.
 
 The loads are two of those that were solved: of all that move the target less than three quarters of the farthest, whose
 finer answers are better and cheaper, the ones that move every component most, and next ones where a finer mesh does
@@ -32,6 +33,7 @@ from sits_mech.quantities import POSE, Array, Wrench
 
 _NEAR = 0.75  # of the largest displacement: beyond, finer meshes are dear and settle least
 _TWO, _TRIED = 2, 4  # loads that are compared, and that are tried for it
+_EFFECTIVE = 2.0  # of what the change shows of the first meshes' errors, how much finer ones' are taken as: chosen
 _STILL = 1e-3  # of the farthest, a displacement that counts
 
 
@@ -75,7 +77,9 @@ def corrected(
     finer_poses, finer_errors, _ = _rests(list(told.values()))
     change, owns, adds = finer_poses - poses[list(told)], errors[list(told)], added[list(told)]
     share = np.sum(change * adds, axis=0) / np.maximum(np.sum(owns**2, axis=0), 1e-300)
-    ratio = (np.abs(change - share * adds) + finer_errors) / np.maximum(owns, 1e-300) * (owns > 0.0)
+    shown = np.max(np.abs(change) / np.maximum(owns, 1e-300) * (owns > 0.0), axis=0)
+    kept = np.minimum(1.0, _EFFECTIVE * shown) * finer_errors
+    ratio = (np.abs(change - share * adds) + kept) / np.maximum(owns, 1e-300) * (owns > 0.0)
     ratio = np.where(np.any(owns > 0.0, axis=0), np.max(ratio, axis=0), np.max(ratio))
     part = owned / np.maximum(size, 1e-300)  # of a displacement that meshes own to
     beyond = np.maximum(1.0, part / np.max(part[list(told)]))[:, None]
