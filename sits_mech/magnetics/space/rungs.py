@@ -58,7 +58,10 @@ ROUGH = 3e-2
 """
 _TRUST = 1.0, 0.4  # errors of R and of Delta L over what `extrapolation` says, as measured
 _EVEN = 0.1  # of R where current fills the plate, and from there with the thickness over the skin depth
-_REDUCED = 2e-3, 3e-4  # of R and of omega Delta L: what few modes and fields, and means of prisms, leave; on discs
+# Of R and of omega Delta L, what no division shows: everywhere, where current crowds at the faces, in plates of more
+# skin depths than `_DEEP` (from, to); 120 answers by chance of studies/benchmark_sheets.py, 9 and 2 % of them beyond
+_LEFT = (1e-3, 4e-3, 1.2e-2), (3e-4, 0.0, 3e-3)
+_DEEP = 90.0, 150.0
 _Plates = TypeVar("_Plates")
 
 
@@ -141,7 +144,7 @@ def limit(values: Sequence[Complex], rung: Rung, thickness: float, finest: float
     crowded = math.prod(x**6 / (1.0 + x**6) for x in (thickness / _CROWDED, finest / _COARSE))
     results = []
     orders = _ORDER + _FASTER * crowded, _ORDER
-    skin = min(1.0, thickness / _CROWDED)
+    skin, deep = min(1.0, thickness / _CROWDED), float(np.interp(thickness, _DEEP, (0.0, 1.0)))
     trusts = max(_EVEN, 0.7 * skin) * _TRUST[0], _TRUST[1]
     for part, order, trust in zip((np.real, np.imag), orders, trusts, strict=True):
         x, error_x = added([part(Z) for Z in along], rung.along, order)
@@ -149,4 +152,5 @@ def limit(values: Sequence[Complex], rung: Rung, thickness: float, finest: float
         error = trust * (error_x + error_z) + sum(np.abs(part(Z - values[0])) for Z in others)
         results.append((part(along[-1] + across[-1] - stem) + x + z, error))
     (R, error_R), (X, error_X) = results
-    return R + 1j * X, error_R + _REDUCED[0] * (skin**2 + 0.13) * np.abs(R) + 1j * (error_X + _REDUCED[1] * np.abs(X))
+    left_R, left_X = (np.dot(each, (1.0, skin**2, deep)) for each in _LEFT)
+    return R + 1j * X, error_R + left_R * np.abs(R) + 1j * (error_X + left_X * np.abs(X))
