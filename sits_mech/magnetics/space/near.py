@@ -100,7 +100,7 @@ class Near:
         corners = self.plan.nodes[self.plan.cells]
         flat = np.zeros(len(corners))
         side = float((corners.max(1) - corners.min(1)).max())
-        count = min(2 + math.ceil(math.log2(max(side / self.box.clearance, 1.0))), _MOST)
+        count = min(2 + math.ceil(math.log2(max(side / self.coils.clearance, 1.0))), _MOST)
         points, weights = (part[:, ::2] for part in gauss_points(Prisms(corners, flat, flat), count))
         order, half = self.coils.order[2], self.coils.half[2]
         z = half * (1.0 + np.cos(np.pi * (np.arange(order) + 0.5) / order))
@@ -118,7 +118,6 @@ class Near:
         order = self.coils.order[2]
         T = chebyshev(np.stack([z, -z]), order)
         return np.asarray(np.einsum("slqk,q->slk", T, weights / 2) @ to_coefficients(order))
-
 
     def admittance(self, omega: float) -> Blocks:
         """Return Y of the combinations of other plates' fields; omega [rad/s]."""
