@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -345,7 +346,10 @@ def test_interrupted_calibration_keeps_what_is_done(tmp_path: Path) -> None:
     command = (sys.executable, "-m", "sits_mech", "calibrate")
     words = [*command, "biorob2018", *PLANAR, "--magnetics", "planar", "--tolerance", "1e-3", "-o"]
     folder = tmp_path / "out"
-    started = subprocess.Popen([*words, str(folder)], env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    started = subprocess.Popen(
+        [*words, str(folder)], env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a shell's background has it ignored
+    )  # fmt: skip
     cases = folder / "cases"
     for _ in range(2000):
         if cases.exists() and len(list(cases.glob("*.json"))) >= 3:
