@@ -110,10 +110,9 @@ def test_array_under_a_square_plate_has_the_symmetry_of_the_square(nine: Sensor)
 
 @pytest.mark.slow
 def test_sixteen_coils_under_a_wide_plate_close_to_them() -> None:
-    """Where answers are carried down along the infinite plate: the square's symmetry, and four of its coils alone."""
+    """Seen cell by cell: the square's symmetry, and four of its coils alone."""
     sensor = array(4, 'shape="rectangle", width="20 mm", length="20 mm"')
     found, index = sheets(sensor, 1e-2).impedance(Pose(0.0, 1.5 * MM), 5e6), np.arange(16).reshape(4, 4)
-    assert "infinite plate" in " ".join(found.report.notes)
     change = found.L - found.L0
     turned = change[np.ix_(np.rot90(index).ravel(), np.rot90(index).ravel())]
     np.testing.assert_allclose(turned, change, rtol=0, atol=1e-6 * np.abs(change).max())
