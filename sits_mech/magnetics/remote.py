@@ -203,14 +203,14 @@ def _body(plate: Target | Conductor) -> _Body:
     return _Body((4.0 / 3.0 * np.pi * a * b * c * share).T, math.hypot(*half[1 if is_round else 0 :]), permeable)
 
 
-def _image_share(coil: Coil, gap: Array, below: bool = False) -> Array:
-    """What a perfect half-space at a distance above, or below, the coils takes of L_cc, over that; shape (p,)."""
+def _image_share(coil: Coil, gap: float, below: bool) -> float:
+    """What a perfect half-space at a distance above, or below, the coils takes of L_cc, over that."""
     rings = standing_rings(coil)
     down = coil.height + rings.z if below else -rings.z
-    away = 2.0 * gap[:, None, None] + down[:, None] + down
+    away = 2.0 * gap + down[:, None] + down
     sign = np.broadcast_to(rings.sign, rings.radius.shape)
-    image = sign @ (mutual_loops(rings.radius[:, None], rings.radius, away) @ sign).T
-    return np.asarray(np.minimum(image / _standing_inductance(coil), 1.0))
+    image = sign @ (mutual_loops(rings.radius[:, None], rings.radius, away) @ sign)
+    return min(float(image) / _standing_inductance(coil), 1.0)
 
 
 @lru_cache(maxsize=32)
@@ -228,7 +228,7 @@ def half_space_share(coils: Sequence[Coil], part: Conductor) -> float:
     high, low = part.centre[2] + part.thickness / 2.0, part.centre[2] - part.thickness / 2.0
     gaps = [(low, False) if low > 0.0 else (-coil.height - high, True) for coil in coils]
     return max(
-        float(_image_share(coil, np.array([gap]), below)[0]) if gap > 0.0 else 1.0
+        _image_share(coil, gap, below) if gap > 0.0 else 1.0
         for coil, (gap, below) in zip(coils, gaps, strict=True)
     )
 

@@ -122,9 +122,7 @@ def seen(plate: Plate, field: Array, r: int) -> Array:
     """Return what a plate sees of fields at its box's points, (q, 3, m): D^T times these, shape (r, m)."""
     box, m = plate.box, field.shape[2]
     whole = np.ascontiguousarray(field.swapaxes(0, 1)).reshape(3, *box.order, m)
-    for k, n in enumerate(box.order):
-        whole = np.moveaxis(np.tensordot(to_coefficients(n), whole, axes=(1, k + 1)), 0, k + 1)
-    whole = whole.reshape(-1, m)
+    whole = _along_axes(box, whole, 1).reshape(-1, m)
     found = np.vstack([basis.fields.T @ whole[basis.rows] for basis in plate.bases])
     return np.vstack([found, np.zeros((r - len(found), m))])
 
@@ -137,10 +135,15 @@ def _radiated(plate: Plate, moments: Array) -> Array:
         width = basis.fields.shape[1]
         whole[basis.rows] += basis.fields @ moments[start : start + width]
         start += width
-    whole = whole.reshape(3, *box.order, k)
-    for axis, n in enumerate(box.order):
-        whole = np.moveaxis(np.tensordot(to_coefficients(n), whole, axes=(0, axis + 1)), 0, axis + 1)
+    whole = _along_axes(box, whole.reshape(3, *box.order, k), 0)
     return np.asarray(whole.reshape(3, -1, k).swapaxes(0, 1))
+
+
+def _along_axes(box: Box, whole: Array, side: int) -> Array:
+    """From values at the box's points to coefficients along its three axes (side 1), or by the transposed way (0)."""
+    for k, n in enumerate(box.order):
+        whole = np.moveaxis(np.tensordot(to_coefficients(n), whole, axes=(side, k + 1)), 0, k + 1)
+    return whole
 
 
 def _around(box: Box, clearance: float) -> Array:

@@ -213,20 +213,21 @@ def _reaction(
 def _answer(plate: Near, fluxes: Sequence[Complex], n: int, omega: float) -> Complex:
     """As `_reaction`, of some poses, from the fluxes of n coils in each, (poses times n, unknowns) by class."""
     answer = np.zeros((len(fluxes[0]) // n, n, n + plate.seen), dtype=complex)
-    for part, factor, B in zip(plate.classes, _factors(plate, omega), fluxes, strict=True):
+    others = _by_others(plate, omega)
+    for part, factor, by_others, B in zip(plate.classes, _factors(plate, omega), others, fluxes, strict=True):
         own = B.reshape(-1, n, B.shape[-1])
         currents = _currents(factor, B).reshape(own.shape)
         answer[..., :n] += _symmetric(part, own @ np.swapaxes(currents, 1, 2))
         if len(part.fluxes):
-            both = own @ _currents(factor, part.fluxes).T + currents @ part.fluxes.T
+            both = own @ by_others.T + currents @ part.fluxes.T
             answer[..., n:][..., part.columns] += _weight(part) * both
     return np.asarray(omega**2 * answer)
 
 
 def _seen(plate: Near, k: int, omega: float) -> Complex:
     """Y of the combinations of one class."""
-    part, factor = plate.classes[k], _factors(plate, omega)[k]
-    return np.asarray(omega**2 * _symmetric(part, part.fluxes @ _currents(factor, part.fluxes).T))
+    part = plate.classes[k]
+    return np.asarray(omega**2 * _symmetric(part, part.fluxes @ _by_others(plate, omega)[k].T))
 
 
 def _currents(factor: Any, B: Complex) -> Complex:
@@ -248,6 +249,13 @@ def _symmetric(part: _Class, Z: Complex) -> Complex:
 def _factors(plate: Near, omega: float) -> list[Any]:
     """LU factors of R + j omega L, class by class."""
     return [lu_factor(part.R + 1j * omega * part.L, overwrite_a=True, check_finite=False) for part in plate.classes]
+
+
+@lru_cache(maxsize=16)
+def _by_others(plate: Near, omega: float) -> list[Complex]:
+    """What the combinations of other plates' fields drive, class by class."""
+    return [_currents(factor, part.fluxes)
+            for part, factor in zip(plate.classes, _factors(plate, omega), strict=True)]  # fmt: skip
 
 
 def _means(coils: tuple[Coil, ...], windings: str, plate: Near, poses: tuple[Array, Array]) -> Array:
