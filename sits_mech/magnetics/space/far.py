@@ -2,10 +2,11 @@
 
 Of all that a plate can see (D of its combinations at its box's points, q x 3 x r: `Basis.fields` of the polynomials'
 coefficients there) little comes from beyond a distance c. Whatever comes from there is the field of currents m on the
-box grown by c, which drive a = D^T K m, K = 1/|r - r'|. Weighted by how strongly the plate answers, w (both parts of
-Y_rr, each to its largest, make w^2), random currents m show the directions Q of a that matter,
+box grown by c, which drive a = D^T K m, K = 1/|r - r'|. Weighted by how strongly the plate answers, W (both parts of Y,
+each to its largest, make W^2, whatever combinations span a class), random currents m show the directions Q of a that
+matter,
 
-    w a = Q Q^T w a,    a = U f,    U = w^-1 Q,    f = C^T K m,    C = D w Q.
+    W a = Q Q^T W a,    a = U f,    U = W^-1 Q,    f = C^T K m,    C = D W Q.
 
 Of a plate at rest, what the coils drive in it is in Q before all others, so that its field, which comes first, is
 whole. Of the points few are kept, from which K to the others is interpolated (by pivots), and C lives on these alone.
@@ -28,9 +29,10 @@ from scipy.spatial.distance import cdist
 
 from sits_mech.magnetics.space.fields import Box, to_coefficients
 from sits_mech.magnetics.space.modes import Basis, Blocks
-from sits_mech.quantities import Array, Complex
+from sits_mech.quantities import Array, Complex, Integers
 
-_POINT = 1e-3  # of the strongest point, weaker ones are interpolated
+_Weights = list[tuple[Integers, Array]]  # by parts of rows
+_POINT = 2e-4  # of the strongest point, weaker ones are interpolated
 _FAINT = 1e-6  # of the strongest answer, below which combinations count alike
 _SKETCH = 128  # random currents, doubled until they show faint directions
 
@@ -87,21 +89,24 @@ def seen_from(plate: Plate, clearance: float, omega: float, lost: float, coils: 
     box, Y = plate.box, plate.admittance(omega)
     points, r = box.points(), Y.size
     K = 1.0 / cdist(_around(box, clearance), points)
-    w = _strength(Y.diagonal, coils)[:, None]
+    strength_of, weak_of = _weights(Y, coils)
     Q, strength, count = np.zeros((r, 0)), np.ones(1), 0
     while strength[-1] > lost * strength[0] and count < r:
         count = min(max(2 * count, _SKETCH), r)
         field = K.T @ np.random.default_rng(0).normal(size=(len(K), 3 * count))
-        Q, strength = np.linalg.svd(w * seen(plate, field.reshape(len(points), 3, count), r), full_matrices=False)[:2]
+        Q, strength = np.linalg.svd(
+            _weighted(strength_of, seen(plate, field.reshape(len(points), 3, count), r)), full_matrices=False
+        )[:2]  # fmt: skip
     Q = Q[:, strength > lost * strength[0]]
     if coils:
-        first = (Y @ np.eye(r, coils, coils - r))[: r - coils] / w[: r - coils]
-        first = np.vstack([np.hstack([first.real, first.imag]), np.zeros((coils, 2 * coils))])
+        found = Y @ np.eye(r, coils, coils - r)
+        first = _weighted(weak_of, np.hstack([found.real, found.imag]))
+        first[r - coils :] = 0.0
         size = np.linalg.norm(first, axis=0)
         Q = np.linalg.qr(np.hstack([first[:, size > 0.0] / size[size > 0.0], Q]))[0]
     few, carried = _chosen(K)
-    moments = carried @ _radiated(plate, w * Q).reshape(len(points), -1)
-    return Far(points[few], moments.reshape(len(few), 3, -1), Q / w)
+    moments = carried @ _radiated(plate, _weighted(strength_of, Q)).reshape(len(points), -1)
+    return Far(points[few], moments.reshape(len(few), 3, -1), _weighted(weak_of, Q))
 
 
 @lru_cache(maxsize=64)
@@ -111,11 +116,30 @@ def answers_to(plate: Plate, far: Far, omega: float) -> tuple[Complex, Complex]:
     return answer, far.fields.T @ answer.real + 1j * (far.fields.T @ answer.imag)
 
 
-def _strength(Y: Complex, coils: int) -> Array:
-    """w from Y's diagonal: both what is lost in the plate and what is not counts to the largest; of coils, 1."""
-    parts = np.abs([Y.real, Y.imag])[:, : len(Y) - coils]
-    size = np.sqrt((parts / np.maximum(parts.max(axis=1, keepdims=True), np.finfo(float).tiny)).sum(axis=0))
-    return np.append(np.maximum(size, _FAINT), np.ones(coils))
+def _weights(Y: Blocks, coils: int) -> tuple[_Weights, _Weights]:
+    """W and its inverse, by parts of rows: both what is lost in the plate and what is not counts to the largest."""
+    parts = []
+    for rows, part in Y.parts:
+        own = rows < Y.size - coils
+        block = part[np.ix_(own, own)]
+        parts.append((rows[own], [side * (np.sign(np.trace(side)) or 1.0) for side in (block.real, block.imag)]))
+    most = [max(max(np.linalg.eigvalsh(sides[k]).max() for _, sides in parts), np.finfo(float).tiny) for k in (0, 1)]
+    strong: _Weights = []
+    weak: _Weights = []
+    for rows, (R, X) in parts:
+        values, V = np.linalg.eigh(R / most[0] + X / most[1])
+        root = np.sqrt(np.maximum(values, _FAINT**2))
+        strong.append((rows, (V * root) @ V.T))
+        weak.append((rows, (V / root) @ V.T))
+    return strong, weak
+
+
+def _weighted(weights: _Weights, columns: Array) -> Array:
+    """W, or its inverse, times columns; coils' rows as they are."""
+    found = columns.copy()
+    for rows, W in weights:
+        found[rows] = W @ columns[rows]
+    return found
 
 
 def seen(plate: Plate, field: Array, r: int) -> Array:

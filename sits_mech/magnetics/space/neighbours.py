@@ -38,7 +38,7 @@ from sits_mech.magnetics.space.near import Near, near_answered
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil
 
-_MOVING, _FIXED = 2e-3, 5e-3  # directions that are left out, to the strongest: tests/magnetics/space/test_far.py
+_MOVING, _FIXED = 1e-3, 5e-3  # directions that are left out, to the strongest: tests/magnetics/space/test_far.py
 _LEFT, _STEPS = 1e-5, 12  # of what is refined, and steps until it is solved anew
 
 

@@ -6,6 +6,8 @@ import pytest
 from sits_mech.magnetics import sheets as model
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space import neighbours
+from sits_mech.magnetics.space.far import _weights
+from sits_mech.magnetics.space.modes import Blocks
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import load_sensor
 
@@ -51,3 +53,15 @@ def test_a_target_seen_cell_by_cell_is_that_of_polynomials(monkeypatch: pytest.M
     np.testing.assert_allclose(near[0], L, rtol=0, atol=1e-3 * np.abs(L).max())
     np.testing.assert_allclose(near[1], R, rtol=0, atol=5e-3 * np.abs(R).max())
     assert np.abs(near[0] - L).max() > 0.0
+
+
+def test_weights_do_not_hang_on_what_spans_a_class() -> None:
+    """Combinations turned among themselves, as another processor may find them: the same weights, turned."""
+    rng = np.random.default_rng(0)
+    R, X = (np.linalg.qr(rng.normal(size=(5, 5)))[0] for _ in range(2))
+    Y, turn = R @ np.diag([3.0, 1.0, 0.5, 0.1, 0.01]) @ R.T - 1j * X @ np.diag([9.0, 4.0, 2.0, 0.3, 0.1]) @ X.T, X @ R
+    rows = np.arange(5)
+    (((_, W),), ((_, inverse),)) = _weights(Blocks(5, ((rows, Y),)), 0)
+    (((_, turned),), _) = _weights(Blocks(5, ((rows, turn.T @ Y @ turn),)), 0)
+    np.testing.assert_allclose(turned, turn.T @ W @ turn, atol=1e-12)
+    np.testing.assert_allclose(W @ inverse, np.eye(5), atol=1e-12)
