@@ -56,15 +56,17 @@ def reactions(
     list of ndarray, shapes (p, n, n)
         Delta Z, one array a division, symmetric [ohm].
     """
-    results = [np.empty((poses[1].shape[0], len(coils), len(coils)), dtype=complex) for _ in plates]
+    results = np.empty((len(plates), len(poses[1]), len(coils), len(coils)), dtype=complex)
     asked, omega = _asked(plates[0], frequency), 2 * np.pi * frequency
     asked[0] += len(coils) * len(poses[1])
     for some, drive, rank, levels in drives(coils, windings, plates[0], poses):
         pairs = np.arange(len(rank))[:, None, None], rank[:, :, None], rank[:, None, :]
-        for result, plate in zip(results, plates, strict=True):
-            found = _by_modes(plate, drive, omega) if asked[0] <= _FEW else _reaction(plate, drive, levels, omega)
-            result[some] = found[pairs]
-    return results
+        if asked[0] <= _FEW:
+            found = np.stack([_by_modes(plate, drive, omega) for plate in plates])
+        else:
+            found = _reaction(tuple(plates), drive, levels, omega)
+        results[:, some] = found[:, *pairs]
+    return list(results)
 
 
 def answered(
@@ -169,10 +171,10 @@ def _of_order(plate: Sheeted, needed: tuple[int, ...]) -> tuple[Nodes, list[tupl
 
 
 @lru_cache(maxsize=8)
-def _responses(plate: Sheeted, omega: float) -> tuple[Array, ...]:
-    """Real and imaginary part of each class's Y, shape (r, 2, r)."""
-    answers = (part.admittance(omega) for part in plate.classes)
-    return tuple(np.stack([Y.real, Y.imag], axis=1) for Y in answers)
+def _responses(plates: tuple[Sheeted, ...], omega: float) -> tuple[Array, ...]:
+    """Real and imaginary part of each class's Y on all d divisions, shape (r, 2, d, r)."""
+    answers = zip(*([part.admittance(omega) for part in plate.classes] for plate in plates), strict=True)
+    return tuple(np.stack([np.stack([Y.real, Y.imag], axis=1) for Y in each], axis=2) for each in answers)
 
 
 @lru_cache(maxsize=1024)
@@ -191,24 +193,24 @@ def _by_modes(plate: Sheeted, drive: Array, omega: float) -> Complex:
     return total
 
 
-def _reaction(plate: Sheeted, drive: Array, levels: Integers, omega: float) -> Complex:
-    """Sum of the classes' reactions for drives (p, n, all classes' r) of coils of some levels, high ones first."""
-    p, n, _ = drive.shape
-    total = np.zeros((p, n, 2, n))
+def _reaction(plates: tuple[Sheeted, ...], drive: Array, levels: Integers, omega: float) -> Complex:
+    """As `_by_modes` on all d divisions in one product, (d, p, n, n), for coils of some levels, high ones first."""
+    (p, n, _), d = drive.shape, len(plates)
+    total = np.zeros((p, n, 2, d, n))
     firsts = _blocks(levels)
     for first, end in zip(firsts, (*firsts[1:], n), strict=True):
-        start, found = 0, np.zeros((p, 2 * (end - first), n - first))
-        for basis, Y in zip(plate.bases, _responses(plate, omega), strict=True):
+        start, found = 0, np.zeros((p, 2 * d * (end - first), n - first))
+        for basis, Y in zip(plates[0].bases, _responses(plates, omega), strict=True):
             r = basis.widths[levels[first]]
             if r > 0:
                 part = drive[:, first:, start : start + r]
-                answer = part[:, : end - first].reshape(p * (end - first), r) @ Y[:r, :, :r].reshape(r, 2 * r)
-                found += answer.reshape(p, 2 * (end - first), r) @ np.swapaxes(part, 1, 2)
+                answer = part[:, : end - first].reshape(-1, r) @ Y[:r, ..., :r].reshape(r, -1)
+                found += answer.reshape(p, -1, r) @ np.swapaxes(part, 1, 2)
             start += len(Y)
-        total[:, first:end, :, first:] = found.reshape(p, end - first, 2, n - first)
+        total[:, first:end, ..., first:] = found.reshape(p, end - first, 2, d, n - first)
     block = np.searchsorted(firsts, np.arange(n), "right")
-    Z = (total[:, :, 0] + 1j * total[:, :, 1]) * (np.sign(block - block[:, None]) / 2 + 0.5)
-    return np.asarray(Z + np.swapaxes(Z, 1, 2))
+    Z = np.moveaxis(total[:, :, 0] + 1j * total[:, :, 1], 2, 0) * (np.sign(block - block[:, None]) / 2 + 0.5)
+    return np.asarray(Z + np.swapaxes(Z, 2, 3))
 
 
 def _blocks(levels: Integers) -> list[int]:
