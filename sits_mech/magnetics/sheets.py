@@ -204,7 +204,9 @@ class Sheets:
             own, beyond = replace(rung, single=self.single), min(clear[1:], default=0.0)
             return [_divided(self.like or sensor, kind, own, (near, beyond), frequency) for kind, near in each]
 
-        plates, rung, large = fitting(self.tolerance, asked, divided)
+        metals = [part.plate for part in parts if part.susceptibility == 0.0]
+        half = max(plate.thickness / 2 / skin_depth(frequency[1], plate.metal.conductivity) for plate in metals)
+        plates, rung, large = fitting(self.tolerance, asked, half, divided)
         notes = [*large, *(part.title + note for part, each in zip(parts, plates, strict=True) for note in each.notes)]
         if sensor.conductors:
             values = self._together(parts, plates, frequency[0])
@@ -217,7 +219,7 @@ class Sheets:
         lost = max(plate.unseen for plate in plates) * np.array(_RADIATED if sensor.conductors else (1.0, 1.0))
         if large and rung.along[0] == rung.along[1]:
             lost = lost + ROUGH / 2
-        if isinstance(plates[0].divisions[0], Near):
+        if sensor.target is not None and isinstance(plates[0].divisions[0], Near):
             left = left.real + 1j * _NEAR * left.imag
         if sensor.conductors:
             left = _BETWEEN * left.real + 1j * left.imag
@@ -307,9 +309,10 @@ def _divided(
     """
     alone, (asked, top), (plate, outline, susceptibility, sources, become) = not sensor.conductors, frequency, part
     clearance, others = clear
-    near = sources is None and is_near(plate, outline, clearance, rung)
+    near = sources is not None or is_near(plate, outline, clearance, rung)
     apart, place = (clearance, (0.0, 0.0)) if sources is None else (sources.distance, sources.place[:2])
-    length = min(field_length(coil, apart + (0.0 if near else plate.thickness / 2)) for coil in sensor.coils)
+    deep = 0.0 if near and sources is None else plate.thickness / 2
+    length = min(field_length(coil, apart + deep) for coil in sensor.coils)
     if not alone:
         length = min(length, _PLATES * (clearance + plate.thickness / 2))
     if sources is not None and susceptibility != 0.0:
@@ -320,11 +323,12 @@ def _divided(
     become = become if become != plate else None
     divisions: tuple[Any, ...]
     if near:
-        divisions = prepared_near(plate, outline, rung, scale, others, become)
+        others = others if sources is None else clearance
+        divisions = prepared_near(plate, outline, rung, scale, others, become, sources)
     else:
-        divisions = prepared(plate, outline, rung, scale, sources, become)
+        divisions = prepared(plate, outline, rung, scale, become)
     thickness = (become or plate).thickness / skin_depth(asked, plate.metal.conductivity)
-    lost = 0.0 if near else unseen(divisions[0].box)
+    lost = 0.0 if near and sources is None else unseen(divisions[0].box)
     return _Divided(divisions, thickness, lost, _notes(thickness, divisions[-1].sheets, lost))
 
 

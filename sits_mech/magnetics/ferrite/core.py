@@ -166,7 +166,7 @@ def prepare_core(
             whole = np.vstack([_combined(bases[k], box, rows, G), driven])
             blocks.append(whole @ solve(A, whole.T, assume_a="sym") / (8.0 * mu_0))
         count = len(sources.coils)
-        frame = Sheeted(box, tuple(bases), (), 24 * volume.size, 2 * (axes[2].size - 1), count)
+        frame = Sheeted(box, tuple(bases), (), 24 * volume.size, 2 * (axes[2].size - 1))
         found.append(Core(frame, _joined(blocks, count)))
     return tuple(found)
 

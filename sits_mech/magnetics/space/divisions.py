@@ -32,15 +32,15 @@ from sits_mech.magnetics.space.fields import Box
 from sits_mech.magnetics.space.loops import most_unknowns
 from sits_mech.magnetics.space.modes import Sheeted, packed, prepare_sheets, unpacked
 from sits_mech.magnetics.space.near import Near, prepare_near
-from sits_mech.magnetics.space.rungs import Rung, TooLarge, star
+from sits_mech.magnetics.space.rungs import ACROSS, ACROSS_LEVEL, Rung, TooLarge, star
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.memory import GIB, VARIABLE, check_seconds, memory_limit
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil, Target
 
 _ALONG = Grading(first=1.3, growth=1.9, largest=0.5)  # first over the skin depth, largest over `field_length`
-_ACROSS = Grading(first=0.58, growth=1.35, largest=np.inf)  # sheets over the skin depth
-_LEVELS = 5.5, 4.0  # of cells of these sizes, along and across
+_ACROSS = Grading(first=ACROSS, growth=1.35, largest=np.inf)  # sheets over the skin depth
+_LEVELS = 5.5, ACROSS_LEVEL  # of cells of these sizes, along and across
 _WIDEST, _FINEST = 0.4, 0.1  # largest cell over the plate's half width, at most and at least
 _SINGLE = 0.3  # half thickness over the skin depth up to which one sheet a half carries the current
 _DEEPEST, _NARROWEST = 0.13, 0.006  # least skin depth that is resolved, over the half thickness and half width
@@ -69,15 +69,14 @@ class _Family:
 
 @lru_cache(maxsize=12)
 def prepared(
-    target: Target, outline: Outline | None, rung: Rung, scale: _Scale, sources: Sources | None = None,
-    become: Target | None = None,
-) -> tuple[Sheeted, ...]:  # fmt: skip
+    target: Target, outline: Outline | None, rung: Rung, scale: _Scale, become: Target | None = None
+) -> tuple[Sheeted, ...]:
     """Return the target on some divisions, the finest first, prepared for a range of clearance and frequency.
 
     `scale` has the clearance from which on it holds [m], the frequency up to which it does [Hz], how far from the
-    target's middle the coils' currents call for small cells, and the length on which their field changes [m]. `sources`
-    are the coils, if it stands still. A rectangle or disc that the target has `become`, a little larger or smaller, has
-    the target's cells and polynomials, so that differences of both are free of what other divisions change.
+    target's middle the coils' currents call for small cells, and the length on which their field changes [m]. A
+    rectangle or disc that the target has `become`, a little larger or smaller, has the target's cells and polynomials,
+    so that differences of both are free of what other divisions change.
 
     Raises
     ------
@@ -86,10 +85,8 @@ def prepared(
     """
     family, metal = _fitting_family(target, outline, rung, scale, (become, False)), target.metal.conductivity
     found = kept(
-        (family.divisions, metal, family.box, family.highest, family.depth, sources),
-        lambda: prepare_sheets(
-            family.divisions, metal, family.box, highest=family.highest, depth=family.depth, sources=sources
-        ),
+        (family.divisions, metal, family.box, family.highest, family.depth),
+        lambda: prepare_sheets(family.divisions, metal, family.box, highest=family.highest, depth=family.depth),
         packed, partial(unpacked, family.box),
     )  # fmt: skip
     return tuple(plate.resolved for plate in found) if family.resolved else found
@@ -98,16 +95,16 @@ def prepared(
 @lru_cache(maxsize=4)
 def prepared_near(
     target: Target, outline: Outline | None, rung: Rung, scale: _Scale, others: float = 0.0,
-    become: Target | None = None,
+    become: Target | None = None, sources: Sources | None = None,
 ) -> tuple[Near, ...]:  # fmt: skip
-    """Return a target that does without polynomials along the plate, but of what comes from `others`, so far away [m];
-    0: there are none. Otherwise as `prepared`.
+    """Return a plate that does without polynomials along itself, but of what comes from `others`, so far away [m]; 0:
+    there are none. `sources` are the coils, if it stands still. Otherwise as `prepared`.
     """
     family = _fitting_family(target, outline, rung, scale, (become, True))
     highest = math.inf if family.resolved else family.highest / RESOLVED**2
     return prepare_near(
         family.divisions, target.metal.conductivity, family.box, highest=highest, depth=family.depth,
-        others=field_box(target, outline, others, rung) if others > 0.0 else None,
+        others=field_box(target, outline, others, rung) if others > 0.0 else None, sources=sources,
     )  # fmt: skip
 
 

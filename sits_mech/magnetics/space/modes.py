@@ -34,12 +34,12 @@ from scipy.linalg import cholesky, eigh, solve_triangular
 
 from sits_mech.geometry.sheet_plan import Integers, Plan
 from sits_mech.magnetics.modes import Modes, few_modes
-from sits_mech.magnetics.space.classes import Problem, driven, kernel, mixed, problems, scaled, stacked
+from sits_mech.magnetics.space.classes import Problem, kernel, mixed, problems, scaled, stacked
 from sits_mech.magnetics.space.fields import Box, decay_scale, field_means, without_gradients
-from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Array, Complex
 
 _KEEP = 1e-5  # weaker combinations of fields are left out: their energy, to the strongest, is the square
+_SKETCH = 256  # random currents, doubled until they show weaker combinations
 _ROUNDING = 1e-12  # a field whose means are smaller, to the largest, is of another symmetry than the class
 
 
@@ -108,8 +108,6 @@ class Sheeted:
         One a symmetry class, seen through its combinations.
     unknowns, sheets : int
         Its size as a discrete problem.
-    sources : int
-        Coils that each class sees beside its combinations, after them: of a plate that stands still.
     """
 
     box: Box
@@ -117,7 +115,6 @@ class Sheeted:
     classes: tuple[Modes, ...]
     unknowns: int
     sheets: int
-    sources: int = 0
 
     @property
     def resolved(self) -> Sheeted:
@@ -125,19 +122,17 @@ class Sheeted:
         return replace(self, classes=tuple(replace(part, highest=np.inf) for part in self.classes))
 
     def admittance(self, omega: float) -> Blocks:
-        """Return Y of all classes' combinations, and of the plate's own coils after them; omega [rad/s]."""
+        """Return Y of all classes' combinations; omega [rad/s]."""
         ends = np.cumsum([0, *(basis.fields.shape[1] for basis in self.bases)])
-        own = np.arange(int(ends[-1]), int(ends[-1]) + self.sources)
-        places = [np.concatenate([np.arange(*pair), own]) for pair in pairwise(ends)]
-        return Blocks(int(ends[-1]) + self.sources, tuple(
+        places = (np.arange(*pair) for pair in pairwise(ends))
+        return Blocks(int(ends[-1]), tuple(
             (some, part.admittance(omega)) for some, part in zip(places, self.classes, strict=True)
         ))  # fmt: skip
 
 
 def prepare_sheets(
-    divisions: Sequence[tuple[Plan, Array]], conductivity: float, box: Box, *, highest: float, depth: float = 0.0,
-    sources: Sources | None = None,
-) -> tuple[Sheeted, ...]:  # fmt: skip
+    divisions: Sequence[tuple[Plan, Array]], conductivity: float, box: Box, *, highest: float, depth: float = 0.0
+) -> tuple[Sheeted, ...]:
     """Find a plate's modes on several divisions.
 
     Parameters
@@ -152,23 +147,20 @@ def prepare_sheets(
         Frequency up to which the modes answer [Hz].
     depth : float
         How far from the rim current may pass between sheets [m].
-    sources : Sources or None
-        Coils that a plate which stands still sees as they are.
     """
     bases: dict[tuple[int, int], Basis] = {}
     found: list[tuple[dict[tuple[int, int], Modes], int, int]] = []
     metal = conductivity, 2 * np.pi * highest
     for k, (plan, levels) in enumerate(divisions):
         same = [i for i, (other, z) in enumerate(divisions[:k]) if other is plan and np.array_equal(z, levels)]
-        once = found[same[0]][:2] if same else _modes(plan, levels, metal, (box, depth, sources), bases)
+        once = found[same[0]][:2] if same else _modes(plan, levels, metal, (box, depth), bases)
         found.append((*once, 2 * (levels.size - 1)))
-    count = 0 if sources is None else len(sources.coils)
     if not bases:
         raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")
-    none = {key: Modes(np.zeros(0), np.zeros((basis.fields.shape[1] + count, 0))) for key, basis in bases.items()}
+    none = {key: Modes(np.zeros(0), np.zeros((basis.fields.shape[1], 0))) for key, basis in bases.items()}
     seen = tuple(bases.values())
     return tuple(
-        Sheeted(box, seen, tuple(classes.get(key, none[key]) for key in bases), unknowns, sheets, count)
+        Sheeted(box, seen, tuple(classes.get(key, none[key]) for key in bases), unknowns, sheets)
         for classes, unknowns, sheets in found
     )
 
@@ -176,7 +168,7 @@ def prepare_sheets(
 def packed(plates: Sequence[Sheeted]) -> dict[str, Any]:
     """Return the divisions of a plate as arrays by name."""
     first = plates[0]
-    found: dict[str, Any] = {"sizes": [[plate.unknowns, plate.sheets, plate.sources] for plate in plates]}
+    found: dict[str, Any] = {"sizes": [[plate.unknowns, plate.sheets] for plate in plates]}
     for k, basis in enumerate(first.bases):
         found |= {f"rows_{k}": basis.rows, f"fields_{k}": basis.fields, f"widths_{k}": basis.widths}
     for d, plate in enumerate(plates):
@@ -200,33 +192,30 @@ def unpacked(box: Box, arrays: Mapping[str, Any]) -> tuple[Sheeted, ...]:
 
 
 def _modes(
-    plan: Plan, levels: Array, metal: tuple[float, float], reach: tuple[Box, float, Sources | None],
+    plan: Plan, levels: Array, metal: tuple[float, float], reach: tuple[Box, float],
     bases: dict[tuple[int, int], Basis],
 ) -> tuple[dict[tuple[int, int], Modes], int]:  # fmt: skip
     """Classes of one division by order and mirror, and unknowns; the first division fills `bases`.
 
     `metal` is its conductivity and the highest angular frequency.
     """
-    box, depth, sources = reach
+    box, depth = reach
     prisms = stacked(plan, levels)
     means = kernel(plan, levels, prisms)
     fields = field_means(plan, prisms, box)
-    driving = None if sources is None else sources.means(plan, prisms)
     classes, unknowns, first = {}, 0, not bases
     for key, problem in problems(plan, levels, depth):
         if not (first or key in bases):
             continue
         L, R, unit = scaled(problem, means, metal[0])
         bases[key], B = combined(problem, box, fields, (R, unit), bases.get(key))
-        if driving is not None:
-            B = np.vstack([B, driven(problem, driving) * unit])
         classes[key] = few_modes(L, R, B, metal[1], weight=problem.weight)
         unknowns += problem.loops.unknowns * int(problem.weight)
     return classes, unknowns
 
 
 def combined(
-    problem: Problem, box: Box, fields: Array, units: tuple[Complex, Array], basis: Basis | None
+    problem: Problem, box: Box, fields: Array, units: tuple[Complex, Array], basis: Basis | None, keep: float = _KEEP
 ) -> tuple[Basis, Complex]:
     """Return a class's combinations of fields, and their fluxes (r, unknowns).
 
@@ -240,13 +229,15 @@ def combined(
         R and the unit of each unknown, as of `scaled`.
     basis : Basis or None
         Those of another division; None: to be found.
+    keep : float
+        Weaker combinations, to the strongest, are left out.
     """
     (R, unit), scale = units, decay_scale(box)
     rows, B = _fluxes(problem, fields, None if basis is None else basis.rows)
     B = B * unit * scale[rows, None]
     if basis is None:
         strong = without_gradients(box, rows, _resisted(R, B, problem.weight))
-        basis = _by_level(box, rows, _strongest(strong) / scale[rows, None])
+        basis = _by_level(box, rows, _strongest(strong, keep) / scale[rows, None])
     return basis, (basis.fields * scale[basis.rows, None]).T @ B[np.searchsorted(rows, basis.rows)]
 
 
@@ -258,18 +249,30 @@ def _resisted(R: Complex, B: Complex, weight: float) -> Array:
     return np.asarray(seen.real)
 
 
-def _strongest(seen: Array) -> Array:
-    """Few orthonormal combinations of fields in which currents see nearly all, from `seen` (fields, currents)."""
+def _strongest(seen: Array, keep: float) -> Array:
+    """Few orthonormal combinations of fields in which currents see nearly all, from `seen` (fields, currents).
+
+    Of many they are sought in what random currents show.
+    """
     size = np.linalg.norm(seen, axis=1)
-    rows = np.flatnonzero(size > _KEEP * 1e-2 * size.max())
-    coupled = seen[rows]
-    few = coupled.shape[1] < coupled.shape[0]
-    values, vectors = eigh(coupled.T @ coupled if few else coupled @ coupled.T)
-    keep = values > _KEEP**2 * values[-1]
-    vectors = vectors[:, keep]
-    basis = np.zeros((seen.shape[0], vectors.shape[1]))
-    basis[rows] = coupled @ (vectors / np.sqrt(values[keep])) if few else vectors
-    return basis
+    rows = np.flatnonzero(size > keep * 1e-2 * size.max())
+    coupled, span = seen[rows], np.eye(0)
+    count, most = _SKETCH, min(coupled.shape) // 2
+    while count < most:
+        span = np.linalg.qr(coupled @ np.random.default_rng(2).normal(size=(coupled.shape[1], count)))[0]
+        within = span.T @ coupled
+        values, vectors = eigh(within @ within.T)
+        if values[0] < keep**2 * values[-1]:
+            break
+        count *= 2
+    else:
+        few = coupled.shape[1] < coupled.shape[0]
+        values, vectors = eigh(coupled.T @ coupled if few else coupled @ coupled.T)
+        span = coupled if few else np.eye(len(rows))
+    kept = values > keep**2 * values[-1]
+    basis = np.zeros((seen.shape[0], int(kept.sum())))
+    basis[rows] = span @ vectors[:, kept]
+    return np.asarray(basis / np.linalg.norm(basis, axis=0))
 
 
 def _by_level(box: Box, rows: Integers, fields: Array) -> Basis:

@@ -1,23 +1,24 @@
-"""A plate close above the coils sees their potential itself, cell by cell, and answers at one frequency.
+"""A plate that sees the coils' potential itself, cell by cell, and answers at one frequency: close to them, or at rest.
 
-Close to a wide plate the polynomials of the coils' field over its box would be too many (`divisions.is_near`). Nothing
-stands between here: the mean of each coil's A over each cell, in each pose, drives the currents of every symmetry class
-(`classes`), whose matrices are factored once a frequency,
+Close to a wide plate the polynomials of the coils' field over its box would be too many (`divisions.is_near`), and a
+plate that does not move needs none. Nothing stands between here: the mean of each coil's A over each cell, in each
+pose, drives the currents of every symmetry class (`classes`), whose matrices are factored once a frequency,
 
     (R + j omega L) i_c = -j omega g_c,    Delta Z_cd = omega^2 g_c^H (R + j omega L)^-1 g_d.
 
 Through the plate's thickness A is a polynomial, of few terms; along it Gauss points of each cell, two along an axis
 where the windings are further away than a cell is long and one more for each doubling of the cell over that distance. A
-pose costs some tens of milliseconds. Other plates are further away than the coils: their fields it sees through few
-polynomials (`modes.combined`).
+pose costs some tens of milliseconds; at rest the potential is taken once (`sources`). Other plates are further away
+than the coils: their fields it sees through few polynomials (`modes.combined`).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -32,10 +33,12 @@ from sits_mech.magnetics.space.far import Far, answers_to
 from sits_mech.magnetics.space.fields import Box, chebyshev, field_means, to_coefficients
 from sits_mech.magnetics.space.modes import Basis, Blocks, combined
 from sits_mech.magnetics.space.prisms import Prisms, gauss_points
-from sits_mech.quantities import Array, Complex
+from sits_mech.magnetics.space.sources import Sources
+from sits_mech.quantities import Array, Complex, Integers
 from sits_mech.scene.sensor import Coil
 
 _HELD = 3_000_000  # numbers held at once
+_KEEP = 1e-4  # weaker combinations of other plates' fields are left out, a tenth of what `neighbours` leaves out
 _MOST = 5  # Gauss points along an axis
 _WITHIN = 6  # Gauss points through a sheet, for means of its polynomials: exact to the 11th order
 
@@ -43,7 +46,7 @@ _WITHIN = 6  # Gauss points through a sheet, for means of its polynomials: exact
 @dataclass(frozen=True)
 class _Class:
     """A symmetry class: its loops, L and R on unknowns of like resistance, what scales these, fluxes of combinations of
-    other fields, and which of all those are its.
+    other fields and of coils at rest, and which of all those are its.
     """
 
     problem: Problem
@@ -51,7 +54,7 @@ class _Class:
     R: Complex
     unit: Array
     fluxes: Complex
-    columns: slice
+    columns: Integers
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +75,8 @@ class Near:
         Of other plates' fields.
     bases : tuple of Basis
         Combinations of these, one a symmetry class; empty where there are no other plates.
+    sources : int
+        Coils that it sees at rest, after these.
     """
 
     plan: Plan
@@ -81,6 +86,7 @@ class Near:
     highest: float
     box: Box
     bases: tuple[Basis, ...] = ()
+    sources: int = 0
 
     @property
     def sheets(self) -> int:
@@ -120,21 +126,20 @@ class Near:
         return np.asarray(np.einsum("slqk,q->slk", T, weights / 2) @ to_coefficients(order))
 
     def admittance(self, omega: float) -> Blocks:
-        """Return Y of the combinations of other plates' fields; omega [rad/s]."""
+        """Return Y of the combinations of other plates' fields, and of coils at rest after them; omega [rad/s]."""
         return Blocks(self.seen, tuple(
-            (np.arange(self.seen)[part.columns], beyond(partial(_seen, self, k), omega, self.highest))
-            for k, part in enumerate(self.classes)
+            (part.columns, beyond(partial(_seen, self, k), omega, self.highest)) for k, part in enumerate(self.classes)
         ))  # fmt: skip
 
     @property
     def seen(self) -> int:
-        """Combinations of other plates' fields."""
-        return sum(basis.fields.shape[1] for basis in self.bases)
+        """Combinations of other plates' fields, and coils at rest."""
+        return self.sources + sum(int(basis.fields.shape[1]) for basis in self.bases)
 
 
 def prepare_near(
     divisions: Sequence[tuple[Plan, Array]], conductivity: float, coils: Box, *, highest: float, depth: float = 0.0,
-    others: Box | None = None,
+    others: Box | None = None, sources: Sources | None = None,
 ) -> tuple[Near, ...]:  # fmt: skip
     """Return a plate's divisions.
 
@@ -144,33 +149,49 @@ def prepare_near(
         As of `prepare_sheets`.
     coils, others : Box
         Of the coils' fields, and of other plates', if there are any.
+    sources : Sources or None
+        Coils that a plate which stands still sees as they are.
     """
-    made: list[Near] = []
+    found: list[dict[tuple[int, int], _Class]] = []
     bases: dict[tuple[int, int], Basis] = {}
     for k, (plan, levels) in enumerate(divisions):
         same = [i for i, (other, z) in enumerate(divisions[:k]) if other is plan and np.array_equal(z, levels)]
-        if same:
-            made.append(made[same[0]])
-            continue
-        prisms = stacked(plan, levels)
-        means = kernel(plan, levels, prisms)
-        fields = None if others is None else field_means(plan, prisms, others)
-        classes = []
-        for key, problem in problems(plan, levels, depth):
-            L, R, unit = scaled(problem, means, conductivity)
-            B: Any = np.zeros((0, len(unit)))
-            start = 0
-            if fields is not None and others is not None and (not made or key in bases):
-                bases[key], B = combined(problem, others, fields, (R, unit), bases.get(key))
-                before = list(bases.values())[: list(bases).index(key)]
-                start = sum(basis.fields.shape[1] for basis in before)
-            classes.append(_Class(problem, L, R, unit, B, slice(start, start + len(B))))
-        made.append(Near(
-            plan, levels, coils, tuple(classes), 2 * np.pi * highest, others or coils, tuple(bases.values())
-        ))  # fmt: skip
-    if not made[0].classes:
+        metal, beside = (conductivity, depth), (others, sources)
+        found.append(found[same[0]] if same else _classes(plan, levels, metal, beside, bases))
+    if not found[0]:
         raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")
-    return tuple(made)
+    ends = np.cumsum([0, *(basis.fields.shape[1] for basis in bases.values())])
+    own = np.arange(0 if sources is None else len(sources.coils)) + ends[-1]
+    columns = {key: np.concatenate([np.arange(a, b), own]) for key, (a, b) in zip(bases, pairwise(ends), strict=True)}
+    return tuple(
+        Near(
+            plan, levels, coils, tuple(replace(part, columns=columns.get(key, own)) for key, part in classes.items()),
+            2 * np.pi * highest, others or coils, tuple(bases.values()), len(own),
+        )
+        for (plan, levels), classes in zip(divisions, found, strict=True)
+    )  # fmt: skip
+
+
+def _classes(
+    plan: Plan, levels: Array, metal: tuple[float, float], beside: tuple[Box | None, Sources | None],
+    bases: dict[tuple[int, int], Basis],
+) -> dict[tuple[int, int], _Class]:  # fmt: skip
+    """Classes of one division; the first one fills `bases`. `metal`: conductivity, and depth as of `prepare_sheets`."""
+    (conductivity, depth), (others, sources) = metal, beside
+    prisms, first = stacked(plan, levels), not bases
+    means = kernel(plan, levels, prisms)
+    fields = None if others is None else field_means(plan, prisms, others)
+    driving = None if sources is None else sources.means(plan, prisms)
+    classes = {}
+    for key, problem in problems(plan, levels, depth):
+        L, R, unit = scaled(problem, means, conductivity)
+        B: Any = np.zeros((0, len(unit)))
+        if others is not None and (first or key in bases):
+            bases[key], B = combined(problem, others, np.asarray(fields), (R, unit), bases.get(key), _KEEP)
+        if driving is not None:
+            B = np.vstack([B, driven(problem, driving) * unit])
+        classes[key] = _Class(problem, L, R, unit, B, np.zeros(0, dtype=int))
+    return classes
 
 
 def near_reactions(

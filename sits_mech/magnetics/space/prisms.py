@@ -53,6 +53,10 @@ class Prisms:
     low: Array
     high: Array
 
+    def some(self, index: Any) -> Prisms:
+        """Return some of them."""
+        return Prisms(self.corners[index], self.low[index], self.high[index])
+
 
 def box_means(x: Array, y: Array, z: Array) -> Array:
     """Return G between the boxes of one octant and all boxes of the mirrored tensor mesh.

@@ -60,14 +60,25 @@ class Sources:
         prisms : Prisms
             The upper half's cells, n of them.
         """
-        sides = (prisms.corners.max(1) - prisms.corners.min(1)).max()
-        count = 2 + math.ceil(math.log2(max(sides / self.distance, 1.0)))
-        points, weights = gauss_points(prisms, min(count, _MOST))
+        sides = (prisms.corners.max(1) - prisms.corners.min(1)).max(axis=1)
+        away = np.maximum(self._away(plan, prisms) - sides, self.distance)
+        counts = np.minimum(2 + np.ceil(np.log2(np.maximum(sides / away, 1.0))).astype(int), _MOST)
         flips = np.array([[1.0, 1.0, s] for s in (1.0, -1.0)])
-        moved = np.stack([np.concatenate([points[..., :2] @ g.T, points[..., 2:]], axis=-1) for g in plan.group])
-        images = moved[:, None] * flips[:, None, None, :]
-        A = self.potential(images.reshape(-1, 3)).reshape(*images.shape, -1)
-        return np.asarray(np.einsum("gsnqac,nq->gsnac", A, weights, optimize=True))
+        found = np.empty((len(plan.group), 2, len(sides), 3, len(self.coils)))
+        for count in np.unique(counts).tolist():
+            some = counts == count
+            points, weights = gauss_points(prisms.some(some), count)
+            moved = np.stack([np.concatenate([points[..., :2] @ g.T, points[..., 2:]], axis=-1) for g in plan.group])
+            images = moved[:, None] * flips[:, None, None, :]
+            A = self.potential(images.reshape(-1, 3)).reshape(*images.shape, -1)
+            found[:, :, some] = np.einsum("gsnqac,nq->gsnac", A, weights, optimize=True)
+        return found
+
+    def _away(self, plan: Plan, prisms: Prisms) -> Array:
+        """How far each cell's middle, or an image of it, is from the nearest circle around a coil, in the plan [m]."""
+        middle = np.stack([prisms.corners.mean(axis=1) @ g.T for g in plan.group]) + self.place[:2]
+        apart = [np.linalg.norm(middle - coil.centre, axis=-1) - coil.outer_diameter / 2 for coil in self.coils]
+        return np.asarray(np.min(apart, axis=(0, 1)))
 
     def potential(self, points: Array) -> Array:
         """Return each coil's A at points (m, 3) from the plate's middle, shape (m, 3, coils) [V s / (A m)]."""

@@ -10,7 +10,7 @@ from sits_mech.geometry.solids import placed_plates
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.axis.dodd_deeds import Layer
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.magnetics.space.divisions import prepared
+from sits_mech.magnetics.space.divisions import prepared, prepared_near
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.space.rungs import LADDER
 from sits_mech.magnetics.space.sources import Sources
@@ -115,11 +115,13 @@ def test_reciprocal_before_it_is_made_so_and_passive():
     tilt = np.array([[np.cos(0.1), 0.0, np.sin(0.1)], [0.0, 1.0, 0.0], [-np.sin(0.1), 0.0, np.cos(0.1)]])
     plates = placed_plates(sensor, None, tilt[None], np.array([[0.5 * MM, 0.0, 2.5 * MM]]))
     scale = (2.0**-10, 1e7, 9 * MM, 1.5 * MM)
-    coils = [None, *(Sources(sensor.coils, "rings", p.middle, p.windings) for p in plates[1:])]
-    ready = [
-        SpacePlate(prepared(p.plate, None, LADDER[0][1], scale, seen)[2:3], p.turns, p.places)
-        for p, seen in zip(plates, coils, strict=True)
-    ]
+    target = prepared(plates[0].plate, None, LADDER[0][1], scale)
+    fixed = [
+        prepared_near(p.plate, None, LADDER[0][1], scale, scale[0], None,
+                      Sources(sensor.coils, "rings", p.middle, p.windings))
+        for p in plates[1:]
+    ]  # fmt: skip
+    ready = [SpacePlate(found[2:3], p.turns, p.places) for p, found in zip(plates, (target, *fixed), strict=True)]
     (Z,) = coupled_reactions(sensor.coils, "rings", ready[0], ready[1:], 5e6)
     np.testing.assert_allclose(Z, Z.swapaxes(1, 2), rtol=0, atol=1e-12 * np.abs(Z).max())
     assert np.linalg.eigvalsh(Z[0].real).min() > 0.0
