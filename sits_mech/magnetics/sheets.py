@@ -205,8 +205,8 @@ class Sheets:
             return [_divided(self.like or sensor, kind, own, (near, beyond), frequency) for kind, near in each]
 
         metals = [part.plate for part in parts if part.susceptibility == 0.0]
-        half = max(plate.thickness / 2 / skin_depth(frequency[1], plate.metal.conductivity) for plate in metals)
-        plates, rung, large = fitting(self.tolerance, asked, half, divided)
+        halves = (plate.thickness / 2 / skin_depth(frequency[1], plate.metal.conductivity) for plate in metals)
+        plates, rung, large = fitting(self.tolerance, asked, max(halves, default=math.inf), divided)
         notes = [*large, *(part.title + note for part, each in zip(parts, plates, strict=True) for note in each.notes)]
         if sensor.conductors:
             values = self._together(parts, plates, frequency[0])
