@@ -261,6 +261,9 @@ def save_table(dataset: xr.Dataset, path: Path) -> None:
     """
     from xarray.backends import H5NetCDFStore
 
+    dataset = dataset.copy()
+    for name in dataset.coords:
+        dataset[name].encoding["_FillValue"] = None  # CF allows coordinates none
     with replaced(path) as other, closing(H5NetCDFStore.open(str(other), mode="w", lock=False)) as store:
         dataset.dump_to_store(store)  # `to_netcdf` would import dask's schedulers for this
 

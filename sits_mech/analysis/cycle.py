@@ -25,6 +25,7 @@ from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.pose_errors import Reading, read_poses, stacked
 from sits_mech.chain.simulate import with_symmetry
 from sits_mech.geometry.collision import check_clearance
+from sits_mech.labels import labelled
 from sits_mech.quantities import POSE, Array, Pose, Wrench
 from sits_mech.readout.signals import told
 from sits_mech.scene.elastomer import pad_volume
@@ -133,11 +134,12 @@ def load_cycle(
     data["L0"] = (("coil", "coil_2"), reading.impedance.L0)
     request = {"peak": vars(peak), "mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}
     scene = {"scene": scene_text(sensor), "scene_hash": scene_hash(sensor), "version": __version__, "name": sensor.name}
-    return data.assign_attrs(
+    data = data.assign_attrs(
         **scene, notes="; ".join((*_notes(sensor), *by_field.notes)), request=json.dumps(request),
         frequency=sensor.frequency, unit_L=reading.impedance.unit_L,
         **{key: item for name in told(data) for key, item in loops(data, name).items()},
     )  # fmt: skip
+    return labelled(data)
 
 
 def _notes(sensor: Sensor) -> tuple[str, ...]:

@@ -23,6 +23,7 @@ from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import MAGNETICS, MECHANICS, magnetic_model, mechanical_model
 from sits_mech.chain.plan import choose_mechanics
 from sits_mech.chain.simulate import at_rest, simulate
+from sits_mech.labels import labelled
 from sits_mech.quantities import (
     LOAD_ARGUMENTS,
     POSE,
@@ -183,7 +184,7 @@ def case_calibration(row: xr.Dataset) -> tuple[Sensor, xr.Dataset]:
     parts = [name for name in ("part", "cause") if name in data.dims]
     for name in parts:  # another case of the study may have more of them
         data = data.dropna(name, how="all", subset=[key for key in data if name in data[key].dims])
-    return sensor, data
+    return sensor, labelled(data)
 
 
 def _quality(variant: Variant, asked: Row) -> Row:

@@ -17,6 +17,7 @@ import xarray as xr
 from sits_mech.batch.requests import Variant
 from sits_mech.batch.study import Study
 from sits_mech.cases import Progress, Row, case_path, grid_points, save_table, sweep
+from sits_mech.labels import labelled
 from sits_mech.quantities import LOAD_ARGUMENTS
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError, scene_hash
@@ -132,6 +133,5 @@ def _labelled(data: xr.Dataset, study: Study) -> xr.Dataset:
         names["force"] = max(data["forces"].to_numpy().reshape(-1, data.sizes["force"]).tolist())
         data = data.drop_vars("forces")
     data = data.assign_coords({name: values for name, values in names.items() if name in data.dims})
-    return data.assign_attrs(
-        scene=study.scene, request=study.name, fixed=json.dumps(study.fixed), combine=study.combine, version=__version__
-    )
+    asked = {"request": study.name, "fixed": json.dumps(study.fixed), "combine": study.combine}
+    return labelled(data.assign_attrs(scene=study.scene, **asked, version=__version__))

@@ -22,6 +22,7 @@ from sits_mech.chain.omissions import Shown, beside_errors, omissions
 from sits_mech.chain.plan import leaving
 from sits_mech.chain.pose_errors import Reading, poses_of, read_poses, signal_weights, signals_at
 from sits_mech.chain.temperature import CHAINED, slopes_by_temperature
+from sits_mech.labels import labelled
 from sits_mech.mechanics.loads import kept_key
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import POSE, WRENCH, Array, Impedance, MagneticModel, MechanicalModel, Pose, Wrench
@@ -137,7 +138,7 @@ def calibrate(
     attributes |= {"unit_L": reading.unit_L, "request": json.dumps(request)}
     attributes |= {"notes": "; ".join(said)} | _promised(found)
     scene = {"scene": scene_text(sensor), "scene_hash": scene_hash(sensor), "version": __version__, "name": sensor.name}
-    return data.assign_attrs(**scene, **attributes)
+    return labelled(data.assign_attrs(**scene, **attributes))
 
 
 def _promised(found: AimedRows) -> dict[str, Any]:

@@ -10,27 +10,11 @@ from typing import Any
 
 from sits_mech.cases import save_table
 from sits_mech.export.source import Source
-from sits_mech.quantities import UNITS, shown_unit
+from sits_mech.labels import labelled, unit_of
 from sits_mech.readout.loads import fixed, varied
-from sits_mech.readout.signals import SIGNALS
 from sits_mech.report.tables.loads import csv_text, figures
 from sits_mech.scene.files import write_bytes, write_text
 from sits_mech.scene.sensor import SceneError, scene_text
-
-_UNITS = {name: shown_unit(name) for name in UNITS}
-_UNITS |= {"seconds": "s"}
-_UNITS |= dict.fromkeys(("min_J", "stretch", "iterations", "error_mechanics", "error_magnetics"), "1")
-
-
-def unit_of(name: str, unit_L: str) -> str:
-    """Return the unit of a variable or of a column such as ``error_L[C1][C2]``; "" where it is text."""
-    plain = name.partition("[")[0]
-    bare = plain.removeprefix("error_")
-    if plain.endswith("percent") or bare.removesuffix("_untilted") in SIGNALS:
-        return "% of L0"
-    if bare.startswith("L"):
-        return unit_L
-    return unit_L.replace("H", "ohm", 1) if bare == "R" else _UNITS.get(plain, _UNITS.get(bare, ""))
 
 
 def write_csv(source: Source, path: Path) -> tuple[str, ...]:
@@ -41,12 +25,7 @@ def write_csv(source: Source, path: Path) -> tuple[str, ...]:
 
 def write_netcdf(source: Source, path: Path) -> tuple[str, ...]:
     """Write the labelled table; every variable has its unit."""
-    data = source.data.copy()
-    for name in data.variables:
-        unit = unit_of(str(name), data.attrs["unit_L"])
-        if unit:
-            data[name].attrs["units"] = unit
-    save_table(data, path)
+    save_table(labelled(source.data), path)
     return ()
 
 

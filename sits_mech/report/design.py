@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.cases import save_table
+from sits_mech.labels import labelled
 from sits_mech.quantities import SolveFailed, Wrench, as_jsonable
 from sits_mech.report.page.explorer import page_file
 from sits_mech.report.page.parts import html_table
@@ -107,7 +108,7 @@ def design_table(asked: Requirements, found: DesignAnswer) -> xr.Dataset:
     columns["choice"] = [choice_words(asked, each.design.choice) for each in rows]
     columns["seconds"] = [each.seconds for each in rows]
     attributes = {"scene": asked.scene, "requirements": asked.identity, "version": __version__}
-    return xr.Dataset({name: ("design", values) for name, values in columns.items()}, attrs=attributes)
+    return labelled(xr.Dataset({name: ("design", values) for name, values in columns.items()}, attrs=attributes))
 
 
 def design_page(asked: Requirements, found: DesignAnswer, sensor: Sensor, folder: Path) -> str:

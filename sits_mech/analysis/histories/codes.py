@@ -14,6 +14,7 @@ import xarray as xr
 from sits_mech.analysis.bench import absolute
 from sits_mech.analysis.histories.response import between
 from sits_mech.analysis.spectrum import at_terminals
+from sits_mech.labels import labelled
 from sits_mech.quantities import WRENCH, Impedance, SolveReport
 from sits_mech.readout.converter import converter
 from sits_mech.readout.front_end import front_end
@@ -91,4 +92,5 @@ def _scanned(sensor: Sensor, data: xr.Dataset, rcount: int, seed: int | None) ->
     dims = ("scan", "coil")
     columns = {"code": found.code, "code_time": found.time, "code_ready": found.ready, "code_L": found.L}
     data = data.assign({name: (dims, values) for name, values in columns.items()})
-    return data.assign_attrs(window=found.window, period=found.period, rcount=rcount)
+    data = data.set_coords(["code_time", "code_ready"])
+    return labelled(data.assign_attrs(window=found.window, period=found.period, rcount=rcount))

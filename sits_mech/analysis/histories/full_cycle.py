@@ -14,6 +14,7 @@ import xarray as xr
 
 from sits_mech.analysis.cycle import Programme, loops
 from sits_mech.analysis.histories.response import between, in_time
+from sits_mech.labels import labelled
 from sits_mech.mechanics.histories import LoadHistory, Progress, untold
 from sits_mech.quantities import POSE, WRENCH, Wrench
 from sits_mech.readout.signals import told
@@ -58,7 +59,7 @@ def full_cycle(
     full = xr.Dataset({"share": ("time", programme.share), **found, "L0": data["L0"]}, coords, data.attrs)
     request = json.loads(data.attrs["request"]) | {"peak": vars(peak)}
     full = full.assign_attrs(request=json.dumps(request))
-    return full.assign_attrs({key: item for name in told(full) for key, item in loops(full, name).items()})
+    return labelled(full.assign_attrs({key: item for name in told(full) for key, item in loops(full, name).items()}))
 
 
 def difference(cheap: xr.Dataset, full: xr.Dataset) -> dict[str, float]:

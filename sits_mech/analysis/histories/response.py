@@ -23,6 +23,7 @@ from sits_mech.chain.plan import Choice
 from sits_mech.chain.pose_errors import read_poses
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.waves import check_frequency
+from sits_mech.labels import labelled
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, TimedModel, motion_of, untold
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, Pose, Wrench, as_jsonable
@@ -86,11 +87,12 @@ def in_time(
     data = xr.Dataset(columns, coords={"time": motion.time, "coil": names, "coil_2": names})
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}
     notes = dict.fromkeys((*_unknown(sensor), *motion.report.notes, *found.report.notes, *by_field.notes))
-    return data.assign(L0=(("coil", "coil_2"), found.L0)).assign_attrs(
+    data = data.assign(L0=(("coil", "coil_2"), found.L0)).assign_attrs(
         scene=scene_text(sensor), scene_hash=scene_hash(sensor), version=__version__, name=sensor.name,
         request=json.dumps(request), notes="; ".join(notes), frequency=sensor.frequency, unit_L=found.unit_L,
         report=json.dumps(as_jsonable(asdict(motion.report))),
     )  # fmt: skip
+    return labelled(data)
 
 
 def taken_layer(

@@ -8,8 +8,9 @@ from rich.table import Table
 
 from sits_mech.batch.requests import SWEPT
 from sits_mech.cases import DONE
+from sits_mech.labels import unit_of
 from sits_mech.readout.loads import points
-from sits_mech.readout.signals import SIGNALS, told
+from sits_mech.readout.signals import told
 from sits_mech.report.tables.loads import point_name
 
 _POSE = ("d_h", "d_y", "d_v", "alpha_x", "alpha", "alpha_z")
@@ -20,8 +21,6 @@ _SHOWN = {
     "calibrate": ("failed_loads",),
     "quality": ("resolution", "error_by_model", "linearity", "crosstalk", "condition", "failed_loads"),
 }
-_UNITS = {"relative": "of L0"} | {name: "m" if name.startswith("d") else "rad" for name in _POSE}
-_UNITS |= dict.fromkeys((*SIGNALS, "L_v_percent", "L_h_percent"), "% of L0")
 _MOST = 40  # lines: the file holds all
 
 
@@ -57,7 +56,7 @@ def case_table(data: xr.Dataset) -> Table:
 
 def _heading(data: xr.Dataset, name: str) -> str:
     """Return a column's name with its unit; of inductances that of the models, both where both are there."""
-    unit = _UNITS.get(name) or data[name].attrs.get("units", "")
+    unit = (unit_of(name, "") or data[name].attrs.get("units", "")).removeprefix("1").strip()
     if "force" in data[name].dims:
         return f"{name} [{'  '.join(data['force'].to_numpy())}]"
     if name in ("L", "R"):
