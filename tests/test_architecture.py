@@ -97,7 +97,9 @@ UNMIRRORED = {
     "mechanics/rest/path.py": "tests/mechanics/rest/test_limit.py: paths that end at limits",
     "mechanics/rest/verdict.py": "tests/mechanics/rest/test_limit.py: and what ends them",
     "meshing/store.py": "tests/mechanics/pad/test_user.py: meshes read and refused",
-    "readout/front_end.py": "tests/readout/test_converter.py: settings of the converter",
+    **dict.fromkeys(
+        ("readout/front_end.py", "readout/registers.py"), "tests/readout/test_converter.py: settings of the converter"
+    ),
     "report/page/parts.py": "tests/report/page/test_html.py: the page's sections",
     "report/pictures/measured.py": "tests/analysis/test_comparison.py: compare draws and prints it",
     "report/pictures/request.py": "tests/report/pictures/test_spatial.py: requests drawn and refused",

@@ -26,11 +26,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from sits_mech.quantities import Array
+from sits_mech.readout.registers import Registers, no_registers, registers_161x, registers_1101
+
+if TYPE_CHECKING:
+    from sits_mech.readout.front_end import FrontEnd
 
 _ROUNDS = 60  # each divides the error by 2 / |d ln L / d ln f|, which is far above two for any coil
 _NOISE = 1.5  # over the error of a line through ideal edges: see above
@@ -60,12 +65,24 @@ class Converter:
         Least and greatest recommended, peak [V].
     drive : tuple of float
         Currents of the drive's settings, in the order of the codes [A].
+    R_p_min : tuple of float
+        Of a part that regulates its amplitude: its settings, descending, in that order [ohm]; empty for the others.
+    dividers : tuple of int
+        Of the coil's frequency.
+    divide_from : float
+        Frequency of the coil from which on it must be divided [Hz].
+    stops_below : float
+        Amplitude below which the oscillation may stop, peak [V].
     rcount : tuple of int
         Least and greatest reference count.
     overhead : float
         Periods of the reference that a conversion takes besides 16 RCOUNT.
     switch : tuple of float
         Time to go to the next channel: fixed [s], and in periods of the reference.
+    register_bits : int
+        Width of a register.
+    registers : callable
+        What it is set up with: a `FrontEnd` to address, name and value of each register.
     """
 
     name: str
@@ -82,12 +99,20 @@ class Converter:
     rcount: tuple[int, int]
     overhead: float
     switch: tuple[float, float]
+    R_p_min: tuple[float, ...] = ()
+    dividers: tuple[int, ...] = (1,)
+    divide_from: float = np.inf
+    stops_below: float = 0.0
+    register_bits: int = 16
+    registers: Callable[[FrontEnd], Registers] = no_registers
 
 
 _DRIVE_161X = (
     16, 18, 20, 23, 28, 32, 40, 46, 52, 59, 72, 82, 95, 110, 127, 146, 169, 195, 212, 244, 297, 342, 424, 489, 551, 635,
     763, 880, 1017, 1173, 1355, 1563,
 )  # fmt: skip
+_R_P_MIN_1101 = (96e3, 48e3, 24e3, 12e3, 6e3, 3e3, 1.5e3, 0.75e3)
+_DIVIDE_FROM = 8.75e6  # [Hz] SNOSCY9A, registers CLOCK_DIVIDERSx: at least 2 from here on
 _DRIVE_1101 = (4.7, 9.4, 18.7, 37.5, 75.0, 150.0, 300.0, 600.0)
 
 
@@ -96,6 +121,7 @@ def _ldc161x(name: str, channels: int) -> Converter:
     return Converter(
         name, "SNOSCY9A", channels, 28, (1e3, 10e6), (1e3, 100e3), (2e6, 40e6), (40e6, 35e6), 4.0, (1.2, 1.8),
         tuple(1e-6 * current for current in _DRIVE_161X), (9, 0xFFFF), 4.0, (692e-9, 5.0),
+        dividers=(1, 2), divide_from=_DIVIDE_FROM, stops_below=0.5, registers=registers_161x,
     )  # fmt: skip
 
 
@@ -105,6 +131,8 @@ CONVERTERS: Mapping[str, Converter] = {
     "LDC1101": Converter(
         "LDC1101", "SNOSD01D, high-resolution L mode", 1, 24, (500e3, 10e6), (1.25e3, 90e3), (1e6, 16e6), (16e6, 16e6),
         4.0, (1.2, 1.2), tuple(1e-6 * current for current in _DRIVE_1101), (2, 0xFFFF), 55.0, (0.0, 0.0),
+        R_p_min=_R_P_MIN_1101, dividers=(1, 2, 4, 8), divide_from=_DIVIDE_FROM, register_bits=8,
+        registers=registers_1101,
     ),
 }  # fmt: skip
 """The parts by name."""

@@ -2,10 +2,10 @@
 
 For every coil over all loads, L from L_low to L_high with R_p from R_p_low to R_p_high:
 
-    input divider      2 from 8.75 MHz on or where f >= f_ref / 4, else 1      (LDC1101: 1, 2, 4 or 8)
+    input divider      the part's least that keeps f below f_ref / 4 and is no 1 from 8.75 MHz on
     SETTLECOUNT        at least Q f_ref / (16 f), for the amplitude to settle after the switch to a channel
     drive              the largest current whose amplitude (4/pi) R_p I stays below the greatest allowed at R_p_high
-                       (LDC1101 regulates: the largest R_p_min below 0.8 R_p_low)
+                       (parts that regulate it, as the LDC1101: the largest R_p_min below 0.8 R_p_low)
     time of a coil     settling 16 SETTLECOUNT / f_ref + conversion (16 RCOUNT + 4) / f_ref + switch 692 ns + 5 / f_ref
 
 The channels go one after the other; an idle coil is grounded by the part. A single coil neither settles nor switches
@@ -32,10 +32,6 @@ from sits_mech.readout.converter import (
 )
 
 _NEAR = 0.2  # of the solved frequency: nearer, skins are the same to some percent
-_DIVIDE_FROM = 8.75e6  # [Hz] SNOSCY9A, registers CLOCK_DIVIDERSx: at least 2 from here on
-_WORKS_DOWN_TO = 0.5  # [V] peak, of the LDC161x
-_DEGLITCH = ((1e6, 0b001), (3.3e6, 0b100), (10e6, 0b101), (33e6, 0b111))  # bandwidth [Hz] and its code
-_R_P_MIN = (96e3, 48e3, 24e3, 12e3, 6e3, 3e3, 1.5e3, 0.75e3)  # [ohm] of the LDC1101, in the order of its codes
 
 
 @dataclass(frozen=True)
@@ -134,7 +130,7 @@ def front_end(
     settle = np.maximum(4, np.ceil((Q / f).max(axis=0) * reference / 16.0)).astype(int)
     drive = _drive(part, R_p)
     amplitude = 4.0 / np.pi * R_p * np.asarray(part.drive)[drive]
-    if part.channels == 1:
+    if part.R_p_min:
         amplitude = np.full_like(R_p, part.amplitude[1])
     several = min(L.shape[1], part.channels) > 1
     switching = 16.0 * settle / reference + part.switch[0] + part.switch[1] / reference
@@ -145,12 +141,12 @@ def front_end(
         _ends(code_of(f, part, reference, divider)), _ends(R_p), _ends(Q), _ends(amplitude), times,
         float(1.0 / times.sum()), inductance_noise(L.max(axis=0), relative), (), (),
     )  # fmt: skip
-    return FrontEnd(**(vars(found) | {"warnings": _warnings(found, settle), "registers": _registers(found)}))
+    return FrontEnd(**(vars(found) | {"warnings": _warnings(found, settle), "registers": part.registers(found)}))
 
 
 def register_text(found: FrontEnd) -> str:
     """Return the registers as text, one line each: address, value, name."""
-    digits = 4 if found.part.channels > 1 else 2
+    digits = found.part.register_bits // 4
     return "\n".join(f"0x{address:02X} = 0x{value:0{digits}X}  {name}" for address, name, value in found.registers)
 
 
@@ -176,15 +172,15 @@ def _dividers(part: Converter, highest: float, clock: float, coils: int) -> tupl
     limit = part.reference[0 if min(coils, part.channels) > 1 else 1]
     reference_divider = int(np.ceil(clock / limit - 1e-9))
     reference = clock / reference_divider
-    options = (1, 2, 4, 8) if part.channels == 1 else (1, 2)
-    fits = [d for d in options if highest / d < reference / part.ratio and (d > 1 or highest < _DIVIDE_FROM)]
-    return (fits[0] if fits else options[-1]), reference_divider
+    fits = [d for d in part.dividers if highest / d < reference / part.ratio and (d > 1 or highest < part.divide_from)]
+    return (fits[0] if fits else part.dividers[-1]), reference_divider
 
 
 def _drive(part: Converter, R_p: Array) -> Array:
     """Return the drive's code of each coil."""
-    if part.channels == 1:
-        return np.array([next((k for k, r in enumerate(_R_P_MIN) if r <= 0.8 * low), 7) for low in R_p.min(axis=0)])
+    if part.R_p_min:
+        fits = 0.8 * R_p.min(axis=0)[:, None] >= np.asarray(part.R_p_min)
+        return np.where(fits.any(axis=1), fits.argmax(axis=1), len(part.R_p_min) - 1)
     peaks = 4.0 / np.pi * np.outer(R_p.max(axis=0), part.drive)
     return np.asarray(np.maximum(np.sum(peaks <= part.amplitude[1] * (1.0 + 1e-6), axis=1) - 1, 0))
 
@@ -223,44 +219,12 @@ def _tank_warnings(found: FrontEnd, coil: int) -> list[str]:
 def _swing_warnings(found: FrontEnd, coil: int) -> list[str]:
     """Return what is wrong with the amplitude of a coil; a part that regulates it has none."""
     (low, high), (least, most) = found.amplitude[coil], found.part.amplitude
-    if found.part.channels == 1:
+    if found.part.R_p_min:
         return []
     lines = []
     if low < least * (1.0 - 1e-6):
-        stop = "it may stop" if low < _WORKS_DOWN_TO else "more noise"
+        stop = "it may stop" if low < found.part.stops_below else "more noise"
         lines.append(f"swings {low:.3g} to {high:.3g} V, less than {least:g} V: {stop}")
     if high > most * (1.0 + 1e-6):
         lines.append(f"swings up to {high:.3g} V, more than {most:g} V: it is clipped")
     return lines
-
-
-def _registers(found: FrontEnd) -> tuple[tuple[int, str, int], ...]:
-    """Return address, name and value of each register to write, in the order to write them."""
-    if found.part.channels == 1:
-        return _registers_1101(found)
-    n = min(len(found.settlecount), found.part.channels)
-    rows = [(0x08 + k, f"RCOUNT{k}", found.rcount) for k in range(n)]
-    rows += [(0x10 + k, f"SETTLECOUNT{k}", int(found.settlecount[k])) for k in range(n)]
-    dividers = (found.input_divider << 12) | found.reference_divider
-    rows += [(0x14 + k, f"CLOCK_DIVIDERS{k}", dividers) for k in range(n)]
-    rows += [(0x1E + k, f"DRIVE_CURRENT{k}", int(found.drive[k]) << 11) for k in range(n)]
-    highest = float(found.frequency.max())
-    deglitch = next((code for width, code in _DEGLITCH if highest < width), _DEGLITCH[-1][1])
-    sequence = (1 << 15) | (max(n - 2, 0) << 13) if n > 1 else 0
-    rows.append((0x1B, "MUX_CONFIG", sequence | 0x0208 | deglitch))
-    return (*rows, (0x1A, "CONFIG", 0x1601))  # awake; own drive current; external clock
-
-
-def _registers_1101(found: FrontEnd) -> tuple[tuple[int, str, int], ...]:
-    """Return the registers of the LDC1101 in its high-resolution L mode; RP_MAX is off."""
-    slowest = int(np.clip(np.floor(16.0 - 8e6 / found.frequency.min()), 0, 15))
-    return (
-        (0x01, "RP_SET", 0x80 | int(found.drive[0])),
-        (0x04, "DIG_CONFIG", (slowest << 4) | 0x07),
-        (0x05, "ALT_CONFIG", 0x01),
-        (0x0C, "D_CONFIG", 0x01),
-        (0x30, "LHR_RCOUNT_LSB", found.rcount & 0xFF),
-        (0x31, "LHR_RCOUNT_MSB", found.rcount >> 8),
-        (0x34, "LHR_CONFIG", int(np.log2(found.input_divider))),
-        (0x0B, "START_CONFIG", 0x00),
-    )

@@ -1,5 +1,7 @@
 """The converters by hand, by their data sheets' own examples, and what they cannot follow."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -17,6 +19,7 @@ from sits_mech.readout.converter import (
     tank_inductance,
 )
 from sits_mech.readout.front_end import front_end, register_text
+from sits_mech.readout.registers import no_registers
 
 LDC1614, LDC1101 = CONVERTERS["LDC1614"], CONVERTERS["LDC1101"]
 
@@ -115,6 +118,16 @@ def test_the_single_channel_part() -> None:
     assert values["LHR_RCOUNT_LSB"] + 256 * values["LHR_RCOUNT_MSB"] == 1000
     two = front_end(LDC1101, [[2.3e-6] * 2], [[2.7] * 2], 330e-12)
     assert any("2 coils, but the LDC1101 reads 1: take 2" in line for line in two.warnings)
+
+
+def test_another_part_of_one_channel_is_no_LDC1101() -> None:
+    """Its drive, its divider and its registers are its own data: by current, by none, and none that are not known."""
+    part = replace(LDC1614, name="one more", channels=1, dividers=(1,), registers=no_registers)
+    found, known = (front_end(each, [2.3e-6], [2.7], 330e-12, rcount=1000) for each in (part, LDC1614))
+    assert found.registers == () and register_text(found) == "" and found.input_divider == 1
+    assert found.drive == known.drive and np.array_equal(found.amplitude, known.amplitude)
+    quiet = replace(part, drive=part.drive[:1])
+    assert any("less than 1.2 V" in line for line in front_end(quiet, [2.3e-6], [2.7], 330e-12).warnings)
 
 
 def test_the_slowest_load_settles() -> None:
