@@ -268,6 +268,22 @@ def save_table(dataset: xr.Dataset, path: Path) -> None:
         dataset.dump_to_store(store)  # `to_netcdf` would import dask's schedulers for this
 
 
+def glance(path: Path) -> tuple[dict[str, Any], int]:
+    """Return the attributes of such a table and how many cases it has, in a tenth of the time; errors as of it."""
+    import h5py
+
+    try:
+        with h5py.File(path) as file:
+            return dict(file.attrs), int(file["status"].size) if "status" in file else 0
+    except (OSError, ValueError) as error:
+        raise _no_table(path, error) from None
+
+
+def _no_table(path: Path, error: Exception) -> SceneError:
+    """Return what is said of a file that is none."""
+    return SceneError(f"{path}: must be a table of this package; got: {' '.join(str(error).split())}")
+
+
 def read_table(path: Path) -> xr.Dataset:
     """Return the table that `save_table` wrote; raise SceneError when there is none."""
     import xarray as xr
@@ -275,4 +291,4 @@ def read_table(path: Path) -> xr.Dataset:
     try:
         return xr.load_dataset(path, engine="h5netcdf")
     except (OSError, ValueError) as error:
-        raise SceneError(f"{path}: must be a table of this package; got: {' '.join(str(error).split())}") from None
+        raise _no_table(path, error) from None

@@ -20,8 +20,6 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numpy as np
-
 VARIABLE = "SITS_MECH_CACHE"
 """Environment variable of the folder, or "off"; processes that a command starts inherit it."""
 OFF = "off"
@@ -79,6 +77,8 @@ def kept(
     make, pack, unpack : callable
         What makes it, into arrays by name, and back.
     """
+    import numpy as np  # not before the command line has said on how many threads
+
     where = folder()
     if where is None:
         return make()
@@ -95,6 +95,8 @@ def kept(
 
 def _write(path: Path, arrays: Mapping[str, Any]) -> None:
     """Write a file whole or not at all, and make room."""
+    import numpy as np
+
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(suffix=".part", dir=path.parent)
     try:
@@ -131,6 +133,8 @@ def _source() -> bytes:
 
 def _feed(digest: Any, part: Any) -> None:
     """Add one part of what is asked, with its kind."""
+    import numpy as np
+
     if isinstance(part, np.ndarray):
         digest.update(f"{part.dtype}{part.shape}".encode() + np.ascontiguousarray(part).tobytes())
     elif hasattr(part, "model_dump_json"):

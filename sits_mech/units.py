@@ -12,8 +12,6 @@ import re
 from functools import cache
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 if TYPE_CHECKING:
     from pint import UnitRegistry
 
@@ -206,6 +204,8 @@ def quantity_range(text: str, unit: str, name: str) -> list[float]:
         example = "-10 degC:60 degC:8" if unit == "K" else "0 N:4 N:9"
         form = f'first:last:count with two different ends and a count from 2 to {_MOST}, such as "{example}"'
         raise SceneError(f"{name}: must be {form}, or one quantity; got {shown(text)}")
+    import numpy as np  # not before the command line has said on how many threads
+
     values = np.linspace(ends[0], ends[1], int(parts[2]))
     return [float(value) for value in ((values - values[::-1]) / 2 if ends[0] == -ends[1] else values)]
 

@@ -46,7 +46,8 @@ def three_forces(calibrated: Path, tmp_path_factory: pytest.TempPathFactory) -> 
     import numpy as np
 
     from sits_mech.readout.loads import over_loads
-    from sits_mech.report.folder import read_calibration, write_calibration
+    from sits_mech.report.folder import read_calibration
+    from sits_mech.report.written import write_calibration
 
     sensor, data = read_calibration(calibrated)
     data = data.drop_dims(["part", "cause"])  # a table that tells no parts of its errors

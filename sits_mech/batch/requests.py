@@ -6,7 +6,6 @@ one process share what they can: a scene's models are made once, and prepare the
 
 from __future__ import annotations
 
-import json
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -18,18 +17,17 @@ import xarray as xr
 
 from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
 from sits_mech.analysis.limits import limits_of
-from sits_mech.cases import DONE, Row
+from sits_mech.batch.tables import SWEPT, case_calibration, table_row
+from sits_mech.cases import Row
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import MAGNETICS, MECHANICS, magnetic_model, mechanical_model
 from sits_mech.chain.plan import choose_mechanics
 from sits_mech.chain.simulate import at_rest, simulate
-from sits_mech.labels import labelled
 from sits_mech.quantities import (
     LOAD_ARGUMENTS,
     POSE,
     POSE_ARGUMENTS,
     UNITS,
-    WRENCH,
     Equilibrium,
     Impedance,
     MechanicalModel,
@@ -41,7 +39,6 @@ from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import Sensor, changed, sensor_from
 from sits_mech.units import SceneError, checked_tolerance, quantity, quantity_or_range, shown
 
-_OWN, _OF_LOADS = {"status", "reason", "seconds"}, "load_"  # what cases have too, and how it is named of their loads
 _LOAD = {argument: UNITS[name] for argument, name in LOAD_ARGUMENTS.items()}
 _PLACE = {argument: UNITS[name] for argument, name in POSE_ARGUMENTS.items()} | {"frequency": "Hz"}
 
@@ -157,34 +154,7 @@ def _calibrate(variant: Variant, asked: Row) -> Row:
     """Answer: what does the sensor show over a grid of loads? A load that failed is NaN and says why."""
     given = {name: asked.pop(argument) for argument, name in LOAD_ARGUMENTS.items() if argument in asked}
     loads = {name: values for name, values in given.items() if values != 0.0}
-    return _table_row(calibrate(variant.sensor, **loads, **asked))
-
-
-def _table_row(data: xr.Dataset) -> Row:
-    """Return a calibration as a row; `case_calibration` makes it a calibration again."""
-    row: Row = {
-        f"{_OF_LOADS}{name}" if name in _OWN else str(name): (tuple(map(str, item.dims)), item.to_numpy())
-        for name, item in data.data_vars.items()
-    }
-    row |= {"failed_loads": int(np.sum(data["status"] != DONE)), "unit_L": data.attrs["unit_L"]}
-    return row | {"attributes": json.dumps(dict(data.attrs), default=float)}
-
-
-def case_calibration(row: xr.Dataset) -> tuple[Sensor, xr.Dataset]:
-    """Return sensor and calibration of a case, a point of the table of a study with a request of `SWEPT`."""
-    attributes = json.loads(row["attributes"].item())
-    asked = json.loads(attributes["request"])
-    axes = {name: asked[name] for name in WRENCH if name in asked}
-    loads = set(row[f"{_OF_LOADS}status"].dims)
-    found = {str(name): item for name, item in row.data_vars.items() if loads <= set(item.dims) or name == "L0"}
-    names = {name.removeprefix(_OF_LOADS): (item.dims, item.to_numpy()) for name, item in found.items()}
-    sensor = sensor_from(tomllib.loads(attributes["scene"]))
-    coils = [coil.name for coil in sensor.coils]
-    data = xr.Dataset(names, {"coil": coils, "coil_2": coils, **axes}, attributes)
-    parts = [name for name in ("part", "cause") if name in data.dims]
-    for name in parts:  # another case of the study may have more of them
-        data = data.dropna(name, how="all", subset=[key for key in data if name in data[key].dims])
-    return sensor, labelled(data)
+    return table_row(calibrate(variant.sensor, **loads, **asked))
 
 
 def _quality(variant: Variant, asked: Row) -> Row:
@@ -246,9 +216,7 @@ REQUESTS: Mapping[str, Request] = {
     "simulate": Request(_simulate, _LOAD, _CHAIN),
     **{
         name: Request(answer, _LOAD, _CHAIN, needed=("fx", "fz"), ranges=tuple(_LOAD))
-        for name, answer in (("calibrate", _calibrate), ("quality", _quality))
+        for name, answer in zip(SWEPT, (_calibrate, _quality), strict=True)
     },
 }
 """What a study can ask, by the name of the command."""
-SWEPT = ("calibrate", "quality")
-"""Those whose cases are calibrations."""

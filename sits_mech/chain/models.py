@@ -18,7 +18,8 @@ from sits_mech.chain.prices.costs import magnetic_tolerance
 from sits_mech.chain.prices.ends import ROUGH, InSection
 from sits_mech.chain.prices.look import Look, look
 from sits_mech.chain.prices.request import Plan
-from sits_mech.quantities import POSE, Equilibrium, MagneticModel, MechanicalModel, Pose, SolveFailed, Wrench
+from sits_mech.quantities import POSE, WRENCH, Equilibrium, MagneticModel, MechanicalModel, Pose, SolveFailed, Wrench
+from sits_mech.scene.plausible import check_loads
 from sits_mech.scene.sensor import Sensor
 from sits_mech.scene.thermal import at_temperature
 from sits_mech.units import checked_tolerance
@@ -151,6 +152,7 @@ def mechanical_model(
     ('linear', 1988)
     """
     sensor = at_temperature(sensor)
+    check_loads(sensor, {part: [getattr(load, part) for load in loads] for part in WRENCH})
     choice = choose_mechanics(sensor, name, tuple(MECHANICS), loads, tolerance)
     return MECHANICS[choice.name](sensor, checked_tolerance(tolerance)), choice
 

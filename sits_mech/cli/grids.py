@@ -10,7 +10,19 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from sits_mech.cli.console import kept_promise, not_converged, progress_bar, show, terminal_width, warn
-from sits_mech.cli.options import Best, LoadGrid, Models, Output, Overrides, Scene, Warmth, app, sensor_of
+from sits_mech.cli.options import (
+    Best,
+    LoadGrid,
+    Models,
+    Output,
+    Overrides,
+    Scene,
+    Warmth,
+    app,
+    check_asked,
+    check_readable,
+    sensor_of,
+)
 
 
 @app.command
@@ -28,15 +40,20 @@ def calibrate(
 
     Example: sits-mech calibrate triaxial-4 --fx "-0.5 N:0.5 N:5" --fy "-0.5 N:0.5 N:5" --fz "0 N:2 N:5" -o calibration
     """
+    from sits_mech.report.folder import cases_folder, prepare_folder
+
+    sensor = sensor_of(scene, overrides, temperature)
+    components = loads.components(sensor)
+    check_asked(sensor, components, models.tolerance)
+    folder = prepare_folder(output if output is not None else Path(f"{Path(scene).stem}-calibration"))
+
     from sits_mech.chain.calibrate import calibrate as calibrated
     from sits_mech.chain.promise import MISSED
     from sits_mech.quantities import SolveFailed
     from sits_mech.readout.loads import varied
-    from sits_mech.report.folder import cases_folder, prepare_folder, write_calibration
     from sits_mech.report.tables.loads import failures, in_width, load_table, remarks, summary_table
+    from sits_mech.report.written import write_calibration
 
-    sensor, components = sensor_of(scene, overrides, temperature), loads.components()
-    folder = prepare_folder(output if output is not None else Path(f"{Path(scene).stem}-calibration"))
     began = process_time()
     try:
         with progress_bar("loads") as progress:
@@ -49,11 +66,12 @@ def calibrate(
     took = process_time() - began
     for line in write_calibration(sensor, data, folder):
         warn(line)
-    width, whole = terminal_width(), load_table(data)
-    for part in [whole] if width is None else in_width(whole, len(varied(data)), width):
-        show(part)
-    show(summary_table(data))
     missing, reached = failures(data), data.attrs.get("reached", 0.0)
+    if len(missing) < data["status"].size:  # else there is nothing to show
+        width, whole = terminal_width(), load_table(data)
+        for part in [whole] if width is None else in_width(whole, len(varied(data)), width):
+            show(part)
+        show(summary_table(data))
     if not best and reached > MISSED * models.tolerance:
         missing.append(f"tolerance missed: {reached:.2g} of the signals' full scale for {models.tolerance:g} (--best)")
     flat = ["per metre of depth: ends along y are not in the signals, shear above all; --magnetics sheets has them"]
@@ -85,6 +103,8 @@ def sweep(
 
     Example: sits-mech sweep study.toml -o widths -j 2
     """
+    check_readable(study, "a readable scene file")
+
     from sits_mech.batch.executors import workers
     from sits_mech.batch.run import cases_aside, run_study
     from sits_mech.batch.study import read_study

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from sits_mech.cli.console import answer, deliver, progress_bar, show, warn
-from sits_mech.cli.options import Json, Load, Models, Output, Overrides, Scene, app, sensor_of
+from sits_mech.cli.options import Json, Load, Models, Output, Overrides, Scene, app, check_asked, sensor_of
 
 
 @app.command
@@ -73,12 +73,14 @@ def explain(
 
     Example: sits-mech explain biorob2018 --fx "0.5 N" --fz "2 N" --ladder
     """
+    sensor, wrench = sensor_of(scene, overrides), load.wrench()
+    check_asked(sensor, vars(wrench), models.tolerance)
+
     from sits_mech.chain.models import plan
     from sits_mech.chain.prices.ladder import ladder as solved
     from sits_mech.report.tables.ladder import ladder_record, ladder_tables
     from sits_mech.report.tables.plan import plan_record, plan_tables
 
-    sensor, wrench = sensor_of(scene, overrides), load.wrench()
     found = plan(sensor, [wrench] if wrench.components.any() else [], **asdict(models))
     record, tables = plan_record(sensor, found), plan_tables(sensor, found)
     rungs = []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,9 +15,11 @@ from sits_mech.memory import limit_memory, limit_seconds
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:
+
     from sits_mech.quantities import Pose, Wrench
     from sits_mech.scene.sensor import Sensor
 
+_SHEAR = "-1 N:1 N:9"  # by default
 _TOLD = 5  # slips of a scene, one line each; of more, their number
 app = App(
     name="sits-mech", version=__version__, help="Force in, inductance out: soft inductive tactile sensors.",
@@ -138,19 +140,25 @@ class Way:
 class LoadGrid:
     """The loads of a grid; each one quantity, the same for all, or a range "first:last:count"."""
 
-    fx: Fx = "-1 N:1 N:9"
-    fy: Fy = "0 N"
+    fx: Annotated[Quantity | None, Parameter(help=f'Shear force, along +x; "{_SHEAR}" if coils lie along x.')] = None
+    fy: Annotated[Quantity | None, Parameter(help="Along +y; by default if the coils lie along y alone.")] = None
     fz: Fz = "0 N:4 N:9"
     mx: Mx = "0 N*m"
     moment: Moment = "0 N*m"
     mz: Mz = "0 N*m"
 
-    def components(self) -> dict[str, Any]:
-        """Return the components in SI, those that are ranges as lists of values, without those that are zero."""
+    def components(self, sensor: Sensor) -> dict[str, Any]:
+        """Return the components in SI, those that are ranges as lists of values, without those that are zero.
+
+        What is not given is what the coils resolve: no shear along an axis on which all have one place.
+        """
         from sits_mech.quantities import LOAD_ARGUMENTS
         from sits_mech.units import quantity_or_range
 
-        found = _in_si(self, LOAD_ARGUMENTS, quantity_or_range)
+        along_x, along_y = (len({coil.centre[k] for coil in sensor.coils}) > 1 for k in (0, 1))
+        usual = {"fx": _SHEAR if along_x else "0", "fy": _SHEAR if along_y and not along_x and not self.fx else "0"}
+        given = replace(self, **{name: getattr(self, name) or text for name, text in usual.items()})
+        found = _in_si(given, LOAD_ARGUMENTS, quantity_or_range)
         return {name: values for name, values in found.items() if values != 0.0}
 
 
@@ -235,6 +243,22 @@ def sensors_of(scene: str, overrides: Overrides, temperature: str | None, *, one
     if one:
         return at_each(found, [quantity(temperature, "K", "--temperature")])
     return at_each(found, quantity_range(temperature, "K", "--temperature"))
+
+
+def check_asked(sensor: Sensor, loads: Mapping[str, Any], tolerance: float) -> None:
+    """Refuse a load or a tolerance beyond any sense before the solvers are imported."""
+    from sits_mech.scene.plausible import check_loads
+    from sits_mech.units import checked_tolerance
+
+    check_loads(sensor, loads)
+    checked_tolerance(tolerance)
+
+
+def check_readable(path: Path, what: str) -> None:
+    """Refuse a file that cannot be read before what reads it is imported."""
+    from sits_mech.memory import input_text
+
+    input_text(path, what, errors="replace")
 
 
 def pose_of(place: Place, overrides: Overrides) -> Pose:

@@ -19,6 +19,7 @@ from sits_mech.cli.options import (
     Quantity,
     Scene,
     app,
+    check_readable,
     pose_of,
     sensor_of,
 )
@@ -36,11 +37,12 @@ def view(
 
     Example: sits-mech view biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 kHz" --kind field -o field.png
     """
+    sensor, pose = sensor_of(scene, overrides), pose_of(place, overrides) if place.given else None
+
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.pictures.request import Request, draw, kind_of_picture, picture_path
     from sits_mech.units import quantity
 
-    sensor, pose = sensor_of(scene, overrides), pose_of(place, overrides) if place.given else None
     kind = kind_of_picture(kind, load.wrench(), pose)
     path = picture_path(output, scene, kind)
     hertz = sensor.frequency if frequency is None else quantity(frequency, "Hz", "--frequency")
@@ -80,7 +82,7 @@ def import_board(
 @app.command
 def export(
     folder: Folder, *,
-    to: Annotated[str, Parameter(help="csv, netcdf, xlsx, c, spice, kicad, vtu, twin, pdf or svg.")],
+    to: Literal["csv", "netcdf", "xlsx", "c", "spice", "kicad", "vtu", "twin", "pdf", "svg"],
     output: Output = None, load: Load = Load(),
 ) -> int:  # fmt: skip
     """Write a calibration for another program; the load chooses the state that --to spice shows.
@@ -91,12 +93,18 @@ def export(
 
     Example: sits-mech export calibration --to spice -o coils.cir --fz "2 N"
     """
+    from sits_mech.readout.loads import check_enough
+    from sits_mech.report.folder import look_at, read_calibration
+
+    sensor, forces = look_at(folder)
+    if to in ("c", "twin"):
+        check_enough(sensor.coils, forces)
+    sensor, data = read_calibration(folder)
+
     from sits_mech.export.formats import export as written
     from sits_mech.export.source import Source
     from sits_mech.quantities import SolveFailed
-    from sits_mech.report.folder import read_calibration
 
-    sensor, data = read_calibration(folder)
     try:
         path, notes = written(Source(sensor, data, load.wrench()), to, output)
     except SolveFailed as error:
@@ -118,6 +126,8 @@ def design(
 
     Example: sits-mech design requirements.toml -o fingertip
     """
+    check_readable(requirements, "a readable scene file")
+
     from sits_mech.batch.executors import workers
     from sits_mech.report.design import write_design
     from sits_mech.report.folder import cases_folder, prepare_folder
@@ -146,7 +156,6 @@ def report(folder: Folder, *, case: Case = None, output: Output = None) -> int:
     Example: sits-mech report calibration -o report.html
     """
     from sits_mech.report.folder import read_calibration
-    from sits_mech.report.page.html import write_html
     from sits_mech.scene.files import is_open_end
     from sits_mech.scene.sensor import SceneError
 
@@ -155,6 +164,9 @@ def report(folder: Folder, *, case: Case = None, output: Output = None) -> int:
     if path.suffix not in (".html", ".htm") and not is_open_end(path):
         raise SceneError(f"--output: must end in .html; got {path.name!r}")
     sensor, data = read_calibration(folder, case)
+
+    from sits_mech.report.page.html import write_html
+
     write_html(sensor, data, folder, path)
     warn(f"written to {path}")
     return 0

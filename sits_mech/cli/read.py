@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from sits_mech.cli.console import answer, warn
-from sits_mech.cli.options import Case, Folder, Json, Magnetics, Quantity, app
+from sits_mech.cli.options import Case, Folder, Json, Magnetics, Quantity, app, check_readable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,24 +37,28 @@ def invert(
 
     Example: sits-mech invert calibration --l1 "92.1 %" --l2 "91.8 %"
     """
-    from sits_mech.chain.temperature import read_at
     from sits_mech.cli.written import Asked, given_codes, given_inductances, given_texts
-    from sits_mech.report.folder import read_calibration
-    from sits_mech.report.tables.readings import inversion_record, inversion_table, refusal
+    from sits_mech.readout.loads import check_enough
+    from sits_mech.report.folder import look_at, read_calibration
     from sits_mech.units import SceneError, quantity
 
-    sensor, data = read_calibration(folder)
-    texts = given_texts([coil.name for coil in sensor.coils], inductances, reading, code)
     if clock is not None and not code:
         raise SceneError(f"--clock: must come with --code, it makes codes of frequencies; got {clock} alone")
+    warm = None if temperature is None else quantity(temperature, "K", "--temperature")
+    sensor, forces = look_at(folder)
+    texts = given_texts([coil.name for coil in sensor.coils], inductances, reading, code)
+    check_enough(sensor.coils, forces)
+    sensor, data = read_calibration(folder)
+
+    from sits_mech.chain.temperature import read_at
+    from sits_mech.report.tables.readings import inversion_record, inversion_table, refusal
 
     def asked_of(table: xr.Dataset) -> Asked:
         """Return the reading beside a table in its unit."""
         return given_codes(sensor, table, texts, clock) if code else given_inductances(sensor, table, texts)
 
     left = None
-    if temperature is not None:
-        warm = quantity(temperature, "K", "--temperature")
+    if warm is not None:
         data, left = read_at(sensor, data, warm, lambda table: (one := asked_of(table)).cal.inverse(one.values))
     asked = asked_of(data)
     record = inversion_record(asked.cal, asked.values, left)
@@ -78,13 +82,20 @@ def converter(
 
     Example: sits-mech converter calibration --clock "40 MHz" --rcount 4096
     """
-    from sits_mech.analysis.bench import sensor_front_end
-    from sits_mech.report.folder import read_calibration
-    from sits_mech.report.tables.readings import front_end_record, front_end_table
+    from sits_mech.readout import converter as converters
+    from sits_mech.readout.front_end import check_settings
+    from sits_mech.report.folder import look_at, read_calibration
     from sits_mech.units import quantity
 
-    sensor, data = read_calibration(folder)
     hertz = None if clock is None else quantity(clock, "Hz", "--clock")
+    part = look_at(folder)[0].readout.converter
+    if part != "none":
+        check_settings(converters.converter(part), hertz, rcount)
+    sensor, data = read_calibration(folder)
+
+    from sits_mech.analysis.bench import sensor_front_end
+    from sits_mech.report.tables.readings import front_end_record, front_end_table
+
     found, missing = sensor_front_end(sensor, data, clock=hertz, rcount=rcount)
     names = [coil.name for coil in sensor.coils]
     answer(front_end_record(found, names, missing), [front_end_table(found, names, missing)], as_json)
@@ -128,25 +139,27 @@ def quality(
     """
     import numpy as np
 
+    from sits_mech.report.folder import read_calibration
+    from sits_mech.units import SceneError
+    from sits_mech.units import quantity as written
+
+    if samples < 2 or samples & (samples - 1):
+        raise SceneError(f"--samples: must be a power of two, such as 32; got {samples}")
+    off, one = deviations.given(), None if noise is None else written(noise, "H", "--noise")
+    sensor, data = read_calibration(folder, case)
+    if noise is None and sensor.readout.converter == "none":
+        raise SceneError('--noise: must be given, such as "1 pH": the scene has readout.converter = "none"')
+
     from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
     from sits_mech.analysis.tolerances import force_spread, usual_loads
     from sits_mech.analysis.wrenches import resolved_components
     from sits_mech.chain.temperature import has_slopes
     from sits_mech.cli.console import progress_bar
     from sits_mech.readout import quality as figures
-    from sits_mech.report.folder import read_calibration
     from sits_mech.report.tables import quality as tables
     from sits_mech.report.tables.drift import drift_table
-    from sits_mech.units import SceneError
-    from sits_mech.units import quantity as written
 
-    if samples < 2 or samples & (samples - 1):
-        raise SceneError(f"--samples: must be a power of two, such as 32; got {samples}")
-    sensor, data = read_calibration(folder, case)
-    cal, off = sensor_calibration(sensor, data), deviations.given()
-    if noise is None and sensor.readout.converter == "none":
-        raise SceneError('--noise: must be given, such as "1 pH": the scene has readout.converter = "none"')
-    one = None if noise is None else written(noise, "H", "--noise")
+    cal = sensor_calibration(sensor, data)
     sizes = sensor_front_end(sensor, data)[0].noise if one is None else np.full(len(cal.coils), one)
     loop = None if period is None else _loop(sensor, data, period)
     found = figures.quality(cal, sizes, table=coil_table(sensor, data), branches=loop)
@@ -189,6 +202,8 @@ def compare(
 
     Example: sits-mech compare calibration bench.csv --free modulus,lead -o residual.png
     """
+    check_readable(measured, "a readable measurement")
+
     from sits_mech.analysis import comparison
     from sits_mech.readout.loads import fixed, several
     from sits_mech.readout.measured import read_measured

@@ -28,6 +28,7 @@ from sits_mech.cli.options import (
     Warmths,
     Way,
     app,
+    check_asked,
     pose_of,
     sensor_of,
     sensors_of,
@@ -35,6 +36,7 @@ from sits_mech.cli.options import (
 from sits_mech.cli.timed import in_time
 
 if TYPE_CHECKING:
+
     from sits_mech.quantities import Wrench
     from sits_mech.scene.sensor import Sensor
 
@@ -48,6 +50,10 @@ def pose(
 
     Example: sits-mech pose biorob2018 --fx "0.5 N" --fz "2 N"
     """
+    sensor, via = sensor_of(scene, overrides, temperature), way.loads()
+    loads = [*via, load.wrench()]
+    check_asked(sensor, vars(loads[-1]), tolerance)
+
     from sits_mech.chain.models import mechanical_model
     from sits_mech.chain.omissions import omissions
     from sits_mech.chain.simulate import at_rest
@@ -56,8 +62,6 @@ def pose(
     from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import equilibrium_table
 
-    sensor, via = sensor_of(scene, overrides, temperature), way.loads()
-    loads = [*via, load.wrench()]
     layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
     try:
         found = at_rest(sensor, layer, loads[-1], via)
@@ -78,16 +82,19 @@ def inductance(
 
     Example: sits-mech inductance biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 MHz"
     """
+    from sits_mech.quantities import Pose, SolveFailed
+
+    sensor = sensor_of(scene, overrides, temperature)
+    pose = pose_of(place, overrides) if place.given or sensor.target is not None else Pose(0.0, 0.0, 0.0)
+    check_asked(sensor, {}, tolerance)
+
     from sits_mech.analysis.spectrum import at_terminals, frequency_range, spectrum
     from sits_mech.chain.models import magnetic_model
     from sits_mech.chain.omissions import Shown, omissions
-    from sits_mech.quantities import Pose, SolveFailed
     from sits_mech.report.records import impedance_record, spectrum_record
     from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import impedance_table, spectrum_table, terminal_table
 
-    sensor = sensor_of(scene, overrides, temperature)
-    pose = pose_of(place, overrides) if place.given or sensor.target is not None else Pose(0.0, 0.0, 0.0)
     hertz = [sensor.frequency] if frequency is None else frequency_range(frequency, "--frequency")
     solver, choice = magnetic_model(sensor, magnetics, tolerance, [pose])
     slowest = sensor.model_copy(update={"frequency": min(hertz)})
@@ -122,6 +129,10 @@ def simulate(
 
     Example: sits-mech simulate biorob2018 --fx "0.5 N" --fz "2 N" --temperature "-10 degC:60 degC:8"
     """
+    (sensor, *others), wrench = sensors_of(scene, overrides, temperature), load.wrench()
+    via = way.loads()
+    check_asked(sensor, vars(wrench), models.tolerance)
+
     from sits_mech.chain.omissions import Shown, omissions
     from sits_mech.chain.simulate import simulate as simulated
     from sits_mech.quantities import SolveFailed
@@ -130,8 +141,6 @@ def simulate(
     from sits_mech.report.tables.solves import equilibrium_table, impedance_table, signal_table
     from sits_mech.units import SceneError
 
-    (sensor, *others), wrench = sensors_of(scene, overrides, temperature), load.wrench()
-    via = way.loads()
     if history is not None:
         if load != Load() or via or others or picture is not None:
             raise SceneError("--history: must be given without a load, --via, --picture or a range of temperatures")

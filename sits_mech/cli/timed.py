@@ -10,9 +10,22 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from sits_mech.cli.console import answer, not_converged, progress_bar, warn
-from sits_mech.cli.options import Json, Load, Models, Output, Overrides, Picture, Quantity, Scene, app, sensor_of
+from sits_mech.cli.options import (
+    Json,
+    Load,
+    Models,
+    Output,
+    Overrides,
+    Picture,
+    Quantity,
+    Scene,
+    app,
+    check_asked,
+    sensor_of,
+)
 
 if TYPE_CHECKING:
+
     from sits_mech.scene.sensor import Sensor
 
 
@@ -60,16 +73,19 @@ def cycle(
 
     Example: sits-mech cycle soft.toml --fz "4 N" --period "2 s" --cycles 3 -o cycle.nc --picture loops.pdf
     """
+    from sits_mech.units import quantity
+
+    sensor, seconds = sensor_of(scene, overrides), quantity(period, "s", "--period")
+    check_asked(sensor, vars(load.wrench()), models.tolerance)
+
     from sits_mech.analysis.cycle import load_cycle, triangle
     from sits_mech.analysis.histories.full_cycle import full_cycle
     from sits_mech.cases import save_table
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.pictures.curves import checked_picture, save_figure
     from sits_mech.report.tables.loops import difference_record, difference_table, loop_curves, loop_record, loop_table
-    from sits_mech.units import quantity
 
     drawn = None if picture is None else checked_picture(picture, "--picture")
-    sensor, seconds = sensor_of(scene, overrides), quantity(period, "s", "--period")
     try:
         data, beside = load_cycle(sensor, load.wrench(), triangle(seconds, cycles), **asdict(models)), None
         if full:

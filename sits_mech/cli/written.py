@@ -9,15 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sits_mech.analysis.bench import code_calibration, sensor_calibration
-from sits_mech.analysis.suspicion import component_slopes, suspicion
 from sits_mech.quantities import Array
-from sits_mech.readout.calibration import Calibration
 from sits_mech.units import SceneError, quantity, shown
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from sits_mech.readout.calibration import Calibration
     from sits_mech.scene.sensor import Sensor
 
 _NUMBERED = re.compile(r"l([1-9]\d*)")
@@ -43,6 +41,8 @@ class Asked:
 
     def cause(self, sensor: Sensor, data: xr.Dataset) -> str:
         """Return what is wrong with a reading that belongs to no load, in words; empty where nothing is known."""
+        from sits_mech.analysis.suspicion import component_slopes, suspicion
+
         if len(self.cal.coils) == len(self.cal.forces) or not np.all(np.isfinite(self.values)):
             return ""
         names, slopes, sizes = component_slopes(sensor, data)
@@ -75,7 +75,22 @@ def given_texts(
         missing = ", ".join(coil for k, coil in enumerate(coils) if k not in found)
         came = f"{len(found)}, without {missing}" if found else "none"
         raise SceneError(f"{' '.join(options)}: must be given, one for each coil ({', '.join(coils)}); got {came}")
+    for option, text in found.values():
+        _plain_code(option, text) if codes else quantity(text, _unit(text), option)
     return [found[k] for k in range(len(coils))]
+
+
+def _unit(text: str) -> str:
+    """Return the unit that a written inductance must have."""
+    return "" if "%" in text else "H/m" if "/" in text else "H"
+
+
+def _plain_code(option: str, text: str) -> float:
+    """Return a written code."""
+    try:
+        return float(int(text, 0)) if text.lower().startswith("0x") else float(text)
+    except ValueError:
+        raise SceneError(f"{option}: must be a code of the converter, a whole number; got {text!r}") from None
 
 
 def _numbered(coils: Sequence[str], name: str, text: str) -> tuple[int, str, str]:
@@ -100,6 +115,8 @@ def _named(coils: Sequence[str], option: str, text: str) -> tuple[int, str, str]
 
 def given_inductances(sensor: Sensor, data: xr.Dataset, texts: Texts) -> Asked:
     """Return written inductances and the calibration in henry."""
+    from sits_mech.analysis.bench import sensor_calibration
+
     cal, free = sensor_calibration(sensor, data), np.diagonal(data["L0"].to_numpy())
     per_metre = str(data.attrs["unit_L"]) == "H/m"
     each = [_inductance(cal, k, written, free[k] if per_metre else None) for k, written in enumerate(texts)]
@@ -123,6 +140,8 @@ def _inductance(cal: Calibration, k: int, written: tuple[str, str], per_metre: f
 
 def given_codes(sensor: Sensor, data: xr.Dataset, texts: Texts, clock: str | None) -> Asked:
     """Return written codes and the calibration in codes."""
+    from sits_mech.analysis.bench import code_calibration
+
     hertz = None if clock is None else quantity(clock, "Hz", "--clock")
     cal = code_calibration(sensor, data, clock=hertz)
     values = np.array([_code(cal, k, written) for k, written in enumerate(texts)])
@@ -132,10 +151,7 @@ def given_codes(sensor: Sensor, data: xr.Dataset, texts: Texts, clock: str | Non
 def _code(cal: Calibration, k: int, written: tuple[str, str]) -> float:
     """Return a written code of coil k."""
     option, text = written
-    try:
-        found = float(int(text, 0)) if text.lower().startswith("0x") else float(text)
-    except ValueError:
-        raise SceneError(f"{option}: must be a code of the converter, a whole number; got {text!r}") from None
+    found = _plain_code(option, text)
     middle = float(cal.forward(*(0.5 * (cal.low + cal.high)))[k])
     if not 0.5 * middle < found < 2.0 * middle:
         raise SceneError(f"{option}: must be near the calibration's codes, {middle:.0f}; got {text}: another clock?")

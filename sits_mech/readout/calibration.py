@@ -28,7 +28,7 @@ from sits_mech.readout.inversion import NO_SOLUTION as NO_SOLUTION
 from sits_mech.readout.inversion import OK as OK
 from sits_mech.readout.inversion import OUTSIDE as OUTSIDE
 from sits_mech.readout.inversion import Inverse, Search
-from sits_mech.readout.loads import several, varied
+from sits_mech.readout.loads import check_enough, several, varied
 
 
 @dataclass(frozen=True)
@@ -331,12 +331,6 @@ def without_coil(cal: Calibration, coil: int) -> Calibration:
         cal.forces, tuple(np.array(cal.coils)[others].tolist()), cal.unit, cal.L0[others], found, cal.weights[others],
         cal.full_scale[others], domain, seeds,
     )  # fmt: skip
-
-
-def check_enough(coils: Sequence[str], forces: Sequence[str]) -> None:
-    """Refuse to resolve more forces than there are coils."""
-    if len(coils) < len(forces):
-        raise ValueError(f"coils: {len(coils)} cannot resolve {len(forces)} forces ({', '.join(forces)})")
 
 
 def check_resolved(cal: Calibration) -> None:

@@ -121,8 +121,9 @@ def front_end(
         When L, R, the capacitance, the clock or the count is none the part can have.
     """
     L, R = np.atleast_2d(np.asarray(L, dtype=float)), np.atleast_2d(np.asarray(R, dtype=float))
-    clock = part.clock[1] if clock is None else clock
-    _check(part, L, R, clock, rcount)
+    clock = check_settings(part, clock, rcount)
+    if L.shape != R.shape or not (np.all(np.isfinite(L)) and np.all(R > 0.0)):
+        raise ValueError(f"L and R: must be finite, positive and of one shape; got {L.shape} and {R.shape}")
     f, R_p = tank_frequency(L, capacitance), parallel_resistance(L, R, capacitance)
     divider, reference_divider = _dividers(part, float(f.max()), clock, L.shape[1])
     reference = clock / reference_divider
@@ -150,16 +151,16 @@ def register_text(found: FrontEnd) -> str:
     return "\n".join(f"0x{address:02X} = 0x{value:0{digits}X}  {name}" for address, name, value in found.registers)
 
 
-def _check(part: Converter, L: Array, R: Array, clock: float, rcount: int) -> None:
-    """Refuse what has no settings at all."""
-    if L.shape != R.shape or not (np.all(np.isfinite(L)) and np.all(R > 0.0)):
-        raise ValueError(f"L and R: must be finite, positive and of one shape; got {L.shape} and {R.shape}")
+def check_settings(part: Converter, clock: float | None, rcount: int) -> float:
+    """Return the clock, the part's greatest by default [Hz]; refuse one, or a count, that the part cannot have."""
+    clock = part.clock[1] if clock is None else clock
     if not part.clock[0] <= clock <= part.clock[1]:
         low, high = part.clock
         raise ValueError(f"clock: must be from {low:g} to {high:g} Hz for the {part.name}; got {clock:g} Hz")
     if not part.rcount[0] <= rcount <= part.rcount[1]:
         low, high = part.rcount
         raise ValueError(f"rcount: must be from {low} to {high} for the {part.name}; got {rcount}")
+    return clock
 
 
 def _ends(values: Array) -> Array:

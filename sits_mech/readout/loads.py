@@ -51,6 +51,12 @@ def wrench_of(row: xr.Dataset) -> Wrench:
     return Wrench(**{name: float(row[name]) for name in WRENCH if name in row.coords})
 
 
+def check_enough(coils: Sequence[object], forces: Sequence[str]) -> None:
+    """Refuse to resolve more forces than there are coils."""
+    if len(coils) < len(forces):
+        raise ValueError(f"coils: {len(coils)} cannot resolve {len(forces)} forces ({', '.join(forces)})")
+
+
 def middle(data: xr.Dataset, keep: Sequence[str] = ()) -> dict[str, int]:
     """Return the index of the middle value of each component that a table varies, but for those to keep."""
     return {name: data.sizes[name] // 2 for name in varied(data) if name not in keep}

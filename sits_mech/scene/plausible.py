@@ -7,19 +7,23 @@ which a kind of input is usual stands beside its bounds, as a `Usual` among the 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, get_args
 
+import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import BaseModel
 
-from sits_mech.quantities import POSE, Pose
+from sits_mech.quantities import POSE, Pose, shown_unit
 from sits_mech.silicone.material import Silicone, implausible
 from sits_mech.silicone.stability import stability
+from sits_mech.units import SceneError
 
 _STRETCHES = 0.3, 4.0  # that pads come near to
 _QUARTER = 1.6  # rad, just above a quarter turn
 _NEAREST, _FARTHEST = 1e-6, 0.2  # m
+_BULK, _SHEAR = 10.0, 1000.0  # moduli: K/2 (J - 1)^2 bears no pressure above K, and stretches of tens need 1000 mu
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,34 @@ def slips_of_pose(pose: Pose) -> tuple[str, ...]:
     usual = {"d_v": LENGTH, "d_h": PLACE, "d_y": PLACE}
     lines = (usual.get(name, ANGLE).slip(name, float(getattr(pose, name))) for name in POSE)
     return tuple(line for line in lines if line)
+
+
+def check_loads(sensor: Any, loads: Mapping[str, ArrayLike]) -> None:
+    """Refuse loads that no solver need be asked of: they are far above what any state of the pad bears.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        Without an elastomer nothing is refused.
+    loads : mapping
+        Values of components of `Wrench` by name [N, N m].
+
+    Raises
+    ------
+    SceneError
+        With the component and what it may be at most.
+    """
+    if sensor.elastomer is None:
+        return
+    silicone, plates = sensor.elastomer.silicone, [sensor.elastomer, *([sensor.target] if sensor.target else [])]
+    sides = [max(plate.extent[k] for plate in plates) for k in (0, 1)]
+    force = max(_BULK * silicone.bulk_modulus, _SHEAR * silicone.shear_modulus) * sides[0] * sides[1]
+    for name, values in loads.items():
+        most = force if name.startswith("F") else force * max(sides)
+        for value in np.ravel(values):
+            if abs(value) > most:
+                unit, why = shown_unit(name), "no pad of this silicone and size bears more"
+                raise SceneError(f"{name}: must be within {most:.2g} {unit}: {why}; got {value:g} {unit}")
 
 
 def _found(part: BaseModel, path: str) -> Iterator[str]:

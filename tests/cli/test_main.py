@@ -3,20 +3,24 @@
 import json
 import math
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from rich.table import Table
 
 from sits_mech.cases import read_table
+from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.prices.ladder import Rung
 from sits_mech.cli.console import show
 from sits_mech.cli.main import run
+from sits_mech.cli.options import LoadGrid
 from sits_mech.mechanics.block import BlockPad
 from sits_mech.quantities import POSE, WRENCH, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.scene.sensor import SceneError, load_sensor
@@ -366,10 +370,68 @@ def test_interrupted_calibration_keeps_what_is_done(tmp_path: Path) -> None:
 @pytest.mark.parametrize("words", ["import sits_mech", "import sys; from sits_mech.cli.main import run; run(['-h'])"])
 def test_what_costs_nothing(words: str) -> None:
     """Neither import nor help loads the heavy half (measured in the benchmarks: both under 0.3 s)."""
-    heavy = "{'scipy', 'xarray', 'pandas', 'skfem', 'pydantic', 'matplotlib', 'pint'}"
+    heavy = "{'numpy', 'scipy', 'xarray', 'pandas', 'skfem', 'pydantic', 'matplotlib', 'pint'}"
     code = f"{words}\nimport sys\nassert not {heavy} & set(sys.modules), {heavy} & set(sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_linear_algebra_of_a_command_keeps_to_one_thread() -> None:
+    """Whatever numpy brings is imported after the environment says so, unless the environment said otherwise before."""
+    code = "import sys; from sits_mech.cli import main\nsys.argv = ['sits-mech', 'pose', 'nowhere']\ntry: main.main()\n"
+    code += "except SystemExit: pass\nimport numpy, threadpoolctl\n"
+    code += "assert {each['num_threads'] for each in threadpoolctl.threadpool_info()} == {%s}"
+    own = {name: text for name, text in ENVIRONMENT.items() if not name.endswith("_NUM_THREADS")}
+    for more, threads in (({}, 1), ({"OPENBLAS_NUM_THREADS": "2", "OMP_NUM_THREADS": "2"}, 2)):
+        words = [sys.executable, "-c", code % threads]
+        done = subprocess.run(words, env=own | more, capture_output=True, text=True, timeout=60)
+        assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("tokens", [
+    ("report", "nowhere"), ("invert", "{made}", "--l1", "1:2", "--l2", "92 %"), ("invert", "{made}", "--l1", "92 %"),
+    ("report", "{made}", "--case", "3"), ("converter", "{made}", "--rcount", "1"),
+    ("quality", "{made}", "--samples", "3"), ("pose", "biorob2018", "--fx", "1e308 N"), ("pose", "nowhere"),
+    ("calibrate", "biorob2018-w15", "--fz", "-1e9 N", "-o", "unused"), ("sweep", "nowhere.toml", "-o", "unused"),
+    ("simulate", "biorob2018", "--tolerance", "2"), ("compare", "{made}", "nowhere.csv"),
+])  # fmt: skip
+def test_a_refusal_comes_before_what_is_heavy(calibrated: Path, tokens: tuple[str, ...]) -> None:
+    """One line, before solvers, tables and pictures are imported; in 0.5 s of processor time and 60 MB (measured)."""
+    code = "import sys; from sits_mech.cli.main import run\ncode = run(sys.argv[1:])\nassert code == 2, code\n"
+    code += "heavy = {'scipy', 'xarray', 'pandas', 'skfem', 'matplotlib'} & set(sys.modules)\nassert not heavy, heavy"
+    words = [sys.executable, "-c", code, *(token.format(made=calibrated) for token in tokens)]
+    done = subprocess.run(words, env=ENVIRONMENT, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0 and done.stderr.count("\n") == 1, done.stderr
+    assert not Path("unused").exists()
+
+
+def test_loads_beyond_any_sense_are_told_with_what_could_be(capsys: Capture) -> None:
+    """In a line without a path that was never begun; of Python alike; a load that only fails is none of them."""
+    said = refused(capsys, "pose", "biorob2018", "--moment", "1e9 N*m")
+    assert "M: must be within" in said and "no pad of this silicone and size bears more; got 1e+09 N m" in said
+    with pytest.raises(SceneError, match=r"F_z: must be within .* N: no pad .*; got -1e\+09 N"):
+        mechanical_model(load_sensor("biorob2018"), loads=[Wrench(F_z=-1e9)])
+
+
+def test_a_default_grid_has_the_forces_that_the_coils_resolve() -> None:
+    """One coil F_z alone, a pair along y F_y in place of F_x; what is asked for is taken."""
+    pair = load_sensor("biorob2018")
+    turned = [coil.model_copy(update={"centre": coil.centre[::-1]}) for coil in pair.coils]
+    along_y, one = (pair.model_copy(update={"coils": tuple(coils)}) for coils in (turned, pair.coils[:1]))
+    found = [list(LoadGrid().components(sensor)) for sensor in (pair, along_y, one)]
+    assert found == [["F_x", "F_z"], ["F_z", "F_y"], ["F_z"]]
+    assert list(LoadGrid(fx="0 N:1 N:2").components(one)) == ["F_x", "F_z"]
+
+
+def test_what_has_more_forces_than_coils_is_not_exported(capsys: Capture, calibrated: Path, tmp_path: Path) -> None:
+    """Neither header nor twin: at once, before a map is fitted."""
+    copied = shutil.copytree(calibrated, tmp_path / "made")
+    with h5py.File(copied / "result.nc", "a") as file:
+        asked = json.loads(file.attrs["request"])
+        file.attrs["request"] = json.dumps(asked | {"F_y": [0.0, 1.0]})
+    for form in ("c", "twin"):
+        said = refused(capsys, "export", str(copied), "--to", form, "-o", str(tmp_path / "out"))
+        assert "coils: 2 cannot resolve 3 forces (F_x, F_z, F_y)" in said
 
 
 def test_a_printed_table_is_cut_nowhere(capsys: Capture) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from rich.table import Table
 
-from sits_mech.batch.requests import SWEPT
+from sits_mech.batch.tables import SWEPT
 from sits_mech.cases import DONE
 from sits_mech.labels import unit_of
 from sits_mech.readout.loads import points

@@ -1,0 +1,50 @@
+"""How does a calibration go into a row of a study's table, and come back from it?"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sits_mech.cases import DONE, Row
+from sits_mech.labels import labelled
+from sits_mech.quantities import WRENCH
+from sits_mech.scene.sensor import Sensor, sensor_from
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SWEPT = ("calibrate", "quality")
+"""Requests of a study whose cases are calibrations."""
+_OWN, _OF_LOADS = {"status", "reason", "seconds"}, "load_"  # what cases have too, and how it is named of their loads
+
+
+def table_row(data: xr.Dataset) -> Row:
+    """Return a calibration as a row; `case_calibration` makes it a calibration again."""
+    row: Row = {
+        f"{_OF_LOADS}{name}" if name in _OWN else str(name): (tuple(map(str, item.dims)), item.to_numpy())
+        for name, item in data.data_vars.items()
+    }
+    row |= {"failed_loads": int(np.sum(data["status"] != DONE)), "unit_L": data.attrs["unit_L"]}
+    return row | {"attributes": json.dumps(dict(data.attrs), default=float)}
+
+
+def case_calibration(row: xr.Dataset) -> tuple[Sensor, xr.Dataset]:
+    """Return sensor and calibration of a case, a point of the table of a study with a request of `SWEPT`."""
+    import xarray as xr
+
+    attributes = json.loads(row["attributes"].item())
+    asked = json.loads(attributes["request"])
+    axes = {name: asked[name] for name in WRENCH if name in asked}
+    loads = set(row[f"{_OF_LOADS}status"].dims)
+    found = {str(name): item for name, item in row.data_vars.items() if loads <= set(item.dims) or name == "L0"}
+    names = {name.removeprefix(_OF_LOADS): (item.dims, item.to_numpy()) for name, item in found.items()}
+    sensor = sensor_from(tomllib.loads(attributes["scene"]))
+    coils = [coil.name for coil in sensor.coils]
+    data = xr.Dataset(names, {"coil": coils, "coil_2": coils, **axes}, attributes)
+    parts = [name for name in ("part", "cause") if name in data.dims]
+    for name in parts:  # another case of the study may have more of them
+        data = data.dropna(name, how="all", subset=[key for key in data if name in data[key].dims])
+    return sensor, labelled(data)

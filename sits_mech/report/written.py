@@ -1,0 +1,75 @@
+"""What does a calibration leave behind? A folder: result.nc, result.csv, scene.toml, pictures, finished loads."""
+
+from __future__ import annotations
+
+import json
+from functools import partial
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from sits_mech.cases import DONE, save_table
+from sits_mech.mechanics.loads import kept_key, kept_rest
+from sits_mech.quantities import SolveFailed
+from sits_mech.readout.loads import varied, wrench_of
+from sits_mech.report.folder import cases_folder
+from sits_mech.report.pictures.curves import calibration_pictures, save_figure
+from sits_mech.report.pictures.section import load_view
+from sits_mech.report.tables.loads import csv_text
+from sits_mech.scene.files import write_text
+from sits_mech.scene.sensor import SceneError, Sensor, save_sensor
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[str]:
+    """Write a calibration's table, scene and pictures, each by an atomic rename.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        What was calibrated.
+    data : Dataset
+        As from `calibrate`.
+    folder : Path
+        As from `prepare_folder`.
+
+    Returns
+    -------
+    list of str
+        One line for each picture that could not be drawn.
+    """
+    save_table(data, folder / "result.nc")
+    write_text(folder / "result.csv", csv_text(data))
+    save_sensor(sensor, folder / "scene.toml")
+    if find_spec("matplotlib") is None:
+        return ["no pictures: they need matplotlib: pip install 'sits-mech[view]'"]
+    if not np.any(data["status"] == DONE):
+        return ["no pictures: no load converged"]
+    pictures, warnings = calibration_pictures(data), []
+    for name, draw in (pictures | {"layer": partial(_largest_load, sensor, data, folder)}).items():
+        try:
+            save_figure(draw(), folder / f"{name}.png")
+        except (SolveFailed, SceneError) as error:
+            warnings.append(f"no picture {name}.png: {error}")
+    return warnings
+
+
+def _largest_load(sensor: Sensor, data: xr.Dataset, folder: Path) -> Figure:
+    """Return the picture of the layer under the largest of the loads that converged."""
+    largest = {name: float(np.abs(data[name]).max()) or 1.0 for name in varied(data)}
+    dims, done = data["status"].dims, np.argwhere((data["status"] == DONE).to_numpy())
+    each = zip(dims, done.T, strict=True)
+    shares = np.transpose([data[name].to_numpy()[at] / largest[str(name)] for name, at in each])
+    first = 1e-9 * shares @ 0.5 ** np.arange(len(dims))  # of mirror images the one with the positive forces
+    at = done[int(np.argmax(np.sum(shares**2, axis=1) + first))]
+    wrench = wrench_of(data[["status"]].isel(dict(zip(dims, at, strict=True))))
+    request = json.loads(data.attrs["request"])
+    mechanics, tolerance = request["mechanics"], request["tolerance"]
+    drift = "slope_T_L" in data
+    known = kept_rest((cases_folder(folder), kept_key(sensor, mechanics, tolerance, drift=drift)), wrench)
+    return load_view(sensor, wrench, tolerance, mechanics, known)
