@@ -30,7 +30,9 @@ def view(
     scene: Scene, *, load: Load = Load(), place: Place = Place(),
     kind: Literal["scene", "layer", "field", "spatial"] | None = None,
     driven: Annotated[str | None, Parameter(help="Name of the coil that carries current; the last one.")] = None,
-    frequency: Annotated[Quantity | None, Parameter(help="Of the current; the scene's.")] = None, output: Output = None,
+    frequency: Annotated[Quantity | None, Parameter(help="Of the current; the scene's.")] = None,
+    show: Annotated[Literal["displacement", "stretch"], Parameter(name="--show", help="What colours a layer.")] =
+    "displacement", output: Output = None,
     overrides: Overrides = Overrides(),
 ) -> int:  # fmt: skip
     """Draw a scene with its sizes (--kind scene), its layer under a load, the field at a pose, or both in space.
@@ -47,7 +49,7 @@ def view(
     path = picture_path(output, scene, kind)
     hertz = sensor.frequency if frequency is None else quantity(frequency, "Hz", "--frequency")
     try:
-        draw(kind, sensor, Request(load.wrench(), pose, hertz, driven), path)
+        draw(kind, sensor, Request(load.wrench(), pose, hertz, driven, show), path)
     except SolveFailed as error:
         return not_converged(error, False)
     warn(f"written to {path}")

@@ -183,9 +183,9 @@ def _ring(coil: Coil, z: float) -> Piece:
 
 def _section(model: PlanarLayer, found: Equilibrium, still: Equilibrium) -> list[Piece]:
     """Return layer, target and tracks in the section y = 0."""
-    places, quads, J = deformed_mesh(model, found)
+    places, quads, J, *_ = deformed_mesh(model, found)
     kept, quads = np.unique(quads, return_inverse=True)
-    at_rest = deformed_mesh(model, still)[0][kept]
+    at_rest = deformed_mesh(model, still).points[kept]
     layer = Piece(_LAYER, _flat(places[kept]), _flat(places[kept] - at_rest), [("quad", quads.reshape(-1, 4))], J)
     target, _ = layer_parts(model.sensor)
     plate, there = (target_cut(target, pose) for pose in (found.pose, _rest(model.sensor)))

@@ -24,8 +24,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.mechanics.element.kernel import deformation, element_forces
-from sits_mech.mechanics.element.mesh import Indices
+from sits_mech.mechanics.element.kernel import deformation, element_forces, most_stretched
+from sits_mech.mechanics.element.mesh import DeformedSection
 from sits_mech.mechanics.histories import LoadHistory, Motion, Progress, untold
 from sits_mech.mechanics.levels.gradient import PoseSlopes, pose_slopes, solved_family
 from sits_mech.mechanics.levels.history import arrived
@@ -154,27 +154,20 @@ def planar_layer(sensor: Sensor, tolerance: float = 1e-2) -> PlanarLayer:
     return PlanarLayer(sensor, tolerance, meshes_in_line(sensor, tolerance), edge_effect(sensor))
 
 
-def deformed_mesh(model: PlanarLayer, equilibrium: Equilibrium) -> tuple[Array, Indices, Array]:
-    """Return the deformed layer for pictures.
-
-    Returns
-    -------
-    points : ndarray, shape (n, 2)
-        Nodes x, z in the sensor's coordinates [m].
-    quads : ndarray, shape (m, 4)
-        Corners of the cells, counter-clockwise; of a triangle one of them twice.
-    J : ndarray, shape (m,)
-        Smallest volume ratio at any point of each cell.
-    """
+def deformed_mesh(model: PlanarLayer, equilibrium: Equilibrium) -> DeformedSection:
+    """Return the deformed layer for pictures: nodes, and corners of the cells counter-clockwise."""
     _, elastomer = layer_parts(model.sensor)
     fine = model.line[int(equilibrium.state[0])].fine
     mesh, u = fine.mesh, equilibrium.state[1 : 1 + fine.mesh.nodes.size]
-    points = (mesh.nodes + u.reshape(-1, 2)) * elastomer.thickness + (0.0, elastomer.standoff)
+    points, rest = (
+        each * elastomer.thickness + (0.0, elastomer.standoff) for each in (mesh.nodes + u.reshape(-1, 2), mesh.nodes)
+    )
     corners = mesh.nodes[mesh.cells[:, :4]]
     turn = np.argsort(np.arctan2(*(corners - corners.mean(axis=1, keepdims=True)).T[::-1]).T, axis=1)
     quads = np.take_along_axis(mesh.cells[:, :4], turn, axis=1)
     every = [deformation(mesh, u, at)[1] for at in (mesh.inside, mesh.nodal) if at is not None]
-    return points, quads, np.concatenate(every, axis=1).min(axis=1)
+    J = np.concatenate(every, axis=1).min(axis=1)
+    return DeformedSection(points, quads, J, most_stretched(mesh, u).max(axis=1), rest)
 
 
 def stored(model: PlanarLayer, equilibrium: Equilibrium, *, limit: bool = False) -> float:

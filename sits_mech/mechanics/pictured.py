@@ -7,8 +7,8 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import cKDTree
 
 from sits_mech.mechanics.block import BlockPad, of_both_halves, solved_body
-from sits_mech.mechanics.element.kernel import deformation
-from sits_mech.mechanics.element.mesh import BRICK, Indices, MixedMesh
+from sits_mech.mechanics.element.kernel import deformation, most_stretched
+from sits_mech.mechanics.element.mesh import BRICK, DeformedSection, Indices, MixedMesh
 from sits_mech.mechanics.pad.shapes import Shape, shape_of
 from sits_mech.mechanics.pad.solid import pad_parts
 from sits_mech.quantities import Array, Equilibrium
@@ -17,7 +17,7 @@ _ROUND = [0, 1, 3, 2, 4, 5, 7, 6]  # corners of a brick by z, y, x -> each face 
 _GRID = (64, 12)  # pieces of a section for pictures, across and up
 
 
-def deformed_section(model: BlockPad, equilibrium: Equilibrium, angle: float = 0.0) -> tuple[Array, Indices, Array]:
+def deformed_section(model: BlockPad, equilibrium: Equilibrium, angle: float = 0.0) -> DeformedSection:
     """Return the deformed pad for pictures, in the upright plane through the z axis that lies at an angle to x.
 
     Parameters
@@ -30,13 +30,8 @@ def deformed_section(model: BlockPad, equilibrium: Equilibrium, angle: float = 0
 
     Returns
     -------
-    points : ndarray, shape (n, 2)
-        The place along the plane, and z, in the sensor's coordinates [m].
-    quads : ndarray, shape (m, 4)
-        Corners, in order: of the quarters of the cells' faces in the plane y = 0, of a triangle the last one twice; in
-        other planes of what was an even grid.
-    J : ndarray, shape (m,)
-        Smallest volume ratio at any point of each one's cell.
+    DeformedSection
+        With the quarters of the cells' faces in the plane y = 0; in other planes with what was an even grid.
     """
     target, elastomer = pad_parts(model.sensor)
     body = solved_body(model, equilibrium)
@@ -44,20 +39,21 @@ def deformed_section(model: BlockPad, equilibrium: Equilibrium, angle: float = 0
     if middle is None:
         raise ValueError("mesh: must know its faces in the plane y = 0")
     u = equilibrium.state[1 : 1 + mesh.nodes.size].reshape(-1, 3)
-    least = deformation(mesh, u.ravel())[1].min(axis=1)
     if angle == 0.0:
-        points, bent = (mesh.nodes + u)[:, [0, 2]], middle[:, 3] != middle[:, 4]
+        places, bent = (mesh.nodes + u, mesh.nodes), middle[:, 3] != middle[:, 4]
+        points, rest = (each[:, [0, 2]] for each in places)
         quads = np.concatenate([_quarters(mesh.nodes, middle[bent, 1:]), middle[~bent, 1:]])
-        least = least[np.concatenate([np.repeat(middle[bent, 0], 4), middle[~bent, 0]])]
+        cells = np.concatenate([np.repeat(middle[bent, 0], 4), middle[~bent, 0]])
     else:
         way = np.array([np.cos(angle), np.sin(angle), 0.0])
-        points, quads, cells = _slanted(mesh, u, way, shape_of(target, elastomer))
-        least = least[cells]
-    return points * elastomer.thickness + (0.0, elastomer.standoff), quads, least
+        (points, rest), quads, cells = _slanted(mesh, u, way, shape_of(target, elastomer))
+    points, rest = (each * elastomer.thickness + (0.0, elastomer.standoff) for each in (points, rest))
+    J, stretch = deformation(mesh, u.ravel())[1].min(axis=1), most_stretched(mesh, u.ravel()).max(axis=1)
+    return DeformedSection(points, quads, J[cells], stretch[cells], rest)
 
 
-def _slanted(mesh: MixedMesh, u: Array, way: Array, shape: Shape) -> tuple[Array, Indices, Indices]:
-    """Deformed points along a direction and up, quadrilaterals of an even grid there, and the cell that each is in."""
+def _slanted(mesh: MixedMesh, u: Array, way: Array, shape: Shape) -> tuple[tuple[Array, Array], Indices, Indices]:
+    """Points along a direction and up, deformed and before, quadrilaterals of an even grid, the cell each is in."""
     across, up = _GRID
     moved = LinearNDInterpolator(mesh.nodes, u)
     rays = np.linspace(0.0, np.linalg.norm(mesh.nodes[:, :2], axis=1).max(), 20 * across)
@@ -71,7 +67,8 @@ def _slanted(mesh: MixedMesh, u: Array, way: Array, shape: Shape) -> tuple[Array
     corners = mesh.nodes[mesh.cells]
     low, high = corners.min(axis=1), corners.max(axis=1)
     away = np.abs(grid[quads].mean(axis=1)[:, None] - (low + high) / 2) / (high - low)
-    return np.column_stack([places @ way, places[:, 2]]), quads, np.argmin(away.max(axis=2), axis=1)
+    moved_and_rest = np.column_stack([places @ way, places[:, 2]]), np.column_stack([grid @ way, grid[:, 2]])
+    return moved_and_rest, quads, np.argmin(away.max(axis=2), axis=1)
 
 
 def deformed_pad(model: BlockPad, equilibrium: Equilibrium) -> tuple[Array, Indices, Array]:

@@ -202,7 +202,7 @@ def test_section_for_pictures(pad):
     """At rest it fills the section; under a load it hangs on ground and target."""
     for wrench in (Wrench(), Wrench(0.9, 6.0)):
         found = pad.equilibrium(wrench)
-        points, quads, J = deformed_section(pad, found)
+        points, quads, J, *_ = deformed_section(pad, found)
         x, z = np.moveaxis(points[quads], -1, 0)
         area = 0.5 * np.abs(np.sum(x * np.roll(z, -1, axis=1) - z * np.roll(x, -1, axis=1), axis=1))
         assert J.shape == (len(quads),) and J.min() >= found.report.min_J
@@ -217,7 +217,7 @@ def test_section_for_pictures(pad):
 def test_a_slanted_section_fills_the_pad(pad):
     """Of a whole pad at 30 degrees: as long as the pad is there, hanging on the ground; along x as the faces there."""
     found = pad.equilibrium(Wrench(0.2, 1.0, F_y=1e-6))
-    points, quads, J = deformed_section(pad, found, np.pi / 6)
+    points, quads, J, *_ = deformed_section(pad, found, np.pi / 6)
     across = np.ptp(points[np.abs(points[:, 1]) < 1e-9][:, 0])
     assert across == pytest.approx(20 * MM / np.cos(np.pi / 6), rel=2e-3) and J.min() >= found.report.min_J
     straight, near = (deformed_section(pad, found, angle) for angle in (0.0, 1e-6))

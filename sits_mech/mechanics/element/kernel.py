@@ -192,6 +192,12 @@ def outer_stretches(mesh: MixedMesh, u: Array) -> tuple[Array, Array]:
     return stretches[..., 2], stretches[..., 0]
 
 
+def most_stretched(mesh: MixedMesh, u: Array) -> Array:
+    """Return the largest principal stretch, or reciprocal of one, at the quadrature points, shape (e, q)."""
+    smaller, greater = outer_stretches(mesh, u)
+    return np.maximum(greater, 1.0 / smaller)
+
+
 def volumes(mesh: MixedMesh, values: Array) -> Array:
     """Return the coefficients of ``pi`` of values at the quadrature points, shape (e, q) -> (e, m)."""
     return np.asarray((mesh.chi @ values[..., None])[..., 0])

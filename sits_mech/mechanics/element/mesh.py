@@ -100,6 +100,26 @@ class MixedMesh:
         return MixedMesh(self.nodes, self.cells[some], inside, self.chi[some], flat=self.flat)
 
 
+class DeformedSection(NamedTuple):
+    """A deformed layer in an upright plane, for pictures, in the sensor's coordinates.
+
+    Attributes
+    ----------
+    points, rest : ndarray, shape (n, 2)
+        Places along the plane and up, deformed and before [m].
+    quads : ndarray, shape (m, 4)
+        Corners, in order; of a triangle one of them twice.
+    J, stretch : ndarray, shape (m,)
+        Smallest volume ratio, and largest principal stretch or reciprocal of one, at any point of each one's cell.
+    """
+
+    points: Array
+    quads: Indices
+    J: Array
+    stretch: Array
+    rest: Array
+
+
 def section_mesh(x: Array, z: Array, placed: Callable[[Array], Array] | None = None) -> MixedMesh:
     """Mesh a rectangle on the given lines.
 

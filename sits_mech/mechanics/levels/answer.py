@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.geometry.collision import ground_notes
-from sits_mech.mechanics.element.kernel import outer_stretches
+from sits_mech.mechanics.element.kernel import most_stretched
 from sits_mech.mechanics.faces.face_contact import face_notes, faces_press
 from sits_mech.mechanics.levels.family import Levels, Limit, finer
 from sits_mech.mechanics.rest.body import Bonded, State, packed, unpacked
@@ -253,8 +253,7 @@ def largest_stretch(body: Bonded, u: Array, *, apart: float = _STRETCHED) -> flo
 
     Where one point decides, as of a path that ended, none is left out: ``apart=0.0``.
     """
-    smaller, greater = outer_stretches(body.mesh, u)
-    stretch = np.maximum(greater, 1.0 / smaller).ravel()
+    stretch = most_stretched(body.mesh, u).ravel()
     order = np.argsort(stretch)
     below = np.cumsum(body.mesh.inside.weights.ravel()[order])
     return max(1.0, float(stretch[order][np.searchsorted(below, min((1.0 - apart) * below[-1], below[-1]))]))

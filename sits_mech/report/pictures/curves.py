@@ -228,6 +228,8 @@ def crosstalk_map(data: xr.Dataset) -> Figure:
 
 def _crosstalk_maps(data: xr.Dataset, stray: xr.Dataset, held: str) -> Figure:
     """Return the crosstalk over the two components of a table, F_x across where it is one."""
+    from matplotlib.patheffects import withStroke
+
     across, up = sorted(components_of(data), key=lambda name: name != "F_x")
     names = sorted(map(str, stray))
     with new_figure(height=0.7, columns=len(names)) as (figure, every):
@@ -236,7 +238,9 @@ def _crosstalk_maps(data: xr.Dataset, stray: xr.Dataset, held: str) -> Figure:
             reach = float(np.max(np.nan_to_num(np.abs(values)))) or 1.0
             places = data[across].to_numpy(), data[up].to_numpy()
             picture = axes.pcolormesh(*places, values, cmap="RdBu_r", vmin=-reach, vmax=reach, rasterized=True)
-            axes.contour(*places, values, _round_levels(values.to_numpy()), colors="0.25", linewidths=0.5)
+            lines = axes.contour(*places, values, _round_levels(values.to_numpy()), colors="0.25", linewidths=0.5)
+            for label in axes.clabel(lines, fontsize=5, fmt="%g"):
+                label.set_path_effects([withStroke(linewidth=1.2, foreground="white")])
             axes.grid(False)
             axes.set_title(f"${force}$ into ${_symbol(signal)}$")
             axes.set_xlabel(f"${across}$ [{shown_unit(across)}]")

@@ -33,12 +33,15 @@ class Request:
         [Hz].
     driven : str or None
         Name of the coil that carries current; the last one by default.
+    show : {"displacement", "stretch"}
+        What colours a layer.
     """
 
     wrench: Wrench
     pose: Pose | None
     frequency: float
     driven: str | None = None
+    show: str = "displacement"
 
 
 def kind_of_picture(asked: Kind | None, wrench: Wrench, pose: Pose | None) -> Kind:
@@ -84,7 +87,7 @@ def draw(kind: Kind, sensor: Sensor, request: Request, path: Path) -> None:
         if refusal := section_refusal(sensor.coils):
             raise SceneError(f"--kind field: {refusal}; --kind spatial draws them all")
     if kind == "layer":
-        save_figure(load_view(sensor, request.wrench), path)
+        save_figure(load_view(sensor, request.wrench, show=request.show), path)
     elif kind == "field":
         save_figure(field_view(sensor, resting_pose(sensor, request), request.frequency, driven), path)
     else:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sits_mech.chain.models import mechanical_model
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.mechanics.block import BlockPad
+from sits_mech.mechanics.element.mesh import DeformedSection
 from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh
 from sits_mech.mechanics.pictured import deformed_section
 from sits_mech.quantities import WRENCH, Array, Equilibrium, MechanicalModel, Pose, Wrench, shown_unit
@@ -31,13 +31,18 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Mesh = tuple[Array, NDArray[np.int64], Array]
 Frame = tuple[tuple[float, float], tuple[float, float]]
 _MM = 1e3
+_SHRUNK = 0.9  # volume ratio below which it is said: of a silicone as good as incompressible it is one
+_BESIDE = 0.1  # thicknesses from a bonded edge, to which strain grows as r**(0.5946 - 1): 2.5 times by then
+_SHOWN = {"displacement": "displacement [mm]", "stretch": "largest principal stretch, or its reciprocal [-]"}
 _CURRENT = 1e-3  # of the driven coil [A]
 
 
-def layer_view(sensor: Sensor, equilibrium: Equilibrium, mesh: Mesh | None = None, angle: float = 0.0) -> Figure:
+def layer_view(
+    sensor: Sensor, equilibrium: Equilibrium, mesh: DeformedSection | None = None, angle: float = 0.0,
+    show: str = "displacement",
+) -> Figure:  # fmt: skip
     """Return a picture of an upright section under a load, with the coils that it cuts.
 
     Parameters
@@ -46,21 +51,23 @@ def layer_view(sensor: Sensor, equilibrium: Equilibrium, mesh: Mesh | None = Non
         With a target.
     equilibrium : Equilibrium
         The load and where the target rests.
-    mesh : tuple of ndarray, optional
-        The deformed layer: points (n, 2) [m], quadrilaterals (m, 4), smallest volume ratio in each (m,).
+    mesh : DeformedSection, optional
+        The deformed layer.
     angle : float
         From x to the section's direction [rad].
+    show : {"displacement", "stretch"}
+        What colours it.
     """
     plane = Plane(angle)
     tracks = [coil_cut(coil, plane, sensor.substrate_radius) for coil in sensor.coils]
     plates = [] if sensor.target is None else [target_cut(sensor.target, equilibrium.pose, plane)]
     plates += [conductor_cut(part, plane) for part in sensor.conductors]
     points = [each.reshape(-1, 2) for each in (*(corners for corners, _ in tracks), *plates)]
-    frame = (left, right), (bottom, top) = _frame(sensor, points, None if mesh is None else mesh[0][mesh[1]])
+    frame = (left, right), (bottom, top) = _frame(sensor, points, None if mesh is None else mesh.points[mesh.quads])
     height = 0.85 * (top - bottom) / (right - left) + (0.36 if mesh is None else 0.5)  # of the axes and what is around
     with new_figure(height) as (figure, (axes,)):
         if mesh is not None:
-            _draw_layer(figure, axes, mesh, equilibrium.report.min_J)
+            _draw_layer(figure, axes, mesh, show, _bonded_edges(sensor, mesh, plane))
         for corners, sign in tracks:
             add_polygons(axes, _MM * corners, facecolors=np.where(sign > 0, *TRACKS).tolist(), linewidth=0)
         for k, corners in enumerate(plates):
@@ -78,26 +85,43 @@ def layer_view(sensor: Sensor, equilibrium: Equilibrium, mesh: Mesh | None = Non
     return figure
 
 
-def _draw_layer(figure: Figure, axes: Axes, mesh: Mesh, least: float | None) -> None:
-    """Draw the deformed layer, coloured by its smallest volume ratios, with their scale."""
+def _draw_layer(figure: Figure, axes: Axes, mesh: DeformedSection, show: str, edges: Array) -> None:
+    """Draw the deformed layer with its outline, coloured by what is shown, with the scale; say where it shrinks."""
     from matplotlib.ticker import MaxNLocator
 
-    points, quads, J = mesh
-    layer = add_polygons(axes, _MM * points[quads], cmap="cividis", edgecolor="0.25", linewidth=0.15, array=J)
+    corners = mesh.points[mesh.quads]
+    moved = _MM * np.linalg.norm(mesh.points - mesh.rest, axis=1)
+    values = mesh.stretch if show == "stretch" else moved[mesh.quads].mean(axis=1)
+    add_polygons(axes, _MM * corners, facecolors="0.1", edgecolors="0.1", linewidth=1.6)  # what stands out of the fill
+    layer = add_polygons(axes, _MM * corners, cmap="cividis", edgecolor="0.25", linewidth=0.15, array=values)
     bar = figure.colorbar(layer, ax=axes, location="bottom", shrink=0.7, aspect=35)
     bar.locator = MaxNLocator(5)
     bar.update_ticks()
-    whole = "" if least is None or np.isnan(least) else f"; in the whole pad {least:.4f}"
-    bar.set_label(f"volume ratio $J$, the smallest in each cell [-]\nsmallest here {J.min():.4f}{whole}", fontsize=7)
+    most = values.max() if show == "stretch" else moved[mesh.quads].max()
+    away = np.linalg.norm(mesh.rest[mesh.quads][:, :, None] - edges, axis=-1).min(axis=(1, 2))
+    near = np.isin(mesh.J, mesh.J[away < _BESIDE * np.ptp(mesh.rest[:, 1])])  # the quarters of a cell share its J
+    least = mesh.J[~near].min(initial=1.0)
+    shrunk = f"\nsmallest volume ratio, away from bonded edges, {least:.3f}" if least < _SHRUNK else ""
+    bar.set_label(f"{_SHOWN[show]}, at most {most:.3g}{shrunk}", fontsize=7)
     bar.ax.tick_params(labelsize=6)
 
 
+def _bonded_edges(sensor: Sensor, mesh: DeformedSection, plane: Plane) -> Array:
+    """Return where the free faces meet ground and target in a section at rest, shape (n, 2) [m]."""
+    bottom, top = mesh.rest[:, 1].min(), mesh.rest[:, 1].max()
+    ends = [mesh.rest[:, 0].min(), mesh.rest[:, 0].max()]
+    plate = np.array([]) if sensor.target is None else target_cut(sensor.target, Pose(0.0, top), plane)[..., 0].ravel()
+    return np.array([*((x, z) for x in ends for z in (bottom, top)), *((x, top) for x in plate)])
+
+
 def load_view(
-    sensor: Sensor, wrench: Wrench, tolerance: float = 1e-2, mechanics: str = "auto", known: Equilibrium | None = None
-) -> Figure:
+    sensor: Sensor, wrench: Wrench, tolerance: float = 1e-2, mechanics: str = "auto", known: Equilibrium | None = None,
+    show: str = "displacement",
+) -> Figure:  # fmt: skip
     """Return a picture of a section under a load: the layer as it is known at rest, by the model, or solved for it.
 
-    The section is y = 0; of a load that leaves this plane the one along its shear force, or across its moment.
+    The section is y = 0; of a load that leaves this plane the one along its shear force, or across its moment. What is
+    shown is as of `layer_view`.
 
     Raises
     ------
@@ -116,7 +140,7 @@ def load_view(
         needed = "needs a load in the plane y = 0 (--fx, --fz, --moment)"
         raise SceneError(f"picture of the layer: {needed}; got {', '.join(wrench.beside)} too: ask for --kind spatial")
     angle = load_angle(wrench)
-    return layer_view(sensor, equilibrium, _deformed(model, equilibrium, angle), angle)
+    return layer_view(sensor, equilibrium, _deformed(model, equilibrium, angle), angle, show)
 
 
 def load_angle(wrench: Wrench) -> float:
@@ -127,7 +151,7 @@ def load_angle(wrench: Wrench) -> float:
     return angle - np.pi if angle > 0.5 * np.pi + 1e-9 else angle
 
 
-def _deformed(model: MechanicalModel, equilibrium: Equilibrium, angle: float) -> Mesh | None:
+def _deformed(model: MechanicalModel, equilibrium: Equilibrium, angle: float) -> DeformedSection | None:
     """The deformed layer in a section, where the model has one."""
     if isinstance(model, BlockPad):
         return deformed_section(model, equilibrium, angle)

@@ -143,7 +143,7 @@ def test_pillars_bear_loads_beside_the_plane_as_a_square_does(four):
 
 def test_a_slanted_section_is_empty_between_pillars(four):
     """Along the diagonal of two by two pillars, 3.5 mm apart: two of 1.5 mm, to a piece of the grid."""
-    points, quads, _ = deformed_section(*four, np.pi / 4)
+    points, quads, *_ = deformed_section(*four, np.pi / 4)
     s = points[quads][..., 0]
     length = np.ptp(s, axis=1).sum() / 12  # as many pieces one above the other
     assert length == pytest.approx(2 * DIAMETER * MM, rel=0.1)

@@ -13,6 +13,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from sits_mech.mechanics.block import BlockPad
+from sits_mech.mechanics.element.mesh import DeformedSection
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.report.pictures.curves import (
     STYLE,
@@ -60,6 +61,9 @@ def test_crosstalk_map_shows_both_ways(data: xr.Dataset) -> None:
     maps = [axes.collections[0] for axes in figure.axes[:2]]
     assert [float(np.max(np.abs(picture.get_array()))) for picture in maps] == pytest.approx([100.0 / 3.0, 50.0])
     assert all(picture.get_clim()[0] == -picture.get_clim()[1] for picture in maps)
+    for axes in figure.axes[:2]:
+        written = {float(text.get_text()) for text in axes.texts}
+        assert written and written <= set(axes.collections[1].levels.tolist())
 
 
 def test_other_forces_are_at_the_middle(data: xr.Dataset) -> None:
@@ -143,9 +147,13 @@ def test_layer_view_and_files(tmp_path: Path, collisions: Collisions) -> None:
     report = SolveReport("by hand", 1, 1, 0.0, 0.0, 0.0)
     found = Equilibrium(Wrench(0.5, 2.0), Pose(1e-4, 1.9e-3, 0.01), Pose(0.0, 0.0), np.zeros(1), report)
     points = np.array([[-1e-2, 0.0], [1e-2, 0.0], [1e-2, 1.9e-3], [-1e-2, 1.9e-3]])
-    figure = layer_view(sensor, found, (points, np.array([[0, 1, 2, 3]]), np.array([0.99])))
-    assert len(figure.axes[0].collections) == 4 and figure.axes[0].get_aspect() == 1.0
-    assert "smallest here 0.9900" in figure.axes[1].get_xlabel() and collisions(figure) == []
+    rest = np.where(points == 1.9e-3, 2e-3, points)
+    mesh = DeformedSection(points, np.array([[0, 1, 2, 3]]), np.array([0.5]), np.array([1.2]), rest)
+    figure = layer_view(sensor, found, mesh)
+    assert len(figure.axes[0].collections) == 5 and figure.axes[0].get_aspect() == 1.0
+    assert figure.axes[1].get_xlabel() == "displacement [mm], at most 0.1" and collisions(figure) == []
+    stretched = layer_view(sensor, found, mesh, show="stretch")
+    assert stretched.axes[1].get_xlabel() == "largest principal stretch, or its reciprocal [-], at most 1.2"
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert legend == ["track, along $+y$", "track, along $-y$", "target"]
     ticks = [text.get_window_extent() for text in figure.axes[1].get_xticklabels() if text.get_text()]
@@ -154,6 +162,19 @@ def test_layer_view_and_files(tmp_path: Path, collisions: Collisions) -> None:
     assert os.listdir(tmp_path) == ["layer.png"] and (tmp_path / "layer.png").read_bytes().startswith(b"\x89PNG")
     with pytest.raises(SceneError, match="must be writable"):
         save_figure(figure, tmp_path / "nowhere" / "layer.png")
+
+
+@pytest.mark.parametrize(("J", "said"), [(0.95, ""), (0.85, "smallest volume ratio, away from bonded edges, 0.850")])
+def test_a_layer_that_shrinks_is_said_to(J: float, said: str) -> None:
+    """Below 0.9, in the middle; not of the cells at the bonded edges, where the mesh decides."""
+    sensor = load_sensor("biorob2018")
+    report = SolveReport("by hand", 1, 1, 0.0, 0.0, 0.0)
+    found = Equilibrium(Wrench(0.0, 2.0), Pose(0.0, 2e-3), Pose(0.0, 0.0), np.zeros(1), report)
+    x = np.array([-10e-3, -5e-3, -4e-3, -3e-3, 3e-3, 4e-3, 5e-3, 10e-3])  # the target ends at 4 mm
+    points = np.stack(np.meshgrid(x, [0.0, 2e-3]), -1).reshape(-1, 2)
+    quads = np.array([[k, k + 1, k + 9, k + 8] for k in range(7)])
+    mesh = DeformedSection(points, quads, np.array([0.1, 0.2, 0.3, J, 0.3, 0.2, 0.1]), np.ones(7), points)
+    assert layer_view(sensor, found, mesh).axes[1].get_xlabel().partition("\n")[2] == said
 
 
 @pytest.mark.parametrize("table", ["data", "triple"])
