@@ -37,7 +37,7 @@ _KINDS = {
     "1/K": 'a coefficient, such as "300 ppm/K"',
     "": "a plain number",
 }
-_NEAR_BY = {("deg", "rad"): math.pi / 180.0, ("N*mm", "N*m"): 1e-3, ("MS/m", "S/m"): 1e6}
+_NEAR_BY = {("%", ""): 1e-2, ("deg", "rad"): math.pi / 180.0, ("N*mm", "N*m"): 1e-3, ("MS/m", "S/m"): 1e6}
 ZERO_CELSIUS = 273.15  # K
 _CELSIUS = ("degC", "°C")
 _MOST = 10_000  # values of a range

@@ -66,8 +66,9 @@ def calibrate(
     took = process_time() - began
     for line in write_calibration(sensor, data, folder):
         warn(line)
-    missing, reached = failures(data), data.attrs.get("reached", 0.0)
+    missing, reached, said = failures(data), data.attrs.get("reached", 0.0), []
     if len(missing) < data["status"].size:  # else there is nothing to show
+        said = remarks(data)
         width, whole = terminal_width(), load_table(data)
         for part in [whole] if width is None else in_width(whole, len(varied(data)), width):
             show(part)
@@ -75,7 +76,7 @@ def calibrate(
     if not best and reached > MISSED * models.tolerance:
         missing.append(f"tolerance missed: {reached:.2g} of the signals' full scale for {models.tolerance:g} (--best)")
     flat = ["per metre of depth: ends along y are not in the signals, shear above all; --magnetics sheets has them"]
-    for line in [*remarks(data), *(flat if data.attrs["unit_L"] == "H/m" else []), *missing, f"written to {folder}"]:
+    for line in [*said, *(flat if data.attrs["unit_L"] == "H/m" else []), *missing, f"written to {folder}"]:
         warn(line)
     if "planned" in data.attrs:
         warn(kept_promise(data.attrs["planned"], (took, reached)))

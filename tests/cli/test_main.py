@@ -413,6 +413,15 @@ def test_loads_beyond_any_sense_are_told_with_what_could_be(capsys: Capture) -> 
         mechanical_model(load_sensor("biorob2018"), loads=[Wrench(F_z=-1e9)])
 
 
+def test_a_calibration_without_any_answer_is_told(capsys: Capture, tmp_path: Path) -> None:
+    """Each load with its reason, exit 3, and the table that says so; no pictures."""
+    words = ["--fx", "0 N", "--fz=-60 N:-50 N:2", *PLANAR, "--magnetics", "planar", "--tolerance", "0.2"]
+    assert run(["calibrate", "biorob2018", *words, "-o", str(tmp_path)]) == 3
+    said = capsys.readouterr()
+    assert "F_z = -60 N: " in said.err and "no pictures: no load converged" in said.err and said.out == ""
+    assert not (read_table(tmp_path / "result.nc")["status"] == "converged").any()
+
+
 def test_a_default_grid_has_the_forces_that_the_coils_resolve() -> None:
     """One coil F_z alone, a pair along y F_y in place of F_x; what is asked for is taken."""
     pair = load_sensor("biorob2018")
