@@ -10,7 +10,18 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from sits_mech.cli.console import answer, deliver, progress_bar, show, warn
-from sits_mech.cli.options import Json, Load, Models, Output, Overrides, Scene, app, check_asked, sensor_of
+from sits_mech.cli.options import (
+    Json,
+    Load,
+    Models,
+    Output,
+    Overrides,
+    Scene,
+    app,
+    check_asked,
+    check_readable,
+    sensor_of,
+)
 
 
 @app.command
@@ -74,7 +85,7 @@ def explain(
     Example: sits-mech explain biorob2018 --fx "0.5 N" --fz "2 N" --ladder
     """
     sensor, wrench = sensor_of(scene, overrides), load.wrench()
-    check_asked(sensor, vars(wrench), models.tolerance)
+    check_asked(sensor, vars(wrench), **asdict(models))
 
     from sits_mech.chain.models import plan
     from sits_mech.chain.prices.ladder import ladder as solved
@@ -110,14 +121,20 @@ def fit(
 
     Example: sits-mech fit tensile.csv --law yeoh --max-strain 1.0 --relaxation hold.csv --cyclic cycles.csv -o fit.png
     """
-    from sits_mech.report.pictures.curves import checked_picture, save_figure
+    from sits_mech.report.folder import checked_picture
+
+    picture = None if output is None else checked_picture(output)
+    for path in (tensile, relaxation, cyclic):
+        if path is not None:
+            check_readable(path, "a readable tensile test")
+
+    from sits_mech.report.pictures.curves import save_figure
     from sits_mech.report.pictures.fit import fit_figure
     from sits_mech.report.tables.fitted import fitted_tables
     from sits_mech.silicone.histories.fitted import fit_tests
     from sits_mech.silicone.material import Silicone, implausible
     from sits_mech.units import SceneError
 
-    picture = None if output is None else checked_picture(output)
     found = fit_tests(tensile, relaxation, cyclic, law=law, max_strain=max_strain, terms=terms)
     if found.fit is not None:
         slips = implausible(Silicone("", found.fit.law, found.fit.constants, math.inf))  # a fit tells no bulk modulus

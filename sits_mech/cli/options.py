@@ -33,10 +33,11 @@ Case = Annotated[int | None, Parameter(help="Of a sweep's folder: which case, by
 Frequency = Annotated[str, Parameter(allow_leading_hyphen=True, help='One, or a range "first:last:count".')]
 Tolerance = Annotated[float, Parameter(help="Asked relative error.")]
 Best = Annotated[bool, Parameter(negative="", help="Answer what can be had where the tolerance cannot.")]
-MECHANICS = "auto, block, planar, linear or closed-form."
-MAGNETICS = "auto, planar, planar-fem, axisymmetric or sheets."
-Mechanics = Annotated[str, Parameter(name=["--mechanics", "--model"], help=MECHANICS)]  # where one physics is meant
-Magnetics = Annotated[str, Parameter(name=["--magnetics", "--model"], help=MAGNETICS)]
+MECHANICS = ("auto", "planar", "linear", "block", "closed-form")
+MAGNETICS = ("auto", "planar", "planar-fem", "axisymmetric", "sheets")
+# where one physics is meant, --model says the same
+Mechanics = Annotated[str, Parameter(name=["--mechanics", "--model"], help=", ".join(MECHANICS))]
+Magnetics = Annotated[str, Parameter(name=["--magnetics", "--model"], help=", ".join(MAGNETICS))]
 Warmth = Annotated[Quantity | None, Parameter(help="Of all parts; the scene's own, 20 degC, by default.")]
 Warmths = Annotated[Quantity | None, Parameter(help='Of all parts: one, or a range "first:last:count".')]
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object and nothing else.")]
@@ -194,8 +195,8 @@ class Place:
 class Models:
     """Which model takes each half, and to what error of the signals, over their full scale."""
 
-    mechanics: Annotated[str, Parameter(help=MECHANICS)] = "auto"
-    magnetics: Annotated[str, Parameter(help=MAGNETICS)] = "auto"
+    mechanics: Annotated[str, Parameter(help=", ".join(MECHANICS))] = "auto"
+    magnetics: Annotated[str, Parameter(help=", ".join(MAGNETICS))] = "auto"
     tolerance: Annotated[float, Parameter(help="Asked error of the signals, over their full scale.")] = 1e-2
 
 
@@ -245,11 +246,17 @@ def sensors_of(scene: str, overrides: Overrides, temperature: str | None, *, one
     return at_each(found, quantity_range(temperature, "K", "--temperature"))
 
 
-def check_asked(sensor: Sensor, loads: Mapping[str, Any], tolerance: float) -> None:
-    """Refuse a load or a tolerance beyond any sense before the solvers are imported."""
+def check_asked(
+    sensor: Sensor, loads: Mapping[str, Any], tolerance: float, mechanics: str = "auto", magnetics: str = "auto"
+) -> None:  # fmt: skip
+    """Refuse a load or a tolerance beyond any sense, and models that there are not, before solvers are imported."""
+    from sits_mech.scene.materials import unknown
     from sits_mech.scene.plausible import check_loads
-    from sits_mech.units import checked_tolerance
+    from sits_mech.units import SceneError, checked_tolerance
 
+    for kind, name, known in (("mechanics", mechanics, MECHANICS), ("magnetics", magnetics, MAGNETICS)):
+        if name not in known:
+            raise SceneError(f"model ({kind}) {unknown(name, known)}")
     check_loads(sensor, loads)
     checked_tolerance(tolerance)
 

@@ -39,6 +39,10 @@ def view(
 
     Example: sits-mech view biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 kHz" --kind field -o field.png
     """
+    from sits_mech.report.folder import checked_picture
+
+    if output is not None:
+        checked_picture(output)
     sensor, pose = sensor_of(scene, overrides), pose_of(place, overrides) if place.given else None
 
     from sits_mech.quantities import SolveFailed

@@ -146,6 +146,7 @@ def quality(
     if samples < 2 or samples & (samples - 1):
         raise SceneError(f"--samples: must be a power of two, such as 32; got {samples}")
     off, one = deviations.given(), None if noise is None else written(noise, "H", "--noise")
+    seconds = None if period is None else written(period, "s", "--period")
     sensor, data = read_calibration(folder, case)
     if noise is None and sensor.readout.converter == "none":
         raise SceneError('--noise: must be given, such as "1 pH": the scene has readout.converter = "none"')
@@ -161,7 +162,7 @@ def quality(
 
     cal = sensor_calibration(sensor, data)
     sizes = sensor_front_end(sensor, data)[0].noise if one is None else np.full(len(cal.coils), one)
-    loop = None if period is None else _loop(sensor, data, period)
+    loop = None if seconds is None else _loop(sensor, data, seconds)
     found = figures.quality(cal, sizes, table=coil_table(sensor, data), branches=loop)
     scatter = None
     if off:
@@ -202,19 +203,21 @@ def compare(
 
     Example: sits-mech compare calibration bench.csv --free modulus,lead -o residual.png
     """
+    from sits_mech.report.folder import checked_picture
+
+    picture = None if output is None else checked_picture(output)
     check_readable(measured, "a readable measurement")
 
     from sits_mech.analysis import comparison
     from sits_mech.readout.loads import fixed, several
     from sits_mech.readout.measured import read_measured
     from sits_mech.report.folder import read_calibration
-    from sits_mech.report.pictures.curves import checked_picture, save_figure
+    from sits_mech.report.pictures.curves import save_figure
     from sits_mech.report.pictures.measured import comparison_figure, comparison_record, comparison_rows
     from sits_mech.report.tables.solves import key_table
     from sits_mech.scene.sensor import load_sensor
     from sits_mech.units import quantity
 
-    picture = None if output is None else checked_picture(output)
     alone = not folder.is_dir()
     sensor, data = (load_sensor(str(folder)), None) if alone else read_calibration(folder)
     hertz = None if clock is None else quantity(clock, "Hz", "--clock")
@@ -258,7 +261,7 @@ def _drift(sensor: Sensor, data: xr.Dataset, cal: Calibration) -> dict[str, Any]
     return {"drift": drift_record(found, sensor.temperature)}
 
 
-def _loop(sensor: Sensor, data: xr.Dataset, period: str) -> tuple[Array, Array]:
+def _loop(sensor: Sensor, data: xr.Dataset, period: float) -> tuple[Array, Array]:
     """Return the inductances of a table's largest load while it comes and goes, the second time."""
     import json
 
@@ -266,7 +269,7 @@ def _loop(sensor: Sensor, data: xr.Dataset, period: str) -> tuple[Array, Array]:
     from sits_mech.analysis.cycle import load_cycle, triangle
     from sits_mech.quantities import Wrench
     from sits_mech.readout.loads import fixed, load_words, varied
-    from sits_mech.units import SceneError, quantity
+    from sits_mech.units import SceneError
 
     request = json.loads(data.attrs["request"])
     models = {name: request[name] for name in ("mechanics", "magnetics", "tolerance")}
@@ -274,4 +277,4 @@ def _loop(sensor: Sensor, data: xr.Dataset, period: str) -> tuple[Array, Array]:
     if held:
         raise SceneError(f"--period: needs a table whose loads start from none; this one holds {held}")
     peak = Wrench(**{name: float(data[name].max()) for name in varied(data)})
-    return branches(sensor, load_cycle(sensor, peak, triangle(quantity(period, "s", "--period")), **models))
+    return branches(sensor, load_cycle(sensor, peak, triangle(period), **models))

@@ -52,7 +52,7 @@ def pose(
     """
     sensor, via = sensor_of(scene, overrides, temperature), way.loads()
     loads = [*via, load.wrench()]
-    check_asked(sensor, vars(loads[-1]), tolerance)
+    check_asked(sensor, vars(loads[-1]), tolerance, mechanics=mechanics)
 
     from sits_mech.chain.models import mechanical_model
     from sits_mech.chain.omissions import omissions
@@ -86,7 +86,7 @@ def inductance(
 
     sensor = sensor_of(scene, overrides, temperature)
     pose = pose_of(place, overrides) if place.given or sensor.target is not None else Pose(0.0, 0.0, 0.0)
-    check_asked(sensor, {}, tolerance)
+    check_asked(sensor, {}, tolerance, magnetics=magnetics)
 
     from sits_mech.analysis.spectrum import at_terminals, frequency_range, spectrum
     from sits_mech.chain.models import magnetic_model
@@ -129,18 +129,11 @@ def simulate(
 
     Example: sits-mech simulate biorob2018 --fx "0.5 N" --fz "2 N" --temperature "-10 degC:60 degC:8"
     """
-    (sensor, *others), wrench = sensors_of(scene, overrides, temperature), load.wrench()
-    via = way.loads()
-    check_asked(sensor, vars(wrench), models.tolerance)
-
-    from sits_mech.chain.omissions import Shown, omissions
-    from sits_mech.chain.simulate import simulate as simulated
-    from sits_mech.quantities import SolveFailed
-    from sits_mech.report.records import simulation_record
-    from sits_mech.report.tables.plan import left_out_tables
-    from sits_mech.report.tables.solves import equilibrium_table, impedance_table, signal_table
     from sits_mech.units import SceneError
 
+    (sensor, *others), wrench = sensors_of(scene, overrides, temperature), load.wrench()
+    via = way.loads()
+    check_asked(sensor, vars(wrench), **asdict(models))
     if history is not None:
         if load != Load() or via or others or picture is not None:
             raise SceneError("--history: must be given without a load, --via, --picture or a range of temperatures")
@@ -151,6 +144,14 @@ def simulate(
         return over_temperature([sensor, *others], wrench, via, models, picture, as_json)
     if picture is not None:
         raise SceneError("--picture: needs a range of temperatures, --temperature \"first:last:count\"; got one")
+
+    from sits_mech.chain.omissions import Shown, omissions
+    from sits_mech.chain.simulate import simulate as simulated
+    from sits_mech.quantities import SolveFailed
+    from sits_mech.report.records import simulation_record
+    from sits_mech.report.tables.plan import left_out_tables
+    from sits_mech.report.tables.solves import equilibrium_table, impedance_table, signal_table
+
     try:
         found = simulated(sensor, wrench, via=via, best=best, **asdict(models))
     except SolveFailed as error:
@@ -175,14 +176,17 @@ def over_temperature(
     as_json: bool,
 ) -> int:  # fmt: skip
     """Answer what a sensor shows under one load at some temperatures."""
+    from sits_mech.report.folder import checked_picture
+
+    drawn = None if picture is None else checked_picture(picture, "--picture")
+
     from sits_mech.chain.simulate import simulate as simulated
     from sits_mech.chain.temperature import relative_slopes
     from sits_mech.quantities import SolveFailed
-    from sits_mech.report.pictures.curves import checked_picture, save_figure
+    from sits_mech.report.pictures.curves import save_figure
     from sits_mech.report.pictures.drift import drift_figure
     from sits_mech.report.tables.drift import temperatures_record, temperatures_table
 
-    drawn = None if picture is None else checked_picture(picture, "--picture")
     coils, T = [coil.name for coil in sensors[0].coils], [sensor.temperature for sensor in sensors]
     middle = sensors[len(sensors) // 2]
     try:

@@ -73,19 +73,20 @@ def cycle(
 
     Example: sits-mech cycle soft.toml --fz "4 N" --period "2 s" --cycles 3 -o cycle.nc --picture loops.pdf
     """
+    from sits_mech.report.folder import checked_picture
     from sits_mech.units import quantity
 
+    drawn = None if picture is None else checked_picture(picture, "--picture")
     sensor, seconds = sensor_of(scene, overrides), quantity(period, "s", "--period")
-    check_asked(sensor, vars(load.wrench()), models.tolerance)
+    check_asked(sensor, vars(load.wrench()), **asdict(models))
 
     from sits_mech.analysis.cycle import load_cycle, triangle
     from sits_mech.analysis.histories.full_cycle import full_cycle
     from sits_mech.cases import save_table
     from sits_mech.quantities import SolveFailed
-    from sits_mech.report.pictures.curves import checked_picture, save_figure
+    from sits_mech.report.pictures.curves import save_figure
     from sits_mech.report.tables.loops import difference_record, difference_table, loop_curves, loop_record, loop_table
 
-    drawn = None if picture is None else checked_picture(picture, "--picture")
     try:
         data, beside = load_cycle(sensor, load.wrench(), triangle(seconds, cycles), **asdict(models)), None
         if full:

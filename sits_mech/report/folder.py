@@ -19,6 +19,7 @@ from sits_mech.version import __version__
 if TYPE_CHECKING:
     import xarray as xr
 
+_FORMATS = (".png", ".pdf", ".svg")
 _NEEDED = ("status", "d_h", "d_v", "alpha", "L", "R", "L0")
 
 
@@ -30,6 +31,15 @@ def prepare_folder(folder: Path, *, cases: bool = True) -> Path:
             return folder
     except OSError as error:
         raise SceneError(f"{folder}: must be a folder that can be written to; got: {error.strerror or error}") from None
+
+
+def checked_picture(path: Path, option: str = "--output") -> Path:
+    """Return where a picture goes; raise SceneError where its format cannot be drawn or its folder is not there."""
+    if path.suffix not in _FORMATS:
+        raise SceneError(f"{option}: must end in {', '.join(_FORMATS)}; got {path.name!r}")
+    if not path.parent.is_dir():
+        raise SceneError(f"{option}: must be in a folder that exists; got {path}")
+    return path
 
 
 def cases_folder(folder: Path) -> Path:

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 
 KINDS = {"F_x": "shear force", "F_y": "shear force", "F_z": "normal force"}
 """What components of a load are called; others are moments."""
-_FORMATS = (".png", ".pdf", ".svg")
 COLUMN = 88.0 / 25.4  # width of a paper's column [in]
 STYLE = Path(__file__).with_name("paper.mplstyle")
 """The style file of every picture, for matplotlib's `style.use` as well."""
@@ -288,15 +287,6 @@ def _crosstalk_matrix(data: xr.Dataset, stray: xr.Dataset) -> Figure:
         axes.set_title("largest crosstalk, in percent of the signal's full scale")
         axes.grid(False)
     return figure
-
-
-def checked_picture(path: Path, option: str = "--output") -> Path:
-    """Return where a picture goes; raise SceneError where its format cannot be drawn or its folder is not there."""
-    if path.suffix not in _FORMATS:
-        raise SceneError(f"{option}: must end in {', '.join(_FORMATS)}; got {path.name!r}")
-    if not path.parent.is_dir():
-        raise SceneError(f"{option}: must be in a folder that exists; got {path}")
-    return path
 
 
 def save_figure(figure: Figure, path: Path) -> None:

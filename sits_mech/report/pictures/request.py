@@ -10,7 +10,8 @@ from sits_mech.chain.models import mechanical_model
 from sits_mech.geometry.tracks import section_refusal
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.refusals import refuse_beside
-from sits_mech.report.pictures.curves import checked_picture, save_figure
+from sits_mech.report.folder import checked_picture
+from sits_mech.report.pictures.curves import save_figure
 from sits_mech.report.pictures.drawing import scene_drawing
 from sits_mech.report.pictures.section import driven_coil, field_view, load_view
 from sits_mech.report.pictures.spatial import spatial_view
