@@ -12,6 +12,7 @@ from sits_mech.version import __version__
 
 if TYPE_CHECKING:
     from sits_mech.analysis.bench import sensor_calibration
+    from sits_mech.analysis.envelope import envelope
     from sits_mech.analysis.spectrum import spectrum
     from sits_mech.cases import sweep
     from sits_mech.chain.calibrate import calibrate
@@ -26,12 +27,13 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Impedance", "Pose", "SceneError", "Sensor", "SolveFailed", "Wrench", "__version__", "calibrate", "catalogue",
-    "crosstalk", "design", "gradient", "load_sensor", "magnetic_model", "mechanical_model", "plan", "save_sensor",
-    "sensitivity", "sensor_calibration", "simulate", "slopes", "spectrum", "sweep",
+    "crosstalk", "design", "envelope", "gradient", "load_sensor", "magnetic_model", "mechanical_model", "plan",
+    "save_sensor", "sensitivity", "sensor_calibration", "simulate", "slopes", "spectrum", "sweep",
 ]  # fmt: skip
 
 _HOMES = {
     "analysis.bench": ("sensor_calibration",),
+    "analysis.envelope": ("envelope",),
     "chain.calibrate": ("calibrate",),
     "chain.gradient": ("gradient",),
     "synthesis.run": ("design",),

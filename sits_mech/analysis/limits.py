@@ -12,12 +12,12 @@ Of a calibration's table:
                   of a spring with the silicone's viscosity and softening (silicone/history.py)
 
 The capacity of a load F is the largest m with m F carried: no limit load, no buckling, no fold, target clear of coils
-and fixed plates, stretch within the data. Multiples are doubled until one is not, then
+and fixed plates, stretch within the data, where it is asked the pose's error within a tolerance. As
 
-    margin(m) = min((lambda_known - lambda(m))/(lambda_known - 1), room(m)/room(0)) = 0
+    margin(m) = min((lambda_known - lambda(m))/(lambda_known - 1), room(m)/room(0))
 
-is bracketed (brentq). A path that ended before is a limit of its own, with the error that its two meshes leave. All on
-a model's first meshes.
+is 1 at rest and falls almost straight, m/(1 - margin(m)) is tried next, until it stays or zero is bracketed (brentq).
+A path that ended before is a limit of its own, with the error that its two meshes leave.
 """
 
 from __future__ import annotations
@@ -47,6 +47,7 @@ PERIOD = 1.0
 AFTER = 1.0
 """After a load is gone: when the share that is left of its displacement is asked for [s]."""
 _WITHIN = 0.005  # of a capacity: how well it is located
+_NEAR = 5.0  # times that: a straight step this short is not solved; stretch, as load^0.85, bends by less than a fifth
 _MOST = 64.0  # multiple of a load up to which a limit is looked for
 _SHORT = {
     "buckled": "buckling",
@@ -54,6 +55,8 @@ _SHORT = {
     "turned": "limit load",
     "inverted": "folding: the mesh turns inside out at a corner",
 }
+STRETCH = "stretch beyond"
+"""How the reason begins of a capacity that ends with the silicone's data."""
 _FOLDED = "pass through one another"
 
 
@@ -71,12 +74,15 @@ class Capacity:
         Of the multiple; nan where it is not known.
     reason : str
         What comes next.
+    rest : Equilibrium or None
+        The nearest that was solved; None where a path ended.
     """
 
     load: Wrench
     multiple: float
     error: float
     reason: str
+    rest: Equilibrium | None = field(default=None, repr=False, compare=False)
 
 
 @dataclass(frozen=True)
@@ -183,7 +189,10 @@ def known_strain(sensor: Sensor) -> float:
     return np.nan if silicone is None or silicone.fitted_range is None else silicone.fitted_range[1]
 
 
-def capacity(sensor: Sensor, layer: MechanicalModel, load: Wrench, known_stretch: float) -> Capacity:
+def capacity(
+    sensor: Sensor, layer: MechanicalModel, load: Wrench, known_stretch: float, *, tolerance: float = np.inf,
+    within: float = _WITHIN,
+) -> Capacity:  # fmt: skip
     """Return how much of a load a pad carries, and what comes next.
 
     Parameters
@@ -193,28 +202,37 @@ def capacity(sensor: Sensor, layer: MechanicalModel, load: Wrench, known_stretch
     layer : MechanicalModel
         Of it, for loads as `symmetry_of` has them solved.
     load : Wrench
-        [N, N m].
+        Tried first [N, N m].
     known_stretch : float
         Of the data behind the silicone's constants [-]; nan: not known, and no limit.
+    tolerance : float
+        Of the pose's relative error; no limit by default.
+    within : float
+        Of the multiple: how well it is located.
     """
-    search = _Search(sensor, layer, load, known_stretch)
-    low, high = 0.0, 1.0
-    while search.margin(high) > 0.0:
-        if high >= _MOST:
+    search = _Search(sensor, layer, load, known_stretch, tolerance)
+    low, high, tried = 0.0, np.inf, 1.0
+    while (margin := search.margin(tried)) > 0.0 or tried not in search.failed:
+        ahead = tried / max(1.0 - margin, 0.5)
+        if abs(ahead - tried) <= _NEAR * within * tried:
+            return search.at(ahead)
+        low, high = (tried, high) if margin > 0.0 else (low, tried)
+        if low >= _MOST:
             return Capacity(load, np.inf, np.nan, f"no limit was met up to {_MOST:g} times")
-        low, high = high, 2.0 * high
-    failed = search.failed.get(high)
+        if high <= 1.0 / _MOST:
+            return replace(search.at(high), multiple=0.0)
+        if not low < ahead < high:
+            break
+        tried = ahead
+    failed = search.failed.get(tried)
     if failed is not None:
         last = 0.0 if failed.last is None else _share(failed.last.wrench, load)
         if failed.last is None or last <= low or search.of(failed.last) > 0.0:
             return _ended(failed, load, max(low, last))
         high = last
         search.found[high] = failed.last
-    at = brentq(search.margin, low, high, xtol=_WITHIN * high, rtol=_WITHIN)
-    if at in search.failed:
-        return _ended(search.failed[at], load, low)
-    near = min(search.found, key=lambda m: abs(m - at))
-    return Capacity(load, float(at), np.nan, search.reason(search.found[near]))
+    at = brentq(search.margin, low, high, xtol=2.0 * within * high, rtol=_WITHIN)
+    return _ended(search.failed[at], load, low) if at in search.failed else search.at(float(at))
 
 
 @dataclass
@@ -225,6 +243,7 @@ class _Search:
     layer: MechanicalModel
     load: Wrench
     known: float
+    tolerance: float
     found: dict[float, Equilibrium] = field(default_factory=dict)
     failed: dict[float, SolveFailed] = field(default_factory=dict)
 
@@ -246,9 +265,10 @@ class _Search:
         """The margin of a state."""
         return min(value for value, _ in self._margins(there))
 
-    def reason(self, there: Equilibrium) -> str:
-        """Which limit is the nearest."""
-        return min(self._margins(there))[1]
+    def at(self, multiple: float) -> Capacity:
+        """The capacity at a multiple, by the nearest that was solved."""
+        there = self.found[min(self.found, key=lambda m: abs(m - multiple))]
+        return Capacity(self.load, multiple, np.nan, min(self._margins(there))[1], there)
 
     def _margins(self, there: Equilibrium) -> list[tuple[float, str]]:
         """Each of them, with its name."""
@@ -258,7 +278,9 @@ class _Search:
         found = [(coils, "coil contact" if not self.sensor.conductors else "contact with the coils or a fixed plate")]
         if there.report.stretch is not None and np.isfinite(self.known):
             left = (self.known - there.report.stretch) / (self.known - 1.0)
-            found.append((left, f"stretch beyond {self.known:.3g}, the data behind the silicone's constants"))
+            found.append((left, f"{STRETCH} {self.known:.3g}, the data behind the silicone's constants"))
+        if there.report.estimated_error > self.tolerance:
+            found.append((-1.0, f"error of the pose beyond {self.tolerance:g} of the displacement"))
         if any(_FOLDED in note for note in there.report.notes):
             found.append((-1.0, "folding: free faces pass through one another"))
         return found

@@ -45,6 +45,7 @@ def calibrate(
     sensor = sensor_of(scene, overrides, temperature)
     components = loads.components(sensor)
     check_asked(sensor, components, **asdict(models))
+    components = loads.borne(sensor, components, models.mechanics)
     folder = prepare_folder(output if output is not None else Path(f"{Path(scene).stem}-calibration"))
 
     from sits_mech.chain.calibrate import calibrate as calibrated

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from sits_mech.quantities import Pose, Wrench
     from sits_mech.scene.sensor import Sensor
 
-_SHEAR = "-1 N:1 N:9"  # by default
+_USUAL = {"fx": "-1 N:1 N:9", "fy": "-1 N:1 N:9", "fz": "0 N:4 N:9"}  # ranges of a grid of loads
 _TOLD = 5  # slips of a scene, one line each; of more, their number
 app = App(
     name="sits-mech", version=__version__, help="Force in, inductance out: soft inductive tactile sensors.",
@@ -141,9 +141,9 @@ class Way:
 class LoadGrid:
     """The loads of a grid; each one quantity, the same for all, or a range "first:last:count"."""
 
-    fx: Annotated[Quantity | None, Parameter(help=f'Shear force, along +x; "{_SHEAR}" if coils lie along x.')] = None
+    fx: Annotated[Quantity | None, Parameter(help=f"Shear force, along +x; {_USUAL['fx']} or what is borne.")] = None
     fy: Annotated[Quantity | None, Parameter(help="Along +y; by default if the coils lie along y alone.")] = None
-    fz: Fz = "0 N:4 N:9"
+    fz: Annotated[Quantity | None, Parameter(help=f"Normal force, pressing; {_USUAL['fz']} or what is borne.")] = None
     mx: Mx = "0 N*m"
     moment: Moment = "0 N*m"
     mz: Mz = "0 N*m"
@@ -157,10 +157,25 @@ class LoadGrid:
         from sits_mech.units import quantity_or_range
 
         along_x, along_y = (len({coil.centre[k] for coil in sensor.coils}) > 1 for k in (0, 1))
-        usual = {"fx": _SHEAR if along_x else "0", "fy": _SHEAR if along_y and not along_x and not self.fx else "0"}
-        given = replace(self, **{name: getattr(self, name) or text for name, text in usual.items()})
-        found = _in_si(given, LOAD_ARGUMENTS, quantity_or_range)
+        taken = {"fx": along_x, "fy": along_y and not along_x and not self.fx, "fz": True}
+        usual = {name: getattr(self, name) or (_USUAL[name] if taken[name] else "0") for name in taken}
+        found = _in_si(replace(self, **usual), LOAD_ARGUMENTS, quantity_or_range)
         return {name: values for name, values in found.items() if values != 0.0}
+
+    def borne(self, sensor: Sensor, components: Mapping[str, Any], mechanics: str) -> dict[str, Any]:
+        """Return the components; where none was given, all of them smaller until the pad bears them."""
+        if self != LoadGrid():
+            return dict(components)
+        from sits_mech.analysis.envelope import borne_share
+        from sits_mech.quantities import Wrench
+        from sits_mech.readout.loads import load_words
+
+        corner = {name: max(values) for name, values in components.items()}
+        share = borne_share(sensor, Wrench(**corner), mechanics)
+        if share < 1.0:
+            words = load_words({name: share * value for name, value in corner.items()})
+            warn(f"loads: up to {words} by default: more is beyond what the pad bears (sits-mech envelope)")
+        return {name: [share * value for value in values] for name, values in components.items()}
 
 
 @Parameter(name="*")

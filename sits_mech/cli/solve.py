@@ -1,4 +1,4 @@
-"""Where does the target go, what do the coils show? pose, inductance, simulate, cycle."""
+"""Where does the target go, what do the coils show, what is borne? pose, inductance, simulate, envelope."""
 
 from __future__ import annotations
 
@@ -198,4 +198,38 @@ def over_temperature(
     if drawn is not None and slopes is not None:
         save_figure(drift_figure(coils, T, found, (middle.temperature, slopes)), drawn)
         warn(f"written to {drawn}")
+    return 0
+
+
+@app.command
+def envelope(
+    scene: Scene, *, mechanics: Mechanics = "auto",
+    tolerance: Annotated[float, Parameter(help="Error of the pose that is a limit, too; 0.01 takes longer.")] = 0.05,
+    rays: Annotated[int, Parameter(help="In each plane of forces; a multiple of four.")] = 8,
+    temperature: Warmth = None, output: Output = None, overrides: Overrides = Overrides(), as_json: Json = False,
+) -> int:  # fmt: skip
+    """Which forces does the sensor bear, and what comes next: the silicone's data end, contact, buckling?
+
+    In the plane of F_x and F_z, and of F_y and F_z where coils stand apart along y; -o is a folder: picture, numbers.
+
+    Example: sits-mech envelope biorob2018-w15 -o envelope
+    """
+    from sits_mech.analysis.envelope import envelope as found_envelope
+    from sits_mech.cli.console import progress_bar
+    from sits_mech.report.envelope import envelope_figure, envelope_record, envelope_table
+    from sits_mech.report.folder import prepare_folder
+    from sits_mech.report.pictures.curves import save_figure
+    from sits_mech.report.records import json_text
+    from sits_mech.scene.files import write_text
+
+    sensor = sensor_of(scene, overrides, temperature)
+    folder = None if output is None else prepare_folder(output, cases=False)
+    with progress_bar("rays") as progress:
+        found = found_envelope(sensor, tolerance=tolerance, mechanics=mechanics, rays=rays, progress=progress)
+    record = envelope_record(found)
+    answer(record, [envelope_table(found)], as_json)
+    if folder is not None:
+        write_text(folder / "envelope.json", json_text(record) + "\n")
+        save_figure(envelope_figure(found, sensor.name), folder / "envelope.png")
+        warn(f"written to {folder}")
     return 0

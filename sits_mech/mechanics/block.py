@@ -111,7 +111,7 @@ class BlockPad:
         """The model that answers on the first two levels alone, of the same meshes."""
         return replace(self, tolerance=_ROUGH, finer=self, deepest=2)
 
-    def towards(self, goal: Array, tolerance: float, deepest: int = 99) -> BlockPad:
+    def towards(self, goal: Array | None, tolerance: float, deepest: int = 99) -> BlockPad:
         """Return the model on the same meshes, as many as a goal takes; as of `RefinedModel`."""
         return replace(self, finer=self, goal=goal, tolerance=tolerance, deepest=deepest)
 

@@ -69,7 +69,7 @@ class PlanarLayer:
         """The model that answers on the first two levels alone, of the same meshes."""
         return replace(self, tolerance=1.0, line=replace(self.line, deepest=2))
 
-    def towards(self, goal: Array, tolerance: float, deepest: int = 99) -> PlanarLayer:
+    def towards(self, goal: Array | None, tolerance: float, deepest: int = 99) -> PlanarLayer:
         """Return the model on the same meshes, as many as a goal takes: in the plane all of them cost little."""
         return replace(self, tolerance=tolerance, line=replace(self.line, asked=tolerance, goal=goal))
 

@@ -36,10 +36,10 @@ class RefinedModel(Protocol):
     def rough(self) -> MechanicalModel:
         """The model on the first meshes."""
 
-    def towards(self, goal: Array, tolerance: float, deepest: int = 99) -> MechanicalModel:
+    def towards(self, goal: Array | None, tolerance: float, deepest: int = 99) -> MechanicalModel:
         """Return the model that solves until what its error makes of a goal, as of `by_goal`, is within a tolerance.
 
-        On so many meshes at most, where finer ones are dear.
+        Without a goal that is of the pose. On so many meshes at most, where finer ones are dear.
         """
 
 

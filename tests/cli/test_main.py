@@ -473,7 +473,8 @@ def test_the_package_is_the_command() -> None:
 
 @pytest.mark.parametrize(
     "command",
-    ["catalog", "doctor", "schema", "explain", "pose", "inductance", "simulate", "calibrate", "fit", "view", "import"],
+    ["catalog", "doctor", "schema", "explain", "pose", "inductance", "simulate", "envelope", "calibrate", "fit", "view",
+     "import"],
 )
 def test_every_help_has_its_example(capsys: Capture, command: str) -> None:
     """One example each."""

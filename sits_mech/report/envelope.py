@@ -1,0 +1,87 @@
+"""How is an envelope shown? As a record for a program, as a table, and as a picture of each plane of forces."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from sits_mech.analysis.envelope import Envelope
+from sits_mech.quantities import Wrench
+from sits_mech.readout.loads import load_words
+from sits_mech.report.pictures.curves import KINDS, MARKS, new_figure
+from sits_mech.report.tables.solves import key_table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from rich.table import Table
+
+
+def envelope_record(found: Envelope) -> dict[str, Any]:
+    """Return an envelope for a program, SI; what is not known, and a force without limit, is not a number."""
+    rays = [
+        {
+            "plane": list(ray.plane),
+            "angle": ray.angle,
+            "force": {name: getattr(ray.force, name) for name in ray.plane},
+            "error": ray.error * size_of(ray.force),
+            "limit": ray.limit,
+        }
+        for ray in found.rays
+    ]
+    own = {"model": found.model, "known_stretch": found.known_stretch, "tolerance": found.tolerance}
+    return {"rays": rays} | own
+
+
+def envelope_table(found: Envelope) -> Table:
+    """Return an envelope for a reader: a line a ray."""
+    rows = []
+    for ray in found.rays:
+        forces = load_words({name: value for name, value in vars(ray.force).items() if value}) or "no force"
+        off = f" +- {100.0 * ray.error:.0f} %" if math.isfinite(ray.error) else ""
+        rows.append((f"{forces}{off}", ray.limit))
+    return key_table("forces that are borne, and what comes next", rows)
+
+
+def envelope_figure(found: Envelope, name: str) -> Figure:
+    """Return the picture of an envelope: its curve in each plane of forces, which limit is where, bars of error.
+
+    Raises
+    ------
+    SceneError
+        When matplotlib is not installed.
+    """
+    planes = list(dict.fromkeys(ray.plane for ray in found.rays))
+    limits = list(dict.fromkeys(ray.limit for ray in found.rays))
+    with new_figure(0.95 * len(planes), rows=len(planes)) as (figure, every):
+        for plane, axes in zip(planes, every, strict=True):
+            own = [ray for ray in found.rays if ray.plane == plane and math.isfinite(size_of(ray.force))]
+            if not own:
+                continue
+            x, z = ([float(getattr(ray.force, each)) for ray in own] for each in plane)
+            around = [*(ray.angle for ray in own), *(ray.angle + 2.0 * math.pi for ray in own[:1])]
+            curve = CubicSpline(around, np.transpose([[*x, *x[:1]], [*z, *z[:1]]]), bc_type="periodic")
+            axes.fill(*curve(np.linspace(around[0], around[-1], 181)).T, color="0.92", ec="0.6", lw=0.8, zorder=0)
+            for k, limit in enumerate(limits):
+                here = [n for n, ray in enumerate(own) if ray.limit == limit]
+                for n in here:
+                    low, high = 1.0 - own[n].error, 1.0 + own[n].error
+                    axes.plot([low * x[n], high * x[n]], [low * z[n], high * z[n]], color=f"C{k}", lw=0.8)
+                axes.plot([x[n] for n in here], [z[n] for n in here], f"C{k}{MARKS[k % len(MARKS)]}", label=limit)
+            axes.plot(0.0, 0.0, "k+")
+            axes.set(xlabel=_label(plane[0]), ylabel=f"{_label(plane[1])}, pressing up")
+        figure.suptitle(f"{name}\nforces that are borne; bars along rays: estimated error")
+        figure.legend(*every[0].get_legend_handles_labels(), loc="outside lower center", fontsize="x-small")
+        return figure
+
+
+def size_of(force: Wrench) -> float:
+    """Return the size of a force [N]."""
+    return math.hypot(force.F_x, force.F_y, force.F_z)
+
+
+def _label(force: str) -> str:
+    """Return what an axis shows."""
+    return f"{KINDS[force]} ${force}$ [N]"

@@ -1,0 +1,108 @@
+"""Forces that are borne: images of rays, the limits along them, default ranges, and where `pose` leaves the data."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sits_mech as sm
+from sits_mech.analysis.envelope import Envelope, Ray, borne_share, envelope
+from sits_mech.analysis.limits import capacity
+from sits_mech.cli.main import run
+from sits_mech.cli.options import LoadGrid
+from sits_mech.mechanics.layer import planar_layer
+from sits_mech.quantities import Wrench
+from sits_mech.report.envelope import envelope_figure, envelope_record, envelope_table
+from sits_mech.scene.sensor import load_sensor
+
+Capture = pytest.CaptureFixture[str]
+
+
+def test_axes_of_an_envelope_are_capacities(capsys: Capture, tmp_path: Path) -> None:
+    """In plane strain, whose meshes agree: each force alone ends where the layer does; shear both ways is one ray."""
+    words = ["envelope", "biorob2018", "--mechanics", "planar", "--rays", "4", "-o", str(tmp_path), "--json"]
+    assert run(words) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found == json.loads((tmp_path / "envelope.json").read_text()) and (tmp_path / "envelope.png").is_file()
+    sensor = load_sensor("biorob2018")
+    layer = planar_layer(sensor)
+    right, up, left, down = (ray["force"] for ray in found["rays"])
+    for force in (right, up, down):
+        end = capacity(sensor, layer.rough, Wrench(**force), 2.0)
+        assert end.multiple == pytest.approx(1.0, abs=0.05) and end.reason == found["rays"][0]["limit"]
+    assert left["F_x"] == pytest.approx(-right["F_x"]) and up["F_x"] == 0.0 and up["F_z"] > 0.0 > down["F_z"]
+    assert found["known_stretch"] == 2.0 and found["model"] == "planar"
+
+
+def test_an_error_beyond_the_tolerance_is_a_limit() -> None:
+    """No force is borne to a tolerance that two meshes do not reach."""
+    found = envelope(load_sensor("biorob2018"), mechanics="planar", rays=4, tolerance=1e-5)
+    assert all("error of the pose beyond 1e-05" in ray.limit and not ray.force.components.any() for ray in found.rays)
+
+
+def test_rays_are_quarters() -> None:
+    with pytest.raises(ValueError, match="rays: must be a multiple of four, such as 8; got 6"):
+        envelope(load_sensor("biorob2018"), rays=6)
+    assert run(["envelope", "biorob2018", "--rays", "2"]) == 2
+
+
+def test_record_table_and_picture_of_two_planes() -> None:
+    """A force without a limit is null in JSON, and in no picture; limits of other kinds are other marks."""
+    ends = (Wrench(F_x=1.0), Wrench(F_z=3.0), Wrench(F_x=-1.0), Wrench(F_z=-math.inf))
+    rays = [Ray(("F_x", "F_z"), 0.5 * np.pi * k, force, 0.05, f"limit {k % 2}") for k, force in enumerate(ends)]
+    turned = [replace(ray, plane=("F_y", "F_z"), force=Wrench(F_y=ray.force.F_x, F_z=ray.force.F_z)) for ray in rays]
+    found = Envelope((*rays, *turned), "block", 2.0, 0.05)
+    record = envelope_record(found)
+    assert record["rays"][1] == {
+        "plane": ["F_x", "F_z"], "angle": 0.5 * np.pi, "force": {"F_x": 0.0, "F_z": 3.0},
+        "error": pytest.approx(0.15), "limit": "limit 1",
+    }  # fmt: skip
+    assert envelope_table(found).row_count == 8
+    axes = envelope_figure(found, "a sensor").axes
+    assert [each.get_xlabel() for each in axes] == ["shear force $F_x$ [N]", "shear force $F_y$ [N]"]
+
+
+def test_default_ranges_are_borne() -> None:
+    """Round numbers below what two meshes bear; a model without stretch says nothing; written ranges stay."""
+    sensor = load_sensor("biorob2018")
+    assert borne_share(sensor, Wrench(F_x=0.1, F_z=0.4), "planar") == 1.0
+    assert borne_share(sensor, Wrench(F_z=10.0), "planar") == 0.5
+    assert borne_share(sensor, Wrench(F_z=10.0), "linear") == 1.0
+    assert LoadGrid(fz="0 N:8 N:2").components(sensor, "auto") == {"F_x": np.linspace(-1, 1, 9).tolist(), "F_z": [0, 8]}
+
+
+@pytest.mark.parametrize(
+    ("name", "most"), [("biorob2018-w15", (1.0, 4.0)), ("biorob2018", (0.5, 2.0)), ("square-4", (None, 2.0))]
+)
+def test_default_ranges_of_the_catalogue(name: str, most: tuple[float | None, float]) -> None:
+    """Inside of what `pose` calls known: 1.97 at the corner of w15, 1.9 of biorob2018; one coil resolves F_z alone."""
+    found = LoadGrid().components(load_sensor(name), "auto")
+    assert (max(found["F_x"]) if "F_x" in found else None, max(found["F_z"])) == most
+
+
+def test_loads_beyond_any_sense_are_refused(capsys: Capture, tmp_path: Path) -> None:
+    """Before anything is solved: 8 x 8 mm at the bulk modulus of Ecoflex 00-30, 15 MPa, are 960 N."""
+    for words in (["pose", "biorob2018", "--fz", "-1e9 N"], ["simulate", "biorob2018", "--fx", "1e308 N"],
+                  ["calibrate", "biorob2018", "--fz", "0 N:1e9 N:3", "-o", str(tmp_path)]):  # fmt: skip
+        assert run(words) == 2
+        said = capsys.readouterr().err
+        assert "must be one that the pad can bear, at most 9.6e+02 N" in said and "sits-mech envelope" in said
+
+
+@pytest.mark.slow
+def test_the_envelope_is_where_pose_leaves_the_data() -> None:
+    """Within 5 % of the load, pressed, pressed aside, and pulled: by the meshes that `sits-mech pose` takes."""
+    sensor = load_sensor("biorob2018-w15")
+    rays = envelope(sensor).rays
+    layer, _ = sm.mechanical_model(sensor, "auto", 1e-2, [rays[2].force])
+    for ray in (rays[1], rays[2], rays[6]):
+        inside, beyond = (
+            layer.equilibrium(Wrench(*(share * ray.force.components).tolist())).report for share in (0.95, 1.05)
+        )
+        assert inside.stretch is not None and beyond.stretch is not None
+        assert inside.stretch < 2.0 < beyond.stretch
