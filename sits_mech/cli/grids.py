@@ -45,7 +45,6 @@ def calibrate(
     sensor = sensor_of(scene, overrides, temperature)
     components = loads.components(sensor)
     check_asked(sensor, components, **asdict(models))
-    components = loads.borne(sensor, components, models.mechanics)
     folder = prepare_folder(output if output is not None else Path(f"{Path(scene).stem}-calibration"))
 
     from sits_mech.chain.calibrate import calibrate as calibrated
@@ -55,6 +54,7 @@ def calibrate(
     from sits_mech.report.tables.loads import failures, in_width, load_table, remarks, summary_table
     from sits_mech.report.written import write_calibration
 
+    components = loads.borne(sensor, components, models.mechanics)
     began = process_time()
     try:
         with progress_bar("loads") as progress:
