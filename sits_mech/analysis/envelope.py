@@ -214,8 +214,10 @@ def borne_share(sensor: Sensor, load: Wrench, mechanics: str = "auto", tolerance
 
 def _error(end: Capacity) -> float:
     """Relative error of where three meshes end."""
-    if end.rest is None or not end.reason.startswith(STRETCH):
-        return _WITHIN[1] if math.isnan(end.error) else end.error / end.multiple
+    if end.rest is None:  # a path that ended, near its largest load or not
+        return end.error / end.multiple if end.multiple > 0.0 else math.nan
+    if not end.reason.startswith(STRETCH):
+        return _WITHIN[1]
     report = end.rest.report
     changed = (report.error_stretch or 0.0) / ((report.stretch or 2.0) - 1.0)
     return _WITHIN[1] + _FINER * changed
