@@ -23,7 +23,7 @@ from sits_mech.units import SceneError
 _STRETCHES = 0.3, 4.0  # that pads come near to
 _QUARTER = 1.6  # rad, just above a quarter turn
 _NEAREST, _FARTHEST = 1e-6, 0.2  # m
-_BULK, _SHEAR = 10.0, 1000.0  # moduli: K/2 (J - 1)^2 bears no pressure above K, and stretches of tens need 1000 mu
+_SHEAR = 100.0  # shear moduli: silicone that can escape is at a tenth of its height there; K is the most that none can
 
 
 @dataclass(frozen=True)
@@ -97,12 +97,12 @@ def check_loads(sensor: Any, loads: Mapping[str, ArrayLike]) -> None:
         return
     silicone, plates = sensor.elastomer.silicone, [sensor.elastomer, *([sensor.target] if sensor.target else [])]
     sides = [max(plate.extent[k] for plate in plates) for k in (0, 1)]
-    force = max(_BULK * silicone.bulk_modulus, _SHEAR * silicone.shear_modulus) * sides[0] * sides[1]
+    force = max(silicone.bulk_modulus, _SHEAR * silicone.shear_modulus) * sides[0] * sides[1]
     for name, values in loads.items():
         most = force if name.startswith("F") else force * max(sides)
         for value in np.ravel(values):
             if abs(value) > most:
-                unit, why = shown_unit(name), "no pad of this silicone and size bears more"
+                unit, why = shown_unit(name), "no pad of this silicone and size bears more (see sits-mech envelope)"
                 raise SceneError(f"{name}: must be within {most:.2g} {unit}: {why}; got {value:g} {unit}")
 
 

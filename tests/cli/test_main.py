@@ -413,7 +413,7 @@ def test_a_refusal_comes_before_what_is_heavy(calibrated: Path, tokens: tuple[st
 def test_loads_beyond_any_sense_are_told_with_what_could_be(capsys: Capture) -> None:
     """In a line without a path that was never begun; of Python alike; a load that only fails is none of them."""
     said = refused(capsys, "pose", "biorob2018", "--moment", "1e9 N*m")
-    assert "M: must be within" in said and "no pad of this silicone and size bears more; got 1e+09 N m" in said
+    assert "M: must be within" in said and "bears more (see sits-mech envelope); got 1e+09 N m" in said
     with pytest.raises(SceneError, match=r"F_z: must be within .* N: no pad .*; got -1e\+09 N"):
         mechanical_model(load_sensor("biorob2018"), loads=[Wrench(F_z=-1e9)])
 
