@@ -127,9 +127,7 @@ class Near:
 
     def admittance(self, omega: float) -> Blocks:
         """Return Y of the combinations of other plates' fields, and of coils at rest after them; omega [rad/s]."""
-        return Blocks(self.seen, tuple(
-            (part.columns, beyond(partial(_seen, self, k), omega, self.highest)) for k, part in enumerate(self.classes)
-        ))  # fmt: skip
+        return _admittance(self, omega)
 
     @property
     def seen(self) -> int:
@@ -245,10 +243,19 @@ def _answer(plate: Near, fluxes: Sequence[Complex], n: int, omega: float) -> Com
     return np.asarray(omega**2 * answer)
 
 
+@lru_cache(maxsize=2)
+def _admittance(plate: Near, omega: float) -> Blocks:
+    """Y of what a plate sees apart from coils in their poses."""
+    return Blocks(plate.seen, tuple(
+        (part.columns, beyond(partial(_seen, plate, k), omega, plate.highest)) for k, part in enumerate(plate.classes)
+    ))  # fmt: skip
+
+
 def _seen(plate: Near, k: int, omega: float) -> Complex:
-    """Y of the combinations of one class."""
+    """Y of one class; the factors of a plate at rest, which is asked once, are not kept."""
     part = plate.classes[k]
-    return np.asarray(omega**2 * _symmetric(part, part.fluxes @ _by_others(plate, omega)[k].T))
+    currents = _currents(_factor(part, omega), part.fluxes) if plate.sources else _by_others(plate, omega)[k]
+    return np.asarray(omega**2 * _symmetric(part, part.fluxes @ currents.T))
 
 
 def _currents(factor: Any, B: Complex) -> Complex:
@@ -269,7 +276,12 @@ def _symmetric(part: _Class, Z: Complex) -> Complex:
 @lru_cache(maxsize=16)
 def _factors(plate: Near, omega: float) -> list[Any]:
     """LU factors of R + j omega L, class by class."""
-    return [lu_factor(part.R + 1j * omega * part.L, overwrite_a=True, check_finite=False) for part in plate.classes]
+    return [_factor(part, omega) for part in plate.classes]
+
+
+def _factor(part: _Class, omega: float) -> Any:
+    """LU factors of one class."""
+    return lu_factor(part.R + 1j * omega * part.L, overwrite_a=True, check_finite=False)
 
 
 @lru_cache(maxsize=16)
