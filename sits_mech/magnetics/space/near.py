@@ -223,7 +223,7 @@ def _reaction(
     step = max(1, _HELD // (count * n))
     for first in range(0, len(places), step):
         some = slice(first, first + step)
-        driving = _means(coils, windings, plate, (turns[some], places[some]))
+        driving = coil_means(coils, windings, plate, (turns[some], places[some]))
         fluxes = [driven(part.problem, driving) * part.unit for part in plate.classes]
         result[some] = beyond(partial(_answer, plate, fluxes, n), omega, plate.highest)
     return result
@@ -291,7 +291,7 @@ def _by_others(plate: Near, omega: float) -> list[Complex]:
             for part, factor in zip(plate.classes, _factors(plate, omega), strict=True)]  # fmt: skip
 
 
-def _means(coils: tuple[Coil, ...], windings: str, plate: Near, poses: tuple[Array, Array]) -> Array:
+def coil_means(coils: tuple[Coil, ...], windings: str, plate: Near, poses: tuple[Array, Array]) -> Array:
     """Mean of A over each cell's images, pose by pose, coils fastest; shape (g, 2, cells, 3, poses times coils)."""
     (turns, places), (points, weights) = poses, plate.points
     kinds, which = kinds_of(coils)
