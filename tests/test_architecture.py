@@ -15,7 +15,8 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 # a file or folder may import lower ranks, and siblings of its own folder (of its own rank, at the top level)
 RANKS = {
     **dict.fromkeys(
-        ("version", "threads", "memory", "kept", "units", "quantities", "refusals", "turns", "extrapolation"), 0
+        ("version", "threads", "memory", "kept", "units", "quantities", "refusals", "turns", "extrapolation", "status"),
+        0,
     ),
     **dict.fromkeys(("silicone", "maps"), 1),
     "scene": 2,

@@ -18,11 +18,11 @@ import xarray as xr
 
 from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
 from sits_mech.analysis.limits import limits_of
-from sits_mech.cases import DONE, Row
+from sits_mech.cases import Row
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import MAGNETICS, MECHANICS, magnetic_model, mechanical_model
 from sits_mech.chain.plan import choose_mechanics
-from sits_mech.chain.simulate import at_rest, simulate
+from sits_mech.chain.simulate import at_rest, rest_flags, simulate
 from sits_mech.quantities import (
     LOAD_ARGUMENTS,
     POSE,
@@ -38,9 +38,10 @@ from sits_mech.quantities import (
 from sits_mech.readout.quality import quality
 from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import Sensor, changed, sensor_from
+from sits_mech.status import ANSWERED, flags_of, marked
 from sits_mech.units import SceneError, checked_tolerance, quantity, quantity_or_range, shown
 
-_OWN, _OF_LOADS = {"status", "reason", "seconds"}, "load_"  # what cases have too, and how it is named of their loads
+_OWN, _OF_LOADS = {"status", "flags", "reason", "seconds"}, "load_"  # what cases have too; of their loads
 _LOAD = {argument: UNITS[name] for argument, name in LOAD_ARGUMENTS.items()}
 _PLACE = {argument: UNITS[name] for argument, name in POSE_ARGUMENTS.items()} | {"frequency": "Hz"}
 
@@ -135,21 +136,24 @@ def _pose(variant: Variant, asked: Row) -> Row:
     sensor, model, tolerance = variant.sensor, asked.get("model", "auto"), asked.get("tolerance", 1e-2)
     wrench = _wrench(asked)
     chosen = choose_mechanics(sensor, model, tuple(MECHANICS), [wrench], tolerance)
-    return _rest(at_rest(sensor, _mechanical(variant, chosen.name, tolerance), wrench))
+    found = at_rest(sensor, _mechanical(variant, chosen.name, tolerance), wrench)
+    return _rest(found) | marked(rest_flags(sensor, found, tolerance))
 
 
 def _inductance(variant: Variant, asked: Row) -> Row:
     """Answer: what do the coils show with the target at a pose?"""
     pose = Pose(**{name: asked.get(argument, 0.0) for argument, name in POSE_ARGUMENTS.items()})
-    field, _ = magnetic_model(variant.sensor, asked.get("model", "auto"), asked.get("tolerance", 1e-3), [pose])
-    return _shown(field.impedance(pose, asked.get("frequency", variant.sensor.frequency)))
+    tolerance = asked.get("tolerance", 1e-3)
+    field, _ = magnetic_model(variant.sensor, asked.get("model", "auto"), tolerance, [pose])
+    found = field.impedance(pose, asked.get("frequency", variant.sensor.frequency))
+    return _shown(found) | marked(flags_of(found.report.estimated_error, tolerance))
 
 
 def _simulate(variant: Variant, asked: Row) -> Row:
     """Answer: what does the sensor show under a load?"""
     models = {name: item for name, item in asked.items() if name not in _LOAD}
     found = simulate(variant.sensor, _wrench(asked), **models)
-    return _rest(found.equilibrium) | _shown(found.impedance) | found.signals.known
+    return _rest(found.equilibrium) | _shown(found.impedance) | found.signals.known | marked(found.flags)
 
 
 def _calibrate(variant: Variant, asked: Row) -> Row:
@@ -165,7 +169,10 @@ def _table_row(data: xr.Dataset) -> Row:
         f"{_OF_LOADS}{name}" if name in _OWN else str(name): (tuple(map(str, item.dims)), item.to_numpy())
         for name, item in data.data_vars.items()
     }
-    row |= {"failed_loads": int(np.sum(data["status"] != DONE)), "unit_L": data.attrs["unit_L"]}
+    failed, size = int((~data["status"].isin(ANSWERED)).sum()), data["status"].size
+    row |= {"failed_loads": failed, "unit_L": data.attrs["unit_L"]}
+    row |= marked(word for text in data["flags"].to_numpy().ravel() for word in text.split("; "))
+    row |= {"reason": f"{failed} of {size} loads"} if failed else {}
     return row | {"attributes": json.dumps(dict(data.attrs), default=float)}
 
 

@@ -31,6 +31,9 @@ Case = Annotated[int | None, Parameter(help="Of a sweep's folder: which case, by
 Frequency = Annotated[str, Parameter(allow_leading_hyphen=True, help='One, or a range "first:last:count".')]
 Tolerance = Annotated[float, Parameter(help="Asked relative error.")]
 Best = Annotated[bool, Parameter(negative="", help="Answer what can be had where the tolerance cannot.")]
+Accept = Annotated[
+    bool, Parameter(negative="", help="Exit 0 for answers above the tolerance or beyond the silicone's data.")
+]
 MECHANICS = "auto, block, planar, linear or closed-form."
 MAGNETICS = "auto, planar, planar-fem, axisymmetric or sheets."
 Mechanics = Annotated[str, Parameter(name=["--mechanics", "--model"], help=MECHANICS)]  # where one physics is meant

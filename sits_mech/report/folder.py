@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.batch.requests import SWEPT, case_calibration
-from sits_mech.cases import DONE, read_table, save_table
+from sits_mech.cases import read_table, save_table
 from sits_mech.mechanics.loads import kept_key, kept_rest
 from sits_mech.quantities import SolveFailed
 from sits_mech.readout.loads import points, varied, wrench_of
@@ -22,6 +22,7 @@ from sits_mech.report.pictures.section import load_view
 from sits_mech.report.tables.loads import csv_text
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor, save_sensor
+from sits_mech.status import ANSWERED
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:
@@ -76,7 +77,7 @@ def read_calibration(folder: Path, case: int | None = None) -> tuple[Sensor, xr.
     sensor = load_sensor(folder / "scene.toml")
     if data.attrs.get("scene") != (folder / "scene.toml").read_text(encoding="utf-8"):
         raise SceneError(f"{folder}: scene.toml must be the scene of result.nc; it was changed: calibrate anew")
-    if not np.any(data["status"] == DONE):
+    if not data["status"].isin(ANSWERED).any():
         raise SceneError(f"{folder}: must hold at least one load that converged; got none")
     return sensor, data
 
@@ -91,7 +92,7 @@ def _case(folder: Path, data: xr.Dataset, case: int | None) -> tuple[Sensor, xr.
         what = f"quality and report take one of its cases, --case 1 to --case {count}"
         raise SceneError(f"{folder}: is the folder of a sweep: {what}; got {came}")
     row = list(points(data))[case - 1]
-    if row["status"].item() != DONE or not (row["load_status"] == DONE).any():
+    if "load_status" not in row or not row["load_status"].isin(ANSWERED).any():
         why = row["reason"].item() or "no load converged"
         raise SceneError(f"{folder}: --case {case} must be a case with a table; it has none: {why}")
     if data.attrs.get("version") != __version__:
@@ -122,7 +123,7 @@ def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[st
     save_sensor(sensor, folder / "scene.toml")
     if find_spec("matplotlib") is None:
         return ["no pictures: they need matplotlib: pip install 'sits-mech[view]'"]
-    if not np.any(data["status"] == DONE):
+    if not data["status"].isin(ANSWERED).any():
         return ["no pictures: no load converged"]
     pictures, warnings = calibration_pictures(data), []
     for name, draw in (pictures | {"layer": partial(_largest_load, sensor, data, folder)}).items():
@@ -136,7 +137,7 @@ def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[st
 def _largest_load(sensor: Sensor, data: xr.Dataset, folder: Path) -> Figure:
     """Return the picture of the layer under the largest of the loads that converged."""
     largest = {name: float(np.abs(data[name]).max()) or 1.0 for name in varied(data)}
-    dims, done = data["status"].dims, np.argwhere((data["status"] == DONE).to_numpy())
+    dims, done = data["status"].dims, np.argwhere(data["status"].isin(ANSWERED).to_numpy())
     each = zip(dims, done.T, strict=True)
     shares = np.transpose([data[name].to_numpy()[at] / largest[str(name)] for name, at in each])
     first = 1e-9 * shares @ 0.5 ** np.arange(len(dims))  # of mirror images the one with the positive forces

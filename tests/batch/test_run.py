@@ -43,7 +43,7 @@ def test_magnetic_cases_stand_at_their_place(tmp_path: Path) -> None:
     """As the model itself gives them; a target wider than the layer is none of the magnetics' business."""
     text = HEAD + "[vary]\n" + '"target.width" = ["8 mm", "22 mm"]\n' + GAPS + COARSE
     data = run_study(read_study(written(tmp_path, text)), tmp_path / "out")
-    assert data["L"].dims == ("target.width", "dv", "coil", "coil_2") and np.all(data["status"] == "converged")
+    assert data["L"].dims == ("target.width", "dv", "coil", "coil_2") and np.all(data["status"] == "ok")
     np.testing.assert_allclose(data["target.width"], [0.008, 0.022])
     np.testing.assert_allclose(data["dv"], [1e-3, 2e-3, 3e-3, 4e-3, 5e-3])
     sensor = load_sensor("biorob2018")
@@ -59,7 +59,7 @@ def test_zipped_values_go_side_by_side(tmp_path: Path) -> None:
     text = HEAD + 'combine = "zip"\n[vary]\ndv = ["1 mm", "0.2 mm", "3 mm"]\nalpha = ["0 deg", "10 deg", "1 deg"]\n'
     data = run_study(read_study(written(tmp_path, text + COARSE)), tmp_path / "out")
     assert data["L"].dims == ("case", "coil", "coil_2") and data["alpha"].dims == ("case",)
-    assert data["status"].to_numpy().tolist() == ["converged", "collision", "converged"]
+    assert data["status"].to_numpy().tolist() == ["ok", "failed", "ok"]
     assert "target" in str(data["reason"][1].item()) and np.isnan(data["L"][1]).all()
 
 
@@ -83,7 +83,7 @@ def test_a_case_may_be_a_grid_of_any_components(tmp_path: Path, monkeypatch: pyt
     def calibrated(sensor: object, **words: object) -> xr.Dataset:
         asked.append(words)
         found = xr.Dataset({"L_v_percent": (("F_z", "F_y"), np.zeros((2, 3)))}, attrs={"unit_L": "H"})
-        status = np.full((2, 3), "converged", dtype=object)
+        status = np.full((2, 3), "ok", dtype=object)
         return found.assign(status=(("F_z", "F_y"), status))
 
     monkeypatch.setattr(requests, "calibrate", calibrated)
@@ -272,7 +272,7 @@ def test_a_cluster_that_loses_a_worker(tmp_path: Path) -> None:
 
         with workers(address=cluster.scheduler_address) as executor:
             data = run_study(study, tmp_path / "out", executor=executor, progress=kill)
-    assert killed and np.all(data["status"] == "converged")
+    assert killed and np.all(data["status"] == "ok")
     alone = run_study(study, tmp_path / "alone")
     xr.testing.assert_allclose(data.drop_vars("seconds"), alone.drop_vars("seconds"), rtol=1e-9)
 

@@ -9,7 +9,7 @@ from sits_mech.report.tables.solves import figure_text, short, with_error
 
 @pytest.mark.parametrize(("value", "error", "expected"), [
     (12.3456, 0.21, "12.35 +- 0.21"), (12.3456, 3.4, "12.3 +- 3.4"), (1234.5, 56.0, "1234 +- 56"),
-    (0.0, 0.0, "0 +- 0"), (2000.0, 0.0, "2000 +- 0"), (math.nan, 0.1, "-"), (1.5, math.inf, "1.5 +- ?"),
+    (0.0, 0.0, "0"), (2000.0, 0.0, "2000 +- 0"), (math.nan, 0.1, "-"), (1.5, math.inf, "1.5 +- ?"),
     (-0.00123, 0.000045, "-0.001230 +- 0.000045"),
 ])  # fmt: skip
 def test_digits_follow_the_error(value: float, error: float, expected: str) -> None:
@@ -19,7 +19,7 @@ def test_digits_follow_the_error(value: float, error: float, expected: str) -> N
 
 @pytest.mark.parametrize(("value", "error", "expected"), [
     (0.5, 3.4, "below its error, 3.4 N"), (-0.5, 0.5, "below its error, 0.50 N"), (0.0, 55.0, "below its error, 55 N"),
-    (0.5, 0.021, "0.500 +- 0.021 N"), (0.0, 0.0, "0 +- 0 N"), (math.nan, 0.1, "-"), (0.4521, math.nan, "0.452 N"),
+    (0.5, 0.021, "0.500 +- 0.021 N"), (0.0, 0.0, "0 N"), (math.nan, 0.1, "-"), (0.4521, math.nan, "0.452 N"),
     (0.5, math.inf, "not determined: within the errors of the signals"),
 ])  # fmt: skip
 def test_a_figure_that_its_error_exceeds_is_not_quoted(value: float, error: float, expected: str) -> None:
