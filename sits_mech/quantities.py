@@ -301,7 +301,7 @@ class SolveFailed(Exception):
     @property
     def status(self) -> str:
         """What it is to a script, a word of status.py."""
-        return NOT_CARRIED if self.half == "mechanics" else FAILED
+        return NOT_CARRIED if self.report.status in ("load path ended", "history ended") else FAILED
 
 
 def shown_unit(name: str) -> str:

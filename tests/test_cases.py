@@ -42,7 +42,7 @@ def test_values_stand_at_their_place() -> None:
 def test_a_failure_is_a_row() -> None:
     """Status and reason say why; the others are untouched."""
     found = sweep(root, GRID)
-    assert found["status"].sel(b=20.0).to_numpy().tolist() == ["failed", "not carried", "failed"]
+    assert found["status"].sel(b=20.0).to_numpy().tolist() == ["failed", "failed", "failed"]
     assert found["reason"].sel(a=2.0, b=10.0).item() == "gave up"
     assert found["reason"].sel(a=3.0, b=20.0).item().startswith("OSError: ")
     assert np.isnan(found["c"].sel(a=2.0)).all() and float(found["c"].sel(a=3.0, b=10.0)) == math.sqrt(1.5)

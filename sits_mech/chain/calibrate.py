@@ -30,7 +30,7 @@ from sits_mech.readout.signals import Signals, signal_changes, signals
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import SceneError, Sensor, known_stretch, scene_hash, scene_text
 from sits_mech.scene.thermal import CAUSES, unknown_coefficients
-from sits_mech.status import OK, flags_of, marked
+from sits_mech.status import ANSWERED, OK, flags_of, marked
 from sits_mech.units import shown
 from sits_mech.version import __version__
 
@@ -153,7 +153,7 @@ def _promised(found: AimedRows) -> dict[str, Any]:
 
 def _beside(sensor: Sensor, names: tuple[str, str], rows: Sequence[Row], found: Impedance) -> tuple[str, ...]:
     """Say what sections leave out beside the errors, at the pose whose inductances change most: one says how much."""
-    done = [row for row in rows if row["status"] == OK]
+    done = [row for row in rows if row["status"] in ANSWERED]
     if not done:
         return ()
     most = np.argmax(np.abs(found.L - found.L0).max(axis=(1, 2)), keepdims=True)

@@ -39,7 +39,7 @@ class Spring:
         """Return the pose in closed form."""
         SOLVED.append(wrench)
         if abs(wrench.F_z) > LIMIT:
-            raise SolveFailed("beyond what the spring carries", SolveReport("spring", 3, 9, 1.0, 1.0, 0.0, "stalled"))
+            raise SolveFailed("beyond what the spring carries", SolveReport("spring", 3, 9, 1.0, 1.0, 0.0, "load path ended"))
         d_h, sink, alpha = wrench.F_x / 2500, wrench.F_z / 5000, wrench.F_x / 200
         error = Pose(abs(d_h) / 1000, abs(sink) / 1000, abs(alpha) / 1000)
         return Equilibrium(wrench, Pose(d_h, self.height - sink, alpha), error, np.array([d_h, sink, alpha]), REPORT)
@@ -119,7 +119,7 @@ def test_calibrate_by_hand(sensor: Sensor, tmp_path: Path) -> None:
     assert float(row["d_h"]) == -4e-4 and float(row["alpha"]) == -5e-3 and float(row["d_v"]) == 1.6e-3
     assert float(row["L_h_untilted_percent"]) == pytest.approx(-100.0 * 20.0 * 4e-4, rel=1e-12)
     assert float(row["min_J"]) == 0.9 and float(row["error_mechanics"]) == 1e-3
-    assert data["status"].sel(F_z=7.0).to_numpy().tolist() == ["stalled"] * 3
+    assert data["status"].sel(F_z=7.0).to_numpy().tolist() == ["not carried"] * 3
     assert "beyond" in data["reason"].sel(F_x=0.0, F_z=7.0).item()
     assert np.isnan(data["L_v"].sel(F_z=7.0)).all() and np.isfinite(data["L_v"].sel(F_z=[0.0, 2.0])).all()
     assert SOLVED[0] == Wrench(0.0, 0.0) and all(wrench.F_x >= 0.0 for wrench in SOLVED) and len(SOLVED) == 6
