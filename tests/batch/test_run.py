@@ -169,7 +169,8 @@ def test_folders_and_clusters_that_are_none(tmp_path: Path, capsys: pytest.Captu
     path, out = written(tmp_path, HEAD + '[vary]\ndv = ["2 mm"]\n' + COARSE), str(tmp_path / "out")
     assert [run(["sweep", str(path), "-o", out, *more]) for more in ([], ["--accept"])] == [4, 0]
     written(tmp_path, HEAD + '[vary]\ndv = ["2 mm", "3 mm"]\n' + COARSE)
-    assert run(["sweep", str(path), "-o", out, "--accept"]) == 0 and read_table(tmp_path / "out" / "result.nc").sizes["dv"] == 2
+    assert run(["sweep", str(path), "-o", out, "--accept"]) == 0
+    assert read_table(tmp_path / "out" / "result.nc").sizes["dv"] == 2
     shown = capsys.readouterr()
     assert all(heading in shown.out for heading in ("dv [m]", "L [H/m]", "R [ohm/m]"))
     assert "not in this table" not in shown.err

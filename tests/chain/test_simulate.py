@@ -39,7 +39,8 @@ class Spring:
         """Return the pose in closed form."""
         SOLVED.append(wrench)
         if abs(wrench.F_z) > LIMIT:
-            raise SolveFailed("beyond what the spring carries", SolveReport("spring", 3, 9, 1.0, 1.0, 0.0, "load path ended"))
+            report = SolveReport("spring", 3, 9, 1.0, 1.0, 0.0, "load path ended")
+            raise SolveFailed("beyond what the spring carries", report)
         d_h, sink, alpha = wrench.F_x / 2500, wrench.F_z / 5000, wrench.F_x / 200
         error = Pose(abs(d_h) / 1000, abs(sink) / 1000, abs(alpha) / 1000)
         return Equilibrium(wrench, Pose(d_h, self.height - sink, alpha), error, np.array([d_h, sink, alpha]), REPORT)

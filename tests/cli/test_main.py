@@ -63,7 +63,8 @@ def test_inductance_against_independent_numbers(capsys: Capture) -> None:
 
     Source: NGSolve 6.2, order 5, confirmed by GetDP 3.2 to 2e-5 (L0 and M12 in closed form).
     """
-    found = answer(capsys, "inductance", "biorob2018", "--dv", "2 mm", "--dh", "2 mm", "--frequency", "5 kHz", "--accept")
+    place = ("--dv", "2 mm", "--dh", "2 mm")
+    found = answer(capsys, "inductance", "biorob2018", *place, "--frequency", "5 kHz", "--accept")
     assert set(found) >= {"pose", "frequency", "unit_L", "L", "R", "L0", "relative", "R_dc", "report"}
     assert set(found["report"]) == REPORT and found["unit_L"] == "H/m" and found["frequency"] == 5e3
     L, R, L0 = (np.array(found[name]) for name in ("L", "R", "L0"))
