@@ -132,6 +132,15 @@ def test_calibrate_by_hand(sensor: Sensor, tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("fakes")
+def test_a_load_says_what_its_error_is_to_the_tolerance(sensor: Sensor) -> None:
+    """Errors of the spring are a thousandth: within a hundredth of the signals, not within a hundred thousandth."""
+    for tolerance, word in ((1e-2, "ok"), (1e-5, "above tolerance")):
+        data = calibrate(sensor, F_x=[0.0, 1.0], F_z=[0.0, 2.0], tolerance=tolerance)
+        assert data["status"].sel(F_x=1.0, F_z=2.0).item() == data["flags"].sel(F_x=1.0, F_z=2.0).item() == word
+        assert simulate(sensor, Wrench(1.0, 2.0), tolerance=tolerance).flags == (word,)
+
+
+@pytest.mark.usefixtures("fakes")
 def test_the_scene_comes_back_from_a_calibration(sensor: Sensor) -> None:
     """The attributes hold all that is needed to do it again."""
     import tomllib

@@ -84,6 +84,12 @@ def test_failures_and_remarks_are_lines() -> None:
     """Each missing load with its reason; each note once, with its count."""
     assert failures(made()) == ["F_x = 1 N, F_z = 2 N: failed: too much"]
     assert remarks(made()) == [f"8 of 9 loads, worst F_x = -1 N, F_z = 0 N: {note}" for note in ("coarse", "folded")]
+    data = made()
+    data["notes"][:] = [[f"stretch {1.0 + 0.1 * x + z}" for z in range(3)] for x in range(3)]
+    data["stretch"] = data.F_x + data.F_z
+    assert remarks(data) == ["9 of 9 loads, worst F_x = 1 N, F_z = 2 N: stretch 3.2"]  # the one that failed
+    data["status"][0, 0], data["status"][2, 2] = "beyond data", "ok"
+    assert remarks(data) == ["9 of 9 loads, worst F_x = -1 N, F_z = 0 N: stretch 1.0"]
 
 
 def test_csv_keeps_every_digit() -> None:
