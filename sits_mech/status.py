@@ -12,7 +12,7 @@ Where several hold the worst is the status, and the flags are all of them, worst
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 WORDS = ("ok", "interpolated", "above tolerance", "beyond data", "not carried", "failed")
 """From best to worst."""
@@ -47,6 +47,12 @@ def marked(flags: Iterable[str]) -> dict[str, str]:
     """Return the entries of a row for its flags: the worst as its status, and all of them, worst first."""
     found = sorted(set(flags), key=WORDS.index, reverse=True)
     return {"status": found[0], "flags": "; ".join(found)}
+
+
+def counted(statuses: Sequence[str]) -> str:
+    """Return how many answers have each status in words, worst first; of one its word alone."""
+    counts = [(statuses.count(word), word) for word in reversed(WORDS)]
+    return ", ".join(f"{n} of {len(statuses)} {word}" if len(statuses) > 1 else word for n, word in counts if n)
 
 
 def exit_code(statuses: Iterable[str], accept: bool = False) -> int:

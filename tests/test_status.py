@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from sits_mech.status import ANSWERED, WORDS, exit_code, flags_of, marked
+from sits_mech.status import ANSWERED, WORDS, counted, exit_code, flags_of, marked
 
 WITHIN = {"error": 0.005, "tolerance": 0.01, "stretch": 1.5, "known": 2.0}
 
@@ -44,3 +44,8 @@ def test_exit_codes_are_those_of_the_worst_row() -> None:
     assert [exit_code([word], accept=True) for word in WORDS] == [0, 0, 0, 0, 3, 3]
     assert exit_code(["ok", "beyond data", "ok"]) == 4 and exit_code([*ANSWERED, "not carried"]) == 3
     assert exit_code([]) == 0
+
+
+def test_statuses_are_counted_worst_first() -> None:
+    """Many with their number, one by its word."""
+    assert counted(["ok", "beyond data", "ok"]) == "1 of 3 beyond data, 2 of 3 ok" and counted(["failed"]) == "failed"

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from sits_mech.status import EXIT_DOUBTFUL, EXIT_NO_ANSWER, WORDS, exit_code
+from sits_mech.status import EXIT_DOUBTFUL, EXIT_NO_ANSWER, counted, exit_code
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -31,9 +31,7 @@ def ended(statuses: Sequence[str], accept: bool) -> int:
     """Return the exit code of answers, and say on stderr where they are no good without a look."""
     code = exit_code(statuses, accept)
     if code == EXIT_DOUBTFUL:
-        counts = [(statuses.count(word), word) for word in reversed(WORDS)]
-        some = [f"{count} of {len(statuses)} {word}" if len(statuses) > 1 else word for count, word in counts if count]
-        warn(f"status: {', '.join(some)}; exit code {code}, --accept makes it 0")
+        warn(f"status: {counted(statuses)}; exit code {code}, --accept makes it 0")
     return code
 
 

@@ -28,7 +28,7 @@ from sits_mech.report.tables.loads import failures, load_table, remarks, summary
 from sits_mech.report.tables.quality import limits_record, limits_table, quality_record, quality_tables
 from sits_mech.report.tables.readings import front_end_table
 from sits_mech.scene.sensor import Coil, Sensor, scene_text
-from sits_mech.status import ANSWERED, INTERPOLATED, OK
+from sits_mech.status import ANSWERED, INTERPOLATED, OK, counted, exit_code
 
 _PICTURES = {
     "L_v.png": "Sum of the inductances against the normal force; bars are estimated errors.",
@@ -95,7 +95,9 @@ def words_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
     lines += [_sentence(line) for line in remarks(data)]
     lines += [] if read.front is None else [_sentence(line) for line in read.front.warnings]
     lines += _mixing(data) + _models(sensor, data)
-    good = [] if missing else [f'<li class="good">All {data["status"].size} loads converged.</li>']
+    statuses = data["status"].to_numpy().ravel().tolist()
+    good = [f'<li class="good">Status: {counted(statuses)}.</li>'] if exit_code(statuses) == 0 else []
+    lines += [] if good else [f"Status: {counted(statuses)}."]
     return "\n".join(good + [f"<li>{html.escape(line)}</li>" for line in lines])
 
 
