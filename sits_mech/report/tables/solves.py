@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _NOTHING = 1e-6  # of the size of a run: far below what any estimate holds, far above rounding
+_LEAST = 5e-13  # what twelve decimals do not show
 _OFFSET = ("d_v", "L_v_percent")  # not zero at rest
 
 
@@ -31,7 +32,7 @@ def with_error(value: float, error: float, size: float | None = None) -> str:
     """
     if not math.isfinite(value):
         return "-"
-    nothing = _NOTHING * (abs(value) if size is None else size)
+    nothing = max(_NOTHING * (abs(value) if size is None else size), _LEAST)
     value = 0.0 if abs(value) <= nothing and value != 0.0 else value
     if abs(error) <= nothing and value == 0.0:
         return "0"
@@ -87,7 +88,7 @@ def figure_text(value: float, error: float, scale: float = 1.0, unit: str = "", 
         return "not determined: within the errors of the signals"
     if math.isnan(error):
         return f"{short(value)}{unit}"
-    if abs(value) <= error and error > _NOTHING * size:
+    if abs(value) <= error and error > max(_NOTHING * size, _LEAST):
         return f"below its error, {error:.{_digits(error)}f}{unit}"
     return f"{with_error(value, error, size)}{unit}"
 

@@ -28,6 +28,12 @@ def test_what_is_below_a_millionth_of_the_run_is_nothing(value: float, error: fl
         assert figure_text(value, 1.1 * abs(value), unit="N", size=3.0) == "0 N"
 
 
+def test_what_no_decimals_show_is_nothing() -> None:
+    """Of a run whose values of this kind are as small themselves: a change of inductance at some millihertz."""
+    assert [with_error(value, 4e-13, 1e-12) for value in (474.8, -4e-13)] == ["474.8 +- 0", "0"]
+    assert figure_text(1e-13, 2e-13, unit="N") == "0 N"
+
+
 def test_kinds_of_a_run_have_one_size() -> None:
     """Lengths together, of the height its range; angles; signals: by the largest value or error."""
     data = {"d_h": [0.0, 1e-14], "d_v": [2e-3, 1.9e-3], "error_d_v": [1e-6, math.nan], "alpha": [0.0, math.nan]}
