@@ -22,6 +22,7 @@ import numpy as np
 
 from sits_mech.quantities import SolveFailed, as_jsonable
 from sits_mech.scene.files import replaced, write_text
+from sits_mech.status import FAILED, OK, WORDS
 from sits_mech.units import SceneError
 
 if TYPE_CHECKING:
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
 Row = dict[str, Any]
 Progress = Callable[[int, int], None]
 Combine = Literal["product", "zip"]
-DONE = "converged"
 _CHECKSUM = "sha256"
 _LASTING = (ValueError, ArithmeticError, SolveFailed)  # a failure that another try would only repeat
 
@@ -70,8 +70,8 @@ def sweep(
     Returns
     -------
     Dataset
-        The function's results, and ``status``, ``reason`` and ``seconds`` of every point. The dimensions are those of
-        `grid`; of a zipped one it is ``case``, with the grid's names along it.
+        The function's results, and ``status`` (a word of status.py), ``reason`` and ``seconds`` of every point. The
+        dimensions are those of `grid`; of a zipped one it is ``case``, with the grid's names along it.
 
     Raises
     ------
@@ -157,13 +157,13 @@ def attempt(function: Callable[..., Mapping[str, Any]], point: Mapping[str, Any]
         The results, or those reached, which is none; ``lasting`` says whether another try would only repeat it.
     """
     began = time.perf_counter()
-    row: Row = {"status": DONE, "reason": "", "lasting": True}
+    row: Row = {"status": OK, "reason": "", "lasting": True}
     try:
         row |= function(**point)
     except Exception as error:  # whatever went wrong belongs to this point alone
-        report = error.report if isinstance(error, SolveFailed) else None
-        status = type(error).__name__.lower() if report is None else report.status
-        row |= {"status": status, "reason": str(error), "lasting": isinstance(error, _LASTING)}
+        status = error.status if isinstance(error, SolveFailed) else FAILED
+        said = str(error) if isinstance(error, ValueError | SolveFailed) else f"{type(error).__name__}: {error}"
+        row |= {"status": status, "reason": said, "lasting": isinstance(error, _LASTING)}
     return row | {"seconds": time.perf_counter() - began}
 
 
@@ -185,7 +185,7 @@ def read_case(path: Path | None) -> Row | None:
         return None
     if not isinstance(row, dict) or row.pop(_CHECKSUM, None) != _checksum(row):
         return None
-    return row if "status" in row else None
+    return row if row.get("status") in WORDS else None
 
 
 def _checksum(row: Row) -> str:

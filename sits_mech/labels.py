@@ -70,7 +70,8 @@ _VARIABLES = {name: (shown_unit(name), words) for name, words in _COMPONENTS.ite
     "crosstalk_after": ("1", "largest crosstalk after the inverse over full scale"),
     "condition": ("1", "largest condition of the slopes"),
     "valid_share": ("1", "share of the loads where the inverse holds"),
-    "status": ("", "status"),
+    "status": ("", "what the answer is worth"),
+    "flags": ("", "all that holds of the answer, worst first"),
     "reason": ("", "why there is no result"),
 }
 """Unit, as a reader is shown it, and long name of each variable; texts have no unit."""

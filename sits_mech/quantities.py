@@ -17,6 +17,8 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from sits_mech.status import FAILED, NOT_CARRIED
+
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Integers = NDArray[np.int64]
@@ -295,6 +297,11 @@ class SolveFailed(Exception):
         self.last = last
         self.half = half
         self.carried = carried
+
+    @property
+    def status(self) -> str:
+        """What it is to a script, a word of status.py."""
+        return NOT_CARRIED if self.report.status in ("load path ended", "history ended") else FAILED
 
 
 def shown_unit(name: str) -> str:

@@ -36,8 +36,8 @@ def cost(python: str, request: Words) -> tuple[float, float]:
         with subprocess.Popen(words, cwd=folder, env=kept, stdout=quiet, stderr=quiet) as process:
             _, status, used = os.wait4(process.pid, 0)
             process.returncode = os.waitstatus_to_exitcode(status)
-    if process.returncode != 0:
-        raise SystemExit(f"{python}: sits-mech calibrate must exit with 0; got {process.returncode}")
+    if process.returncode not in (0, 4):  # 4: some loads are above the tolerance, or beyond the data
+        raise SystemExit(f"{python}: sits-mech calibrate must exit with 0 or 4; got {process.returncode}")
     return used.ru_utime + used.ru_stime, used.ru_maxrss / (1e6 if sys.platform == "darwin" else 1e3)
 
 

@@ -20,6 +20,7 @@ from sits_mech.chain.calibrate import calibrate
 from sits_mech.readout.crosstalk import crosstalk, rotation_error
 from sits_mech.report.pictures.curves import crosstalk_map, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor
+from sits_mech.status import ANSWERED
 
 SENSORS = ("biorob2018", "biorob2018-w15", "biorob2018-w22")
 SHEAR, NORMAL = 1.0, 4.0  # [N]
@@ -49,7 +50,7 @@ def main() -> None:
         save_figure(crosstalk_map(data), folder / f"crosstalk_{name}.png")
         stray, turned = crosstalk(data).attrs, rotation_error(data)
         wrong = left_over(sensor, data)
-        row: dict[str, Any] = {"sensor": name, "failed loads": int(np.sum(data["status"] != "converged"))}
+        row: dict[str, Any] = {"sensor": name, "failed loads": int((~data["status"].isin(ANSWERED)).sum())}
         row |= {"F_x into L_v [% of full scale]": stray["largest_L_v_from_F_x"]}
         row |= {"F_z into L_h [% of full scale]": stray["largest_L_h_from_F_z"]}
         row |= {"rotation reads as F_x [N]": float(np.nanmax(np.abs(turned["F_x_error"])))}

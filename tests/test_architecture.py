@@ -16,7 +16,7 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 RANKS = {
     **dict.fromkeys(
         ("version", "threads", "memory", "kept", "units", "quantities", "refusals", "turns", "extrapolation",
-         "labels"), 0
+         "labels", "status"), 0
     ),
     **dict.fromkeys(("silicone", "maps"), 1),
     "scene": 2,

@@ -42,6 +42,7 @@ def test_every_variable_of_a_calibration_has_unit_and_name(table: xr.Dataset) ->
     found = {name: table[name].attrs["units"] for name in ("M", "L_v", "dL_x", "slope_T_alpha", "error_L_h_turned")}
     assert found == {"M": "N m", "L_v": "H/m", "dL_x": "%", "slope_T_alpha": "rad/K", "error_L_h_turned": "%"}
     assert table["L"].attrs["ancillary_variables"] == "error_L"
+    assert table["flags"].attrs["long_name"] == "all that holds of the answer, worst first"
     assert not any("_FillValue" in item.encoding for item in table.coords.values())
 
 

@@ -43,7 +43,7 @@ parallel_capacitance = "330 pF"
 REST
 } >scene.toml
 
-sits-mech calibrate scene.toml --fx "-0.4 N:0.4 N:5" --fy "-0.4 N:0.4 N:5" --fz "0 N:1.5 N:5" -o calibration >loads.txt
+sits-mech calibrate scene.toml --fx "-0.4 N:0.4 N:5" --fy "-0.4 N:0.4 N:5" --fz "0 N:1.5 N:5" -o calibration --accept >loads.txt
 sits-mech quality calibration --json >quality.json
 sits-mech report calibration -o report.html
 sits-mech export calibration --to c -o sensor.h

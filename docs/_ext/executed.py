@@ -32,7 +32,7 @@ _FENCE = re.compile(
 )
 _WORD = re.compile(r"\.\.\.|[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?|\+-|[^\s\d.+-]+|\S")
 _NUMBER = re.compile(r"[-+]?\d")
-_SECONDS = re.compile(r"[\d.e+-]+ (?=s\b|│ converged)")
+_SECONDS = re.compile(r"[\d.e+-]+ +(?=s\b|│ +(?:ok|interpolated|above tolerance|beyond data|not carried|failed)\b)")
 _NEAR, _NEAR_ERROR, _NOTHING = 0.02, 0.3, 1e-6
 _LIMIT = 300  # seconds of one command
 

@@ -219,7 +219,7 @@ def _answer(command: str, made: Path) -> list[str]:
         path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
         words, own = ["bash", "-c", command], os.environ | {"PATH": path}
         done = subprocess.run(words, cwd=made, env=own, capture_output=True, text=True)
-        if done.returncode not in (0, 3):
+        if done.returncode not in (0, 3, 4):
             raise ValueError(f"{command}: ended with {done.returncode}: {done.stderr}")
         write(kept, done.stdout)
     return list(dict.fromkeys(_dotted(json.loads(kept.read_text(encoding="utf-8")))))

@@ -24,7 +24,7 @@ from sphinx.util import logging
 LOG = logging.getLogger(__name__)
 HERE = Path(__file__).parents[1]
 MADE = HERE / "_made"
-RUN = ("start.md", "howto/*.md", "theory/*.md", "compare.md", "limits.md")
+RUN = ("start.md", "howto/*.md", "theory/*.md", "reference/status.md", "compare.md", "limits.md")
 LIVE = {  # one-file reports that pages' commands write, and their names on the site
     "start/calibration/report.html": "calibration.html",
     "choose/button/report.html": "design.html",

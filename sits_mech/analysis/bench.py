@@ -21,7 +21,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from sits_mech.analysis.spectrum import at_terminals
-from sits_mech.cases import DONE
 from sits_mech.chain.pose_errors import signal_weights
 from sits_mech.magnetics.coils.alone import track_resistances
 from sits_mech.magnetics.coils.loops import coil_inductances
@@ -33,6 +32,7 @@ from sits_mech.readout.front_end import FrontEnd, front_end
 from sits_mech.readout.loads import varied
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
 from sits_mech.scene.thermal import at_temperature, clock_factor
+from sits_mech.status import ANSWERED
 
 _IDLE = "idle coils: left out, a model per metre overstates their coupling"
 
@@ -162,7 +162,7 @@ def own_inductances(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
 
 def _converged(data: xr.Dataset) -> NDArray[np.bool_]:
     """Tell which loads of a table have a result, in the order of `varied`."""
-    return (data["status"].transpose(*varied(data)) == DONE).to_numpy()
+    return data["status"].transpose(*varied(data)).isin(ANSWERED).to_numpy()
 
 
 def _over_loads(sensor: Sensor, data: xr.Dataset, **each: Array) -> xr.Dataset:

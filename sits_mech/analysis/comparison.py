@@ -24,7 +24,6 @@ import xarray as xr
 
 from sits_mech.analysis.bench import sensor_front_end, table_impedance
 from sits_mech.analysis.setup import Setup, checked, shown_inductances
-from sits_mech.cases import DONE
 from sits_mech.chain.models import loaded_model, magnetic_model
 from sits_mech.maps.fit import Free, Model, ParameterFit, fit_parameters, profile
 from sits_mech.maps.surrogate import SmoothMap, fit_map
@@ -32,6 +31,7 @@ from sits_mech.quantities import POSE, Array, MagneticModel, Pose, shown_unit
 from sits_mech.readout.loads import points, several, varied, wrench_of
 from sits_mech.readout.measured import Measured, Tank
 from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.status import ANSWERED
 
 USUAL = ("modulus", "gap", "lead")
 """What is fitted of a bench of loads unless it is said."""
@@ -247,7 +247,7 @@ class _Table:
 def _table(sensor: Sensor, data: xr.Dataset, names: Sequence[str]) -> _Table:
     """Return the maps of a calibration over its forces."""
     data = data.isel({name: 0 for name in varied(data) if name not in names})
-    good = (data["status"].transpose(*names) == DONE).to_numpy()
+    good = data["status"].transpose(*names).isin(ANSWERED).to_numpy()
     forces = np.stack(np.meshgrid(*(data[name].to_numpy() for name in names), indexing="ij"), -1)[good]
     each = [data[name] if name in data else 0.0 * data["d_v"] for name in POSE]
     poses = np.stack([part.transpose(*names).to_numpy() for part in each], -1)[good]

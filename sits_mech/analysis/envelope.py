@@ -22,13 +22,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from sits_mech.analysis.limits import STRETCH, Capacity, capacity, known_strain
+from sits_mech.analysis.limits import STRETCH, Capacity, capacity
 from sits_mech.cases import Progress
 from sits_mech.chain.models import mechanical_model
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import MechanicalModel, Wrench
-from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.sensor import Sensor, known_stretch
 
 TOLERANCE = 0.05
 """Of the pose: what three meshes tell stays within it up to the data's end of the catalogue's silicones."""
@@ -130,7 +130,7 @@ def envelope(
     if isinstance(layer, RefinedModel):
         rough = layer.rough
         deeper = layer.towards(None, min(tolerance, _POSE), deepest=_MESHES) if choice.name == "block" else None
-    search = _Search(sensor, rough, deeper, 1.0 + known_strain(sensor), tolerance)
+    search = _Search(sensor, rough, deeper, known_stretch(sensor), tolerance)
     found, count = list[Ray](), len(planes) * rays
     for plane in planes:
         for ray in search.along(plane, rays):
@@ -204,7 +204,7 @@ def borne_share(sensor: Sensor, load: Wrench, mechanics: str = "auto", tolerance
     Of the stretch that these tell of a block, less one, `_TRUE` is taken.
     """
     layer, choice = mechanical_model(sensor, mechanics, tolerance, [load])
-    known = 1.0 + known_strain(sensor) / (_TRUE if choice.name == "block" else 1.0)
+    known = 1.0 + (known_stretch(sensor) - 1.0) / (_TRUE if choice.name == "block" else 1.0)
     if not isinstance(layer, RefinedModel):
         return 1.0
     share = capacity(sensor, layer.rough, symmetry_of(sensor).standard(load)[0], known, within=_WITHIN[1]).multiple

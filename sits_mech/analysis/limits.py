@@ -39,7 +39,7 @@ from sits_mech.mechanics.rest.verdict import REASONS
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import POSE, Array, Equilibrium, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.readout.loads import fixed, load_words, varied
-from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.sensor import Sensor, known_stretch
 from sits_mech.silicone.history import left_share, loop_width
 
 PERIOD = 1.0
@@ -122,7 +122,7 @@ class Limits:
 def limits_of(sensor: Sensor, data: xr.Dataset) -> Limits:
     """Return the limits of a pad that its table and its silicone tell; arguments as from `calibrate`."""
     silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
-    known = 1.0 + known_strain(sensor)
+    known = known_stretch(sensor)
     dims, size = data["status"].dims, data["status"].size
     stretch = data["stretch"].transpose(*dims).to_numpy().ravel() if "stretch" in data else np.full(size, np.nan)
     pose, error = (_components(data, prefix) for prefix in ("", "error_"))
@@ -181,12 +181,6 @@ def corners(
     ends |= {name: [value] for name, value in (held or {}).items()}
     each = (Wrench(**dict(zip(ends, values, strict=True))) for values in product(*ends.values()))
     return symmetry_of(sensor).without_images(load for load in each if load.components.any())
-
-
-def known_strain(sensor: Sensor) -> float:
-    """Return the largest strain of the data behind the silicone's constants; nan where it is not known."""
-    silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
-    return np.nan if silicone is None or silicone.fitted_range is None else silicone.fitted_range[1]
 
 
 def capacity(

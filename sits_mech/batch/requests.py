@@ -22,7 +22,7 @@ from sits_mech.cases import Row
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import MAGNETICS, MECHANICS, magnetic_model, mechanical_model
 from sits_mech.chain.plan import choose_mechanics
-from sits_mech.chain.simulate import at_rest, simulate
+from sits_mech.chain.simulate import at_rest, rest_flags, simulate
 from sits_mech.quantities import (
     LOAD_ARGUMENTS,
     POSE,
@@ -37,6 +37,7 @@ from sits_mech.quantities import (
 from sits_mech.readout.quality import quality
 from sits_mech.scene.materials import unknown
 from sits_mech.scene.sensor import Sensor, changed, sensor_from
+from sits_mech.status import flags_of, marked
 from sits_mech.units import SceneError, checked_tolerance, quantity, quantity_or_range, shown
 
 _LOAD = {argument: UNITS[name] for argument, name in LOAD_ARGUMENTS.items()}
@@ -133,21 +134,24 @@ def _pose(variant: Variant, asked: Row) -> Row:
     sensor, model, tolerance = variant.sensor, asked.get("model", "auto"), asked.get("tolerance", 1e-2)
     wrench = _wrench(asked)
     chosen = choose_mechanics(sensor, model, tuple(MECHANICS), [wrench], tolerance)
-    return _rest(at_rest(sensor, _mechanical(variant, chosen.name, tolerance), wrench))
+    found = at_rest(sensor, _mechanical(variant, chosen.name, tolerance), wrench)
+    return _rest(found) | marked(rest_flags(sensor, found, tolerance))
 
 
 def _inductance(variant: Variant, asked: Row) -> Row:
     """Answer: what do the coils show with the target at a pose?"""
     pose = Pose(**{name: asked.get(argument, 0.0) for argument, name in POSE_ARGUMENTS.items()})
-    field, _ = magnetic_model(variant.sensor, asked.get("model", "auto"), asked.get("tolerance", 1e-3), [pose])
-    return _shown(field.impedance(pose, asked.get("frequency", variant.sensor.frequency)))
+    tolerance = asked.get("tolerance", 1e-3)
+    field, _ = magnetic_model(variant.sensor, asked.get("model", "auto"), tolerance, [pose])
+    found = field.impedance(pose, asked.get("frequency", variant.sensor.frequency))
+    return _shown(found) | marked(flags_of(found.report.estimated_error, tolerance))
 
 
 def _simulate(variant: Variant, asked: Row) -> Row:
     """Answer: what does the sensor show under a load?"""
     models = {name: item for name, item in asked.items() if name not in _LOAD}
     found = simulate(variant.sensor, _wrench(asked), **models)
-    return _rest(found.equilibrium) | _shown(found.impedance) | found.signals.known
+    return _rest(found.equilibrium) | _shown(found.impedance) | found.signals.known | marked(found.flags)
 
 
 def _calibrate(variant: Variant, asked: Row) -> Row:

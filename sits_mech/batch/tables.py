@@ -6,19 +6,18 @@ import json
 import tomllib
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from sits_mech.cases import DONE, Row
+from sits_mech.cases import Row
 from sits_mech.labels import labelled
 from sits_mech.quantities import WRENCH
 from sits_mech.scene.sensor import Sensor, sensor_from
+from sits_mech.status import ANSWERED, marked
 
 if TYPE_CHECKING:
     import xarray as xr
 
 SWEPT = ("calibrate", "quality")
 """Requests of a study whose cases are calibrations."""
-_OWN, _OF_LOADS = {"status", "reason", "seconds"}, "load_"  # what cases have too, and how it is named of their loads
+_OWN, _OF_LOADS = {"status", "flags", "reason", "seconds"}, "load_"  # what cases have too; of their loads
 
 
 def table_row(data: xr.Dataset) -> Row:
@@ -27,7 +26,10 @@ def table_row(data: xr.Dataset) -> Row:
         f"{_OF_LOADS}{name}" if name in _OWN else str(name): (tuple(map(str, item.dims)), item.to_numpy())
         for name, item in data.data_vars.items()
     }
-    row |= {"failed_loads": int(np.sum(data["status"] != DONE)), "unit_L": data.attrs["unit_L"]}
+    failed, size = int((~data["status"].isin(ANSWERED)).sum()), data["status"].size
+    row |= {"failed_loads": failed, "unit_L": data.attrs["unit_L"]}
+    row |= marked(word for text in data["flags"].to_numpy().ravel() for word in text.split("; "))
+    row |= {"reason": f"{failed} of {size} loads"} if failed else {}
     return row | {"attributes": json.dumps(dict(data.attrs), default=float)}
 
 

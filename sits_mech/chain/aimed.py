@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.cases import DONE, Progress, Row
-from sits_mech.chain.goal import Goal
+from sits_mech.cases import Progress, Row
+from sits_mech.chain.goal import Goal, goal_at
 from sits_mech.chain.interpolate import loads_of, poses_on_grid, solved_likely, worst
 from sits_mech.chain.models import loaded_model
 from sits_mech.chain.pose_errors import pose_of
@@ -28,6 +28,7 @@ from sits_mech.mechanics.loads import RefinedModel, first_key, rest_of, settle
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import MagneticModel, MechanicalModel, Wrench
 from sits_mech.scene.sensor import Sensor
+from sits_mech.status import FAILED, OK
 
 
 class AimedRows(NamedTuple):
@@ -44,6 +45,8 @@ class AimedRows(NamedTuple):
         What the largest load's first meshes promised; None where nothing was planned.
     reached : float
         Error over the signals' full scale; NaN where nothing was planned.
+    goal : Goal or None
+        What the poses are for; None where no signal changes.
     """
 
     rows: Mapping[Wrench, Row]
@@ -51,6 +54,7 @@ class AimedRows(NamedTuple):
     asked: float
     planned: Look | None = None
     reached: float = np.nan
+    goal: Goal | None = None
 
 
 def aimed_rows(
@@ -81,7 +85,7 @@ def aimed_rows(
 
     def aimed(rows: Iterable[Row]) -> Aim | None:
         """What the table is after, by rows of some of its loads; None where they tell nothing."""
-        poses = [pose_of(row) for row in rows if status_of(sensor, row)[0] == DONE]
+        poses = [pose_of(row) for row in rows if status_of(sensor, row)[0] == OK]
         return aim_at(sensor, magnetics, tolerance, loads, poses) if poses else None
 
     if isinstance(layer, RefinedModel) and not depends_on_path(sensor):
@@ -106,20 +110,22 @@ def aimed_rows(
         after=after, begun=begun,
     )  # fmt: skip
     if aim is None:
-        return AimedRows(rows, loaded_model(sensor, magnetics, tolerance, loads)[0], tolerance)
+        field = loaded_model(sensor, magnetics, tolerance, loads)[0]
+        goal = goal_at(sensor, field, [pose_of(row) for row in rows.values() if status_of(sensor, row)[0] == OK])
+        return AimedRows(rows, field, tolerance, goal=goal)
     reached = np.nan if planned is None else worst(rows, aim.goal) + aim.goal.magnetics
-    return AimedRows(rows, aim.field, aim.asked, planned, float(reached))
+    return AimedRows(rows, aim.field, aim.asked, planned, float(reached), aim.goal)
 
 
 def status_of(sensor: Sensor, row: Row) -> tuple[str, str]:
     """Return what became of a load, and why it has no reading: one whose target comes to the coils has none either."""
-    if row["status"] != DONE:
+    if row["status"] != OK:
         return str(row["status"]), str(row["reason"])
     try:
         check_clearance(sensor, pose_of(row))
     except Collision as error:
-        return "collision", str(error)
-    return DONE, ""
+        return FAILED, str(error)
+    return OK, ""
 
 
 def _largest(loads: Sequence[Wrench]) -> Wrench:

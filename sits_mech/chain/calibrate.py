@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -12,24 +12,26 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sits_mech.cases import DONE, Progress, Row, table
+from sits_mech.cases import Progress, Row, table
 from sits_mech.chain.aimed import AimedRows, aimed_rows, status_of
+from sits_mech.chain.goal import Goal
 from sits_mech.chain.gradient import SlopedModel, numbers_of
 from sits_mech.chain.gradient_grid import WithSlopes
-from sits_mech.chain.interpolate import loads_of
+from sits_mech.chain.interpolate import INTERPOLATED, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omissions import Shown, beside_errors, omissions
 from sits_mech.chain.plan import leaving
 from sits_mech.chain.pose_errors import Reading, poses_of, read_poses, signal_weights, signals_at
 from sits_mech.chain.temperature import CHAINED, slopes_by_temperature
 from sits_mech.labels import labelled
-from sits_mech.mechanics.loads import kept_key
+from sits_mech.mechanics.loads import ERRORS, kept_key, shared_of
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import POSE, WRENCH, Array, Impedance, MagneticModel, MechanicalModel, Pose, Wrench
 from sits_mech.readout.signals import Signals, signal_changes, signals
 from sits_mech.scene.parameters import Parameter
-from sits_mech.scene.sensor import SceneError, Sensor, scene_hash, scene_text
+from sits_mech.scene.sensor import SceneError, Sensor, known_stretch, scene_hash, scene_text
 from sits_mech.scene.thermal import CAUSES, unknown_coefficients
+from sits_mech.status import ANSWERED, OK, flags_of, marked
 from sits_mech.units import shown
 from sits_mech.version import __version__
 
@@ -86,12 +88,12 @@ def calibrate(
     Returns
     -------
     Dataset, dims (F_x, F_z) and what else is a sequence, in the order of `WRENCH`
-        Pose, impedance, signals, each with ``error_``; ``status``, ``reason``, ``notes``, ``seconds``, ``min_J`` and
-        ``stretch`` as of `SolveReport`, NaN where not known, the latter straight from solved load to solved load. Of
-        the pose d_y, alpha_x and alpha_z only where a load leaves the plane. A load that fails has NaN and says why; a
-        pose between solved loads is noted as such. Attributes hold scene, hash, request, version, ``unit_L``, and in
-        ``notes`` what conductors change of the model; ``planned`` seconds of processor time and error over the full
-        scale as the largest load's first meshes show them, and the error that was ``reached``.
+        Pose, impedance, signals, each with ``error_``; ``status`` and ``flags`` (status.py), ``reason``, ``notes``,
+        ``seconds``, ``min_J`` and ``stretch`` as of `SolveReport`, NaN where not known, the latter straight from solved
+        load to solved load. Of the pose d_y, alpha_x and alpha_z only where a load leaves the plane. A load that fails
+        has NaN and says why. Attributes hold scene, hash, request, version, ``unit_L``, and in ``notes`` what
+        conductors change of the model; ``planned`` seconds of processor time and error over the full scale as the
+        largest load's first meshes show them, and the error that was ``reached``.
 
     Raises
     ------
@@ -104,7 +106,7 @@ def calibrate(
     >>> models = {"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1}
     >>> data = sm.calibrate(sm.load_sensor("biorob2018"), F_x=[-0.2, 0.0, 0.2], F_z=[0.0, 0.5, 1.0], **models)
     >>> dict(data["L_v_percent"].sizes), data["status"].values.ravel()[0]
-    ({'F_x': 3, 'F_z': 3}, 'converged')
+    ({'F_x': 3, 'F_z': 3}, 'ok')
     """
     given = dict(zip(WRENCH, (F_x, F_z, M, F_y, M_x, M_z), strict=True))
     axes = {name: _checked(name, values) for name, values in given.items()}
@@ -127,7 +129,9 @@ def calibrate(
     more = None if not drift else partial(
         slopes_by_temperature, sensor, (found.field, by_field.name, found.asked), numbers=numbers
     )  # fmt: skip
-    reading, done = _read_rows(sensor, found.field, _shown(found.rows, loads), more)
+    rows = [found.rows[load] for load in loads]
+    reading, done = _read_rows(sensor, found.field, _shown(rows, loads), more)
+    done = [row | _marks(sensor, found.goal, own, tolerance) for row, own in zip(done, rows, strict=True)]
     coils = [coil.name for coil in sensor.coils]
     data = table(grid, done).assign_coords({"coil": coils, "coil_2": coils, **fixed})
     data = data.assign_coords(thermal_cause=list(CAUSES)) if drift else data
@@ -150,7 +154,7 @@ def _promised(found: AimedRows) -> dict[str, Any]:
 
 def _beside(sensor: Sensor, names: tuple[str, str], rows: Sequence[Row], found: Impedance) -> tuple[str, ...]:
     """Say what sections leave out beside the errors, at the pose whose inductances change most: one says how much."""
-    done = [row for row in rows if row["status"] == DONE]
+    done = [row for row in rows if row["status"] in ANSWERED]
     if not done:
         return ()
     most = np.argmax(np.abs(found.L - found.L0).max(axis=(1, 2)), keepdims=True)
@@ -174,11 +178,21 @@ def _checked(name: str, values: Loads) -> list[float]:
     return [float(value) for value in given]
 
 
-def _shown(rows: Mapping[Wrench, Row], loads: Sequence[Wrench]) -> list[Row]:
+def _marks(sensor: Sensor, goal: Goal | None, row: Row, tolerance: float) -> dict[str, str]:
+    """Return status and flags of a load, by what its errors make of the signals' full scale."""
+    status, _ = status_of(sensor, row)
+    if status != OK:
+        return marked([status])
+    error = 0.0 if goal is None else goal.of(np.array([row[name] for name in ERRORS]), shared_of(row))
+    between = INTERPOLATED in row["notes"]
+    return marked(flags_of(error, tolerance, row["stretch"], known_stretch(sensor), interpolated=between))
+
+
+def _shown(rows: Sequence[Row], loads: Sequence[Wrench]) -> list[Row]:
     """Return the rows of loads without states, and without what leaves the plane where no load does."""
     beside = () if leaving(loads) else POSE[3:]
     hidden = {"state", "unknowns", *beside, *(f"error_{name}" for name in beside)}
-    return [{name: item for name, item in rows[load].items() if name not in hidden} for load in loads]
+    return [{name: item for name, item in row.items() if name not in hidden} for row in rows]
 
 
 def _by_temperature(
@@ -198,7 +212,7 @@ def _read_rows(
 ) -> tuple[Impedance, list[Row]]:  # fmt: skip
     """Return the impedance of all converged rows, and the rows with what the coils show, and more of them."""
     checked = [row | dict(zip(("status", "reason"), status_of(sensor, row), strict=True)) for row in rows]
-    good = [row for row in checked if row["status"] == DONE]
+    good = [row for row in checked if row["status"] == OK]
     poses, errors, parts = poses_of(good)
     reading = read_poses(sensor, model, poses, errors, parts)
     found, coils, shared = reading.impedance, ("coil", "coil_2"), _shared(sensor, reading, parts)
@@ -212,7 +226,7 @@ def _read_rows(
         shown: dict[str, Any] = dict.fromkeys((*reading.signals.known, *_untilted(reading.untilted)), np.nan)
         shown |= {name: (coils, np.full(found.L0.shape, np.nan)) for name in ("L", "R", "error_L", "error_R")}
         shown |= {name: _entry(more_dims[name], np.full(part.shape[1:], np.nan)) for name, part in beside.items()}
-        if row["status"] == DONE:
+        if row["status"] == OK:
             i = next(numbers)
             shown = {name: (coils, getattr(found, name)[i]) for name in ("L", "R", "error_L", "error_R")}
             shown |= signals_at(reading.signals, i).known | _untilted(signals_at(reading.untilted, i))

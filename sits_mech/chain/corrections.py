@@ -26,10 +26,11 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from sits_mech.cases import DONE, Row
+from sits_mech.cases import Row
 from sits_mech.chain.pose_errors import pose_of, poses_of
 from sits_mech.mechanics.loads import ERRORS, with_shared
 from sits_mech.quantities import POSE, Array, Wrench
+from sits_mech.status import OK
 
 _NEAR = 0.75  # of the largest displacement: beyond, finer meshes are dear and settle least
 _TWO, _TRIED = 2, 4  # loads that are compared, and that are tried for it
@@ -58,7 +59,7 @@ def corrected(
     dict
         Rows that failed, and all of them where finer meshes get nowhere, come back as they are.
     """
-    good = [load for load, row in rows.items() if row["status"] == DONE]
+    good = [load for load, row in rows.items() if row["status"] == OK]
     poses, errors, added = _rests([rows[load] for load in good])
     way = (poses - at_rest) * levers
     size, owned = (np.max(np.abs(own), axis=1, initial=0.0) for own in (way, errors * levers))
@@ -68,7 +69,7 @@ def corrected(
     told: dict[int, Row] = {}
     for k in _telling(way, open_to)[:_TRIED]:
         row = finer(good[k])
-        if row["status"] == DONE and not np.array_equal(pose_of(row).components, poses[k]):
+        if row["status"] == OK and not np.array_equal(pose_of(row).components, poses[k]):
             told[k] = row
         if len(told) == _TWO:
             break

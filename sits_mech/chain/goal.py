@@ -23,7 +23,7 @@ from sits_mech.chain.conductors import on_axis
 from sits_mech.chain.pose_errors import signal_weights
 from sits_mech.magnetics.pose_slopes import pose_slopes
 from sits_mech.mechanics.levels.answer import by_goal
-from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose
+from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose, SolveFailed
 from sits_mech.readout.signals import rows_of
 from sits_mech.scene.sensor import Sensor
 
@@ -94,6 +94,14 @@ def goal_of(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal
     weights, own = np.zeros((len(rows), len(POSE))), [POSE.index(name) for name in names]
     weights[:, own] = rows @ np.diagonal(slopes[0], axis1=0, axis2=1).T / (scale * size)
     return Goal(weights, _unshared(found, rows) / (scale * size))
+
+
+def goal_at(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal | None:
+    """Return the same for the poses that there are; None as well where the coils cannot be solved."""
+    try:
+        return goal_of(sensor, field, poses) if poses else None
+    except SolveFailed:  # the answer says why
+        return None
 
 
 def _unshared(found: Impedance, rows: Array) -> float:

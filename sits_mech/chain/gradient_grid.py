@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from sits_mech.cases import DONE, Progress
+from sits_mech.cases import Progress
 from sits_mech.chain.aimed import aimed_rows, status_of
 from sits_mech.chain.fixed_pose import at_fixed_poses
 from sits_mech.chain.gradient import (
@@ -34,6 +34,7 @@ from sits_mech.mechanics.loads import RefinedModel, slopes_of
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Wrench
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.status import OK
 
 
 @dataclass(frozen=True)
@@ -113,7 +114,7 @@ def gradient_on_grid(
     )  # fmt: skip
     field, rows = solved.field, solved.rows
     status = [status_of(sensor, rows[load]) for load in every]
-    good = np.array([each == DONE for each, _ in status])
+    good = np.array([each == OK for each, _ in status])
     own = [rows[load] for load, fine in zip(every, good, strict=True) if fine]
     pose, error, parts = poses_of(own)
     slopes = np.array([slopes_of(row).T for row in own]).reshape(len(own), len(POSE), len(moving))

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sits_mech.cases import DONE, Progress, Row
+from sits_mech.cases import Progress, Row
 from sits_mech.chain.corrections import corrected
 from sits_mech.chain.goal import Goal
 from sits_mech.chain.prices.look import MANY_ON_THREE
@@ -36,6 +36,7 @@ from sits_mech.mechanics.loads import (
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.quantities import POSE, WRENCH, Array, MechanicalModel, Wrench
 from sits_mech.scene.sensor import Sensor
+from sits_mech.status import OK
 
 _BETWEEN = 0.4  # of the tolerance, what the map between solved loads is given: neighbours do not share its error
 _UNSEEN = 0.1  # of the largest error, what a component has at least: symmetry may hide it from all loads solved
@@ -90,7 +91,7 @@ def poses_on_grid(
         asked.extend(loads)
         rows.update(settle(first, asked, symmetry=symmetry, keep=own, known=rows, progress=progress, begun=begun))
         found = [rows[load] for load in loads]
-        good = [row["status"] == DONE and np.isfinite(row["error_mechanics"]) for row in found]
+        good = [row["status"] == OK and np.isfinite(row["error_mechanics"]) for row in found]
         return np.array([[row[name] if own else np.nan for name in POSE] for row, own in zip(found, good, strict=True)])
 
     levers = _levers(sensor)
@@ -99,7 +100,7 @@ def poses_on_grid(
     if part is None:
         rows.update(settle(first, loads, symmetry=symmetry, keep=own, known=rows, progress=progress, begun=begun))
     if isinstance(layer, RefinedModel) and first is not layer:
-        rough, goal = rows, None if after is None else after([row for row in rows.values() if row["status"] == DONE])
+        rough, goal = rows, None if after is None else after([row for row in rows.values() if row["status"] == OK])
         wanted, most = 0.0 if goal is None else goal.left(tolerance), worst(rows, goal)
 
         def again(load: Wrench) -> Row:
@@ -128,8 +129,8 @@ def _each(
     Derivatives of poses stay those of the first meshes.
     """
     own = {load: row for load, row in rows.items() if symmetry.standard(load)[0] == load}
-    finer = {load: with_slopes(again(load), slopes_of(row)) for load, row in own.items() if row["status"] == DONE}
-    known = own | {load: row for load, row in finer.items() if row["status"] == DONE}
+    finer = {load: with_slopes(again(load), slopes_of(row)) for load, row in own.items() if row["status"] == OK}
+    known = own | {load: row for load, row in finer.items() if row["status"] == OK}
     return settle(layer, rows, symmetry=symmetry, known=known)
 
 
@@ -137,7 +138,7 @@ def worst(rows: Mapping[Wrench, Row], goal: Goal | None) -> float:
     """Return the largest error of any load that is at rest, of what they are for."""
     if goal is None:
         return np.inf
-    good = [row for row in rows.values() if row["status"] == DONE]
+    good = [row for row in rows.values() if row["status"] == OK]
     return max((goal.mechanics(np.array([row[name] for name in ERRORS]), shared_of(row)) for row in good), default=0.0)
 
 
@@ -170,7 +171,7 @@ def _between(part: SolvedPart, rows: Mapping[Wrench, Row], symmetry: Symmetry) -
     """Return the rows of a grid's loads between the solved ones."""
     loads = loads_of(part.axes)
 
-    solved = [row for row in rows.values() if row["status"] == DONE]
+    solved = [row for row in rows.values() if row["status"] == OK]
     count, slopes = (min(len(of(row)) for row in solved) for of in (shared_of, slopes_of))
 
     def on_grid(names: Sequence[str], **degree: int) -> Array:
@@ -195,7 +196,7 @@ def _between(part: SolvedPart, rows: Mapping[Wrench, Row], symmetry: Symmetry) -
     end = len(POSE) * (1 + count)
     for load, place, size, shared in zip(loads, places, sizes, straight[:, len(POSE) : 1 + end], strict=True):
         if load not in rows:
-            row = with_shared({"status": DONE, "reason": "", "lasting": True}, shared[1:])
+            row = with_shared({"status": OK, "reason": "", "lasting": True}, shared[1:])
             row = with_slopes(row, place[1 + end :].reshape(-1, len(POSE)))
             row |= dict(zip((*POSE, "min_J", *ERRORS), (*place[: 1 + len(POSE)].tolist(), *size.tolist()), strict=True))
             row |= {"stretch": float(shared[0]), "error_mechanics": worst, "iterations": 0}

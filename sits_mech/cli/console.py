@@ -7,6 +7,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from sits_mech.status import EXIT_DOUBTFUL, EXIT_NO_ANSWER, counted, exit_code
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -22,7 +24,15 @@ def not_converged(error: Any, as_json: bool, whole: bool = False) -> int:
     tables = [] if error.last is None else [equilibrium_table(error.last, title)]
     answer(failure_record(error, whole), tables, as_json)
     warn(f"not converged ({error.report.status}): {error}")
-    return 3
+    return EXIT_NO_ANSWER
+
+
+def ended(statuses: Sequence[str], accept: bool) -> int:
+    """Return the exit code of answers, and say on stderr where they are no good without a look."""
+    code = exit_code(statuses, accept)
+    if code == EXIT_DOUBTFUL:
+        warn(f"status: {counted(statuses)}; exit code {code}, --accept makes it 0")
+    return code
 
 
 def answer(record: dict[str, Any], tables: Sequence[Any], as_json: bool) -> None:

@@ -9,8 +9,9 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import kept_promise, not_converged, progress_bar, show, terminal_width, warn
+from sits_mech.cli.console import ended, kept_promise, not_converged, progress_bar, show, terminal_width, warn
 from sits_mech.cli.options import (
+    Accept,
     Best,
     LoadGrid,
     Models,
@@ -30,7 +31,7 @@ def calibrate(
     scene: Scene, *, loads: LoadGrid = LoadGrid(), models: Models = Models(), output: Output = None,
     temperature: Warmth = None,
     drift: Annotated[bool, Parameter(negative="", help="Slopes by temperature: quality, invert take them.")] = False,
-    best: Best = False, overrides: Overrides = Overrides(),
+    best: Best = False, accept: Accept = False, overrides: Overrides = Overrides(),
 ) -> int:  # fmt: skip
     """What the sensor shows over a grid of loads: table, netCDF, CSV and pictures; a stopped run goes on.
 
@@ -48,7 +49,6 @@ def calibrate(
     folder = prepare_folder(output if output is not None else Path(f"{Path(scene).stem}-calibration"))
 
     from sits_mech.chain.calibrate import calibrate as calibrated
-    from sits_mech.chain.promise import MISSED
     from sits_mech.quantities import SolveFailed
     from sits_mech.readout.loads import varied
     from sits_mech.report.tables.loads import failures, in_width, load_table, remarks, summary_table
@@ -67,21 +67,20 @@ def calibrate(
     took = process_time() - began
     for line in write_calibration(sensor, data, folder):
         warn(line)
-    missing, reached, said = failures(data), data.attrs.get("reached", 0.0), []
+    missing, said = failures(data), []
     if len(missing) < data["status"].size:  # else there is nothing to show
         said = remarks(data)
         width, whole = terminal_width(), load_table(data)
         for part in [whole] if width is None else in_width(whole, len(varied(data)), width):
             show(part)
         show(summary_table(data))
-    if not best and reached > MISSED * models.tolerance:
-        missing.append(f"tolerance missed: {reached:.2g} of the signals' full scale for {models.tolerance:g} (--best)")
     flat = ["per metre of depth: ends along y are not in the signals, shear above all; --magnetics sheets has them"]
-    for line in [*said, *(flat if data.attrs["unit_L"] == "H/m" else []), *missing, f"written to {folder}"]:
+    for line in [*said, *(flat if data.attrs["unit_L"] == "H/m" else []), *missing]:
         warn(line)
+    warn(f"written to {folder}")
     if "planned" in data.attrs:
-        warn(kept_promise(data.attrs["planned"], (took, reached)))
-    return 3 if missing else 0
+        warn(kept_promise(data.attrs["planned"], (took, data.attrs["reached"])))
+    return ended(data["status"].to_numpy().ravel().tolist(), accept)
 
 
 @app.command
@@ -90,6 +89,7 @@ def sweep(
     output: Annotated[Path, Parameter(name=["--output", "-o"], help="Folder of the result and of finished cases.")],
     processes: Annotated[int, Parameter(name=["--processes", "-j"], help="Of this machine.")] = 1,
     dask: Annotated[str | None, Parameter(help="Address of a running scheduler, instead of processes.")] = None,
+    accept: Accept = False,
 ) -> int:  # fmt: skip
     """Run the cases of a study and join them to one table; a stopped run goes on.
 
@@ -116,8 +116,8 @@ def sweep(
     with workers(processes, dask) as executor, progress_bar("cases") as progress:
         data = run_study(asked, output, executor=executor, progress=progress)
     show(case_table(data))
-    missing, aside = case_failures(data), cases_aside(asked, output)
+    aside = cases_aside(asked, output)
     others = f"not in this table: {aside} finished case(s) of other values, kept in {output / 'cases'}"
-    for line in [*missing, *([others] if aside else []), f"written to {output}"]:
+    for line in [*case_failures(data), *([others] if aside else []), f"written to {output}"]:
         warn(line)
-    return 3 if missing else 0
+    return ended(data["status"].to_numpy().ravel().tolist(), accept)

@@ -15,7 +15,6 @@ from sits_mech.memory import limit_memory, limit_seconds
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:
-
     from sits_mech.quantities import Pose, Wrench
     from sits_mech.scene.sensor import Sensor
 
@@ -33,6 +32,9 @@ Case = Annotated[int | None, Parameter(help="Of a sweep's folder: which case, by
 Frequency = Annotated[str, Parameter(allow_leading_hyphen=True, help='One, or a range "first:last:count".')]
 Tolerance = Annotated[float, Parameter(help="Asked relative error.")]
 Best = Annotated[bool, Parameter(negative="", help="Answer what can be had where the tolerance cannot.")]
+Accept = Annotated[
+    bool, Parameter(negative="", help="Exit 0 for answers above the tolerance or beyond the silicone's data.")
+]
 MECHANICS = ("auto", "planar", "linear", "block", "closed-form")
 MAGNETICS = ("auto", "planar", "planar-fem", "axisymmetric", "sheets")
 # where one physics is meant, --model says the same

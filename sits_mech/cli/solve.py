@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -9,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import answer, kept_promise, not_converged, warn
+from sits_mech.cli.console import answer, ended, kept_promise, not_converged, warn
 from sits_mech.cli.options import (
+    Accept,
     Best,
     Frequency,
     Json,
@@ -34,9 +36,9 @@ from sits_mech.cli.options import (
     sensors_of,
 )  # fmt: skip
 from sits_mech.cli.timed import in_time
+from sits_mech.status import flags_of
 
 if TYPE_CHECKING:
-
     from sits_mech.quantities import Wrench
     from sits_mech.scene.sensor import Sensor
 
@@ -44,7 +46,7 @@ if TYPE_CHECKING:
 @app.command
 def pose(
     scene: Scene, *, load: Load = Load(), way: Way = Way(), mechanics: Mechanics = "auto", tolerance: Tolerance = 1e-2,
-    temperature: Warmth = None, overrides: Overrides = Overrides(), as_json: Json = False,
+    temperature: Warmth = None, accept: Accept = False, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
     """Where the target comes to rest under a load.
 
@@ -56,9 +58,9 @@ def pose(
 
     from sits_mech.chain.models import mechanical_model
     from sits_mech.chain.omissions import omissions
-    from sits_mech.chain.simulate import at_rest
+    from sits_mech.chain.simulate import at_rest, rest_flags
     from sits_mech.quantities import SolveFailed
-    from sits_mech.report.records import equilibrium_record
+    from sits_mech.report.records import equilibrium_record, status_record
     from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import equilibrium_table
 
@@ -68,14 +70,16 @@ def pose(
     except SolveFailed as error:
         return not_converged(error, as_json)
     unsolved = omissions(sensor, loads, choice.name, None)
-    answer(equilibrium_record(found, unsolved), [equilibrium_table(found), *left_out_tables(unsolved)], as_json)
-    return 0
+    flags = rest_flags(sensor, found, tolerance)
+    tables = [equilibrium_table(found, flags=flags), *left_out_tables(unsolved)]
+    answer(equilibrium_record(found, unsolved) | status_record(flags), tables, as_json)
+    return ended(flags[:1], accept)
 
 
 @app.command
 def inductance(
     scene: Scene, *, place: Place = Place(), frequency: Frequency | None = None,
-    magnetics: Magnetics = "auto", tolerance: Tolerance = 1e-3, temperature: Warmth = None,
+    magnetics: Magnetics = "auto", tolerance: Tolerance = 1e-3, temperature: Warmth = None, accept: Accept = False,
     overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
     """What the coils show with the target at a pose, or without a target, at one frequency or over a range.
@@ -91,7 +95,7 @@ def inductance(
     from sits_mech.analysis.spectrum import at_terminals, frequency_range, spectrum
     from sits_mech.chain.models import magnetic_model
     from sits_mech.chain.omissions import Shown, omissions
-    from sits_mech.report.records import impedance_record, spectrum_record
+    from sits_mech.report.records import impedance_record, spectrum_record, status_record
     from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import impedance_table, spectrum_table, terminal_table
 
@@ -106,13 +110,17 @@ def inductance(
     unsolved = omissions(slowest, (), None, choice.name, Shown(pose, found), not choice.by_name)
     beside = left_out_tables(unsolved)
     if data is not None:
-        answer(spectrum_record(pose, data, unsolved), [spectrum_table(data), *beside], as_json)
-        return 0
+        flags = flags_of(json.loads(data.attrs["report"])["estimated_error"], tolerance)
+        record = spectrum_record(pose, data, unsolved) | status_record(flags)
+        answer(record, [spectrum_table(data), *beside], as_json)
+        return ended(flags[:1], accept)
+    flags = flags_of(found.report.estimated_error, tolerance)
     seen, missing = at_terminals(sensor, found)
     names = [coil.name for coil in sensor.coils]
-    tables = [impedance_table(names, found), *beside, terminal_table(names, seen, missing)]
-    answer(impedance_record(pose, found, unsolved, seen, more=missing), tables, as_json)
-    return 0
+    tables = [impedance_table(names, found, flags), *beside, terminal_table(names, seen, missing)]
+    record = impedance_record(pose, found, unsolved, seen, more=missing)
+    answer(record | status_record(flags), tables, as_json)
+    return ended(flags[:1], accept)
 
 
 @app.command
@@ -120,8 +128,8 @@ def simulate(
     scene: Scene, *, load: Load = Load(), way: Way = Way(), models: Models = Models(), temperature: Warmths = None,
     history: Annotated[Path | None, Parameter(help="CSV of loads over time: t [s], F_z [N], ...")] = None,
     rcount: Annotated[int | None, Parameter(help="Of the converter in a history: more is slower; 65535.")] = None,
-    output: Output = None, picture: Picture = None, best: Best = False, overrides: Overrides = Overrides(),
-    as_json: Json = False,
+    output: Output = None, picture: Picture = None, best: Best = False, accept: Accept = False,
+    overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
     """What the sensor shows under a load, at one temperature or over a range: --picture draws that, by cause.
 
@@ -141,7 +149,7 @@ def simulate(
     if output is not None or rcount is not None:
         raise SceneError(f"{'-o' if output is not None else '--rcount'}: must come with --history; got no history")
     if others:
-        return over_temperature([sensor, *others], wrench, via, models, picture, as_json)
+        return over_temperature([sensor, *others], wrench, via, models, picture, as_json, accept)
     if picture is not None:
         raise SceneError("--picture: needs a range of temperatures, --temperature \"first:last:count\"; got one")
 
@@ -161,19 +169,19 @@ def simulate(
     tables = [
         equilibrium_table(found.equilibrium),
         impedance_table([coil.name for coil in sensor.coils], found.impedance),
-        signal_table(found.signals, found.impedance.unit_L),
+        signal_table(found.signals, found.impedance.unit_L, found.flags),
         *left_out_tables(unsolved),
     ]
     answer(simulation_record(found, unsolved), tables, as_json)
     if found.promise is not None:
         planned, *took = found.promise
         warn(kept_promise((planned.seconds, planned.error), (took[0], took[1])))
-    return 0
+    return ended(found.flags[:1], accept)
 
 
 def over_temperature(
     sensors: Sequence[Sensor], wrench: Wrench, via: Sequence[Wrench], models: Models, picture: Path | None,
-    as_json: bool,
+    as_json: bool, accept: bool,
 ) -> int:  # fmt: skip
     """Answer what a sensor shows under one load at some temperatures."""
     from sits_mech.report.folder import checked_picture
@@ -198,7 +206,7 @@ def over_temperature(
     if drawn is not None and slopes is not None:
         save_figure(drift_figure(coils, T, found, (middle.temperature, slopes)), drawn)
         warn(f"written to {drawn}")
-    return 0
+    return ended([each.status for each in found], accept)
 
 
 @app.command

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from sits_mech.cases import DONE
 from sits_mech.quantities import LOAD_ARGUMENTS, POSE, Pose, Wrench, shown_unit
 from sits_mech.readout.loads import fixed, load_words, varied
 from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.status import ANSWERED
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def resting_pose(source: Source) -> Pose:
         When the load is outside the table, or next to one without a result.
     """
     load = resting_load(source)
-    parts = source.data[[name for name in POSE if name in source.data]].where(source.data["status"] == DONE)
+    parts = source.data[[name for name in POSE if name in source.data]].where(source.data["status"].isin(ANSWERED))
     for name in varied(source.data):  # a force with one value has nothing between
         alone = parts.sizes[name] == 1
         parts = parts.isel({name: 0}) if alone else parts.interp({name: getattr(load, name)})

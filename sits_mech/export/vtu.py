@@ -21,7 +21,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from sits_mech.cases import DONE
 from sits_mech.export.source import Source
 from sits_mech.geometry.outline import target_outline
 from sits_mech.geometry.tracks import coil_tracks
@@ -35,6 +34,7 @@ from sits_mech.readout.loads import load_words, points, varied, wrench_of
 from sits_mech.report.pictures.cuts import coil_cut, target_cut
 from sits_mech.scene.files import write_bytes, write_text
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
+from sits_mech.status import ANSWERED
 
 _LAYER, _TARGET, _COIL = 0.0, 1.0, 2.0
 _AROUND = 48  # sides of a coil's ring
@@ -98,7 +98,7 @@ def _loaded(source: Source, model: PlanarLayer | BlockPad) -> Iterator[tuple[Wre
     before: list[float] = []
     for row in points(data.transpose(*rows, *(["F_z"] if "F_z" in data.dims else []), ...)):
         here, wrench = [float(row[name]) for name in rows], wrench_of(row)
-        if row["status"].item() != DONE:
+        if row["status"].item() not in ANSWERED:
             continue
         try:
             last = model.equilibrium(wrench, start=last if here == before else None)

@@ -13,11 +13,12 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from sits_mech.cases import DONE, Progress, Row, attempt, case_path, finish, read_case
+from sits_mech.cases import Progress, Row, attempt, case_path, finish, read_case
 from sits_mech.mechanics.levels.answer import load_words
 from sits_mech.mechanics.symmetry import Symmetry, image_of
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor, scene_hash
+from sits_mech.status import OK
 from sits_mech.version import __version__
 
 _ORDER = ("M_z", "M_x", "F_y", "M", "F_x", "F_z")  # of a load's components in the walk, the last running fastest
@@ -121,7 +122,7 @@ def first_key(key: str) -> str:
 def kept_rest(keep: tuple[Path | None, str], wrench: Wrench) -> Equilibrium | None:
     """Return the equilibrium of a load that was settled in a folder, `keep` as of `settle`; None where it has none."""
     rows = (read_case(_path(wrench, (keep[0], key))) for key in (keep[1], first_key(keep[1])))
-    found = (row for row in rows if row is not None and row["status"] == DONE and "state" in row)
+    found = (row for row in rows if row is not None and row["status"] == OK and "state" in row)
     return next((rest_of(wrench, row) for row in found), None)
 
 
@@ -140,7 +141,7 @@ def outward(loads: Iterable[Wrench]) -> list[Wrench]:
 
 def _moved(row: Row, matrix: Array) -> Row:
     """Return a row with the image of its pose; errors have no sign."""
-    if row["status"] != DONE or np.array_equal(matrix, np.eye(len(POSE))):
+    if row["status"] != OK or np.array_equal(matrix, np.eye(len(POSE))):
         return row
     moved = with_shared({}, np.array([image_of(matrix, part) for part in shared_of(row)]))
     moved |= with_slopes({}, slopes_of(row) @ matrix.T)
@@ -172,7 +173,7 @@ def with_slopes(row: Row, slopes: Array) -> Row:
 def _image(row: Row, solved: Wrench, back: Array) -> Row:
     """Return the row of a load whose image was solved; it costs nothing and starts no other."""
     found = {name: item for name, item in _moved(row, back).items() if name != "state"} | {"seconds": 0.0}
-    return found if row["status"] == DONE else found | {"reason": f"{load_words(vars(solved))}: {row['reason']}"}
+    return found if row["status"] == OK else found | {"reason": f"{load_words(vars(solved))}: {row['reason']}"}
 
 
 def _path(load: Wrench, keep: tuple[Path | None, str]) -> Path | None:
@@ -205,7 +206,7 @@ def _settled(layer: MechanicalModel, wrench: Wrench, start: Equilibrium | None) 
 
 def _nearest(rows: Mapping[Wrench, Row], load: Wrench) -> Equilibrium | None:
     """Return the settled load nearest to a new one, each component measured by its largest value so far."""
-    settled = [near for near, row in rows.items() if row["status"] == DONE and "state" in row and len(row["state"][1])]
+    settled = [near for near, row in rows.items() if row["status"] == OK and "state" in row and len(row["state"][1])]
     if not settled:
         return None
     places = np.array([near.components for near in (*settled, load)])

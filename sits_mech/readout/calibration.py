@@ -29,6 +29,7 @@ from sits_mech.readout.inversion import OK as OK
 from sits_mech.readout.inversion import OUTSIDE as OUTSIDE
 from sits_mech.readout.inversion import Inverse, Search
 from sits_mech.readout.loads import check_enough, several, varied
+from sits_mech.status import ANSWERED
 
 
 @dataclass(frozen=True)
@@ -241,8 +242,7 @@ def calibration(
     ----------
     data : Dataset
         With L over (forces, coil, coil_2) and L0, as from `calibrate`, or L over (forces, coil); forces are the
-        components of the load with more than one value. Loads whose ``status`` is not "converged" or whose L is missing
-        are left out.
+        components of the load with more than one value. Loads without an answer, by ``status`` or L, are left out.
     L0 : sequence of float, optional
         Inductances without target [H], for tables per metre of depth: the table's relative change is taken of them.
     noise : sequence of float, optional
@@ -265,7 +265,7 @@ def calibration(
     own = _own(data["L"]).transpose(*names, "coil")
     good = np.isfinite(own.to_numpy()).all(axis=-1)
     if "status" in data:
-        good &= (data["status"].transpose(*names) == "converged").to_numpy()
+        good &= data["status"].transpose(*names).isin(ANSWERED).to_numpy()
     points = np.stack(np.meshgrid(*(data[name].to_numpy() for name in names), indexing="ij"), -1)[good]
     table_L0 = _own(data["L0"]).to_numpy() if "L0" in data else np.full(data.sizes["coil"], np.nan)
     unit, values = str(data.attrs.get("unit_L", "H")), own.to_numpy()[good]

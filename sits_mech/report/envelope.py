@@ -9,10 +9,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from sits_mech.analysis.envelope import Envelope
-from sits_mech.quantities import Wrench
-from sits_mech.readout.loads import load_words
+from sits_mech.quantities import Wrench, shown_unit
 from sits_mech.report.pictures.curves import KINDS, MARKS, new_figure
-from sits_mech.report.tables.solves import key_table
+from sits_mech.report.tables.solves import key_table, with_error
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,9 +38,10 @@ def envelope_table(found: Envelope) -> Table:
     """Return an envelope for a reader: a line a ray."""
     rows = []
     for ray in found.rays:
-        forces = load_words({name: value for name, value in vars(ray.force).items() if value}) or "no force"
-        off = f" +- {100.0 * ray.error:.0f} %" if math.isfinite(ray.error) else ""
-        rows.append((f"{forces}{off}", ray.limit))
+        forces = {name: value for name, value in vars(ray.force).items() if value}
+        sizes = {name: with_error(v, v * ray.error) if math.isfinite(v) else f"{v}" for name, v in forces.items()}
+        words = (f"{name} = {size} {shown_unit(name)}" for name, size in sizes.items())
+        rows.append((", ".join(words) or "no force", ray.limit))
     return key_table("forces that are borne, and what comes next", rows)
 
 

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sits_mech.batch.tables import SWEPT, case_calibration
-from sits_mech.cases import DONE, glance, read_table
+from sits_mech.cases import glance, read_table
 from sits_mech.quantities import WRENCH
 from sits_mech.readout.loads import points
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
+from sits_mech.status import ANSWERED
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ def read_calibration(folder: Path, case: int | None = None) -> tuple[Sensor, xr.
     sensor = load_sensor(folder / "scene.toml")
     if data.attrs.get("scene") != (folder / "scene.toml").read_text(encoding="utf-8"):
         raise SceneError(f"{folder}: scene.toml must be the scene of result.nc; it was changed: calibrate anew")
-    if not np.any(data["status"] == DONE):
+    if not data["status"].isin(ANSWERED).any():
         raise SceneError(f"{folder}: must hold at least one load that converged; got none")
     return sensor, data
 
@@ -112,7 +113,7 @@ def _checked(folder: Path, case: int | None) -> dict[str, Any]:
 def _case(folder: Path, data: xr.Dataset, case: int) -> tuple[Sensor, xr.Dataset]:
     """Return sensor and table of a case of a sweep, or refuse one that has none."""
     row = list(points(data))[case - 1]
-    if row["status"].item() != DONE or not (row["load_status"] == DONE).any():
+    if "load_status" not in row or not row["load_status"].isin(ANSWERED).any():
         why = row["reason"].item() or "no load converged"
         raise SceneError(f"{folder}: --case {case} must be a case with a table; it has none: {why}")
     return case_calibration(row)

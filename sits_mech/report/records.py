@@ -36,6 +36,11 @@ def report_record(
     return {name: item for name, item in found.items() if item is not None}
 
 
+def status_record(flags: Sequence[str]) -> Record:
+    """Return what holds of an answer: the worst as its status, all of them worst first."""
+    return {"status": flags[0], "flags": list(flags)}
+
+
 def equilibrium_record(found: Equilibrium, left_out: Sequence[Omission] = (), half: str | None = None) -> Record:
     """Return where the target rests under a load: pose, its error, wrench, report."""
     return {
@@ -98,7 +103,8 @@ def simulation_record(found: Simulation, left_out: Sequence[Omission] = ()) -> R
     coils = impedance_record(found.equilibrium.pose, found.impedance, left_out, half="magnetics")
     reports = {"mechanics": layer["report"], "magnetics": coils["report"]}
     kept = None if found.promise is None else found.promise.record
-    return layer | coils | {"signals": found.signals.known, "report": reports, "promise": kept}
+    own = status_record(found.flags) | {"signals": found.signals.known, "report": reports, "promise": kept}
+    return layer | coils | own
 
 
 def failure_record(error: SolveFailed, whole: bool = False) -> Record:
@@ -110,6 +116,7 @@ def failure_record(error: SolveFailed, whole: bool = False) -> Record:
     begun = None if last is None or error.half == "mechanics" else report_record(last.report)
     halves = {"mechanics": begun, "magnetics": None}
     return {
+        "status": error.status,
         "message": str(error),
         **{name: None if last is None else asdict(getattr(last, name)) for name in ("pose", "error", "wrench")},
         "carried": None if error.carried is None else asdict(error.carried[0]),

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from sits_mech.cases import DONE, save_table
+from sits_mech.cases import save_table
 from sits_mech.mechanics.loads import kept_key, kept_rest
 from sits_mech.quantities import SolveFailed
 from sits_mech.readout.loads import varied, wrench_of
@@ -21,6 +21,7 @@ from sits_mech.report.pictures.section import load_view
 from sits_mech.report.tables.loads import csv_text
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError, Sensor, save_sensor
+from sits_mech.status import ANSWERED
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -48,7 +49,7 @@ def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[st
     save_sensor(sensor, folder / "scene.toml")
     if find_spec("matplotlib") is None:
         return ["no pictures: they need matplotlib: pip install 'sits-mech[view]'"]
-    if not np.any(data["status"] == DONE):
+    if not data["status"].isin(ANSWERED).any():
         return ["no pictures: no load converged"]
     pictures, warnings = calibration_pictures(data), []
     for name, draw in (pictures | {"layer": partial(_largest_load, sensor, data, folder)}).items():
@@ -62,7 +63,7 @@ def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[st
 def _largest_load(sensor: Sensor, data: xr.Dataset, folder: Path) -> Figure:
     """Return the picture of the layer under the largest of the loads that converged."""
     largest = {name: float(np.abs(data[name]).max()) or 1.0 for name in varied(data)}
-    dims, done = data["status"].dims, np.argwhere((data["status"] == DONE).to_numpy())
+    dims, done = data["status"].dims, np.argwhere(data["status"].isin(ANSWERED).to_numpy())
     each = zip(dims, done.T, strict=True)
     shares = np.transpose([data[name].to_numpy()[at] / largest[str(name)] for name, at in each])
     first = 1e-9 * shares @ 0.5 ** np.arange(len(dims))  # of mirror images the one with the positive forces

@@ -116,6 +116,11 @@ class Sensor(BaseModel):
         return self
 
 
+def known_stretch(sensor: Sensor) -> float:
+    """Return up to which stretch the data behind the silicone's constants reach [-]; NaN where that is not known."""
+    return float("nan") if sensor.elastomer is None else sensor.elastomer.silicone.known_stretch
+
+
 def sensor_from(scene: Mapping[str, Any], where: str = "scene") -> Sensor:
     """Return the sensor that a scene's tables describe.
 

@@ -114,6 +114,11 @@ class Silicone:
         """Shear modulus at small strain [Pa]."""
         return LAWS[self.law].shear_modulus(self.constants)
 
+    @property
+    def known_stretch(self) -> float:
+        """Up to which stretch the data behind the constants reach [-]; NaN where that is not known."""
+        return float("nan") if self.fitted_range is None else 1.0 + self.fitted_range[1]
+
 
 def silicone_from(table: Mapping[str, Any], name: str = "") -> Silicone:
     """Return the silicone that a material table of a scene or of the catalogue describes.

@@ -137,12 +137,12 @@ def layer_notes(silicone: Silicone, largest_stretch: float) -> tuple[str, ...]:
     notes = []
     if first := _earlier(stability(silicone, ends, tests), ellipticity(silicone, ends, tests)):
         notes.append(
-            f"{name} {known_law(silicone.law).limit} from stretch {first.first_unstable:.4g} on in {first.mode}; "
+            f"{name} {known_law(silicone.law).limit} from stretch {first.first_unstable:.4g} on in {first.mode}, "
             f"this solve reached {largest_stretch:.4g}"
         )
-    if silicone.fitted_range is not None and largest_stretch > 1.0 + silicone.fitted_range[1]:
+    if largest_stretch > silicone.known_stretch:
         notes.append(
-            f"{name} is known up to stretch {1.0 + silicone.fitted_range[1]:.4g} (the data behind its constants); "
+            f"{name} is known up to stretch {silicone.known_stretch:.4g} (the data behind its constants), "
             f"this solve reached {largest_stretch:.4g}"
         )
     return tuple(notes)

@@ -28,8 +28,8 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.bench import coil_table, own_inductances, sensor_calibration, sensor_front_end
-from sits_mech.analysis.limits import corners, known_strain
-from sits_mech.cases import DONE, case_path, finish, read_case
+from sits_mech.analysis.limits import corners
+from sits_mech.cases import case_path, finish, read_case
 from sits_mech.chain.gradient_grid import gradient_on_grid
 from sits_mech.chain.models import MECHANICS, mechanical_model
 from sits_mech.chain.omissions import strain_bound
@@ -40,8 +40,9 @@ from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.quantities import Array, SolveFailed, Wrench
 from sits_mech.readout.quality import quality
-from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.scene.sensor import SceneError, Sensor, known_stretch
 from sits_mech.silicone.history import loop_width
+from sits_mech.status import ANSWERED, NOT_CARRIED, OK
 from sits_mech.synthesis.answered import LEAST_INVERSE, STRAIN, Answered, Task
 from sits_mech.synthesis.figures import INVERSE, Judge, Operator, Table, loads_between
 from sits_mech.synthesis.requirements import Requirements
@@ -176,7 +177,7 @@ class Solver:
         """
         layer, _ = mechanical_model(sensor, "auto", self.tolerance, [load])
         layer = layer.rough if isinstance(layer, RefinedModel) and not finely else layer
-        found, known = at_rest(sensor, layer, load), known_strain(sensor)
+        found, known = at_rest(sensor, layer, load), known_stretch(sensor) - 1.0
         known = np.inf if np.isnan(known) else known
         check_clearance(sensor, found.pose)
         stretch, error = found.report.stretch, found.report.error_stretch
@@ -207,7 +208,7 @@ class Solver:
         data = gradient_on_grid(
             sensor, tuple(dict.fromkeys(names)), axes, tolerance=self.tolerance, mechanics=mechanics
         )  # fmt: skip
-        if not bool((data["status"] == DONE).all()):
+        if not bool(data["status"].isin(ANSWERED).all()):
             return replace(found, reason=next(str(each) for each in data["reason"].to_numpy().ravel() if each))
         own = own_inductances(sensor, data)
         L = own["L"].transpose(*loads.names, "coil").to_numpy().reshape(-1, len(sensor.coils))
@@ -293,7 +294,7 @@ def _hard(error: SolveFailed, sensor: Sensor, load: Wrench) -> float:
     """Strain over what is known that stands for a load which is not carried: what the last state had on the way, or
     the load over the largest one that is carried, at least `_HARD`.
     """
-    strain = ((error.report.stretch or 1.0) - 1.0) / known_strain(sensor)
+    strain = ((error.report.stretch or 1.0) - 1.0) / (known_stretch(sensor) - 1.0)
     carried = 0.0 if error.carried is None else float(np.linalg.norm(error.carried[0].components))
     over = float(np.linalg.norm(load.components)) / carried if carried else 0.0
     return float(np.nanmax([_HARD, strain, over]))
@@ -301,7 +302,7 @@ def _hard(error: SolveFailed, sensor: Sensor, load: Wrench) -> float:
 
 def _packed(found: Answered) -> dict[str, Any]:
     """An answer as a row."""
-    status = DONE if found.carried else "not answered"
+    status = OK if found.carried else NOT_CARRIED
     row: dict[str, Any] = {"status": status, "lasting": True, "reason": found.reason}
     row |= {"plain": found.plain, "plain_by_x": {name: own.tolist() for name, own in found.plain_by_x.items()}}
     row |= {"error": found.error, "seconds": found.seconds, "by_x": found.by_x.tolist()}

@@ -13,9 +13,9 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.bench import sensor_calibration, sensor_front_end
-from sits_mech.cases import DONE
 from sits_mech.readout.crosstalk import crosstalk
 from sits_mech.scene.sensor import Sensor
+from sits_mech.status import ANSWERED
 
 Row = dict[str, Any]
 _FIGURES = (
@@ -40,7 +40,7 @@ def table_row(sensor: Sensor, data: xr.Dataset) -> Row:
         ``resolution_z`` [N], ``unique`` (share of the range with one inverse), ``failed_loads``, ``least_gap`` [m],
         ``min_J``, ``error`` (largest of a signal, of full scale), ``seconds``.
     """
-    good = (data["status"] == DONE).to_numpy()
+    good = data["status"].isin(ANSWERED).to_numpy()
     row: Row = dict.fromkeys(_FIGURES, np.nan)
     row |= {"failed_loads": int(np.sum(~good)), "seconds": float(data["seconds"].sum())}
     row |= {"least_gap": float(data["d_v"].min()), "min_J": float(data["min_J"].min())}

@@ -16,11 +16,12 @@ import numpy as np
 from scipy.stats import qmc
 
 from sits_mech.analysis.bench import own_inductances
-from sits_mech.cases import DONE, case_path, finish, read_case
+from sits_mech.cases import case_path, finish, read_case
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.quantities import Array, SolveFailed
 from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import Sensor
+from sits_mech.status import ANSWERED, OK
 from sits_mech.synthesis.answered import Answered, Task
 from sits_mech.synthesis.figures import Table
 from sits_mech.synthesis.search import Search
@@ -120,7 +121,7 @@ def _inductances(solver: Solver, design: Design, amounts: Array, sensor: Sensor)
     row = read_case(path)
     if row is None:
         other = made(sensor, tuple(solver.scattering), amounts)
-        row = finish(path, {"status": DONE, "lasting": True, "table": _solved(solver, other)})
+        row = finish(path, {"status": OK, "lasting": True, "table": _solved(solver, other)})
     return np.array(row["table"]) if row["table"] else None
 
 
@@ -132,7 +133,7 @@ def _solved(solver: Solver, sensor: Sensor) -> list[Any]:
         data = calibrate(sensor, **axes, tolerance=solver.tolerance)
     except SolveFailed:
         return []
-    if not bool((data["status"] == DONE).all()):
+    if not bool(data["status"].isin(ANSWERED).all()):
         return []
     own = own_inductances(sensor, data)["L"].transpose(*loads.names, "coil").to_numpy()
     return list(own.reshape(-1, len(sensor.coils)).tolist())

@@ -59,7 +59,7 @@ def table(sensor: Sensor, unit: str = "H/m") -> xr.Dataset:
     data["L0"] = (("coil", "coil_2"), L0 * np.array([[1.0, -0.02], [-0.02, 1.0]]))
     for name in ("d_h", "d_v", "alpha", "L_v_percent", "L_h_percent"):
         data[name] = (("F_x", "F_z"), x + z)
-    data["status"] = (("F_x", "F_z"), np.full(x.shape, "converged", dtype=object))
+    data["status"] = (("F_x", "F_z"), np.full(x.shape, "ok", dtype=object))
     attributes = {"unit_L": unit, "frequency": sensor.frequency, "version": __version__, "name": sensor.name}
     return data.assign_attrs(**attributes, scene_hash=scene_hash(sensor), scene=scene_text(sensor))
 

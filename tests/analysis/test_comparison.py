@@ -119,7 +119,7 @@ def three_axes() -> tuple[Sensor, xr.Dataset]:
     table["L0"] = (pair[-2:], shown.L0)
     for name, values in zip(POSE, np.moveaxis(rest.components, -1, 0), strict=True):
         table[name] = (tuple(axes), values)
-    table["status"] = (tuple(axes), np.full(x.shape, "converged", dtype=object))
+    table["status"] = (tuple(axes), np.full(x.shape, "ok", dtype=object))
     request = json.dumps({"magnetics": "corners", "tolerance": 1e-2})
     return scene, table.assign_attrs(unit_L="H", frequency=scene.frequency, request=request)
 

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.analysis.limits import AFTER, Capacity, capacity, corner_loads, corners, known_strain, limits_of
+from sits_mech.analysis.limits import AFTER, Capacity, capacity, corner_loads, corners, limits_of
 from sits_mech.cli.main import run
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.rest.verdict import REASONS
 from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.report.folder import read_calibration
-from sits_mech.scene.sensor import Sensor, load_sensor
+from sits_mech.scene.sensor import Sensor, known_stretch, load_sensor
 from sits_mech.silicone.history import creep
 
 MM = 1e-3
@@ -116,7 +116,7 @@ def table(sensor: Sensor, stretch: Array) -> xr.Dataset:
     poses = {"d_h": 1e-3 * x, "d_v": 2 * MM - 0.1 * MM * z, "alpha": 0.01 * x * z / 2.0}
     errors = {"error_d_h": 0.0 * x, "error_d_v": 1e-6 + 0.0 * x, "error_alpha": 1e-4 + 0.0 * x}
     columns = {name: (("F_x", "F_z"), each) for name, each in (poses | errors | {"stretch": stretch}).items()}
-    status = np.full((3, 3), "converged", dtype=object)
+    status = np.full((3, 3), "ok", dtype=object)
     return xr.Dataset(columns | {"status": (("F_x", "F_z"), status)}, {"F_x": F_x, "F_z": F_z})
 
 
@@ -138,7 +138,7 @@ def test_what_silicone_and_model_do_not_tell_is_not_known() -> None:
     law = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7, prony=[{weight=0.1, time=1.0}]}'
     sensor = load_sensor("biorob2018", [law])
     found = limits_of(sensor, table(sensor, np.full((3, 3), np.nan)))
-    assert np.isnan(known_strain(sensor)) and known_strain(load_sensor("biorob2018")) == 1.0
+    assert np.isnan(known_stretch(sensor)) and known_stretch(load_sensor("biorob2018")) == 2.0
     assert np.isnan([found.stretch, found.known_stretch, found.spread]).all() and found.stretch_under == ""
     assert sensor.elastomer is not None and 0.0 < found.hysteresis < 0.1
     assert found.left == pytest.approx(1.0 - creep(sensor.elastomer.silicone, np.array(AFTER)))

@@ -57,7 +57,7 @@ def three_axes(sensor: Sensor) -> xr.Dataset:
     dims, request = (*axes, "coil", "coil_2"), {"mechanics": "block", "magnetics": "sheets", "tolerance": 0.01}
     data = xr.Dataset({"L": (dims, found.L), "L0": (dims[3:], found.L0)}, axes | {"coil": coils, "coil_2": coils})
     data = data.assign({name: 0.0 * data["L"] for name in ("R", "error_L", "error_R")})
-    data["status"] = (dims[:3], np.full(F_x.shape, "converged"))
+    data["status"] = (dims[:3], np.full(F_x.shape, "ok"))
     return data.assign_coords(M_z=1e-3).assign_attrs(unit_L="H", frequency=5e6, request=json.dumps(request))
 
 

@@ -40,10 +40,10 @@ def written(folder: Path, text: str) -> Path:
 
 
 def test_magnetic_cases_stand_at_their_place(tmp_path: Path) -> None:
-    """As the model itself gives them; a target wider than the layer is none of the magnetics' business."""
+    """As the model itself gives them, a section, which the status tells; a target may be wider than the layer."""
     text = HEAD + "[vary]\n" + '"target.width" = ["8 mm", "22 mm"]\n' + GAPS + COARSE
     data = run_study(read_study(written(tmp_path, text)), tmp_path / "out")
-    assert data["L"].dims == ("target.width", "dv", "coil", "coil_2") and np.all(data["status"] == "converged")
+    assert data["L"].dims == ("target.width", "dv", "coil", "coil_2") and np.all(data["status"] == "above tolerance")
     np.testing.assert_allclose(data["target.width"], [0.008, 0.022])
     np.testing.assert_allclose(data["dv"], [1e-3, 2e-3, 3e-3, 4e-3, 5e-3])
     sensor = load_sensor("biorob2018")
@@ -59,7 +59,7 @@ def test_zipped_values_go_side_by_side(tmp_path: Path) -> None:
     text = HEAD + 'combine = "zip"\n[vary]\ndv = ["1 mm", "0.2 mm", "3 mm"]\nalpha = ["0 deg", "10 deg", "1 deg"]\n'
     data = run_study(read_study(written(tmp_path, text + COARSE)), tmp_path / "out")
     assert data["L"].dims == ("case", "coil", "coil_2") and data["alpha"].dims == ("case",)
-    assert data["status"].to_numpy().tolist() == ["converged", "collision", "converged"]
+    assert data["status"].to_numpy().tolist() == ["above tolerance", "failed", "above tolerance"]
     assert "target" in str(data["reason"][1].item()) and np.isnan(data["L"][1]).all()
 
 
@@ -83,8 +83,8 @@ def test_a_case_may_be_a_grid_of_any_components(tmp_path: Path, monkeypatch: pyt
     def calibrated(sensor: object, **words: object) -> xr.Dataset:
         asked.append(words)
         found = xr.Dataset({"L_v_percent": (("F_z", "F_y"), np.zeros((2, 3)))}, attrs={"unit_L": "H"})
-        status = np.full((2, 3), "converged", dtype=object)
-        return found.assign(status=(("F_z", "F_y"), status))
+        status = np.full((2, 3), "ok", dtype=object)
+        return found.assign(status=(("F_z", "F_y"), status), flags=(("F_z", "F_y"), status))
 
     monkeypatch.setattr(requests, "calibrate", calibrated)
     text = 'scene = "biorob2018"\nrequest = "calibrate"\n[vary]\n"elastomer.thickness" = ["2 mm", "3 mm"]\n'
@@ -167,14 +167,15 @@ def test_what_is_no_study(
 def test_folders_and_clusters_that_are_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The folder of another study is left alone; more values of the same one are welcome; no scheduler, no run."""
     path, out = written(tmp_path, HEAD + '[vary]\ndv = ["2 mm"]\n' + COARSE), str(tmp_path / "out")
-    assert run(["sweep", str(path), "-o", out]) == 0
+    assert [run(["sweep", str(path), "-o", out, *more]) for more in ([], ["--accept"])] == [4, 0]
     written(tmp_path, HEAD + '[vary]\ndv = ["2 mm", "3 mm"]\n' + COARSE)
-    assert run(["sweep", str(path), "-o", out]) == 0 and read_table(tmp_path / "out" / "result.nc").sizes["dv"] == 2
+    assert run(["sweep", str(path), "-o", out, "--accept"]) == 0
+    assert read_table(tmp_path / "out" / "result.nc").sizes["dv"] == 2
     shown = capsys.readouterr()
     assert all(heading in shown.out for heading in ("dv [m]", "L [H/m]", "R [ohm/m]"))
     assert "not in this table" not in shown.err
     written(tmp_path, HEAD + '[vary]\ndv = ["0.003 m"]\n' + COARSE)
-    assert run(["sweep", str(path), "-o", out]) == 0
+    assert run(["sweep", str(path), "-o", out, "--accept"]) == 0
     assert "not in this table: 1 finished case(s) of other values" in capsys.readouterr().err
     written(tmp_path, HEAD + '[vary]\ndv = ["2 mm"]\n[fixed]\ntolerance = 0.1\n')
     capsys.readouterr()
@@ -272,7 +273,7 @@ def test_a_cluster_that_loses_a_worker(tmp_path: Path) -> None:
 
         with workers(address=cluster.scheduler_address) as executor:
             data = run_study(study, tmp_path / "out", executor=executor, progress=kill)
-    assert killed and np.all(data["status"] == "converged")
+    assert killed and np.all(data["status"] == "ok")
     alone = run_study(study, tmp_path / "alone")
     xr.testing.assert_allclose(data.drop_vars("seconds"), alone.drop_vars("seconds"), rtol=1e-9)
 

@@ -40,8 +40,8 @@ def test_models_of_one_mesh_plan_nothing() -> None:
 
 
 def test_a_target_among_the_coils_has_no_reading() -> None:
-    row = {"status": "converged", "reason": "", "d_h": 0.0, "d_v": -1e-3, "alpha": 0.0, "d_y": 0.0, "alpha_x": 0.0,
+    row = {"status": "ok", "reason": "", "d_h": 0.0, "d_v": -1e-3, "alpha": 0.0, "d_y": 0.0, "alpha_x": 0.0,
            "alpha_z": 0.0}  # fmt: skip
-    assert status_of(SENSOR, row)[0] == "collision" and "coil plane" in status_of(SENSOR, row)[1]
-    assert status_of(SENSOR, row | {"d_v": 2e-3}) == ("converged", "")
+    assert status_of(SENSOR, row)[0] == "failed" and "coil plane" in status_of(SENSOR, row)[1]
+    assert status_of(SENSOR, row | {"d_v": 2e-3}) == ("ok", "")
     assert status_of(SENSOR, row | {"status": "failed", "reason": "why"}) == ("failed", "why")

@@ -5,10 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-from sits_mech.cases import DONE
 from sits_mech.chain.corrections import corrected
 from sits_mech.mechanics.loads import ERRORS, shared_of, with_shared
 from sits_mech.quantities import POSE, Wrench
+from sits_mech.status import OK
 
 LEVERS, AT_REST = np.array([1.0, 1.0, 4e-3, 1.0, 4e-3, 4e-3]), np.array([0.0, 2e-3, 0.0, 0.0, 0.0, 0.0])
 SHARE = np.array([0.1, 0.3, -0.2, 0.0, 0.0, 0.0])
@@ -25,7 +25,7 @@ def added(load):
 
 
 def row(pose, errors, shared, **more):
-    found = with_shared({"status": DONE, "error_mechanics": 1e-3}, shared)
+    found = with_shared({"status": OK, "error_mechanics": 1e-3}, shared)
     return found | dict(zip((*POSE, *ERRORS), (*pose, *errors), strict=True)) | more
 
 

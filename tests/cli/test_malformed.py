@@ -46,7 +46,7 @@ def fault(number: int, folder: Path) -> str:
     lines = sum(line.startswith("error: ") for line in said.splitlines())
     found = {
         end.killed: bool(end.killed), raised: bool(raised), f"{end.seconds:.1f} s": end.seconds > SECONDS,
-        f"{end.peak / GIB:.1f} GiB": end.peak > MEMORY * GIB, f"exit {code}": code not in (0, 2, 3),
+        f"{end.peak / GIB:.1f} GiB": end.peak > MEMORY * GIB, f"exit {code}": code not in (0, 2, 3, 4),
         f"{lines} lines of errors": code == 2 and lines != 1,
     }  # fmt: skip
     return ", ".join(what for what, is_so in found.items() if is_so)

@@ -20,7 +20,7 @@ def test_series(calibrated: Path, tmp_path: Path) -> None:
     """A folder: one file for each converged load, in order; target and layer move together; tracks stay."""
     sensor, data = read_calibration(calibrated)
     data = data.isel(F_x=[2, 4], F_z=[0, 2, 3]).copy(deep=True)
-    data["status"][0, 2] = "stalled"
+    data["status"][0, 2] = "failed"
     path, notes = export(Source(sensor, data), "vtu", tmp_path / "layer")
     listed = re.findall(r'timestep="(\d+)".*file="(.*)"', (path / "layer.pvd").read_text())
     assert listed == [(str(k), f"load_{k:04d}.vtu") for k in range(5)] and notes == ()

@@ -27,7 +27,7 @@ def table(function=pair, F_x: np.ndarray = F_X, F_z: np.ndarray = F_Z) -> xr.Dat
     data = xr.Dataset(coords={"F_x": F_x, "F_z": F_z, "coil": names, "coil_2": names}, attrs={"unit_L": "H"})
     data["L"] = (("F_x", "F_z", "coil", "coil_2"), L)
     data["L0"] = (("coil", "coil_2"), 2.1e-6 * np.eye(len(names)))
-    data["status"] = (("F_x", "F_z"), np.full(x.shape, "converged", dtype=object))
+    data["status"] = (("F_x", "F_z"), np.full(x.shape, "ok", dtype=object))
     return data
 
 
@@ -140,7 +140,7 @@ def test_failed_loads_bound_the_domain() -> None:
     """A corner that did not converge is outside, not extrapolated."""
     data = table()
     for i, j in ((8, 8), (8, 7), (7, 8)):
-        data["status"][i, j] = "stalled"
+        data["status"][i, j] = "failed"
         data["L"][i, j] = np.nan
     cal = calibration(data)
     assert cal.inverse(pair(0.95, 3.9)).status.item() == "outside"

@@ -12,7 +12,7 @@ def made(**loads: object) -> xr.Dataset:
     dims = [name for name, values in loads.items() if isinstance(values, list)]
     shape = [len(loads[name]) for name in dims]
     number = np.arange(np.prod(shape), dtype=float).reshape(shape)
-    status = np.full(shape, "converged", dtype=object)
+    status = np.full(shape, "ok", dtype=object)
     data = xr.Dataset({"L_v": (dims, number), "status": (dims, status)}, coords=loads)
     return data.assign(L0=(("coil", "coil_2"), np.eye(2)))
 

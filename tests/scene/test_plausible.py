@@ -53,7 +53,7 @@ def test_zero_is_usual() -> None:
 
 
 def test_strict_makes_them_errors(capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["inductance", "biorob2018", "--dv", "2 mm", "--set", 'frequency="5 mHz"']
+    words = ["inductance", "biorob2018", "--dv", "2 mm", "--set", 'frequency="5 mHz"', "--accept"]
     assert run(words) == 0
     assert "biorob2018: implausible: frequency" in capsys.readouterr().err
     assert run([*words, "--strict"]) == 2

@@ -17,7 +17,7 @@ def table(slope_x: float = 1.0, slope_z: float = -2.0, leak: float = 0.0) -> xr.
     L[..., 0, 0], L[..., 1, 1] = (L_v + L_h) * 1.25e-8, (L_v - L_h) * 1.25e-8
     dims = ("F_x", "F_z")
     flat = {"d_v": 2e-3 - 1e-4 * z, "min_J": 1.0 - 0.01 * z, "seconds": np.full((5, 5), 0.1)}
-    flat |= {"L_v_percent": L_v, "L_h_percent": L_h, "status": np.full((5, 5), "converged", dtype=object)}
+    flat |= {"L_v_percent": L_v, "L_h_percent": L_h, "status": np.full((5, 5), "ok", dtype=object)}
     flat |= {"error_L_v_percent": np.full((5, 5), 0.02), "error_L_h_percent": np.full((5, 5), 0.01)}
     coordinates = {"F_x": F_x, "F_z": F_z, "coil": ["C1", "C2"]}
     data = xr.Dataset({name: (dims, item) for name, item in flat.items()}, coordinates)
@@ -42,6 +42,6 @@ def test_figures_of_a_linear_sensor() -> None:
 def test_a_load_that_failed_leaves_no_figures() -> None:
     """They are NaN, not those of the other loads."""
     data = table()
-    data["status"][4, 4] = "collision"
+    data["status"][4, 4] = "failed"
     row = table_row(load_sensor("biorob2018"), data)
     assert row["failed_loads"] == 1 and np.isnan(row["resolution_x"])

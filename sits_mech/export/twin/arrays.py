@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from sits_mech.analysis.bench import free_inductances, model_errors, sensor_calibration, sensor_front_end
-from sits_mech.cases import DONE
 from sits_mech.chain.models import mechanical_model
 from sits_mech.export.source import Source
 from sits_mech.export.twin.maps import guess_of, over_poses, over_wrenches
@@ -25,6 +24,7 @@ from sits_mech.readout.loads import load_words, several, varied
 from sits_mech.readout.sampling.scan import windows
 from sits_mech.scene.sensor import SceneError
 from sits_mech.silicone.history import retardation
+from sits_mech.status import ANSWERED
 from sits_mech.version import __version__
 
 _EXACT = 1e-3  # residual of as many coils as forces, of the range: what single precision leaves
@@ -97,7 +97,7 @@ def check_box(source: Source) -> None:
     names = several(source.data)
     if not names:
         raise SceneError("--to twin: must be of a table with at least two values of a force; got one load")
-    failed = source.data["status"] != DONE
+    failed = ~source.data["status"].isin(ANSWERED)
     corners = failed.isel({name: [0, -1] for name in names})
     if bool(corners.any()):
         first = load_words(_first(source, corners))

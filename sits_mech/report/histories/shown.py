@@ -15,7 +15,7 @@ from sits_mech.chain.omissions import Omission
 from sits_mech.quantities import POSE, UNITS, WRENCH, shown_unit
 from sits_mech.readout.signals import told
 from sits_mech.report.pictures.curves import new_figure, signal_label, strokes
-from sits_mech.report.tables.solves import with_error
+from sits_mech.report.tables.solves import sizes_of, with_error
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,9 +49,11 @@ def history_table(data: xr.Dataset) -> Table:
         found.add_column(f"{name} [{shown_unit(name)}]", justify="right")
     for name, _, unit in columns:
         found.add_column(f"{name.removesuffix('_percent')} [{unit}]", justify="right", no_wrap=True)
+    sizes = sizes_of(data, [name for name, *_ in columns])
     for row in thinned:
         here = data.isel(time=row)
-        values = [with_error(k * float(here[name]), k * float(here[f"error_{name}"])) for name, k, _ in columns]
+        each = ((k, name, f"error_{name}") for name, k, _ in columns)
+        values = [with_error(*(k * float(part) for part in (here[a], here[b], sizes[a]))) for k, a, b in each]
         found.add_row(f"{float(here['time']):.6g}", *(f"{float(here[name]):.4g}" for name in loads), *values)
     left = "" if len(thinned) == len(rows) else f"every {len(rows) // len(thinned)}th of {len(rows)} rows; "
     found.caption = f"{left}{data.attrs['notes']}" or None

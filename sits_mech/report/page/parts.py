@@ -18,7 +18,6 @@ from rich.table import Table
 from sits_mech.analysis.bench import coil_table, sensor_calibration
 from sits_mech.analysis.codes import Readings
 from sits_mech.analysis.limits import limits_of
-from sits_mech.cases import DONE
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.quantities import shown_unit
 from sits_mech.readout.crosstalk import crosstalk
@@ -29,6 +28,7 @@ from sits_mech.report.tables.loads import failures, load_table, remarks, summary
 from sits_mech.report.tables.quality import limits_record, limits_table, quality_record, quality_tables
 from sits_mech.report.tables.readings import front_end_table
 from sits_mech.scene.sensor import Coil, Sensor, scene_text
+from sits_mech.status import ANSWERED, INTERPOLATED, OK, counted, exit_code
 
 _PICTURES = {
     "L_v.png": "Sum of the inductances against the normal force; bars are estimated errors.",
@@ -66,7 +66,7 @@ def tiles(data: xr.Dataset, read: Readings) -> str:
             found.append((f"{size:.3g} %", f"full scale of {str(name).removeprefix('full_scale_')}, of L0"))
     mixed = sorted(_mixed(stray), reverse=True)[:2]
     found += [(f"{share:.3g} %", f"crosstalk of {force} into {signal}") for share, force, signal in mixed]
-    done = int((data["status"] == DONE).sum())
+    done = int(data["status"].isin(ANSWERED).sum())
     found.append((f"{float(data['seconds'].sum()):.3g} s", f"for {done} of {data['status'].size} loads"))
     texts = ((html.escape(value), html.escape(name)) for value, name in found if not value.startswith("nan"))
     return "\n".join(f'<div class="tile"><b>{value}</b><span>{name}</span></div>' for value, name in texts)
@@ -95,7 +95,9 @@ def words_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
     lines += [_sentence(line) for line in remarks(data)]
     lines += [] if read.front is None else [_sentence(line) for line in read.front.warnings]
     lines += _mixing(data) + _models(sensor, data)
-    good = [] if missing else [f'<li class="good">All {data["status"].size} loads converged.</li>']
+    statuses = data["status"].to_numpy().ravel().tolist()
+    good = [f'<li class="good">Status: {counted(statuses)}.</li>'] if exit_code(statuses) == 0 else []
+    lines += [] if good else [f"Status: {counted(statuses)}."]
     return "\n".join(good + [f"<li>{html.escape(line)}</li>" for line in lines])
 
 
@@ -276,7 +278,7 @@ def _shown(key: str, value: Any) -> str:
 def computed_part(data: xr.Dataset) -> str:
     """Return models, tolerance, errors and times."""
     request = json.loads(data.attrs["request"])
-    done = data.where(data["status"] == DONE)
+    done = data.where(data["status"].isin(ANSWERED))
     seconds = data["seconds"]
     rows = [
         ("mechanics", f"{request['mechanics']}: relative error of a pose up to {_most(done, 'error_mechanics')}"),
@@ -315,7 +317,7 @@ def html_table(table: Table, *, numbers: bool = False) -> str:
     rows = [list(map(str, cells)) for cells in zip(*(column.cells for column in table.columns), strict=True)]
     for texts in rows if table.show_header else _joined(rows):
         texts = [_cell(text) for text in texts]
-        bad = ' class="bad"' if numbers and texts[-1] != DONE else ""
+        bad = ' class="bad"' if numbers and texts[-1].partition(";")[0] not in (OK, INTERPOLATED) else ""
         lines.append(f"<tr{bad}>" + "".join(f"<td{kind}>{text}</td>" for text in texts) + "</tr>")
     return "".join([open_box, *lines, "</tbody></table>", close_box])
 

@@ -7,11 +7,11 @@ import xarray as xr
 from rich.table import Table
 
 from sits_mech.batch.tables import SWEPT
-from sits_mech.cases import DONE
 from sits_mech.labels import unit_of
 from sits_mech.readout.loads import points
 from sits_mech.readout.signals import told
 from sits_mech.report.tables.loads import point_name
+from sits_mech.status import ANSWERED
 
 _POSE = ("d_h", "d_y", "d_v", "alpha_x", "alpha", "alpha_z")
 _SHOWN = {
@@ -69,7 +69,7 @@ def case_failures(data: xr.Dataset) -> list[str]:
     """Return one line for each reason why cases have no result: how many they are, the first of them, the reason."""
     found: dict[str, list[str]] = {}
     for row in points(data):
-        if row["status"].item() != DONE:
+        if row["status"].item() not in ANSWERED:
             found.setdefault(f"{row['status'].item()}: {row['reason'].item()}", []).append(point_name(row))
     return [f"{len(names)} of {data['status'].size} cases, first {names[0]}: {why}" for why, names in found.items()]
 

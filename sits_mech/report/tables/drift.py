@@ -76,11 +76,11 @@ def temperatures_table(coils: Sequence[str], temperatures: Sequence[float], foun
     scale, shown = (1e6, "uH") if unit == "H" else (1e6, "uH/m")
     table = Table(title="over temperature", show_edge=False)
     headings = ["T [degC]", "d_h [um]", "d_v [um]", "alpha [mrad]"]
-    for heading in (*headings, *(f"{coil} [{shown}], change [ppm]" for coil in coils[:_MOST_AT_ONCE])):
+    for heading in (*headings, *(f"{coil} [{shown}], change [ppm]" for coil in coils[:_MOST_AT_ONCE]), "status"):
         table.add_column(heading)
     for T, each in zip(temperatures, found, strict=True):
         pose, L = each.equilibrium.pose, np.diagonal(each.impedance.L)
         own = [f"{1e6 * pose.d_h:.3f}", f"{1e6 * pose.d_v:.3f}", f"{1e3 * pose.alpha:.4f}"]
         cells = [f"{scale * a:.6f}, {1e6 * (a / b - 1.0):.1f}" for a, b in zip(L, first, strict=True)]
-        table.add_row(f"{T - ZERO_CELSIUS:.4g}", *own, *cells[:_MOST_AT_ONCE])
+        table.add_row(f"{T - ZERO_CELSIUS:.4g}", *own, *cells[:_MOST_AT_ONCE], "; ".join(each.flags))
     return table

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
+import re
 from itertools import product
 
 import numpy as np
 import xarray as xr
 from rich.table import Table
 
-from sits_mech.cases import DONE
 from sits_mech.quantities import POSE, UNITS, shown_unit
 from sits_mech.readout.crosstalk import (
     components_of,
@@ -22,9 +22,11 @@ from sits_mech.readout.crosstalk import (
 )
 from sits_mech.readout.loads import fixed, load_words, middle, over_loads, points, varied
 from sits_mech.readout.signals import SIGNALS, told
-from sits_mech.report.tables.solves import figure_text, with_error
+from sits_mech.report.tables.solves import figure_text, sizes_of, with_error
+from sits_mech.status import ANSWERED, WORDS
 
 Figure = tuple[str, float, float, str]
+_DIGITS = re.compile(r"[\d.]+(?:e[-+]?\d+)?")  # what notes of one kind differ in
 _SCALES = {"m": (1e6, "um"), "rad": (1e3, "mrad")}
 
 
@@ -48,10 +50,12 @@ def load_table(data: xr.Dataset) -> Table:
     for heading in (*loads, *(heading for *_, heading in columns), "s", "status"):
         found.add_column(heading, justify="right", no_wrap=True)
     shown = {item for name, *_ in columns for item in (name, f"error_{name}") if item in data}
-    for row in points(data[["seconds", "status", *sorted(shown)]]):
+    sizes = sizes_of(data, [name for name, *_ in columns])
+    for row in points(data[["seconds", "status", "flags", *sorted(shown)]]):
         cells = [f"{float(row[name]):.4g}" for name in varied(data)]
-        cells += [with_error(k * _number(row, name), k * _number(row, f"error_{name}")) for name, k, _ in columns]
-        found.add_row(*cells, f"{float(row['seconds']):.2f}", str(row["status"].item()))
+        for name, k, _ in columns:
+            cells.append(with_error(k * _number(row, name), k * _number(row, f"error_{name}"), k * sizes[name]))
+        found.add_row(*cells, f"{float(row['seconds']):.2f}", str(row["flags"].item()))
     return found
 
 
@@ -119,8 +123,11 @@ def summary_table(data: xr.Dataset) -> Table:
     found = Table(title="figures of merit", show_edge=False)
     for heading in ("figure", "value", "unit"):
         found.add_column(heading)
-    for name, value, error, unit in figures(data):
-        found.add_row(name, figure_text(value, error), unit)
+    each = figures(data)
+    for name, value, error, unit in each:
+        sizes = [abs(other) for _, other, _, its in each if its == unit and math.isfinite(other)]
+        size = 100.0 if unit.startswith("% of full scale") else max(sizes, default=0.0)
+        found.add_row(name, figure_text(value, error, size=size), unit)
     return found
 
 
@@ -183,7 +190,7 @@ def _rotation_figures(data: xr.Dataset) -> list[Figure]:
 def failures(data: xr.Dataset) -> list[str]:
     """Return one line for each load or case that has no result: which one, its status and the reason."""
     lines, dims = [], data["status"].dims
-    for index in np.argwhere((data["status"] != DONE).to_numpy()):
+    for index in np.argwhere(~data["status"].isin(ANSWERED).to_numpy()):
         row = data[["status", "reason"]].isel(dict(zip(dims, index.tolist(), strict=True)))
         lines.append(f"{point_name(row)}: {row['status'].item()}: {row['reason'].item()}")
     return lines
@@ -198,10 +205,17 @@ def point_name(row: xr.Dataset) -> str:
 
 
 def remarks(data: xr.Dataset) -> list[str]:
-    """Return what there is to say of the model, and one line for each note of the solves with their number."""
+    """Return what there is to say of the model, and one line for each kind of note of the solves: how many have it, and
+    the note of the worst, by its status and then by its stretch; kinds that differ in numbers alone are one.
+    """
     said = [data.attrs["notes"]] if data.attrs.get("notes") else []
-    notes = [note for text in data["notes"].to_numpy().ravel() for note in text.split("; ") if note]
-    return said + [f"{notes.count(note)} of {data['notes'].size} loads: {note}" for note in dict.fromkeys(notes)]
+    rows = list(points(data[["status", "notes", *(["stretch"] if "stretch" in data else [])]]))
+    rows.sort(key=lambda row: (-WORDS.index(row["status"].item()), -np.nan_to_num(_number(row, "stretch"))))
+    kinds: dict[str, list[str]] = {}
+    for row in rows:
+        for note in filter(None, str(row["notes"].item()).split("; ")):
+            kinds.setdefault(_DIGITS.sub("", note), []).append(f"{point_name(row)}: {note}")
+    return said + [f"{len(each)} of {len(rows)} loads, worst {each[0]}" for each in kinds.values()]
 
 
 def csv_text(data: xr.Dataset) -> str:

@@ -52,7 +52,7 @@ def _omitted(items: Sequence[Omission]) -> Table:
     for item in sorted(items, key=lambda item: -math.inf if math.isnan(item.size) else -item.size):
         size = "not estimated" if math.isnan(item.size) else f"{item.size:.2g}" if item.size else "nothing"
         of = "L0" if not item.of_change else "the displacement" if item.half == "mechanics" else "the change"
-        held = "" if item.size == 0.0 else "another request's" if not item.counts else "yes" if item.in_error else "no"
+        held = "" if item.size == 0.0 else "not asked for" if not item.counts else "yes" if item.in_error else "no"
         found.add_row(item.what, size, of if item.size else "", held, item.reason)
     return found
 

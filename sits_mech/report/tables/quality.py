@@ -20,6 +20,7 @@ from sits_mech.readout.quality import Quality
 from sits_mech.report.tables.solves import figure_text, key_table, short
 
 Record = dict[str, Any]
+_NOTHING = 1e-6  # of the largest of an amount: what is printed as 0
 _ROUNDING = 1e-9  # of a force's full scale: scatter that symmetry forbids
 
 
@@ -242,7 +243,7 @@ def _usual(values: Sequence[float], name: str) -> str:
     best, usual, worst = values
     if not math.isfinite(usual):
         return "-"
-    ends = [short(1e3 * size, 2) for size in (best, worst)]
+    ends = [short(1e3 * size, 2) if size > _NOTHING * worst else "0" for size in (best, worst)]
     return _amount(usual, name) if ends[0] == ends[1] else f"{_amount(usual, name)}\n{' to '.join(ends)}"
 
 

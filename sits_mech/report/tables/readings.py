@@ -85,7 +85,8 @@ def inversion_table(record: Record) -> Table:
     rows = []
     for name, force in record["forces"].items():
         unit, noise = shown_unit(name), record["error_by_noise"][name]
-        parts = [f"{with_error(force, record['error'][name])} {unit} by the map"]
+        size = max(map(abs, record["domain"][name]))
+        parts = [f"{with_error(force, record['error'][name], size)} {unit} by the map"]
         parts += [f"{record['error_by_model'][name]:.2g} by the table's own errors"]
         if "error_by_temperature" in record:
             parts += [f"{record['error_by_temperature'][name]:.2g} by the temperature"]

@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from rich.table import Table
 
 from sits_mech.analysis.spectrum import Terminals
@@ -17,18 +19,49 @@ from sits_mech.readout.signals import PAIR, SIGNALS, Signals
 if TYPE_CHECKING:
     import xarray as xr
 
+_NOTHING = 1e-6  # of the size of a run: far below what any estimate holds, far above rounding
+_LEAST = 5e-13  # what twelve decimals do not show
+_OFFSET = ("d_v", "L_v_percent")  # not zero at rest
 
-def with_error(value: float, error: float) -> str:
-    """Return a number with its error, both to the error's second digit: ``12.34 +- 0.21``; "-" where there is none."""
+
+def with_error(value: float, error: float, size: float | None = None) -> str:
+    """Return a number with its error, both to the error's second digit: ``12.34 +- 0.21``; "-" where there is none.
+
+    What is below a millionth of the `size` of its kind in the run, that of the number by default, is nothing: an error
+    "0", and with its error a number that is zero by symmetry, "0" alone.
+    """
     if not math.isfinite(value):
         return "-"
-    if not math.isfinite(error) or abs(error) < 1e-12 * max(abs(value), 1.0):  # rounding, in any unit that is printed
+    nothing = max(_NOTHING * (abs(value) if size is None else size), _LEAST)
+    value = 0.0 if abs(value) <= nothing and value != 0.0 else value
+    if abs(error) <= nothing and value == 0.0:
+        return "0"
+    if not math.isfinite(error) or abs(error) <= nothing:
         return f"{value:.6g} +- {'0' if math.isfinite(error) else '?'}"
     digits = _digits(error)
     return f"{value:.{digits}f} +- {abs(error):.{digits}f}"
 
 
-def figure_text(value: float, error: float, scale: float = 1.0, unit: str = "") -> str:
+def sizes_of(data: Any, names: Sequence[str]) -> dict[str, float]:
+    """Return how large columns of a run are, which is told for lengths, angles and signals together.
+
+    Parameters
+    ----------
+    data : mapping, or Dataset
+        Values by name, and errors by the same with ``error_`` before it, of one load or of many.
+    names : sequence of str
+        Of components of the pose and of signals; of those that are not zero at rest the range counts.
+    """
+    own, kind = dict[str, float](), {name: name[:2] for name in names}
+    for name in names:
+        both = (np.ravel(np.asarray(data[key], dtype=float)) for key in (name, f"error_{name}") if key in data)
+        values, *errors = (each[np.isfinite(each)] for each in both)
+        least = values.min(initial=np.inf) if name in _OFFSET else 0.0
+        own[name] = max(float(np.abs(each).max(initial=0.0)) for each in (values - least, *errors))
+    return {name: max(own[other] for other in names if kind[other] == kind[name]) for name in names}
+
+
+def figure_text(value: float, error: float, scale: float = 1.0, unit: str = "", size: float = 0.0) -> str:
     """Return a figure with its error, or why there is none: one that its error exceeds is not quoted.
 
     Parameters
@@ -39,6 +72,8 @@ def figure_text(value: float, error: float, scale: float = 1.0, unit: str = "") 
         Of what is shown, times both.
     unit : str
         Behind the number.
+    size : float
+        As for `with_error`, in the unit of the value.
 
     Returns
     -------
@@ -46,15 +81,16 @@ def figure_text(value: float, error: float, scale: float = 1.0, unit: str = "") 
         ``12.34 +- 0.21 mN``, or ``below its error, 3.4 N``, or ``-`` where there is no figure.
     """
     value, error, unit = scale * value, abs(scale * error), f" {unit}" if unit else ""
+    size = max(scale * size, abs(value))
     if not math.isfinite(value):
         return "-"
     if math.isinf(error):
         return "not determined: within the errors of the signals"
     if math.isnan(error):
         return f"{short(value)}{unit}"
-    if abs(value) <= error and error > 0.0:
+    if abs(value) <= error and error > max(_NOTHING * size, _LEAST):
         return f"below its error, {error:.{_digits(error)}f}{unit}"
-    return f"{with_error(value, error)}{unit}"
+    return f"{with_error(value, error, size)}{unit}"
 
 
 def short(value: float, digits: int = 3) -> str:
@@ -75,27 +111,29 @@ def key_table(title: str, rows: Sequence[tuple[str, str]]) -> Table:
     return found
 
 
-def equilibrium_table(found: Equilibrium, title: str = "pose") -> Table:
+def equilibrium_table(found: Equilibrium, title: str = "pose", flags: Sequence[str] = ()) -> Table:
     """Return pose with errors, and how it came about."""
-    lines = []
-    for name in POSE[: 6 if found.wrench.beside or found.pose.beside else 3]:
+    lines, names = status_lines(flags), POSE[: 6 if found.wrench.beside or found.pose.beside else 3]
+    pose, error = asdict(found.pose), asdict(found.error)
+    sizes = sizes_of(pose | {f"error_{name}": off for name, off in error.items()}, names)
+    for name in names:
         scale, unit = (1e6, "um") if name.startswith("d") else (1e3, "mrad")
-        value, error = float(getattr(found.pose, name)), float(getattr(found.error, name))
-        lines.append((name, f"{with_error(scale * value, scale * error)} {unit}"))
+        lines.append((name, f"{with_error(*(scale * each[name] for each in (pose, error, sizes)))} {unit}"))
     load = {name: getattr(found.wrench, name) for name in WRENCH[:3] + found.wrench.beside}
     lines.append(("under", load_words(load)))
     return key_table(title, lines + volume_lines(found.report) + report_lines(found.report))
 
 
-def impedance_table(coils: Sequence[str], found: Impedance) -> Table:
+def impedance_table(coils: Sequence[str], found: Impedance, flags: Sequence[str] = ()) -> Table:
     """Return L and R of each pair of coils with errors at one pose, and how they came about."""
     scale, unit_L = (1e6, found.unit_L.replace("H", "uH", 1))
     unit_R = found.unit_L.replace("H", "ohm", 1)
-    lines = [("frequency", f"{found.frequency:.6g} Hz")]
+    changed, lost = scale * float(np.abs(found.L - found.L0).max()), float(np.abs(found.R).max())
+    lines = [*status_lines(flags), ("frequency", f"{found.frequency:.6g} Hz")]
     for i, first in enumerate(coils):
         for j, second in enumerate(coils[: i + 1]):
-            L = with_error(scale * float(found.L[i, j]), scale * float(found.error_L[i, j]))
-            R = with_error(float(found.R[i, j]), float(found.error_R[i, j]))
+            L = with_error(scale * float(found.L[i, j]), scale * float(found.error_L[i, j]), changed)
+            R = with_error(float(found.R[i, j]), float(found.error_R[i, j]), lost)
             free = f"{scale * float(found.L0[i, j]):.6g} {unit_L} in free space"
             lines.append((f"{first}, {second}" if i != j else first, f"L = {L} {unit_L}, R = {R} {unit_R}; {free}"))
     return key_table("impedance", lines + report_lines(found.report))
@@ -160,15 +198,22 @@ def _spectrum_cells(row: xr.Dataset) -> list[str]:
     return cells
 
 
-def signal_table(found: Signals, unit_L: str) -> Table:
+def signal_table(found: Signals, unit_L: str, flags: Sequence[str] = ()) -> Table:
     """Return the signals with errors."""
     unit, known = unit_L.replace("H", "uH", 1), {name: float(value) for name, value in found.known.items()}
-    lines = [(name, f"{with_error(known[name], known[f'error_{name}'])} % of L0") for name in SIGNALS]
+    size, lines = max(sizes_of(known, SIGNALS).values()), status_lines(flags)
+    lines += [(name, f"{with_error(known[name], known[f'error_{name}'], size)} % of L0") for name in SIGNALS]
     for name in (name for name in PAIR if name in known):
-        absolute = with_error(1e6 * known[name], 1e6 * known[f"error_{name}"])
-        percent = with_error(known[f"{name}_percent"], known[f"error_{name}_percent"])
+        own = abs(known["L_v"] / known["L_v_percent"])
+        absolute = with_error(1e6 * known[name], 1e6 * known[f"error_{name}"], 1e6 * own * size)
+        percent = with_error(known[f"{name}_percent"], known[f"error_{name}_percent"], size)
         lines.append((name, f"{absolute} {unit}, that is {percent} % of L0"))
     return key_table("signals", lines)
+
+
+def status_lines(flags: Sequence[str]) -> list[tuple[str, str]]:
+    """Return what holds of an answer as a line of a table; none where nothing is said."""
+    return [("status", "; ".join(flags))] if flags else []
 
 
 def volume_lines(report: SolveReport) -> list[tuple[str, str]]:
@@ -177,12 +222,13 @@ def volume_lines(report: SolveReport) -> list[tuple[str, str]]:
         return []
     lines = [("smallest J", f"{report.min_J:.4f} at any point of the layer, as a rule at a bonded edge")]
     if report.stretch is not None:
-        lines.append(("stretch", f"{report.stretch:.3f} at most, or its reciprocal, but in a thousandth of the layer"))
+        lines.append(("stretch", f"{report.stretch:.3f}, 99.9th percentile over the layer"))
     return lines
 
 
 def report_lines(report: SolveReport) -> list[tuple[str, str]]:
     """Return how a number came about, as lines of a table."""
     solved = f"{report.model}, {report.unknowns} unknowns, {report.iterations} iterations, {report.seconds:.3g} s"
-    lines = [("model", f"{solved}, relative error {report.estimated_error:.1e}, {report.status}")]
+    ended = "" if report.status == "converged" else f", {report.status}"
+    lines = [("model", f"{solved}, relative error {report.estimated_error:.1e}{ended}")]
     return lines + [("note", note) for note in report.notes]

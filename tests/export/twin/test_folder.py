@@ -130,9 +130,9 @@ def test_failed_loads(source: Source) -> None:
     """One at a corner: refused in one line that names it. One inside: the domain is a box all the same."""
     data = source.data.copy(deep=True)
     data["status"] = data["status"].astype(object)
-    data["status"].loc[{"F_x": 0.5, "F_z": 1.0}] = "stalled"
+    data["status"].loc[{"F_x": 0.5, "F_z": 1.0}] = "failed"
     assert len(twin_arrays(Source(source.sensor, data))[0]["wrench_low"]) == 2
-    data["status"].loc[{"F_x": 1.0, "F_z": 3.0}] = "stalled"
+    data["status"].loc[{"F_x": 1.0, "F_z": 3.0}] = "failed"
     with pytest.raises(SceneError, match=r"--to twin: .* a box; 2 of 20 loads failed, among them F_x = 1 N, F_z = 3 N"):
         twin_arrays(Source(source.sensor, data))
     with pytest.raises(SceneError, match="--to twin: must be of a table with at least two values of a force"):

@@ -206,9 +206,11 @@ def test_a_load_without_result_says_so(browser: Any, calibrated: Path, tmp_path:
     """The explorer shows a dash and the reason; its neighbours fall back to the loads that are there."""
     sensor, data = read_calibration(calibrated)
     broken = data.copy(deep=True)
-    broken["status"], broken["reason"] = (broken[name].astype(object) for name in ("status", "reason"))
+    for name in ("status", "flags", "reason"):
+        broken[name] = broken[name].astype(object)
     here = {"F_x": 1.0, "F_z": 3.0}
-    broken["status"].loc[here], broken["reason"].loc[here] = "load path ended", "the layer </script> folds"
+    broken["status"].loc[here] = broken["flags"].loc[here] = "not carried"
+    broken["reason"].loc[here] = "the layer </script> folds"
     for name in broken.data_vars:
         if broken[name].dtype == float and "F_x" in broken[name].dims:
             broken[name].loc[here] = np.nan

@@ -28,9 +28,10 @@ def made(error: float = 0.01) -> xr.Dataset:
     data = data.assign({f"error_{name}": error + 0.0 * x for name in ("L_v_percent", "L_h_percent")})
     data = data.assign({f"error_{name}": 1e-6 + 0.0 * x for name in ("d_h", "d_v", "alpha")})
     data["L"] = (("F_x", "F_z", "coil", "coil_2"), np.arange(36.0).reshape(3, 3, 2, 2))
-    texts = {"status": "converged", "reason": "", "notes": "coarse; folded"}
+    texts = {"status": "ok", "flags": "ok", "reason": "", "notes": "coarse; folded"}
     data = data.assign({name: (("F_x", "F_z"), np.full((3, 3), text, dtype=object)) for name, text in texts.items()})
-    data["status"][2, 2], data["reason"][2, 2], data["notes"][2, 2] = "stalled", "too much", ""
+    data["status"][2, 2], data["flags"][2, 2] = "failed", "failed"
+    data["reason"][2, 2], data["notes"][2, 2] = "too much", ""
     return data
 
 
@@ -44,7 +45,7 @@ def text_of(table: object) -> str:
 def test_the_load_table_has_an_error_on_every_number() -> None:
     """Five quantities for nine loads, in the scaled units of the headings."""
     text = text_of(load_table(made()))
-    assert text.count("+-") == 45 and "d_h [um]" in text and "alpha [mrad]" in text and "stalled" in text
+    assert text.count("+-") == 45 and "d_h [um]" in text and "alpha [mrad]" in text and "failed" in text
     assert "100.0 +- 1.0" in text and "188.000 +- 0.010" in text
 
 
@@ -81,8 +82,14 @@ def test_errors_of_the_figures_hold(sign: float) -> None:
 
 def test_failures_and_remarks_are_lines() -> None:
     """Each missing load with its reason; each note once, with its count."""
-    assert failures(made()) == ["F_x = 1 N, F_z = 2 N: stalled: too much"]
-    assert remarks(made()) == ["8 of 9 loads: coarse", "8 of 9 loads: folded"]
+    assert failures(made()) == ["F_x = 1 N, F_z = 2 N: failed: too much"]
+    assert remarks(made()) == [f"8 of 9 loads, worst F_x = -1 N, F_z = 0 N: {note}" for note in ("coarse", "folded")]
+    data = made()
+    data["notes"][:] = [[f"stretch {1.0 + 0.1 * x + z}" for z in range(3)] for x in range(3)]
+    data["stretch"] = data.F_x + data.F_z
+    assert remarks(data) == ["9 of 9 loads, worst F_x = 1 N, F_z = 2 N: stretch 3.2"]  # the one that failed
+    data["status"][0, 0], data["status"][2, 2] = "beyond data", "ok"
+    assert remarks(data) == ["9 of 9 loads, worst F_x = -1 N, F_z = 0 N: stretch 1.0"]
 
 
 def test_csv_keeps_every_digit() -> None:
@@ -116,7 +123,7 @@ def test_a_table_of_moments_has_their_unit() -> None:
     """Per newton metre; a table of one load has no figures."""
     data = made().isel(F_z=0).rename(F_x="M")
     assert [unit for *_, unit in figures(data) ] == ["% of L0 / (N m)"] * 2
-    assert failures(made().rename(F_x="M")) == ["M = 1 N m, F_z = 2 N: stalled: too much"]
+    assert failures(made().rename(F_x="M")) == ["M = 1 N m, F_z = 2 N: failed: too much"]
     single = data.isel(M=0).drop_vars("M")
     assert figures(single) == [] and summary_table(single).row_count == 0
     assert csv_text(single).count("\n") == 2 and load_table(single).row_count == 1

@@ -4,12 +4,12 @@ import math
 
 import pytest
 
-from sits_mech.report.tables.solves import figure_text, short, with_error
+from sits_mech.report.tables.solves import figure_text, short, sizes_of, with_error
 
 
 @pytest.mark.parametrize(("value", "error", "expected"), [
     (12.3456, 0.21, "12.35 +- 0.21"), (12.3456, 3.4, "12.3 +- 3.4"), (1234.5, 56.0, "1234 +- 56"),
-    (0.0, 0.0, "0 +- 0"), (2000.0, 0.0, "2000 +- 0"), (math.nan, 0.1, "-"), (1.5, math.inf, "1.5 +- ?"),
+    (0.0, 0.0, "0"), (2000.0, 0.0, "2000 +- 0"), (math.nan, 0.1, "-"), (1.5, math.inf, "1.5 +- ?"),
     (-0.00123, 0.000045, "-0.001230 +- 0.000045"),
 ])  # fmt: skip
 def test_digits_follow_the_error(value: float, error: float, expected: str) -> None:
@@ -18,8 +18,33 @@ def test_digits_follow_the_error(value: float, error: float, expected: str) -> N
 
 
 @pytest.mark.parametrize(("value", "error", "expected"), [
+    (-1.68895e-14, 0.0, "0"), (1e-14, 3e-15, "0"), (2.5, 1e-9, "2.5 +- 0"), (-1e-14, 0.01, "0.000 +- 0.010"),
+    (1e-14, math.inf, "0 +- ?"), (2.5, 4e-6, "2.5000000 +- 0.0000040"),
+])  # fmt: skip
+def test_what_is_below_a_millionth_of_the_run_is_nothing(value: float, error: float, expected: str) -> None:
+    """Of a run whose values of this kind are as large as 3; a millionth of that is 3e-6."""
+    assert with_error(value, error, 3.0) == expected
+    if abs(value) < 1e-6 and error < 1e-6:
+        assert figure_text(value, 1.1 * abs(value), unit="N", size=3.0) == "0 N"
+
+
+def test_what_no_decimals_show_is_nothing() -> None:
+    """Of a run whose values of this kind are as small themselves: a change of inductance at some millihertz."""
+    assert [with_error(value, 4e-13, 1e-12) for value in (474.8, -4e-13)] == ["474.8 +- 0", "0"]
+    assert figure_text(1e-13, 2e-13, unit="N") == "0 N"
+
+
+def test_kinds_of_a_run_have_one_size() -> None:
+    """Lengths together, of the height its range; angles; signals: by the largest value or error."""
+    data = {"d_h": [0.0, 1e-14], "d_v": [2e-3, 1.9e-3], "error_d_v": [1e-6, math.nan], "alpha": [0.0, math.nan]}
+    data |= {"error_alpha": [1e-5, 2e-5], "L_v_percent": [190.0, 187.0], "L_h_percent": [1e-14, -5.0]}
+    found = sizes_of(data, [name for name in data if not name.startswith("error_")])
+    assert found == pytest.approx({"d_h": 1e-4, "d_v": 1e-4, "alpha": 2e-5, "L_v_percent": 5.0, "L_h_percent": 5.0})
+
+
+@pytest.mark.parametrize(("value", "error", "expected"), [
     (0.5, 3.4, "below its error, 3.4 N"), (-0.5, 0.5, "below its error, 0.50 N"), (0.0, 55.0, "below its error, 55 N"),
-    (0.5, 0.021, "0.500 +- 0.021 N"), (0.0, 0.0, "0 +- 0 N"), (math.nan, 0.1, "-"), (0.4521, math.nan, "0.452 N"),
+    (0.5, 0.021, "0.500 +- 0.021 N"), (0.0, 0.0, "0 N"), (math.nan, 0.1, "-"), (0.4521, math.nan, "0.452 N"),
     (0.5, math.inf, "not determined: within the errors of the signals"),
 ])  # fmt: skip
 def test_a_figure_that_its_error_exceeds_is_not_quoted(value: float, error: float, expected: str) -> None:

@@ -1,0 +1,63 @@
+"""What is an answer worth to a script? One word, the same in tables, files, JSON and exit codes.
+
+    ok               within the tolerance and the silicone's data
+    interpolated     the same, by a smooth map between loads that were solved
+    above tolerance  an answer whose estimated error is larger than what was asked for, or not known
+    beyond data      an answer; the layer is stretched further than the data behind its silicone's constants
+    not carried      no answer: the layer could not be followed to the load
+    failed           no answer, for the reason beside it
+
+Where several hold the worst is the status, and the flags are all of them, worst first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+WORDS = ("ok", "interpolated", "above tolerance", "beyond data", "not carried", "failed")
+"""From best to worst."""
+ANSWERED = WORDS[:4]
+"""Of rows that hold an answer."""
+OK, INTERPOLATED, ABOVE, BEYOND, NOT_CARRIED, FAILED = WORDS
+EXIT_DOUBTFUL, EXIT_NO_ANSWER = 4, 3
+
+
+def flags_of(
+    error: float, tolerance: float, stretch: float | None = None, known: float = float("nan"), *,
+    interpolated: bool = False,
+) -> tuple[str, ...]:  # fmt: skip
+    """Return what holds of an answer, worst first.
+
+    Parameters
+    ----------
+    error, tolerance : float
+        Estimated and asked; an error that is NaN is above any tolerance.
+    stretch : float, optional
+        Of the layer; None or NaN where it is not known.
+    known : float
+        Up to which stretch the silicone's data reach; NaN where that is not known.
+    interpolated : bool
+        Whether it stands between solved loads.
+    """
+    holds = {BEYOND: stretch is not None and stretch > known, ABOVE: not error <= tolerance, INTERPOLATED: interpolated}
+    return tuple(word for word, true in holds.items() if true) or (OK,)
+
+
+def marked(flags: Iterable[str]) -> dict[str, str]:
+    """Return the entries of a row for its flags: the worst as its status, and all of them, worst first."""
+    found = sorted(set(flags), key=WORDS.index, reverse=True)
+    return {"status": found[0], "flags": "; ".join(found)}
+
+
+def counted(statuses: Sequence[str]) -> str:
+    """Return how many answers have each status in words, worst first; of one its word alone."""
+    counts = [(statuses.count(word), word) for word in reversed(WORDS)]
+    return ", ".join(f"{n} of {len(statuses)} {word}" if len(statuses) > 1 else word for n, word in counts if n)
+
+
+def exit_code(statuses: Iterable[str], accept: bool = False) -> int:
+    """Return the exit code of answers: by the worst; with `accept` any answer is good enough."""
+    worst = max((WORDS.index(word) for word in statuses), default=0)
+    if worst >= len(ANSWERED):
+        return EXIT_NO_ANSWER
+    return 0 if accept or worst <= WORDS.index(INTERPOLATED) else EXIT_DOUBTFUL
