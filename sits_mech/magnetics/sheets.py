@@ -323,8 +323,7 @@ def _divided(
     become = become if become != plate else None
     divisions: tuple[Any, ...]
     if near:
-        others = others if sources is None else clearance
-        divisions = prepared_near(plate, outline, rung, scale, others, become, sources)
+        divisions = prepared_near(plate, outline, rung, scale, sources or others, become)
     else:
         divisions = prepared(plate, outline, rung, scale, become)
     thickness = (become or plate).thickness / skin_depth(asked, plate.metal.conductivity)

@@ -94,17 +94,20 @@ def prepared(
 
 @lru_cache(maxsize=4)
 def prepared_near(
-    target: Target, outline: Outline | None, rung: Rung, scale: _Scale, others: float = 0.0,
-    become: Target | None = None, sources: Sources | None = None,
+    target: Target, outline: Outline | None, rung: Rung, scale: _Scale, beside: float | Sources = 0.0,
+    become: Target | None = None,
 ) -> tuple[Near, ...]:  # fmt: skip
-    """Return a plate that does without polynomials along itself, but of what comes from `others`, so far away [m]; 0:
-    there are none. `sources` are the coils, if it stands still. Otherwise as `prepared`.
+    """Return a plate without polynomials along itself, but of what comes from others; otherwise as `prepared`.
+
+    `beside` is how far these are away [m], 0 where there are none; or the coils of a plate at rest, others being as far
+    away as it is prepared for.
     """
     family = _fitting_family(target, outline, rung, scale, (become, True))
     highest = math.inf if family.resolved else family.highest / RESOLVED**2
+    others = None if beside == 0.0 else beside
     return prepare_near(
         family.divisions, target.metal.conductivity, family.box, highest=highest, depth=family.depth,
-        others=field_box(target, outline, others, rung) if others > 0.0 else None, sources=sources,
+        beside=field_box(target, outline, others, rung) if isinstance(others, float) else others,
     )  # fmt: skip
 
 

@@ -136,8 +136,8 @@ class Near:
 
 
 def prepare_near(
-    divisions: Sequence[tuple[Plan, Array]], conductivity: float, coils: Box, *, highest: float, depth: float = 0.0,
-    others: Box | None = None, sources: Sources | None = None,
+    divisions: Sequence[tuple[Plan, Array]], conductivity: float, box: Box, *, highest: float, depth: float = 0.0,
+    beside: Box | Sources | None = None,
 ) -> tuple[Near, ...]:  # fmt: skip
     """Return a plate's divisions.
 
@@ -145,17 +145,18 @@ def prepare_near(
     ----------
     divisions, conductivity, highest, depth
         As of `prepare_sheets`.
-    coils, others : Box
-        Of the coils' fields, and of other plates', if there are any.
-    sources : Sources or None
-        Coils that a plate which stands still sees as they are.
+    box : Box
+        Of the coils' fields.
+    beside : Box, Sources or None
+        Of other plates' fields, if there are any; or the coils that a plate at rest sees, others' fields on `box`.
     """
+    others, sources = (box, beside) if isinstance(beside, Sources) else (beside, None)
     found: list[dict[tuple[int, int], _Class]] = []
     bases: dict[tuple[int, int], Basis] = {}
     for k, (plan, levels) in enumerate(divisions):
         same = [i for i, (other, z) in enumerate(divisions[:k]) if other is plan and np.array_equal(z, levels)]
-        metal, beside = (conductivity, depth), (others, sources)
-        found.append(found[same[0]] if same else _classes(plan, levels, metal, beside, bases))
+        metal, seen = (conductivity, depth), (others, sources)
+        found.append(found[same[0]] if same else _classes(plan, levels, metal, seen, bases))
     if not found[0]:
         raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")
     ends = np.cumsum([0, *(basis.fields.shape[1] for basis in bases.values())])
@@ -163,19 +164,19 @@ def prepare_near(
     columns = {key: np.concatenate([np.arange(a, b), own]) for key, (a, b) in zip(bases, pairwise(ends), strict=True)}
     return tuple(
         Near(
-            plan, levels, coils, tuple(replace(part, columns=columns.get(key, own)) for key, part in classes.items()),
-            2 * np.pi * highest, others or coils, tuple(bases.values()), len(own),
+            plan, levels, box, tuple(replace(part, columns=columns.get(key, own)) for key, part in classes.items()),
+            2 * np.pi * highest, others or box, tuple(bases.values()), len(own),
         )
         for (plan, levels), classes in zip(divisions, found, strict=True)
     )  # fmt: skip
 
 
 def _classes(
-    plan: Plan, levels: Array, metal: tuple[float, float], beside: tuple[Box | None, Sources | None],
+    plan: Plan, levels: Array, metal: tuple[float, float], seen: tuple[Box | None, Sources | None],
     bases: dict[tuple[int, int], Basis],
 ) -> dict[tuple[int, int], _Class]:  # fmt: skip
     """Classes of one division; the first one fills `bases`. `metal`: conductivity, and depth as of `prepare_sheets`."""
-    (conductivity, depth), (others, sources) = metal, beside
+    (conductivity, depth), (others, sources) = metal, seen
     prisms, first = stacked(plan, levels), not bases
     means = kernel(plan, levels, prisms)
     fields = None if others is None else field_means(plan, prisms, others)

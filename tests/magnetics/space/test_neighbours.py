@@ -117,10 +117,9 @@ def test_reciprocal_before_it_is_made_so_and_passive():
     scale = (2.0**-10, 1e7, 9 * MM, 1.5 * MM)
     target = prepared(plates[0].plate, None, LADDER[0][1], scale)
     fixed = [
-        prepared_near(p.plate, None, LADDER[0][1], scale, scale[0], None,
-                      Sources(sensor.coils, "rings", p.middle, p.windings))
+        prepared_near(p.plate, None, LADDER[0][1], scale, Sources(sensor.coils, "rings", p.middle, p.windings))
         for p in plates[1:]
-    ]  # fmt: skip
+    ]
     ready = [SpacePlate(found[2:3], p.turns, p.places) for p, found in zip(plates, (target, *fixed), strict=True)]
     (Z,) = coupled_reactions(sensor.coils, "rings", ready[0], ready[1:], 5e6)
     np.testing.assert_allclose(Z, Z.swapaxes(1, 2), rtol=0, atol=1e-12 * np.abs(Z).max())
