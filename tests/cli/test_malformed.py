@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import io
 import os
+import pkgutil
 import sys
 from pathlib import Path
 
@@ -12,6 +14,7 @@ import pytest
 from common.children import GIB, asked_apart
 from extreme.malformed import malformed
 
+import sits_mech
 from sits_mech.cli.main import run
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="limits of a process as Linux has them")
@@ -22,9 +25,9 @@ FAST, ALL, PART = 24, 2000, 104
 @pytest.fixture(scope="module", autouse=True)
 def imported() -> None:
     """Import what commands import, so that children need not."""
-    for words in (["explain", "biorob2018", "--fz", "1 N"], ["catalog"], ["sweep", os.devnull, "-o", os.devnull]):
-        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-            run(words)
+    for module in pkgutil.walk_packages(sits_mech.__path__, "sits_mech."):
+        if not module.name.endswith("__main__"):
+            importlib.import_module(module.name)
 
 
 def answered(number: int, folder: Path) -> tuple[int, str, str]:
