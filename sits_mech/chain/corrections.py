@@ -12,6 +12,9 @@ a_k is shared by all loads with one sign for each component, and the rest is eac
 to a larger part of the displacement than at any load that was compared, r grows in proportion, at most to one: there
 the first meshes' error stands. Components that no load showed take the largest r.
 
+The stretch that the first meshes tell is too large about bonded edges: less one, the larger share of it that finer ones
+show at those loads is told everywhere.
+
 The loads are two of those that were solved: of all that move the target less than three quarters of the farthest, whose
 finer answers are better and cheaper, the ones that move every component most, and next ones where a finer mesh does
 not get there.
@@ -85,10 +88,20 @@ def corrected(
     part = owned / np.maximum(size, 1e-300)  # of a displacement that meshes own to
     beyond = np.maximum(1.0, part / np.max(part[list(told)]))[:, None]
     ratio = np.maximum(ratio, np.minimum(1.0, ratio * beyond))
+    stretched = _stretched(rows, {good[k]: row for k, row in told.items()})
     return dict(rows) | {
-        load: _moved(rows[load], pose + share * adds, own_ratio * error, own_ratio * adds)
+        load: _moved(rows[load] | stretched(rows[load]), pose + share * adds, own_ratio * error, own_ratio * adds)
         for load, pose, error, adds, own_ratio in zip(good, poses, errors, added, ratio, strict=True)
     }
+
+
+def _stretched(rows: Mapping[Wrench, Row], told: Mapping[Wrench, Row]) -> Callable[[Row], Row]:
+    """Return what gives the stretch of a row by what finer meshes show of others."""
+    pairs = [(row.get("stretch", np.nan) - 1.0, rows[load].get("stretch", np.nan) - 1.0) for load, row in told.items()]
+    share = max((finer / first for finer, first in pairs if first > 0.0), default=np.nan)
+    if not np.isfinite(share):
+        return lambda row: {}
+    return lambda row: {"stretch": 1.0 + min(1.0, share) * (row["stretch"] - 1.0)}
 
 
 def _rests(rows: Sequence[Row]) -> tuple[Array, Array, Array]:

@@ -71,6 +71,20 @@ def test_a_change_that_is_a_share_of_what_is_added_is_found_from_two_loads():
         np.testing.assert_allclose(errors[:3], ratio * np.abs(added(load))[:3], rtol=1e-6)
 
 
+def test_stretch_is_told_as_finer_meshes_show_it():
+    """The larger share of what is above one, and no more than the first meshes told."""
+    for shares, expected in (((0.7, 0.8), 0.8), ((1.1, 0.9), 1.0)):
+        before, (finer, seen) = rows_of(*GRID), finer_by(lambda load: SHARE * added(load))
+        before = {load: row | {"stretch": 1.0 + 0.2 * load.F_z} for load, row in before.items()}
+
+        def stretched(load, finer=finer, seen=seen, shares=shares, before=before):
+            return finer(load) | {"stretch": 1.0 + shares[len(seen) - 1] * (before[load]["stretch"] - 1.0)}
+
+        found = corrected(before, stretched, LEVERS, AT_REST)
+        for load, row in found.items():
+            assert row["stretch"] == pytest.approx(1.0 + expected * 0.2 * load.F_z)
+
+
 def test_the_share_is_weighed_by_the_errors():
     """c = sum D a/sum E^2: of a change that is known to half of what is added a quarter is made, the rest is told."""
     before, (finer, _) = rows_of(*GRID), finer_by(lambda load: added(load))
