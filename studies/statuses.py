@@ -65,7 +65,8 @@ def answered(sensor: Sensor, load: Wrench, tolerance: float) -> Row:
                            sensor.frequency)  # fmt: skip
     L = np.diagonal(both.L, axis1=1, axis2=2)
     changes = goal_rows(sensor) @ (L[0] - L[1]) / np.mean(np.diag(both.L0))
-    return {"status": found.status, "error": error, "changes": changes, "told": figures(found)}
+    stretch = found.equilibrium.report.stretch
+    return {"status": found.status, "error": error, "stretch": stretch, "changes": changes, "told": figures(found)}
 
 
 def judged(sensor: Sensor, load: Wrench, tolerance: float, found: Simulation) -> tuple[MagneticModel, float]:
@@ -99,7 +100,8 @@ def measure(number: int) -> Row:
     name, sensor, load = scene(number)
     row: Row = {"scene": number, "name": name, "F_x": load.F_x, "F_z": load.F_z, "M": load.M}
     first, row["seconds"] = apart(sensor, load, TOLERANCE)
-    row |= {"status": first["status"], "error": first.get("error", np.nan), "why": first.get("why", "")}
+    row |= {"status": first["status"], "why": first.get("why", "")}
+    row |= {name: first.get(name, np.nan) for name in ("error", "stretch")}
     if first["status"] != OK:
         return row
     finer, row["seconds of finer"] = apart(sensor, load, TOLERANCE / FINER)
@@ -119,7 +121,7 @@ def compared(first: Mapping[str, Any], finer: Mapping[str, Any]) -> Row:
         return row | {"wrong": finer["status"] != LATE}
     size = float(np.max(np.abs(finer["changes"])))
     off = float(np.max(np.abs(first["changes"] - finer["changes"]))) / size if size > 0.0 else 0.0
-    row |= {"finer's error": finer["error"], "difference": off}
+    row |= {"finer's error": finer["error"], "finer's stretch": finer["stretch"], "difference": off}
     row |= {f"{name} over bars": over_bars(first["told"][name], own) for name, own in finer["told"].items()}
     return row | {"wrong": finer["status"] not in (OK, ABOVE) or off > TOLERANCE + finer["error"]}
 

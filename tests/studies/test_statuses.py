@@ -14,7 +14,7 @@ Row = dict[str, Any]
 def answer(change: float, status: str = "ok", error: float = 0.002) -> Row:
     """An answer of one signal beside one that changes by 1."""
     return {
-        "status": status, "error": error, "changes": np.array([-1.0, change]),
+        "status": status, "error": error, "stretch": 1.5, "changes": np.array([-1.0, change]),
         "told": {"d_v": (np.array(change), np.array(error))},
     }  # fmt: skip
 
