@@ -135,8 +135,7 @@ def main() -> None:
     coarse, folder = study_arguments(__doc__ or "")
     with threadpool_limits(limits=1):
         single, many = loads(COARSE if coarse else COUNT), tables(1 if coarse else len(TABLES))
-    keys = list(dict.fromkeys(key for row in single for key in row))
-    print(write_rows([{key: row.get(key, "") for key in keys} for row in single], folder / "promises.csv"))
+    print(write_rows(single, folder / "promises.csv"))
     print(write_rows(many, folder / "tables.csv"))
     print(shares("loads", single), shares("tables", many), sep="\n")
 

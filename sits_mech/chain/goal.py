@@ -84,8 +84,7 @@ def goal_of(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal
     names = ("d_v",) if on_axis(field) else POSE if some.beside else POSE[:3]
     first, slopes, _ = pose_slopes(sensor, field, Pose.of(some.components[:1]), sensor.frequency, names, quick=True)
     found = field.impedance(some, sensor.frequency)
-    rows = rows_of(signal_weights(sensor))
-    rows = rows[3:] if len(rows) > 3 else rows
+    rows = goal_rows(sensor)
     scale = float(np.mean(np.diag(first.L0)))
     shown = _own(found.L) @ rows.T / scale
     size = float(np.max(np.ptp(shown, axis=0)))
@@ -94,6 +93,12 @@ def goal_of(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal
     weights, own = np.zeros((len(rows), len(POSE))), [POSE.index(name) for name in names]
     weights[:, own] = rows @ np.diagonal(slopes[0], axis1=0, axis2=1).T / (scale * size)
     return Goal(weights, _unshared(found, rows) / (scale * size))
+
+
+def goal_rows(sensor: Sensor) -> Array:
+    """Return the weights of the signals that a tolerance is of, shape (s, n): those of a pair, or of all."""
+    rows = rows_of(signal_weights(sensor))
+    return rows[3:] if len(rows) > 3 else rows
 
 
 def goal_at(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal | None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import csv
 import io
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,23 +29,40 @@ def study_arguments(doc: str) -> tuple[bool, Path]:
     return asked.coarse, asked.output
 
 
-def write_rows(rows: Sequence[Mapping[str, Any]], path: Path) -> str:
+def kept_rows(
+    numbers: Iterable[int], measure: Callable[[int], dict[str, Any]], folder: Path
+) -> list[dict[str, Any]]:  # fmt: skip
+    """Return the row of each scene: one that is kept in `folder` from a stopped run, or measured, told and kept."""
+    rows = list[dict[str, Any]]()
+    for number in numbers:
+        path = folder / f"scene_{number:03d}.json"
+        if not path.exists():
+            row = measure(number)
+            write_text(path, json.dumps(row))
+            print(*(f"{item:.3g}" if isinstance(item, float) else item for item in row.values()), flush=True)
+        rows.append(json.loads(path.read_text(encoding="utf-8")))
+    return rows
+
+
+def write_rows(rows: Sequence[Mapping[str, Any]], path: Path, missing: Any = "") -> str:
     """Write rows as CSV to `path` and as Markdown beside it, and return the Markdown.
 
     Parameters
     ----------
     rows : sequence of mapping
-        The first one's keys are the headings; floats keep all digits in the CSV and four in the Markdown.
+        All their keys are the headings; floats keep all digits in the CSV and four in the Markdown.
     path : Path
         The CSV.
+    missing : Any
+        What stands where a row lacks a key.
     """
-    names = list(rows[0])
+    names = list(dict.fromkeys(name for row in rows for name in row))
     stream = io.StringIO()
-    table = csv.DictWriter(stream, names, lineterminator="\n")
+    table = csv.DictWriter(stream, names, missing, lineterminator="\n")
     table.writeheader()
     table.writerows(rows)
     lines = [f"| {' | '.join(names)} |", "|" + "---|" * len(names)]
-    lines += [f"| {' | '.join(_cell(row.get(name)) for name in names)} |" for row in rows]
+    lines += [f"| {' | '.join(_cell(row.get(name, missing)) for name in names)} |" for row in rows]
     text = "\n".join(lines) + "\n"
     write_text(path, stream.getvalue())
     write_text(path.with_suffix(".md"), text)

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from pathlib import Path
-
 import pytest
-import random_scenes
-from random_scenes import KINDS, Row, counts, draw, kept, measure
+from random_scenes import KINDS, counts, draw, measure
 
 
 def test_scenes_are_drawn_alike() -> None:
@@ -31,19 +27,6 @@ def test_bars_hold_what_the_richest_models_change(number: int) -> None:
     assert row["status"] == "judged" and (row["model"] == "planar") == (row["kind"] == "section")
     assert row["L over bar"] <= 1.0 and (row["kind"] != "section" or row["bar"] > 0.02 * row["change"])
     assert row.get("nut", 0.0) < 1e-4 and not row["pose over bar"] > 1.0
-
-
-def test_a_stopped_run_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is done is kept, and not done again."""
-    asked: list[int] = []
-
-    def measured(number: int) -> Row:
-        asked.append(number)
-        return {"scene": number, "pose over bar": math.nan}
-
-    monkeypatch.setattr(random_scenes, "measure", measured)
-    rows = [kept(number, tmp_path) for number in (3, 4, 3)]
-    assert asked == [3, 4] and rows[0]["scene"] == rows[2]["scene"] == 3 and math.isnan(rows[2]["pose over bar"])
 
 
 def test_counts_hide_nothing() -> None:
