@@ -145,7 +145,7 @@ def simulate(
     if history is not None:
         if load != Load() or via or others or picture is not None:
             raise SceneError("--history: must be given without a load, --via, --picture or a range of temperatures")
-        return in_time(sensor, history, models, rcount, output, as_json)
+        return in_time(sensor, history, models, rcount, output, as_json, accept)
     if output is not None or rcount is not None:
         raise SceneError(f"{'-o' if output is not None else '--rcount'}: must come with --history; got no history")
     if others:

@@ -373,12 +373,10 @@ def test_interrupted_calibration_keeps_what_is_done(tmp_path: Path) -> None:
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a shell's background has it ignored
     )  # fmt: skip
     cases = folder / "cases"
-    for _ in range(2000):
-        if cases.exists() and len(list(cases.glob("*.json"))) >= 3:
-            break
+    while len(list(cases.glob("*.json"))) < 3 and started.poll() is None:  # however long a busy machine takes
         time.sleep(0.01)
-    started.send_signal(2)
-    _, err = started.communicate(timeout=60)
+    started.send_signal(signal.SIGINT)
+    _, err = started.communicate()
     kept = list(cases.glob("*.json"))
     assert started.returncode == 130 and b"interrupted" in err and b"Traceback" not in err
     assert len(kept) >= 3 and all("status" in json.loads(path.read_text()) for path in kept)
