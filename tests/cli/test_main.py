@@ -412,6 +412,9 @@ def test_linear_algebra_of_a_command_keeps_to_one_thread() -> None:
     ("simulate", "biorob2018", "--tolerance", "2"), ("simulate", "biorob2018", "--magnetics", "nothing"),
     ("cycle", "biorob2018", "--picture", "loop.nc"), ("quality", "{made}", "--period", "soon"), ("fit", "nowhere.csv"),
     ("compare", "{made}", "nowhere.csv"), ("view", "biorob2018", "-o", "picture.bmp"),
+    ("view", "biorob2018", "--driven", "C9"), ("view", "biorob2018", "--frequency", "soon"),
+    ("view", "biorob2018", "--fz", "1 N", "--kind", "scene"), ("export", "{made}", "--to", "c", "-o", "table.cir"),
+    ("inductance", "biorob2018", "--dv", "2 mm", "--frequency", "1 kHz:0 Hz:3"),
 ])  # fmt: skip
 def test_a_refusal_comes_before_what_is_heavy(calibrated: Path, tokens: tuple[str, ...]) -> None:
     """One line, before solvers, tables and pictures are imported; in 0.5 s of processor time and 60 MB (measured);
