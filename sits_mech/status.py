@@ -49,6 +49,12 @@ def marked(flags: Iterable[str]) -> dict[str, str]:
     return {"status": found[0], "flags": "; ".join(found)}
 
 
+def joined(rows: Iterable[str]) -> tuple[str, ...]:
+    """Return all that holds of any of some rows, worst first, from the `flags` that they are `marked` with."""
+    found = {word for row in rows for word in row.split("; ")} - {OK}
+    return tuple(sorted(found, key=WORDS.index, reverse=True)) or (OK,)
+
+
 def counted(statuses: Sequence[str]) -> str:
     """Return how many answers have each status in words, worst first; of one its word alone."""
     counts = [(statuses.count(word), word) for word in reversed(WORDS)]

@@ -210,6 +210,29 @@ def quantity_range(text: str, unit: str, name: str) -> list[float]:
     return [float(value) for value in ((values - values[::-1]) / 2 if ends[0] == -ends[1] else values)]
 
 
+def frequency_range(text: str, name: str) -> list[float]:
+    """Return the frequencies of a written range, evenly spaced in their logarithm [Hz].
+
+    Parameters
+    ----------
+    text : str
+        ``"first:last:count"`` such as "1 kHz:10 MHz:50", or one frequency.
+    name : str
+        What it is called where the user wrote it.
+
+    Raises
+    ------
+    SceneError
+        One line: `name`, what it must be, what came.
+    """
+    values = quantity_range(text, "Hz", name)
+    if min(values) <= 0.0:
+        raise SceneError(f"{name}: must be a positive frequency, or two as first:last:count; got {text!r}")
+    import numpy as np
+
+    return values if len(values) == 1 else [float(f) for f in np.geomspace(values[0], values[-1], len(values))]
+
+
 def quantity_or_range(text: str, unit: str, name: str) -> float | list[float]:
     """Return the value of a written quantity, or the values of a written range; as `quantity_range`."""
     found = quantity_range(text, unit, name)

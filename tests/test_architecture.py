@@ -105,7 +105,10 @@ UNMIRRORED = {
     ),
     "report/page/parts.py": "tests/report/page/test_html.py: the page's sections",
     "report/pictures/measured.py": "tests/analysis/test_comparison.py: compare draws and prints it",
-    "report/pictures/request.py": "tests/report/pictures/test_spatial.py: requests drawn and refused",
+    **dict.fromkeys(
+        (f"report/pictures/{name}.py" for name in ("asked", "request")),
+        "tests/report/pictures/test_spatial.py: requests drawn and refused",
+    ),
     "report/pictures/section.py": "tests/report/pictures/test_curves.py: sections drawn",
     **dict.fromkeys(
         ("report/pictures/design.py", "report/tables/design.py"), "tests/report/test_design.py: an answer's folder"

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from sits_mech.status import ANSWERED, WORDS, counted, exit_code, flags_of, marked
+from sits_mech.status import ANSWERED, WORDS, counted, exit_code, flags_of, joined, marked
 
 WITHIN = {"error": 0.005, "tolerance": 0.01, "stretch": 1.5, "known": 2.0}
 
@@ -36,6 +36,12 @@ def test_the_worst_word_is_the_status() -> None:
     row = marked(["ok", "above tolerance", "interpolated", "failed", "ok"])
     assert row == {"status": "failed", "flags": "failed; above tolerance; interpolated; ok"}
     assert all(marked([word]) == {"status": word, "flags": word} for word in WORDS)
+
+
+def test_what_holds_of_any_row_holds_of_all() -> None:
+    """Ok alone is ok; beside others it says nothing."""
+    assert joined(["ok", "beyond data; above tolerance", "interpolated"]) == ANSWERED[:0:-1]
+    assert joined(["ok", "ok"]) == joined([]) == ("ok",)
 
 
 def test_exit_codes_are_those_of_the_worst_row() -> None:

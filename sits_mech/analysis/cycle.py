@@ -21,9 +21,11 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import CubicSpline, make_interp_spline
 
+from sits_mech.chain.goal import farthest
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.pose_errors import Reading, read_poses, stacked
-from sits_mech.chain.simulate import with_symmetry
+from sits_mech.chain.promise import aim_at
+from sits_mech.chain.simulate import flags_over, with_symmetry
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.labels import labelled
 from sits_mech.quantities import POSE, Array, Pose, Wrench
@@ -31,6 +33,7 @@ from sits_mech.readout.signals import told
 from sits_mech.scene.elastomer import pad_volume
 from sits_mech.scene.sensor import SceneError, Sensor, scene_hash, scene_text
 from sits_mech.silicone.history import ElasticCurve, elastic_curve, relaxed_share, softened_share
+from sits_mech.status import joined, marked
 from sits_mech.version import __version__
 
 
@@ -104,9 +107,9 @@ def load_cycle(
     -------
     Dataset, dim time
         ``share``, ``elastic_share``; pose, ``L`` (coil, coil_2) and the signals, each with ``error_``. Attributes:
-        scene, request, ``notes``, ``unit_L``, and of each signal that is `told` ``loop_L_v_percent`` and the like, the
-        width of its loops in percent of its range, a list with one number for each cycle, with ``error_``; NaN
-        where the range is within the signal's error.
+        scene, request, ``notes``, ``unit_L``, ``status`` and ``flags``, and of each signal that is `told`
+        ``loop_L_v_percent`` and the like, the width of its loops in percent of its range, a list with one number for
+        each cycle, with ``error_``; NaN where the range is within the signal's error.
 
     Raises
     ------
@@ -125,10 +128,16 @@ def load_cycle(
     curve = replace(curve, found=tuple(with_symmetry(sensor, item) for item in curve.found))
     for item in curve.found:
         check_clearance(sensor, item.pose)
-    reading = read_poses(sensor, field, _poses(curve, "pose"), _poses(curve, "error"))
+    poses = _poses(curve, "pose")
+    aim = aim_at(sensor, magnetics, tolerance, [peak], farthest(poses))
+    reading = read_poses(sensor, field if aim is None else aim.field, poses, _poses(curve, "error"))
     elastic = _elastic_share(sensor, programme, curve)
     columns: dict[str, Any] = {"share": ("time", programme.share), "elastic_share": ("time", elastic)}
     columns |= _carried(curve, reading, elastic)
+    error = Pose(*(columns[f"error_{name}"][1] for name in POSE))
+    stretch = np.interp(elastic, curve.share, np.array([each.report.stretch for each in curve.found], dtype=float))
+    goal = None if aim is None else aim.goal
+    marks = marked(joined(flags_over(sensor, goal, error, stretch, tolerance)["flags"]))
     names = [coil.name for coil in sensor.coils]
     data = xr.Dataset(columns, coords={"time": programme.time, "coil": names, "coil_2": names})
     data["L0"] = (("coil", "coil_2"), reading.impedance.L0)
@@ -136,7 +145,7 @@ def load_cycle(
     scene = {"scene": scene_text(sensor), "scene_hash": scene_hash(sensor), "version": __version__, "name": sensor.name}
     data = data.assign_attrs(
         **scene, notes="; ".join((*_notes(sensor), *by_field.notes)), request=json.dumps(request),
-        frequency=sensor.frequency, unit_L=reading.impedance.unit_L,
+        frequency=sensor.frequency, unit_L=reading.impedance.unit_L, **marks,
         **{key: item for name in told(data) for key, item in loops(data, name).items()},
     )  # fmt: skip
     return labelled(data)

@@ -31,7 +31,6 @@ from sits_mech.magnetics.coils.track_modes import TrackSpectrum, track_spectrum
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport, as_jsonable
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
 from sits_mech.scene.thermal import at_temperature
-from sits_mech.units import quantity_range
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -153,27 +152,6 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
         data["shift"] = (pair[:2], tracks[1].T)
     report = replace(_joined([found.report for found in each], hertz), left_out=(*each[0].report.left_out, *missing))
     return data.assign_attrs(unit_L=each[0].unit_L, name=sensor.name, report=json.dumps(as_jsonable(asdict(report))))
-
-
-def frequency_range(text: str, name: str) -> list[float]:
-    """Return the frequencies of a written range, evenly spaced in their logarithm [Hz].
-
-    Parameters
-    ----------
-    text : str
-        ``"first:last:count"`` such as "1 kHz:10 MHz:50", or one frequency.
-    name : str
-        What it is called where the user wrote it.
-
-    Raises
-    ------
-    SceneError
-        One line: `name`, what it must be, what came.
-    """
-    values = quantity_range(text, "Hz", name)
-    if min(values) <= 0.0:
-        raise SceneError(f"{name}: must be a positive frequency, or two as first:last:count; got {text!r}")
-    return values if len(values) == 1 else [float(f) for f in np.geomspace(values[0], values[-1], len(values))]
 
 
 def _terminals(sensor: Sensor, found: Impedance, R_ac: Array, shift: Array) -> Terminals:

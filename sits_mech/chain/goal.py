@@ -101,6 +101,12 @@ def goal_rows(sensor: Sensor) -> Array:
     return rows[3:] if len(rows) > 3 else rows
 
 
+def farthest(poses: Pose) -> list[Pose]:
+    """Return those of many poses where one of their components is least or largest."""
+    each = poses.components
+    return [Pose(*each[k].tolist()) for k in dict.fromkeys([*each.argmin(axis=0), *each.argmax(axis=0)])]
+
+
 def goal_at(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal | None:
     """Return the same for the poses that there are; None as well where the coils cannot be solved."""
     try:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.chain.goal import goal_at
+from sits_mech.chain.goal import Goal, goal_at
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.pose_errors import read_poses, signals_at, stacked
 from sits_mech.chain.prices.look import Look
@@ -26,6 +26,7 @@ from sits_mech.mechanics.levels.history import depends_on_path
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetry_of
 from sits_mech.quantities import (
+    POSE,
     WRENCH,
     Array,
     Equilibrium,
@@ -39,7 +40,7 @@ from sits_mech.quantities import (
 )  # fmt: skip
 from sits_mech.readout.signals import Signals
 from sits_mech.scene.sensor import SceneError, Sensor, known_stretch
-from sits_mech.status import OK, flags_of
+from sits_mech.status import OK, flags_of, marked
 
 
 @dataclass(frozen=True)
@@ -137,6 +138,17 @@ def _flagged(sensor: Sensor, field: MagneticModel, shown: Simulation, tolerance:
     elif (goal := goal_at(sensor, field, [rest.pose])) is not None:
         error = goal.of(rest.error.components, rest.shared)
     return replace(shown, flags=flags_of(error, tolerance, rest.report.stretch, known_stretch(sensor)))
+
+
+def flags_over(
+    sensor: Sensor, goal: Goal | None, error: Pose, stretch: Array, tolerance: float
+) -> dict[str, list[str]]:  # fmt: skip
+    """Return status and flags over time, as `marked`; errors of poses and stretches are arrays, shape (p,)."""
+    none, known = np.zeros((0, len(POSE))), known_stretch(sensor)
+    errors = [0.0 if goal is None else goal.of(own, none) for own in error.components]
+    pairs = zip(errors, stretch.tolist(), strict=True)
+    each = [marked(flags_of(own, tolerance, most, known)) for own, most in pairs]
+    return {name: [row[name] for row in each] for name in ("status", "flags")}
 
 
 def rest_flags(sensor: Sensor, found: Equilibrium, tolerance: float) -> tuple[str, ...]:

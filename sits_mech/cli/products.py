@@ -39,19 +39,17 @@ def view(
 
     Example: sits-mech view biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 kHz" --kind field -o field.png
     """
-    from sits_mech.report.folder import checked_picture
-
-    if output is not None:
-        checked_picture(output)
-    sensor, pose = sensor_of(scene, overrides), pose_of(place, overrides) if place.given else None
-
-    from sits_mech.quantities import SolveFailed
-    from sits_mech.report.pictures.request import Request, draw, kind_of_picture, picture_path
+    from sits_mech.report.pictures.asked import driven_coil, kind_of_picture, picture_path
     from sits_mech.units import quantity
 
+    sensor, pose = sensor_of(scene, overrides), pose_of(place, overrides) if place.given else None
     kind = kind_of_picture(kind, load.wrench(), pose)
-    path = picture_path(output, scene, kind)
+    path, driven = picture_path(output, scene, kind), driven_coil(sensor, driven)
     hertz = sensor.frequency if frequency is None else quantity(frequency, "Hz", "--frequency")
+
+    from sits_mech.quantities import SolveFailed
+    from sits_mech.report.pictures.request import Request, draw
+
     try:
         draw(kind, sensor, Request(load.wrench(), pose, hertz, driven, show), path)
     except SolveFailed as error:
@@ -99,20 +97,22 @@ def export(
 
     Example: sits-mech export calibration --to spice -o coils.cir --fz "2 N"
     """
+    from sits_mech.export.formats import export as written
+    from sits_mech.export.formats import export_path
     from sits_mech.readout.loads import check_enough
     from sits_mech.report.folder import look_at, read_calibration
 
     sensor, forces = look_at(folder)
+    path = export_path(sensor, to, output)
     if to in ("c", "twin"):
         check_enough(sensor.coils, forces)
     sensor, data = read_calibration(folder)
 
-    from sits_mech.export.formats import export as written
     from sits_mech.export.source import Source
     from sits_mech.quantities import SolveFailed
 
     try:
-        path, notes = written(Source(sensor, data, load.wrench()), to, output)
+        path, notes = written(Source(sensor, data, load.wrench()), to, path)
     except SolveFailed as error:
         return not_converged(error, False)
     for line in [*notes, f"written to {path}"]:

@@ -87,19 +87,20 @@ def inductance(
     Example: sits-mech inductance biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 MHz"
     """
     from sits_mech.quantities import Pose, SolveFailed
+    from sits_mech.units import frequency_range
 
     sensor = sensor_of(scene, overrides, temperature)
     pose = pose_of(place, overrides) if place.given or sensor.target is not None else Pose(0.0, 0.0, 0.0)
     check_asked(sensor, {}, tolerance, magnetics=magnetics)
+    hertz = [sensor.frequency] if frequency is None else frequency_range(frequency, "--frequency")
 
-    from sits_mech.analysis.spectrum import at_terminals, frequency_range, spectrum
+    from sits_mech.analysis.spectrum import at_terminals, spectrum
     from sits_mech.chain.models import magnetic_model
     from sits_mech.chain.omissions import Shown, omissions
     from sits_mech.report.records import impedance_record, spectrum_record, status_record
     from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import impedance_table, spectrum_table, terminal_table
 
-    hertz = [sensor.frequency] if frequency is None else frequency_range(frequency, "--frequency")
     solver, choice = magnetic_model(sensor, magnetics, tolerance, [pose])
     slowest = sensor.model_copy(update={"frequency": min(hertz)})
     try:
@@ -145,7 +146,7 @@ def simulate(
     if history is not None:
         if load != Load() or via or others or picture is not None:
             raise SceneError("--history: must be given without a load, --via, --picture or a range of temperatures")
-        return in_time(sensor, history, models, rcount, output, as_json)
+        return in_time(sensor, history, models, rcount, output, as_json, accept)
     if output is not None or rcount is not None:
         raise SceneError(f"{'-o' if output is not None else '--rcount'}: must come with --history; got no history")
     if others:

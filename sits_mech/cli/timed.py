@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import answer, not_converged, progress_bar, warn
+from sits_mech.cli.console import answer, ended, not_converged, progress_bar, warn
 from sits_mech.cli.options import (
+    Accept,
     Json,
     Load,
     Models,
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def in_time(
-    sensor: Sensor, path: Path, models: Models, rcount: int | None, output: Path | None, as_json: bool
+    sensor: Sensor, path: Path, models: Models, rcount: int | None, output: Path | None, as_json: bool, accept: bool
 ) -> int:  # fmt: skip
     """Follow a history of loads, and the converter through it."""
     from sits_mech.analysis.histories.codes import checked_count, with_codes
@@ -57,14 +58,15 @@ def in_time(
         for line in write_history(sensor, data, folder):
             warn(line)
         warn(f"written to {folder}")
-    return 0
+    return ended(data["status"].to_numpy().tolist(), accept)
 
 
 @app.command
 def cycle(
     scene: Scene, *, load: Load = Load(), models: Models = Models(), period: Quantity = "1 s", cycles: int = 2,
     full: Annotated[bool, Parameter(negative="", help="Also with a memory at every point: the difference.")] = False,
-    output: Output = None, picture: Picture = None, overrides: Overrides = Overrides(), as_json: Json = False,
+    output: Output = None, picture: Picture = None, accept: Accept = False,
+    overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
     """How wide is the loop of the signals while a load comes and goes? For silicones with prony or mullins.
 
@@ -108,4 +110,4 @@ def cycle(
     if drawn is not None:
         save_figure(loop_curves(data), drawn)
         warn(f"written to {drawn}")
-    return 0
+    return ended([data.attrs["status"]], accept)

@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from sits_mech.export.firmware import write_header
-from sits_mech.export.kicad import write_kicad
-from sits_mech.export.pictures import write_pictures
-from sits_mech.export.source import Source
-from sits_mech.export.spice import write_spice
-from sits_mech.export.tables import write_csv, write_netcdf, write_xlsx
-from sits_mech.export.twin.folder import write_twin
-from sits_mech.export.vtu import write_vtu
-from sits_mech.scene.sensor import SceneError
+from sits_mech.scene.sensor import SceneError, Sensor
+
+if TYPE_CHECKING:
+    from sits_mech.export.source import Source
 
 
 @dataclass(frozen=True)
@@ -26,17 +23,24 @@ class Format:
     write: Callable[[Source, Path], tuple[str, ...]]
 
 
+def _written(name: str, source: Source, path: Path, **options: Any) -> tuple[str, ...]:
+    """Write by a function of this room, which is imported when it is needed."""
+    module, _, function = name.rpartition(".")
+    notes: tuple[str, ...] = getattr(import_module(f"{__package__}.{module}"), function)(source, path, **options)
+    return notes
+
+
 FORMATS: Mapping[str, Format] = {
-    "csv": Format(".csv", write_csv),
-    "netcdf": Format(".nc", write_netcdf),
-    "xlsx": Format(".xlsx", write_xlsx),
-    "c": Format(".h", write_header),
-    "spice": Format(".cir", write_spice),
-    "kicad": Format(".kicad_mod", write_kicad),
-    "vtu": Format("_vtu", write_vtu),
-    "twin": Format("_twin", write_twin),
-    "pdf": Format("_pdf", partial(write_pictures, form="pdf")),
-    "svg": Format("_svg", partial(write_pictures, form="svg")),
+    "csv": Format(".csv", partial(_written, "tables.write_csv")),
+    "netcdf": Format(".nc", partial(_written, "tables.write_netcdf")),
+    "xlsx": Format(".xlsx", partial(_written, "tables.write_xlsx")),
+    "c": Format(".h", partial(_written, "firmware.write_header")),
+    "spice": Format(".cir", partial(_written, "spice.write_spice")),
+    "kicad": Format(".kicad_mod", partial(_written, "kicad.write_kicad")),
+    "vtu": Format("_vtu", partial(_written, "vtu.write_vtu")),
+    "twin": Format("_twin", partial(_written, "twin.folder.write_twin")),
+    "pdf": Format("_pdf", partial(_written, "pictures.write_pictures", form="pdf")),
+    "svg": Format("_svg", partial(_written, "pictures.write_pictures", form="svg")),
 }
 """The formats by name."""
 
@@ -65,14 +69,20 @@ def export(source: Source, kind: str, path: Path | None = None) -> tuple[Path, t
     SolveFailed
         When a state has to be solved anew and is not reached.
     """
+    path = export_path(source.sensor, kind, path)
+    return path, FORMATS[kind].write(source, path)
+
+
+def export_path(sensor: Sensor, kind: str, path: Path | None = None) -> Path:
+    """Return where a calibration goes in a format; raise SceneError for an unknown one, or the ending of another."""
     if kind not in FORMATS:
         raise SceneError(f"--to: must be one of {', '.join(FORMATS)}; got {kind!r}")
     form = FORMATS[kind]
-    path = Path(f"{plain_name(source.sensor.name)}{form.suffix}") if path is None else path
+    path = Path(f"{plain_name(sensor.name)}{form.suffix}") if path is None else path
     other = next((name for name, each in FORMATS.items() if each.suffix == path.suffix and name != kind), None)
     if other is not None:
         raise SceneError(f"--output: must end in {form.suffix} for --to {kind}; got {path.name!r}, as for {other}")
-    return path, form.write(source, path)
+    return path
 
 
 def plain_name(name: str) -> str:

@@ -99,6 +99,8 @@ class Motion:
         [N, N m].
     pose, error : Pose of ndarray, shape (m,)
         And estimated absolute errors [m, rad].
+    stretch : ndarray, shape (m,)
+        As of `SolveReport`; NaN where no layer is solved.
     report : SolveReport
         ``estimated_error`` is the largest over the largest displacement of the history.
     """
@@ -108,6 +110,7 @@ class Motion:
     wrench: Array
     pose: Pose
     error: Pose
+    stretch: Array
     report: SolveReport
 
 
@@ -156,13 +159,14 @@ def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) ->
         crept = np.stack([relaxed_share(silicone, history.time, part) for part in history.wrench.T], axis=1)
     found = [layer.equilibrium(Wrench(*row)) for row in crept.tolist()]
     pose, error = (_stacked([getattr(each, name) for each in found]) for name in ("pose", "error"))
+    stretch = np.array([each.report.stretch for each in found], dtype=float)
     last = found[-1].report
     report = SolveReport(
         last.model, last.unknowns, sum(each.report.iterations for each in found), last.residual,
         max(each.report.estimated_error for each in found), clock.perf_counter() - began,
         notes=(*last.notes, "rate: the pad remembers as a whole, component by component"),
     )  # fmt: skip
-    return Motion(history.time, given, history.wrench, pose, error, report)
+    return Motion(history.time, given, history.wrench, pose, error, stretch, report)
 
 
 def _as_it_creeps(history: LoadHistory, times: Array) -> tuple[LoadHistory, NDArray[np.bool_]]:

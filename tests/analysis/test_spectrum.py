@@ -5,11 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from sits_mech.analysis.spectrum import at_terminals, frequency_range, spectrum
+from sits_mech.analysis.spectrum import at_terminals, spectrum
 from sits_mech.chain.models import magnetic_model
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
-from sits_mech.units import quantity
+from sits_mech.units import frequency_range, quantity
 
 POSE = Pose(0.0, 2e-3)
 

@@ -321,7 +321,7 @@ def test_a_promise_is_planned_kept_and_told() -> None:
     found = simulate(load_sensor("biorob2018-w15"), Wrench(0.5, 2.0), **SECTION)
     assert found.promise is not None
     planned, seconds, error = found.promise
-    assert 1 / 3 < planned.error / error < 3 and error < 1e-2 and 0.0 < seconds < 20.0
+    assert 1 / 3 < planned.error / error < 3 and error < 1e-2 and seconds > 0.0
     assert simulate(load_sensor("biorob2018"), Wrench(0.1), mechanics="linear", magnetics="planar").promise is None
 
 

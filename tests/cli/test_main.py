@@ -373,12 +373,10 @@ def test_interrupted_calibration_keeps_what_is_done(tmp_path: Path) -> None:
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a shell's background has it ignored
     )  # fmt: skip
     cases = folder / "cases"
-    for _ in range(2000):
-        if cases.exists() and len(list(cases.glob("*.json"))) >= 3:
-            break
+    while len(list(cases.glob("*.json"))) < 3 and started.poll() is None:  # however long a busy machine takes
         time.sleep(0.01)
-    started.send_signal(2)
-    _, err = started.communicate(timeout=60)
+    started.send_signal(signal.SIGINT)
+    _, err = started.communicate()
     kept = list(cases.glob("*.json"))
     assert started.returncode == 130 and b"interrupted" in err and b"Traceback" not in err
     assert len(kept) >= 3 and all("status" in json.loads(path.read_text()) for path in kept)
@@ -414,6 +412,9 @@ def test_linear_algebra_of_a_command_keeps_to_one_thread() -> None:
     ("simulate", "biorob2018", "--tolerance", "2"), ("simulate", "biorob2018", "--magnetics", "nothing"),
     ("cycle", "biorob2018", "--picture", "loop.nc"), ("quality", "{made}", "--period", "soon"), ("fit", "nowhere.csv"),
     ("compare", "{made}", "nowhere.csv"), ("view", "biorob2018", "-o", "picture.bmp"),
+    ("view", "biorob2018", "--driven", "C9"), ("view", "biorob2018", "--frequency", "soon"),
+    ("view", "biorob2018", "--fz", "1 N", "--kind", "scene"), ("export", "{made}", "--to", "c", "-o", "table.cir"),
+    ("inductance", "biorob2018", "--dv", "2 mm", "--frequency", "1 kHz:0 Hz:3"),
 ])  # fmt: skip
 def test_a_refusal_comes_before_what_is_heavy(calibrated: Path, tokens: tuple[str, ...]) -> None:
     """One line, before solvers, tables and pictures are imported; in 0.5 s of processor time and 60 MB (measured);

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from sits_mech.cases import read_table
 from sits_mech.cli.main import run
 
 QUICK = ["--mechanics", "linear", "--magnetics", "planar", "--tolerance", "0.1"]
@@ -31,8 +32,29 @@ def test_a_history_leaves_a_folder(press: Path, tmp_path: Path, capsys: Said) ->
     assert found["time"] == [0.0, 1.0, 2.0]
     assert found["pose"]["d_h"][2] > 0.0 == found["pose"]["d_h"][0]
     assert len(found["code"]) > 100 and len(found["code"][0]) == 2
+    assert (found["status"], found["flags"]) == ("ok", ["ok"])
+    assert (read_table(folder / "history.nc")["status"] == "ok").all()
+    assert ",status,flags," in (folder / "history.csv").read_text().splitlines()[0]
     names = {path.name for path in folder.iterdir()}
     assert {"history.nc", "history.csv", "codes.csv", "scene.toml"} <= names
+
+
+def test_a_history_beyond_the_data_says_so(tmp_path: Path, capsys: Said) -> None:
+    """Of each row its own status; code 4, and 0 for who accepts it; of a cycle one."""
+    path = tmp_path / "press.csv"
+    path.write_text("t,F_z\n0,0\n1,9\n", encoding="utf-8")
+    words = ["simulate", "biorob2018", "--history", str(path), "--mechanics", "planar", *QUICK[2:]]
+    assert run([*words, "--accept", "-o", str(tmp_path)]) == 0
+    rows = read_table(tmp_path / "history.nc")
+    assert str(rows["status"][0].item()) == "ok" and str(rows["status"][-1].item()) == "beyond data"
+    assert "beyond data" in capsys.readouterr().out
+    assert run([*words, "--json"]) == 4
+    said = capsys.readouterr()
+    found = json.loads(said.out)
+    assert found["status"] == "beyond data" == found["flags"][0] and "--accept makes it 0" in said.err
+    cycle = ["cycle", "biorob2018", "--fz", "9 N", "--cycles", "1", "--mechanics", "planar", *QUICK[2:], "--json"]
+    assert run(cycle) == 4
+    assert json.loads(capsys.readouterr().out)["flags"][0] == "beyond data"
 
 
 @pytest.mark.parametrize(
@@ -70,5 +92,6 @@ def test_a_full_cycle_tells_the_difference(capsys: Said) -> None:
     assert "must be auto, block or planar to follow every point; got linear" in capsys.readouterr().err
     assert run([*words, "--mechanics", "planar", *QUICK[2:]]) == 0
     found = json.loads(capsys.readouterr().out)
+    assert found["status"] == "ok"
     assert found["cheap"]["difference_percent"]["d_v"] < 2.0
     assert found["loop_L_v_percent"][0] == pytest.approx(found["cheap"]["loop_L_v_percent"][0], rel=0.05)

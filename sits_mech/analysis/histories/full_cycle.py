@@ -19,6 +19,7 @@ from sits_mech.mechanics.histories import LoadHistory, Progress, untold
 from sits_mech.quantities import POSE, WRENCH, Wrench
 from sits_mech.readout.signals import told
 from sits_mech.scene.sensor import Sensor
+from sits_mech.status import joined, marked
 
 
 def full_cycle(
@@ -58,6 +59,7 @@ def full_cycle(
     coords = {"time": programme.time, "coil": data["coil"], "coil_2": data["coil_2"]}
     full = xr.Dataset({"share": ("time", programme.share), **found, "L0": data["L0"]}, coords, data.attrs)
     request = json.loads(data.attrs["request"]) | {"peak": vars(peak)}
+    full = full.assign_attrs(marked(joined(data["flags"].to_numpy())))
     full = full.assign_attrs(request=json.dumps(request))
     return labelled(full.assign_attrs({key: item for name in told(full) for key, item in loops(full, name).items()}))
 

@@ -18,9 +18,12 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
+from sits_mech.chain.goal import farthest
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.plan import Choice
 from sits_mech.chain.pose_errors import read_poses
+from sits_mech.chain.promise import aim_at
+from sits_mech.chain.simulate import flags_over
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.waves import check_frequency
 from sits_mech.labels import labelled
@@ -58,7 +61,8 @@ def in_time(
     -------
     Dataset, dim time
         ``given`` (whether the time is of the history, or solved between two of them), the wrench, pose, ``L`` (coil,
-        coil_2) and the signals, each with ``error_``; ``L0``. Attributes: scene, request, ``notes``, ``unit_L``.
+        coil_2) and the signals, each with ``error_``; ``status`` and ``flags``; ``L0``. Attributes: scene, request,
+        ``notes``, ``unit_L``.
 
     Raises
     ------
@@ -75,7 +79,8 @@ def in_time(
     divided, own = history.divided(PARTS)
     motion = _with_symmetry(sensor, motion_of(sensor, layer, divided, progress))
     check_clearance(sensor, motion.pose)
-    reading = read_poses(sensor, field, motion.pose, motion.error)
+    aim = aim_at(sensor, magnetics, tolerance, history.loads, farthest(motion.pose))
+    reading = read_poses(sensor, field if aim is None else aim.field, motion.pose, motion.error)
     columns: dict[str, Any] = {"given": ("time", motion.given & np.isin(motion.time, divided.time[own]))}
     columns |= {name: ("time", part) for name, part in zip(WRENCH, motion.wrench.T, strict=True)}
     for kind, pose in (("", motion.pose), ("error_", motion.error)):
@@ -83,6 +88,8 @@ def in_time(
     found = reading.impedance
     columns |= {name: (("time", "coil", "coil_2"), getattr(found, name)) for name in ("L", "R", "error_L", "error_R")}
     columns |= {name: ("time", np.asarray(value)) for name, value in reading.signals.known.items()}
+    marks = flags_over(sensor, None if aim is None else aim.goal, motion.error, motion.stretch, tolerance)
+    columns |= {name: ("time", part) for name, part in marks.items()}
     names = [coil.name for coil in sensor.coils]
     data = xr.Dataset(columns, coords={"time": motion.time, "coil": names, "coil_2": names})
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}

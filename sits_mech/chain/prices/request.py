@@ -139,8 +139,22 @@ def _among(sensor: Sensor, magnetics: Choice) -> tuple[int, int]:
 def _notes(sensor: Sensor, loads: Sequence[Wrench], seen: Look | None) -> tuple[str, ...]:
     """Return what speaks against a request, beside what was seen of it."""
     bound = strain_bound(sensor, loads)
-    found = () if sensor.elastomer is None else implausible(sensor.elastomer.silicone)
+    found = () if sensor.elastomer is None else (*_overhang(sensor), *implausible(sensor.elastomer.silicone))
     if seen is not None or not loads or not _HELD < bound < float("inf"):
         return found
     known = f"some pads gave way in shear from {_HELD:g} on, in compression from some 1.5 on: a solve tells"
     return (*found, f"a large load for this pad: small strain would be off by {bound:.2g}; {known}")
+
+
+def _overhang(sensor: Sensor) -> tuple[str, ...]:
+    """Say how a target is treated where it is wider than its elastomer."""
+    target, elastomer = sensor.target, sensor.elastomer
+    if target is None or elastomer is None:
+        return ()
+    over = 0.5 * max(own - pad for own, pad in zip(target.extent, elastomer.extent, strict=True))
+    if over <= 1e-9 * elastomer.thickness:
+        return ()
+    return (
+        f"the target reaches {1e3 * over:.3g} mm over its elastomer: there it is rigid and bonded to nothing, silicone "
+        "that bulges lies on it, the ground does not stop its rim, and the coils see all of it",
+    )

@@ -51,13 +51,13 @@ _SHORTEST = 1e-6  # of the time between two loads of the history
 
 
 class _Walk(NamedTuple):
-    """Where a target was at each time, shape (m, k), its farthest state, steps, the least J, the largest stretch."""
+    """Where a target was at each time, shape (m, k), its farthest state, steps, the least J, the stretch at each."""
 
     q: Array
     far: State
     iterations: int
     min_J: float
-    stretch: float
+    stretch: Array
     touches: bool
     pressed: bool
 
@@ -194,7 +194,8 @@ def _motion(
     if beneath:  # the true target is held there: the error is the whole displacement
         error = np.maximum(error, np.abs(pose - scales.pose(np.zeros(k)).components))
     faces = face_notes(body.faces, body.mesh, body.parts, state.u, state.q, plate)
-    notes = [*beneath, *faces, *law_notes(sensor, last.stretch)]
+    stretch, before = (float(np.max(walk.stretch)) for walk in (last, walks[-2]))
+    notes = [*beneath, *faces, *law_notes(sensor, stretch)]
     late = float(np.max(np.abs(times.gap * body.levers)) / max(np.max(np.abs(last.q * body.levers)), 1e-300))
     notes.append(f"history: {len(times.time)} times on {len(walks)} meshes; steps of time are worth {late:.1g}")
     if found.relative > line.asked:
@@ -202,11 +203,11 @@ def _motion(
     report = SolveReport(
         "", len(levels.maker(len(walks) - 1).free) + body.components, sum(walk.iterations for walk in walks),
         state.residual, found.relative, 0.0, notes=(*notes, *([large] if large else [])),
-        min_J=min(walk.min_J for walk in walks), stretch=last.stretch,
-        error_stretch=abs(walks[-1].stretch - walks[-2].stretch),
+        min_J=min(walk.min_J for walk in walks), stretch=stretch,
+        error_stretch=abs(stretch - before),
     )  # fmt: skip
     wrench = np.pad(times.load, ((0, 0), (0, len(WRENCH) - k))) * scales.loads
-    return Motion(times.time, times.given, wrench, Pose.of(pose), Pose.of(error), report)
+    return Motion(times.time, times.given, wrench, Pose.of(pose), Pose.of(error), last.stretch, report)
 
 
 class _Recorder:
@@ -215,8 +216,9 @@ class _Recorder:
     def __init__(self, body: Bonded) -> None:
         self.body, self.now = body, begun(body)
         self.q: list[Array] = []
+        self.stretch: list[float] = []
         self.far = self.now.state
-        self.iterations, self.min_J, self.stretch = 0, np.inf, 1.0
+        self.iterations, self.min_J = 0, np.inf
         self.touches = self.pressed = False
 
     def keep(self, moment: Moment, iterations: int) -> None:
@@ -225,7 +227,7 @@ class _Recorder:
         self.q.append(state.q)
         self.far = max(self.far, state, key=lambda each: self.body.length(each.q))
         self.min_J = min(self.min_J, state.min_J)
-        self.stretch = max(self.stretch, largest_stretch(self.body, state.u))
+        self.stretch.append(largest_stretch(self.body, state.u))
         body = self.body
         self.touches |= face_contact(body.faces, body.mesh, body.parts, state.u, state.q).touch
         self.pressed |= faces_press(body.mesh, body.parts, state.u, state.q)
@@ -234,7 +236,7 @@ class _Recorder:
     def walk(self) -> _Walk:
         """All of it."""
         return _Walk(
-            np.array(self.q), self.far, self.iterations, self.min_J, self.stretch, self.touches, self.pressed
+            np.array(self.q), self.far, self.iterations, self.min_J, np.array(self.stretch), self.touches, self.pressed
         )  # fmt: skip
 
 

@@ -15,7 +15,9 @@ from sits_mech.chain.omissions import Omission
 from sits_mech.quantities import POSE, UNITS, WRENCH, shown_unit
 from sits_mech.readout.signals import told
 from sits_mech.report.pictures.curves import new_figure, signal_label, strokes
+from sits_mech.report.records import status_record
 from sits_mech.report.tables.solves import sizes_of, with_error
+from sits_mech.status import joined
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,12 +51,14 @@ def history_table(data: xr.Dataset) -> Table:
         found.add_column(f"{name} [{shown_unit(name)}]", justify="right")
     for name, _, unit in columns:
         found.add_column(f"{name.removesuffix('_percent')} [{unit}]", justify="right", no_wrap=True)
+    found.add_column("status")
     sizes = sizes_of(data, [name for name, *_ in columns])
     for row in thinned:
         here = data.isel(time=row)
         each = ((k, name, f"error_{name}") for name, k, _ in columns)
         values = [with_error(*(k * float(part) for part in (here[a], here[b], sizes[a]))) for k, a, b in each]
-        found.add_row(f"{float(here['time']):.6g}", *(f"{float(here[name]):.4g}" for name in loads), *values)
+        cells = (f"{float(here[name]):.4g}" for name in loads)
+        found.add_row(f"{float(here['time']):.6g}", *cells, *values, here["flags"].item())
     left = "" if len(thinned) == len(rows) else f"every {len(rows) // len(thinned)}th of {len(rows)} rows; "
     found.caption = f"{left}{data.attrs['notes']}" or None
     return found
@@ -64,7 +68,7 @@ def history_record(data: xr.Dataset, left_out: Sequence[Omission] = ()) -> dict[
     """Return a history for a program: lists over the history's own times, SI, with the request and the report."""
     own = data.isel(time=np.flatnonzero(data["given"].to_numpy()))
     coils = np.diagonal(own["L"].transpose("time", "coil", "coil_2").to_numpy(), axis1=1, axis2=2)
-    return {
+    return status_record(joined(data["flags"].to_numpy())) | {
         "request": json.loads(data.attrs["request"]),
         "time": own["time"].to_numpy(),
         "wrench": {name: own[name].to_numpy() for name in WRENCH},

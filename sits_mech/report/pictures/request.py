@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 from sits_mech.chain.models import mechanical_model
 from sits_mech.geometry.tracks import section_refusal
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.refusals import refuse_beside
-from sits_mech.report.folder import checked_picture
+from sits_mech.report.pictures.asked import Kind, driven_coil
 from sits_mech.report.pictures.curves import save_figure
 from sits_mech.report.pictures.drawing import scene_drawing
-from sits_mech.report.pictures.section import driven_coil, field_view, load_view
+from sits_mech.report.pictures.section import field_view, load_view
 from sits_mech.report.pictures.spatial import spatial_view
 from sits_mech.scene.sensor import SceneError, Sensor
-
-Kind = Literal["scene", "layer", "field", "spatial"]
 
 
 @dataclass(frozen=True)
@@ -43,28 +40,6 @@ class Request:
     frequency: float
     driven: str | None = None
     show: str = "displacement"
-
-
-def kind_of_picture(asked: Kind | None, wrench: Wrench, pose: Pose | None) -> Kind:
-    """Return the kind that is asked for, or "field" for a pose and "layer" for a load.
-
-    Raises
-    ------
-    SceneError
-        When both a pose and a load are given, a layer is asked for at a pose, or the scene at either.
-    """
-    if asked == "scene" and (pose is not None or wrench.components.any()):
-        raise SceneError("--kind scene: must have neither a load nor a pose: it shows the target at rest, unsolved")
-    if pose is not None and wrench.components.any():
-        raise SceneError("--dv: must not be given together with a load, which leads to a pose of its own")
-    if pose is not None and asked == "layer":
-        raise SceneError("--kind layer: must have a load (--fx, --fz), which the layer answers; got a pose (--dv)")
-    return asked or ("layer" if pose is None else "field")
-
-
-def picture_path(asked: Path | None, scene: str, kind: Kind) -> Path:
-    """Return where a picture goes; raise SceneError when it is of another format than can be drawn."""
-    return checked_picture(Path(f"{Path(scene).stem}-{kind}.png") if asked is None else asked)
 
 
 def draw(kind: Kind, sensor: Sensor, request: Request, path: Path) -> None:

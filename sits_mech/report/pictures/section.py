@@ -13,6 +13,7 @@ from sits_mech.mechanics.element.mesh import DeformedSection
 from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh
 from sits_mech.mechanics.pictured import deformed_section
 from sits_mech.quantities import WRENCH, Array, Equilibrium, MechanicalModel, Pose, Wrench, shown_unit
+from sits_mech.report.pictures.asked import driven_coil
 from sits_mech.report.pictures.curves import TRACKS, add_polygons, new_figure
 from sits_mech.report.pictures.cuts import Plane, coil_cut, conductor_cut, names_cut, target_cut
 from sits_mech.report.pictures.fields import (
@@ -194,14 +195,6 @@ def field_view(sensor: Sensor, pose: Pose, frequency: float, driven: str | None 
         handles = part_handles(metal=len(field.plates) > 1)
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), handlelength=1.0)
     return figure
-
-
-def driven_coil(sensor: Sensor, driven: str | None) -> str:
-    """Return the name of the coil that is driven, the last one by default; raise SceneError when there is no such."""
-    names = [coil.name for coil in sensor.coils]
-    if driven is not None and driven not in names:
-        raise SceneError(f"--driven: must be one of {', '.join(names)}; got {driven!r}")
-    return names[-1] if driven is None else driven
 
 
 def _frame(sensor: Sensor, parts: list[Array], layer: Array | None) -> Frame:

@@ -15,7 +15,9 @@ from sits_mech.analysis.histories.full_cycle import difference
 from sits_mech.quantities import POSE, WRENCH, Array, shown_unit
 from sits_mech.readout.signals import told
 from sits_mech.report.pictures.curves import KINDS, new_figure, signal_label, strokes
+from sits_mech.report.records import status_record
 from sits_mech.report.tables.solves import figure_text
+from sits_mech.status import joined
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,7 +33,7 @@ def loop_table(data: xr.Dataset) -> Table:
         found.add_column(heading, justify="right")
     for number, widths in enumerate(zip(*(_widths(data, name) for name in names), strict=True), 1):
         found.add_row(str(number), *(figure_text(*width) for width in widths))
-    found.caption = data.attrs["notes"] or None
+    found.caption = "; ".join(part for part in (f"status: {data.attrs['flags']}", data.attrs["notes"]) if part)
     return found
 
 
@@ -41,7 +43,8 @@ def loop_record(data: xr.Dataset) -> dict[str, Any]:
     loops = {f"loop_{name}": [value for value, _ in _widths(data, name)] for name in told(data)}
     errors = {f"error_loop_{name}": [error for _, error in _widths(data, name)] for name in told(data)}
     notes = [data.attrs["notes"]] if data.attrs["notes"] else []
-    return {"request": json.loads(data.attrs["request"]), "ends": ends, "notes": notes} | loops | errors
+    own = status_record(joined([data.attrs["flags"]])) | {"request": json.loads(data.attrs["request"])}
+    return own | {"ends": ends, "notes": notes} | loops | errors
 
 
 def difference_table(cheap: xr.Dataset, full: xr.Dataset) -> Table:

@@ -2,9 +2,12 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from sits_mech.chain.models import plan
+from sits_mech.magnetics.bars import planar_bars
+from sits_mech.mechanics.layer import planar_layer
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
 
@@ -36,3 +39,14 @@ def test_what_has_no_size_is_named() -> None:
     assert found.not_estimated == ("ends along y",) and math.isfinite(found.error)
     bare = plan(load_sensor("biorob2018").model_copy(update={"elastomer": None}))
     assert found.magnetics.name == "planar-fem" and bare.not_estimated == ("ends along y",)  # no pose is known
+
+
+def test_a_target_wider_than_its_elastomer_says_what_reaches_over() -> None:
+    """Of the layer's answer it is no part, of the coils' it is; a target within its elastomer says nothing."""
+    flush, wide = (load_sensor("biorob2018", [f'target.width="{width} mm"']) for width in (20, 26))
+    said = [any("reaches 3 mm over its elastomer" in note for note in plan(one).notes) for one in (flush, wide)]
+    assert said == [False, True] and not plan(load_sensor("biorob2018")).notes
+    rests = [planar_layer(one, 0.1).equilibrium(Wrench(0.2, 1.0)).pose for one in (flush, wide)]
+    np.testing.assert_allclose(rests[0].components, rests[1].components, rtol=1e-9, atol=1e-15)
+    L = [planar_bars(one, 1e-2).impedance(rests[0], one.frequency).L[0, 0] for one in (flush, wide)]
+    assert L[1] < L[0]

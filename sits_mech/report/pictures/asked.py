@@ -1,0 +1,42 @@
+"""Which picture is asked for, and can it be? Checked before what solves and draws is imported."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+from sits_mech.quantities import Pose, Wrench
+from sits_mech.report.folder import checked_picture
+from sits_mech.scene.sensor import SceneError, Sensor
+
+Kind = Literal["scene", "layer", "field", "spatial"]
+
+
+def kind_of_picture(asked: Kind | None, wrench: Wrench, pose: Pose | None) -> Kind:
+    """Return the kind that is asked for, or "field" for a pose and "layer" for a load.
+
+    Raises
+    ------
+    SceneError
+        When both a pose and a load are given, a layer is asked for at a pose, or the scene at either.
+    """
+    if asked == "scene" and (pose is not None or wrench.components.any()):
+        raise SceneError("--kind scene: must have neither a load nor a pose: it shows the target at rest, unsolved")
+    if pose is not None and wrench.components.any():
+        raise SceneError("--dv: must not be given together with a load, which leads to a pose of its own")
+    if pose is not None and asked == "layer":
+        raise SceneError("--kind layer: must have a load (--fx, --fz), which the layer answers; got a pose (--dv)")
+    return asked or ("layer" if pose is None else "field")
+
+
+def picture_path(asked: Path | None, scene: str, kind: Kind) -> Path:
+    """Return where a picture goes; raise SceneError when it is of another format than can be drawn."""
+    return checked_picture(Path(f"{Path(scene).stem}-{kind}.png") if asked is None else asked)
+
+
+def driven_coil(sensor: Sensor, driven: str | None) -> str:
+    """Return the name of the coil that is driven, the last one by default; raise SceneError when there is no such."""
+    names = [coil.name for coil in sensor.coils]
+    if driven is not None and driven not in names:
+        raise SceneError(f"--driven: must be one of {', '.join(names)}; got {driven!r}")
+    return names[-1] if driven is None else driven
