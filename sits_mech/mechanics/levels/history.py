@@ -100,7 +100,7 @@ def _along(line: Line, number: int, controls: Sequence[Control]) -> Solved:
     )  # fmt: skip
     given = {name: value for name, value in controls[-1].given.items() if name in WRENCH}
     found = replace(found, wrench=replace(found.wrench, **given))
-    way = "straight from rest" if len(controls) == 1 else "by way of the loads that were given"
+    way = "straight from zero load" if len(controls) == 1 else "along the given loads"
     return Solved(_with_steps(line, number, found, steps, way), 1.0)
 
 

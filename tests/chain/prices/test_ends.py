@@ -120,7 +120,7 @@ def test_no_size_where_space_has_no_model(sensor: Sensor) -> None:
     steel = load_sensor("biorob2018", [f"target={{conductivity=7e6, relative_permeability=100, {shape}}}"])
     model, choice = magnetic_model(steel, "auto", 1e-2, [Pose(0.0, 2 * MM)])
     found = model.impedance(Pose(0.0, 2 * MM), steel.frequency)
-    assert choice.name == "planar-fem" and "in no error" in found.report.notes[-1]
+    assert choice.name == "planar-fem" and "not in the errors" in found.report.notes[-1]
     items = omissions(steel, (), None, "planar-fem", Shown(Pose(0.0, 2 * MM), found), True)
     assert beside_errors(items)[1] == (ENDS,)
 
