@@ -554,7 +554,7 @@ def test_over_temperature(capsys: Capture, tmp_path: Path) -> None:
     assert told["forces"]["F_z"] == pytest.approx(0.5, abs=left) and 0.0 < left < 0.005
     assert blind["forces"]["F_z"] < 0.45 and "error_by_temperature" not in blind
     assert run(["invert", folder, *reading, "--temperature", "30 degC"]) == 0
-    assert "by the temperature" in capsys.readouterr().out
+    assert "from the temperature" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

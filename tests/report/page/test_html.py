@@ -27,7 +27,7 @@ def test_forces_back(calibrated: Path) -> None:
     """Error of the map, share with an answer, noise in newtons; a sentence where forces are not resolved."""
     sensor, data = read_calibration(calibrated)
     text = inverse_part(sensor, data, readings(sensor, data))
-    for word in ("F_x, F_z", "100 % of the calibrated range", "sigma of noise", "mN", "best linear sum"):
+    for word in ("F_x, F_z", "100 % of the calibrated range", "noise (1 sigma)", "mN", "best linear sum"):
         assert word in text
     alike = data.copy(deep=True)  # both coils show the same: one of two forces is lost
     alike["L"][{"coil": 1, "coil_2": 1}] = alike["L"][{"coil": 0, "coil_2": 0}]
