@@ -145,7 +145,7 @@ def _with_steps(line: Line, number: int, found: Equilibrium, steps: _Steps, way:
     """An equilibrium with what its increments are worth in its errors, said of its way, the number of its family."""
     k, error = len(steps.off), found.error.components
     error[:k] += steps.off * line.scales.lengths[:k]
-    said = f"friction: the load came {way} in {steps.parts} steps a leg; half as many change this by {steps.share:.1g}"
+    said = f"friction: load path {way}, {steps.parts} steps per leg; half as many change this by {steps.share:.1g}"
     report = found.report
     report = replace(
         report, estimated_error=report.estimated_error + steps.share, notes=(*report.notes, said)

@@ -134,7 +134,7 @@ def test_a_long_pad_stands_for_plane_strain() -> None:
     assert choice.name in ("planar", "linear") and size > 0.5 and unknown == ()
     assert layer.equilibrium(load).report.estimated_error < 0.05
     table = calibrate(scene, F_x=[0.1], F_z=[1.0], magnetics="planar", tolerance=3e-2)
-    assert "what sections leave out, 1.4 of the largest change" in table.attrs["notes"]  # 1.1 and the plates' own
+    assert "what sections neglect, 1.4 of the largest change" in table.attrs["notes"]  # 1.1 and the plates' own
     assert float(table["error_d_h"][0, 0]) < 0.05 * float(table["d_h"][0, 0])
 
 

@@ -105,7 +105,8 @@ def test_limits_that_are_known() -> None:
     found = Limits(2.6, 2.0, "F_z = 4 N", 1.5e-3, 1e-5, "F_z = 2 N", 0.031, 0.05, 2.0, carried)
     text = limits_text(found)
     for words in (
-        "2.6 under F_z = 4 N; BEYOND the silicone", "1.500 +- 0.010 mm over the coils, under F_z = 2 N", "3.1 %, load up",
+        "2.6 under F_z = 4 N; BEYOND the silicone",
+        "1.500 +- 0.010 mm over the coils, under F_z = 2 N", "3.1 %, load up",
         "5 %, of the displacement left 1 s after", "1 N means 0.5 to 2 N", "1.5 times F_z = 2 N; then x",
         "2.35 +- 0.12 times F_x = 1 N, F_z = 2 N; then limit load",
     ):  # fmt: skip
