@@ -113,7 +113,7 @@ def test_limits_that_are_known() -> None:
         assert words in text, words
     assert limits_record(found)["force_factor"] == [0.5, 2.0] and limits_record(found)["capacity"][1]["error"] is None
     within = Limits(1.5, 2.0, "F_z = 4 N", 1.5e-3, 1e-5, "F_z = 2 N", 0.031, 0.05, 2.0)
-    assert "; within the data" in limits_text(within) and "carries" not in limits_text(within)
+    assert "; within the silicone" in limits_text(within) and "carries" not in limits_text(within)
 
 
 def test_limits_that_are_not_known_are_called_so() -> None:
