@@ -121,7 +121,7 @@ def images_of_loads(count: int, overrides: Sequence[str] = ()) -> Saving:
         timed(lambda symmetry=symmetry: settle(mechanical_model(sensor)[0], loads, symmetry=symmetry))
         for symmetry in (symmetry_of(sensor), Symmetry())
     )
-    return Saving("images of loads", few, many, apart(sensor, whole, half), 0.0, ROUNDING)
+    return Saving("mirrored loads", few, many, apart(sensor, whole, half), 0.0, ROUNDING)
 
 
 def loads_between(count: int) -> Saving:
@@ -147,7 +147,7 @@ def places_beside(count: int) -> Saving:
         found.append((reading.signals, time.process_time() - began))
     (few, without), (all_, with_) = found
     missed = np.abs(few.error_L_v_percent - all_.error_L_v_percent).max() / np.abs(all_.error_L_v_percent).max()
-    return Saving("poses beside and turned", without, with_, float(missed), 0.0, 1e-6)
+    return Saving("out-of-plane displacement and rotation", without, with_, float(missed), 0.0, 1e-6)
 
 
 def inside() -> Saving:
@@ -163,7 +163,7 @@ def inside() -> Saving:
     missed = abs((bars.L - fem.L)[0, 0] / (bars.L - bars.L0)[0, 0])
     known = fem.report.estimated_error + bars.report.estimated_error
     seconds = [solved[depths][1] for depths in (3.05, 2.95)]
-    return Saving("inside of the target", *seconds, float(missed), math.exp(-3.05), known)
+    return Saving("interior of the target", *seconds, float(missed), math.exp(-3.05), known)
 
 
 def other_model(what: str, scene: str, models: tuple[str, str], promised: float) -> Saving:

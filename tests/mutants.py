@@ -8,7 +8,7 @@ sees it, and the share of those seen; it ends with exit code 1 where that share 
 Faults: a comparison that takes or leaves its end, or is turned round; another sign or operator; `and` for `or`; a `not`
 or a minus less; least for largest; a number one larger or twice as large. Words of errors and numbers of 1e-6 and below
 (guards against rounding, whose size is not promised) are left alone. Some faults change nothing that can be seen, such
-as a twice as fine step where any fine step will do: all of them is not to be had.
+as a twice as fine step where any fine step will do: all of them cannot be reached.
 """
 
 from __future__ import annotations

@@ -281,7 +281,7 @@ def sensor_front_end(
     good = np.isfinite(flat[0]).all(axis=-1)
     part, C = converter(sensor.readout.converter), at_temperature(sensor).readout.parallel_capacitance
     found = front_end(part, flat[0][good], flat[1][good], C, clock=clock, rcount=rcount, noise=noise)
-    return found, (*missing, f"R is that at {sensor.frequency:.4g} Hz{found.off(sensor.frequency)}")
+    return found, (*missing, f"R is taken at {sensor.frequency:.4g} Hz{found.off(sensor.frequency)}")
 
 
 def branches(sensor: Sensor, data: xr.Dataset, points: int = 41) -> tuple[Array, Array]:

@@ -272,7 +272,7 @@ class _Search:
         found = [(coils, "coil contact" if not self.sensor.conductors else "contact with the coils or a fixed plate")]
         if there.report.stretch is not None and np.isfinite(self.known):
             left = (self.known - there.report.stretch) / (self.known - 1.0)
-            found.append((left, f"{STRETCH} {self.known:.3g}, the data behind the silicone's constants"))
+            found.append((left, f"{STRETCH} {self.known:.3g}, the end of the silicone's data"))
         if there.report.estimated_error > self.tolerance:
             found.append((-1.0, f"error of the pose beyond {self.tolerance:g} of the displacement"))
         if any(_FOLDED in note for note in there.report.notes):
@@ -284,7 +284,7 @@ def _ended(failed: SolveFailed, load: Wrench, reached: float) -> Capacity:
     """A load path that ended: its largest load where that was found, or how far it was followed."""
     why = next((key for key, words in REASONS.items() if any(words in note for note in failed.report.notes)), "")
     if failed.carried is None:
-        return Capacity(load, reached, np.nan, _SHORT.get(why, "no state at rest found beyond: it may carry more"))
+        return Capacity(load, reached, np.nan, _SHORT.get(why, "no equilibrium found beyond: it may carry more"))
     most, off = failed.carried
     error = float(np.linalg.norm(off.components) / np.linalg.norm(load.components))
     return Capacity(load, _share(most, load), error, _SHORT.get(why, "limit load"))

@@ -42,7 +42,7 @@ PARAMETERS = {
 """What can be fitted besides keys of the scene, with its unit."""
 _SERIES = ("modulus", "lead", "capacitance")  # no magnetic solve
 _PRIOR = re.compile(r"\s*([\w.*]+)\s*(?:=\s*(.+?)\s*(?:\+-|\+/-|±)\s*(.+?)\s*)?")
-_REACH = 0.25  # of the least clearance: how far lengths may move of which nothing is known
+_REACH = 0.25  # of the smallest clearance: how far lengths may move of which nothing is known
 _WIDE = 4.0  # deviations: how far from what is known
 _NODES = (-2.0, 0.0, 2.0)  # deviations: scenes that are solved for a key
 _CLEAR = 0.25  # of the set clearance: what brings a target closer to the coils has no answer
@@ -200,7 +200,7 @@ class Setup:
         return each[back.ravel()].reshape(*poses.shape[:-1], -1)
 
     def _clearances(self, poses: Array) -> Array:
-        """Return the least clearance of each set of poses (k, m, 6), shape (k,) [m]."""
+        """Return the smallest clearance of each set of poses (k, m, 6), shape (k,) [m]."""
         there = np.isfinite(poses[..., POSE.index("d_v")])
         safe = np.where(there[..., None], poses, 1.0)
         return np.asarray(np.min(np.where(there, clearance(self.sensor, Pose.of(safe)), np.inf), axis=-1))

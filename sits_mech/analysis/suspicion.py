@@ -71,7 +71,7 @@ def suspicion(cal: Calibration, reading: Array, others: tuple[Sequence[str], Arr
     if near.status == OUTSIDE and near.residual <= INCONSISTENT:
         return ""
     loads, coils = _components(cal, reading, others), _coils(cal, reading, float(near.residual))
-    off = f"off the plane of the table by {100.0 * float(near.residual):.2g} % of the range"
+    off = f"coils contradict each other by {100.0 * float(near.residual):.2g} % of the range"
     causes = [*loads, *coils]
     if not causes and near.status == OUTSIDE:
         return ""
@@ -80,8 +80,8 @@ def suspicion(cal: Calibration, reading: Array, others: tuple[Sequence[str], Arr
     if not coils:
         return f"{off}: the residual points along {' or '.join(loads)}"
     if len(causes) == 1:
-        return f"{off}: {coils[0]} alone, the other coils belong to a load of the table"
-    return f"{off}: it cannot be told which, {', '.join(causes[:-1])} or {causes[-1]} would explain it"
+        return f"{off}: {coils[0]} alone is off, the other coils fit a load of the table"
+    return f"{off}: {', '.join(causes[:-1])} or {causes[-1]} would explain it"
 
 
 def _components(cal: Calibration, reading: Array, others: tuple[Sequence[str], Array, Array]) -> list[str]:

@@ -71,12 +71,12 @@ def aimed_rows(
         Name of the mechanical model, and of the magnetic one as it was asked for.
     tolerance : float
     best : bool
-        Whether a tolerance that is not to be had is answered with what is.
+        Whether a tolerance that cannot be reached is answered with what is.
 
     Raises
     ------
     SceneError
-        Without `best`, for a tolerance that is not to be had.
+        Without `best`, for a tolerance that cannot be reached.
     """
     mechanics, magnetics = models
     loads, begun = loads_of(grid), dict[Wrench, Row]()

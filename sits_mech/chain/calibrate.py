@@ -83,7 +83,7 @@ def calibrate(
     drift : bool
         Whether slopes by temperature are asked for: ``slope_T_L``, ``slope_T_d_h``, ... (chain/temperature.py).
     best : bool
-        Whether a tolerance that is not to be had for these loads is answered with what is; it is refused otherwise.
+        Whether a tolerance that cannot be reached for these loads is answered with what is; it is refused otherwise.
 
     Returns
     -------
@@ -99,7 +99,7 @@ def calibrate(
     ------
     SceneError
         When a model cannot hold the scene or a component, a list of forces is empty, has a value twice or one that is
-        not finite, there are too many loads, or without `best` a tolerance is not to be had.
+        not finite, there are too many loads, or without `best` a tolerance cannot be reached.
 
     Examples
     --------
@@ -161,8 +161,8 @@ def _beside(sensor: Sensor, names: tuple[str, str], rows: Sequence[Row], found: 
     own = {name: getattr(found, name)[most] for name in ("L", "R", "error_L", "error_R")}
     shown = Shown(Pose.of(poses_of(done)[0].components[most]), replace(found, **own, shared_L=None))
     size, unknown = beside_errors(omissions(sensor, (), *names, shown))
-    parts = [f"what sections leave out, {size:.2g} of the largest change, is in no error"] if size > 0.0 else []
-    return (*parts, *(f"{name}: in no error, not estimated" for name in unknown))
+    parts = [f"what sections neglect, {size:.2g} of the largest change, is not in the errors"] if size > 0.0 else []
+    return (*parts, *(f"{name}: not estimated, not in the errors" for name in unknown))
 
 
 def _checked(name: str, values: Loads) -> list[float]:

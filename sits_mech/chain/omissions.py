@@ -186,7 +186,7 @@ def omissions(
         found.append(Omission("mechanics", "the pose is given", half="mechanics"))
     elif mechanics == "linear":
         bound = strain_bound(sensor, loads)
-        reason = "the load strains the layer so little that one compliance will do"
+        reason = "strains are so small that one constant compliance is enough"
         found.append(Omission("finite strain", reason, bound, half="mechanics", in_error=True))
     found += _ends(sensor, mechanics)
     silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
@@ -195,10 +195,10 @@ def omissions(
         size = history_share(silicone)
         found.append(Omission("rate and history of the silicone", reason, size, half="mechanics", asked=False))
     if loads and symmetry_of(sensor).mirrored and not any(load.F_x or load.M or load.beside for load in loads):
-        found.append(Omission("poses beside and turned", "scene and load are symmetric"))
+        found.append(Omission("out-of-plane displacement and rotation", "scene and load are symmetric"))
     elif (own := len(symmetry_of(sensor).without_images(loads))) < len(set(loads)):
-        reason = f"pad and target are their own image: {own} of {len(set(loads))} loads stand for all"
-        found.append(Omission("images of loads", reason, half="mechanics"))
+        reason = f"pad and target are symmetric: {own} of {len(set(loads))} loads are solved, the others mirrored"
+        found.append(Omission("mirrored loads", reason, half="mechanics"))
     return tuple(found) if magnetics is None else (*found, *_magnetic(sensor, magnetics, shown, auto))
 
 
@@ -228,19 +228,19 @@ def _magnetic(sensor: Sensor, model: str, shown: Shown | None, auto: bool) -> tu
     if sensor.target is None:
         found.append(Omission("eddy currents", "no target: the coils in free space"))
     elif depths >= _THICK and model in ("planar-fem", "sheets"):
-        reason = f"{depths:.2g} skin depths thick: its surface stands for it"
-        found.append(Omission("inside of the target", reason, math.exp(-depths), in_error=model == "sheets"))
+        reason = f"{depths:.2g} skin depths thick: modelled by its surface"
+        found.append(Omission("interior of the target", reason, math.exp(-depths), in_error=model == "sheets"))
     section = model in ("planar", "planar-fem")
     if section and sensor.target is not None:
-        reason = f"a section stands for coils and plates{_as_strip(sensor)}: ask for sheets"
+        reason = f"coils and plates are taken as endless along y{_as_strip(sensor)}: ask for sheets"
         ends = None if shown is None else ends_of_plates(sensor, shown.found, shown.pose)
         known = auto and ends is not None
         found.append(Omission("ends along y", reason, math.nan if ends is None else ends.size, in_error=known))
     if model != "planar-fem":
-        found.append(Omission("mesh of the air", "nothing permeable: integral model"))
+        found.append(Omission("mesh of the air", "no permeable parts: integral model"))
     if model == "axisymmetric" and sensor.coils[0].winding == "spiral":
         pitch = math.nan if shown is None else pitch_of_spirals(sensor, shown.found, shown.pose)
-        found.append(Omission("pitch of the spiral windings", "rings stand for them in this model", pitch))
+        found.append(Omission("pitch of the spiral windings", "this model replaces them by rings", pitch))
     return (*found, *_idle(sensor, shown))
 
 
@@ -248,7 +248,7 @@ def _as_strip(sensor: Sensor) -> str:
     """Say what a section makes of a disc and of spirals, whose size the ends have."""
     disc = sensor.target is not None and sensor.target.shape == "disc"
     spiral = any(coil.is_round and coil.winding == "spiral" for coil in sensor.coils)
-    said = ("a strip for a disc of its diameter" if disc else "", "endless tracks for spirals" if spiral else "")
+    said = ("a disc as a strip of its diameter" if disc else "", "spirals as straight tracks" if spiral else "")
     return "".join(f", {each}" for each in said if each)
 
 
@@ -258,7 +258,7 @@ def _idle(sensor: Sensor, shown: Shown | None) -> list[Omission]:
         return []
     if sensor.readout.idle_coil != "shorted":
         return [Omission("current in the idle coil", "it is open")]
-    reason, size = "each coil is driven alone; L holds the mutual inductances to add it", math.nan
+    reason, size = "each coil is driven alone; mutual inductances in L allow adding it", math.nan
     if shown is not None:
         size = idle_share(shown.found) if shown.answered else idle_bound(shown.found)
     return [Omission("current in the idle coil", reason, size, of_change=False)]

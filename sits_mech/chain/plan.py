@@ -48,7 +48,7 @@ _PLANE = (
 )
 
 _ASKED = "asked for"
-_LEAVES = "no other model leaves the plane, and one model answers all loads of a request"
+_LEAVES = "no other model has out-of-plane displacements, and one model answers all loads of a request"
 
 
 def leaving(given: Sequence[Wrench] | Sequence[Pose]) -> tuple[str, ...]:
@@ -103,12 +103,12 @@ def choose_mechanics(
     if asked != "auto":
         return Choice(asked, _ASKED, by_name=True)
     if own:
-        return Choice("block", f"no section stands for {own}")
+        return Choice("block", f"no plane section represents {own}")
     finite = "block" in known and _is_finite(sensor)
     bound = strain_bound(sensor, loads) if loads and "linear" in known and not rough else tolerance
     if bound < tolerance:
         where = "three dimensions" if finite else "plane strain"
-        return Choice("linear", f"small strain in {where}: one compliance is off by less than {bound:.1g}")
+        return Choice("linear", f"small strain in {where}: the error of one constant compliance is below {bound:.1g}")
     if finite:
         return Choice("block", "finite strain in three dimensions: the pad is too short for plane strain")
     return Choice("planar", _PLANE)
@@ -184,14 +184,14 @@ def choose_magnetics(
     if coaxial:
         return Choice("axisymmetric", "one coil under a disc on its axis")
     if section_refusal(sensor.coils) is not None:
-        return Choice("sheets", "coils beside the section y = 0, or not straight across it, have no planar model")
+        return Choice("sheets", "coils off the plane y = 0, or not perpendicular to it, have no planar model")
     if free_tracks := _free_tracks(sensor):
-        return Choice("sheets", f"{free_tracks}: free tracks, for which no endless section stands")
+        return Choice("sheets", f"{free_tracks}: free tracks, which no plane section represents")
     if target is not None and target.shape != "rectangle":
-        return Choice("sheets", "no planar section, and no axis, stands for the target at every pose")
+        return Choice("sheets", "neither a plane section nor an axisymmetric model represents the target at every pose")
     if loaded and "sheets" in known and target is not None and _in_space(sensor, target):
-        return Choice("sheets", "three-dimensional like the pad: the plate is too short for its section")
-    reason = "no target: free space alone" if target is None else "nothing permeable: no mesh of the air"
+        return Choice("sheets", "three-dimensional like the pad: the plate is too short along y for a plane section")
+    reason = "no target: free space alone" if target is None else "no permeable parts: no mesh of the air"
     return Choice("planar", reason)
 
 
@@ -223,14 +223,14 @@ def _permeable(sensor: Sensor) -> tuple[str, ...]:
 def _check_in_section(sensor: Sensor, permeable: tuple[str, ...], beside: tuple[str, ...]) -> None:
     """Refuse permeable parts where planar-fem, which alone has them, cannot follow."""
     hindered = [f"{', '.join(beside)} not zero"] if beside else []
-    hindered += ["coils beside it or not straight across it"] if section_refusal(sensor.coils) is not None else []
+    hindered += ["coils off it or not perpendicular to it"] if section_refusal(sensor.coils) is not None else []
     hindered += [f"free tracks of {free_tracks}"] if (free_tracks := _free_tracks(sensor)) else []
     plates = [("a target", sensor.target), *((f"conductors.{part.name}", part) for part in sensor.conductors)]
     hindered += [f"an outline for {name}" for name, plate in plates if plate is not None and plate.shape == "outline"]
     if hindered:
         names = ", ".join(permeable)
         raise SceneError(
-            f"{names}: permeable parts that matter are held by planar-fem alone, in the section y = 0; got "
+            f"{names}: permeable parts that matter are modelled by planar-fem only, in the section y = 0; got "
             f"{' and '.join(hindered)}"
         )
 

@@ -71,10 +71,10 @@ class Aim:
         return seen._replace(error=seen.error + self.goal.magnetics, seconds=seconds)
 
     def refuse_beyond(self, planned: Look, where: str) -> None:
-        """Refuse a tolerance that is not to be had; raise SceneError."""
+        """Refuse a tolerance that cannot be reached; raise SceneError."""
         if planned.error > _SURE * self.tolerance:
-            can = f"{planned.error:.1g} is to be had for some {planned.seconds:.2g} s (--best)"
-            raise SceneError(f"tolerance: must be one that can be had at {where}; got {self.tolerance:g}: {can}")
+            can = f"{planned.error:.1g} can be reached in about {planned.seconds:.2g} s (--best)"
+            raise SceneError(f"tolerance: must be one that can be reached at {where}; got {self.tolerance:g}: {can}")
 
 
 def aim_at(

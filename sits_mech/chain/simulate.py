@@ -92,7 +92,7 @@ def simulate(
     via : sequence of Wrench
         Loads that are passed on the way from rest, for a layer with friction.
     best : bool
-        Whether a tolerance that is not to be had at this load is answered with what is; it is refused otherwise.
+        Whether a tolerance that cannot be reached at this load is answered with what is; it is refused otherwise.
 
     Returns
     -------
@@ -102,7 +102,7 @@ def simulate(
     Raises
     ------
     SceneError
-        When a model cannot hold the scene, or without `best` a tolerance is not to be had.
+        When a model cannot hold the scene, or without `best` a tolerance cannot be reached.
     Collision
         When the target comes to the coil plane.
     SolveFailed

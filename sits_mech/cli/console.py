@@ -20,7 +20,7 @@ def not_converged(error: Any, as_json: bool, whole: bool = False) -> int:
     from sits_mech.report.records import failure_record
     from sits_mech.report.tables.solves import equilibrium_table
 
-    title = "last converged state" if error.half == "mechanics" else "where the target rests"
+    title = "last converged state" if error.half == "mechanics" else "pose of the target"
     tables = [] if error.last is None else [equilibrium_table(error.last, title)]
     answer(failure_record(error, whole), tables, as_json)
     warn(f"not converged ({error.report.status}): {error}")
@@ -84,8 +84,8 @@ def deliver(text: str, output: Path | None) -> None:
 
 def kept_promise(planned: tuple[float, float], took: tuple[float, float]) -> str:
     """Return what was planned and what became of it, seconds of processor time and error over full scale, in words."""
-    words = [f"{seconds:.2g} s and {100.0 * error:.2g} %" for seconds, error in (planned, took)]
-    return f"planned {words[0]} of the signals' full scale, took {words[1]}"
+    words = [f"{seconds:.2g} s, error {100.0 * error:.2g} %" for seconds, error in (planned, took)]
+    return f"planned: {words[0]} of the signals' full scale; reached: {words[1]}"
 
 
 def warn(line: str) -> None:

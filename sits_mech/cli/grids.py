@@ -30,14 +30,14 @@ from sits_mech.cli.options import (
 def calibrate(
     scene: Scene, *, loads: LoadGrid = LoadGrid(), models: Models = Models(), output: Output = None,
     temperature: Warmth = None,
-    drift: Annotated[bool, Parameter(negative="", help="Slopes by temperature: quality, invert take them.")] = False,
+    drift: Annotated[bool, Parameter(negative="", help="Add slopes by temperature, for quality, invert.")] = False,
     best: Best = False, accept: Accept = False, overrides: Overrides = Overrides(),
 ) -> int:  # fmt: skip
-    """What the sensor shows over a grid of loads: table, netCDF, CSV and pictures; a stopped run goes on.
+    """What the sensor shows over a grid of loads: table, netCDF, CSV and pictures; a stopped run is resumed.
 
-    Each force and moment is a range "first:last:count", a dimension of the table, or one quantity, the same for all.
-    No more loads are solved than a smooth map through them needs to predict the others within the tolerance, of 9 x 9
-    13 to 21, of 5 x 5 x 5 some 30, and one for all its images where pad and target are symmetric; the table says which.
+    Each force and moment is a range "first:last:count", or one quantity for the whole table.
+    Only as many loads are solved as it takes to interpolate the others within the tolerance (of 9 x 9 some 13 to 21, of
+    5 x 5 x 5 some 30); where pad and target are symmetric, mirrored loads are solved once. The table marks them.
 
     Example: sits-mech calibrate triaxial-4 --fx "-0.5 N:0.5 N:5" --fy "-0.5 N:0.5 N:5" --fz "0 N:2 N:5" -o calibration
     """
@@ -74,7 +74,7 @@ def calibrate(
         for part in [whole] if width is None else in_width(whole, len(varied(data)), width):
             show(part)
         show(summary_table(data))
-    flat = ["per metre of depth: ends along y are not in the signals, shear above all; --magnetics sheets has them"]
+    flat = ["values per metre of depth neglect the ends along y, above all for shear; --magnetics sheets has them"]
     for line in [*said, *(flat if data.attrs["unit_L"] == "H/m" else []), *missing]:
         warn(line)
     warn(f"written to {folder}")
@@ -86,12 +86,12 @@ def calibrate(
 @app.command
 def sweep(
     study: Annotated[Path, Parameter(help="Study file: scene, request, vary, fixed.")], *,
-    output: Annotated[Path, Parameter(name=["--output", "-o"], help="Folder of the result and of finished cases.")],
-    processes: Annotated[int, Parameter(name=["--processes", "-j"], help="Of this machine.")] = 1,
+    output: Annotated[Path, Parameter(name=["--output", "-o"], help="Folder for the result and finished cases.")],
+    processes: Annotated[int, Parameter(name=["--processes", "-j"], help="Parallel processes.")] = 1,
     dask: Annotated[str | None, Parameter(help="Address of a running scheduler, instead of processes.")] = None,
     accept: Accept = False,
 ) -> int:  # fmt: skip
-    """Run the cases of a study and join them to one table; a stopped run goes on.
+    """Run the cases of a study and join them to one table; a stopped run is resumed.
 
     A study file, its values quantities or ranges:
 

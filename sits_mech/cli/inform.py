@@ -43,9 +43,9 @@ def catalog() -> int:
 
 @app.command
 def doctor(
-    *, clear: Annotated[bool, Parameter(negative="", help="Remove the kept preparations of plates.")] = False
+    *, clear: Annotated[bool, Parameter(negative="", help="Clear the cache of prepared plates.")] = False
 ) -> int:
-    """Tell whether everything that is needed is installed, and what is kept of earlier commands.
+    """Check that everything needed is installed, and show the cache of earlier commands.
 
     Example: sits-mech doctor
     """
@@ -62,7 +62,7 @@ def doctor(
 
 @app.command
 def schema(file: Literal["scene", "study", "requirements", "bench"], *, output: Output = None) -> int:
-    """Print the JSON Schema of a kind of file, by which editors complete and check it.
+    """Print the JSON Schema of a kind of file, for completion and checks in editors.
 
     Example: sits-mech schema scene -o scene.schema.json
     """
@@ -77,10 +77,10 @@ def schema(file: Literal["scene", "study", "requirements", "bench"], *, output: 
 def explain(
     scene: Scene, *, load: Load = Load(), models: Models = Models(),
     ladder: Annotated[
-        bool, Parameter(negative="", help="Solve the load at every tolerance from 1e-1 to a tenth of the asked one.")
+        bool, Parameter(negative="", help="Solve the load at each tolerance from 1e-1 to a tenth of --tolerance.")
     ] = False, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
-    """What a request solves in how many seconds, what it leaves out and is worth, and what finer answers would take.
+    """What a load or pose would solve, in what time, what it neglects, and what smaller errors would cost.
 
     Example: sits-mech explain biorob2018 --fx "0.5 N" --fz "2 N" --ladder
     """
@@ -107,16 +107,16 @@ def explain(
 @app.command
 def fit(
     tensile: Annotated[Path | None, Parameter(help="Strain and engineering stress as CSV.")] = None, *,
-    relaxation: Annotated[Path | None, Parameter(help="A ramp and a hold over time as CSV: gives prony.")] = None,
-    cyclic: Annotated[Path | None, Parameter(help="Rising peaks, let go between, as CSV: gives mullins.")] = None,
-    law: str = "yeoh", max_strain: float = 1.0, terms: Annotated[int, Parameter(help="Of Ogden's law.")] = 2,
+    relaxation: Annotated[Path | None, Parameter(help="Ramp and hold over time as CSV: gives prony.")] = None,
+    cyclic: Annotated[Path | None, Parameter(help="Rising peaks with unloading, as CSV: gives mullins.")] = None,
+    law: str = "yeoh", max_strain: float = 1.0, terms: Annotated[int, Parameter(help="Number of Ogden terms.")] = 2,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"], help="Picture of data and fit.")] = None,
     as_json: Json = False,
 ) -> int:  # fmt: skip
-    """Fit a silicone's constants to its tests: a law to a pull, rate to a relaxation test, softening to a cyclic one.
+    """Fit a silicone's constants: a law to a tensile test, rate to a relaxation test, softening to a cyclic one.
 
     The file has rows of numbers below a row of names, in any order: "engineering strain (-)" or "(%)" and "engineering
-    stress (MPa)", "(kPa)", "(Pa)" or "(psi)"; "planar engineering strain", "biaxial ..." for other tests beside. Tests
+    stress (MPa)", "(kPa)", "(Pa)" or "(psi)"; "planar engineering strain", "biaxial ..." for other tests. Tests
     over time have "time (s)" too. Without a tensile test the law is fitted to the envelope of the cyclic one.
 
     Example: sits-mech fit tensile.csv --law yeoh --max-strain 1.0 --relaxation hold.csv --cyclic cycles.csv -o fit.png

@@ -26,31 +26,31 @@ app = App(
 )  # fmt: skip
 
 Quantity = Annotated[str, Parameter(allow_leading_hyphen=True)]
-Scene = Annotated[str, Parameter(help="Path of a scene file, or a name of the catalogue.")]
-Folder = Annotated[Path, Parameter(help="Of a calibration: what was given to sits-mech calibrate -o.")]
-Case = Annotated[int | None, Parameter(help="Of a sweep's folder: which case, by its number in the sweep's table.")]
-Frequency = Annotated[str, Parameter(allow_leading_hyphen=True, help='One, or a range "first:last:count".')]
-Tolerance = Annotated[float, Parameter(help="Asked relative error.")]
-Best = Annotated[bool, Parameter(negative="", help="Answer what can be had where the tolerance cannot.")]
+Scene = Annotated[str, Parameter(help="Path of a scene file, or name of a catalogued sensor.")]
+Folder = Annotated[Path, Parameter(help="Folder of a calibration (sits-mech calibrate -o FOLDER).")]
+Case = Annotated[int | None, Parameter(help="For the folder of a sweep: number of the case in its table.")]
+Frequency = Annotated[str, Parameter(allow_leading_hyphen=True, help='One frequency, or a range "first:last:count".')]
+Tolerance = Annotated[float, Parameter(help="Requested relative error.")]
+Best = Annotated[bool, Parameter(negative="", help="Take the smallest error within reach where the tolerance is not.")]
 Accept = Annotated[
-    bool, Parameter(negative="", help="Exit 0 for answers above the tolerance or beyond the silicone's data.")
+    bool, Parameter(negative="", help="Exit code 0 also for answers above the tolerance or beyond the data.")
 ]
 MECHANICS = ("auto", "planar", "linear", "block", "closed-form")
 MAGNETICS = ("auto", "planar", "planar-fem", "axisymmetric", "sheets")
 # where one physics is meant, --model says the same
 Mechanics = Annotated[str, Parameter(name=["--mechanics", "--model"], help=", ".join(MECHANICS))]
 Magnetics = Annotated[str, Parameter(name=["--magnetics", "--model"], help=", ".join(MAGNETICS))]
-Warmth = Annotated[Quantity | None, Parameter(help="Of all parts; the scene's own, 20 degC, by default.")]
-Warmths = Annotated[Quantity | None, Parameter(help='Of all parts: one, or a range "first:last:count".')]
+Warmth = Annotated[Quantity | None, Parameter(help="Temperature of all parts; by default the scene's (20 degC).")]
+Warmths = Annotated[Quantity | None, Parameter(help='Of all parts: one temperature, or a range "first:last:count".')]
 Json = Annotated[bool, Parameter(name="--json", negative="", help="Print one JSON object and nothing else.")]
-Output = Annotated[Path | None, Parameter(name=["--output", "-o"], help="File or folder that is written.")]
-Picture = Annotated[Path | None, Parameter(help="File that ends in .png, .pdf or .svg.")]
+Output = Annotated[Path | None, Parameter(name=["--output", "-o"], help="File or folder to write.")]
+Picture = Annotated[Path | None, Parameter(help="Picture to write: .png, .pdf or .svg.")]
 Fx = Annotated[Quantity, Parameter(help="Shear force, along +x.")]
 Fy = Annotated[Quantity, Parameter(help="Shear force, along +y.")]
 Fz = Annotated[Quantity, Parameter(help="Normal force, pressing down.")]
-Mx = Annotated[Quantity, Parameter(help="Moment about the x axis, by the right hand.")]
-Moment = Annotated[Quantity, Parameter(help="Moment about y, lifts the left edge.")]
-Mz = Annotated[Quantity, Parameter(help="Moment about the z axis, by the right hand.")]
+Mx = Annotated[Quantity, Parameter(help="Moment about the x axis, right-handed.")]
+Moment = Annotated[Quantity, Parameter(help="Moment about the y axis; positive lifts the left edge.")]
+Mz = Annotated[Quantity, Parameter(help="Moment about the z axis, right-handed.")]
 
 
 @Parameter(name="*")
@@ -62,23 +62,23 @@ class Overrides:
         tuple[str, ...], Parameter(name="--set", negative="", help='Change a key of the scene: target.width="15 mm".')
     ] = ()
     weld: Annotated[
-        bool, Parameter(negative="", help="Merge duplicated nodes of elastomer.mesh, at which it would be cut.")
+        bool, Parameter(negative="", help="Merge duplicated nodes of elastomer.mesh, which would cut it.")
     ] = False
 
     memory: Annotated[
-        float | None, Parameter(help="GiB that a solution may take: 4 unless SITS_MECH_MEMORY says otherwise.")
+        float | None, Parameter(help="Memory limit of a solution in GiB; SITS_MECH_MEMORY or 4 by default.")
     ] = None
 
     seconds: Annotated[
-        float | None, Parameter(help="Seconds that a step may take: 100 unless SITS_MECH_SECONDS says so.")
+        float | None, Parameter(help="Time limit of a step in seconds; SITS_MECH_SECONDS or 100 by default.")
     ] = None
 
     no_cache: Annotated[
-        bool, Parameter(negative="", help="Neither read nor keep preparations of plates (see sits-mech doctor).")
+        bool, Parameter(negative="", help="Neither read nor write the cache of prepared plates (sits-mech doctor).")
     ] = False
 
     strict: Annotated[
-        bool, Parameter(negative="", help="Refuse what is only implausible, such as a layer 2 m thick.")
+        bool, Parameter(negative="", help="Refuse implausible values too, such as a layer 2 m thick.")
     ] = False
 
     def note(self, where: str, lines: Sequence[str]) -> None:
@@ -130,7 +130,7 @@ class Way:
     """Where the load passes on its way from rest; by default it grows straight."""
 
     via: Annotated[
-        tuple[str, ...], Parameter(negative="", help='With elastomer.friction: a load passed, "fz=4 N, fx=0 N".')
+        tuple[str, ...], Parameter(negative="", help='With elastomer.friction: load on the way, "fz=4 N, fx=0 N".')
     ] = ()
 
     def loads(self) -> list[Wrench]:
@@ -143,9 +143,9 @@ class Way:
 class LoadGrid:
     """The loads of a grid; each one quantity, the same for all, or a range "first:last:count"."""
 
-    fx: Annotated[Quantity | None, Parameter(help=f"Shear force, along +x; {_USUAL['fx']} or what is borne.")] = None
-    fy: Annotated[Quantity | None, Parameter(help="Along +y; by default if the coils lie along y alone.")] = None
-    fz: Annotated[Quantity | None, Parameter(help=f"Normal force, pressing; {_USUAL['fz']} or what is borne.")] = None
+    fx: Annotated[Quantity | None, Parameter(help=f"Shear force, along +x; up to {_USUAL['fx']}.")] = None
+    fy: Annotated[Quantity | None, Parameter(help="Along +y; by default only if all coils lie along y.")] = None
+    fz: Annotated[Quantity | None, Parameter(help=f"Normal force, pressing; up to {_USUAL['fz']}.")] = None
     mx: Mx = "0 N*m"
     moment: Moment = "0 N*m"
     mz: Mz = "0 N*m"
@@ -176,7 +176,7 @@ class LoadGrid:
         share = borne_share(sensor, Wrench(**corner), mechanics)
         if share < 1.0:
             words = load_words({name: share * value for name, value in corner.items()})
-            warn(f"loads: up to {words} by default: more is beyond what the pad bears (sits-mech envelope)")
+            warn(f"loads: up to {words} by default: larger loads are beyond the limits of the pad (sits-mech envelope)")
         return {name: [share * value for value in values] for name, values in components.items()}
 
 
@@ -186,11 +186,11 @@ class Place:
     """A pose of the target, instead of a load; what is not given is zero."""
 
     dv: Annotated[Quantity | None, Parameter(help="Height of the target's bottom face above the coils.")] = None
-    dh: Annotated[Quantity | None, Parameter(help="Where the target's centre is along x.")] = None
-    dy: Annotated[Quantity | None, Parameter(help="Where it is along y.")] = None
-    alpha: Annotated[Quantity | None, Parameter(help="Rotation that lifts the left edge.")] = None
-    alphax: Annotated[Quantity | None, Parameter(help="Rotation about the x axis, by the right hand.")] = None
-    alphaz: Annotated[Quantity | None, Parameter(help="Rotation about the z axis, by the right hand.")] = None
+    dh: Annotated[Quantity | None, Parameter(help="Displacement of the target's centre along x.")] = None
+    dy: Annotated[Quantity | None, Parameter(help="Displacement along y.")] = None
+    alpha: Annotated[Quantity | None, Parameter(help="Rotation about the y axis; positive lifts the left edge.")] = None
+    alphax: Annotated[Quantity | None, Parameter(help="Rotation about the x axis, right-handed.")] = None
+    alphaz: Annotated[Quantity | None, Parameter(help="Rotation about the z axis, right-handed.")] = None
 
     @property
     def given(self) -> bool:
@@ -214,7 +214,7 @@ class Models:
 
     mechanics: Annotated[str, Parameter(help=", ".join(MECHANICS))] = "auto"
     magnetics: Annotated[str, Parameter(help=", ".join(MAGNETICS))] = "auto"
-    tolerance: Annotated[float, Parameter(help="Asked error of the signals, over their full scale.")] = 1e-2
+    tolerance: Annotated[float, Parameter(help="Requested error of the signals, relative to full scale.")] = 1e-2
 
 
 def _written_load(text: str) -> Wrench:

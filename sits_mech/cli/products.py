@@ -29,9 +29,9 @@ from sits_mech.cli.options import (
 def view(
     scene: Scene, *, load: Load = Load(), place: Place = Place(),
     kind: Literal["scene", "layer", "field", "spatial"] | None = None,
-    driven: Annotated[str | None, Parameter(help="Name of the coil that carries current; the last one.")] = None,
-    frequency: Annotated[Quantity | None, Parameter(help="Of the current; the scene's.")] = None,
-    show: Annotated[Literal["displacement", "stretch"], Parameter(name="--show", help="What colours a layer.")] =
+    driven: Annotated[str | None, Parameter(help="Coil that carries current; by default the last.")] = None,
+    frequency: Annotated[Quantity | None, Parameter(help="By default the scene's.")] = None,
+    show: Annotated[Literal["displacement", "stretch"], Parameter(name="--show", help="Colours of a layer.")] =
     "displacement", output: Output = None,
     overrides: Overrides = Overrides(),
 ) -> int:  # fmt: skip
@@ -61,14 +61,14 @@ def view(
 @app.command(name="import")
 def import_board(
     board: Annotated[Path, Parameter(help="A .kicad_pcb file of KiCad 7 or later.")], *,
-    net: Annotated[tuple[str, ...], Parameter(negative="", help="Whose tracks are a coil; once for each coil.")] = (),
-    frequency: Annotated[Quantity, Parameter(help="Of the scene.")] = "5 MHz",
-    origin: Annotated[Literal["coil", "board"], Parameter(help="Middle of the coils, or the board's own.")] = "coil",
-    chord_error: Annotated[Quantity, Parameter(help="How far the polylines of arcs may be off.")] = "1 um",
+    net: Annotated[tuple[str, ...], Parameter(negative="", help="Net whose tracks are a coil; once per coil.")] = (),
+    frequency: Annotated[Quantity, Parameter(help="Frequency of the scene.")] = "5 MHz",
+    origin: Annotated[Literal["coil", "board"], Parameter(help="At the middle of the coils, or the board's.")] = "coil",
+    chord_error: Annotated[Quantity, Parameter(help="Largest error of polylines for arcs.")] = "1 um",
     pours: Annotated[bool, Parameter(help="Take filled zones of other nets as conductors.")] = True,
     output: Output = None,
 ) -> int:  # fmt: skip
-    """Read coils and copper pours from a board of KiCad into a scene, for stdout without -o.
+    """Read coils and copper pours of a KiCad board into a scene, on stdout without -o.
 
     Example: sits-mech import probe.kicad_pcb --net L1 --frequency "2 MHz" -o probe.toml
     """
@@ -123,12 +123,12 @@ def export(
 @app.command
 def design(
     requirements: Annotated[Path, Parameter(help="Requirement file: scene, loads, vary, require, tolerance, goal.")], *,
-    output: Annotated[Path, Parameter(name=["--output", "-o"], help="Folder of the answer and of solved designs.")],
-    most: Annotated[int, Parameter(help="Designs that the search solves at most.")] = 60,
-    processes: Annotated[int, Parameter(name=["--processes", "-j"], help="Of this machine, for first designs.")] = 1,
+    output: Annotated[Path, Parameter(name=["--output", "-o"], help="Folder for the answer and solved designs.")],
+    most: Annotated[int, Parameter(help="Largest number of designs to solve.")] = 60,
+    processes: Annotated[int, Parameter(name=["--processes", "-j"], help="Processes for the first designs.")] = 1,
     as_json: Json = False,
 ) -> int:  # fmt: skip
-    """Find a sensor for requirements: which thickness, silicone, target, coils; a stopped run goes on.
+    """Find a sensor for requirements: which thickness, silicone, target, coils; a stopped run is resumed.
 
     Example: sits-mech design requirements.toml -o fingertip
     """

@@ -23,17 +23,17 @@ if TYPE_CHECKING:
 @app.command
 def invert(
     folder: Folder, *,
-    reading: Annotated[tuple[str, ...], Parameter(negative="", help='Of a coil by its name: "C1=91.2 %".')] = (),
-    code: Annotated[tuple[str, ...], Parameter(negative="", help="The converter's: C1=38900874.")] = (),
-    clock: Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's greatest.")] = None,
-    temperature: Annotated[Quantity | None, Parameter(help="Of the sensor, measured; takes some seconds.")] = None,
+    reading: Annotated[tuple[str, ...], Parameter(negative="", help='Inductance of a coil by name: "C1=91.2 %".')] = (),
+    code: Annotated[tuple[str, ...], Parameter(negative="", help="Code of the converter: C1=38900874.")] = (),
+    clock: Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's largest.")] = None,
+    temperature: Annotated[Quantity | None, Parameter(help="Measured temperature of the sensor.")] = None,
     as_json: Json = False,
-    **inductances: Annotated[Quantity, Parameter(help="--l1, --l2, ...: of each coil by its number.")],
+    **inductances: Annotated[Quantity, Parameter(help="--l1, --l2, ...: inductance of each coil by number.")],
 ) -> int:  # fmt: skip
-    """Which forces show these readings? One for each coil: in H, in "%" of free space, or plain in the table's unit.
+    """Which forces belong to these readings? One per coil: in H, in "%" of free space, or in the table's unit.
 
-    With --temperature of a calibration made with --drift the table is moved along its slopes, and the sensor solved
-    at the load found, one to three times, a few seconds each in the finite elements: what straight lines leave out.
+    With --temperature a calibration made with --drift is corrected along its slopes; the sensor is then solved at the
+    load found, one to three times of a few seconds, to correct what the straight lines leave out.
 
     Example: sits-mech invert calibration --l1 "92.1 %" --l2 "91.8 %"
     """
@@ -74,11 +74,11 @@ def invert(
 @app.command
 def converter(
     folder: Folder, *,
-    clock: Annotated[Quantity | None, Parameter(help="External clock; the part's greatest.")] = None,
+    clock: Annotated[Quantity | None, Parameter(help="External clock; the part's largest.")] = None,
     rcount: Annotated[int, Parameter(help="Reference count: more is slower and quieter.")] = 0xFFFF,
     as_json: Json = False,
 ) -> int:  # fmt: skip
-    """How to set the scene's converter for a calibrated sensor, and what it then shows.
+    """How to set the converter for a calibrated sensor, and what it then reads.
 
     Example: sits-mech converter calibration --clock "40 MHz" --rcount 4096
     """
@@ -109,10 +109,10 @@ def converter(
 class Deviations:
     """Standard deviations of what is made; those that are given count."""
 
-    thickness: Annotated[Quantity | None, Parameter(help="Of the layer's thickness.")] = None
-    modulus: Annotated[Quantity | None, Parameter(help='Of the modulus, over its own, such as "5 %".')] = None
-    gap: Annotated[Quantity | None, Parameter(help="Of the gap between coils and target.")] = None
-    offset: Annotated[Quantity | None, Parameter(help="Of the coils' place along x.")] = None
+    thickness: Annotated[Quantity | None, Parameter(help="Deviation of the layer's thickness.")] = None
+    modulus: Annotated[Quantity | None, Parameter(help='Relative deviation of the modulus: "5 %".')] = None
+    gap: Annotated[Quantity | None, Parameter(help="Deviation of the gap.")] = None
+    offset: Annotated[Quantity | None, Parameter(help="Deviation of the coils along x.")] = None
 
     def given(self) -> dict[str, float]:
         """Return those that are given, in SI."""
@@ -126,14 +126,14 @@ class Deviations:
 @app.command
 def quality(
     folder: Folder, *, deviations: Deviations = Deviations(),
-    noise: Annotated[Quantity | None, Parameter(help="Of an inductance; the converter's by default.")] = None,
-    samples: Annotated[int, Parameter(help="Sensors to solve for the deviations, a power of two.")] = 32,
-    period: Annotated[Quantity | None, Parameter(help="Of a load to the table's end and back: hysteresis.")] = None,
+    noise: Annotated[Quantity | None, Parameter(help="Noise of an inductance; the converter's by default.")] = None,
+    samples: Annotated[int, Parameter(help="Sampled sensors for the deviations, a power of two.")] = 32,
+    period: Annotated[Quantity | None, Parameter(help="Period of a load cycle, for the hysteresis.")] = None,
     components: Annotated[bool, Parameter(help="Which of the six forces and moments do the coils resolve?")] = False,
-    capacity: Annotated[bool, Parameter(help="How much of its corner loads does the pad carry, and then?")] = False,
+    capacity: Annotated[bool, Parameter(help="How far can the corner loads grow, and what limits them?")] = False,
     case: Case = None, as_json: Json = False,
 ) -> int:  # fmt: skip
-    """Range, linearity, crosstalk, resolution, condition, limits of a calibrated sensor; what tolerances make of it.
+    """Range, linearity, crosstalk, resolution, condition, limits of a calibrated sensor; effect of tolerances.
 
     Example: sits-mech quality calibration --modulus "5 %" --gap "20 um"
     """
@@ -182,24 +182,24 @@ def quality(
     if silicone is not None and (silicone.prony or silicone.mullins) and period is None:
         warn("hysteresis: the silicone has prony or mullins; --period shows what they make of the forces")
     if not has_slopes(data):
-        warn("drift with temperature: not known of this calibration; calibrate --drift adds it")
+        warn("drift with temperature: not in this calibration; calibrate --drift adds it")
     if one is None:
-        warn("noise: by default the converter's at its longest conversion; --noise takes what a board shows")
+        warn("noise: by default the converter's at its longest conversion; --noise takes that of your board")
     return 0
 
 
 @app.command
 def compare(
-    folder: Annotated[Path, Parameter(help="Of a calibration; or a scene, of a bench whose stages set poses.")],
+    folder: Annotated[Path, Parameter(help="Folder of a calibration; or a scene, if stages set poses.")],
     measured: Annotated[Path, Parameter(help="CSV: F_x, ... or d_v [mm], alpha [deg], ...; L1 [uH] or code1, ...")], *,
-    free: Annotated[str, Parameter(help='To fit, with commas: modulus, "gap=0+-0.3 mm", a key of the scene, ...')] = "",
-    noise: Annotated[Quantity | None, Parameter(help="Of a reading: what is known is weighed against it.")] = None,
+    free: Annotated[str, Parameter(help='To fit: modulus, "gap=0+-0.3 mm", a key of the scene, ...')] = "",
+    noise: Annotated[Quantity | None, Parameter(help="Noise of a reading, the weight of the data.")] = None,
     magnetics: Magnetics = "auto",
-    clock: Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's greatest.")] = None,
+    clock: Annotated[Quantity | None, Parameter(help="External clock of the codes; the part's largest.")] = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"], help="Picture of data and model.")] = None,
     as_json: Json = False,
 ) -> int:  # fmt: skip
-    """How far is a measurement from the model, and which modulus, gap, leads, tilt, ... bring them together?
+    """How far is a measurement from the model, and which modulus, gap, leads, tilt, ... fit it best?
 
     Example: sits-mech compare calibration bench.csv --free modulus,lead -o residual.png
     """

@@ -48,7 +48,7 @@ def pose(
     scene: Scene, *, load: Load = Load(), way: Way = Way(), mechanics: Mechanics = "auto", tolerance: Tolerance = 1e-2,
     temperature: Warmth = None, accept: Accept = False, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
-    """Where the target comes to rest under a load.
+    """Displacement and rotation of the target under a load.
 
     Example: sits-mech pose biorob2018 --fx "0.5 N" --fz "2 N"
     """
@@ -128,13 +128,13 @@ def inductance(
 def simulate(
     scene: Scene, *, load: Load = Load(), way: Way = Way(), models: Models = Models(), temperature: Warmths = None,
     history: Annotated[Path | None, Parameter(help="CSV of loads over time: t [s], F_z [N], ...")] = None,
-    rcount: Annotated[int | None, Parameter(help="Of the converter in a history: more is slower; 65535.")] = None,
+    rcount: Annotated[int | None, Parameter(help="Reference count in a history; 65535 by default.")] = None,
     output: Output = None, picture: Picture = None, best: Best = False, accept: Accept = False,
     overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
-    """What the sensor shows under a load, at one temperature or over a range: --picture draws that, by cause.
+    """What the sensor shows under a load, at one temperature or over a range (--picture draws the causes).
 
-    With --history the load changes in time, and -o is a folder for what comes of it.
+    With --history the load changes in time, and -o is a folder for the results.
 
     Example: sits-mech simulate biorob2018 --fx "0.5 N" --fz "2 N" --temperature "-10 degC:60 degC:8"
     """
@@ -213,11 +213,11 @@ def over_temperature(
 @app.command
 def envelope(
     scene: Scene, *, mechanics: Mechanics = "auto",
-    tolerance: Annotated[float, Parameter(help="Error of the pose that is a limit, too; 0.01 takes longer.")] = 0.05,
-    rays: Annotated[int, Parameter(help="In each plane of forces; a multiple of four.")] = 8,
+    tolerance: Annotated[float, Parameter(help="Error of the pose that counts as a limit.")] = 0.05,
+    rays: Annotated[int, Parameter(help="Rays in each plane of forces; a multiple of four.")] = 8,
     temperature: Warmth = None, output: Output = None, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
-    """Which forces does the sensor bear, and what comes next: the silicone's data end, contact, buckling?
+    """Which forces can the sensor carry, and what limits them: the silicone's data, contact, buckling?
 
     In the plane of F_x and F_z, and of F_y and F_z where coils stand apart along y; -o is a folder: picture, numbers.
 

@@ -64,14 +64,14 @@ def in_time(
 @app.command
 def cycle(
     scene: Scene, *, load: Load = Load(), models: Models = Models(), period: Quantity = "1 s", cycles: int = 2,
-    full: Annotated[bool, Parameter(negative="", help="Also with a memory at every point: the difference.")] = False,
+    full: Annotated[bool, Parameter(negative="", help="Also solve each point of the pad: the difference.")] = False,
     output: Output = None, picture: Picture = None, accept: Accept = False,
     overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:  # fmt: skip
-    """How wide is the loop of the signals while a load comes and goes? For silicones with prony or mullins.
+    """How wide is the hysteresis loop of the signals under a cyclic load? For silicones with prony or mullins.
 
-    The pad answers as a whole, which is cheap; --full follows every point of it as `simulate --history` does, and tells
-    what that changes. -o writes the table over time as netCDF, --picture the loops; of the full one where it was asked.
+    The pad is taken as a whole, which is fast; --full solves every point of it as `simulate --history` does, and prints
+    the difference. -o writes the table over time as netCDF, --picture the loops; with --full those of the full solve.
 
     Example: sits-mech cycle soft.toml --fz "4 N" --period "2 s" --cycles 3 -o cycle.nc --picture loops.pdf
     """

@@ -53,8 +53,8 @@ def write_header(source: Source, path: Path) -> tuple[str, ...]:
     notes = [
         f"{len(found.power)} terms for each of {len(cal.coils)} coils, {_bytes(found)} bytes of tables, "
         f"within {found.error:.2g} codes of the map",
-        f"the map predicts loads that are left out to {_in_words(cal, float(cal.map.error.max()))}",
-        f"the loads' own estimated errors are up to {_in_words(cal, own)}",
+        f"interpolation error, by leaving out loads: {_in_words(cal, float(cal.map.error.max()))}",
+        f"estimated errors of the loads: up to {_in_words(cal, own)}",
     ]
     if domain.share < 1.0 or domain.regions:
         notes.append(f"{1.0 - domain.share:.1%} of the loads have no answer: {'; '.join(domain.regions)}")

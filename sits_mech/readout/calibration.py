@@ -129,7 +129,7 @@ class Calibration:
     def _points(self, forces: Sequence[ArrayLike]) -> Array:
         """Return forces as one array (..., d)."""
         each, d = [np.asarray(force, dtype=float) for force in forces], len(self.forces)
-        if len(each) == 1 < d and each[0].shape[-1:] == (d,):
+        if len(each) == 1 and each[0].shape[-1:] == (d,):
             return each[0]
         if len(each) != d:
             raise ValueError(f"forces: must be {', '.join(self.forces)}; got {len(each)} values")

@@ -221,7 +221,7 @@ def _parts(table: xr.Dataset, forces: tuple[str, ...]) -> tuple[Array, Array, Ar
 
 
 def _slope_errors(cal: Calibration, table: xr.Dataset | None) -> Array:
-    """Return how far the slopes at the least loads can be off by the errors of a table, shape (n, d)."""
+    """Return how far the slopes at the smallest loads can be off by the errors of a table, shape (n, d)."""
     if table is None:
         return np.full((len(cal.coils), len(cal.forces)), np.nan)
     at = {name: nearest_none(table, name) for name in cal.forces}

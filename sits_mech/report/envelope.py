@@ -42,7 +42,7 @@ def envelope_table(found: Envelope) -> Table:
         sizes = {name: with_error(v, v * ray.error) if math.isfinite(v) else f"{v}" for name, v in forces.items()}
         words = (f"{name} = {size} {shown_unit(name)}" for name, size in sizes.items())
         rows.append((", ".join(words) or "no force", ray.limit))
-    return key_table("forces that are borne, and what comes next", rows)
+    return key_table("forces within all limits, and the limit that comes next", rows)
 
 
 def envelope_figure(found: Envelope, name: str) -> Figure:
@@ -71,8 +71,8 @@ def envelope_figure(found: Envelope, name: str) -> Figure:
                     axes.plot([low * x[n], high * x[n]], [low * z[n], high * z[n]], color=f"C{k}", lw=0.8)
                 axes.plot([x[n] for n in here], [z[n] for n in here], f"C{k}{MARKS[k % len(MARKS)]}", label=limit)
             axes.plot(0.0, 0.0, "k+")
-            axes.set(xlabel=_label(plane[0]), ylabel=f"{_label(plane[1])}, pressing up")
-        figure.suptitle(f"{name}\nforces that are borne; bars along rays: estimated error")
+            axes.set(xlabel=_label(plane[0]), ylabel=f"{_label(plane[1])}, positive: pressing")
+        figure.suptitle(f"{name}\nforces within all limits; bars along rays: estimated error")
         figure.legend(*every[0].get_legend_handles_labels(), loc="outside lower center", fontsize="x-small")
         return figure
 

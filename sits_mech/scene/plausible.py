@@ -102,7 +102,7 @@ def check_loads(sensor: Any, loads: Mapping[str, ArrayLike]) -> None:
         most = force if name.startswith("F") else force * max(sides)
         for value in np.ravel(values):
             if abs(value) > most:
-                unit, why = shown_unit(name), "no pad of this silicone and size bears more (see sits-mech envelope)"
+                unit, why = shown_unit(name), "no pad of this silicone and size carries more (see sits-mech envelope)"
                 raise SceneError(f"{name}: must be within {most:.2g} {unit}: {why}; got {value:g} {unit}")
 
 

@@ -15,7 +15,7 @@ Schema = dict[str, Any]
 def requirements_schema() -> Schema:
     """Return the schema of a requirement file."""
     parts = {
-        "scene": {"type": "string", "description": "A scene file beside this one, or a name of the catalogue."},
+        "scene": {"type": "string", "description": "A scene file in the same folder, or a name of the catalogue."},
         "loads": _loads(), "vary": _vary(), "require": _require(), "tolerance": _tolerance(), "goal": _goal(),
     }  # fmt: skip
     return {

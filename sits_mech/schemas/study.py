@@ -24,8 +24,8 @@ def study_schema() -> Schema:
     }  # fmt: skip
     values = {"anyOf": [{"type": "array", "minItems": 1, "uniqueItems": True}, span]}
     said = {
-        "scene": {"type": "string", "description": "A scene file beside this one, or a name of the catalogue."},
-        "request": {"enum": list(REQUESTS), "description": "What is asked in every case."},
+        "scene": {"type": "string", "description": "A scene file in the same folder, or a name of the catalogue."},
+        "request": {"enum": list(REQUESTS), "description": "The request of every case."},
         "combine": {"enum": ["product", "zip"], "default": "product", "description": "All with all, or in step."},
         "vary": {"type": "object", "minProperties": 1, "additionalProperties": values,
                  "description": "Keys of the scene in quotes, arguments of the request bare: lists or ranges."},

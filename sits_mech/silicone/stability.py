@@ -142,7 +142,7 @@ def layer_notes(silicone: Silicone, largest_stretch: float) -> tuple[str, ...]:
         )
     if largest_stretch > silicone.known_stretch:
         notes.append(
-            f"{name} is known up to stretch {silicone.known_stretch:.4g} (the data behind its constants), "
+            f"the data of {name} end at stretch {silicone.known_stretch:.4g}, "
             f"this solve reached {largest_stretch:.4g}"
         )
     return tuple(notes)

@@ -69,7 +69,7 @@ def curves_of(rungs: Sequence[Rung]) -> dict[str, list[Rung]]:
 
 
 def said(rungs: Sequence[Rung]) -> str:
-    """Return what a user wants of one figure: what asking costs, what is not to be had, how judged estimates did."""
+    """Return what a user wants of one figure: what asking costs, what cannot be reached, how judged estimates did."""
     curves = curves_of(rungs).values()
     rows = [[Asked(one.tolerance, one.estimated, one.seconds) for one in row] for row in curves]
     points = [one for row in curves for _, one in merged(row)]

@@ -263,5 +263,5 @@ def test_converter_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> 
 def test_tank_far_from_the_frequency_is_told(sensor: Sensor) -> None:
     """450 pF swing near the scene's 5 MHz; 45 pF some three times higher, where skins and inductances are others."""
     near, far = (changed(sensor, [f'readout.parallel_capacitance="{pF} pF"']) for pF in (450, 45))
-    assert bench.sensor_front_end(near, table(near))[1][-1] == "R is that at 5e+06 Hz"
+    assert bench.sensor_front_end(near, table(near))[1][-1] == "R is taken at 5e+06 Hz"
     assert "and L too, where the tanks swing at some 1.6" in bench.sensor_front_end(far, table(far))[1][-1]

@@ -37,7 +37,7 @@ def test_a_component_that_the_table_does_not_have() -> None:
     cal, reading = known(("F_x", "F_z")), shown(np.array([0.2, 0.3, 1.0]))
     assert cal.inverse(reading).status == "no solution"
     said = suspicion(cal, reading, others())
-    assert said.startswith("off the plane of the table by ")
+    assert said.startswith("coils contradict each other by ")
     assert said.endswith("% of the range: the residual points along F_y (about 0.3 N) or M_x (about -0.0059 N m)")
     names, slopes, _ = others()
     assert suspicion(cal, reading, (names, slopes, np.array([1.0, 1e-3]))).endswith("along F_y (about 0.3 N)")
@@ -49,7 +49,7 @@ def test_a_coil_that_is_off(coil: int) -> None:
     reading = shown(np.array([0.2, 0.0, 1.0]))
     reading[coil] *= 1.01
     said = suspicion(known(("F_x", "F_z")), reading, others())
-    assert said.endswith(f"of the range: coil C{coil + 1} (+1 %) alone, the other coils belong to a load of the table")
+    assert said.endswith(f"of the range: coil C{coil + 1} (+1 %) alone is off, the other coils fit a load of the table")
 
 
 def test_what_cannot_be_told() -> None:
@@ -59,7 +59,7 @@ def test_what_cannot_be_told() -> None:
     reading[2] *= 1.003
     said = suspicion(cal, reading, ((), np.zeros((4, 0)), np.zeros(0)))
     assert said.endswith(
-        "cannot be told which, coil C1 (+0.3 %), coil C2 (-0.3 %), coil C3 (+0.3 %) or coil C4 (-0.3 %) "
+        "of the range: coil C1 (+0.3 %), coil C2 (-0.3 %), coil C3 (+0.3 %) or coil C4 (-0.3 %) "
         "would explain it"
     )
     broken = shown(np.array([0.2, 0.0, 1.0])) * [1.01, 1.0, 1.006, 1.0, 0.994]

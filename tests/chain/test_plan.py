@@ -77,12 +77,13 @@ def test_five_scenes_have_five_plans() -> None:
     assert len({str(item) for item in told}) == 5
     assert [found.magnetics.name for found in plans] == ["planar", "axisymmetric", "sheets", "planar-fem", "sheets"]
     whats = [{item.what for item in found.left_out} for found in plans]
-    assert "eddy currents" in whats[0] and "poses beside and turned" in whats[2] and "mesh of the air" not in whats[3]
+    assert "eddy currents" in whats[0] and "out-of-plane displacement and rotation" in whats[2]
+    assert "mesh of the air" not in whats[3]
     assert skin_depths(sensor) > 6.0 > 1.0 > skin_depths(load_sensor("biorob2018", ["frequency=5e3"]))
     assert all(found.seconds > 0.0 and found.error > 0.0 for found in plans)
     strip = next(item for item in omissions(requests[1][0], (), None, "planar-fem") if item.what == "ends along y")
-    assert "a strip for a disc of its diameter" in strip.reason and math.isnan(strip.size)  # no pose, no size
-    assert {item.what for item in omissions(sensor, (), None, "sheets")} >= {"mechanics", "inside of the target"}
+    assert "a disc as a strip of its diameter" in strip.reason and math.isnan(strip.size)  # no pose, no size
+    assert {item.what for item in omissions(sensor, (), None, "sheets")} >= {"mechanics", "interior of the target"}
 
 
 def test_a_sheet_of_ferrite_is_magnetised_in_space() -> None:
@@ -173,9 +174,9 @@ def test_images_of_loads_are_left_out() -> None:
     """Only in scenes that are their own mirror image; the plan says how many stand for all."""
     sensor, loads = load_sensor("biorob2018"), [Wrench(-1.0, 1.0), Wrench(1.0, 1.0)]
     both = [omissions(scene, loads, "block", None) for scene in (sensor, _lopsided(sensor))]
-    assert [any(item.what == "images of loads" for item in found) for found in both] == [True, False]
+    assert [any(item.what == "mirrored loads" for item in found) for found in both] == [True, False]
     assert any("1 of 2 loads" in item.reason for item in both[0])
-    assert not any(item.what == "images of loads" for item in omissions(sensor, loads[1:], "block", None))
+    assert not any(item.what == "mirrored loads" for item in omissions(sensor, loads[1:], "block", None))
 
 
 def test_components_beside_the_plane_count_in_a_plan() -> None:
@@ -183,7 +184,7 @@ def test_components_beside_the_plane_count_in_a_plan() -> None:
     sensor = load_sensor("biorob2018")
     symmetric = {item.what for item in omissions(sensor, [Wrench(F_z=1.0)], "block", None)}
     beside = {item.what for item in omissions(sensor, [Wrench(F_z=1.0, F_y=0.2)], "block", None)}
-    assert "poses beside and turned" in symmetric - beside
+    assert "out-of-plane displacement and rotation" in symmetric - beside
     square = load_sensor("biorob2018", ['elastomer.length="8 mm"'])
     one, other = ([Wrench(F_y=0.3, M_x=-1e-3)], [Wrench(0.3, M=1e-3)])
     assert strain_bound(square, one) == pytest.approx(strain_bound(square, other))
@@ -195,7 +196,7 @@ def test_a_plan_promises_no_more_than_there_is() -> None:
     sensor = load_sensor("biorob2018")
     fine = plan(sensor, [Wrench(0.1, 0.5)], tolerance=1e-9)
     assert fine.error >= REACHED["mechanics", "block"] + REACHED["magnetics", "sheets"]
-    assert len(fine.notes) == 1 and "the tolerance 1e-09 is not to be had at this load" in fine.notes[0]
+    assert len(fine.notes) == 1 and "the tolerance 1e-09 cannot be reached at this load" in fine.notes[0]
     assert "a large load for this pad" in plan(sensor, [Wrench(0.0, 400.0)]).notes[0]
     material = 'elastomer.material={law="neo-hookean", shear_modulus="30 GPa", bulk_modulus="30 TPa"}'
     glassy = load_sensor("biorob2018", [material])

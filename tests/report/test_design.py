@@ -98,7 +98,7 @@ def test_the_page_stands_alone(folder: Path) -> None:
     """Pictures inside, no address of a network, the requirement's words."""
     text = (folder / "report.html").read_text()
     assert text.count("data:image/png;base64,") == 4 and "http" not in text.replace("http://www.w3.org", "")
-    for words in ("why not", "what a tenth of the bounds", "what 10 % more of each number", "what the figures mean"):
+    for words in ("why not", "by a tenth of its range", "effect of 10 % more of each", "what the figures mean"):
         assert words in text
     assert text.count('<div class="pictures">') == 1, "pictures in the page's width"
     for name in ("front", "landscape", "limits", "worst_load"):

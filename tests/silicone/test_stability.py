@@ -140,7 +140,7 @@ def test_notes_for_a_solve_name_law_test_and_stretch() -> None:
     (note,) = layer_notes(law("gent", shear_modulus=30e3, j_m=5.0), 3.0)
     assert "the gent law locks from stretch" in note
     (note,) = layer_notes(law("neo-hookean", fitted_range=(0.05, 1.0), shear_modulus=1.0), 2.5)
-    assert "is known up to stretch 2 (the data behind its constants)" in note
+    assert "end at stretch 2" in note
 
 
 def test_impossible_ranges_are_refused() -> None:

@@ -39,7 +39,7 @@ def test_only_judged_points_are_counted() -> None:
     """The hollow one has an estimate that nobody can hold against it; both were solved, and have their seconds."""
     first = Rung("a", 1e-2, 0.3, 5e-3, 8e-3, 1e-4)
     rungs = [first, replace(first, tolerance=3e-3), Rung("a", 1e-3, 1.1, 1e-4, 9e-4, 1e-4)]
-    words = "ask 1e-2: 0.3 s; 1e-3: 1.1 s; finer than 1e-3 was not asked. "
+    words = "ask 1e-2: 0.3 s; 1e-3: 1.1 s; errors below 1e-3 were not requested. "
     assert said(rungs) == words + "Estimates within a factor of 5: 1 of 1 judged points, of 2."
 
 

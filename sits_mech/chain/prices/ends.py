@@ -156,9 +156,9 @@ class InSection:
             return found
         ends = ends_of_plates(self.sensor, found, pose)
         if ends is None:
-            note = "ends along y: in no error, not estimated for this scene"
+            note = "ends along y: not estimated for this scene, not in the errors"
             return replace(found, report=replace(found.report, notes=(*found.report.notes, note)))
-        note = f"a section stands for coils and plates with ends: {ends.size:.2g} of the change, in the error; ask for"
+        note = f"coils and plates taken as endless along y: {ends.size:.2g} of the change, in the error; ask for"
         report = replace(
             found.report, estimated_error=found.report.estimated_error + ends.size,
             notes=(*found.report.notes, f"{note} sheets"),

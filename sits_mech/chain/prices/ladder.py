@@ -1,4 +1,4 @@
-"""How exact can an answer be, and in what time? A load solved to finer and finer tolerances, each from the scene on.
+"""How exact can an answer be, and in what time? A load solved to smaller and smaller tolerances, each from the start.
 
 Every rung is solved with caches emptied, and costs what it costs cold. It has its own estimate, what it differs from
 the finest rung by, and its processor time; the finest one is no truth: its own estimate says how far it may be off.
@@ -108,10 +108,10 @@ def ladder(
 
 
 def sentence(ladders: Sequence[Sequence[Asked]]) -> str:
-    """Return what a user wants of some ladders: "ask 1e-2: 0.3 s; 3e-3: 1.1 s; finer than 1e-3 is not to be had".
+    """Return what a user wants of some ladders: "ask 1e-2: 0.3 s; 3e-3: 1.1 s; errors below 1e-3 cannot be reached".
 
     A tolerance counts where the answer's own estimate is within it; of several ladders that not all hold it, how many
-    do is said. What is not to be had is what is below the least estimate of a ladder whose finest rung misses.
+    do is said. What cannot be reached is what is below the least estimate of a ladder whose finest rung misses.
     """
     parts, count = [], len(ladders)
     for tolerance in sorted({one.tolerance for row in ladders for one in row}, reverse=True):
@@ -122,11 +122,11 @@ def sentence(ladders: Sequence[Sequence[Asked]]) -> str:
     reached = [min(one.estimated for one in row) for row in ladders if not _holds(_finest(row))]
     limits = sorted(x for x in reached if math.isfinite(x))
     if limits:
-        parts.append(f"finer than {_span([power(limits[0]), power(limits[-1])])} is not to be had")
+        parts.append(f"errors below {_span([power(limits[0]), power(limits[-1])])} cannot be reached")
         parts[-1] += f" ({len(reached)} of {count})" if len(reached) < count else ""
     elif not reached:
-        parts.append(f"finer than {power(_finest(ladders[0]).tolerance)} was not asked")
-    return f"ask {'; '.join(parts)}" if parts else "no tolerance of the ladder is to be had"
+        parts.append(f"errors below {power(_finest(ladders[0]).tolerance)} were not requested")
+    return f"ask {'; '.join(parts)}" if parts else "no tolerance of the ladder can be reached"
 
 
 def forget() -> None:

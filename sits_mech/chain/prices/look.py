@@ -83,13 +83,13 @@ def expected(first: SolveReport, error: float, tolerance: float, count: int = 1)
         more = [(times, max(share, _OF_ALL)) for times, share in more[: 1 if tolerance >= MANY_ON_THREE else None]]
     further = [((count + finer * times) * each, (1.0 if wandered else share) * error) for times, share in more]
     seconds, left = next((each for each in further if each[1] <= tolerance), further[0 if wandered else -1])
-    beyond = (f"the tolerance {tolerance:g} is not to be had at this load: {left:.1g}",) if left > tolerance else ()
-    return Look(left, seconds, (*_known(first), *beyond))
+    beyond = f"the tolerance {tolerance:g} cannot be reached at this load, about {left:.1g} can"
+    return Look(left, seconds, (*_known(first), *([beyond] if left > tolerance else [])))
 
 
 def _known(report: SolveReport) -> tuple[str, ...]:
     """Notes that speak against a load."""
-    return tuple(note for note in report.notes if "is known up to stretch" in note)
+    return tuple(note for note in report.notes if " end at stretch " in note)
 
 
 def _seconds(report: SolveReport) -> float:

@@ -85,7 +85,7 @@ class Plan:
         auto = not (loads or magnetics.by_name)
         missing = omissions(sensor, loads, name, magnetics.name, shown, auto) + magnetics.left_out
         if mechanics is not None and len(first) < len(loads):
-            reason = f"a smooth map through some {len(first)} of {len(loads)} predicts them within the tolerance"
+            reason = f"interpolated between about {len(first)} of {len(loads)} solved loads, within the tolerance"
             missing += (Omission("loads between solved ones", reason, tolerance, in_error=True),)
         sizes = [item.size for item in missing if item.counts and item.size > 0.0]
         error = sum(step.error for step in asked) + sum(sizes)
@@ -142,7 +142,7 @@ def _notes(sensor: Sensor, loads: Sequence[Wrench], seen: Look | None) -> tuple[
     found = () if sensor.elastomer is None else (*_overhang(sensor), *implausible(sensor.elastomer.silicone))
     if seen is not None or not loads or not _HELD < bound < float("inf"):
         return found
-    known = f"some pads gave way in shear from {_HELD:g} on, in compression from some 1.5 on: a solve tells"
+    known = f"some pads became unstable in shear from {_HELD:g}, in compression from about 1.5: only a solve can tell"
     return (*found, f"a large load for this pad: small strain would be off by {bound:.2g}; {known}")
 
 

@@ -171,7 +171,7 @@ def _pad(source: Source, notes: list[str]) -> dict[str, Any]:
     silicone = sensor.elastomer.silicone if sensor.elastomer is not None else None
     prony = np.array(() if silicone is None else silicone.prony, dtype=float).reshape(-1, 2)
     if not prony.size:
-        notes.append("relaxation: unknown, the silicone has no prony: steps in time show the slow pad at once")
+        notes.append("relaxation: unknown, the silicone has no prony: time steps show the slow response at once")
     weights, times = retardation([(w, tau) for w, tau in prony.tolist()])
     soft = None if silicone is None else silicone.mullins
     return {

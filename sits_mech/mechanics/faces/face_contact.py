@@ -182,20 +182,20 @@ def face_notes(
     found = face_contact(faces, mesh, parts, u, q)
     names = {
         "the ground": found.ground,
-        "the target's plane, taken to go on beyond it": found.target,
+        "the target's plane, taken to extend beyond the target": found.target,
         "the target's sides": found.walls,
     }
-    begin, end = ("folds onto", "its contact is not in this answer, the true layer is stiffer")
+    begin, end = ("folds onto", "this contact is not in the answer, the true layer is stiffer")
     if any(isinstance(part, Contact) for part in parts):
         rough = max(part.friction for part in parts if isinstance(part, Contact))
-        begin, end = "lies on", f"contact with friction {rough:g}" if rough > 0.0 else "frictionless contact"
+        begin, end = "touches", f"contact with friction {rough:g}" if rough > 0.0 else "frictionless contact"
     notes = [f"a free face {begin} {name}: {end}" for name, own in names.items() if own]
     if found.walls and found.rise > plate:
-        notes.append("silicone rises above the target's top face: its sides are taken to go on upwards")
+        notes.append("silicone rises above the target's top face: its sides are taken to extend upwards")
     if found.held:
-        notes.append("free faces lie on each other: frictionless contact")
+        notes.append("free faces touch each other: frictionless contact")
     if found.crossing:
-        notes.append("free faces pass through one another: that contact is not in this answer, the true pad is stiffer")
+        notes.append("free faces pass through one another: this contact is not in the answer, the true pad is stiffer")
     return tuple(notes)
 
 

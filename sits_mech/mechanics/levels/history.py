@@ -100,7 +100,7 @@ def _along(line: Line, number: int, controls: Sequence[Control]) -> Solved:
     )  # fmt: skip
     given = {name: value for name, value in controls[-1].given.items() if name in WRENCH}
     found = replace(found, wrench=replace(found.wrench, **given))
-    way = "straight from rest" if len(controls) == 1 else "by way of the loads that were given"
+    way = "straight from zero load" if len(controls) == 1 else "along the given loads"
     return Solved(_with_steps(line, number, found, steps, way), 1.0)
 
 
@@ -145,7 +145,7 @@ def _with_steps(line: Line, number: int, found: Equilibrium, steps: _Steps, way:
     """An equilibrium with what its increments are worth in its errors, said of its way, the number of its family."""
     k, error = len(steps.off), found.error.components
     error[:k] += steps.off * line.scales.lengths[:k]
-    said = f"friction: the load came {way} in {steps.parts} steps a leg; half as many change this by {steps.share:.1g}"
+    said = f"friction: load path {way}, {steps.parts} steps per leg; half as many change this by {steps.share:.1g}"
     report = found.report
     report = replace(
         report, estimated_error=report.estimated_error + steps.share, notes=(*report.notes, said)

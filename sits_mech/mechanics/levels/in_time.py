@@ -197,7 +197,7 @@ def _motion(
     stretch, before = (float(np.max(walk.stretch)) for walk in (last, walks[-2]))
     notes = [*beneath, *faces, *law_notes(sensor, stretch)]
     late = float(np.max(np.abs(times.gap * body.levers)) / max(np.max(np.abs(last.q * body.levers)), 1e-300))
-    notes.append(f"history: {len(times.time)} times on {len(walks)} meshes; steps of time are worth {late:.1g}")
+    notes.append(f"history: {len(times.time)} times on {len(walks)} meshes; error of the time steps {late:.1g}")
     if found.relative > line.asked:
         notes.append(f"estimated error {found.relative:.2g}: the tolerance {line.asked:g} is missed")
     report = SolveReport(

@@ -161,7 +161,7 @@ def _tried(
 
 
 def _touches(line: Line, found: Equilibrium) -> bool:
-    """Whether a free face lies on or behind ground or target, or touches another."""
+    """Whether a free face lies on or behind ground or target, or on another."""
     return _contact(line, found).touch
 
 

@@ -26,13 +26,13 @@ from sits_mech.mechanics.rest.newton import SETTLED, Settled, target_stiffness
 from sits_mech.quantities import Array
 
 REASONS = {
-    "buckled": "beyond this load the layer buckles: its rest is not stable",
-    "sideways": "beyond this load the layer buckles sideways, out of its plane of symmetry: its rest is not stable",
-    "turned": "this is the largest load of its kind that the layer carries: beyond it there is no state at rest nearby",
+    "buckled": "beyond this load the layer buckles: its equilibrium is unstable",
+    "sideways": "beyond this load the layer buckles out of its plane of symmetry: its equilibrium is unstable",
+    "turned": "this is the largest load of its kind that the layer carries: there is no equilibrium nearby beyond it",
     "inverted": "beyond this load the mesh turns inside out at a corner",
-    "lost": "beyond this load no state at rest was found, though the target stands stable: a nearer load may converge",
-    "slipping": "beyond this load the pressures of faces that slip with friction do not settle",
-    "long": "beyond this load more iterations were needed than a mesh this large is given",
+    "lost": "beyond this load no equilibrium was found, though the last one is stable: a smaller load may converge",
+    "slipping": "beyond this load the contact pressures under friction do not converge",
+    "long": "beyond this load the limit of iterations for a mesh of this size is reached",
 }
 """What is said of a path that ended, by the reason of its `Outcome` (path.py); see `reason_words`."""
 

@@ -179,7 +179,7 @@ def inverse_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
     except ValueError as error:
         return f"<p>{html.escape(_sentence(str(error)))}</p>"
     few = len(cal.coils) < len(cal.forces)
-    fit = ("error of the map", f"{cal.error:.1e} of a coil's full scale, predicting loads that are left out")
+    fit = ("interpolation error", f"{cal.error:.1e} of a coil's full scale, by leaving out loads")
     rows = [("no inverse", f"{len(cal.coils)} coils cannot resolve {', '.join(cal.forces)}"), fit] if few else [
         ("forces resolved", ", ".join(name for name in cal.forces if name not in cal.unresolved) or "none"),
         fit,

@@ -275,7 +275,7 @@ def _crosstalk_matrix(data: xr.Dataset, stray: xr.Dataset) -> Figure:
             if share > error:
                 shares[i, j], texts[i, j] = share, f"{share:.2g} %\n$\\pm$ {error:.2g} %"
             else:
-                texts[i, j] = "below\nits error" if np.isinf(error) else f"below its\nerror, {error:.2g} %"
+                texts[i, j] = "below\nits error" if np.isinf(error) else f"below its\nerror of {error:.2g} %"
     with new_figure(height=0.2 + 0.22 * len(own)) as (figure, (axes,)):
         axes.imshow(shares, cmap="Greys", vmin=0.0, vmax=100.0, aspect="auto")
         for (i, j), text in texts.items():

@@ -41,7 +41,7 @@ def fit_rows(fit: Fit) -> list[tuple[str, str]]:
         parts = [_with_width(x, w) for x, w in zip(values, widths, strict=True)]
         rows.append((name, f"{', '.join(parts)} {unit}".rstrip()))
     rows += [
-        ("left (rms)", f"{fit.rms:.4g} Pa"),
+        ("residual (rms)", f"{fit.rms:.4g} Pa"),
         ("fitted up to", f"{100.0 * fit.max_strain:.4g} % strain, {', '.join(fit.modes)}"),
         ("stable", "yes" if fit.stable else "no"),
         ("source", fit.source),
@@ -75,7 +75,7 @@ def fit_figure(test: TensileTest, fit: Fit) -> Figure:
         for axes in (curve, rest):
             axes.set_xlabel("engineering strain [%]")
         curve.set_ylabel("engineering stress [kPa]")
-        rest.set_ylabel("measured less law [kPa]")
+        rest.set_ylabel("measured minus law [kPa]")
         rest.axhline(0.0, color="black", linewidth=0.5)
         rest.set_xlim(0.0, 100.0 * fit.max_strain)
         curve.set_ylim(bottom=0.0)

@@ -53,7 +53,8 @@ def comparison_rows(found: Comparison) -> list[tuple[str, str]]:
     ]  # fmt: skip
     if strong:
         rows.append(("hardly resolved", f"correlation of {'; '.join(strong)}"))
-    rows.append(("left (rms)", f"{100.0 * fit.rms:.3g} % of the range, {100.0 * fit.rms_before:.3g} % before the fit"))
+    before = f"{100.0 * fit.rms_before:.3g} % before the fit"
+    rows.append(("residual (rms)", f"{100.0 * fit.rms:.3g} % of the range, {before}"))
     if found.map_error > 0.0:
         rows.append(("map", f"error {found.map_error:.1e} of the range between the loads of the table"))
     return [*rows, ("rows", f"{len(found.measured.L)} of {found.measured.source}")]
@@ -76,6 +77,6 @@ def comparison_figure(found: Comparison, coils: Sequence[str]) -> Figure:
         both.plot(ends, ends, color="black", linewidth=0.5, label="equal")
         both.set(xlabel="computed [\u00b5H]", ylabel="measured [\u00b5H]", title="inductance of each coil")
         rest.axhline(0.0, color="black", linewidth=0.5)
-        rest.set(xlabel="row of the bench file", ylabel=f"measured less computed [{unit}]", title="what is left")
+        rest.set(xlabel="row of the bench file", ylabel=f"measured minus computed [{unit}]", title="residual")
         figure.legend(loc="outside lower center", ncols=3, handlelength=1.2)
     return figure

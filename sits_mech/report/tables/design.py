@@ -24,7 +24,7 @@ def design_tables(asked: Requirements, found: DesignAnswer) -> list[Table]:
     title = "recommended" if found.feasible else "nearest design"
     lines = [("limits", found.verdict)] + [(key, str(value)) for key, value in found.values.items()]
     if math.isfinite(found.share.value):
-        asked_for = f"{100.0 * asked.least_yield:.3g} % asked"
+        asked_for = f"{100.0 * asked.least_yield:.3g} % required"
         lines.append(("yield", f"{share_words(found.share)} of the sensors made, {asked_for}"))
     lines += [("may be as good", words) for words in found.tied]
     lines.append(("solved", f"{found.solves} designs"))
@@ -34,9 +34,9 @@ def design_tables(asked: Requirements, found: DesignAnswer) -> list[Table]:
     if found.sensitivities:
         names = list(dict.fromkeys([*found.task.goal, *found.task.limits, "yield"]))
         names = [name for name in names if name != INVERSE]
-        tables.append(change_table("what a tenth of the bounds' distance changes", found.sensitivities, names))
+        tables.append(change_table("effect of moving a number by a tenth of its range", found.sensitivities, names))
         names = list(dict.fromkeys([*found.task.goal, *(each.name for each in found.binding)]))
-        limiting = "what 10 % more of each number changes of what limits it"
+        limiting = "effect of 10 % more of each number on what limits it"
         tables += [change_table(limiting, found.ten_percent, names)] if names else []
     others = [(f"{each.key} = {each.value}", f"{each.design}: {each.why}") for each in found.lost]
     return tables + ([key_table("why not", others)] if others else [])
@@ -59,7 +59,7 @@ def asked_table(asked: Requirements) -> Table:
 def share_words(share: Share) -> str:
     """Return a share of the sensors made, and between which it is by the errors."""
     value, low, high = (f"{100.0 * each:.3g}" for each in share)
-    return f"{value} %" if low == high else f"{value} % ({low} to {high} % by the errors)"
+    return f"{value} %" if low == high else f"{value} % ({low} to {high} % from the errors)"
 
 
 def price_words(price: Price, goal: Sequence[str]) -> str:
@@ -70,8 +70,8 @@ def price_words(price: Price, goal: Sequence[str]) -> str:
         return words
     aim = " + ".join(goal)
     if price.gain > -_NOTHING:
-        return f"{words}; 10 % looser would buy nothing"
-    return f"{words}; 10 % looser would buy {100.0 * -price.gain:.2g} % less of {aim}"
+        return f"{words}; relaxing it by 10 % would gain nothing"
+    return f"{words}; relaxing it by 10 % would gain {100.0 * -price.gain:.2g} % less of {aim}"
 
 
 def change_table(title: str, changes: Changes, names: Sequence[str]) -> Table:

@@ -56,7 +56,7 @@ def relaxation_rows(found: Relaxation) -> list[tuple[str, str]]:
     rows += [
         ("identified", "yes" if found.slow_identified else "no"),
         ("times seen", f"{found.range[0]:.3g} s to {found.range[1]:.3g} s, at {100.0 * found.strain:.4g} % strain"),
-        ("left (rms)", f"{found.rms:.4g} Pa"),
+        ("residual (rms)", f"{found.rms:.4g} Pa"),
         ("source", found.source),
     ]
     return rows + [("note", note) for note in found.notes]
@@ -70,7 +70,7 @@ def cyclic_rows(found: CyclicFit) -> list[tuple[str, str]]:
     rows += [
         ("specimen", f"{found.factor:.4g} times the stress of the law"),
         ("peaks", f"{found.peaks}, up to {100.0 * found.max_strain:.4g} % strain"),
-        ("left (rms)", f"{found.rms:.4g} Pa"),
+        ("residual (rms)", f"{found.rms:.4g} Pa"),
         ("source", found.source),
     ]
     return rows + [("note", note) for note in found.notes]

@@ -15,8 +15,8 @@ from sits_mech.report.tables.solves import key_table
 
 def ladder_tables(rungs: Sequence[Rung]) -> list[Table]:
     """Return the rungs as a table, and the sentence."""
-    found = Table(title="solved to finer and finer tolerances, each from the scene on", show_edge=False)
-    for heading in ("asked", "error of dL", "from the finest", "error of pose", "from the finest", "seconds", "status"):
+    found = Table(title="solved to smaller and smaller tolerances, each from the start", show_edge=False)
+    for heading in ("tolerance", "error of dL", "from finest", "error of pose", "from finest", "seconds", "status"):
         found.add_column(heading)
     for one in rungs:
         errors = (one.estimated, one.difference, one.estimated_pose, one.difference_pose)

@@ -19,19 +19,19 @@ from sits_mech.scene.sensor import Sensor
 
 def plan_tables(sensor: Sensor, found: Plan) -> list[Table]:
     """Return a plan as tables: what is solved, what is left out, what finer answers take, what else there is to say."""
-    solved = _table(f"{sensor.name}: solved", ("half", "model", "error", "seconds", "why"))
+    solved = _table(f"{sensor.name}: solved", ("part", "model", "error", "seconds", "why"))
     reasons = {"magnetics": found.magnetics.reason}
     reasons |= {} if found.mechanics is None else {"mechanics": found.mechanics.reason}
     for step in found.steps:
         solved.add_row(*_cells(step), reasons[step.half])
-    finer = _table("finer answers", ("half", "model", "error", "seconds", "error of all"))
+    finer = _table("finer answers", ("part", "model", "error", "seconds", "overall error"))
     for step in found.finer:
         finer.add_row(*_cells(step), f"{step.whole:.2g} instead of {found.error:.2g}")
-    rows = [("asked error", _error(found)), ("expected time", f"about {_short(found.seconds)} s on one core")]
+    rows = [("expected error", _error(found)), ("expected time", f"about {_short(found.seconds)} s on one core")]
     if sensor.target is not None:
         rows.append(("skin", _skin(skin_depths(sensor))))
     rows += [("note", note) for note in found.notes]
-    return [solved, _omitted(found.left_out), *([finer] if found.finer else []), key_table("together", rows)]
+    return [solved, _omitted(found.left_out), *([finer] if found.finer else []), key_table("overall", rows)]
 
 
 def left_out_tables(items: Sequence[Omission]) -> list[Table]:
@@ -40,7 +40,7 @@ def left_out_tables(items: Sequence[Omission]) -> list[Table]:
     if not some:
         return []
     found, (size, unknown) = _omitted(some), beside_errors(items)
-    parts = [f"beside the errors above: {size:.2g}"] if size > 0.0 else []
+    parts = [f"not in the errors above: {size:.2g}"] if size > 0.0 else []
     parts += [f"not estimated: {', '.join(unknown)}"] if unknown else []
     found.caption = "; ".join(parts)
     return [found]
@@ -48,11 +48,11 @@ def left_out_tables(items: Sequence[Omission]) -> list[Table]:
 
 def _omitted(items: Sequence[Omission]) -> Table:
     """Return omissions as a table, the largest first."""
-    found = _table("left out", ("what", "worth at most", "of", "in the errors", "why"))
+    found = _table("left out", ("what", "effect at most", "relative to", "in the errors", "why"))
     for item in sorted(items, key=lambda item: -math.inf if math.isnan(item.size) else -item.size):
-        size = "not estimated" if math.isnan(item.size) else f"{item.size:.2g}" if item.size else "nothing"
+        size = "not estimated" if math.isnan(item.size) else f"{item.size:.2g}" if item.size else "none"
         of = "L0" if not item.of_change else "the displacement" if item.half == "mechanics" else "the change"
-        held = "" if item.size == 0.0 else "not asked for" if not item.counts else "yes" if item.in_error else "no"
+        held = "" if item.size == 0.0 else "not requested" if not item.counts else "yes" if item.in_error else "no"
         found.add_row(item.what, size, of if item.size else "", held, item.reason)
     return found
 
@@ -74,7 +74,7 @@ def _error(found: Plan) -> str:
     """Return what an answer of a plan may be off."""
     unknown = f", and {', '.join(found.not_estimated)}, not estimated" if found.not_estimated else ""
     of = "the change of inductance" if found.mechanics is None else "the signals' full scale"
-    return f"{found.error:.2g} of {of}, by tolerances and what is left out{unknown}"
+    return f"{found.error:.2g} of {of}, from tolerances and omissions{unknown}"
 
 
 def _short(seconds: float) -> str:
@@ -88,7 +88,7 @@ def _skin(depths: float) -> str:
         return f"the target is {depths:.2g} skin depths thick: current through its whole thickness"
     if depths < 3.0:
         return f"the target is {depths:.2g} skin depths thick: current fades towards its inside"
-    return f"the target is {depths:.2g} skin depths thick: current in its skins"
+    return f"the target is {depths:.2g} skin depths thick: current in thin layers at its surfaces"
 
 
 def plan_record(sensor: Sensor, found: Plan) -> dict[str, Any]:

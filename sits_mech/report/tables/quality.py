@@ -184,13 +184,13 @@ def limits_table(record: Record) -> Table:
     data = "the range of the silicone's data is unknown"
     if known is not None:
         side = "" if record["stretch"] is None else "BEYOND " if record["stretch"] > known else "within "
-        data = f"{side}the data behind the silicone's constants, which reach to {known:.3g}"
+        data = f"{side}the silicone's data, which end at {known:.3g}"
     stretch = "unknown" if record["stretch"] is None else f"{record['stretch']:.3g} under {record['stretch_under']}"
     rows = [("largest stretch", f"{stretch}; {data}")]
     if least is not None:
         unsure = math.nan if record["error_clearance"] is None else record["error_clearance"]
         gap = figure_text(least, unsure, 1e3, "mm")
-        rows.append(("least clearance", f"{gap} over the coils, under {record['clearance_under']}"))
+        rows.append(("smallest clearance", f"{gap} over the coils, under {record['clearance_under']}"))
     loop = f"load up and down in {PERIOD:g} s"
     left = f"of the displacement left {AFTER:g} s after a long load"
     rows += [("hysteresis", _known(record["hysteresis"], loop, "neither prony nor mullins"))]
@@ -225,8 +225,8 @@ def quality_tables(record: Record) -> list[Table]:
 
 def _force_table(record: Record) -> Table:
     """Return range, linearity, and what noise, the loads' own errors and the map's are worth, a line for each force."""
-    found = Table(title="quality: linearity, and how far a force is off: median, least to greatest", show_edge=False)
-    for heading in ("force", "linear to", "1 sigma of noise", "errors of loads", "of the map"):
+    found = Table(title="quality: linearity, and errors of the forces: median, smallest to largest", show_edge=False)
+    for heading in ("force", "nonlinearity", "noise (1 sigma)", "errors of loads", "interpolation"):
         found.add_column(heading)
     for name, (low, high) in record["full_scale"].items():
         fine, own = (_usual(record[key][name], name) for key in ("resolution", "error_by_model"))
@@ -251,14 +251,14 @@ def _crosstalk_table(record: Record) -> Table:
     """Return what each readout makes of a force that is applied at full scale, three lines for each force."""
     forces = list(record["full_scale"])
     found = Table(title="crosstalk: largest misreading [% of full scale]", show_edge=False)
-    found.caption = "<: it is below its error, which is this; ?: its error has no bounds"
+    found.caption = "<: below the error shown; ?: error not bounded"
     for heading in ("force", "read by", *(f"{name} applied" for name in forces)):
         found.add_column(heading)
     for name in forces:
         own, unsure = record["own_signal"].get(name), record["error_crosstalk_before"][name]
         first = [_share(part, unsure[other]) for other, part in record["crosstalk_before"][name].items()]
         found.add_row(name, f"its signal {own}" if own else "its best sum", *first)
-        for key, way in (("crosstalk", "linear sums of all"), ("crosstalk_after", "the inverse")):
+        for key, way in (("crosstalk", "best linear sum"), ("crosstalk_after", "the inverse")):
             cells = [_share(part, record[f"error_{key}"][name]) for part in record[key][name].values()]
             found.add_row("", way, *cells, end_section=key == "crosstalk_after")
     return found
@@ -273,7 +273,7 @@ def _share(part: float, error: float, scale: float = 100.0, unit: str = "") -> s
 
 def _coil_table(record: Record) -> Table:
     """Return the range of each coil and its slopes by each force."""
-    found = Table(title="coils: range of the inductance, slopes at the least loads", show_edge=False)
+    found = Table(title="coils: range of inductance, slopes at the smallest loads", show_edge=False)
     forces = list(record["full_scale"])
     for heading in ("coil", "range [% of L0]", *(f"by {name} [ppm/{_per(name)}]" for name in forces)):
         found.add_column(heading)
@@ -287,7 +287,7 @@ def _sensor_rows(record: Record) -> list[tuple[str, str]]:
     """Return what is said of the whole sensor: condition, hysteresis, components of a load, rotation."""
     rows = []
     low, high = record["condition"]
-    share = f"inverse for {100.0 * record['valid_share']:.4g} % of the loads"
+    share = f"unique inverse for {100.0 * record['valid_share']:.4g} % of the loads"
     size = f"{low:.3g} to {high:.3g}" if math.isfinite(high) else "infinite: more forces than coils"
     rows.append(("condition", f"{size}; {share}"))
     rows += [("no inverse", region) for region in record["no_inverse"]]
@@ -296,7 +296,7 @@ def _sensor_rows(record: Record) -> list[tuple[str, str]]:
         rows.append(("no coil sees", f"{'; '.join(seen['unseen'])}: moves the coils by less than their noise"))
     if "components" not in record:
         names = ", ".join(seen["resolved"]) or "no force on its own"
-        rows.append(("resolved", f"{names}; which of all six components: quality --components"))
+        rows.append(("resolved", f"{names}; for all six components: quality --components"))
     lag = [f"{100.0 * part:.3g} % of {name}" for name, part in record["hysteresis"].items() if np.isfinite(part)]
     rows += [("hysteresis", f"{', '.join(lag)}, loading against unloading")] if lag else []
     if "components" in record:
@@ -306,13 +306,13 @@ def _sensor_rows(record: Record) -> list[tuple[str, str]]:
         if f"rotation_as_{name}" in signals:
             scale, unit = (1.0, "N") if name.startswith("F") else (1e6, "um")
             text = figure_text(signals[f"rotation_as_{name}"], signals[f"error_rotation_as_{name}"], scale, unit)
-            rows.append(("rotation", f"read as {name}, at most: {text}"))
+            rows.append(("rotation", f"misread as {name}, at most: {text}"))
     return rows
 
 
 def _scatter_table(record: Record) -> Table:
     """Return the scatter by tolerances, a line for each force of each load; none where it is rounding."""
-    table = Table(title="misread by tolerances, load by load", show_edge=False)
+    table = Table(title="misreading caused by tolerances, load by load", show_edge=False)
     for heading in ("force", "standard deviation", "95 % between", "shares (first-order)"):
         table.add_column(heading)
     for row in record["tolerances"]:

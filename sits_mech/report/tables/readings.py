@@ -34,8 +34,8 @@ def refusal(cal: Calibration, status: str, given: Sequence[tuple[str, float]]) -
     spans = [f"{n} {a:.4g} to {b:.4g}" for n, a, b in zip(cal.forces, cal.low, cal.high, strict=True)]
     if status == "ambiguous":
         why = "; ".join(cal.domain.regions) or "the edge of the table"
-        return f"{options}: must belong to one load; ambiguous, more than one shows these readings ({why})"
-    came = "a load outside" if status == OUTSIDE else f"none that any load shows; {_nearest(cal, given)}"
+        return f"{options}: must belong to one load; ambiguous, more than one produces these readings ({why})"
+    came = "readings of a load outside" if status == OUTSIDE else f"readings that fit no load; {_nearest(cal, given)}"
     return f"{options}: must belong to a load of the calibration ({', '.join(spans)}); got {came}"
 
 
@@ -86,14 +86,14 @@ def inversion_table(record: Record) -> Table:
     for name, force in record["forces"].items():
         unit, noise = shown_unit(name), record["error_by_noise"][name]
         size = max(map(abs, record["domain"][name]))
-        parts = [f"{with_error(force, record['error'][name], size)} {unit} by the map"]
-        parts += [f"{record['error_by_model'][name]:.2g} by the table's own errors"]
+        parts = [f"{with_error(force, record['error'][name], size)} {unit} from interpolation"]
+        parts += [f"{record['error_by_model'][name]:.2g} from the table's estimated errors"]
         if "error_by_temperature" in record:
-            parts += [f"{record['error_by_temperature'][name]:.2g} by the temperature"]
-        parts += [f"{noise:.2g} by the converter's noise"] if np.isfinite(noise) else []
+            parts += [f"{record['error_by_temperature'][name]:.2g} from the temperature"]
+        parts += [f"{noise:.2g} from the converter's noise"] if np.isfinite(noise) else []
         rows.append((name, "; ".join(parts)))
     span = ", ".join(f"{name} {low:.4g} to {high:.4g}" for name, (low, high) in record["domain"].items())
-    rows.append(("table", f"{span}; error of the map {record['map_error']:.1e} of full scale"))
+    rows.append(("table", f"{span}; interpolation error {record['map_error']:.1e} of full scale"))
     coils = record["codes" if record["unit_L"] == "code" else "L"]
     if len(coils) > len(record["forces"]):
         rows.append(("residual", f"{100.0 * record['residual']:.2g} % of the coils' range"))

@@ -78,7 +78,7 @@ def figure_text(value: float, error: float, scale: float = 1.0, unit: str = "", 
     Returns
     -------
     str
-        ``12.34 +- 0.21 mN``, or ``below its error, 3.4 N``, or ``-`` where there is no figure.
+        ``12.34 +- 0.21 mN``, or ``below its error of 3.4 N``, or ``-`` where there is no figure.
     """
     value, error, unit = scale * value, abs(scale * error), f" {unit}" if unit else ""
     size = max(scale * size, abs(value))
@@ -89,7 +89,7 @@ def figure_text(value: float, error: float, scale: float = 1.0, unit: str = "", 
     if math.isnan(error):
         return f"{short(value)}{unit}"
     if abs(value) <= error and error > max(_NOTHING * size, _LEAST):
-        return f"below its error, {error:.{_digits(error)}f}{unit}"
+        return f"below its error of {error:.{_digits(error)}f}{unit}"
     return f"{with_error(value, error, size)}{unit}"
 
 
@@ -120,7 +120,7 @@ def equilibrium_table(found: Equilibrium, title: str = "pose", flags: Sequence[s
         scale, unit = (1e6, "um") if name.startswith("d") else (1e3, "mrad")
         lines.append((name, f"{with_error(*(scale * each[name] for each in (pose, error, sizes)))} {unit}"))
     load = {name: getattr(found.wrench, name) for name in WRENCH[:3] + found.wrench.beside}
-    lines.append(("under", load_words(load)))
+    lines.append(("load", load_words(load)))
     return key_table(title, lines + volume_lines(found.report) + report_lines(found.report))
 
 
@@ -220,7 +220,7 @@ def volume_lines(report: SolveReport) -> list[tuple[str, str]]:
     """Return smallest volume ratio and largest stretch of a layer as lines of a table; none where none was solved."""
     if report.min_J is None:
         return []
-    lines = [("smallest J", f"{report.min_J:.4f} at any point of the layer, as a rule at a bonded edge")]
+    lines = [("smallest J", f"{report.min_J:.4f}, volume ratio at the worst point, usually at a bonded edge")]
     if report.stretch is not None:
         lines.append(("stretch", f"{report.stretch:.3f}, 99.9th percentile over the layer"))
     return lines

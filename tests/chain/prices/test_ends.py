@@ -120,7 +120,7 @@ def test_no_size_where_space_has_no_model(sensor: Sensor) -> None:
     steel = load_sensor("biorob2018", [f"target={{conductivity=7e6, relative_permeability=100, {shape}}}"])
     model, choice = magnetic_model(steel, "auto", 1e-2, [Pose(0.0, 2 * MM)])
     found = model.impedance(Pose(0.0, 2 * MM), steel.frequency)
-    assert choice.name == "planar-fem" and "in no error" in found.report.notes[-1]
+    assert choice.name == "planar-fem" and "not in the errors" in found.report.notes[-1]
     items = omissions(steel, (), None, "planar-fem", Shown(Pose(0.0, 2 * MM), found), True)
     assert beside_errors(items)[1] == (ENDS,)
 
@@ -134,7 +134,7 @@ def test_a_long_pad_stands_for_plane_strain() -> None:
     assert choice.name in ("planar", "linear") and size > 0.5 and unknown == ()
     assert layer.equilibrium(load).report.estimated_error < 0.05
     table = calibrate(scene, F_x=[0.1], F_z=[1.0], magnetics="planar", tolerance=3e-2)
-    assert "what sections leave out, 1.4 of the largest change" in table.attrs["notes"]  # 1.1 and the plates' own
+    assert "what sections neglect, 1.4 of the largest change" in table.attrs["notes"]  # 1.1 and the plates' own
     assert float(table["error_d_h"][0, 0]) < 0.05 * float(table["d_h"][0, 0])
 
 

@@ -20,11 +20,12 @@ SECTION = {"mechanics": "planar", "magnetics": "planar"}
     ("rows", "said"),
     [
         ([[(1e-2, 8e-3, 0.3), (3e-3, 2e-3, 1.1), (1e-3, 1.4e-3, 4.0)]],
-         "ask 1e-2: 0.3 s; 3e-3: 1.1 s; finer than 1e-3 is not to be had"),
-        ([[(1e-2, 8e-3, 0.3), (3e-3, 2e-3, 1.1)]], "ask 1e-2: 0.3 s; 3e-3: 1.1 s; finer than 3e-3 was not asked"),
+         "ask 1e-2: 0.3 s; 3e-3: 1.1 s; errors below 1e-3 cannot be reached"),
+        ([[(1e-2, 8e-3, 0.3), (3e-3, 2e-3, 1.1)]],
+         "ask 1e-2: 0.3 s; 3e-3: 1.1 s; errors below 3e-3 were not requested"),
         ([[(1e-2, 8e-3, 0.3), (3e-3, 4e-3, 1.1)], [(1e-2, 1e-3, 0.5), (3e-3, 1e-3, 0.6)]],
-         "ask 1e-2: 0.3 to 0.5 s; 3e-3: 0.6 s (1 of 2); finer than 4e-3 is not to be had (1 of 2)"),
-        ([[(1e-2, math.inf, 0.3)]], "no tolerance of the ladder is to be had"),
+         "ask 1e-2: 0.3 to 0.5 s; 3e-3: 0.6 s (1 of 2); errors below 4e-3 cannot be reached (1 of 2)"),
+        ([[(1e-2, math.inf, 0.3)]], "no tolerance of the ladder can be reached"),
     ],
 )  # fmt: skip
 def test_the_sentence_counts_what_an_estimate_holds(rows: list[list[tuple[float, float, float]]], said: str) -> None:

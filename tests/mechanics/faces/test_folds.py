@@ -230,7 +230,7 @@ def test_what_passes_through_without_contact_is_seen_and_named():
     assert any("free faces pass through one another" in note for note in notes)
     parts = contacts(body.faces, (), 1e-4)
     notes = face_notes(body.faces, body.mesh, parts, u.ravel(), q, 0.1)
-    assert notes == ("free faces lie on each other: frictionless contact",)
+    assert notes == ("free faces touch each other: frictionless contact",)
 
 
 def block_of(ends):

@@ -61,8 +61,8 @@ def test_the_way_of_the_load_decides_where_faces_touch():
         assert found.report.min_J > 0.0
         assert sum("contact with friction 0.5" in note for note in found.report.notes) == 2
         assert found.pose.d_v > smooth.pose.d_v
-    assert any("straight from rest" in note for note in straight.report.notes)
-    assert any("by way of" in note for note in pressed.report.notes)
+    assert any("straight from zero load" in note for note in straight.report.notes)
+    assert any("along the given loads" in note for note in pressed.report.notes)
     assert abs(pressed.pose.d_h - drawn.pose.d_h) > 1e-6
     again = layer.equilibrium(load, start=pressed)  # a neighbour's state is no beginning of a path
     assert again.pose == straight.pose

@@ -156,8 +156,8 @@ def test_pillars_that_touch_are_held_against_each_other():
     pad = block_pad(scene((9.5, 3.1), pillars(3.1, 3.0)), 0.5)
     gently, hard = (pad.equilibrium(Wrench(F_z=force)) for force in (0.05, 0.3))
     assert hard.pose.d_v < 1.8 * MM
-    assert not any("lie on each other" in note for note in gently.report.notes)
-    assert any("lie on each other" in note for note in hard.report.notes)
+    assert not any("touch each other" in note for note in gently.report.notes)
+    assert any("touch each other" in note for note in hard.report.notes)
 
 
 SHAPES = (((8, 8), (20, 20)), ((10, 6), (8, 8)), (8, 10), (10, (8, 8)), ((7, 7), 8), ((4.5, 2), pillars()))
@@ -200,7 +200,7 @@ def test_bulging_sides_lie_on_the_target_and_on_the_ground_beyond_the_pad():
     pad = block_pad(scene((10, 10), (8, 8)), 0.5)
     found = pad.equilibrium(Wrench(F_z=12.0))
     notes = " ".join(found.report.notes)
-    assert "lies on the ground" in notes and "lies on the target's plane" in notes
+    assert "touches the ground" in notes and "touches the target's plane" in notes
     body = solved_body(pad, found)
     u, q = np.split(found.state[1 : 7 + body.mesh.nodes.size], [body.mesh.nodes.size])[0], found.pose
     ground, plane = (part.surface.places(u)[..., 2] for part in body.parts[:2])  # the points that are held

@@ -27,12 +27,12 @@ def test_forces_back(calibrated: Path) -> None:
     """Error of the map, share with an answer, noise in newtons; a sentence where forces are not resolved."""
     sensor, data = read_calibration(calibrated)
     text = inverse_part(sensor, data, readings(sensor, data))
-    for word in ("F_x, F_z", "100 % of the calibrated range", "sigma of noise", "mN", "linear sums of all"):
+    for word in ("F_x, F_z", "100 % of the calibrated range", "noise (1 sigma)", "mN", "best linear sum"):
         assert word in text
     alike = data.copy(deep=True)  # both coils show the same: one of two forces is lost
     alike["L"][{"coil": 1, "coil_2": 1}] = alike["L"][{"coil": 0, "coil_2": 0}]
     text = inverse_part(sensor, alike, readings(sensor, alike))
-    assert "<td>F_x</td>" in text and "F_z: errors of map and table" in text and "linear sums of all" in text
+    assert "<td>F_x</td>" in text and "F_z: errors of map and table" in text and "best linear sum" in text
     few = data.isel(F_x=[0, 1], F_z=[0])
     assert "must" in inverse_part(sensor, few, readings(sensor, few))
 

@@ -43,7 +43,8 @@ def test_kinds_of_a_run_have_one_size() -> None:
 
 
 @pytest.mark.parametrize(("value", "error", "expected"), [
-    (0.5, 3.4, "below its error, 3.4 N"), (-0.5, 0.5, "below its error, 0.50 N"), (0.0, 55.0, "below its error, 55 N"),
+    (0.5, 3.4, "below its error of 3.4 N"), (-0.5, 0.5, "below its error of 0.50 N"),
+    (0.0, 55.0, "below its error of 55 N"),
     (0.5, 0.021, "0.500 +- 0.021 N"), (0.0, 0.0, "0 N"), (math.nan, 0.1, "-"), (0.4521, math.nan, "0.452 N"),
     (0.5, math.inf, "not determined: within the errors of the signals"),
 ])  # fmt: skip
