@@ -220,11 +220,11 @@ def test_a_killed_run_goes_on(words: list[str], tmp_path: Path) -> None:
     begin = [sys.executable, "-c", "from sits_mech.cli.main import main; main()", "sweep", str(path), "-o"]
     words = [*begin, str(cases.parent), *words]
     process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    while len(list(cases.glob("*.json"))) < 20 and process.poll() is None:  # however long a busy machine takes
+    while len(list(cases.glob("[!.]*.json"))) < 20 and process.poll() is None:  # however long a busy machine takes
         time.sleep(0.005)
     process.send_signal(signal.SIGKILL)
     process.wait()
-    kept = {name: (cases / name).stat().st_mtime_ns for name in os.listdir(cases) if name.endswith(".json")}
+    kept = {path.name: path.stat().st_mtime_ns for path in cases.glob("[!.]*.json")}
     assert 20 <= len(kept) < 240
     assert run(["sweep", str(path), "-o", str(cases.parent)]) == 0
     assert all((cases / name).stat().st_mtime_ns == when for name, when in kept.items())
