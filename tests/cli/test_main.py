@@ -377,7 +377,7 @@ def test_interrupted_calibration_keeps_what_is_done(tmp_path: Path) -> None:
     while len(list(cases.glob(whole))) < 3 and started.poll() is None:  # however long a busy machine takes
         time.sleep(0.01)
     started.send_signal(signal.SIGINT)
-    _, err = started.communicate()
+    _, err = started.communicate(timeout=300)
     kept = list(cases.glob("*.json"))
     assert not list(cases.glob(".*"))
     assert started.returncode == 130 and b"interrupted" in err and b"Traceback" not in err
