@@ -35,7 +35,7 @@ def test_sample(half: str, tmp_path: Path, sound: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="found and not mended: 20 s and 3 GiB where steps are asked to keep to 10 s and 1")
+@pytest.mark.xfail(strict=True, reason="20 s and 3 GiB where steps are asked to keep to 10 s and 1 GiB")
 def test_open(tmp_path: Path, sound: Path) -> None:
     assert malformed.outcome(OPEN, 0, tmp_path / OPEN, sound).fault == ""
 
