@@ -126,8 +126,10 @@ def negligible(tolerance: float) -> float:
 
 
 def _shares(solved: Sensor, pose: Pose, change: Array, section: bool, far: Sequence[Conductor]) -> Array:
-    """The largest effect of each far conductor over the change that is asked for."""
-    return np.asarray((remote_bounds(solved, far, pose, section=section) / change[:, None]).max(axis=0))
+    """The largest effect of each far conductor over the change that is asked for; without end where that is none."""
+    bounds = remote_bounds(solved, far, pose, section=section)
+    each = np.divide(bounds, change[:, None], out=np.full_like(bounds, np.inf), where=change[:, None] > 0.0)
+    return np.asarray(each.max(axis=0))
 
 
 def _small_together(

@@ -18,7 +18,7 @@ import numpy as np
 from sits_mech.analysis.bench import code_calibration
 from sits_mech.analysis.codes import Readings, readings
 from sits_mech.export.fixed_point import FACET_BITS, FixedPoint, fixed_point
-from sits_mech.export.source import Source
+from sits_mech.export.source import Source, comment
 from sits_mech.quantities import Array, Integers
 from sits_mech.readout.calibration import Calibration, check_resolved
 from sits_mech.readout.inversion import APART, HOPELESS, LONGEST, MARGIN, REACH
@@ -108,9 +108,9 @@ def header(source: Source, found: FixedPoint) -> str:
     one, d, n = 2.0**found.bits, len(cal.forces), len(cal.coils)
     layout = (resources.files("sits_mech.export") / "firmware.h.in").read_text(encoding="utf-8")
     return Template(layout).substitute(
-        name=_comment(source.sensor.name), about=_comment(source.about), version=__version__,
+        name=comment(source.sensor.name), about=comment(source.about), version=__version__,
         part=source.sensor.readout.converter, ranges=_ranges(cal) + _held(source),
-        coils=_comment(", ".join(cal.coils)),
+        coils=comment(", ".join(cal.coils)),
         forces=", ".join(f"{name} [{unit[1]}]" for name, unit in zip(cal.forces, units, strict=True)),
         worth=", ".join(f"{w:.3g} {u[1]} of {f}" for f, w, u in zip(cal.forces, worth, units, strict=True)),
         fixed_error=f"{found.error:.2g}", map_error=f"{cal.map.error.max():.3g}", own_error=f"{_own_error(read):.3g}",
@@ -164,8 +164,3 @@ def _rows(values: Integers) -> str:
 def _row(values: Integers | Array) -> str:
     """Return numbers as C writes them."""
     return ", ".join(f"{int(value)}LL" if abs(int(value)) >= 2**31 else str(int(value)) for value in values)
-
-
-def _comment(text: str) -> str:
-    """Return a text that may stand within a comment."""
-    return " ".join(text.replace("*/", "* /").split())

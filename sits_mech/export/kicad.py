@@ -192,7 +192,7 @@ def _footprint(sensor: Sensor, windings: list[Winding], name: str) -> str:
     low, high = places.min(axis=0) - _PAD, places.max(axis=0) + _PAD
     ties = " ".join(f'"{2 * i + 1},{2 * i + 2}"' for i in range(len(windings)))
     lines = [
-        f'(footprint "{name}" (version 20221018) (generator sits_mech)',
+        f'(footprint "{_quoted(name)}" (version 20221018) (generator sits_mech)',
         '  (layer "F.Cu")',
         f'  (descr "Coils of: {_quoted(sensor.name)}")',
         "  (attr exclude_from_pos_files exclude_from_bom)",

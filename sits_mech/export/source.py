@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -91,3 +92,8 @@ def resting_pose(source: Source) -> Pose:
         came = load_words({name: getattr(load, name) for name in varied(source.data)})
         raise SceneError(f"load: must have results on all sides in the calibration; got {came}")
     return found
+
+
+def comment(text: str) -> str:
+    """Return a text that may stand within a comment of C: neither begins nor ends one, and has no trigraph."""
+    return " ".join(re.sub(r"(?<=\*)(?=/)|(?<=/)(?=\*)|(?<=\?)(?=\?)", " ", text).split())

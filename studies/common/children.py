@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from typing import Any
 
 GIB = 2**30
+_PATIENCE = 15.0
+"""Seconds by the clock over those of the processor: what waits for something uses none, a busy machine has fewer."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +42,9 @@ def asked_apart(question: Callable[[], Any], *, seconds: float, gib: float) -> E
     _, status, used = os.wait4(child, 0)
     spent, peak = used.ru_utime + used.ru_stime, 1024.0 * used.ru_maxrss
     if os.WIFSIGNALED(status):
-        number = os.WTERMSIG(status)
-        why = f"more than {seconds:g} s" if number in (signal.SIGXCPU, signal.SIGKILL) else signal.Signals(number).name
+        number = signal.Signals(os.WTERMSIG(status))
+        limits = {signal.SIGXCPU: seconds, signal.SIGKILL: seconds, signal.SIGALRM: _PATIENCE * seconds}
+        why = f"more than {limits[number]:g} s" if number in limits else number.name
         return Ended(None, spent, peak, why)
     return Ended(pickle.loads(text), spent, peak) if text else Ended(None, spent, peak, "no answer")
 
@@ -52,6 +55,7 @@ def _answer(question: Callable[[], Any], write: int, seconds: float, gib: float)
     resource.setrlimit(resource.RLIMIT_CPU, (int(began + seconds) + 1, int(began + seconds) + 2))
     resource.setrlimit(resource.RLIMIT_AS, (int(gib * GIB), int(gib * GIB)))
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.alarm(int(_PATIENCE * seconds) + 1)
     code = 1
     try:
         text = pickle.dumps(question())

@@ -1,24 +1,25 @@
-"""Malformed inputs by number: a command line and the files that it reads, the same for a number on every machine."""
+"""Malformed inputs by number: a command line and the files that it reads, the same for a number and a seed."""
 
 from __future__ import annotations
 
 import copy
+import math
 import random
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from sits_mech.scene.files import written
-from sits_mech.scene.sensor import catalogue, load_sensor, scene_text
+from extreme.any_scene import random_case
+from extreme.command_lines import command_line
+from extreme.damaged import damaged_file
+from extreme.sound import REQUIREMENTS, STUDY
+from extreme.texts import TEXTS
 
-TEXTS = (
-    "", " ", "2", "2 mm", "-2 mm", "0 mm", "1e-12 m", "1e12 m", "1e400 m", "nan", "inf", "-inf mm", "2 kg", "2 mm mm",
-    "2,5 mm", "2 mN", "5 mHz", "5 THz", "10 deg", "1e9 deg", "1 N", "1e9 N", "-1e9 N", "1e-30 N", "1 Pa", "1 TPa",
-    "0:1:3", "1 mm:2 mm:1000000", "1:1:2", ":", "::", "first:last:count", "copper", "ecoflex-00-30", "µ", "²", "\x7f",
-    "🦔", "../../etc/passwd", "/dev/zero", "/dev/null", "/", ".", "a" * 5000, "\n", "%s%n", "{}", "[]", "'", '"', "-",
-    "--", "-1", "1e3", "0x10", "1_000", "True", "none",
-)  # fmt: skip
+from sits_mech.quantities import LOAD_ARGUMENTS, POSE_ARGUMENTS, Pose
+from sits_mech.scene.files import written
+from sits_mech.scene.sensor import SceneError, catalogue, load_sensor, scene_text, sensor_from
+
 VALUES: tuple[Any, ...] = (
     *TEXTS, 0, 1, -1, 2, 7, 1000, 10**6, 10**30, -(10**30), 1e-300, 1e300, 1e-9, 1e-6, 1e-3, 0.5, 1.0, 30.0,
     float("nan"), float("inf"), True, False, [], {}, [[]], [0.0], [0.0, 0.0], [1e-3, 1e-3, 1e-3], {"law": "yeoh"},
@@ -40,35 +41,39 @@ OPTIONS = (
     "--via", "--period", "--cycles", "-o", "--kind", "--driven", "--what",
 )  # fmt: skip
 KEYS = ("target.width", "coils.0.turns", "coils.9.turns", "a.b.c", "", "frequency", "elastomer", "conductors.x.name")
-STUDY = {"scene": "biorob2018", "request": "inductance", "vary": {"dv": ["1 mm", "2 mm"]}, "fixed": {"model": "planar"}}
-REQUIREMENTS = {
-    "scene": "biorob2018", "tolerance": 0.05, "loads": {"F_z": [0.0, 1.0]},
-    "vary": {"elastomer.thickness": ["2 mm", "3 mm"]}, "require": {"error_F_z": 0.5}, "goal": {"minimise": "thickness"},
-}  # fmt: skip
+Asked = tuple[str, list[str]]
+"""A kind of input, and the command line that asks for it."""
 
 
-def malformed(number: int, folder: Path) -> list[str]:
-    """Write what input `number` needs into a folder and return its command line.
+def malformed(number: int, folder: Path, sound: Path, *, seed: int = 0, lines: bool = False) -> Asked:
+    """Write what an input needs into a folder; return its kind and its command line.
 
     Parameters
     ----------
     number : int
         From 0 on.
     folder : Path
-        An empty one.
+        An empty one, which is the working directory of the command.
+    sound : Path
+        Folder of `sound_files`.
+    seed : int
+        Another one draws other inputs.
+    lines : bool
+        Whether it is a command line about sound files.
     """
-    dice = random.Random(number)
-    return dice.choice(MAKERS)(dice, folder)
+    dice = random.Random(f"{seed} {number} {lines}")
+    maker = command_line if lines else dice.choice(MAKERS)
+    return maker.__name__.strip("_").replace("_", " "), maker(dice, folder, sound)
 
 
-def _scene_of_odd_values(dice: random.Random, folder: Path) -> list[str]:
+def _scene_of_odd_values(dice: random.Random, folder: Path, sound: Path) -> list[str]:
     """A catalogued scene with one to three entries replaced, removed, added or repeated, asked for anything."""
     table = _catalogued(dice)
     _damage(dice, table, dice.randint(1, 3))
     return [*_asked(dice, _kept(table, folder / "scene.toml")), "--json"]
 
 
-def _scene_of_extreme_numbers(dice: random.Random, folder: Path) -> list[str]:
+def _scene_of_extreme_numbers(dice: random.Random, folder: Path, sound: Path) -> list[str]:
     """A catalogued scene with one to three numbers many times too large or too small, or with many coils."""
     table = _catalogued(dice)
     for _ in range(dice.randint(1, 3)):
@@ -82,7 +87,7 @@ def _scene_of_extreme_numbers(dice: random.Random, folder: Path) -> list[str]:
     return [*_asked(dice, _kept(table, folder / "scene.toml")), "--json"]
 
 
-def _odd_options(dice: random.Random, folder: Path) -> list[str]:
+def _odd_options(dice: random.Random, folder: Path, sound: Path) -> list[str]:
     """A catalogued scene, one to three odd options."""
     asked = _asked(dice, dice.choice(sorted(catalogue())))
     words = [word for _ in range(dice.randint(1, 3)) for word in (dice.choice(OPTIONS), dice.choice(TEXTS))]
@@ -90,7 +95,7 @@ def _odd_options(dice: random.Random, folder: Path) -> list[str]:
     return [*asked, *words, *sets]
 
 
-def _slipped_options(dice: random.Random, folder: Path) -> list[str]:
+def _slipped_options(dice: random.Random, folder: Path, sound: Path) -> list[str]:
     """A catalogued scene at a pose, a load or a frequency some thousands of times too large or too small."""
     scene, slip = dice.choice(sorted(catalogue())), dice.choice(("", "-")) + f"1e{dice.choice((-12, -9, -6, 6, 9, 12))}"
     loose = ["--tolerance", "0.1"]
@@ -107,7 +112,7 @@ def _slipped_options(dice: random.Random, folder: Path) -> list[str]:
     )  # fmt: skip
 
 
-def _odd_file(dice: random.Random, folder: Path) -> list[str]:
+def _odd_file(dice: random.Random, folder: Path, sound: Path) -> list[str]:
     """A file of odd bytes where any command reads one."""
     path = folder / dice.choice(("odd.toml", "odd.csv", "odd.kicad_pcb", "odd", "odd.msh", "result.nc"))
     path.write_bytes(dice.choice(BYTES))
@@ -124,7 +129,7 @@ def _odd_file(dice: random.Random, folder: Path) -> list[str]:
     )  # fmt: skip
 
 
-def _odd_tables(dice: random.Random, folder: Path) -> list[str]:
+def _odd_tables(dice: random.Random, folder: Path, sound: Path) -> list[str]:
     """A study or a file of requirements with one to three entries replaced, removed, added or repeated."""
     command, start = dice.choice((("sweep", STUDY), ("design", REQUIREMENTS)))
     table: dict[str, Any] = copy.deepcopy(start)
@@ -133,9 +138,42 @@ def _odd_tables(dice: random.Random, folder: Path) -> list[str]:
     return [command, _kept(table, folder / "asked.toml"), "-o", str(folder / "out"), *more]
 
 
+def _any_scene(dice: random.Random, folder: Path, sound: Path) -> list[str]:
+    """A scene of all that the loader accepts, asked as `extremes.py` asks it."""
+    case = random_case(dice.randrange(10**9))
+    arguments = POSE_ARGUMENTS if isinstance(case.given, Pose) else LOAD_ARGUMENTS
+    given = [f"--{option}={getattr(case.given, name)!r}" for option, name in arguments.items()]
+    models = [] if case.kind == "simulate" else ["--model", case.model]
+    path = folder / "scene.toml"
+    path.write_text(scene_text(case.sensor), encoding="utf-8")
+    return [case.kind, str(path), *given, *models, f"--tolerance={max(case.tolerance, 1e-3)}", "--json"]
+
+
+def _scene_at_a_border(dice: random.Random, folder: Path, sound: Path) -> list[str]:
+    """A catalogued scene with one or two numbers at the end of what the loader accepts"""
+    table = _catalogued(dice)
+    for _ in range(dice.randint(1, 2)):
+        place, key = dice.choice([(t, k) for t in _tables(table) for k, v in t.items() if isinstance(v, float) and v])
+        start, low, high = place[key], 0.0, dice.choice((-1.0, 1.0)) * 40.0  # logarithms of the factor
+        for _ in range(12):
+            place[key] = start * math.exp(0.5 * (low + high))
+            low, high = (0.5 * (low + high), high) if _is_accepted(table) else (low, 0.5 * (low + high))
+        place[key] = start * math.exp(low)
+    return [*_asked(dice, _kept(table, folder / "scene.toml")), "--json"]
+
+
+def _is_accepted(table: dict[str, Any]) -> bool:
+    """Whether the loader takes a scene."""
+    try:
+        sensor_from(table, "border")
+    except SceneError:
+        return False
+    return True
+
+
 MAKERS = (
     _scene_of_odd_values, _scene_of_extreme_numbers, _scene_of_extreme_numbers, _odd_options, _slipped_options,
-    _slipped_options, _odd_file, _odd_tables,
+    _slipped_options, _odd_file, _odd_tables, *3 * (damaged_file,), *5 * (_scene_at_a_border,), *6 * (_any_scene,),
 )  # fmt: skip
 """What makes an input, as often as it is named."""
 

@@ -8,7 +8,7 @@ import pytest
 
 from sits_mech.analysis.cycle import load_cycle, triangle
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.conductors import _small_together
+from sits_mech.chain.conductors import _shares, _small_together
 from sits_mech.chain.models import loaded_model, magnetic_model, plan
 from sits_mech.chain.simulate import simulate
 from sits_mech.quantities import Pose, Wrench
@@ -200,3 +200,8 @@ def test_the_plan_says_how_much_what_counts_may_change() -> None:
     ground = nut(0.0, -1.5).model_copy(update={"name": "ground", "width": 16e-3, "length": 16e-3})
     reason = plan(among(ground, nut(14.0, -1.5))).magnetics.reason
     assert re.search(r"ground alone: at most 0\.\d+ of L0; nut alone: at most 0\.\d+ of the change\)$", reason)
+
+
+def test_a_change_of_nothing_has_no_share_that_is_small() -> None:
+    """A target too far to change anything: what is beside counts, and no division by zero is told of."""
+    assert np.all(np.isinf(_shares(SENSOR, REST, np.zeros(1), False, [nut(500.0, 0.0)])))

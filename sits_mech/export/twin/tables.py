@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from sits_mech.export.source import comment
 from sits_mech.version import __version__
 
 _MAPS = (("wrench", True), ("pose", True), ("guess_L", False), ("guess_codes", False))  # and whether of codes as well
@@ -41,9 +42,8 @@ def c_tables(numbers: Mapping[str, Any], about: str) -> str:
         parts += _inverse(numbers, codes)
         parts.append(_table("int", "valid_nodes", np.array(valid.shape)))
         parts.append(_table("unsigned char", "valid", np.ones(1) if flat else valid.ravel()))
-    kept = about.replace("*/", "* /")
-    coils = ", ".join(numbers["coils"]).replace("*/", "* /")
-    first = f"/* {kept}\n * Numbers for twin.h. Made by sits-mech {__version__}. Coils: {coils}. */"
+    coils = comment(", ".join(numbers["coils"]))
+    first = f"/* {comment(about)}\n * Numbers for twin.h. Made by sits-mech {__version__}. Coils: {coils}. */"
     return "\n".join([first, "#ifndef SITS_SENSOR_H", "#define SITS_SENSOR_H", *parts, "#endif", ""])
 
 

@@ -93,7 +93,8 @@ def explorer(sensor: Sensor, data: xr.Dataset, read: Readings) -> tuple[str, str
     hint = "" if small else " This table is large: it stands here with six digits and without errors."
     markup = Template(_MARKUP).substitute(sliders=sliders(data), cards=cards(items), figures=figures(curves), hint=hint)
     record = table(sensor, data, read, items, small=small) | {"charts": curves}
-    text = json.dumps(json.loads(json_text(record)), separators=(",", ":")).replace("</", "<\\/")
+    text = json.dumps(json.loads(json_text(record)), separators=(",", ":"))
+    text = text.replace("<", "\\u003c")  # neither "</script" nor "<!--<script" of a name is HTML's
     code = "\n".join(page_file(f"{name}.js") for name in ("table", "scene", "charts", "page"))
     script = f'<script type="application/json" id="table">{text}</script>\n'
     return markup, f'{script}<script>\n(function () {{\n"use strict";\n{code}\n}})();\n</script>\n'
