@@ -210,7 +210,7 @@ def test_invert_by_name_and_by_code(sensor: Sensor, folder: Path, capsys: pytest
         assert 0.0 < record["error_by_noise"]["F_z"] < 1e-3 < record["error_by_model"]["F_z"] < 0.1
         assert ("codes" in record) == (record["unit_L"] == "code") == ("--code" in words)
         assert run(["invert", str(folder), *words]) == 0
-        assert "by the table's own errors" in (said := capsys.readouterr().out) and "noise" in said
+        assert "from the table's estimated errors" in (said := capsys.readouterr().out) and "noise" in said
 
 
 @pytest.mark.parametrize(

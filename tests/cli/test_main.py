@@ -515,7 +515,8 @@ def test_schemas_are_printed_and_written(capsys: Capture, tmp_path: Path, file: 
 def test_a_load_that_comes_and_goes(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     """A viscous silicone opens a loop, narrower once it has settled; the table is kept; another silicone has none."""
     law = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7'
-    words = ["cycle", "biorob2018", "--fz", "1 N", "--mechanics", "linear", "--tolerance", "0.05", "--json", "--set"]
+    words = ["cycle", "biorob2018", "--fz", "1 N", "--mechanics", "linear", "--tolerance", "0.05", "--json", "--accept",
+             "--set"]  # fmt: skip
     assert run([*words, f'{law}, prony=[{{weight=0.2, time="0.5 s"}}]}}', "-o", str(tmp_path / "c.nc"),
                 "--picture", str(tmp_path / "c.svg")]) == 0  # fmt: skip
     out, told = capsys.readouterr()

@@ -235,9 +235,9 @@ def test_says_what_its_integers_are_worth(source: Source, tmp_path: Path) -> Non
     read = readings(source.sensor, source.data)
     off = float(np.max(0.5 * read.codes * read.error_L / read.L))
     notes = write_header(source, tmp_path / "table.h")
-    assert notes[2].startswith(f"the loads' own estimated errors are up to {off:.3g} codes: ")
+    assert notes[2].startswith(f"estimated errors of the loads: up to {off:.3g} codes: ")
     text = (tmp_path / "table.h").read_text(encoding="utf-8")
-    assert f"own estimated errors are up to {off:.3g} codes" in text.replace("\n * ", " ")
+    assert f"the estimated errors of the loads are up to {off:.3g} codes" in text.replace("\n * ", " ")
     assert "Calibrated: F_x -1 to 1 N, F_z 0 to 3 N.\n" in text
     write_header(Source(source.sensor, source.data.assign_coords(M=1e-3)), tmp_path / "table.h")
     assert "F_z 0 to 3 N; all under M = 0.001 N m.\n" in (tmp_path / "table.h").read_text(encoding="utf-8")
