@@ -26,7 +26,6 @@ from sits_mech.cli.options import (
 )
 
 if TYPE_CHECKING:
-
     from sits_mech.scene.sensor import Sensor
 
 

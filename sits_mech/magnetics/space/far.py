@@ -112,8 +112,13 @@ def seen_from(plate: Plate, clearance: float, omega: float, lost: float, coils: 
 @lru_cache(maxsize=64)
 def answers_to(plate: Plate, far: Far, omega: float) -> tuple[Complex, Complex]:
     """Return what a plate answers to its far combinations, Y U (r, k) and U^T Y U."""
-    answer = plate.admittance(omega) @ far.fields
-    return answer, far.fields.T @ answer.real + 1j * (far.fields.T @ answer.imag)
+    return responses(plate, far.fields, omega)
+
+
+def responses(plate: Plate, columns: Array, omega: float) -> tuple[Complex, Complex]:
+    """Return what a plate answers to real combinations U of what it sees, Y U and U^T Y U."""
+    answer = plate.admittance(omega) @ columns
+    return answer, columns.T @ answer.real + 1j * (columns.T @ answer.imag)
 
 
 def _weights(Y: Blocks, coils: int) -> tuple[_Weights, _Weights]:

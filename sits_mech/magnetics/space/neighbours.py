@@ -33,7 +33,7 @@ from scipy.linalg import block_diag, lu_factor, lu_solve
 from scipy.spatial.distance import cdist
 
 from sits_mech.magnetics.space.coupling import answered
-from sits_mech.magnetics.space.far import Far, Plate, seen_from
+from sits_mech.magnetics.space.far import Far, Plate, responses, seen_from
 from sits_mech.magnetics.space.near import Near, near_answered
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil
@@ -165,9 +165,8 @@ def _fixed(
 
 def _with_coils(plate: Plate, far: Far, omega: float, n: int) -> Complex:
     """What a plate at rest answers to its n coils and its far combinations, shape (n + k, n + k)."""
-    both = np.hstack([np.eye(len(far.fields), n, n - len(far.fields)), far.fields])
-    answer = plate.admittance(omega) @ both
-    return both.T @ answer.real + 1j * (both.T @ answer.imag)
+    own = np.eye(len(far.fields), n, n - len(far.fields))
+    return responses(plate, np.hstack([own, far.fields]), omega)[1]
 
 
 def _times(P: Array, X: Complex) -> Complex:
