@@ -8,7 +8,7 @@ the class's character. A loop's moment in each cell meets the mean of 1/r betwee
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -65,6 +65,14 @@ def problems(plan: Plan, levels: Array, depth: float) -> Iterator[tuple[tuple[in
             loops = flows.loops(np.diff(levels), mirror)
             if loops.unknowns > 0:
                 yield (order, mirror), Problem(plan, loops, character, mirror, weight)
+
+
+def first_alike(divisions: Sequence[tuple[Plan, Array]]) -> list[int]:
+    """Return for each division which is the first that is the same."""
+    return [
+        next(i for i, (other, z) in enumerate(divisions) if other is plan and np.array_equal(z, levels))
+        for plan, levels in divisions
+    ]
 
 
 def stacked(plan: Plan, levels: Array) -> Prisms:

@@ -34,7 +34,7 @@ from scipy.linalg import cholesky, eigh, solve_triangular
 
 from sits_mech.geometry.sheet_plan import Integers, Plan
 from sits_mech.magnetics.modes import Modes, few_modes
-from sits_mech.magnetics.space.classes import Problem, kernel, mixed, problems, scaled, stacked
+from sits_mech.magnetics.space.classes import Problem, first_alike, kernel, mixed, problems, scaled, stacked
 from sits_mech.magnetics.space.fields import Box, decay_scale, field_means, without_gradients
 from sits_mech.quantities import Array, Complex
 
@@ -151,9 +151,8 @@ def prepare_sheets(
     bases: dict[tuple[int, int], Basis] = {}
     found: list[tuple[dict[tuple[int, int], Modes], int, int]] = []
     metal = conductivity, 2 * np.pi * highest
-    for k, (plan, levels) in enumerate(divisions):
-        same = [i for i, (other, z) in enumerate(divisions[:k]) if other is plan and np.array_equal(z, levels)]
-        once = found[same[0]][:2] if same else _modes(plan, levels, metal, (box, depth), bases)
+    for (plan, levels), first in zip(divisions, first_alike(divisions), strict=True):
+        once = found[first][:2] if first < len(found) else _modes(plan, levels, metal, (box, depth), bases)
         found.append((*once, 2 * (levels.size - 1)))
     if not bases:
         raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")

@@ -28,7 +28,7 @@ from sits_mech.geometry.sheet_plan import Plan
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import winding_potential
 from sits_mech.magnetics.modes import beyond
-from sits_mech.magnetics.space.classes import Problem, driven, kernel, problems, scaled, stacked
+from sits_mech.magnetics.space.classes import Problem, driven, first_alike, kernel, problems, scaled, stacked
 from sits_mech.magnetics.space.far import Far, answers_to
 from sits_mech.magnetics.space.fields import Box, chebyshev, field_means, to_coefficients
 from sits_mech.magnetics.space.modes import Basis, Blocks, combined
@@ -153,10 +153,9 @@ def prepare_near(
     others, sources = (box, beside) if isinstance(beside, Sources) else (beside, None)
     found: list[dict[tuple[int, int], _Class]] = []
     bases: dict[tuple[int, int], Basis] = {}
-    for k, (plan, levels) in enumerate(divisions):
-        same = [i for i, (other, z) in enumerate(divisions[:k]) if other is plan and np.array_equal(z, levels)]
-        metal, seen = (conductivity, depth), (others, sources)
-        found.append(found[same[0]] if same else _classes(plan, levels, metal, seen, bases))
+    metal, seen = (conductivity, depth), (others, sources)
+    for (plan, levels), first in zip(divisions, first_alike(divisions), strict=True):
+        found.append(found[first] if first < len(found) else _classes(plan, levels, metal, seen, bases))
     if not found[0]:
         raise ValueError("outline: the division leaves the currents no freedom; the metal is too narrow")
     ends = np.cumsum([0, *(basis.fields.shape[1] for basis in bases.values())])
