@@ -3,7 +3,7 @@
     ok               within the tolerance and the silicone's data
     interpolated     the same, by a smooth map between loads that were solved
     above tolerance  an answer whose estimated error is larger than what was asked for, or not known
-    beyond data      an answer; the layer is stretched further than the data behind its silicone's constants
+    beyond data      an answer; the layer is stretched further than the data behind its silicone's constants, or may be
     not carried      no answer: the layer could not be followed to the load
     failed           no answer, for the reason beside it
 
@@ -18,13 +18,15 @@ WORDS = ("ok", "interpolated", "above tolerance", "beyond data", "not carried", 
 """From best to worst."""
 ANSWERED = WORDS[:4]
 """Of rows that hold an answer."""
+FINER = 0.1
+"""Of what the last mesh changed of the stretch, what the next one changed: at most, of 9 loads of the catalogue."""
 OK, INTERPOLATED, ABOVE, BEYOND, NOT_CARRIED, FAILED = WORDS
 EXIT_DOUBTFUL, EXIT_NO_ANSWER = 4, 3
 
 
 def flags_of(
     error: float, tolerance: float, stretch: float | None = None, known: float = float("nan"), *,
-    interpolated: bool = False,
+    changed: float | None = None, interpolated: bool = False,
 ) -> tuple[str, ...]:  # fmt: skip
     """Return what holds of an answer, worst first.
 
@@ -36,10 +38,13 @@ def flags_of(
         Of the layer; None or NaN where it is not known.
     known : float
         Up to which stretch the silicone's data reach; NaN where that is not known.
+    changed : float, optional
+        By how much the last mesh changed the stretch: what the next one may add counts.
     interpolated : bool
         Whether it stands between solved loads.
     """
-    holds = {BEYOND: stretch is not None and stretch > known, ABOVE: not error <= tolerance, INTERPOLATED: interpolated}
+    beyond = stretch is not None and stretch + FINER * (changed or 0.0) > known
+    holds = {BEYOND: beyond, ABOVE: not error <= tolerance, INTERPOLATED: interpolated}
     return tuple(word for word, true in holds.items() if true) or (OK,)
 
 

@@ -9,9 +9,6 @@ s_i(rest) the change of a signal and S the largest of them, the full scale that 
                   finer answer is beyond data, not carried or failed; one that takes too long judges nothing;
     over bars     difference of each told figure, over the errors that both answers state.
 
-Data are judged by the stretch as it was solved, without its error: finer meshes change stretch - 1 by up to 1.4 %. Just
-below the data's end an `ok` can be wrong by that: 1.267 times the load of scene 23 stretches to 1.997, finer 2.003.
-
 Run ``python studies/statuses.py [--coarse] --output DIR``: one row a scene is kept in DIR as it is done, and a stopped
 run goes on; then `statuses.csv` and the counts.
 """

@@ -18,6 +18,8 @@ WITHIN = {"error": 0.005, "tolerance": 0.01, "stretch": 1.5, "known": 2.0}
         ({"error": 0.0101}, ("above tolerance",)),
         ({"error": math.nan}, ("above tolerance",)),
         ({"stretch": 2.001}, ("beyond data",)),
+        ({"stretch": 1.99, "changed": 0.05}, ("ok",)),
+        ({"stretch": 1.99, "changed": 0.2}, ("beyond data",)),
         ({"stretch": None, "known": 2.0}, ("ok",)),
         ({"stretch": 9.0, "known": math.nan}, ("ok",)),
         (

@@ -10,8 +10,7 @@ from there the model goes on with a third mesh, as `pose` does. Where that one d
 of the second, here as there: along such rays `pose` goes beyond the data, back, and beyond again over a tenth of the
 load.
 
-Error. On 9 loads of the catalogue a fourth mesh changed the stretch by at most a tenth of what the third did; to that
-add how well an end is located.
+Error. What a further mesh may change of the stretch (`status.FINER`), and how well an end is located.
 """
 
 from __future__ import annotations
@@ -29,6 +28,7 @@ from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import MechanicalModel, Wrench
 from sits_mech.scene.sensor import Sensor, known_stretch
+from sits_mech.status import FINER
 
 TOLERANCE = 0.05
 """Of the pose: what three meshes tell stays within it up to the data's end of the catalogue's silicones."""
@@ -37,8 +37,6 @@ RAYS = 8
 _POSE = 1e-2  # of the pose: meshes end where those of `sits-mech pose` do by default
 _MESHES = 3
 _WITHIN = (0.02, 0.04)  # of a ray: how well its end is located on two meshes, and on three
-_FINER = 0.1  # of what the last mesh changed of the stretch: what the next one did
-_TRUE = 0.75  # of the stretch by two meshes, less one: three show 0.63 to 0.94 of it under shear and pressure together
 _FIRST = {"F_z": 2.2, "F_x": 0.75, "F_y": 0.75}  # of the modulus: stress under the target that is tried first
 _ADDED = (1.45, 1.15)  # times what two meshes bear is tried on three: seen along F_z, and elsewhere
 
@@ -199,17 +197,14 @@ class _Search:
 
 
 def borne_share(sensor: Sensor, load: Wrench, mechanics: str = "auto", tolerance: float = _POSE) -> float:
-    """Return a share of a load that a pad bears, 1 or a round number below, by the first two meshes alone.
-
-    Of the stretch that these tell of a block, less one, `_TRUE` is taken.
-    """
-    layer, choice = mechanical_model(sensor, mechanics, tolerance, [load])
-    known = 1.0 + (known_stretch(sensor) - 1.0) / (_TRUE if choice.name == "block" else 1.0)
+    """Return the share of a load that a pad bears, to one digit, by two meshes (whose stretch is too large)."""
+    layer, _ = mechanical_model(sensor, mechanics, tolerance, [load])
     if not isinstance(layer, RefinedModel):
         return 1.0
-    share = capacity(sensor, layer.rough, symmetry_of(sensor).standard(load)[0], known, within=_WITHIN[1]).multiple
+    most, solved = known_stretch(sensor), symmetry_of(sensor).standard(load)[0]
+    share = capacity(sensor, layer.rough, solved, most, within=_WITHIN[1]).multiple
     tens = 10.0 ** math.floor(math.log10(max(share, 1e-9)))
-    return 1.0 if share >= 1.0 else next(part * tens for part in (5.0, 2.0, 1.0) if part * tens <= share)
+    return min(1.0, round(math.floor(share / tens) * tens, 10))
 
 
 def _error(end: Capacity) -> float:
@@ -220,7 +215,7 @@ def _error(end: Capacity) -> float:
         return _WITHIN[1]
     report = end.rest.report
     changed = (report.error_stretch or 0.0) / ((report.stretch or 2.0) - 1.0)
-    return _WITHIN[1] + _FINER * changed
+    return _WITHIN[1] + FINER * changed
 
 
 def _times(multiple: float, load: Wrench) -> Wrench:

@@ -31,6 +31,7 @@ from sits_mech.readout.signals import Signals, signal_changes, signals
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import SceneError, Sensor, known_stretch, scene_hash, scene_text
 from sits_mech.scene.thermal import CAUSES, unknown_coefficients
+from sits_mech.silicone.stability import renewed_notes
 from sits_mech.status import ANSWERED, OK, flags_of, marked
 from sits_mech.units import shown
 from sits_mech.version import __version__
@@ -175,7 +176,8 @@ def _checked(name: str, values: Loads) -> list[float]:
     if given.ndim > 1 or not given.size or not np.all(np.isfinite(given)) or np.any(np.diff(given) <= _SAME * largest):
         what = "moments [N m]" if name.startswith("M") else "forces [N]"
         raise SceneError(f"{name} must be one or more different finite {what}; got {shown(values)}")
-    return [float(value) for value in given]
+    rounded = (given != -given[::-1]) & (np.abs(given + given[::-1]) <= _SAME * largest)  # two images are one solve
+    return [float(f"{value:.14g}") if own else float(value) for value, own in zip(given, rounded, strict=True)]
 
 
 def _marks(sensor: Sensor, goal: Goal | None, row: Row, tolerance: float) -> dict[str, str]:
@@ -184,8 +186,11 @@ def _marks(sensor: Sensor, goal: Goal | None, row: Row, tolerance: float) -> dic
     if status != OK:
         return marked([status])
     error = 0.0 if goal is None else goal.of(np.array([row[name] for name in ERRORS]), shared_of(row))
-    between = INTERPOLATED in row["notes"]
-    return marked(flags_of(error, tolerance, row["stretch"], known_stretch(sensor), interpolated=between))
+    between, notes = INTERPOLATED in row["notes"], row["notes"]
+    if sensor.elastomer is not None and np.isfinite(row["stretch"]):
+        notes = renewed_notes(notes, sensor.elastomer.silicone, row["stretch"])
+    flags = flags_of(error, tolerance, row["stretch"], known_stretch(sensor), interpolated=between)
+    return {"notes": notes} | marked(flags)
 
 
 def _shown(rows: Sequence[Row], loads: Sequence[Wrench]) -> list[Row]:

@@ -137,7 +137,7 @@ def _flagged(sensor: Sensor, field: MagneticModel, shown: Simulation, tolerance:
         error = shown.promise.error
     elif (goal := goal_at(sensor, field, [rest.pose])) is not None:
         error = goal.of(rest.error.components, rest.shared)
-    return replace(shown, flags=flags_of(error, tolerance, rest.report.stretch, known_stretch(sensor)))
+    return replace(shown, flags=_flags(sensor, error, tolerance, rest))
 
 
 def flags_over(
@@ -153,7 +153,13 @@ def flags_over(
 
 def rest_flags(sensor: Sensor, found: Equilibrium, tolerance: float) -> tuple[str, ...]:
     """Return how a rest stands to the tolerance of its pose and to the silicone's data, as of `flags_of`."""
-    return flags_of(found.report.estimated_error, tolerance, found.report.stretch, known_stretch(sensor))
+    return _flags(sensor, found.report.estimated_error, tolerance, found)
+
+
+def _flags(sensor: Sensor, error: float, tolerance: float, rest: Equilibrium) -> tuple[str, ...]:
+    """Return flags of an error, and of the stretch of a rest."""
+    report = rest.report
+    return flags_of(error, tolerance, report.stretch, known_stretch(sensor), changed=report.error_stretch)
 
 
 class AimedRest(NamedTuple):

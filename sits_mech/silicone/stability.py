@@ -29,6 +29,7 @@ from sits_mech.silicone.homogeneous import MODES, principal_stretches, shear_ban
 from sits_mech.silicone.laws import known_law
 from sits_mech.silicone.material import Silicone
 
+_REACHED = "this solve reached"  # how a note says of which stretch it is
 _STEPS = 400
 
 
@@ -138,14 +139,22 @@ def layer_notes(silicone: Silicone, largest_stretch: float) -> tuple[str, ...]:
     if first := _earlier(stability(silicone, ends, tests), ellipticity(silicone, ends, tests)):
         notes.append(
             f"{name} {known_law(silicone.law).limit} from stretch {first.first_unstable:.4g} on in {first.mode}, "
-            f"this solve reached {largest_stretch:.4g}"
+            f"{_REACHED} {largest_stretch:.4g}"
         )
     if largest_stretch > silicone.known_stretch:
         notes.append(
             f"the data of {name} end at stretch {silicone.known_stretch:.4g}, "
-            f"this solve reached {largest_stretch:.4g}"
+            f"{_REACHED} {largest_stretch:.4g}"
         )
     return tuple(notes)
+
+
+def renewed_notes(notes: str, silicone: Silicone, largest_stretch: float) -> str:
+    """Return notes, joined by "; ", with what `layer_notes` says of another stretch in place of what it said."""
+    kept = [note for note in notes.split("; ") if note and _REACHED not in note]
+    if len(kept) < len(notes.split("; ")) or largest_stretch > silicone.known_stretch:
+        kept += layer_notes(silicone, largest_stretch)
+    return "; ".join(kept)
 
 
 def _earlier(*found: Stability) -> Stability | None:

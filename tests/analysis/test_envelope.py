@@ -73,7 +73,7 @@ def test_default_ranges_are_borne() -> None:
     """Round numbers below what two meshes bear; a model without stretch says nothing; written ranges stay."""
     sensor = load_sensor("biorob2018")
     assert borne_share(sensor, Wrench(F_x=0.1, F_z=0.4), "planar") == 1.0
-    assert borne_share(sensor, Wrench(F_z=10.0), "planar") == 0.5
+    assert borne_share(sensor, Wrench(F_z=10.0), "planar") == 0.7
     assert borne_share(sensor, Wrench(F_z=10.0), "linear") == 1.0
     grid = LoadGrid(fz="0 N:8 N:2")
     written = {"F_x": np.linspace(-1, 1, 9).tolist(), "F_z": [0, 8]}
@@ -81,10 +81,10 @@ def test_default_ranges_are_borne() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "most"), [("biorob2018-w15", (1.0, 4.0)), ("biorob2018", (0.5, 2.0)), ("square-4", (None, 2.0))]
+    ("name", "most"), [("biorob2018-w15", (0.7, 2.8)), ("biorob2018", (0.4, 1.6)), ("square-4", (None, 1.6))]
 )
 def test_default_ranges_of_the_catalogue(name: str, most: tuple[float | None, float]) -> None:
-    """Inside of what `pose` calls known: 1.97 at the corner of w15, 1.9 of biorob2018; one coil resolves F_z alone."""
+    """One digit of what is borne by the stretch of two meshes, which is too large; one coil resolves F_z alone."""
     sensor = load_sensor(name)
     found = LoadGrid().borne(sensor, LoadGrid().components(sensor), "auto")
     assert (max(found["F_x"]) if "F_x" in found else None, max(found["F_z"])) == most

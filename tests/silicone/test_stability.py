@@ -6,7 +6,7 @@ from scipy.optimize import brentq
 
 from sits_mech.scene.materials import silicones
 from sits_mech.silicone.material import Silicone
-from sits_mech.silicone.stability import ellipticity, layer_notes, stability
+from sits_mech.silicone.stability import ellipticity, layer_notes, renewed_notes, stability
 
 
 def law(name: str, fitted_range: tuple[float, float] | None = None, **constants: object) -> Silicone:
@@ -141,6 +141,15 @@ def test_notes_for_a_solve_name_law_test_and_stretch() -> None:
     assert "the gent law locks from stretch" in note
     (note,) = layer_notes(law("neo-hookean", fitted_range=(0.05, 1.0), shear_modulus=1.0), 2.5)
     assert "end at stretch 2" in note
+
+
+def test_notes_follow_a_corrected_stretch() -> None:
+    """What was said of the stretch goes or is said of the new one; other notes stay."""
+    silicone = law("neo-hookean", fitted_range=(0.05, 1.0), shear_modulus=1.0)
+    said = "; ".join(("wide faces", *layer_notes(silicone, 2.5)))
+    assert renewed_notes(said, silicone, 1.9) == "wide faces"
+    assert renewed_notes(said, silicone, 2.2) == said.replace("reached 2.5", "reached 2.2")
+    assert renewed_notes("", silicone, 1.9) == ""
 
 
 def test_impossible_ranges_are_refused() -> None:
