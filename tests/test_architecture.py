@@ -129,7 +129,6 @@ UNMIRRORED = {
         (f"silicone/laws/{name}.py" for name in ("gent", "law", "mooney_rivlin", "neo_hookean", "ogden", "yeoh")),
         "tests/silicone/laws/test_laws.py: every law by the same tests",
     ),
-    "scene/crossings.py": "tests/scene/test_coils.py: tracks that cross are refused",
     "silicone/least_squares.py": "tests/silicone/test_fitting.py: the fits that it makes",
     "version.py": "tests/report/test_folder.py: a calibration of another version is refused",
 }

@@ -3,8 +3,8 @@
 A pour without holes is a rectangle or a disc where it fills 98 % of one and no corner of its rim is further than the
 tolerance from that, which is what the rounded corners of a fill leave. Others keep their outlines with slots and holes,
 in fewer corners: none of those left out was further than the tolerance from the edge that stands for it (Douglas and
-Peucker). The tolerance is 1 % of the coils' size, the root of their box's area, and less where edges would cross. Left
-out are holes less across, and islands of less area, than a disc of 1 % of that box: what a small plate takes of an
+Peucker, without crossings: shapely). The tolerance is 1 % of the coils' size, the root of their box's area. Left out
+are holes less across, and islands of less area, than a disc of 1 % of that box: what a small plate takes of an
 inductance, or a small hole gives back, goes with the 3/2 power of that, 0.1 % at most. What would touch a coil, and
 what lies in the box of a larger plate of its layer, which no model holds, is left out and told.
 
@@ -24,7 +24,7 @@ from sits_mech.boards.pours import Pour
 from sits_mech.boards.stackup import Layer
 from sits_mech.quantities import Array
 from sits_mech.scene.apart import check_parts
-from sits_mech.scene.outlines import first_crossing, signed_area
+from sits_mech.scene.outlines import polygon, signed_area
 from sits_mech.scene.parts import Conductor
 from sits_mech.scene.sensor import Sensor
 from sits_mech.units import SceneError
@@ -32,7 +32,6 @@ from sits_mech.units import SceneError
 _SMALL = 0.01  # of the square of the coils' size, an island's area
 _FINE = 0.01  # of the coils' size
 _FULL = 0.98  # of a shape that a fill with rounded corners stands for
-_HALVINGS = 5  # of the tolerance, where rims would cross
 _DIGITS = 10  # of lengths: a tenth of the board's own step
 Tables = list[dict[str, Any]]
 
@@ -117,7 +116,7 @@ def _table(pour: Pour, frame: _Frame) -> tuple[dict[str, Any], str]:
     said = [f"without {lost} hole{'s' * (lost > 1)} less than {1e3 * least:.3g} mm across"] if lost else []
     sizes = None if holes else _simple(pour.rim - middle, high - low, fine)
     if sizes is None:
-        rims, fine = simplified([pour.rim, *holes], fine)
+        rims = simplified([pour.rim, *holes], fine)
         loops = [[[_rounded(x), _rounded(y)] for x, y in (rim - middle).tolist()] for rim in rims]
         sizes = {"shape": "outline", "points": loops[0]} | ({"holes": loops[1:]} if holes else {})
         among = f", {len(holes)} hole{'s' * (len(holes) > 1)} among them" if holes else ""
@@ -147,43 +146,15 @@ def _across(loop: Array) -> float:
     return float(np.hypot(*np.ptp(loop, axis=0)))
 
 
-def simplified(rims: Sequence[Array], fine: float) -> tuple[list[Array], float]:
-    """Return rims with fewer corners that cross no more than before, and how far those left out are away at most [m].
+def simplified(rims: Sequence[Array], fine: float) -> list[Array]:
+    """Return rims (k, 2), not closed, with fewer corners, clear of each other and off by `fine` at most [m]."""
+    import shapely
 
-    Parameters
-    ----------
-    rims : sequence of ndarray, shape (k, 2)
-        Rim and holes, not closed [m].
-    fine : float
-        Tolerance [m]; halved as long as rims would cross.
-    """
-    for halving in range(_HALVINGS):
-        found = [_fewer(rim, fine / 2**halving) for rim in rims]
-        if min(map(len, found)) > 2 and first_crossing(tuple(tuple(map(tuple, rim.tolist())) for rim in found)) is None:
-            return found, fine / 2**halving
-    return list(rims), 0.0
-
-
-def _fewer(rim: Array, fine: float) -> Array:
-    """Return a closed rim without corners nearer than `fine` to the edge that stands for them."""
-    first = int(np.argmax(np.hypot(*(rim - rim.mean(axis=0)).T)))
-    rim = np.roll(rim, -first, axis=0)
-    second = int(np.argmax(np.hypot(*(rim - rim[0]).T)))
-    closed, kept = np.vstack([rim, rim[:1]]), np.zeros(len(rim) + 1, dtype=bool)
-    kept[[0, second]] = True
-    spans = [(0, second), (second, len(rim))]
-    while spans:
-        a, b = spans.pop()
-        if b - a < 2:
-            continue
-        step, inner = closed[b] - closed[a], closed[a + 1 : b]
-        along = np.clip((inner - closed[a]) @ step / max(float(step @ step), 1e-30), 0.0, 1.0)
-        away = np.hypot(*(inner - closed[a] - along[:, None] * step).T)
-        far = int(np.argmax(away))
-        if away[far] > fine:
-            kept[a + 1 + far] = True
-            spans += [(a, a + 1 + far), (a + 1 + far, b)]
-    return closed[:-1][kept[:-1]]
+    whole, corners = polygon(rims), shapely.points(np.vstack(rims))
+    found = whole.simplify(fine)
+    if shapely.distance(found.boundary, corners).max() > fine:  # a ring's first corner goes last, and moves the others
+        found = whole.simplify(fine / 2)
+    return [shapely.get_coordinates(ring)[:-1] for ring in (found.exterior, *found.interiors)]
 
 
 def _free(name: str, taken: Sequence[str]) -> str:

@@ -14,11 +14,10 @@ import numpy as np
 from sits_mech.boards.kicad import Board, place
 from sits_mech.boards.route import Route, Run
 from sits_mech.quantities import Array
-from sits_mech.scene.outlines import distances, edges, inside_loops, signed_area
+from sits_mech.scene.outlines import polygon, signed_area
 from sits_mech.units import SceneError
 
 _GRID = 1e-9  # the board's own step [m]
-_BLOCK = 256  # edges of a pour compared with a run at a time
 
 
 @dataclass(frozen=True)
@@ -77,70 +76,27 @@ def _pour(net: str, layer: str, points: Array) -> Pour:
 
 
 def loops(points: Array) -> list[Array]:
-    """Return the rims of a polygon whose holes are tied in by bridges, the outer one first.
+    """Return the rims of a polygon (k, 2) whose holes are tied in by bridges, the outer one first [m]."""
+    import shapely
 
-    Parameters
-    ----------
-    points : ndarray, shape (k, 2)
-        Corners in order, not closed [m].
-    """
-    corner = [(int(x), int(y)) for x, y in np.round(points / _GRID).tolist()]
-    left: dict[tuple[int, int], list[tuple[int, int]]] = {}
-    for a, b in zip(corner, corner[1:] + corner[:1], strict=True):
-        if a == b:
-            continue
-        if a in left.get(b, []):
-            left[b].remove(a)  # the bridge's way back
-        else:
-            left.setdefault(a, []).append(b)
-    found = []
-    for start in list(left):
-        while left[start]:
-            found.append(_chained(left, start))
-    rims = [np.array(loop) * _GRID for loop in found if len(loop) > 2]
-    return sorted((_straight(rim) for rim in rims), key=lambda rim: -abs(float(signed_area(rim)))) or [points]
-
-
-def _chained(left: dict[tuple[int, int], list[tuple[int, int]]], start: tuple[int, int]) -> list[tuple[int, int]]:
-    """Take the edges from a corner on until it comes again."""
-    loop, at = [start], left[start].pop()
-    while at != start and left.get(at):
-        loop.append(at)
-        at = left[at].pop()
-    return loop
-
-
-def _straight(rim: Array) -> Array:
-    """Return a rim without corners on straight stretches."""
-    u, v = rim - np.roll(rim, 1, axis=0), np.roll(rim, -1, axis=0) - rim
-    turn = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
-    kept = turn > 1e-9 * np.hypot(*u.T) * np.hypot(*v.T)
-    return rim[kept] if kept.sum() > 2 else rim
+    pieces = shapely.get_parts(shapely.make_valid(shapely.Polygon(np.round(points / _GRID)), method="structure"))
+    largest = max(pieces, key=lambda piece: piece.area).simplify(0.0)
+    return [shapely.get_coordinates(ring)[:-1] * _GRID for ring in (largest.exterior, *largest.interiors)]
 
 
 def _check_clear(pour: Pour, run: Run, where: str) -> None:
     """Refuse a pour that touches the copper of a run on its layer."""
     if pour.layer != run.layer:
         return
-    half, rims = run.width / 2, [pour.rim, *pour.holes]
-    inside = inside_loops(rims, run.points[:1])[0]
-    at = run.points[0] if inside else _met(rims, run, half)
+    import shapely
+
+    copper = polygon([pour.rim, *pour.holes])
+    pieces = shapely.linestrings(np.stack([run.points[:-1], run.points[1:]], axis=1))
+    near = np.flatnonzero(shapely.dwithin(copper, pieces, run.width / 2))
+    at = run.points[near[0]] if len(near) else None
     if at is not None:
         raise SceneError(
             f"{where}: its track must be clear of the pour of {pour.net or 'no net'} on {pour.layer}; got one that "
             f"touches it at {place(at)}"
         )
 
-
-def _met(rims: Sequence[Array], run: Run, half: float) -> Array | None:
-    """Return where a rim comes within `half` of a run's centre line; None where it does not."""
-    a, b = edges(rims)
-    low, high = run.points.min(axis=0) - half, run.points.max(axis=0) + half
-    close = ((np.maximum(a, b) >= low) & (np.minimum(a, b) <= high)).all(axis=1)
-    a, b, p, q = a[close], b[close], run.points[:-1], run.points[1:]
-    for k in range(0, len(a), _BLOCK):
-        one = distances(p[:, None], q[:, None], a[None, k : k + _BLOCK], b[None, k : k + _BLOCK])
-        near = np.unravel_index(int(np.argmin(one)), one.shape)
-        if one[near] < half:
-            return np.asarray(p[near[0]])
-    return None

@@ -12,11 +12,9 @@ import numpy as np
 from sits_mech.boards.kicad import place
 from sits_mech.boards.route import Route, Run
 from sits_mech.quantities import Array
-from sits_mech.scene.outlines import distances
 
 _APART = 6.0  # along the path, over the width
 _ROUNDING = 1e-6  # of places on a board [m]
-_BLOCK = 256  # stretches compared with all others at once
 
 
 def touching(found: Route) -> tuple[str, ...]:
@@ -39,16 +37,13 @@ def _first(runs: list[Run], along: Array) -> Array | None:
 
     `along` is where the middle of each stretch is on the path [m].
     """
+    import shapely
+
     a, b = (np.vstack([run.points[some] for run in runs]) for some in (slice(None, -1), slice(1, None)))
     width = np.concatenate([np.full(len(run.points) - 1, run.width) for run in runs])
-    length, half = np.hypot(*(b - a).T), width[:, None] / 2
-    low, high = np.minimum(a, b) - half, np.maximum(a, b) + half
-    for first in range(0, len(a), _BLOCK):
-        some = slice(first, first + _BLOCK)
-        near = ((low[some, None] <= high) & (high[some, None] >= low)).all(axis=-1)
-        between = along - along[some, None] - (length + length[some, None]) / 2
-        i, j = np.nonzero(near & (between > _APART * np.maximum(width, width[some, None])))
-        gap = distances(a[some][i], b[some][i], a[j], b[j]) - (width[some][i] + width[j]) / 2
-        if (gap < -_ROUNDING).any():
-            return np.asarray(a[some][i[int(np.argmax(gap < -_ROUNDING))]])
-    return None
+    length, pieces = np.hypot(*(b - a).T), shapely.linestrings(np.stack([a, b], axis=1))
+    i, j = shapely.STRtree(pieces).query(pieces, "dwithin", width)
+    between = np.abs(along[j] - along[i]) - (length[i] + length[j]) / 2
+    gap = shapely.distance(pieces[i], pieces[j]) - (width[i] + width[j]) / 2
+    met = (between > _APART * np.maximum(width[i], width[j])) & (gap < -_ROUNDING)
+    return np.asarray(a[np.minimum(i, j)[met].min()]) if met.any() else None

@@ -18,20 +18,19 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
 from sits_mech.quantities import Array
 from sits_mech.scene.coils import Coil
-from sits_mech.scene.crossings import crossing
 from sits_mech.scene.elastomer import Elastomer, pillar_middles
-from sits_mech.scene.outlines import Loop, distances, edges, first_crossing, inside_loops
+from sits_mech.scene.outlines import Loop, crossing, polygon
 from sits_mech.scene.parts import Conductor, Target
 from sits_mech.units import SceneError
 
 _SLACK = 1.0 + 1e-9  # sizes that are equal as written may differ by rounding
 _TILES, _CORNERS = 256, 128
-_BLOCK = 256  # edges of an outline compared with a track at a time
 
 
 @dataclass(frozen=True)
@@ -169,10 +168,13 @@ def _check_clear(part: Prism, other: Prism) -> None:
 
 def gap_beside(first: Prism, second: Prism) -> float:
     """Return the distance of two parts seen from above; negative where they overlap, by how much at least [m]."""
+    import shapely
+
     if first.loops and second.tracks:
-        return min(_gap_of_track(_loops(first), line, half) for line, half in second.tracks)
+        plate = polygon(_loops(first))
+        return min(_gap(plate, shapely.LineString(line), half) for line, half in second.tracks)
     if first.loops or second.loops:
-        return _gap_of_loops(_loops(first), _loops(second))
+        return _gap(*(polygon(_loops(part)) for part in (first, second)))
     boxes = [part.extent for part in (first, second) if not part.is_round]
     radius = 0.5 * sum(part.extent[0] for part in (first, second) if part.is_round)
     x, y = (abs(first.middle[k] - second.middle[k]) - 0.5 * sum(extent[k] for extent in boxes) for k in (0, 1))
@@ -190,30 +192,10 @@ def _loops(part: Prism) -> list[Array]:
     return [np.array([[-a, -b], [a, -b], [a, b], [-a, b]]) / 2 + (x, y)]
 
 
-def _gap_of_loops(first: list[Array], second: list[Array]) -> float:
-    """Return the distance of two polygons with holes; where they overlap, minus infinity: by how much is not known."""
-    both = tuple(tuple(map(tuple, loop.tolist())) for loop in (*first, *second))
-    inside = inside_loops(first, np.vstack(second)[:1])[0] or inside_loops(second, np.vstack(first)[:1])[0]
-    if inside or first_crossing(both) is not None:
-        return -math.inf
-    nearest = math.inf
-    for one, other in ((first, second), (second, first)):
-        points = np.vstack(one)[:, None]
-        a, b = edges(other)
-        along = np.clip(((points - a) * (b - a)).sum(-1) / ((b - a) ** 2).sum(-1), 0.0, 1.0)
-        nearest = min(nearest, float(np.linalg.norm(points - a - along[..., None] * (b - a), axis=-1).min()))
-    return nearest
-
-
-def _gap_of_track(loops: list[Array], line: Array, half: float) -> float:
-    """Return the distance of a track of some half width from a polygon with holes."""
-    if inside_loops(loops, line[:1])[0]:
-        return -math.inf
-    (a, b), p, q, nearest = edges(loops), line[:-1], line[1:], math.inf
-    for k in range(0, len(a), _BLOCK):
-        some = slice(k, k + _BLOCK)
-        nearest = min(nearest, float(distances(p[:, None], q[:, None], a[None, some], b[None, some]).min()))
-    return nearest - half
+def _gap(first: Any, second: Any, half: float = 0.0) -> float:
+    """Return the distance of two shapes, of a track from its edge [m]; minus infinity where they meet."""
+    away = float(first.distance(second))
+    return away - half if away > 0.0 else -math.inf
 
 
 def _check_side_by_side(coil: Coil, other: Coil) -> None:

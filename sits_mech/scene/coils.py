@@ -36,7 +36,7 @@ from sits_mech.scene.bounds import (
     Place,
     Point,
 )
-from sits_mech.scene.crossings import crossing
+from sits_mech.scene.outlines import crossing
 from sits_mech.units import SceneError
 
 _SLACK = 1e-9  # relative: lengths that are equal as written may differ by rounding

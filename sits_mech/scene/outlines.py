@@ -12,12 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError, shown
 
 Loop = tuple[tuple[float, float], ...]
+_SLACK = 1e-9  # relative: lengths that are equal as written may differ by rounding
 _KINDS = ("triangle", "quad")
 
 
@@ -41,48 +42,38 @@ def inside_loops(loops: Sequence[Array], points: Array) -> NDArray[np.bool_]:
     return np.asarray((between & (x > points[:, 0, None])).sum(1) % 2 == 1)
 
 
-def distances(p: Array, q: Array, a: Array, b: Array) -> Array:
-    """Return the distances of segments pq and ab, ends (..., 2), that broadcast together; zero where they cross [m]."""
-    nearest = np.full(np.broadcast_shapes(p.shape, a.shape)[:-1], np.inf)
-    for point, start, stop in ((p, a, b), (q, a, b), (a, p, q), (b, p, q)):
-        step = stop - start
-        share = np.clip(((point - start) * step).sum(-1) / np.maximum((step**2).sum(-1), 1e-30), 0.0, 1.0)
-        nearest = np.minimum(nearest, np.linalg.norm(point - start - share[..., None] * step, axis=-1))
-    crossed = _side(p, q, a) * _side(p, q, b) < 0.0
-    return np.where(crossed & (_side(a, b, p) * _side(a, b, q) < 0.0), 0.0, nearest)
+def polygon(loops: Sequence[ArrayLike]) -> Any:
+    """Return rim and holes as a polygon of shapely."""
+    import shapely
+
+    return shapely.Polygon(loops[0], loops[1:])
 
 
-def _side(a: Array, b: Array, c: Array) -> Array:
-    """Return on which side of ab the point c lies."""
-    u, v = b - a, c - a
-    return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
+def crossing(lines: Sequence[Array]) -> tuple[float, float] | None:
+    """Return a place where polylines (k, 2) cross or touch, other than one's end the next one's beginning [m]."""
+    import shapely
+
+    ends = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in lines])
+    step, pieces = ends[:, 1] - ends[:, 0], shapely.linestrings(ends)
+    still = np.flatnonzero(~step.any(axis=1))
+    if len(still):
+        return float(ends[still[0], 0, 0]), float(ends[still[0], 0, 1])
+    i, j = shapely.STRtree(pieces).query(pieces, "dwithin", _SLACK * np.hypot(*step.T))
+    order = np.lexsort((j, i))
+    i, j = i[order], j[order]
+    joined = np.all(ends[i, 1] == ends[j, 0], axis=1) | np.all(ends[i, 0] == ends[j, 1], axis=1)
+    cross, dot = step[i, 0] * step[j, 1] - step[i, 1] * step[j, 0], (step[i] * step[j]).sum(axis=1)
+    folded = (dot < 0.0) & (np.abs(cross) <= -_SLACK * dot)
+    met = np.flatnonzero((i < j) & (~joined | folded))
+    if not len(met):
+        return None
+    place = shapely.shortest_line(pieces[i[met[0]]], pieces[j[met[0]]]).coords[0]
+    return float(place[0]), float(place[1])
 
 
-def first_crossing(loops: tuple[Loop, ...]) -> tuple[float, float] | None:
+def first_crossing(loops: Sequence[ArrayLike]) -> tuple[float, float] | None:
     """Return where two edges of an outline cross or touch beyond the corner they share [m]; None if none do."""
-    corners = [np.array(loop) for loop in loops]
-    a, b = edges(corners)
-    for k in range(len(a) - 1):
-        step, side, gap = b[k] - a[k], b[k + 1 :] - a[k + 1 :], a[k + 1 :] - a[k]
-        cross = step[0] * side[:, 1] - step[1] * side[:, 0]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            s = (gap[:, 0] * side[:, 1] - gap[:, 1] * side[:, 0]) / cross
-            t = (gap[:, 0] * step[1] - gap[:, 1] * step[0]) / cross
-        hit = (s > 1e-9) & (s < 1 - 1e-9) & (t > -1e-9) & (t < 1 + 1e-9)
-        if hit.any():
-            x, y = a[k] + s[np.argmax(hit)] * step
-            return float(x), float(y)
-    return None
-
-
-def first_twice(loops: Sequence[Loop]) -> tuple[float, float] | None:
-    """Return a corner that an outline has twice [m]; None if there is none."""
-    seen: set[tuple[float, float]] = set()
-    for corner in (corner for loop in loops for corner in loop):
-        if corner in seen:
-            return corner
-        seen.add(corner)
-    return None
+    return crossing([np.vstack([loop, np.asarray(loop)[:1]]) for loop in loops])
 
 
 def check_rims(points: Loop | None, holes: tuple[Loop, ...]) -> None:
@@ -99,10 +90,9 @@ def check_rims(points: Loop | None, holes: tuple[Loop, ...]) -> None:
         return
     if any(len(hole) < 3 for hole in holes):
         raise SceneError("holes must be at least three corners each; got fewer")
-    crossing = first_crossing((points, *holes)) if len(points) > 3 or holes else None
-    crossing = crossing or first_twice((points, *holes))
-    if crossing is not None:
-        x, y = crossing
+    met = first_crossing((points, *holes)) if len(points) > 3 or holes else None
+    if met is not None:
+        x, y = met
         raise SceneError(f"points and holes must be rims that do not cross or touch; they do at ({x:.4g}, {y:.4g}) m")
     if len(points) < 3 or not abs(signed_area(np.array(points))) > 0.0:
         raise SceneError(f"points must be at least three corners around an area; got {shown(points)}")

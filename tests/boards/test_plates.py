@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -11,7 +12,7 @@ from sits_mech.boards.kicad import read_board
 from sits_mech.boards.plates import plates, simplified
 from sits_mech.boards.pours import pours
 from sits_mech.scene.apart import from_windings
-from sits_mech.scene.outlines import distances, edges, signed_area
+from sits_mech.scene.outlines import first_crossing, polygon, signed_area
 from sits_mech.scene.sensor import Conductor, Sensor, sensor_from
 
 COIL = {
@@ -97,10 +98,9 @@ def test_simplified_rims_are_near(seed: int) -> None:
     some = np.random.default_rng(seed)
     angle = np.sort(some.uniform(0, 2 * np.pi, 60))
     rim = (1.0 + some.uniform(-0.05, 0.05, 60))[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
-    ((found,), fine) = simplified([rim], 0.04)
+    (found,) = simplified([rim], 0.04)
     assert 3 <= len(found) < 60 and {*map(tuple, found)} <= {*map(tuple, rim)}
-    a, b = edges([found])
-    assert distances(rim[:, None], rim[:, None], a[None], b[None]).min(axis=1).max() <= fine * (1 + 1e-9)
+    assert polygon([found]).boundary.distance(shapely.points(rim)).max() <= 0.04 * (1 + 1e-9)
 
 
 def test_rims_that_would_cross_keep_more_corners() -> None:
@@ -108,9 +108,9 @@ def test_rims_that_would_cross_keep_more_corners() -> None:
     bent = np.array([(0, 0), (1, 0), (1, 1), (0.5, 1.04), (0, 1)])
     inside = np.array([(0.45, 1.01), (0.5, 1.03), (0.55, 1.01), (0.5, 0.8)])
     below = inside - (0.0, 0.1)
-    assert [len(found) for found in simplified([bent, below], 0.05)[0]] == [4, 3]
-    found, fine = simplified([bent, inside], 0.05)
-    assert (len(found[0]), fine) == (5, 0.025)
+    assert [len(found) for found in simplified([bent, below], 0.05)] == [4, 3]
+    found = simplified([bent, inside], 0.05)
+    assert len(found[0]) == 5 and first_crossing(found) is None
 
 
 def area(plate: Conductor) -> float:
