@@ -1,0 +1,96 @@
+"""How heavy is the package? Counts beside their ceilings; exit code 1 when one is above its own.
+
+    lines, tokens           of sits_mech; tokens without comments, line ends and indents
+    named numbers           statements such as `_SMALL = 0.01`
+    branching functions     more than ten branches: if, for, while, except, and, or, comprehensions, assert, case
+    long signatures         more than six arguments
+    skipped formats         lines with `# fmt: skip`
+    large files             more than 3000 tokens
+    entered in space        files of which a function runs in `simulate biorob2018`, by default
+    entered in the plane    the same, by the models planar and planar
+
+Ceilings only go down: who lowers a count lowers its ceiling. Run ``python .ci/weigh.py``.
+"""
+
+from __future__ import annotations
+
+import ast
+import io
+import os
+import re
+import subprocess
+import sys
+import tokenize
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1] / "sits_mech"
+CEILINGS = {
+    "lines": 53_900, "tokens": 412_500, "named numbers": 524, "branching functions": 130, "long signatures": 36,
+    "skipped formats": 261, "large files": 12, "entered in space": 999, "entered in the plane": 999,
+}  # fmt: skip
+_SILENT = {
+    tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENCODING,
+    tokenize.ENDMARKER,
+}  # fmt: skip
+_NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
+_BRANCH = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.comprehension, ast.Assert, ast.match_case)
+_ENTERED = """
+import sys
+entered = set()
+def note(frame, event, _):
+    code = frame.f_code
+    if event == "call" and code.co_name != "<module>" and code.co_filename.startswith(sys.argv[1]):
+        entered.add(code.co_filename)
+import sits_mech as sm
+models = dict(zip(("mechanics", "magnetics"), sys.argv[2:]))
+sensor = sm.load_sensor("biorob2018")
+sys.setprofile(note)
+sm.simulate(sensor, sm.Wrench(F_x=0.1, F_z=0.5), tolerance=0.05, **models)
+sys.setprofile(None)
+print(len(entered))
+"""
+
+
+def counts() -> dict[str, int]:
+    """Count all but the files entered."""
+    found = dict.fromkeys(list(CEILINGS)[:-2], 0)
+    for path in sorted(ROOT.rglob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        tokens = sum(each.type not in _SILENT for each in tokenize.generate_tokens(io.StringIO(text).readline))
+        found["lines"] += text.count("\n")
+        found["tokens"] += tokens
+        found["large files"] += tokens > 3000
+        found["named numbers"] += len(_NUMBER.findall(text))
+        found["skipped formats"] += text.count("# fmt: skip")
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                arguments = node.args.args + node.args.kwonlyargs + node.args.posonlyargs
+                found["branching functions"] += branches(node) > 10
+                found["long signatures"] += len(arguments) > 6
+    return found
+
+
+def branches(node: ast.AST) -> int:
+    """Count the branches of a function, and one."""
+    inner = list(ast.walk(node))
+    joined = sum(len(each.values) - 1 for each in inner if isinstance(each, ast.BoolOp))
+    return 1 + joined + sum(isinstance(each, _BRANCH) for each in inner)
+
+
+def entered(*models: str) -> int:
+    """Count files of which a function runs in a `simulate`."""
+    here = os.environ | {"SITS_MECH_CACHE": "off", "PYTHONPATH": str(ROOT.parent)}
+    command = [sys.executable, "-c", _ENTERED, str(ROOT), *models]
+    return int(subprocess.run(command, env=here, capture_output=True, text=True, check=True).stdout)
+
+
+def main() -> int:
+    """Print counts beside ceilings."""
+    found = counts() | {"entered in space": entered(), "entered in the plane": entered("planar", "planar")}
+    for name, count in found.items():
+        print(f"{name:22s} {count:>8d}   at most {CEILINGS[name]:>8d}{'   ABOVE' * (count > CEILINGS[name])}")
+    return int(any(count > CEILINGS[name] for name, count in found.items()))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
