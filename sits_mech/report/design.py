@@ -1,4 +1,4 @@
-"""Where does the answer of a search go? A folder: scenes of the recommended design and the front, table, page."""
+"""Write the result of a design search to a folder: scenes of the recommended design and the front, table, page."""
 
 from __future__ import annotations
 
@@ -54,13 +54,7 @@ _MEANINGS = {
 
 
 def write_design(asked: Requirements, found: DesignAnswer, folder: Path) -> list[str]:
-    """Write an answer to a folder that exists; return what could not be written.
-
-    Raises
-    ------
-    SceneError
-        When a file cannot be written.
-    """
+    """Write a search's result to an existing folder; return what could not be written; raise SceneError."""
     sensor = named(asked, found.best, "recommended")
     save_sensor(sensor, folder / "recommended.toml")
     (folder / "front").mkdir(exist_ok=True)

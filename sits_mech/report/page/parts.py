@@ -1,4 +1,4 @@
-"""What stands in each section of the HTML report? Text and tables of a calibration, every number with its error."""
+"""Make the sections of the HTML report: text and tables of a calibration, every number with its error."""
 
 from __future__ import annotations
 
@@ -306,10 +306,7 @@ def _least(data: xr.Dataset) -> str:
 
 
 def html_table(table: Table, *, numbers: bool = False) -> str:
-    """Return a table of the terminal as HTML, one line for a name with all that stands behind it.
-
-    With `numbers` all cells are aligned to the right.
-    """
+    """Return a table as HTML, a name once for all its rows; with `numbers` all cells are aligned to the right."""
     kind = ' class="n"' if numbers else ""
     head = "".join(f"<th{kind}>{html.escape(str(column.header))}</th>" for column in table.columns)
     lines = [f"<table><thead><tr>{head}</tr></thead><tbody>" if table.show_header else "<table><tbody>"]

@@ -1,4 +1,4 @@
-"""What does a search for a design look like? The front, the landscape with its feasible region, figures and limits.
+"""Plot a design search: the front, the landscape with its feasible region, figures and limits.
 
 Filled marks hold every limit, empty ones do not; the star is the recommended design, numbers are those of the front's
 scenes. Shaded is where predictions of the recommended choice hold every limit; dots are designs that were solved.

@@ -1,4 +1,4 @@
-"""What does the sensor look like in space? Coils as spirals, the target at its pose, and lines of its eddy current.
+"""Draw the sensor in space: coils as spirals, the target at its pose, and lines of its eddy current.
 
 Between two neighbouring lines runs the same current through the plate's thickness (`space.stream`), shown at the
 instant when it is largest; colour is its density. pyvista is imported here alone and renders off screen. Where OpenGL
@@ -47,24 +47,9 @@ _PROBE = (
 
 
 def spatial_view(sensor: Sensor, pose: Pose, frequency: float, *, driven: str | None = None) -> Figure:
-    """Return a picture of coils, target and eddy currents in space.
+    """Plot coils, target and eddy currents in space; the `driven` coil, else the last, has 1 mA; frequency [Hz].
 
-    Parameters
-    ----------
-    sensor : Sensor
-        With flat coils.
-    pose : Pose of float
-    frequency : float
-        [Hz].
-    driven : str, optional
-        Name of the coil that carries 1 mA; the last one by default.
-
-    Raises
-    ------
-    SceneError
-        When the coils are not flat, there is no such coil, or pyvista, OpenGL or matplotlib is missing.
-    Collision
-        When the pose brings the target to the coil plane.
+    Raise SceneError for coils that are not flat, an unknown coil or a missing renderer; Collision of target and coils.
     """
     if sensor.substrate_radius is not None:
         raise SceneError("substrate_radius: the view in space draws flat coils only; ask for --kind field")
@@ -84,13 +69,7 @@ def spatial_view(sensor: Sensor, pose: Pose, frequency: float, *, driven: str | 
 
 @cache
 def renders() -> None:
-    """Make sure that pyvista can render off screen, by a try in a process of its own.
-
-    Raises
-    ------
-    SceneError
-        One line that names the packages.
-    """
+    """Try in a separate process whether pyvista renders off screen; raise SceneError with the packages to install."""
     if find_spec("pyvista") is None:
         raise SceneError("views in space need pyvista: pip install 'sits-mech[view]'")
     tried = subprocess.run([sys.executable, "-c", _PROBE], capture_output=True, text=True, timeout=120, check=False)

@@ -1,4 +1,4 @@
-"""What does one print of a search for a design? The recommendation, its figures, prices, why the others lost."""
+"""Tabulate a design search: the recommendation, its figures, the prices of limits, why the other designs lost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What does one show of a load that comes and goes? The signals' loops, and their width cycle by cycle."""
+"""Show a cyclic load: the loops of the signals, and their width cycle by cycle."""
 
 from __future__ import annotations
 
@@ -70,13 +70,7 @@ def _widths(data: xr.Dataset, name: str) -> list[tuple[float, float]]:
 
 
 def loop_curves(data: xr.Dataset) -> Figure:
-    """Return the signals while a load comes and goes, each against the largest component of the load.
-
-    Parameters
-    ----------
-    data : Dataset
-        As from `analysis.cycle.load_cycle`.
-    """
+    """Plot the signals under a cyclic load, each against the largest component of the load."""
     peak, names = json.loads(data.attrs["request"])["peak"], told(data)
     force = max((name for name in WRENCH if peak[name]), key=lambda name: abs(peak[name]), default="F_z")
     load, turns = peak[force] * data["share"].to_numpy(), _turns(data["share"].to_numpy())

@@ -1,4 +1,4 @@
-"""What does one print of a plan? What is solved, what is left out and worth, what finer answers take: one screen."""
+"""Tabulate a plan on one screen: what is solved, what is left out and its size, the cost of smaller errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What does a designer read of a calibrated sensor? Its quality figures and the scatter by tolerances."""
+"""Show the quality of a calibrated sensor: its figures and their scatter by tolerances."""
 
 from __future__ import annotations
 
@@ -25,17 +25,7 @@ _ROUNDING = 1e-9  # of a force's full scale: scatter that symmetry forbids
 
 
 def quality_record(found: Quality, data: xr.Dataset, scatter: ForceSpread | None = None) -> Record:
-    """Return the figures of a sensor for a program, SI.
-
-    Parameters
-    ----------
-    found : Quality
-        Of the calibration.
-    data : Dataset
-        Its table, for crosstalk of the signals and the rotation's error.
-    scatter : ForceSpread, optional
-        By tolerances.
-    """
+    """Return a sensor's quality figures, SI, with signal crosstalk and rotation error from its table."""
     forces, coils, stray = found.forces, found.coils, crosstalk(data).attrs
     own = {name: short_name(signal) for name, signal in signals_of(data).items() if name in forces}
     before, unsure = _before(found, stray, own)
@@ -88,7 +78,7 @@ def _bend_errors(found: Quality, stray: Mapping[Hashable, Any], own: Mapping[str
 
 
 def _before(found: Quality, stray: Mapping[Hashable, Any], own: Mapping[str, str]) -> tuple[Record, Record]:
-    """Return what each force's own signal reads of the others, over full scale, and the errors of that.
+    """Return crosstalk of each force's own signal over full scale, and its errors.
 
     A force without a signal of its own is read by the linear sum of all coils.
     """
