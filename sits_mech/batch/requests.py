@@ -1,4 +1,4 @@
-"""What can be asked of a scene, and how is one case of it answered? The requests that a study varies.
+"""Answer one case of a scene: the requests that a study varies.
 
 A case is a scene with changes and the arguments of a request; its answer is a row of named numbers. Cases that run in
 one process share what they can: a scene's models are made once, and prepare their plates and factors once.
@@ -46,18 +46,10 @@ _PLACE = {argument: UNITS[name] for argument, name in POSE_ARGUMENTS.items()} | 
 
 @dataclass(frozen=True)
 class Variant:
-    """A scene with changes; hashable, so that what is made of it can be kept.
+    """A scene with changes; hashable, so that what is made of it can be kept."""
 
-    Attributes
-    ----------
-    text : str
-        The scene file it starts from, as of `scene_text`.
-    overrides : tuple of str
-        Its changes, as on the command line.
-    """
-
-    text: str
-    overrides: tuple[str, ...] = ()
+    text: str  # of `scene_text`
+    overrides: tuple[str, ...] = ()  # as on the command line
 
     @property
     def sensor(self) -> Sensor:
@@ -67,33 +59,15 @@ class Variant:
 
 @dataclass(frozen=True)
 class Request:
-    """A kind of question.
+    """A kind of request."""
 
-    Attributes
-    ----------
-    answer : callable
-        Scene and arguments by name, as written, in; a row out.
-    units : mapping
-        The arguments that are quantities, with their SI units.
-    models : mapping
-        The arguments that name a model, with those there are; beside them there is the tolerance.
-    needed : tuple of str
-        The arguments that have no default.
-    ranges : tuple of str
-        The arguments that may stand for many values, such as "-1 N:1 N:9"; a study cannot vary them.
-    layer : bool
-        Whether the answer needs the elastomer; where it does not, the scene's is left out.
-    chunk : int
-        Cases that go to a worker at once.
-    """
-
-    answer: Callable[[Variant, Row], Row]
-    units: Mapping[str, str]
-    models: Mapping[str, tuple[str, ...]]
-    needed: tuple[str, ...] = ()
-    ranges: tuple[str, ...] = ()
-    layer: bool = True
-    chunk: int = 1
+    answer: Callable[[Variant, Row], Row]  # scene and arguments as written -> row
+    units: Mapping[str, str]  # SI units of the arguments that are quantities
+    models: Mapping[str, tuple[str, ...]]  # choices of the arguments that name a model; they come with a tolerance
+    needed: tuple[str, ...] = ()  # arguments without default
+    ranges: tuple[str, ...] = ()  # arguments like "-1 N:1 N:9", which a study cannot vary
+    layer: bool = True  # whether the answer needs the elastomer; else it is left out of the scene
+    chunk: int = 1  # cases that go to a worker at once
 
     @property
     def arguments(self) -> tuple[str, ...]:
@@ -162,10 +136,10 @@ def _calibrate(variant: Variant, asked: Row) -> Row:
 
 
 def _quality(variant: Variant, asked: Row) -> Row:
-    """Answer: how good is the sensor over a grid of loads? Its table, and its figures at the worst load of each force.
+    """Return a sensor's quality over a grid of loads: its table, and its figures at the worst load of each force.
 
-    Resolution by the converter's noise and errors of the model in N or N m, shares of the full scale of each force: how
-    far its own signal is from a line, what linear sums of all coils misread of the others, and what the inverse does.
+    Resolution by the converter's noise and model errors [N, N m]; shares of each force's full scale: nonlinearity of
+    its own signal, crosstalk of linear sums of all coils and of the inverse.
     """
     if variant.sensor.readout.converter == "none":
         raise SceneError('readout.converter must be given for quality, by whose noise forces are resolved; got "none"')

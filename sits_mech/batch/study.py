@@ -1,4 +1,4 @@
-"""What does a study file ask? A scene, a request, what varies and what is fixed.
+"""Read a study file: a scene, a request, what varies and what is fixed.
 
     scene = "biorob2018"              # a scene file beside the study, or a name of the catalogue
     request = "inductance"            # or pose, simulate, calibrate, quality
@@ -39,26 +39,12 @@ _RANGE = '{ from = "1 mm", to = "5 mm", count = 41 } with different ends in one 
 
 @dataclass(frozen=True)
 class Study:
-    """A study as its file says; made by `read_study`.
+    """A study as its file says; made by `read_study`."""
 
-    Attributes
-    ----------
-    scene : str
-        What all cases start from, the fixed keys of the scene applied; as of `scene_text`.
-    name : str
-        A key of `REQUESTS`.
-    vary : dict
-        The values of each varied key or argument as they were written; ranges are written out.
-    fixed : dict
-        The arguments that are the same in all cases.
-    combine : str
-        "product" or "zip".
-    """
-
-    scene: str
-    name: str
-    vary: dict[str, list[Any]]
-    fixed: Row
+    scene: str  # of `scene_text`, the fixed keys of the scene applied
+    name: str  # a key of `REQUESTS`
+    vary: dict[str, list[Any]]  # values of each varied key or argument as written, ranges written out
+    fixed: Row  # arguments that are the same in all cases
     combine: Combine = "product"
 
     @property
@@ -77,22 +63,9 @@ class Study:
 
 
 def read_study(path: Path) -> Study:
-    """Read a study file.
+    """Read and check a study file (TOML); every value has one possible scene at least.
 
-    Parameters
-    ----------
-    path : Path
-        TOML.
-
-    Returns
-    -------
-    Study
-        Checked; every value has one possible scene at least.
-
-    Raises
-    ------
-    SceneError
-        One line: the file, the key, what it must be, what came.
+    Raise SceneError in one line: the file, the key, what it must be, what came.
     """
     return read_as(path, _study)
 

@@ -1,4 +1,4 @@
-"""Which plates are a board's filled zones? Rim and holes of each, clear of the coils' tracks.
+"""Find the plates of a board's filled zones: rim and holes of each, clear of the coils' tracks.
 
 A fill is written as one polygon, its holes tied to the rim by bridges: edges that go to the hole and come back over the
 same two corners. Taking out each edge that has its opposite leaves the rims, the outer one and those of the holes.
@@ -23,21 +23,12 @@ _BLOCK = 256  # edges of a pour compared with a run at a time
 
 @dataclass(frozen=True)
 class Pour:
-    """A plate of copper.
-
-    Attributes
-    ----------
-    net, layer : str
-    rim : ndarray, shape (n, 2)
-        Counter-clockwise [m].
-    holes : tuple of ndarray
-        [m].
-    """
+    """A plate of copper."""
 
     net: str
     layer: str
-    rim: Array
-    holes: tuple[Array, ...]
+    rim: Array  # (n, 2) counter-clockwise [m]
+    holes: tuple[Array, ...]  # [m]
 
     @property
     def area(self) -> float:
@@ -46,13 +37,7 @@ class Pour:
 
 
 def pours(board: Board, routes: Sequence[Route]) -> tuple[tuple[Pour, ...], tuple[str, ...]]:
-    """Return the filled copper of all nets but the coils', and what is left out.
-
-    Raises
-    ------
-    SceneError
-        When a pour touches a coil's track.
-    """
+    """Return the filled copper of all nets but the coils', and what is left out; raise SceneError on contact."""
     nets = {found.net for found in routes}
     found, notes = [], []
     for zone in board.zones:
@@ -77,13 +62,7 @@ def _pour(net: str, layer: str, points: Array) -> Pour:
 
 
 def loops(points: Array) -> list[Array]:
-    """Return the rims of a polygon whose holes are tied in by bridges, the outer one first.
-
-    Parameters
-    ----------
-    points : ndarray, shape (k, 2)
-        Corners in order, not closed [m].
-    """
+    """Return the rims of a polygon (k, 2), not closed, whose holes are tied in by bridges, the outer one first [m]."""
     corner = [(int(x), int(y)) for x, y in np.round(points / _GRID).tolist()]
     left: dict[tuple[int, int], list[tuple[int, int]]] = {}
     for a, b in zip(corner, corner[1:] + corner[:1], strict=True):
