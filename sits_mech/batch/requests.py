@@ -104,7 +104,7 @@ def _mechanical(variant: Variant, model: str, tolerance: float) -> MechanicalMod
 
 
 def _pose(variant: Variant, asked: Row) -> Row:
-    """Answer: where does the target come to rest?"""
+    """Return the pose of the target at rest as a row."""
     sensor, model, tolerance = variant.sensor, asked.get("model", "auto"), asked.get("tolerance", 1e-2)
     wrench = _wrench(asked)
     chosen = choose_mechanics(sensor, model, tuple(MECHANICS), [wrench], tolerance)
@@ -113,7 +113,7 @@ def _pose(variant: Variant, asked: Row) -> Row:
 
 
 def _inductance(variant: Variant, asked: Row) -> Row:
-    """Answer: what do the coils show with the target at a pose?"""
+    """Return the inductances with the target at a pose as a row."""
     pose = Pose(**{name: asked.get(argument, 0.0) for argument, name in POSE_ARGUMENTS.items()})
     tolerance = asked.get("tolerance", 1e-3)
     field, _ = magnetic_model(variant.sensor, asked.get("model", "auto"), tolerance, [pose])
@@ -122,14 +122,14 @@ def _inductance(variant: Variant, asked: Row) -> Row:
 
 
 def _simulate(variant: Variant, asked: Row) -> Row:
-    """Answer: what does the sensor show under a load?"""
+    """Return pose and signals under a load as a row."""
     models = {name: item for name, item in asked.items() if name not in _LOAD}
     found = simulate(variant.sensor, _wrench(asked), **models)
     return _rest(found.equilibrium) | _shown(found.impedance) | found.signals.known | marked(found.flags)
 
 
 def _calibrate(variant: Variant, asked: Row) -> Row:
-    """Answer: what does the sensor show over a grid of loads? A load that failed is NaN and says why."""
+    """Return a calibration over a grid of loads as a row; a load that failed is NaN and says why."""
     given = {name: asked.pop(argument) for argument, name in LOAD_ARGUMENTS.items() if argument in asked}
     loads = {name: values for name, values in given.items() if values != 0.0}
     return table_row(calibrate(variant.sensor, **loads, **asked))
@@ -179,7 +179,7 @@ def _rest(found: Equilibrium) -> Row:
 
 
 def _shown(found: Impedance) -> Row:
-    """Return what the coils show as a row."""
+    """Return inductances and resistances as a row."""
     pair, one, report = ("coil", "coil_2"), ("coil",), found.report
     row: Row = {name: (pair, getattr(found, name)) for name in ("L", "R", "L0", "error_L", "error_R")}
     row |= {"relative": (one, np.diagonal(found.L) / np.diagonal(found.L0)), "R_dc": (one, found.R_dc)}

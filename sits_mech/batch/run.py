@@ -77,7 +77,7 @@ def cases_aside(study: Study, folder: Path) -> int:
 
 
 def claim(folder: Path, study: Study) -> None:
-    """Make a folder that of a study; raise SceneError when it is that of another, or cannot be written to."""
+    """Claim a folder for a study; raise SceneError when it is another study's, or cannot be written to."""
     path = folder / "study.json"
     try:
         (folder / "cases").mkdir(parents=True, exist_ok=True)

@@ -49,12 +49,12 @@ class Study:
 
     @property
     def request(self) -> Request:
-        """Return what is asked."""
+        """Return the request."""
         return REQUESTS[self.name]
 
     @property
     def identity(self) -> str:
-        """Return what makes it this study and no other, as JSON; the values may grow."""
+        """Return the study's identity as JSON: scene, request, names of what varies, whose values may grow."""
         return json.dumps([self.scene, self.name, sorted(self.vary), self.fixed, self.combine], indent=1)
 
     def case(self, point: Row) -> tuple[Variant, Row]:
@@ -90,7 +90,7 @@ def _study(table: Mapping[str, Any], folder: Path) -> Study:
 
 
 def _table(table: Mapping[str, Any], name: str) -> Row:
-    """Return a table of the file; the one of what varies must have keys."""
+    """Return a table of the file; [vary] must have keys."""
     part = table.get(name, {})
     if not isinstance(part, dict) or (name == "vary" and not part):
         raise SceneError(f"{name}: must be a table of keys and their values; got {shown(part)}")
@@ -174,12 +174,12 @@ def _of_scene(name: str, request: Request) -> bool:
 
 
 def _arguments(names: Row, request: Request) -> Row:
-    """Return what belongs to the request."""
+    """Return the arguments of the request."""
     return {name: item for name, item in names.items() if not _of_scene(name, request)}
 
 
 def _overrides(names: Row, request: Request) -> tuple[str, ...]:
-    """Return what belongs to the scene, as it is written on the command line."""
+    """Return the keys of the scene as overrides of the command line."""
     return tuple(
         f"{name}={literal(item)}" for name, item in names.items() if _of_scene(name, request)
     )

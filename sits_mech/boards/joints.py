@@ -69,7 +69,7 @@ def joined(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float = ROU
 
 
 def _near(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float) -> Joints:
-    """Join what ends near together, holes at their middles; leave out what has no length or lies twice."""
+    """Join ends that are near each other, holes at their middles; drop tracks without length and duplicates."""
     places = [(track.layer, track.points[e]) for track in tracks for e in (0, -1)]
     places += [(layer, hole.place) for hole in holes for layer in hole.layers]
     layers, points = zip(*places, strict=True)

@@ -97,7 +97,7 @@ def _check_boxes(plate: Conductor, others: Sequence[Conductor]) -> None:
 
 
 def _table(pour: Pour, frame: _Frame) -> tuple[dict[str, Any], str]:
-    """Return the table of a plate, and what to say of it."""
+    """Return the table of a plate, and notes on it."""
     layer, fine = frame.stack[pour.layer], _FINE * frame.size
     low, high = pour.rim.min(axis=0), pour.rim.max(axis=0)
     middle = (low + high) / 2

@@ -32,7 +32,7 @@ class Pour:
 
     @property
     def area(self) -> float:
-        """Of the copper [m^2]."""
+        """Return the area of the copper [m^2]."""
         return float(signed_area(self.rim)) - sum(abs(float(signed_area(hole))) for hole in self.holes)
 
 
@@ -81,7 +81,7 @@ def loops(points: Array) -> list[Array]:
 
 
 def _chained(left: dict[tuple[int, int], list[tuple[int, int]]], start: tuple[int, int]) -> list[tuple[int, int]]:
-    """Take the edges from a corner on until it comes again."""
+    """Return the closed chain of edges from a corner, removing them from `left`."""
     loop, at = [start], left[start].pop()
     while at != start and left.get(at):
         loop.append(at)

@@ -74,7 +74,7 @@ def route(board: Board, net: str, chord_error: float) -> Route:
 def _path(
     tracks: Sequence[Track], holes: Sequence[Hole], net: str, where: str
 ) -> tuple[Joints, list[End], tuple[str, ...]]:
-    """Return the longest piece of a net, its tracks in order, and notes; where it must, ends that nearly meet do."""
+    """Return the longest piece of a net, its tracks in order, and notes; if needed, ends that nearly meet join."""
     refusal = None
     for nearness in (ROUNDING, _CARELESS * min(track.width for track in tracks)):
         try:
@@ -86,7 +86,7 @@ def _path(
 
 
 def _unknown(net: str, nets: Sequence[str]) -> str:
-    """Return what to say of a net that is not there: all names of a few, or those of many that are most like it."""
+    """Return the hint for a missing net: all names of a few, or the most similar of many."""
     if len(nets) <= _FEW:
         return f"must be a net of the board, one of {', '.join(nets) or 'none'}; got {shown(net)}"
     likeness = {name: SequenceMatcher(None, net.lower(), name.lower()).ratio() for name in nets}

@@ -64,7 +64,7 @@ def _own_error(read: Readings) -> float:
 
 
 def _in_words(cal: Calibration, codes: float) -> str:
-    """Return an error in codes and what it makes of each force."""
+    """Return an error in codes and the error of each force by it."""
     off = cal.force_error(0.5 * (cal.low + cal.high), np.full(len(cal.coils), codes))
     milli = [f"{1e3 * each:.2g} m{_unit(name)[1][1:]} of {name}" for name, each in zip(cal.forces, off, strict=True)]
     return f"{codes:.3g} codes: {', '.join(milli)} mid-range"

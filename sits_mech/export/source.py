@@ -27,13 +27,13 @@ class Source:
 
     @property
     def request(self) -> dict[str, Any]:
-        """What was asked of the calibration: models, tolerance, forces."""
+        """Return the request of the calibration: models, tolerance, forces."""
         found = json.loads(self.data.attrs["request"])
         return found if isinstance(found, dict) else {}
 
     @property
     def about(self) -> str:
-        """One line: name, models, version."""
+        """Return name, models and version in one line."""
         models = f"{self.request['mechanics']} mechanics, {self.request['magnetics']} magnetics"
         return f"{self.sensor.name}; {models}; sits-mech {self.data.attrs['version']}"
 

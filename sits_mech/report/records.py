@@ -36,7 +36,7 @@ def report_record(
 
 
 def status_record(flags: Sequence[str]) -> Record:
-    """Return what holds of an answer: the worst as its status, all of them worst first."""
+    """Return the flags of an answer, worst first, and the worst as its status."""
     return {"status": flags[0], "flags": list(flags)}
 
 
@@ -54,7 +54,7 @@ def impedance_record(
     pose: Pose, found: Impedance, left_out: Sequence[Omission] = (), seen: Terminals | None = None, *,
     more: Sequence[str] = (), half: str | None = None,
 ) -> Record:  # fmt: skip
-    """Return what the coils show at one pose; ``relative`` is each coil's L over its L0, ``terminals`` is `seen`."""
+    """Return L and R at one pose; ``relative`` is each coil's L over its L0, ``terminals`` is `seen`."""
     own, free = np.diagonal(found.L), np.diagonal(found.L0)
     matrices = {name: getattr(found, name) for name in ("L", "R", "L0", "error_L", "error_R", "R_dc")}
     return {
@@ -69,7 +69,7 @@ def impedance_record(
 
 
 def spectrum_record(pose: Pose, data: xr.Dataset, left_out: Sequence[Omission] = ()) -> Record:
-    """Return what the coils show at one pose over a range of frequencies: lists along the frequency."""
+    """Return L and R at one pose over a range of frequencies: lists along the frequency."""
     names = ("frequency", "L", "R", "Q", "error_L", "error_R", "R_track", "L0", "R_dc")
     found: Record = {"pose": asdict(pose), "unit_L": data.attrs["unit_L"]}
     found |= {name: data[name].to_numpy() for name in names}

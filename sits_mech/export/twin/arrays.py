@@ -171,7 +171,7 @@ def _pad(source: Source, notes: list[str]) -> dict[str, Any]:
 
 
 def _sampling(source: Source, front: FrontEnd | None, cal: Calibration) -> dict[str, Any]:
-    """Return the converter's numbers, its noise and how long each coil takes."""
+    """Return the converter's numbers, its noise and the conversion time of each coil."""
     unknown = np.full(len(cal.coils), np.nan)
     found: dict[str, Any] = {"capacitance": np.array(source.sensor.readout.parallel_capacitance)}
     if front is None:

@@ -54,7 +54,7 @@ class TwinMap:
     error: Array  # (outputs,) largest error of predicting what is left out
 
     def arrays(self, name: str) -> dict[str, Array | Powers]:
-        """Return all of it under names that begin with `name`; the coefficients in both precisions."""
+        """Return the fields as arrays named `name`_field, the coefficients in both precisions."""
         found = {f"{name}_{key}": value for key, value in vars(self).items()}
         return found | {f"{name}_coefficients_float32": self.coefficients.astype(np.float32)}
 

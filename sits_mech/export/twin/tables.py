@@ -63,7 +63,7 @@ def _map(name: str, numbers: Mapping[str, Any], readings: bool) -> list[str]:
 
 
 def _inverse(numbers: Mapping[str, Any], codes: int) -> list[str]:
-    """Return what the inverse takes."""
+    """Return the tables of the inverse."""
     lines = [_one("margin", float(numbers["margin"])), _one("residual", float(numbers["residual"]))]
     for kind in ("L", "codes")[: 1 + codes]:
         lines.append(_table("SITS_REAL", f"scale_{kind}", numbers[f"scale_{kind}"]))

@@ -120,7 +120,7 @@ def items_of(sensor: Sensor, data: xr.Dataset, read: Readings) -> list[Record]:
 
 
 def _moves(data: xr.Dataset, name: str) -> bool:
-    """Whether a component of the pose is there and other than zero at any load."""
+    """Tell whether a component of the pose is other than zero at any load."""
     return name in data and float(np.nan_to_num(np.abs(data[name].to_numpy())).max()) > _STILL
 
 

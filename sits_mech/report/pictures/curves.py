@@ -54,7 +54,7 @@ def paper_style() -> Iterator[None]:
 
 @cache
 def _parameters() -> Any:
-    """What the style file sets."""
+    """Return the settings of the style file."""
     from matplotlib import rc_params_from_file
 
     return rc_params_from_file(STYLE, use_default_template=False)

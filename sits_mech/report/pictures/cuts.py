@@ -33,7 +33,7 @@ class Plane(NamedTuple):
 
     @property
     def words(self) -> str:
-        """What it is called: y = 0, or its direction."""
+        """Return its name: y = 0, or its direction."""
         if self.angle == 0.0:
             return f"y = {1e3 * self.offset:.4g}{' mm' if self.offset else ''}"
         return f"{np.degrees(self.angle):.3g}° from x"
@@ -78,7 +78,7 @@ def coil_cut(coil: Coil, plane: Plane = FLAT, substrate_radius: float | None = N
 
 
 def _straight_cut(coil: Coil, plane: Plane) -> tuple[Array, Array]:
-    """Corners and signs of the straight tracks that a plane cuts."""
+    """Return corners and signs of the straight tracks that a plane cuts."""
     tracks = coil_tracks(coil)
     (s_a, d_a), (s_b, d_b) = along(tracks.start, plane), along(tracks.end, plane)
     cut = (d_a > 0.0) != (d_b > 0.0)

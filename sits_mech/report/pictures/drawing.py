@@ -139,7 +139,7 @@ def _sizes(part: Target | Elastomer | Conductor) -> str:
 
 
 def _is_round(part: Target | Elastomer) -> bool:
-    """Whether a part is a disc or a cylinder."""
+    """Tell whether a part is a disc or a cylinder."""
     return part.is_round if isinstance(part, Elastomer) else part.diameter is not None
 
 

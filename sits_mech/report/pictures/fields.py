@@ -130,19 +130,19 @@ def written_frequency(frequency: float) -> str:
 
 
 def _towards_ends(length: float, count: int) -> Array:
-    """Points of [0, length], dense at both ends, just inside."""
+    """Return points of [0, length], dense at both ends, just inside."""
     return np.asarray(length * (0.5 - 0.4999999 * np.cos(np.linspace(0.0, np.pi, count))))
 
 
 def _frame(field: PlanarField, margin: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """What the picture shows along x and z [m]."""
+    """Return the picture's limits along x and z [m]."""
     places = np.concatenate([*(coil.place for coil in field.coils), *(plate.corners for plate in field.plates)])
     across = (float(places.real.min() - margin), float(places.real.max() + margin))
     return across, (float(places.imag.min() - margin), float(places.imag.max() + margin))
 
 
 def _draw_parts(axes: Axes, field: PlanarField) -> None:
-    """Coils' bars, red where a positive current comes along +y, and plates."""
+    """Draw the coils' bars, red where a positive current comes along +y, and plates."""
     corners = np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j])
     for coil in field.coils:
         half = (corners.real * coil.width + 1j * corners.imag * coil.thickness) / 2

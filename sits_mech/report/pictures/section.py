@@ -131,7 +131,7 @@ def load_angle(wrench: Wrench) -> float:
 
 
 def _deformed(model: MechanicalModel, equilibrium: Equilibrium, angle: float) -> DeformedSection | None:
-    """The deformed layer in a section, where the model has one."""
+    """Return the deformed layer in a section, where the model has one."""
     if isinstance(model, BlockPad):
         return deformed_section(model, equilibrium, angle)
     return deformed_mesh(model, equilibrium) if isinstance(model, PlanarLayer) else None

@@ -32,7 +32,7 @@ def drift_record(found: Drift, temperature: float) -> Record:
 
 
 def drift_table(record: Record) -> Table:
-    """Return the same for a reader."""
+    """Return the tables of a `drift_record`."""
     forces = [name for name in record if name != "temperature"]
     here = record["temperature"] - ZERO_CELSIUS
     table = Table(title=f"drift with temperature, at {here:.4g} degC: of zero, of gain", show_edge=False)

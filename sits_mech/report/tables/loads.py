@@ -125,7 +125,7 @@ def _sensitivities(data: xr.Dataset) -> list[Figure]:
 
 
 def _crosstalk_figures(data: xr.Dataset) -> list[Figure]:
-    """Return the full scale of each signal and what the other components make of it."""
+    """Return the full scale of each signal and its crosstalk by the other components."""
     stray, found, forces = crosstalk(data).attrs, [], _several(data)
     for own, variable in signals_of(data).items():
         if own not in forces:

@@ -121,7 +121,7 @@ def impedance_table(coils: Sequence[str], found: Impedance, flags: Sequence[str]
 
 
 def terminal_table(coils: Sequence[str], seen: Terminals | None, missing: Sequence[str] = ()) -> Table:
-    """Return what each coil shows at the end of its leads, or why nothing is said of it."""
+    """Return each coil's impedance at the end of its leads, or why there is none."""
     lines = []
     if seen is not None:
         for k, name in enumerate(coils):
@@ -182,7 +182,7 @@ def signal_table(found: Signals, unit_L: str, flags: Sequence[str] = ()) -> Tabl
 
 
 def status_lines(flags: Sequence[str]) -> list[tuple[str, str]]:
-    """Return what holds of an answer as a line of a table; none where nothing is said."""
+    """Return the status of an answer as a line of a table; none without flags."""
     return [("status", "; ".join(flags))] if flags else []
 
 
