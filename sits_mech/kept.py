@@ -71,7 +71,7 @@ def kept(
     """Return what was made of the same `asked` before, or make and keep it.
 
     `asked` is all it depends on: numbers, words, arrays, parts of scenes, dataclasses and tuples of these. `pack` and
-    `unpack` turn it into arrays by name and back.
+    `unpack` turn what is made into arrays by name and back.
     """
     import numpy as np  # not before the command line has said on how many threads
 

@@ -30,7 +30,7 @@ def flags_of(
 ) -> tuple[str, ...]:  # fmt: skip
     """Return the flags of an answer, worst first; an unknown error (NaN) is above any tolerance.
 
-    `stretch` is the layer's, None or NaN where unknown, `changed` what the last mesh changed of it, which adds to it;
+    `stretch` is the layer's, None or NaN where unknown; `FINER` of what the last mesh `changed` is added to it.
     `known` is the stretch that the silicone's data reach, NaN where unknown.
     """
     beyond = stretch is not None and stretch + FINER * (changed or 0.0) > known

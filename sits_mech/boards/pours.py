@@ -37,7 +37,7 @@ class Pour:
 
 
 def pours(board: Board, routes: Sequence[Route]) -> tuple[tuple[Pour, ...], tuple[str, ...]]:
-    """Return the filled copper of all nets but the coils', and what is left out; raise SceneError on contact."""
+    """Return the filled copper of nets other than the coils', and omissions; raise SceneError if it touches a coil."""
     nets = {found.net for found in routes}
     found, notes = [], []
     for zone in board.zones:
