@@ -1,4 +1,4 @@
-"""What does a function return over a grid? One labelled table; a case that fails is a row with status and reason.
+"""Call a function over a grid: one labelled table, in which a case that fails is a row with status and reason.
 
 The grid is the product of its names' values, or takes them side by side. The function may be any callable; the executor
 may be any of `concurrent.futures` or what behaves like one. Finished points are kept on disk, one file per point, so
@@ -144,17 +144,7 @@ def _attempts(function: Callable[..., Mapping[str, Any]], points: Sequence[Row])
 def attempt(function: Callable[..., Mapping[str, Any]], point: Mapping[str, Any]) -> Row:
     """Return the results at a point with ``status``, ``reason`` and ``seconds``; a failure is a row, not the end.
 
-    Parameters
-    ----------
-    function : callable
-        As for `sweep`.
-    point : mapping
-        Its keywords.
-
-    Returns
-    -------
-    dict
-        The results, or those reached, which is none; ``lasting`` says whether another try would only repeat it.
+    ``lasting`` says whether another try would only repeat it.
     """
     began = time.perf_counter()
     row: Row = {"status": OK, "reason": "", "lasting": True}
@@ -202,21 +192,9 @@ def finish(path: Path | None, row: Row) -> Row:
 
 
 def table(grid: Mapping[str, Sequence[Any]], rows: Sequence[Row], combine: Combine = "product") -> xr.Dataset:
-    """Return rows in the order of `grid_points` as one labelled table.
+    """Return rows in the order of `grid_points` as one labelled table, a variable for each name in any row.
 
-    Parameters
-    ----------
-    grid : mapping of str to sequence
-        The dimensions and their coordinates, the last one running fastest.
-    rows : sequence of dict
-        As from `attempt`; where a row lacks a number, or an array ends before that of another row, the table has NaN.
-    combine : {"product", "zip"}
-        As for `sweep`.
-
-    Returns
-    -------
-    Dataset
-        One variable for each name in any row.
+    NaN fills what a row lacks, and arrays that are shorter than another row's.
     """
     import xarray as xr
 
@@ -245,20 +223,7 @@ def _column(items: list[Any], dims: tuple[str, ...], shape: tuple[int, ...]) -> 
 
 
 def save_table(dataset: xr.Dataset, path: Path) -> None:
-    """Write a table as netCDF by an atomic rename.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Real numbers and strings.
-    path : Path
-        The file; its folder must exist.
-
-    Raises
-    ------
-    SceneError
-        When it cannot be written.
-    """
+    """Write a table of real numbers and strings as netCDF by an atomic rename; raise SceneError."""
     from xarray.backends import H5NetCDFStore
 
     dataset = dataset.copy()
@@ -269,7 +234,7 @@ def save_table(dataset: xr.Dataset, path: Path) -> None:
 
 
 def glance(path: Path) -> tuple[dict[str, Any], int]:
-    """Return the attributes of such a table and how many cases it has, in a tenth of the time; errors as of it."""
+    """Return a table's attributes and number of cases, in a tenth of the time of `read_table`; raise as it does."""
     import h5py
 
     try:
@@ -280,7 +245,7 @@ def glance(path: Path) -> tuple[dict[str, Any], int]:
 
 
 def _no_table(path: Path, error: Exception) -> SceneError:
-    """Return what is said of a file that is none."""
+    """Return the error for a file that is no table."""
     return SceneError(f"{path}: must be a table of this package; got: {' '.join(str(error).split())}")
 
 

@@ -1,4 +1,4 @@
-"""What does a sequence of ever finer discretisations tend to, and with which error?
+"""Extrapolate a sequence of ever finer discretisations to its limit, and estimate the error.
 
 On levels with cells divided into m_1 < m_2 < m_3 parts along each axis a result behaves like ``y_m = y + a m^-p``, with
 differences d_1 and d_2 and the limit
@@ -24,28 +24,14 @@ _MISSED, _NEXT = 0.5, 0.15  # error over what the last difference is off the ord
 
 
 def shown_order(ratio: Array | float, sizes: Sequence[float] | Array) -> Array:
-    """Return the p that the ratio q of two successive differences shows, within 0.05 and 8.
-
-    Parameters
-    ----------
-    ratio : ndarray or float
-    sizes : sequence of float
-        m of the three levels, rising.
-    """
+    """Return the order p, within 0.05 and 8, from the ratio q of two successive differences; `sizes` are m, rising."""
     return np.asarray(np.interp(ratio, _ratio(_ORDERS, sizes), _ORDERS))
 
 
 def added(values: Sequence[Array], sizes: Sequence[float], order: float) -> tuple[Array, Array]:
-    """Return what three levels lack, ``Y - y_3``, and how far that may be off, entry by entry.
+    """Return the extrapolated rest ``Y - y_3`` of three levels, coarsest first, and its error, entry by entry.
 
-    Parameters
-    ----------
-    values : sequence of ndarray
-        The coarsest first.
-    sizes : sequence of float
-        m of each; where the first two are one level, no order is shown, and all that is added may be off.
-    order : float
-        p.
+    Where the first two of the m in `sizes` are equal, no order is shown, and the error is all of the rest.
     """
     d1, d2 = (after - before for before, after in zip(values[:-1], values[1:], strict=True))
     more = np.asarray(d2 / ((sizes[2] / sizes[1]) ** order - 1.0))
@@ -56,6 +42,6 @@ def added(values: Sequence[Array], sizes: Sequence[float], order: float) -> tupl
 
 
 def _ratio(order: Array, sizes: Sequence[float] | Array) -> Array:
-    """q of an order."""
+    """Return q of an order."""
     a, b, c = np.asarray(sizes, dtype=float)[:, None] ** -order
     return np.asarray((a - b) / (b - c))

@@ -1,4 +1,4 @@
-"""What took seconds to prepare is kept for the next command: arrays in files of the user's cache folder.
+"""Keep what took seconds to prepare for the next command: arrays in files of the user's cache folder.
 
 A file is named by the checksum of all that its arrays depend on: what is asked, bit by bit, and the source of the rooms
 that make them. Arrays come back bit for bit, so that answers do not hang on what is kept. Files hold plain arrays (npz,
@@ -68,14 +68,10 @@ def kept(
     asked: object, make: Callable[[], _Made], pack: Callable[[_Made], Mapping[str, Any]],
     unpack: Callable[[Mapping[str, Any]], _Made],
 ) -> _Made:  # fmt: skip
-    """Return what was made of the same before, or make and keep it.
+    """Return what was made of the same `asked` before, or make and keep it.
 
-    Parameters
-    ----------
-    asked : object
-        All that it depends on: numbers, words, arrays, scenes' parts, dataclasses and tuples of these.
-    make, pack, unpack : callable
-        What makes it, into arrays by name, and back.
+    `asked` is all it depends on: numbers, words, arrays, parts of scenes, dataclasses and tuples of these. `pack` and
+    `unpack` turn what is made into arrays by name and back.
     """
     import numpy as np  # not before the command line has said on how many threads
 
@@ -115,7 +111,7 @@ def _write(path: Path, arrays: Mapping[str, Any]) -> None:
 
 
 def _checksum(asked: object) -> str:
-    """Of what is asked and of the source of the rooms that answer."""
+    """Return the checksum of what is asked and of the source of the rooms that answer."""
     digest = hashlib.sha256(_source())
     _feed(digest, asked)
     return digest.hexdigest()
@@ -123,7 +119,7 @@ def _checksum(asked: object) -> str:
 
 @lru_cache(maxsize=1)
 def _source() -> bytes:
-    """Checksum of the source of `_ROOMS`."""
+    """Return the checksum of the source of `_ROOMS`."""
     digest = hashlib.sha256()
     for room in _ROOMS:
         for path in sorted((Path(__file__).parent / room).rglob("*.py")):

@@ -1,4 +1,4 @@
-"""What is each variable of a table called, and in which unit is it? By the CF conventions, so that any reader knows.
+"""Name each variable of a table with its unit, by the CF conventions, so that any reader knows it.
 
 No standard name of CF fits inductances, poses or forces on a sensor; units are UDUNITS'. `{L}` and `{R}` stand for the
 units of inductance and resistance, which planar models give per metre, `{F}` for that of a table's loads.

@@ -1,4 +1,4 @@
-"""How much memory and time may one solution take, how long may one input be? What does not fit is refused by name."""
+"""Limit memory and time of one solution and the length of an input; what does not fit is refused by name."""
 
 from __future__ import annotations
 
@@ -19,13 +19,7 @@ _MIB = 2**20
 
 
 def memory_limit() -> float:
-    """Return the limit [bytes].
-
-    Raises
-    ------
-    ValueError
-        Where the environment variable is no positive number.
-    """
+    """Return the limit [bytes]; raise ValueError where the environment variable is no positive number."""
     return _limit(VARIABLE, _DEFAULT, "GiB") * GIB
 
 
@@ -59,45 +53,17 @@ def _set_limit(variable: str, limit: float, what: str, unit: str) -> None:
 
 
 def check_seconds(needed: float, what: str) -> None:
-    """Refuse a step of a solution before it begins where it would take longer than the limit.
-
-    Parameters
-    ----------
-    needed : float
-        What it takes about [s of processor time].
-    what : str
-        The step, such as "the inductance of coil C1, of 12000 turns,".
-
-    Raises
-    ------
-    SceneError
-        When it does.
-    """
+    """Refuse a step `what` that needs longer than the limit [s of processor time] by SceneError, before it begins."""
     limit = _limit(TIME, _PATIENCE, "seconds")
     if needed > limit:
         raise SceneError(f"{what} must take at most {limit:g} s (--seconds, or {TIME}); it takes some {needed:.2g} s")
 
 
 def input_text(path: str | Path, what: str, most: int = 64, errors: str = "strict") -> str:
-    """Return the text of an input file in UTF-8, with or without a byte order mark.
+    """Return the text of an input file in UTF-8, with or without a byte order mark, of at most `most` MiB.
 
-    Parameters
-    ----------
-    path : str or Path
-        A file, a pipe or a device: no more is read than may come.
-    what : str
-        What it must be, such as "a readable scene file".
-    most : int
-        How long it may be [MiB].
-    errors : str
-        What becomes of bytes that are no text, as of `bytes.decode`.
-
-    Raises
-    ------
-    SceneError
-        When it cannot be read or is longer.
-    UnicodeDecodeError
-        When it is no text and `errors` is "strict".
+    `what` says what it must be, `errors` is that of `bytes.decode`. A pipe or device is read up to the limit. Raise
+    SceneError when it cannot be read or is longer, UnicodeDecodeError when it is no text and `errors` is "strict".
     """
     try:
         with Path(path).open("rb") as stream:

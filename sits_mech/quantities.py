@@ -1,4 +1,4 @@
-"""What passes between the rooms: wrench, pose, equilibrium, impedance, and the report that every solve carries.
+"""Quantities that pass between the rooms: wrench, pose, equilibrium, impedance, and the report of every solve.
 
 Conventions (the whole project)
 -------------------------------
@@ -322,7 +322,7 @@ class PathModel(Protocol):
     """A mechanical model whose answer may depend on the way of the load."""
 
     def along(self, loads: Sequence[Wrench]) -> Equilibrium:
-        """Return the equilibrium under the last of some loads, reached from rest straight from each to the next.
+        """Return the equilibrium under the last of `loads`, reached from rest straight from each to the next.
 
         `equilibrium` of one load goes there straight from rest. Raise SolveFailed as it does.
         """

@@ -1,4 +1,4 @@
-"""Which loads and poses does a model refuse? Those that are no numbers, and those that leave its plane."""
+"""Refuse loads and poses that are no numbers, or that leave the plane of a model."""
 
 from __future__ import annotations
 
@@ -8,25 +8,13 @@ from sits_mech.quantities import Pose, Wrench
 
 
 def refuse_infinite(wrench: Wrench) -> None:
-    """Refuse a load that is not a number.
-
-    Raises
-    ------
-    ValueError
-        For a component that is not finite.
-    """
+    """Raise ValueError for a load with a component that is not finite."""
     if not np.all(np.isfinite(wrench.components)):
         raise ValueError(f"wrench: must be finite numbers, got {wrench}")
 
 
 def refuse_beside(model: str, given: Wrench | Pose, other: str) -> None:
-    """Refuse components that leave the plane y = 0, by name, for a model that cannot; `other` is the one that can.
-
-    Raises
-    ------
-    ValueError
-        One line.
-    """
+    """Raise ValueError for components that leave the plane y = 0 of a `model`; `other` is the model that can."""
     if given.beside:
         kind, names = ("wrench" if isinstance(given, Wrench) else "pose"), ", ".join(given.beside)
         raise ValueError(f"{kind}: {names} must be zero for the model {model}, which is plane: ask for {other}")

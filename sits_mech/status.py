@@ -1,4 +1,4 @@
-"""What is an answer worth to a script? One word, the same in tables, files, JSON and exit codes.
+"""State in one word what an answer is worth to a script, the same in tables, files, JSON and exit codes.
 
     ok               within the tolerance and the silicone's data
     interpolated     the same, by a smooth map between loads that were solved
@@ -28,20 +28,10 @@ def flags_of(
     error: float, tolerance: float, stretch: float | None = None, known: float = float("nan"), *,
     changed: float | None = None, interpolated: bool = False,
 ) -> tuple[str, ...]:  # fmt: skip
-    """Return what holds of an answer, worst first.
+    """Return the flags of an answer, worst first; an unknown error (NaN) is above any tolerance.
 
-    Parameters
-    ----------
-    error, tolerance : float
-        Estimated and asked; an error that is NaN is above any tolerance.
-    stretch : float, optional
-        Of the layer; None or NaN where it is not known.
-    known : float
-        Up to which stretch the silicone's data reach; NaN where that is not known.
-    changed : float, optional
-        By how much the last mesh changed the stretch: what the next one may add counts.
-    interpolated : bool
-        Whether it stands between solved loads.
+    `stretch` is the layer's, None or NaN where unknown; `FINER` of what the last mesh `changed` is added to it.
+    `known` is the stretch that the silicone's data reach, NaN where unknown.
     """
     beyond = stretch is not None and stretch + FINER * (changed or 0.0) > known
     holds = {BEYOND: beyond, ABOVE: not error <= tolerance, INTERPOLATED: interpolated}

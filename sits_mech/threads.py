@@ -1,4 +1,4 @@
-"""On how many threads does linear algebra run inside a model? On one: factors of sparse matrices slow down with more.
+"""Run linear algebra of models on one thread: factorisations of sparse matrices slow down with more.
 
 The number of threads of a BLAS library belongs to the process. So the first call of a model that begins sets it to
 one, and the last that ends puts it back, whichever threads of Python these calls run in. Where it is one already, a
@@ -61,12 +61,9 @@ def _single() -> Iterator[None]:
 
 
 def one_thread(call: Callable[P, T]) -> Callable[P, T]:
-    """Return a function that runs with one BLAS thread: for public methods of models, and for what factors matrices.
+    """Return a function that runs with one BLAS thread; calls may nest and come from several threads at once.
 
-    Parameters
-    ----------
-    call : callable
-        It may call others of this kind, and be called from several threads at once.
+    It is for public methods of models, and for what factors matrices.
     """
 
     @wraps(call)

@@ -1,4 +1,4 @@
-"""How does a rigid body turn? Rotation vectors, their matrices, and products with vectors.
+"""Turn rigid bodies: rotation vectors, their matrices, and products with vectors.
 
 A rotation vector w stands for the rotation by the angle ``|w|`` about the axis ``w/|w|``, by the right hand:
 ``R = 1 + sin|w|/|w| [w] + (1 - cos|w|)/|w|^2 [w]^2`` with ``[w] v = w x v`` (Rodrigues), exact for any angle.
@@ -36,7 +36,7 @@ def rotation_vector(R: Array) -> Array:
 
 
 def vector_rates(w: Array) -> Array:
-    """Return what turns a small rotation after that of w, on its left, into the change of the vector, shape (3, 3).
+    """Return the derivative (3, 3) of the vector by a small rotation after that of w, on its left.
 
     ``1 - [w]/2 + (1 - x cot x)/|w|^2 [w]^2`` with ``x = |w|/2``. Source: J. C. Simo, L. Vu-Quoc, Comput. Methods Appl.
     Mech. Engng 58 (1986) 79.

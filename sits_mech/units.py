@@ -1,4 +1,4 @@
-"""What number does a written quantity stand for? Units live at the edge of the package; inside, all is SI and radians.
+"""Convert written quantities: units live at the edge of the package; inside, all is SI and radians.
 
 A quantity is a plain number, taken as SI, or a string of a number and a unit such as ``"2 mm"``, ``"5 MHz"``,
 ``"30 kPa"`` or ``"10 deg"``. The SI unit itself, its powers of ten and a few more are read at once; every other unit is
@@ -94,24 +94,9 @@ def _converted(number: float, unit: str, into: str) -> float:
 
 
 def si_value(value: object, unit: str) -> float:
-    """Return a written quantity in SI.
+    """Return a number, or a string of a number with an optional unit, in the SI `unit`; "" for a plain number.
 
-    Parameters
-    ----------
-    value : object
-        A finite number in SI, or a string of a number with an optional unit.
-    unit : str
-        The SI unit of the result, such as "m"; "" for a plain number.
-
-    Returns
-    -------
-    float
-        The value [unit].
-
-    Raises
-    ------
-    SceneError
-        When it is no quantity, of another dimension, or not finite; the message says what it must be and what came.
+    Raise SceneError, saying what it must be and what came, for other dimensions and what is not finite.
     """
     number = math.nan
     if isinstance(value, int | float) and not isinstance(value, bool):
@@ -127,27 +112,7 @@ def si_value(value: object, unit: str) -> float:
 
 
 def quantity(value: object, unit: str, name: str) -> float:
-    """Return a written quantity in SI, and name it when it is refused.
-
-    Parameters
-    ----------
-    value : object
-        A finite number in SI, or a string of a number with an optional unit.
-    unit : str
-        The SI unit of the result, such as "m" or "N".
-    name : str
-        What the quantity is called where the user wrote it, such as "--fx".
-
-    Returns
-    -------
-    float
-        The value [unit].
-
-    Raises
-    ------
-    SceneError
-        One line: `name`, what it must be, what came.
-    """
+    """Return a written quantity in SI; `name`, such as "--fx", stands first in the error that `si_value` raises."""
     try:
         return si_value(value, unit)
     except SceneError as error:
@@ -155,46 +120,16 @@ def quantity(value: object, unit: str, name: str) -> float:
 
 
 def checked_tolerance(tolerance: float, least: float = 0.0) -> float:
-    """Return an asked relative error, or refuse it.
-
-    Parameters
-    ----------
-    tolerance : float
-        Below one.
-    least : float
-        The smallest that the model can promise; 0 itself is none.
-
-    Raises
-    ------
-    SceneError
-        One line: what it must be, what came.
-    """
+    """Return an asked relative error; raise SceneError unless above zero, at least `least` and below one."""
     if not (0.0 < tolerance < 1.0 and tolerance >= least):
         raise SceneError(f"tolerance must lie between {least:g} and 1; got {tolerance}")
     return tolerance
 
 
 def quantity_range(text: str, unit: str, name: str) -> list[float]:
-    """Return the values of a written range.
+    """Return the values of ``"first:last:count"`` such as "-1 N:1 N:9", evenly spaced, or of one quantity [unit].
 
-    Parameters
-    ----------
-    text : str
-        ``"first:last:count"`` such as "-1 N:1 N:9", or one quantity.
-    unit : str
-        The SI unit of the result.
-    name : str
-        What the range is called where the user wrote it.
-
-    Returns
-    -------
-    list of float
-        Evenly spaced [unit]; an exact mirror image of itself when its ends are.
-
-    Raises
-    ------
-    SceneError
-        One line: `name`, what it must be, what came.
+    An exact mirror image of itself when its ends are. Raise SceneError: `name`, what it must be, what came.
     """
     parts = text.split(":")
     ends = [quantity(part, unit, name) for part in parts[:2]]
@@ -211,20 +146,7 @@ def quantity_range(text: str, unit: str, name: str) -> list[float]:
 
 
 def frequency_range(text: str, name: str) -> list[float]:
-    """Return the frequencies of a written range, evenly spaced in their logarithm [Hz].
-
-    Parameters
-    ----------
-    text : str
-        ``"first:last:count"`` such as "1 kHz:10 MHz:50", or one frequency.
-    name : str
-        What it is called where the user wrote it.
-
-    Raises
-    ------
-    SceneError
-        One line: `name`, what it must be, what came.
-    """
+    """Return the frequencies of a written range, evenly spaced in their logarithm [Hz]; raise as `quantity_range`."""
     values = quantity_range(text, "Hz", name)
     if min(values) <= 0.0:
         raise SceneError(f"{name}: must be a positive frequency, or two as first:last:count; got {text!r}")
@@ -240,20 +162,7 @@ def quantity_or_range(text: str, unit: str, name: str) -> float | list[float]:
 
 
 def split_quantity(value: object, name: str) -> tuple[float, str]:
-    """Return the number and the unit of a written quantity, "" where it has none.
-
-    Parameters
-    ----------
-    value : object
-        A finite number, or a string of a number with an optional unit.
-    name : str
-        What the quantity is called where the user wrote it.
-
-    Raises
-    ------
-    SceneError
-        When it is neither.
-    """
+    """Return number and unit of a written quantity, "" where it has none; raise SceneError, naming `name`."""
     if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
         return float(value), ""
     match = _QUANTITY.fullmatch(value[:100]) if isinstance(value, str) else None

@@ -1,3 +1,3 @@
-"""Which version is this? The one place that says so; `pyproject.toml` reads it from here."""
+"""The version of the package; `pyproject.toml` reads it from here."""
 
 __version__ = "0.5.0"

@@ -1,4 +1,4 @@
-"""Where do the cases of a sweep run? In this process, in processes of this machine, or on a dask cluster.
+"""Run the cases of a sweep in this process, in processes of this machine, or on a dask cluster.
 
 Every worker computes on one BLAS thread, so that as many of them as there are cores do not get in each other's way.
 """
@@ -23,19 +23,10 @@ _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")  # wha
 
 @contextmanager
 def workers(processes: int = 1, address: str | None = None) -> Iterator[Executor | None]:
-    """Give the executor of a sweep, and close it in the end; what has not begun by then is not begun.
+    """Yield the executor of a sweep, None with one local process; close it in the end and drop what has not begun.
 
-    Parameters
-    ----------
-    processes : int
-        Of this machine; with one the cases run in this process and there is no executor.
-    address : str, optional
-        Of a running dask scheduler, such as "tcp://127.0.0.1:8786"; instead of local processes.
-
-    Raises
-    ------
-    SceneError
-        When there are no processes, or no scheduler answers.
+    `address` of a running dask scheduler, such as "tcp://127.0.0.1:8786", replaces local processes. Raise SceneError
+    when there are no processes, or no scheduler answers.
     """
     if processes < 1:
         raise SceneError(f"processes must be one or more; got {processes}")

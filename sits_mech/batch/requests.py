@@ -1,4 +1,4 @@
-"""What can be asked of a scene, and how is one case of it answered? The requests that a study varies.
+"""Answer one case of a scene: the requests that a study varies.
 
 A case is a scene with changes and the arguments of a request; its answer is a row of named numbers. Cases that run in
 one process share what they can: a scene's models are made once, and prepare their plates and factors once.
@@ -46,18 +46,10 @@ _PLACE = {argument: UNITS[name] for argument, name in POSE_ARGUMENTS.items()} | 
 
 @dataclass(frozen=True)
 class Variant:
-    """A scene with changes; hashable, so that what is made of it can be kept.
+    """A scene with changes; hashable, so that what is made of it can be kept."""
 
-    Attributes
-    ----------
-    text : str
-        The scene file it starts from, as of `scene_text`.
-    overrides : tuple of str
-        Its changes, as on the command line.
-    """
-
-    text: str
-    overrides: tuple[str, ...] = ()
+    text: str  # of `scene_text`
+    overrides: tuple[str, ...] = ()  # as on the command line
 
     @property
     def sensor(self) -> Sensor:
@@ -67,33 +59,15 @@ class Variant:
 
 @dataclass(frozen=True)
 class Request:
-    """A kind of question.
+    """A kind of request."""
 
-    Attributes
-    ----------
-    answer : callable
-        Scene and arguments by name, as written, in; a row out.
-    units : mapping
-        The arguments that are quantities, with their SI units.
-    models : mapping
-        The arguments that name a model, with those there are; beside them there is the tolerance.
-    needed : tuple of str
-        The arguments that have no default.
-    ranges : tuple of str
-        The arguments that may stand for many values, such as "-1 N:1 N:9"; a study cannot vary them.
-    layer : bool
-        Whether the answer needs the elastomer; where it does not, the scene's is left out.
-    chunk : int
-        Cases that go to a worker at once.
-    """
-
-    answer: Callable[[Variant, Row], Row]
-    units: Mapping[str, str]
-    models: Mapping[str, tuple[str, ...]]
-    needed: tuple[str, ...] = ()
-    ranges: tuple[str, ...] = ()
-    layer: bool = True
-    chunk: int = 1
+    answer: Callable[[Variant, Row], Row]  # scene and arguments as written -> row
+    units: Mapping[str, str]  # SI units of the arguments that are quantities
+    models: Mapping[str, tuple[str, ...]]  # choices of the arguments that name a model; they come with a tolerance
+    needed: tuple[str, ...] = ()  # arguments without default
+    ranges: tuple[str, ...] = ()  # arguments like "-1 N:1 N:9", which a study cannot vary
+    layer: bool = True  # whether the answer needs the elastomer; else it is left out of the scene
+    chunk: int = 1  # cases that go to a worker at once
 
     @property
     def arguments(self) -> tuple[str, ...]:
@@ -130,7 +104,7 @@ def _mechanical(variant: Variant, model: str, tolerance: float) -> MechanicalMod
 
 
 def _pose(variant: Variant, asked: Row) -> Row:
-    """Answer: where does the target come to rest?"""
+    """Return the pose of the target at rest as a row."""
     sensor, model, tolerance = variant.sensor, asked.get("model", "auto"), asked.get("tolerance", 1e-2)
     wrench = _wrench(asked)
     chosen = choose_mechanics(sensor, model, tuple(MECHANICS), [wrench], tolerance)
@@ -139,7 +113,7 @@ def _pose(variant: Variant, asked: Row) -> Row:
 
 
 def _inductance(variant: Variant, asked: Row) -> Row:
-    """Answer: what do the coils show with the target at a pose?"""
+    """Return the inductances with the target at a pose as a row."""
     pose = Pose(**{name: asked.get(argument, 0.0) for argument, name in POSE_ARGUMENTS.items()})
     tolerance = asked.get("tolerance", 1e-3)
     field, _ = magnetic_model(variant.sensor, asked.get("model", "auto"), tolerance, [pose])
@@ -148,24 +122,24 @@ def _inductance(variant: Variant, asked: Row) -> Row:
 
 
 def _simulate(variant: Variant, asked: Row) -> Row:
-    """Answer: what does the sensor show under a load?"""
+    """Return pose and signals under a load as a row."""
     models = {name: item for name, item in asked.items() if name not in _LOAD}
     found = simulate(variant.sensor, _wrench(asked), **models)
     return _rest(found.equilibrium) | _shown(found.impedance) | found.signals.known | marked(found.flags)
 
 
 def _calibrate(variant: Variant, asked: Row) -> Row:
-    """Answer: what does the sensor show over a grid of loads? A load that failed is NaN and says why."""
+    """Return a calibration over a grid of loads as a row; a load that failed is NaN and says why."""
     given = {name: asked.pop(argument) for argument, name in LOAD_ARGUMENTS.items() if argument in asked}
     loads = {name: values for name, values in given.items() if values != 0.0}
     return table_row(calibrate(variant.sensor, **loads, **asked))
 
 
 def _quality(variant: Variant, asked: Row) -> Row:
-    """Answer: how good is the sensor over a grid of loads? Its table, and its figures at the worst load of each force.
+    """Return a sensor's quality over a grid of loads: its table, and its figures at the worst load of each force.
 
-    Resolution by the converter's noise and errors of the model in N or N m, shares of the full scale of each force: how
-    far its own signal is from a line, what linear sums of all coils misread of the others, and what the inverse does.
+    Resolution by the converter's noise and model errors [N, N m]; shares of each force's full scale: nonlinearity of
+    its own signal, crosstalk of linear sums of all coils and of the inverse.
     """
     if variant.sensor.readout.converter == "none":
         raise SceneError('readout.converter must be given for quality, by whose noise forces are resolved; got "none"')
@@ -205,7 +179,7 @@ def _rest(found: Equilibrium) -> Row:
 
 
 def _shown(found: Impedance) -> Row:
-    """Return what the coils show as a row."""
+    """Return inductances and resistances as a row."""
     pair, one, report = ("coil", "coil_2"), ("coil",), found.report
     row: Row = {name: (pair, getattr(found, name)) for name in ("L", "R", "L0", "error_L", "error_R")}
     row |= {"relative": (one, np.diagonal(found.L) / np.diagonal(found.L0)), "R_dc": (one, found.R_dc)}

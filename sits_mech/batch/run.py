@@ -1,4 +1,4 @@
-"""What does a whole study give? Its cases run anywhere, kept one by one, joined to one labelled table.
+"""Run a whole study: its cases anywhere, kept one by one, joined to one labelled table.
 
 A case is named by a hash of its resolved scene, the request with its arguments in SI, and the version: what is there is
 not computed again, whatever wrote it.
@@ -49,28 +49,11 @@ class Case:
 def run_study(
     study: Study, folder: Path, *, executor: Executor | None = None, progress: Progress | None = None
 ) -> xr.Dataset:
-    """Run what a study has not yet run, and write its table.
+    """Run what a study has not yet run, keep cases under ``cases/`` of the folder and write its table ``result.nc``.
 
-    Parameters
-    ----------
-    study : Study
-        As from `read_study`.
-    folder : Path
-        Where finished cases are kept under ``cases/``, and ``result.nc`` is written.
-    executor : Executor, optional
-        As from `workers`; the cases run in this process by default.
-    progress : callable, optional
-        Called with the number of cases done and of all.
-
-    Returns
-    -------
-    Dataset
-        The answers along what varies, in SI; ``status`` and ``reason`` of each case. Attributes hold the study.
-
-    Raises
-    ------
-    SceneError
-        When the folder is of another study, or cannot be written to.
+    Return the answers along what varies, in SI, with ``status`` and ``reason`` of each case; attributes hold the study.
+    `progress` gets the numbers of cases done and of all. Raise SceneError when the folder is another study's or cannot
+    be written.
     """
     claim(folder, study)
     case = Case(study)
@@ -84,15 +67,7 @@ def run_study(
 
 
 def cases_aside(study: Study, folder: Path) -> int:
-    """Return how many finished cases in the folder of a study are of values that it does not have, or no longer.
-
-    Parameters
-    ----------
-    study : Study
-        As from `read_study`.
-    folder : Path
-        As of `run_study`, which leaves them where they are and out of its table.
-    """
+    """Return how many finished cases in a study's folder are of values outside it; `run_study` leaves them out."""
     kept = {path.name for path in (folder / "cases").glob("[!.]*.json")}
     if not kept:
         return 0
@@ -102,7 +77,7 @@ def cases_aside(study: Study, folder: Path) -> int:
 
 
 def claim(folder: Path, study: Study) -> None:
-    """Make a folder that of a study; raise SceneError when it is that of another, or cannot be written to."""
+    """Claim a folder for a study; raise SceneError when it is another study's, or cannot be written to."""
     path = folder / "study.json"
     try:
         (folder / "cases").mkdir(parents=True, exist_ok=True)

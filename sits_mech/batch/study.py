@@ -1,4 +1,4 @@
-"""What does a study file ask? A scene, a request, what varies and what is fixed.
+"""Read a study file: a scene, a request, what varies and what is fixed.
 
     scene = "biorob2018"              # a scene file beside the study, or a name of the catalogue
     request = "inductance"            # or pose, simulate, calibrate, quality
@@ -39,36 +39,22 @@ _RANGE = '{ from = "1 mm", to = "5 mm", count = 41 } with different ends in one 
 
 @dataclass(frozen=True)
 class Study:
-    """A study as its file says; made by `read_study`.
+    """A study as its file says; made by `read_study`."""
 
-    Attributes
-    ----------
-    scene : str
-        What all cases start from, the fixed keys of the scene applied; as of `scene_text`.
-    name : str
-        A key of `REQUESTS`.
-    vary : dict
-        The values of each varied key or argument as they were written; ranges are written out.
-    fixed : dict
-        The arguments that are the same in all cases.
-    combine : str
-        "product" or "zip".
-    """
-
-    scene: str
-    name: str
-    vary: dict[str, list[Any]]
-    fixed: Row
+    scene: str  # of `scene_text`, the fixed keys of the scene applied
+    name: str  # a key of `REQUESTS`
+    vary: dict[str, list[Any]]  # values of each varied key or argument as written, ranges written out
+    fixed: Row  # arguments that are the same in all cases
     combine: Combine = "product"
 
     @property
     def request(self) -> Request:
-        """Return what is asked."""
+        """Return the request."""
         return REQUESTS[self.name]
 
     @property
     def identity(self) -> str:
-        """Return what makes it this study and no other, as JSON; the values may grow."""
+        """Return the study's identity as JSON: scene, request, names of what varies, whose values may grow."""
         return json.dumps([self.scene, self.name, sorted(self.vary), self.fixed, self.combine], indent=1)
 
     def case(self, point: Row) -> tuple[Variant, Row]:
@@ -77,22 +63,9 @@ class Study:
 
 
 def read_study(path: Path) -> Study:
-    """Read a study file.
+    """Read and check a study file (TOML); every value has one possible scene at least.
 
-    Parameters
-    ----------
-    path : Path
-        TOML.
-
-    Returns
-    -------
-    Study
-        Checked; every value has one possible scene at least.
-
-    Raises
-    ------
-    SceneError
-        One line: the file, the key, what it must be, what came.
+    Raise SceneError in one line: the file, the key, what it must be, what came.
     """
     return read_as(path, _study)
 
@@ -117,7 +90,7 @@ def _study(table: Mapping[str, Any], folder: Path) -> Study:
 
 
 def _table(table: Mapping[str, Any], name: str) -> Row:
-    """Return a table of the file; the one of what varies must have keys."""
+    """Return a table of the file; [vary] must have keys."""
     part = table.get(name, {})
     if not isinstance(part, dict) or (name == "vary" and not part):
         raise SceneError(f"{name}: must be a table of keys and their values; got {shown(part)}")
@@ -201,12 +174,12 @@ def _of_scene(name: str, request: Request) -> bool:
 
 
 def _arguments(names: Row, request: Request) -> Row:
-    """Return what belongs to the request."""
+    """Return the arguments of the request."""
     return {name: item for name, item in names.items() if not _of_scene(name, request)}
 
 
 def _overrides(names: Row, request: Request) -> tuple[str, ...]:
-    """Return what belongs to the scene, as it is written on the command line."""
+    """Return the keys of the scene as overrides of the command line."""
     return tuple(
         f"{name}={literal(item)}" for name, item in names.items() if _of_scene(name, request)
     )

@@ -1,4 +1,4 @@
-"""How does a calibration go into a row of a study's table, and come back from it?"""
+"""Put a calibration into a row of a study's table, and take it back out."""
 
 from __future__ import annotations
 

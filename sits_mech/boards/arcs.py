@@ -1,4 +1,4 @@
-"""Which straight pieces stand for a board's tracks? As many as keep within a length of them.
+"""Replace a board's arcs by as many chords as keep within a length of them.
 
 The arc through a, m, b has its centre c at equal distances r of the three. A chord over the angle phi is off by
 
@@ -24,20 +24,9 @@ _SAME = 1e-9  # points closer than this are one: the board's own step is 1 nm [m
 
 
 def flattened(track: Track, chord_error: float, where: str) -> Array:
-    """Return the centre line of a track as points (n, 2), the ends as they are [m].
+    """Return the centre line of a track as points (n, 2) [m], the ends as they are, arcs within `chord_error` [m].
 
-    Parameters
-    ----------
-    track : Track
-    chord_error : float
-        Greatest distance of an arc from its chords [m].
-    where : str
-        What to call the track in a message.
-
-    Raises
-    ------
-    SceneError
-        When an arc has no radius, or begins where it ends.
+    Raise SceneError, naming `where`, when an arc has no radius, or begins where it ends.
     """
     points = track.points
     if len(points) == 2:
@@ -65,15 +54,7 @@ def flattened(track: Track, chord_error: float, where: str) -> Array:
 
 
 def thinned(points: Array, error: float) -> Array:
-    """Return a polyline's ends and as many of its corners as keep all others within `error` of it [m].
-
-    Parameters
-    ----------
-    points : ndarray, shape (n, 2)
-        [m].
-    error : float
-        [m].
-    """
+    """Return a polyline's (n, 2) ends and as many of its corners as keep all others within `error` of it [m]."""
     kept = np.zeros(len(points), dtype=bool)
     kept[[0, -1]] = True
     left = [(0, len(points) - 1)]

@@ -1,4 +1,4 @@
-"""Where do a net's tracks meet? Each end of a track gets the number of its joint; vias and pads are joints, too.
+"""Join a net's tracks: each end gets the number of its joint; vias and pads are joints, too.
 
 Ends within a distance are one: the board's rounding, 1 um, or more on a board drawn with less care. What is loose after
 that is joined as copper joins it: with a via that it ends in, with another loose end within half the narrower track,
@@ -31,21 +31,11 @@ End = tuple[int, int]  # number of a track, and 0 for its first point or 1 for i
 
 @dataclass(frozen=True)
 class Joints:
-    """Tracks and where they meet.
+    """Tracks and where they meet."""
 
-    Attributes
-    ----------
-    tracks : tuple of Track
-        Those that count.
-    numbers : ndarray, shape (n, 2)
-        Of the joint at the first and at the last point of each track.
-    holes : tuple of (number, Hole)
-        Vias and pads that are joints.
-    """
-
-    tracks: tuple[Track, ...]
-    numbers: NDArray[np.int64]
-    holes: tuple[tuple[int, Hole], ...] = ()
+    tracks: tuple[Track, ...]  # those that count
+    numbers: NDArray[np.int64]  # (n, 2) of the joints at the first and last point of each track
+    holes: tuple[tuple[int, Hole], ...] = ()  # vias and pads that are joints, by number
 
     def point(self, end: End) -> Array:
         """Return an end of a track [m]."""
@@ -70,28 +60,16 @@ class Joints:
 
 
 def joined(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float = ROUNDING) -> Joints:
-    """Return where tracks of a net meet.
+    """Return where tracks of a net meet each other and holes, ends within `nearness` [m] being one.
 
-    Parameters
-    ----------
-    tracks : sequence of Track
-        Of the net, in any order.
-    holes : sequence of Hole
-        Vias and pads that they may meet in.
-    nearness : float
-        Distance within which ends are one [m].
-
-    Raises
-    ------
-    SceneError
-        When tracks are so short that they would shrink to a point.
+    Raise SceneError when tracks are so short that they would shrink to a point.
     """
     found = _without_stubs(_near(tracks, holes, nearness))
     return _parted(_overlapping(_without_stubs(_in_holes(found))))
 
 
 def _near(tracks: Sequence[Track], holes: Sequence[Hole], nearness: float) -> Joints:
-    """Join what ends near together, holes at their middles; leave out what has no length or lies twice."""
+    """Join ends that are near each other, holes at their middles; drop tracks without length and duplicates."""
     places = [(track.layer, track.points[e]) for track in tracks for e in (0, -1)]
     places += [(layer, hole.place) for hole in holes for layer in hole.layers]
     layers, points = zip(*places, strict=True)

@@ -1,4 +1,4 @@
-"""What is on a KiCad board? Copper layers, tracks, vias, pads and filled zones of its text file, KiCad 7 or later.
+"""Read a KiCad board: copper layers, tracks, vias, pads and filled zones of its text file, KiCad 7 or later.
 
 Lengths in metres, y up: the file's millimetres with y down are turned over here, so that the board is seen from its
 top. Messages name places as KiCad shows them. A footprint at (x, y) turned by phi counter-clockwise holds its own
@@ -28,56 +28,26 @@ _MM = 1e-3
 
 @dataclass(frozen=True)
 class Track:
-    """A straight track from the first to the last of two points, or an arc through three.
-
-    Attributes
-    ----------
-    layer : str
-    points : ndarray, shape (2, 2) or (3, 2)
-        x, y [m].
-    width : float
-        [m].
-    net : str
-        Empty for copper of a footprint.
-    footprint : int
-        Whose copper it is; -1 for a track of the board.
-    """
+    """A straight track from the first to the last of two points, or an arc through three."""
 
     layer: str
-    points: Array
-    width: float
-    net: str
-    footprint: int = -1
+    points: Array  # (2, 2) or (3, 2) x, y [m]
+    width: float  # [m]
+    net: str  # empty for copper of a footprint
+    footprint: int = -1  # whose copper it is; -1 for a track of the board
 
 
 @dataclass(frozen=True)
 class Hole:
-    """A via or a pad: what joins copper that ends in it.
+    """A via or a pad: what joins copper that ends in it."""
 
-    Attributes
-    ----------
-    name : str
-        As "J1.2"; empty for a via and for a pad without number, which are passed through.
-    place : ndarray, shape (2,)
-        Its middle [m].
-    size : tuple of float
-        Along its own axes [m].
-    angle : float
-        Of those axes, counter-clockwise [rad].
-    layers : tuple of str
-        Copper layers that it is on.
-    net : str
-    footprint : int
-        Whose pad it is; -1 for a via.
-    """
-
-    name: str
-    place: Array
-    size: tuple[float, float]
-    angle: float
-    layers: tuple[str, ...]
+    name: str  # as "J1.2"; empty for a via and a pad without number, which are passed through
+    place: Array  # (2,) its middle [m]
+    size: tuple[float, float]  # along its own axes [m]
+    angle: float  # of those axes, counter-clockwise [rad]
+    layers: tuple[str, ...]  # copper layers that it is on
     net: str
-    footprint: int = -1
+    footprint: int = -1  # whose pad it is; -1 for a via
 
     def holds(self, points: Array) -> Array:
         """Tell which points (n, 2) lie on the hole's copper, a round one where both sizes are the same via's."""
@@ -91,46 +61,24 @@ class Hole:
 
 @dataclass(frozen=True)
 class Zone:
-    """A copper zone.
-
-    Attributes
-    ----------
-    net : str
-    layers : tuple of str
-        Where it may be filled.
-    fills : tuple of (layer, points)
-        Polygons of copper, shape (k, 2), holes tied to the rim by bridges of no width [m].
-    """
+    """A copper zone."""
 
     net: str
-    layers: tuple[str, ...]
-    fills: tuple[tuple[str, Array], ...]
+    layers: tuple[str, ...]  # where it may be filled
+    fills: tuple[tuple[str, Array], ...]  # layer and polygon (k, 2) [m], holes tied to the rim by bridges of no width
 
 
 @dataclass(frozen=True)
 class Board:
-    """A board.
+    """A board: its nets and copper, the layers from the top down."""
 
-    Attributes
-    ----------
-    name : str
-        Of its file.
-    stack : mapping of str to Layer
-        Copper layers from the top down.
-    nets : tuple of str
-        Names of its nets.
-    tracks, holes, zones : tuple
-    notes : tuple of str
-        What was assumed.
-    """
-
-    name: str
+    name: str  # of its file
     stack: Mapping[str, Layer]
     nets: tuple[str, ...]
     tracks: tuple[Track, ...]
     holes: tuple[Hole, ...]
     zones: tuple[Zone, ...]
-    notes: tuple[str, ...]
+    notes: tuple[str, ...]  # what was assumed
 
 
 def place(point: Iterable[float]) -> str:
@@ -140,18 +88,7 @@ def place(point: Iterable[float]) -> str:
 
 
 def read_board(path: Path) -> Board:
-    """Return what is on a board.
-
-    Parameters
-    ----------
-    path : Path
-        A .kicad_pcb file.
-
-    Raises
-    ------
-    SceneError
-        One line: the file is no board, older than KiCad 7, or what in it cannot be read.
-    """
+    """Return what is on a board; raise SceneError for no board, one older than KiCad 7, or unreadable parts."""
     tree, name = read_expression(path), printable(str(path))
     if tree[:1] != ["kicad_pcb"]:
         raise SceneError(f"{name}: must be a board, (kicad_pcb ...); got ({printable(str(tree[:1])[1:-1], 40)} ...)")

@@ -1,4 +1,4 @@
-"""Which pours can a scene hold? Plates parallel to the coils, clear of them and of each other; the rest is told.
+"""Turn pours into plates parallel to the coils, clear of them and of each other; name those left out.
 
 A pour without holes is a rectangle or a disc where it fills 98 % of one and no corner of its rim is further than the
 tolerance from that, which is what the rounded corners of a fill leave. Others keep their outlines with slots and holes,
@@ -49,19 +49,9 @@ class _Frame:
 def plates(
     sensor: Sensor, poured: Sequence[Pour], stack: Mapping[str, Layer], origin: Array, top: float
 ) -> tuple[Tables, tuple[str, ...]]:
-    """Return the conductors that stand for pours, and what to say of them.
+    """Return the conductors that stand for pours, clear of the sensor's coils, and notes on them.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        The coils, which plates must be clear of.
-    poured : sequence of Pour
-    stack : mapping
-        Heights of the board's layers.
-    origin : ndarray, shape (2,)
-        Of the scene on the board [m].
-    top : float
-        z = 0 of the scene, in the board's heights [m].
+    `origin` (2,) is the scene's on the board [m], `top` its z = 0 in the board's heights [m].
     """
     frame = _Frame(stack, origin, top, math.sqrt(_box(sensor)))
     least = _SMALL * frame.size**2
@@ -106,7 +96,7 @@ def _check_boxes(plate: Conductor, others: Sequence[Conductor]) -> None:
 
 
 def _table(pour: Pour, frame: _Frame) -> tuple[dict[str, Any], str]:
-    """Return the table of a plate, and what to say of it."""
+    """Return the table of a plate, and notes on it."""
     layer, fine = frame.stack[pour.layer], _FINE * frame.size
     low, high = pour.rim.min(axis=0), pour.rim.max(axis=0)
     middle = (low + high) / 2

@@ -1,4 +1,4 @@
-"""Which plates are a board's filled zones? Rim and holes of each, clear of the coils' tracks.
+"""Find the plates of a board's filled zones: rim and holes of each, clear of the coils' tracks.
 
 A fill is written as one polygon, its holes tied to the rim by bridges: edges that go to the hole and come back over the
 same two corners. Taking out each edge that has its opposite leaves the rims, the outer one and those of the holes.
@@ -22,36 +22,21 @@ _GRID = 1e-9  # the board's own step [m]
 
 @dataclass(frozen=True)
 class Pour:
-    """A plate of copper.
-
-    Attributes
-    ----------
-    net, layer : str
-    rim : ndarray, shape (n, 2)
-        Counter-clockwise [m].
-    holes : tuple of ndarray
-        [m].
-    """
+    """A plate of copper."""
 
     net: str
     layer: str
-    rim: Array
-    holes: tuple[Array, ...]
+    rim: Array  # (n, 2) counter-clockwise [m]
+    holes: tuple[Array, ...]  # [m]
 
     @property
     def area(self) -> float:
-        """Of the copper [m^2]."""
+        """Return the area of the copper [m^2]."""
         return float(signed_area(self.rim)) - sum(abs(float(signed_area(hole))) for hole in self.holes)
 
 
 def pours(board: Board, routes: Sequence[Route]) -> tuple[tuple[Pour, ...], tuple[str, ...]]:
-    """Return the filled copper of all nets but the coils', and what is left out.
-
-    Raises
-    ------
-    SceneError
-        When a pour touches a coil's track.
-    """
+    """Return the filled copper of nets other than the coils', and omissions; raise SceneError if it touches a coil."""
     nets = {found.net for found in routes}
     found, notes = [], []
     for zone in board.zones:
@@ -79,8 +64,10 @@ def loops(points: Array) -> list[Array]:
     """Return the rims of a polygon (k, 2) whose holes are tied in by bridges, the outer one first [m]."""
     import shapely
 
-    pieces = shapely.get_parts(shapely.make_valid(shapely.Polygon(np.round(points / _GRID)), method="structure"))
-    largest = max(pieces, key=lambda piece: piece.area).simplify(0.0)
+    whole = shapely.make_valid(shapely.Polygon(np.round(points / _GRID)), method="structure")
+    if not whole.area > 0.0:
+        return [points]
+    largest = max(shapely.get_parts(whole), key=lambda piece: piece.area).simplify(0.0)
     return [shapely.get_coordinates(ring)[:-1] * _GRID for ring in (largest.exterior, *largest.interiors)]
 
 

@@ -1,4 +1,4 @@
-"""Which way does the current take through a net? One path from end to end over tracks, arcs and vias, as polylines.
+"""Follow the current through a net: one path from end to end over tracks, arcs and vias, as polylines.
 
 A net is one path where two joints are its ends and two tracks meet in every other. What branches, closes a loop or
 falls apart is refused with where. Where pads part a net into pieces, the longest is the coil. The path starts at the
@@ -41,40 +41,18 @@ class Run:
 
 @dataclass(frozen=True)
 class Route:
-    """A net as a path.
-
-    Attributes
-    ----------
-    net : str
-    runs : tuple of Run
-        In series, in the direction of the current.
-    ends : tuple of str
-        Where it starts and ends, for a reader.
-    notes : tuple of str
-        What was left out.
-    """
+    """A net as a path."""
 
     net: str
-    runs: tuple[Run, ...]
-    ends: tuple[str, str]
-    notes: tuple[str, ...] = ()
+    runs: tuple[Run, ...]  # in series, in the direction of the current
+    ends: tuple[str, str]  # where it starts and ends, for a reader
+    notes: tuple[str, ...] = ()  # what was left out
 
 
 def route(board: Board, net: str, chord_error: float) -> Route:
-    """Return the path of a net.
+    """Return the path of a net, its arcs within `chord_error` [m] of polylines.
 
-    Parameters
-    ----------
-    board : Board
-    net : str
-        Its name on the board.
-    chord_error : float
-        Greatest distance of arcs from the polylines [m].
-
-    Raises
-    ------
-    SceneError
-        One line: the net is not there, has no tracks, or is no single path, and where.
+    Raise SceneError in one line: the net is not there, has no tracks, or is no single path, and where.
     """
     if net not in board.nets:
         raise SceneError(f"--net: {board.name}: {_unknown(net, board.nets)}")
@@ -96,7 +74,7 @@ def route(board: Board, net: str, chord_error: float) -> Route:
 def _path(
     tracks: Sequence[Track], holes: Sequence[Hole], net: str, where: str
 ) -> tuple[Joints, list[End], tuple[str, ...]]:
-    """Return the longest piece of a net, its tracks in order, and notes; where it must, ends that nearly meet do."""
+    """Return the longest piece of a net, its tracks in order, and notes; if needed, ends that nearly meet join."""
     refusal = None
     for nearness in (ROUNDING, _CARELESS * min(track.width for track in tracks)):
         try:
@@ -108,7 +86,7 @@ def _path(
 
 
 def _unknown(net: str, nets: Sequence[str]) -> str:
-    """Return what to say of a net that is not there: all names of a few, or those of many that are most like it."""
+    """Return the hint for a missing net: all names of a few, or the most similar of many."""
     if len(nets) <= _FEW:
         return f"must be a net of the board, one of {', '.join(nets) or 'none'}; got {shown(net)}"
     likeness = {name: SequenceMatcher(None, net.lower(), name.lower()).ratio() for name in nets}

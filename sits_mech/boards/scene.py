@@ -1,4 +1,4 @@
-"""Which scene is a board? Coils of the chosen nets as paths, other nets' pours as plates, and what is still to add.
+"""Make a scene of a board: coils of the chosen nets as paths, other nets' pours as plates, what is still to add.
 
 The frame of the scene: x and y from the middle of all coils' tracks (or the board's own origin), y up; z = 0 at the top
 face of the uppermost layer with a track of a coil.
@@ -47,43 +47,20 @@ _TO_ADD = """
 
 @dataclass(frozen=True)
 class Choice:
-    """What to take of a board.
+    """What to take of a board."""
 
-    Attributes
-    ----------
-    nets : tuple of str
-        One coil each.
-    frequency : float
-        Of the scene [Hz].
-    origin : str
-        "coil" (the middle of the coils' tracks) or "board".
-    chord_error : float
-        Greatest distance of arcs from their polylines [m].
-    with_pours : bool
-        Whether other nets' filled zones become conductors.
-    """
-
-    nets: tuple[str, ...]
-    frequency: float = 5e6
-    origin: Literal["coil", "board"] = "coil"
-    chord_error: float = 1e-6
-    with_pours: bool = True
+    nets: tuple[str, ...]  # one coil each
+    frequency: float = 5e6  # [Hz]
+    origin: Literal["coil", "board"] = "coil"  # the middle of the coils' tracks, or the board's
+    chord_error: float = 1e-6  # greatest distance of arcs from their polylines [m]
+    with_pours: bool = True  # take other nets' filled zones as conductors
 
 
 def board_scene(path: Path, choice: Choice) -> tuple[str, tuple[str, ...]]:
-    """Return the scene file of a board's coils, and what to say of it.
+    """Return the scene file of a board's coils (KiCad 7 or later), and notes on it.
 
-    Parameters
-    ----------
-    path : Path
-        A .kicad_pcb file of KiCad 7 or later.
-    choice : Choice
-
-    Raises
-    ------
-    SceneError
-        One line: the board cannot be read, a net is not there or no single path, a pour touches a track, or the scene
-        cannot be.
+    Raise SceneError in one line: the board cannot be read, a net is not there or no single path, a pour touches a
+    track, or the scene is impossible.
     """
     twice = [net for net in choice.nets if choice.nets.count(net) > 1]
     if twice:

@@ -1,4 +1,4 @@
-"""How is a KiCad file read? Parentheses, words, numbers and quoted text, as nested lists; their meaning is `kicad.py`.
+"""Read a KiCad file as nested lists of words, numbers and quoted text; their meaning is in `kicad.py`.
 
 An expression ``(key item item ...)`` becomes a list; its items are lists, numbers, words and quoted texts. A word that
 is no number and a quoted text are both strings, so that ``(net 1)`` and ``(net "1")`` stay apart.
@@ -22,18 +22,7 @@ _ESCAPED = re.compile(r"\\(.)", re.DOTALL)
 
 
 def read_expression(path: Path) -> Node:
-    """Return the one expression that a file holds.
-
-    Parameters
-    ----------
-    path : Path
-        A text file.
-
-    Raises
-    ------
-    SceneError
-        One line: the file cannot be read, is no text, or its parentheses do not match.
-    """
+    """Return the one expression of a file; raise SceneError where unreadable or parentheses do not match."""
     try:
         text = input_text(path, "a readable board file", _LONGEST)
     except SceneError:
@@ -89,13 +78,7 @@ def texts(node: Node, key: str) -> list[str]:
 
 
 def numbers(node: Node, key: str, count: int, where: str, largest: float = _LARGEST) -> list[float]:
-    """Return the first `count` numbers behind a key of a node, none above `largest` in size.
-
-    Raises
-    ------
-    SceneError
-        `where`, key and what came, when there are fewer.
-    """
+    """Return the first `count` numbers behind a key, none above `largest` in size; raise SceneError for fewer."""
     inside = child(node, key) or []
     found = [item for item in inside if isinstance(item, float) and abs(item) <= largest]
     if len(found) < count:

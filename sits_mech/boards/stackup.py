@@ -1,4 +1,4 @@
-"""At which heights are a board's copper layers, in what? From the stack-up in its file, or evenly over its thickness.
+"""Find the heights of a board's copper layers and what is between, from its stack-up or evenly over its thickness.
 
 z is counted here from the top face of the uppermost copper layer, down: z <= 0. Dielectrics of thicknesses t_i and
 relative permittivities eps_i in series are one of sum t_i / sum (t_i / eps_i).
@@ -22,20 +22,12 @@ _MM = 1e-3
 
 @dataclass(frozen=True)
 class Layer:
-    """A copper layer.
+    """A copper layer."""
 
-    Attributes
-    ----------
-    z, thickness : float
-        Of its middle, and its own [m].
-    above, gap : float
-        Sums of t and of t / eps over all dielectrics above it [m]; NaN where a permittivity is not known.
-    """
-
-    z: float
-    thickness: float
-    above: float = math.nan
-    gap: float = math.nan
+    z: float  # of its middle [m]
+    thickness: float  # [m]
+    above: float = math.nan  # sum of t over all dielectrics above it [m]; NaN where a permittivity is not known
+    gap: float = math.nan  # sum of t / eps over them [m]; NaN likewise
 
 
 def permittivity(layers: Iterable[Layer]) -> float | None:
@@ -56,13 +48,7 @@ def copper_names(tree: Node) -> tuple[str, ...]:
 
 
 def stack(tree: Node, where: str) -> tuple[dict[str, Layer], tuple[str, ...]]:
-    """Return the copper layers of a board from the top down, and what was assumed of them.
-
-    Raises
-    ------
-    SceneError
-        When the board has no copper layers, or a thickness in it is not above zero.
-    """
+    """Return the copper layers from the top down, and assumptions; raise SceneError without layers or thickness."""
     names = copper_names(tree)
     if not names:
         raise SceneError(f"{where}: must have copper layers, such as F.Cu; got none")

@@ -1,4 +1,4 @@
-"""Do a coil's own turns touch? KiCad asks for no clearance within a net, so that a board may short-circuit its coil.
+"""Check whether a coil's own turns touch: KiCad asks for no clearance within a net, so a board may short its coil.
 
 Two stretches touch where their centre lines are nearer than half of both widths together. Neighbours on the path do so
 by nature: in a bend, or at a corner of theta they overlap over w / (2 sin(theta/2)). Only those that are further apart
@@ -33,10 +33,7 @@ def touching(found: Route) -> tuple[str, ...]:
 
 
 def _first(runs: list[Run], along: Array) -> Array | None:
-    """Return a place where stretches of runs on one layer touch; None where they do not.
-
-    `along` is where the middle of each stretch is on the path [m].
-    """
+    """Return a place where stretches of one layer touch, else None; `along` are their middles on the path [m]."""
     import shapely
 
     a, b = (np.vstack([run.points[some] for run in runs]) for some in (slice(None, -1), slice(1, None)))

@@ -1,4 +1,4 @@
-"""How does the command line speak? Answers on stdout, for a program or a reader; progress and warnings on stderr."""
+"""Print answers on stdout, for a program or a reader; progress and warnings on stderr."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Is everything there? Versions of what the package stands on, what each missing part would be needed for, and a try.
+"""Check the installation: versions of dependencies, what each missing part would be needed for, and a try.
 
 gmsh and OpenGL can be installed and yet not work for want of system libraries: one is loaded, the other renders once.
 """

@@ -1,4 +1,4 @@
-"""What does the sensor show over a grid of loads, what do many scenes? calibrate, sweep."""
+"""Commands for many loads or scenes: calibrate, sweep."""
 
 from __future__ import annotations
 

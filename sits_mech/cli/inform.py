@@ -1,4 +1,4 @@
-"""What is there, what may stand in files, what would a request take? catalog, doctor, schema, explain, fit."""
+"""Commands that inform or fit data: catalog, doctor, schema, explain, fit."""
 
 from __future__ import annotations
 

@@ -23,13 +23,7 @@ COMMANDS = (inform, solve, grids, products, read, timed)  # importing them is wh
 
 
 def run(tokens: Sequence[str] | None = None) -> int:
-    """Run a command and return its exit code.
-
-    Parameters
-    ----------
-    tokens : sequence of str, optional
-        The words of the command line; those of the process by default.
-    """
+    """Run a command, by default of the process's own words, and return its exit code."""
     try:
         code = app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
     except (CycloptsError, ValueError, OSError) as error:

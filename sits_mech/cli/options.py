@@ -1,4 +1,4 @@
-"""What do the commands have in common? The app, the kinds of their options, and how a scene or a pose is written."""
+"""Define what commands have in common: the app, the kinds of their options, how a scene or a pose is written."""
 
 from __future__ import annotations
 
@@ -151,9 +151,9 @@ class LoadGrid:
     mz: Mz = "0 N*m"
 
     def components(self, sensor: Sensor) -> dict[str, Any]:
-        """Return the components in SI, those that are ranges as lists of values, without those that are zero.
+        """Return the components in SI that are not zero, ranges as lists of values.
 
-        What is not given is what the coils resolve: no shear along an axis on which all have one place.
+        By default those that the coils resolve: no shear along an axis on which all have one place.
         """
         from sits_mech.quantities import LOAD_ARGUMENTS
         from sits_mech.units import quantity_or_range

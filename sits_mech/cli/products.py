@@ -1,4 +1,4 @@
-"""What can be looked at, taken over, designed, or handed on? view, import, design; of a calibration export, report."""
+"""Commands that draw, import, design or hand on: view, import, design; of a calibration export, report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What do readings mean, and how is the converter set? invert, converter, quality, compare."""
+"""Commands for readings and the converter: invert, converter, quality, compare."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where does the target go, what do the coils show, what is borne? pose, inductance, simulate, envelope."""
+"""Commands that solve one sensor: pose, inductance, simulate, envelope."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What does time do? simulate --history, cycle."""
+"""Commands for loads in time: simulate --history, cycle."""
 
 from __future__ import annotations
 

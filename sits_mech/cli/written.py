@@ -1,4 +1,4 @@
-"""How is a reading written on the command line? Inductances by number or name, or codes, one for each coil."""
+"""Read a reading from the command line: inductances by number or name, or codes, one for each coil."""
 
 from __future__ import annotations
 
@@ -24,20 +24,11 @@ Texts = Sequence[tuple[str, str]]  # of each coil in its order: the option that 
 
 @dataclass(frozen=True)
 class Asked:
-    """A reading and the calibration in its unit.
-
-    Attributes
-    ----------
-    cal : Calibration
-    values : ndarray, shape (n,)
-        [unit of the calibration].
-    rates : ndarray, shape (n,)
-        How the reading changes with the coil's inductance over its L0.
-    """
+    """A reading and the calibration in its unit."""
 
     cal: Calibration
-    values: Array
-    rates: Array
+    values: Array  # (n,) [unit of the calibration]
+    rates: Array  # (n,) change of the reading with the coil's inductance over its L0
 
     def cause(self, sensor: Sensor, data: xr.Dataset) -> str:
         """Return what is wrong with a reading that belongs to no load, in words; empty where nothing is known."""
@@ -52,13 +43,7 @@ class Asked:
 def given_texts(
     coils: Sequence[str], inductances: Mapping[str, str], readings: Sequence[str], codes: Sequence[str]
 ) -> Texts:
-    """Return what was written for each coil.
-
-    Raises
-    ------
-    SceneError
-        When a coil is not there, missing or given twice, or codes are mixed with inductances.
-    """
+    """Return what was written for each coil; raise SceneError for unknown, missing or repeated coils, mixed kinds."""
     if codes and (inductances or readings):
         raise SceneError("--code: must be given for every coil, without --l1 or --reading; got both kinds")
     given = [_numbered(coils, name, text) for name, text in inductances.items()]

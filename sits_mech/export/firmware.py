@@ -1,4 +1,4 @@
-"""What goes into the microcontroller? The calibration in codes and its inverse, in integers alone, as C header.
+"""Write a calibration in codes and its inverse as a C header for microcontrollers, in integers alone.
 
 The map, the domain and the starting points are laid down in `fixed_point`; the header (``firmware.h.in``) has the
 arithmetic of the inverse for any number of forces, and as many coils or more: the same polynomials, the same least
@@ -34,11 +34,8 @@ _FORCE, _MOMENT = (1e6, "uN"), (1e9, "nN m")  # the header's units
 def write_header(source: Source, path: Path) -> tuple[str, ...]:
     """Write the C header.
 
-    Raises
-    ------
-    ValueError
-        When the sensor has no converter, a force that its coils do not resolve, or too few loads; when the map has no
-        inverse anywhere, or the file cannot be written.
+    Raise ValueError for a sensor without converter, a force that coils do not resolve, too few loads, a map that has no
+    inverse anywhere, or a failed write.
     """
     if source.sensor.readout.converter == "none":
         raise SceneError('--to c: must have codes of a converter; the scene has readout.converter = "none"')
@@ -67,7 +64,7 @@ def _own_error(read: Readings) -> float:
 
 
 def _in_words(cal: Calibration, codes: float) -> str:
-    """Return an error in codes and what it makes of each force."""
+    """Return an error in codes and the error of each force by it."""
     off = cal.force_error(0.5 * (cal.low + cal.high), np.full(len(cal.coils), codes))
     milli = [f"{1e3 * each:.2g} m{_unit(name)[1][1:]} of {name}" for name, each in zip(cal.forces, off, strict=True)]
     return f"{codes:.3g} codes: {', '.join(milli)} mid-range"

@@ -1,4 +1,4 @@
-"""Which integers hold a calibration? Its map, its domain and its starting points in fixed point.
+"""Hold a calibration in integers: its map, domain and starting points in fixed point.
 
     code_c(x) = base_c + 2^-f sum_k a_kc prod_i T_{k_i}(x_i),    a whole numbers of 32 bits, x of b fractional bits
 
@@ -31,66 +31,34 @@ _FEW = 16  # starting points of a part that no strided node lies in
 
 @dataclass(frozen=True)
 class FixedPoint:
-    """A calibration in codes as integers.
+    """A calibration in codes as integers."""
 
-    Attributes
-    ----------
-    cal : Calibration
-        What it follows; its "inductances" are codes.
-    bits, fraction : int
-        Fractional bits of forces from -1 to 1, and of codes.
-    base : ndarray of int, shape (n,)
-        Code that each coil's polynomials count from.
-    power, ends : ndarray of int, shapes (k, d) and (k,)
-        Degrees of each term, in lexical order, and how many of the nested sums end with it.
-    coefficient : ndarray of int, shape (k, n)
-        Of ``2^fraction``.
-    weight, tolerance, far : ndarray of int, shape (n,)
-        Of each coil in the least squares; residual of an answer and farthest code from the base, of ``2^fraction``.
-    direction, span, down : ndarray of int, shapes (d, n), (d, 3), (d,)
-        Leading directions of the readings; middle, least and greatest along them; bits down to those of `image`.
-    seed, image, first : ndarray of int, shapes (s, d), (s, d), (parts + 1,)
-        Starting points, where they lie along the directions, and the first of each part of the domain.
-    facet, nodes, valid : ndarray of int, shapes (f, d + 1), (d,), (bytes,)
-        Half-spaces around the loads; a grid, and the bits of its nodes that have an answer.
-    settled, merit : int
-        Change of codes by the last step, of ``2^fraction``; bits that the weighted residual loses before it is squared.
-    error : float
-        Of the integers against the map, at most [codes].
-    """
-
-    cal: Calibration
-    bits: int
-    fraction: int
-    base: Integers
-    power: Integers
-    ends: Integers
-    coefficient: Integers
-    weight: Integers
-    tolerance: Integers
-    far: Integers
-    direction: Integers
-    span: Integers
-    down: Integers
-    seed: Integers
-    image: Integers
-    first: Integers
-    facet: Integers
-    nodes: Integers
-    valid: Integers
-    settled: int
-    merit: int
-    error: float
+    cal: Calibration  # its "inductances" are codes
+    bits: int  # fractional bits of forces from -1 to 1
+    fraction: int  # fractional bits of codes
+    base: Integers  # (n,) code that each coil's polynomials count from
+    power: Integers  # (k, d) degrees of each term, in lexical order
+    ends: Integers  # (k,) how many of the nested sums end with the term
+    coefficient: Integers  # (k, n) [2^-fraction codes]
+    weight: Integers  # (n,) of each coil in the least squares
+    tolerance: Integers  # (n,) residual of an answer [2^-fraction codes]
+    far: Integers  # (n,) farthest code from the base [2^-fraction codes]
+    direction: Integers  # (d, n) leading directions of the readings
+    span: Integers  # (d, 3) middle, least and greatest along them
+    down: Integers  # (d,) bits down to those of `image`
+    seed: Integers  # (s, d) starting points
+    image: Integers  # (s, d) where they lie along the directions
+    first: Integers  # (parts + 1,) the first of each part of the domain
+    facet: Integers  # (f, d + 1) half-spaces around the loads
+    nodes: Integers  # (d,) a grid
+    valid: Integers  # (bytes,) bits of its nodes that have an answer
+    settled: int  # change of codes by the last step [2^-fraction codes]
+    merit: int  # bits that the weighted residual loses before it is squared
+    error: float  # of the integers against the map, at most [codes]
 
 
 def fixed_point(cal: Calibration) -> FixedPoint:
-    """Return a calibration in codes as integers.
-
-    Raises
-    ------
-    SceneError
-        When codes change by more than the integers hold.
-    """
+    """Return a calibration in codes as integers; raise SceneError when codes change by more than those hold."""
     order = np.lexsort(cal.map.powers.T[::-1])
     power, above = cal.map.powers[order], cal.map.coefficients[order].copy()
     base = np.rint(above[0])

@@ -1,4 +1,4 @@
-"""Which formats are there, and which file does each ask for?"""
+"""Choose the format of an export by name, and the file it writes."""
 
 from __future__ import annotations
 
@@ -46,28 +46,11 @@ FORMATS: Mapping[str, Format] = {
 
 
 def export(source: Source, kind: str, path: Path | None = None) -> tuple[Path, tuple[str, ...]]:
-    """Write a calibration in a format.
+    """Write a calibration in a format of `FORMATS`; return the path and one line for each thing to know about it.
 
-    Parameters
-    ----------
-    source : Source
-        The calibration, and the load of what shows a single state.
-    kind : str
-        A key of `FORMATS`.
-    path : Path, optional
-        The file, or the folder of `vtu`, `twin`, `pdf` and `svg`; by default named after the sensor, here.
-
-    Returns
-    -------
-    tuple of Path and tuple of str
-        What was written, and one line for each thing to know about it.
-
-    Raises
-    ------
-    SceneError
-        When the format is unknown, the file ends like one of another or cannot be written, or the sensor does not fit.
-    SolveFailed
-        When a state has to be solved anew and is not reached.
+    `path` is a folder for `vtu`, `twin`, `pdf` and `svg`; by default it is named after the sensor, here. Raise
+    SceneError for an unknown format, an ending of another one, a sensor that does not fit or a failed write;
+    SolveFailed.
     """
     path = export_path(source.sensor, kind, path)
     return path, FORMATS[kind].write(source, path)

@@ -1,4 +1,4 @@
-"""What goes onto the board? The coils as a footprint in the format of KiCad 7, for 7 or later; tracks as copper arcs.
+"""Write the coils as a footprint of KiCad 7 or later; tracks as copper arcs.
 
 A coil of n layers is n spirals r(theta) in series (`geometry.windings`), on F.Cu, inner layers, B.Cu from the top down,
 all turning the same way seen from above. Two neighbouring layers make a pair: inwards, through a via inside the coil,
@@ -61,11 +61,7 @@ class Winding:
 def write_kicad(source: Source, path: Path) -> tuple[str, ...]:
     """Write the footprint of all coils, one centre for the whole sensor.
 
-    Raises
-    ------
-    SceneError
-        When a coil has no room for its vias, coils lie on a curved substrate or have differing numbers of layers, or
-        the file cannot be written.
+    Raise SceneError when vias have no room, the substrate is curved, numbers of layers differ or the write fails.
     """
     sensor = source.sensor
     windings = [winding(sensor, number) for number in range(len(sensor.coils))]
@@ -81,20 +77,7 @@ def copper_layers(count: int) -> tuple[str, ...]:
 
 
 def winding(sensor: Sensor, number: int) -> Winding:
-    """Return tracks and holes of one coil of a sensor.
-
-    Parameters
-    ----------
-    sensor : Sensor
-        With coils on a flat substrate.
-    number : int
-        Which coil; its ends lead away from the others.
-
-    Raises
-    ------
-    SceneError
-        As `write_kicad`.
-    """
+    """Return tracks and holes of a flat coil, its ends leading away from the others; raise as `write_kicad`."""
     coil = sensor.coils[number]
     inner = _check(sensor, coil)
     start, stop = _reach(coil)

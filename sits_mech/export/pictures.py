@@ -1,4 +1,4 @@
-"""Calibration curves for a paper: the pictures of a calibration as PDF or SVG, their text as text.
+"""Write the pictures of a calibration as PDF or SVG for a paper, their text as text.
 
 The same calibration makes the same files, byte by byte. The layer under a load is that of ``sits-mech view``.
 """
@@ -13,26 +13,9 @@ from sits_mech.scene.sensor import SceneError
 
 
 def write_pictures(source: Source, path: Path, form: str) -> tuple[str, ...]:
-    """Write curves and crosstalk of a calibration to a folder.
+    """Write curves and crosstalk to a folder, made where missing; `form` is pdf or svg.
 
-    Parameters
-    ----------
-    source : Source
-        The calibration.
-    path : Path
-        The folder; made where it is missing.
-    form : str
-        pdf or svg.
-
-    Returns
-    -------
-    tuple of str
-        One line for each picture that the table has no loads for, and where that of the layer is.
-
-    Raises
-    ------
-    SceneError
-        When `path` is no folder's or cannot be written, or matplotlib is missing.
+    Return one line for each picture that the table has no loads for, and how to draw the layer. Raise SceneError.
     """
     if path.suffix == f".{form}" or path.is_file():
         raise SceneError(f"--output: must name a folder for --to {form}; got {path.name!r}")

@@ -1,4 +1,4 @@
-"""What is exported? A finished calibration: its sensor, its table, and the load that a single state is taken at."""
+"""Take a finished calibration to export: its sensor, its table, and the load of a single state."""
 
 from __future__ import annotations
 
@@ -19,43 +19,27 @@ from sits_mech.status import ANSWERED
 
 @dataclass(frozen=True)
 class Source:
-    """A calibration and a load.
-
-    Attributes
-    ----------
-    sensor : Sensor
-        What was calibrated.
-    data : Dataset
-        As from `calibrate`.
-    load : Wrench
-        Of what shows a single state; a component that is zero is the table's own where that is the same throughout.
-    """
+    """A calibration and a load."""
 
     sensor: Sensor
     data: xr.Dataset
-    load: Wrench = Wrench()
+    load: Wrench = Wrench()  # of a single state; a zero component is the table's own where that is constant
 
     @property
     def request(self) -> dict[str, Any]:
-        """What was asked of the calibration: models, tolerance, forces."""
+        """Return the request of the calibration: models, tolerance, forces."""
         found = json.loads(self.data.attrs["request"])
         return found if isinstance(found, dict) else {}
 
     @property
     def about(self) -> str:
-        """One line: name, models, version."""
+        """Return name, models and version in one line."""
         models = f"{self.request['mechanics']} mechanics, {self.request['magnetics']} magnetics"
         return f"{self.sensor.name}; {models}; sits-mech {self.data.attrs['version']}"
 
 
 def resting_load(source: Source) -> Wrench:
-    """Return the source's load with what all loads of the table have besides.
-
-    Raises
-    ------
-    SceneError
-        When the load is outside the table.
-    """
+    """Return the source's load with the table's constant components; raise SceneError outside the table."""
     found = {}
     for option, name in LOAD_ARGUMENTS.items():
         value, values = getattr(source.load, name), np.array([fixed(source.data).get(name, 0.0)])
@@ -75,12 +59,9 @@ def resting_load(source: Source) -> Wrench:
 
 
 def resting_pose(source: Source) -> Pose:
-    """Return where the target rests under the source's load, linear between the loads of the table.
+    """Return the pose under the source's load, linear between the table's loads.
 
-    Raises
-    ------
-    SceneError
-        When the load is outside the table, or next to one without a result.
+    Raise SceneError when the load is outside the table, or next to one without a result.
     """
     load = resting_load(source)
     parts = source.data[[name for name in POSE if name in source.data]].where(source.data["status"].isin(ANSWERED))

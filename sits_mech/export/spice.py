@@ -1,4 +1,4 @@
-"""What does a circuit simulator get? The coupled coils at one pose, as a subcircuit of inductors, couplings, resistors.
+"""Write the coupled coils at one pose for a circuit simulator: inductors, couplings, resistors as a subcircuit.
 
     V_i = (R_track,i + j omega L_i) I_i + sum_j (R_ij + j omega M_ij) I_j,    k_ij = M_ij / sqrt(L_i L_j)
 
@@ -29,12 +29,8 @@ from sits_mech.scene.sensor import SceneError
 def write_spice(source: Source, path: Path) -> tuple[str, ...]:
     """Write the subcircuit of the coils at the pose of the source's load.
 
-    Raises
-    ------
-    SceneError
-        When the load is outside the table, the scene cannot be held in 3D, or the file cannot be written.
-    SolveFailed
-        When the coils cannot be solved at the pose.
+    Raise SceneError when the load is outside the table, a scene does not fit the 3D model or the write fails;
+    SolveFailed.
     """
     pose = resting_pose(source)
     name = source.request["magnetics"]
@@ -60,23 +56,9 @@ def _state(source: Source, pose: Pose) -> str:
 
 
 def netlist(names: list[str], found: Impedance, R_track: Array, remarks: tuple[str, ...] = ()) -> str:
-    """Return a subcircuit ``sits_coils`` with two pins for each coil, a positive current entering at the first.
+    """Return a subcircuit ``sits_coils``, two pins for each coil, a positive current entering at the first.
 
-    Parameters
-    ----------
-    names : list of str
-        Of the coils.
-    found : Impedance
-        At one pose, in henry and ohm.
-    R_track : ndarray, shape (n,)
-        Resistance of the tracks [ohm].
-    remarks : tuple of str
-        Lines of the heading.
-
-    Raises
-    ------
-    SceneError
-        When the inductances are not those of coupled coils: not in henry, or not positive definite.
+    `R_track` (n,) [ohm]; raise SceneError when the inductances are not in henry or not positive definite.
     """
     L, R = np.asarray(found.L), np.asarray(found.R)
     if found.unit_L != "H" or np.any(np.linalg.eigvalsh(0.5 * (L + L.T)) <= 0.0):

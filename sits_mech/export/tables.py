@@ -1,4 +1,4 @@
-"""How does a calibration get into other programs? One line per load as CSV, as netCDF, as a workbook of Excel."""
+"""Write a calibration for other programs: one line per load as CSV, as netCDF, as a workbook of Excel."""
 
 from __future__ import annotations
 
@@ -30,13 +30,7 @@ def write_netcdf(source: Source, path: Path) -> tuple[str, ...]:
 
 
 def write_xlsx(source: Source, path: Path) -> tuple[str, ...]:
-    """Write a workbook: loads, figures of merit, the scene, how it came about.
-
-    Raises
-    ------
-    SceneError
-        When openpyxl is missing, or the file cannot be written.
-    """
+    """Write a workbook of loads, figures of merit, scene and models; raise SceneError, as without openpyxl."""
     try:
         from openpyxl import Workbook
     except ImportError:

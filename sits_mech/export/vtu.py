@@ -1,4 +1,4 @@
-"""How is the deformed layer looked at in ParaView? A folder: one .vtu for each load, a .pvd that puts them in order.
+"""Write the deformed layer for ParaView: a folder, one .vtu for each load, a .pvd that puts them in order.
 
 Every converged load of the calibration is a time step, each row of loads with rising normal force. A file holds the
 elastomer with the smallest volume ratio J of each cell, the target, and the coils; ``part`` tells them apart (0, 1, 2),
@@ -54,17 +54,9 @@ class Piece:
 
 
 def write_vtu(source: Source, path: Path) -> tuple[str, ...]:
-    """Write the series into the folder `path`, whose list has its name.
+    """Write the series into the folder `path`, whose list has its name; return one line for each load not shown.
 
-    Returns
-    -------
-    tuple of str
-        One line for each load that could not be shown.
-
-    Raises
-    ------
-    SceneError
-        When `path` is no folder's, or a file cannot be written.
+    Raise SceneError when `path` is no folder's, or a file cannot be written.
     """
     if path.suffix in (".pvd", ".vtu") or path.is_file():
         raise SceneError(f"--output: must name a folder for --to vtu; got {path.name!r}")

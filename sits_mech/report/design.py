@@ -1,4 +1,4 @@
-"""Where does the answer of a search go? A folder: scenes of the recommended design and the front, table, page."""
+"""Write the result of a design search to a folder: scenes of the recommended design and the front, table, page."""
 
 from __future__ import annotations
 
@@ -54,13 +54,7 @@ _MEANINGS = {
 
 
 def write_design(asked: Requirements, found: DesignAnswer, folder: Path) -> list[str]:
-    """Write an answer to a folder that exists; return what could not be written.
-
-    Raises
-    ------
-    SceneError
-        When a file cannot be written.
-    """
+    """Write a search's result to an existing folder; return what could not be written; raise SceneError."""
     sensor = named(asked, found.best, "recommended")
     save_sensor(sensor, folder / "recommended.toml")
     (folder / "front").mkdir(exist_ok=True)
@@ -95,7 +89,7 @@ def worst_load(asked: Requirements) -> Wrench:
 
 
 def design_table(asked: Requirements, found: DesignAnswer) -> xr.Dataset:
-    """Return all solved designs: what they set, their figures in SI with errors, and why some have none."""
+    """Return all solved designs: their values, figures in SI with errors, and the reasons of missing figures."""
     rows = [found.best, *found.known]
     figures = [found.task.figures(each.table, each.plain) if each.carried else each.plain for each in rows]
     columns: dict[str, Any] = {}
@@ -129,7 +123,7 @@ def design_page(asked: Requirements, found: DesignAnswer, sensor: Sensor, folder
 
 
 def _tables(asked: Requirements, found: DesignAnswer) -> str:
-    """The tables and notes of an answer."""
+    """Return the tables and notes of a result."""
     every = design_tables(asked, found)
     tables = "\n".join(f"<h3>{html.escape(str(each.title))}</h3>{html_table(each)}" for each in every)
     notes = "".join(f"<li>{html.escape(line)}</li>" for line in found.notes)
@@ -137,7 +131,7 @@ def _tables(asked: Requirements, found: DesignAnswer) -> str:
 
 
 def _pictures(folder: Path) -> str:
-    """The pictures of a folder with their captions."""
+    """Return the pictures of a folder with their captions."""
     found = []
     for name, caption in _CAPTIONS.items():
         path = folder / f"{name}.png"

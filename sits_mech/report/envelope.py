@@ -1,4 +1,4 @@
-"""How is an envelope shown? As a record for a program, as a table, and as a picture of each plane of forces."""
+"""Show an envelope as a record for a program, as a table, and as a picture of each plane of forces."""
 
 from __future__ import annotations
 
@@ -46,13 +46,7 @@ def envelope_table(found: Envelope) -> Table:
 
 
 def envelope_figure(found: Envelope, name: str) -> Figure:
-    """Return the picture of an envelope: its curve in each plane of forces, which limit is where, bars of error.
-
-    Raises
-    ------
-    SceneError
-        When matplotlib is not installed.
-    """
+    """Plot an envelope in each plane of forces, its limits by kind, with error bars."""
     planes = list(dict.fromkeys(ray.plane for ray in found.rays))
     limits = list(dict.fromkeys(ray.limit for ray in found.rays))
     with new_figure(0.95 * len(planes), rows=len(planes)) as (figure, every):

@@ -1,4 +1,4 @@
-"""Where is a calibration, and what is in it? A folder that is made, read or refused: nothing heavy is imported."""
+"""Make, read or refuse the folder of a calibration; nothing heavy is imported."""
 
 from __future__ import annotations
 
@@ -49,19 +49,9 @@ def cases_folder(folder: Path) -> Path:
 
 
 def read_calibration(folder: Path, case: int | None = None) -> tuple[Sensor, xr.Dataset]:
-    """Return sensor and table of a folder that `write_calibration` filled, or of a case of a sweep of calibrations.
+    """Return sensor and table of a calibration's folder, or of a case, from 1 on, of a sweep of calibrations.
 
-    Parameters
-    ----------
-    folder : Path
-        As it was given to ``sits-mech calibrate -o``, or ``sits-mech sweep -o``.
-    case : int, optional
-        Of the latter the number of a case, from 1 on.
-
-    Raises
-    ------
-    SceneError
-        When there is no calibration, a stopped one, one of another version or scene, or none of its loads converged.
+    Raise SceneError for no calibration, a stopped one, one of another version or scene, or one without converged load.
     """
     _checked(folder, case)
     data = read_table(folder / "result.nc")
@@ -79,13 +69,7 @@ def read_calibration(folder: Path, case: int | None = None) -> tuple[Sensor, xr.
 
 
 def look_at(folder: Path) -> tuple[Sensor, tuple[str, ...]]:
-    """Return the sensor of a calibration and the components that it varies, without reading its numbers.
-
-    Raises
-    ------
-    SceneError
-        Where it is none, as of `read_calibration`.
-    """
+    """Return a calibration's sensor and varied components without its numbers; raise as `read_calibration`."""
     asked = json.loads(_checked(folder, None).get("request", "{}"))
     return load_sensor(folder / "scene.toml"), tuple(name for name in WRENCH if np.size(asked.get(name, 0.0)) > 1)
 

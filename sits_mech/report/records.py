@@ -1,4 +1,4 @@
-"""What does a program read? One flat record for each kind of answer, SI throughout, ready for JSON."""
+"""Make one flat record for each kind of answer, SI throughout, ready for JSON."""
 
 from __future__ import annotations
 
@@ -26,8 +26,7 @@ def report_record(
 ) -> Record:
     """Return how a number came about; ``min_J`` and ``stretch`` only where a layer was solved.
 
-    ``left_out_error`` is what is left out and stands in no error, relative as ``estimated_error`` is, the names of what
-    has no size beside it. Parts: omissions, of one half or of both, and more sentences.
+    ``left_out_error`` is relative as ``estimated_error`` is, which does not contain it; `more` are further sentences.
     """
     texts = [item.text for item in left_out if half in (None, item.half)]
     size, unknown = beside_errors(left_out, half)
@@ -37,7 +36,7 @@ def report_record(
 
 
 def status_record(flags: Sequence[str]) -> Record:
-    """Return what holds of an answer: the worst as its status, all of them worst first."""
+    """Return the flags of an answer, worst first, and the worst as its status."""
     return {"status": flags[0], "flags": list(flags)}
 
 
@@ -55,7 +54,7 @@ def impedance_record(
     pose: Pose, found: Impedance, left_out: Sequence[Omission] = (), seen: Terminals | None = None, *,
     more: Sequence[str] = (), half: str | None = None,
 ) -> Record:  # fmt: skip
-    """Return what the coils show at one pose; ``relative`` is each coil's L over its L0, ``terminals`` is `seen`."""
+    """Return L and R at one pose; ``relative`` is each coil's L over its L0, ``terminals`` is `seen`."""
     own, free = np.diagonal(found.L), np.diagonal(found.L0)
     matrices = {name: getattr(found, name) for name in ("L", "R", "L0", "error_L", "error_R", "R_dc")}
     return {
@@ -70,7 +69,7 @@ def impedance_record(
 
 
 def spectrum_record(pose: Pose, data: xr.Dataset, left_out: Sequence[Omission] = ()) -> Record:
-    """Return what the coils show at one pose over a range of frequencies: lists along the frequency."""
+    """Return L and R at one pose over a range of frequencies: lists along the frequency."""
     names = ("frequency", "L", "R", "Q", "error_L", "error_R", "R_track", "L0", "R_dc")
     found: Record = {"pose": asdict(pose), "unit_L": data.attrs["unit_L"]}
     found |= {name: data[name].to_numpy() for name in names}
@@ -87,10 +86,9 @@ def spectrum_record(pose: Pose, data: xr.Dataset, left_out: Sequence[Omission] =
 
 
 def _terminals(seen: Mapping[str, Array]) -> Record:
-    """Return what the coils show at their terminals; ``delta_L_ac`` of uneven current in the tracks is not in L.
+    """Return impedances at the terminals; ``apparent`` includes the readout's capacitance.
 
-    ``apparent`` is with the readout's capacitance across the terminals, ``own_capacitance`` an estimate that
-    is in none of these.
+    ``own_capacitance`` is an estimate in none of them, ``delta_L_ac``, of uneven current in the tracks, not in L.
     """
     found: Record = {name: seen[name] for name in ("L", "R", "R_ac", "Q")} | {"delta_L_ac": seen["shift"]}
     found["apparent"] = {name: seen[f"apparent_{name}"] for name in ("L", "R", "Q")}
@@ -108,7 +106,7 @@ def simulation_record(found: Simulation, left_out: Sequence[Omission] = ()) -> R
 
 
 def failure_record(error: SolveFailed, whole: bool = False) -> Record:
-    """Return what was reached before a solve gave up: the last state if there is one, why, and the report.
+    """Return the last state, the reason and the report of a failed solve.
 
     Of a `whole` chain the report has one part for each physics, as on success; the half that was not begun is null.
     """

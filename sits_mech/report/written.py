@@ -1,4 +1,4 @@
-"""What does a calibration leave behind? A folder: result.nc, result.csv, scene.toml, pictures, finished loads."""
+"""Write a calibration to a folder: result.nc, result.csv, scene.toml, pictures, finished loads."""
 
 from __future__ import annotations
 
@@ -30,19 +30,7 @@ if TYPE_CHECKING:
 def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[str]:
     """Write a calibration's table, scene and pictures, each by an atomic rename.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        What was calibrated.
-    data : Dataset
-        As from `calibrate`.
-    folder : Path
-        As from `prepare_folder`.
-
-    Returns
-    -------
-    list of str
-        One line for each picture that could not be drawn.
+    Return one line for each picture that could not be drawn.
     """
     save_table(data, folder / "result.nc")
     write_text(folder / "result.csv", csv_text(data))

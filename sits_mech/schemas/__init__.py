@@ -1,4 +1,4 @@
-"""What may stand in the files that users write? JSON Schema of each kind, by its name."""
+"""JSON Schema of each kind of file that users write, by its name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What may stand in a bench file? JSON Schema of one row of the CSV that `read_measured` reads, by column headings.
+"""Describe a bench file: JSON Schema of one row of the CSV that `read_measured` reads, by column headings.
 
 A heading is a name with a unit in brackets, SI without one; what precedes the headings or starts with # is passed over.
 """

@@ -1,4 +1,4 @@
-"""What do the docstrings of the models say of each key? Descriptions for schemas, from their sections of attributes."""
+"""Describe the keys of schemas by the sections of attributes in the docstrings of the models."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What may stand in a requirement file? JSON Schema of what `read_requirements` reads."""
+"""Describe a requirement file: JSON Schema of what `read_requirements` reads."""
 
 from __future__ import annotations
 

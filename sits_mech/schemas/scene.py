@@ -1,4 +1,4 @@
-"""What may stand in a scene file? JSON Schema (draft 2020-12), made from the models that read it.
+"""Describe a scene file: JSON Schema (draft 2020-12), made from the models that read it.
 
 The models fill in and check what a schema cannot say (parts that overlap, sizes against each other), so a scene that
 holds the schema may still be refused by `load_sensor`; one that does not hold it is refused. Quantities are numbers in

@@ -1,4 +1,4 @@
-"""What may stand in a study file? JSON Schema of what `read_study` reads, with the arguments of each request."""
+"""Describe a study file: JSON Schema of what `read_study` reads, with the arguments of each request."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which numbers is a twin? Arrays alone, each with a line that says what it is, in SI.
+"""Collect the numbers of a twin: arrays alone, each with a line that says what it is, in SI.
 
 Maps over wrenches and poses (`maps`), the pad's compliance at rest, its relaxation and creep (`silicone.history`),
 noise, converter and sampling (`readout.front_end`), temperature where the table tells it, where all of it came from.
@@ -66,13 +66,7 @@ ABOUT = {
 
 
 def twin_arrays(source: Source) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """Return the arrays of a twin and one line for each thing to know.
-
-    Raises
-    ------
-    SceneError
-        When loads failed so that those left are no whole box, or there are too few.
-    """
+    """Return a twin's arrays and lines of notes; raise SceneError for an incomplete box or too few loads."""
     check_box(source)
     sensor, notes = source.sensor, list[str]()
     cal = sensor_calibration(sensor, source.data)
@@ -123,16 +117,9 @@ def _converter(source: Source, cal: Calibration, notes: list[str]) -> tuple[Fron
 
 
 def inverse_arrays(cal: Calibration, codes: Calibration | None, base: Array, notes: list[str]) -> dict[str, Any]:
-    """Return what estimates wrenches, or why nothing does; `notes` grow.
+    """Return what estimates wrenches, or append to `notes` why nothing does.
 
-    Parameters
-    ----------
-    cal, codes : Calibration
-        In henry, and in codes where there are some.
-    base : ndarray, shape (outputs,)
-        Of the map over wrenches.
-    notes : list of str
-        Lines for each thing to know.
+    `cal` is in henry, `codes` in codes where there are some; `base` (outputs,) is that of the map over wrenches.
     """
     n, d = len(cal.coils), len(cal.forces)
     try:
@@ -184,7 +171,7 @@ def _pad(source: Source, notes: list[str]) -> dict[str, Any]:
 
 
 def _sampling(source: Source, front: FrontEnd | None, cal: Calibration) -> dict[str, Any]:
-    """Return the converter's numbers, its noise and how long each coil takes."""
+    """Return the converter's numbers, its noise and the conversion time of each coil."""
     unknown = np.full(len(cal.coils), np.nan)
     found: dict[str, Any] = {"capacitance": np.array(source.sensor.readout.parallel_capacitance)}
     if front is None:

@@ -1,4 +1,4 @@
-"""What leaves the package as a sensor's twin? A folder: numbers, an evaluator for Python, one for C, a pad for MuJoCo.
+"""Write a sensor's twin to a folder: numbers, an evaluator for Python, one for C, a pad for MuJoCo.
 
 ``sensor.npz``, arrays alone; ``twin.py``, which needs numpy alone; ``twin.h`` with the numbers in ``sensor.h``, C99;
 ``pad.xml`` where the pad's compliance is known. twin.py and twin.h are the package's own files, as they are.
@@ -23,24 +23,10 @@ EVALUATORS = ("twin.py", "twin.h")
 
 
 def write_twin(source: Source, path: Path) -> tuple[str, ...]:
-    """Write a sensor's twin to a folder.
+    """Write a sensor's twin to a folder, made where missing; return one line for each thing to know.
 
-    Parameters
-    ----------
-    source : Source
-        The calibration.
-    path : Path
-        The folder; made where it is missing.
-
-    Returns
-    -------
-    tuple of str
-        One line for each thing to know: terms and errors of the maps, and what is not known.
-
-    Raises
-    ------
-    SceneError
-        When `path` is no folder's or cannot be written, the table's outermost loads failed, or it has one load.
+    The lines say terms and errors of the maps, and what is not known. Raise SceneError where `path` cannot be written,
+    the table's outermost loads failed, or it has one load.
     """
     if path.suffix in (".npz", ".py", ".h", ".xml") or path.is_file():
         raise SceneError(f"--output: must name a folder for --to twin; got {path.name!r}")

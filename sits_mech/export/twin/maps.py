@@ -1,4 +1,4 @@
-"""Which polynomials does a twin hold? Its calibration's own, readings over poses, and where its inverse starts.
+"""Fit the polynomials of a twin: its calibration's own, readings over poses, and where its inverse starts.
 
     y_c = b_c + sum_k a_kc prod_i T_{k_i}(x_i)        inductances [H] of all coils, then codes; x from -1 to 1
 
@@ -42,35 +42,19 @@ _GUESS = {1: 8, 2: 7, 3: 5, 4: 3}  # total degree of what starts the inverse; 2 
 
 @dataclass(frozen=True)
 class TwinMap:
-    """A polynomial map in the form of the twin; arrays as of `sensor.npz`.
+    """A polynomial map in the form of the twin; arrays as of `sensor.npz`."""
 
-    Attributes
-    ----------
-    powers : ndarray of int, shape (k, d)
-        Degrees of each term, the first of all zeros.
-    coefficients, base : ndarray, shapes (outputs, k) and (outputs,)
-        The first column is zero: it is the base.
-    low, high : ndarray, shape (d,)
-        The box, in SI.
-    columns : ndarray of int, shape (d,)
-        Which of the six components vary.
-    fixed : ndarray, shape (6,)
-        What the others are.
-    error : ndarray, shape (outputs,)
-        Largest error of predicting what is left out.
-    """
-
-    powers: Powers
-    coefficients: Array
-    base: Array
-    low: Array
-    high: Array
-    columns: Powers
-    fixed: Array
-    error: Array
+    powers: Powers  # (k, d) degrees of each term, the first of all zeros
+    coefficients: Array  # (outputs, k), the first column zero: it is the base
+    base: Array  # (outputs,)
+    low: Array  # (d,) the box, in SI
+    high: Array  # (d,)
+    columns: Powers  # (d,) which of the six components vary
+    fixed: Array  # (6,) what the others are
+    error: Array  # (outputs,) largest error of predicting what is left out
 
     def arrays(self, name: str) -> dict[str, Array | Powers]:
-        """Return all of it under names that begin with `name`; the coefficients in both precisions."""
+        """Return the fields as arrays named `name`_field, the coefficients in both precisions."""
         found = {f"{name}_{key}": value for key, value in vars(self).items()}
         return found | {f"{name}_coefficients_float32": self.coefficients.astype(np.float32)}
 
@@ -119,15 +103,7 @@ def over_poses(source: Source, codes: FrontEnd | None) -> tuple[TwinMap | None, 
 
 
 def readings_at(source: Source, pose: Pose, front: FrontEnd | None) -> Array:
-    """Return inductances [H] and, of a sensor with a converter, codes at poses, shape (m, n) or (m, 2 n).
-
-    Raises
-    ------
-    Collision
-        When a pose brings the target to the coils or a plate.
-    SolveFailed
-        When the coils cannot be solved there.
-    """
+    """Return L [H] and, with a converter, codes at poses, shape (m, n) or (m, 2 n); raise Collision, SolveFailed."""
     sensor, request = source.sensor, source.request
     check_clearance(sensor, pose)
     loads = [wrench_of(row) for row in rows_of(source.data)]
@@ -139,9 +115,9 @@ def readings_at(source: Source, pose: Pose, front: FrontEnd | None) -> Array:
 
 
 def guess_of(cal: Calibration, base: Array, scale: Array) -> tuple[TwinMap, Array]:
-    """Return a map from readings to scaled forces that starts Newton's method, and the directions (d, n + 1) it takes.
+    """Return a map from readings to scaled forces that starts Newton's method, and its directions (d, n + 1).
 
-    Of readings less the base over `scale` the directions' sums, and their last number, are its x.
+    Its x are the directions' sums of readings less the base over `scale`, and their last number.
     """
     seeds = cal.seeds[0]
     off = (cal.map.value_and_slopes(seeds)[0] - base) / scale

@@ -1,4 +1,4 @@
-"""How does a physics engine hold the pad? Joints with its stiffness at rest and what it loses, for MuJoCo (MJCF).
+"""Model the pad for MuJoCo (MJCF): joints with its stiffness at rest and its damping.
 
 The target hangs on slides and hinges. With the stiffness K = C^-1 at rest, of forces and moments about the centre of
 the target's bottom face, the hinges' axes pass at the heights
@@ -40,10 +40,7 @@ _X, _Z, _ALPHA, _Y, _ALPHA_X = (POSE.index(name) for name in ("d_h", "d_v", "alp
 def bottom_stiffness(compliance: Array, load_height: float) -> Array:
     """Return the stiffness (6, 6) about the centre of the bottom face, all along the axes; NaN of what is not known.
 
-    Parameters
-    ----------
-    compliance : ndarray, shape (6, 6)
-        Pose by wrench, F_z > 0 pressing down, forces at `load_height` above that face [m].
+    `compliance` (6, 6) is pose by wrench, F_z > 0 pressing down, forces at `load_height` above that face [m].
     """
     held = np.eye(6)  # wrench at the bottom face by the wrench as it is given, F_z upwards
     held[_Z, _Z], held[_ALPHA, _X], held[_ALPHA_X, _Y] = -1.0, load_height, -load_height
@@ -71,15 +68,7 @@ def loss_time(prony: Array) -> float:
 
 
 def mjcf(sensor: Sensor, numbers: Mapping[str, Any]) -> str | None:
-    """Return the pad as a model of MuJoCo, to be included in others; None where its compliance is not known.
-
-    Parameters
-    ----------
-    sensor : Sensor
-        With a target.
-    numbers : mapping
-        As from `twin_arrays`.
-    """
+    """Return the pad as a model of MuJoCo, to be included in others; None where its compliance is not known."""
     rest, target = numbers["rest_pose"], sensor.target
     held = joints(bottom_stiffness(numbers["compliance"], float(numbers["load_height"])))
     if target is None or not held or not np.all(np.isfinite(rest)):

@@ -1,4 +1,4 @@
-"""Which tables does the twin in C take? The arrays of `sensor.npz` as constants of ``sensor.h``."""
+"""Write the arrays of `sensor.npz` as constants of ``sensor.h``, for the twin in C."""
 
 from __future__ import annotations
 
@@ -14,15 +14,7 @@ _MAPS = (("wrench", True), ("pose", True), ("guess_L", False), ("guess_codes", F
 
 
 def c_tables(numbers: Mapping[str, Any], about: str) -> str:
-    """Return the text of ``sensor.h``.
-
-    Parameters
-    ----------
-    numbers : mapping
-        As from `twin_arrays`.
-    about : str
-        One line on the sensor, for a comment.
-    """
+    """Return the text of ``sensor.h``; `about` is one line on the sensor, for a comment."""
     n, codes, inverse = len(numbers["coils"]), int(numbers["codes"]), "guess_L_powers" in numbers
     powers = [numbers[f"{name}_powers"] for name, _ in _MAPS if f"{name}_powers" in numbers]
     valid = numbers["valid"] if inverse else np.ones((1, 1), dtype=np.uint8)
@@ -71,7 +63,7 @@ def _map(name: str, numbers: Mapping[str, Any], readings: bool) -> list[str]:
 
 
 def _inverse(numbers: Mapping[str, Any], codes: int) -> list[str]:
-    """Return what the inverse takes."""
+    """Return the tables of the inverse."""
     lines = [_one("margin", float(numbers["margin"])), _one("residual", float(numbers["residual"]))]
     for kind in ("L", "codes")[: 1 + codes]:
         lines.append(_table("SITS_REAL", f"scale_{kind}", numbers[f"scale_{kind}"]))

@@ -1,4 +1,4 @@
-"""What does a calibrated sensor show, and what pressed on it? One file with numpy alone, batches of sensors at once.
+"""Read out a calibrated sensor and estimate what pressed on it: one file, numpy alone, batches of sensors at once.
 
     twin = Twin.load("sensor.npz")
     reading = twin.read(wrench)                      (n, 6) -> L (n, coils) [H], codes (n, coils), flags (n,)

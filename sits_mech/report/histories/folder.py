@@ -1,4 +1,4 @@
-"""What does a history of loads leave behind? A folder: history.nc, history.csv, codes.csv, scene.toml, a picture."""
+"""Write a load history to a folder: history.nc, history.csv, codes.csv, scene.toml, a picture."""
 
 from __future__ import annotations
 
@@ -15,17 +15,7 @@ from sits_mech.scene.sensor import Sensor, save_sensor
 
 
 def write_history(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[str]:
-    """Write a history's table, scene and picture, each by an atomic rename; return what could not be drawn.
-
-    Parameters
-    ----------
-    sensor : Sensor
-        What was loaded.
-    data : Dataset
-        As from `analysis.histories.response.in_time`.
-    folder : Path
-        As from `prepare_folder`.
-    """
+    """Write a history's table, scene and picture, each by an atomic rename; return what could not be drawn."""
     save_table(data, folder / "history.nc")
     write_text(folder / "history.csv", history_csv(data))
     if "code" in data:

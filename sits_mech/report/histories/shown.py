@@ -1,4 +1,4 @@
-"""What does one show of a history of loads? Its rows with poses and signals, a record, CSV, the curves over time."""
+"""Show a load history: rows with poses and signals, a record, CSV, curves over time."""
 
 from __future__ import annotations
 
@@ -33,13 +33,7 @@ def moving(data: xr.Dataset) -> tuple[str, ...]:
 
 
 def history_table(data: xr.Dataset) -> Table:
-    """Return load, pose and signals at the history's own times, with errors.
-
-    Parameters
-    ----------
-    data : Dataset
-        As from `analysis.histories.response.in_time`.
-    """
+    """Return load, pose and signals at the history's own times, with errors."""
     rows = np.flatnonzero(data["given"].to_numpy())
     thinned = rows[:: int(np.ceil(len(rows) / _MOST))]
     found = Table(title=f"{data.attrs['name']}: estimated errors behind every number", show_edge=False)
@@ -101,13 +95,7 @@ def codes_csv(data: xr.Dataset) -> str:
 
 
 def history_curves(data: xr.Dataset) -> Figure:
-    """Return loads, the target's way and the signals over time, one below the other; bands are errors.
-
-    Parameters
-    ----------
-    data : Dataset
-        As from `analysis.histories.response.in_time`.
-    """
+    """Plot loads, pose and signals over time, one below the other; bands are errors."""
     time, rest = data["time"].to_numpy(), float(data["d_v"][0])
     forces, places = moving(data), [name for name in ("d_v", "d_h", "d_y") if np.any(data[name] != 0.0)]
     names = told(data)

@@ -1,4 +1,4 @@
-"""What does the page's explorer work on? The table's numbers, what they are called, the scene's parts, its controls.
+"""Make the page's explorer: the table's numbers and labels, the scene's parts, the controls.
 
 The table goes into the page as JSON, flat, the last component of the load running fastest: values with eleven digits,
 errors with three. A table of more than `_MOST` numbers leaves the errors out, keeps six digits (of codes all), and says
@@ -76,17 +76,7 @@ Record = dict[str, Any]
 
 
 def explorer(sensor: Sensor, data: xr.Dataset, read: Readings) -> tuple[str, str]:
-    """Return the explorer's section of the page, and its script.
-
-    Parameters
-    ----------
-    sensor : Sensor
-        What was calibrated.
-    data : Dataset
-        As from `calibrate`, with at least one component of the load as a dimension.
-    read : Readings
-        Of them.
-    """
+    """Return the explorer's section and script; the table must vary at least one component of the load."""
     items = items_of(sensor, data, read)
     curves = charts(data, items)
     small = _numbers(items) * data["status"].size <= _MOST
@@ -111,10 +101,7 @@ def _numbers(items: list[Record]) -> int:
 
 
 def items_of(sensor: Sensor, data: xr.Dataset, read: Readings) -> list[Record]:
-    """Return what the explorer shows: label, variable, its error, scale, digits and unit of each.
-
-    Many coils come last.
-    """
+    """Return label, variable, its error, scale, digits and unit of each item; many coils come last."""
     coils, found = list[Record](), list[Record]()
     for i, coil in enumerate(sensor.coils):
         entry = {"label": f"L of {coil.name}", "name": f"L{i}", "error": f"error_L{i}", "scale": 1e6, "digits": 5}
@@ -133,7 +120,7 @@ def items_of(sensor: Sensor, data: xr.Dataset, read: Readings) -> list[Record]:
 
 
 def _moves(data: xr.Dataset, name: str) -> bool:
-    """Whether a component of the pose is there and other than zero at any load."""
+    """Tell whether a component of the pose is other than zero at any load."""
     return name in data and float(np.nan_to_num(np.abs(data[name].to_numpy())).max()) > _STILL
 
 

@@ -1,4 +1,4 @@
-"""What does one show colleagues? A calibration as one HTML file: explorer, figures, pictures, tables, warnings.
+"""Write a calibration as one HTML file: explorer, figures, pictures, tables, warnings.
 
 The file holds everything: style, script, pictures, the table. It needs no network and opens from a disk. Its layout
 stands beside this file; the text of each section is made in `parts`, the explorer in `explorer`.
@@ -36,24 +36,7 @@ _NAMES = {"inverse": "Forces back", "figures": "Figures", "limits": "Limits", "h
 
 
 def write_html(sensor: Sensor, data: xr.Dataset, folder: Path, path: Path) -> None:
-    """Write the report of a calibration.
-
-    Parameters
-    ----------
-    sensor : Sensor
-        What was calibrated.
-    data : Dataset
-        As from `calibrate`.
-    folder : Path
-        Of the calibration, with its pictures.
-    path : Path
-        The HTML file.
-
-    Raises
-    ------
-    SceneError
-        When the file cannot be written.
-    """
+    """Write the report of a calibration with its pictures in `folder`; raise SceneError if not writable."""
     write_text(path, page(sensor, data, folder))
 
 

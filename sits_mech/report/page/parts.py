@@ -1,4 +1,4 @@
-"""What stands in each section of the HTML report? Text and tables of a calibration, every number with its error."""
+"""Make the sections of the HTML report: text and tables of a calibration, every number with its error."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def _mixing(data: xr.Dataset) -> list[str]:
 
 
 def _models(sensor: Sensor, data: xr.Dataset) -> list[str]:
-    """Return what the models that were used leave open."""
+    """Return the limitations of the models that were used."""
     lines, mechanics = [], json.loads(data.attrs["request"])["mechanics"]
     if data.attrs["unit_L"] != "H":
         lines.append(
@@ -165,7 +165,7 @@ def pictures_part(folder: Path) -> str:
 
 
 def readout_part(sensor: Sensor, read: Readings) -> str:
-    """Return how the converter is set and what it makes of the coils."""
+    """Return the converter's settings and the codes of the coils."""
     if read.front is None:
         return f"<p>{html.escape(_sentence('; '.join(read.left_out)))}</p>"
     names = [coil.name for coil in sensor.coils]
@@ -173,7 +173,7 @@ def readout_part(sensor: Sensor, read: Readings) -> str:
 
 
 def inverse_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
-    """Return how well the table can be turned around: its error, where it has no answer, noise in newtons."""
+    """Return the quality of the inverse: its error, where it has no answer, noise in newtons."""
     try:
         cal = sensor_calibration(sensor, data)
     except ValueError as error:
@@ -195,7 +195,7 @@ def inverse_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
 
 
 def limits_part(sensor: Sensor, data: xr.Dataset) -> str:
-    """Return what limits the pad, and what the sources of its modulus leave open."""
+    """Return the limits of the pad, and the uncertainty of its modulus by the sources."""
     return html_table(limits_table(limits_record(limits_of(sensor, data))))
 
 
@@ -306,10 +306,7 @@ def _least(data: xr.Dataset) -> str:
 
 
 def html_table(table: Table, *, numbers: bool = False) -> str:
-    """Return a table of the terminal as HTML, one line for a name with all that stands behind it.
-
-    With `numbers` all cells are aligned to the right.
-    """
+    """Return a table as HTML, a name once for all its rows; with `numbers` all cells are aligned to the right."""
     kind = ' class="n"' if numbers else ""
     head = "".join(f"<th{kind}>{html.escape(str(column.header))}</th>" for column in table.columns)
     lines = [f"<table><thead><tr>{head}</tr></thead><tbody>" if table.show_header else "<table><tbody>"]

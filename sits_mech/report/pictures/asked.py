@@ -1,4 +1,4 @@
-"""Which picture is asked for, and can it be? Checked before what solves and draws is imported."""
+"""Choose and check the kind of picture before what solves and draws is imported."""
 
 from __future__ import annotations
 
@@ -13,12 +13,9 @@ Kind = Literal["scene", "layer", "field", "spatial"]
 
 
 def kind_of_picture(asked: Kind | None, wrench: Wrench, pose: Pose | None) -> Kind:
-    """Return the kind that is asked for, or "field" for a pose and "layer" for a load.
+    """Return the kind asked for, else "field" for a pose and "layer" for a load.
 
-    Raises
-    ------
-    SceneError
-        When both a pose and a load are given, a layer is asked for at a pose, or the scene at either.
+    Raise SceneError for a pose and a load together, a layer at a pose, or the scene at either.
     """
     if asked == "scene" and (pose is not None or wrench.components.any()):
         raise SceneError("--kind scene: must have neither a load nor a pose: it shows the target at rest, unsolved")

@@ -1,4 +1,4 @@
-"""What do the calibration curves look like? The signals against the forces, and the crosstalk over the load range.
+"""Plot calibration curves: the signals against the forces, and the crosstalk over the load range.
 
 Sizes, colours and fonts are those of paper.mplstyle: one column of a two-column paper (88 mm). Curves of a family
 differ in colour, marker and dashes, so that a grey print tells them apart. matplotlib is drawn off screen.
@@ -54,7 +54,7 @@ def paper_style() -> Iterator[None]:
 
 @cache
 def _parameters() -> Any:
-    """What the style file sets."""
+    """Return the settings of the style file."""
     from matplotlib import rc_params_from_file
 
     return rc_params_from_file(STYLE, use_default_template=False)
@@ -69,23 +69,9 @@ def new_figure(
     width: float = COLUMN,
     shares: Sequence[float] | None = None,
 ) -> Iterator[tuple[Figure, list[Axes]]]:
-    """Give an empty figure and its axes row by row; what is drawn inside has the paper's style.
+    """Yield a figure in the paper's style and its axes row by row; raise SceneError without matplotlib.
 
-    Parameters
-    ----------
-    height : float
-        Of the figure, over its width.
-    columns, rows : int
-        Number of axes across and down.
-    width : float
-        Of the figure [in]; one paper column by default.
-    shares : sequence of float, optional
-        Heights of the rows to one another; equal by default.
-
-    Raises
-    ------
-    SceneError
-        When matplotlib is not installed.
+    `height` is relative to `width` [in]; `shares` are the rows' relative heights.
     """
     with paper_style():
         from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -116,22 +102,10 @@ def calibration_pictures(data: xr.Dataset) -> dict[str, Callable[[], Figure]]:
 
 
 def signal_curves(data: xr.Dataset, force: str) -> Figure:
-    """Return the signal that answers a force against it, a curve for each value of another one; bars are errors.
+    """Plot a force's signal (F_z, F_x or F_y) against it, a curve per value of another component; bars are errors.
 
-    Where the table does not vary the force, another component of the load stands for it; those that are left are at
-    the middle of their range, as the title says.
-
-    Parameters
-    ----------
-    data : Dataset
-        As from `calibrate`.
-    force : str
-        One with a signal of its own: F_z, F_x or F_y.
-
-    Raises
-    ------
-    SceneError
-        When the table varies no component of the load, or matplotlib is missing.
+    Another component replaces a force that the table does not vary; the remaining ones are at the middle of their
+    range, as the title says. Raise SceneError where the table varies no component, or without matplotlib.
     """
     signal, second = signals_of(data)[force], "F_x" if force == "F_z" else "F_z"
     names = several(data)
@@ -204,19 +178,10 @@ def strokes(count: int) -> list[dict[str, Any]]:
 
 
 def crosstalk_map(data: xr.Dataset) -> Figure:
-    """Return the crosstalk of each component into the signals of the others [% of the signal's own full scale].
+    """Plot the crosstalk of each component into the others' signals [% of the signal's own full scale].
 
-    Of two components maps over both, of more a matrix of the largest shares with their errors.
-
-    Parameters
-    ----------
-    data : Dataset
-        As from `calibrate`.
-
-    Raises
-    ------
-    SceneError
-        When the table does not vary two components, or none that has a signal of its own, or matplotlib is missing.
+    Two components give maps over both, more a matrix of the largest shares with errors. Raise SceneError where the
+    table varies fewer, or none with a signal of its own, or without matplotlib.
     """
     data, held = at_middle(data, several(data))
     components, stray = components_of(data), crosstalk(data)

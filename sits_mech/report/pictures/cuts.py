@@ -1,4 +1,4 @@
-"""What does a vertical plane cut of a sensor? Tracks, target and fixed plates, as quadrilaterals along and up.
+"""Cut a sensor by a vertical plane: tracks, target and fixed plates as quadrilaterals along and up.
 
 The plane has the direction (cos angle, sin angle) and the distance `offset` from the z axis, counted along (-sin angle,
 cos angle): y = offset for the angle 0. Places in it are s along that direction and z. A ring of a coil is cut where
@@ -33,7 +33,7 @@ class Plane(NamedTuple):
 
     @property
     def words(self) -> str:
-        """What it is called: y = 0, or its direction."""
+        """Return its name: y = 0, or its direction."""
         if self.angle == 0.0:
             return f"y = {1e3 * self.offset:.4g}{' mm' if self.offset else ''}"
         return f"{np.degrees(self.angle):.3g}° from x"
@@ -51,21 +51,10 @@ def along(places: Array, plane: Plane) -> tuple[Array, Array]:
 
 
 def coil_cut(coil: Coil, plane: Plane = FLAT, substrate_radius: float | None = None) -> tuple[Array, Array]:
-    """Return the tracks that a plane cuts.
+    """Return corners (m, 4, 2) of the tracks that a plane cuts, as s and z [m], and the current's signs (m,).
 
-    Parameters
-    ----------
-    coil : Coil
-    plane : Plane
-    substrate_radius : float, optional
-        Of the cylinder that the coil lies on, its axis along y [m].
-
-    Returns
-    -------
-    corners : ndarray, shape (m, 4, 2)
-        s and z [m].
-    sign : ndarray, shape (m,)
-        +1 where a positive current runs to the left of the plane's direction, -1 where it returns.
+    The sign is +1 where a positive current runs to the left of the plane's direction; the substrate is a cylinder along
+    y.
     """
     if not coil.is_round:
         corners, sign = _straight_cut(coil, plane)
@@ -89,7 +78,7 @@ def coil_cut(coil: Coil, plane: Plane = FLAT, substrate_radius: float | None = N
 
 
 def _straight_cut(coil: Coil, plane: Plane) -> tuple[Array, Array]:
-    """Corners and signs of the straight tracks that a plane cuts."""
+    """Return corners and signs of the straight tracks that a plane cuts."""
     tracks = coil_tracks(coil)
     (s_a, d_a), (s_b, d_b) = along(tracks.start, plane), along(tracks.end, plane)
     cut = (d_a > 0.0) != (d_b > 0.0)
@@ -116,9 +105,9 @@ def names_cut(sensor: Sensor, plane: Plane = FLAT) -> tuple[list[str], list[str]
 
 
 def target_cut(target: Target, pose: Pose, plane: Plane = FLAT) -> Array:
-    """Return the pieces of a target along a plane through it as it lay before it moved, shape (k, 4, 2) [m].
+    """Return the target's pieces (k, 4, 2) along a plane that cut it before it moved [m], seen across the plane.
 
-    Bottom left first, then counter-clockwise; moved with the target and seen across the plane.
+    Corners go counter-clockwise from the bottom left.
     """
     pieces = chords(target_outline(target).loops, plane)
     c, s = np.cos(plane.angle), np.sin(plane.angle)

@@ -1,4 +1,4 @@
-"""What does a search for a design look like? The front, the landscape with its feasible region, figures and limits.
+"""Plot a design search: the front, the landscape with its feasible region, figures and limits.
 
 Filled marks hold every limit, empty ones do not; the star is the recommended design, numbers are those of the front's
 scenes. Shaded is where predictions of the recommended choice hold every limit; dots are designs that were solved.
@@ -114,12 +114,12 @@ def choice_words(asked: Requirements, choice: tuple[int, ...]) -> str:
 
 
 def _shown(task: Task, each: Answered, name: str) -> float:
-    """A figure in the unit that it is shown in."""
+    """Return a figure in its shown unit."""
     return unit_of(name)[1] * task.figures(each.table, each.plain)[name]
 
 
 def _off(task: Task, each: Answered, name: str) -> float:
-    """The error of a figure in the unit that it is shown in; zero where it is not known."""
+    """Return the error of a figure in its shown unit; zero where it is not known."""
     return unit_of(name)[1] * each.error.get(name, 0.0)
 
 
@@ -178,7 +178,7 @@ def _star(found: DesignAnswer) -> str:
 
 
 def _aim_words(task: Task) -> tuple[float, str]:
-    """What makes of what is minimised a figure with a unit, and its words; of several the sum is relative."""
+    """Return scale and label of the minimised figure; a sum of several is relative."""
     if len(task.goal) != 1:
         each = (_words(name) if weight == 1.0 else f"{weight:g} {_words(name)}" for name, weight in task.goal.items())
         what = " + ".join(each)
@@ -217,5 +217,5 @@ def limits_picture(found: DesignAnswer) -> Figure:
 
 
 def _short(name: str) -> str:
-    """A figure's name beside a bar."""
+    """Return a figure's name beside a bar."""
     return {INVERSE: "one load a reading", "crosstalk_before_inverse": "crosstalk"}.get(name, _words(name))

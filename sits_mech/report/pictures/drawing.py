@@ -1,4 +1,4 @@
-"""How large is everything? Plan and section of a scene with dimensions in millimetres, before anything is solved.
+"""Draw plan and section of a scene with dimensions in millimetres, before anything is solved.
 
 The plan shows all parts from above, through each other. The section is that of y = 0 where this plane cuts a coil, else
 that through the coil next to it; both are drawn to one scale, the target at rest. The sizes are those of the scene as
@@ -139,7 +139,7 @@ def _sizes(part: Target | Elastomer | Conductor) -> str:
 
 
 def _is_round(part: Target | Elastomer) -> bool:
-    """Whether a part is a disc or a cylinder."""
+    """Tell whether a part is a disc or a cylinder."""
     return part.is_round if isinstance(part, Elastomer) else part.diameter is not None
 
 

@@ -1,4 +1,4 @@
-"""How does an inductance drift over temperature, and which part is to blame? The whole as solved, a line a cause."""
+"""Plot an inductance over temperature: the total as solved, and a line for each cause."""
 
 from __future__ import annotations
 
@@ -25,17 +25,9 @@ _WORDS = {
 def drift_figure(
     coils: Sequence[str], temperatures: Sequence[float], found: Sequence[Simulation], slopes: tuple[float, Array]
 ) -> Figure:
-    """Return the picture of each coil's inductance under one load over temperature.
+    """Plot each coil's inductance under one load over temperature [K].
 
-    Parameters
-    ----------
-    coils : sequence of str
-    temperatures : sequence of float
-        [K].
-    found : sequence of Simulation
-        At each of them.
-    slopes : float and ndarray, shape (cause, coil)
-        Relative slopes of what is read by each of `CAUSES` [1/K], and the temperature that they are of [K].
+    `slopes` are the reference temperature [K] and the relative slopes (cause, coil) of the signal by `CAUSES` [1/K].
     """
     at, by_cause = slopes
     T = np.asarray(temperatures)

@@ -1,4 +1,4 @@
-"""What does the field look like? Lines of the vector potential around the plates, and the current density within one.
+"""Plot the field: lines of the vector potential around the plates, and the current density within one.
 
 In the section y = 0 the lines of equal vector potential (along y) are the lines of the magnetic flux. Phasors are shown
 at the instant of the coils' largest current (the real part), current densities by their size.
@@ -32,20 +32,10 @@ CURRENT_HEIGHT = 0.6
 def potential_view(
     field: PlanarField, currents: Array, *, levels: int = 36, fineness: int = 240, margin: float = 3e-3
 ) -> Figure:
-    """Return a picture of the flux lines around coils and plates, dashed where the potential is negative.
+    """Plot flux lines around coils and plates, dashed where the potential is negative.
 
-    Parameters
-    ----------
-    field : PlanarField
-        From `PlanarFem.field`.
-    currents : ndarray, shape (coils,)
-        Current of each coil [A].
-    levels : int
-        Number of lines on each side of zero, denser near zero.
-    fineness : int
-        Points along the picture's width.
-    margin : float
-        Shown around coils and plates [m].
+    `currents` (coils,) [A]; `levels` lines on each side of zero, denser near it; `fineness` points across, `margin`
+    [m].
     """
     with new_figure(potential_height(field, margin)) as (figure, (axes,)):
         draw_potential(axes, field, currents, levels=levels, fineness=fineness, margin=margin)
@@ -92,16 +82,7 @@ def draw_potential(
 
 
 def current_view(field: PlanarField, currents: Array, *, number: int = 0) -> Figure:
-    """Return a picture of the current density over one plate's section, in the plate's own axes.
-
-    Parameters
-    ----------
-    field : PlanarField
-    currents : ndarray, shape (coils,)
-        Current of each coil [A].
-    number : int
-        Which of the field's plates; the target is 0.
-    """
+    """Plot the current density in a plate's own section; `currents` (coils,) [A], plate 0 is the target."""
     with new_figure(CURRENT_HEIGHT) as (figure, (axes,)):
         draw_current(axes, field, currents, number=number)
     return figure
@@ -149,19 +130,19 @@ def written_frequency(frequency: float) -> str:
 
 
 def _towards_ends(length: float, count: int) -> Array:
-    """Points of [0, length], dense at both ends, just inside."""
+    """Return points of [0, length], dense at both ends, just inside."""
     return np.asarray(length * (0.5 - 0.4999999 * np.cos(np.linspace(0.0, np.pi, count))))
 
 
 def _frame(field: PlanarField, margin: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """What the picture shows along x and z [m]."""
+    """Return the picture's limits along x and z [m]."""
     places = np.concatenate([*(coil.place for coil in field.coils), *(plate.corners for plate in field.plates)])
     across = (float(places.real.min() - margin), float(places.real.max() + margin))
     return across, (float(places.imag.min() - margin), float(places.imag.max() + margin))
 
 
 def _draw_parts(axes: Axes, field: PlanarField) -> None:
-    """Coils' bars, red where a positive current comes along +y, and plates."""
+    """Draw the coils' bars, red where a positive current comes along +y, and plates."""
     corners = np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j])
     for coil in field.coils:
         half = (corners.real * coil.width + 1j * corners.imag * coil.thickness) / 2

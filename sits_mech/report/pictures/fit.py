@@ -1,4 +1,4 @@
-"""How good is a fit? The measured points, the law's curve, what it leaves, and the constants in words.
+"""Show a fit: the measured points, the law's curve, the residuals, and the constants in words.
 
 The curve is full over the fitted range and dashed up to the end of the test, where the law is used beyond its data.
 """
@@ -27,13 +27,7 @@ _POINTS = 60  # markers per curve
 
 
 def fit_rows(fit: Fit) -> list[tuple[str, str]]:
-    """Return a fit as rows of a table: name and text, each constant with its 95 % half-width.
-
-    Parameters
-    ----------
-    fit : Fit
-        As from `fit_law`.
-    """
+    """Return a fit as rows of a table: name and text, each constant with its 95 % half-width."""
     rows = [("law", fit.law)]
     for name, value in fit.constants.items():
         width, unit = fit.confidence[name], LAWS[fit.law].units[name]
@@ -60,15 +54,7 @@ def _with_width(value: float | None, width: float | None) -> str:
 
 
 def fit_figure(test: TensileTest, fit: Fit) -> Figure:
-    """Return data and law: engineering stress over engineering strain, and beside it what the law leaves.
-
-    Parameters
-    ----------
-    test : TensileTest
-        The data that were fitted, with those of other modes.
-    fit : Fit
-        What came of them.
-    """
+    """Plot engineering stress over strain, all modes of the test with the law, and the residuals beside."""
     with new_figure(height=0.8, columns=2) as (figure, (curve, rest)):
         for one in (test, *test.others):
             _draw_test(curve, rest, one, fit)

@@ -1,4 +1,4 @@
-"""How does a measurement stand beside the model? Measured over computed inductance, what is left, the fit in words."""
+"""Show a measurement against the model: measured over computed inductance, residuals, the fit in words."""
 
 from __future__ import annotations
 

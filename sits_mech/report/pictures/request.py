@@ -1,4 +1,4 @@
-"""Which picture answers a request? The layer for a load, the field for a pose, scene or space when asked for."""
+"""Draw the picture of a request: the layer for a load, the field for a pose, scene or space when asked for."""
 
 from __future__ import annotations
 
@@ -19,39 +19,17 @@ from sits_mech.scene.sensor import SceneError, Sensor
 
 @dataclass(frozen=True)
 class Request:
-    """What a picture is to show.
+    """Settings of a picture."""
 
-    Attributes
-    ----------
-    wrench : Wrench
-        The load; not used where a pose is given.
-    pose : Pose or None
-        Instead of the load.
-    frequency : float
-        [Hz].
-    driven : str or None
-        Name of the coil that carries current; the last one by default.
-    show : {"displacement", "stretch"}
-        What colours a layer.
-    """
-
-    wrench: Wrench
+    wrench: Wrench  # not used where a pose is given
     pose: Pose | None
-    frequency: float
-    driven: str | None = None
-    show: str = "displacement"
+    frequency: float  # [Hz]
+    driven: str | None = None  # coil that carries current; the last one by default
+    show: str = "displacement"  # or "stretch": what colours a layer
 
 
 def draw(kind: Kind, sensor: Sensor, request: Request, path: Path) -> None:
-    """Draw a picture and write it.
-
-    Raises
-    ------
-    ValueError
-        When the scene or the request cannot be drawn, or a part needed for it is not installed; the message says which.
-    SolveFailed
-        When a solve did not reach its answer.
-    """
+    """Draw a picture and write it; raise ValueError, saying why it cannot be drawn, or SolveFailed."""
     driven = driven_coil(sensor, request.driven)
     if kind == "scene":
         save_figure(scene_drawing(sensor), path)

@@ -1,4 +1,4 @@
-"""What does the sensor look like in a section? The deformed layer under a load; the field around a pose."""
+"""Draw a section of the sensor: the deformed layer under a load, the field around a pose."""
 
 from __future__ import annotations
 
@@ -44,21 +44,7 @@ def layer_view(
     sensor: Sensor, equilibrium: Equilibrium, mesh: DeformedSection | None = None, angle: float = 0.0,
     show: str = "displacement",
 ) -> Figure:  # fmt: skip
-    """Return a picture of an upright section under a load, with the coils that it cuts.
-
-    Parameters
-    ----------
-    sensor : Sensor
-        With a target.
-    equilibrium : Equilibrium
-        The load and where the target rests.
-    mesh : DeformedSection, optional
-        The deformed layer.
-    angle : float
-        From x to the section's direction [rad].
-    show : {"displacement", "stretch"}
-        What colours it.
-    """
+    """Plot an upright section under a load, `angle` [rad] from x, with the coils that it cuts."""
     plane = Plane(angle)
     tracks = [coil_cut(coil, plane, sensor.substrate_radius) for coil in sensor.coils]
     plates = [] if sensor.target is None else [target_cut(sensor.target, equilibrium.pose, plane)]
@@ -119,18 +105,10 @@ def load_view(
     sensor: Sensor, wrench: Wrench, tolerance: float = 1e-2, mechanics: str = "auto", known: Equilibrium | None = None,
     show: str = "displacement",
 ) -> Figure:  # fmt: skip
-    """Return a picture of a section under a load: the layer as it is known at rest, by the model, or solved for it.
+    """Plot the layer under a load, by the known equilibrium, the model, or a solve, coloured as in `layer_view`.
 
-    The section is y = 0; of a load that leaves this plane the one along its shear force, or across its moment. What is
-    shown is as of `layer_view`.
-
-    Raises
-    ------
-    SceneError
-        When the scene has no target or no elastomer, the model keeps no section of a load beside the plane y = 0, or
-        matplotlib is missing.
-    SolveFailed
-        When the layer has no equilibrium that could be reached.
+    The section is y = 0; of a load that leaves this plane the one along its shear force, or across its moment. Raise
+    SceneError without target or elastomer, or where the model keeps no section of such a load; SolveFailed.
     """
     for part in ("target", "elastomer"):
         if getattr(sensor, part) is None:
@@ -153,33 +131,16 @@ def load_angle(wrench: Wrench) -> float:
 
 
 def _deformed(model: MechanicalModel, equilibrium: Equilibrium, angle: float) -> DeformedSection | None:
-    """The deformed layer in a section, where the model has one."""
+    """Return the deformed layer in a section, where the model has one."""
     if isinstance(model, BlockPad):
         return deformed_section(model, equilibrium, angle)
     return deformed_mesh(model, equilibrium) if isinstance(model, PlanarLayer) else None
 
 
 def field_view(sensor: Sensor, pose: Pose, frequency: float, driven: str | None = None) -> Figure:
-    """Return a picture of the field at a pose: flux lines, and below them the current density within the target.
+    """Plot flux lines at a pose above the target's current density; the `driven` coil, else the last, has 1 mA.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        One that the planar finite elements can hold.
-    pose : Pose of float
-    frequency : float
-        [Hz].
-    driven : str, optional
-        Name of the coil that carries 1 mA; the last one by default.
-
-    Raises
-    ------
-    SceneError
-        When there is no such coil, nothing that conducts beside the coils, or matplotlib is missing.
-    ValueError
-        As `planar_fem` and its field; also when the mesh generator is missing.
-    SolveFailed
-        When the field's tolerance is not reached.
+    Raise SceneError where the coil is missing or nothing but coils conducts, ValueError as `planar_fem`, SolveFailed.
     """
     name = driven_coil(sensor, driven)
     currents = np.array([_CURRENT if coil.name == name else 0.0 for coil in sensor.coils])

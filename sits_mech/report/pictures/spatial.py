@@ -1,4 +1,4 @@
-"""What does the sensor look like in space? Coils as spirals, the target at its pose, and lines of its eddy current.
+"""Draw the sensor in space: coils as spirals, the target at its pose, and lines of its eddy current.
 
 Between two neighbouring lines runs the same current through the plate's thickness (`space.stream`), shown at the
 instant when it is largest; colour is its density. pyvista is imported here alone and renders off screen. Where OpenGL
@@ -47,24 +47,9 @@ _PROBE = (
 
 
 def spatial_view(sensor: Sensor, pose: Pose, frequency: float, *, driven: str | None = None) -> Figure:
-    """Return a picture of coils, target and eddy currents in space.
+    """Plot coils, target and eddy currents in space; the `driven` coil, else the last, has 1 mA; frequency [Hz].
 
-    Parameters
-    ----------
-    sensor : Sensor
-        With flat coils.
-    pose : Pose of float
-    frequency : float
-        [Hz].
-    driven : str, optional
-        Name of the coil that carries 1 mA; the last one by default.
-
-    Raises
-    ------
-    SceneError
-        When the coils are not flat, there is no such coil, or pyvista, OpenGL or matplotlib is missing.
-    Collision
-        When the pose brings the target to the coil plane.
+    Raise SceneError for coils that are not flat, an unknown coil or a missing renderer; Collision of target and coils.
     """
     if sensor.substrate_radius is not None:
         raise SceneError("substrate_radius: the view in space draws flat coils only; ask for --kind field")
@@ -84,13 +69,7 @@ def spatial_view(sensor: Sensor, pose: Pose, frequency: float, *, driven: str | 
 
 @cache
 def renders() -> None:
-    """Make sure that pyvista can render off screen, by a try in a process of its own.
-
-    Raises
-    ------
-    SceneError
-        One line that names the packages.
-    """
+    """Try in a separate process whether pyvista renders off screen; raise SceneError with the packages to install."""
     if find_spec("pyvista") is None:
         raise SceneError("views in space need pyvista: pip install 'sits-mech[view]'")
     tried = subprocess.run([sys.executable, "-c", _PROBE], capture_output=True, text=True, timeout=120, check=False)
@@ -103,7 +82,7 @@ def renders() -> None:
 
 
 def _rendered(sensor: Sensor, pose: Pose, driven: str, stream: Stream | None) -> tuple[NDArray[np.uint8], Array]:
-    """Pixels, and the range of the current density in them [A/m]."""
+    """Return pixels, and the range of the current density in them [A/m]."""
     import pyvista
     from vtkmodules.vtkCommonCore import vtkLogger
 
@@ -133,14 +112,14 @@ def _rendered(sensor: Sensor, pose: Pose, driven: str, stream: Stream | None) ->
 
 
 def _cropped(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Pixels without the white around them."""
+    """Crop the white around pixels."""
     drawn = np.any(picture < 250, axis=2)
     rows, columns = (np.flatnonzero(drawn.any(axis=axis)) for axis in (1, 0))
     return picture[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
 
 
 def _ground(pyvista: Any, sensor: Sensor) -> Any:
-    """A grid of 1 mm below the coils [mm]."""
+    """Return a grid of 1 mm below the coils [mm]."""
     places = np.array([coil.centre for coil in sensor.coils])
     radius = max(coil.outer_diameter for coil in sensor.coils) / 2
     low, high = np.floor(_MM * (places.min(0) - radius)) - 1, np.ceil(_MM * (places.max(0) + radius)) + 1
@@ -152,7 +131,7 @@ def _ground(pyvista: Any, sensor: Sensor) -> Any:
 
 
 def _winding(pyvista: Any, coil: Coil) -> Any:
-    """A coil's track as a tube [mm]."""
+    """Return a coil's track as a tube [mm]."""
     tubes = pyvista.MultiBlock([
         pyvista.lines_from_points(_MM * line).tube(radius=_MM * 0.42 * width, n_sides=8)
         for line, width in coil_lines(coil, "spiral")
@@ -161,7 +140,7 @@ def _winding(pyvista: Any, coil: Coil) -> Any:
 
 
 def _fixed(pyvista: Any, part: Conductor) -> Any:
-    """A fixed plate as a solid [mm]."""
+    """Return a fixed plate as a solid [mm]."""
     x, y, z = (_MM * place for place in part.centre)
     if part.diameter is not None:
         round_plate = {"radius": _MM * part.diameter / 2, "height": _MM * part.thickness, "resolution": 96}
@@ -174,7 +153,7 @@ def _fixed(pyvista: Any, part: Conductor) -> Any:
 
 
 def _plate(pyvista: Any, target: Target, pose: Pose) -> Any:
-    """A plate as a solid with its holes, in the place of a target [mm]."""
+    """Return a plate as a solid with its holes, in the place of a target [mm]."""
     loops = [np.array(loop) for loop in target_outline(target).loops]
     loops = [loop if (signed_area(loop) > 0.0) == (k == 0) else loop[::-1] for k, loop in enumerate(loops)]
     starts = np.cumsum([0, *map(len, loops)])
@@ -188,7 +167,7 @@ def _plate(pyvista: Any, target: Target, pose: Pose) -> Any:
 
 
 def _lines(pyvista: Any, target: Target, pose: Pose, stream: Stream) -> Any:
-    """Lines of current on the target's top face [mm], with the density of the current [A/m]."""
+    """Return lines of current on the target's top face [mm], with the current density [A/m]."""
     largest = stream.psi[np.argmax(np.abs(stream.psi))]
     psi = (stream.psi * np.conj(largest) / abs(largest)).real
     a, b, c, d = stream.cells.T
@@ -206,7 +185,7 @@ def _lines(pyvista: Any, target: Target, pose: Pose, stream: Stream) -> Any:
 
 
 def _framed(picture: NDArray[np.uint8], density: Array, title: str) -> Figure:
-    """Pixels with a title and a scale of the current density, one paper column wide."""
+    """Frame pixels with a title and a scale of the current density, one paper column wide."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm
     from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter

@@ -1,4 +1,4 @@
-"""What does one print of a study? A line for each case, and one for each reason why cases have no result."""
+"""Tabulate a study: a line for each case, and one for each reason why cases have no result."""
 
 from __future__ import annotations
 
@@ -25,18 +25,7 @@ _MOST = 40  # lines: the file holds all
 
 
 def case_table(data: xr.Dataset) -> Table:
-    """Return the cases of a study, SI; of a matrix the diagonal, of a whole calibration the span, of figures the worst.
-
-    Parameters
-    ----------
-    data : Dataset
-        As from `run_study`.
-
-    Returns
-    -------
-    Table
-        At most forty lines.
-    """
+    """Return a study's cases in at most forty lines, SI: matrix diagonals, calibrations' spans, worst figures."""
     shown = _SHOWN[data.attrs["request"]]
     signals = () if data.attrs["request"] == "quality" else told(data)
     names = [name for name in (*shown, *signals) if name in data]

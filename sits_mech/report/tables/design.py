@@ -1,4 +1,4 @@
-"""What does one print of a search for a design? The recommendation, its figures, prices, why the others lost."""
+"""Tabulate a design search: the recommendation, its figures, the prices of limits, why the other designs lost."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def design_tables(asked: Requirements, found: DesignAnswer) -> list[Table]:
 
 
 def asked_table(asked: Requirements) -> Table:
-    """Return what was asked: loads, what is made how exactly, what is minimised."""
+    """Return the requirements: loads, manufacturing tolerances, what is minimised."""
     lines = [(name, f"{low:g} to {high:g} {UNITS[name]}") for name, (low, high) in asked.loads.items()]
     lines.append(("overload", f"{asked.overload:g} times the loads, carried within the data of the silicone"))
     varied = asked.space.variables
@@ -57,7 +57,7 @@ def asked_table(asked: Requirements) -> Table:
 
 
 def share_words(share: Share) -> str:
-    """Return a share of the sensors made, and between which it is by the errors."""
+    """Return the yield, and its bounds by the errors."""
     value, low, high = (f"{100.0 * each:.3g}" for each in share)
     return f"{value} %" if low == high else f"{value} % ({low} to {high} % from the errors)"
 
@@ -75,7 +75,7 @@ def price_words(price: Price, goal: Sequence[str]) -> str:
 
 
 def change_table(title: str, changes: Changes, names: Sequence[str]) -> Table:
-    """Return how some figures go with the numbers of the scene, in percent of each figure, a line a number."""
+    """Return sensitivities of figures to the scene's numbers, in percent of each figure, a line a number."""
     some = [name for name in names if name in changes]
     table = Table(title=title, show_edge=False)
     for heading in ("number", *some):
@@ -86,7 +86,7 @@ def change_table(title: str, changes: Changes, names: Sequence[str]) -> Table:
 
 
 def _percent(share: float) -> str:
-    """A relative change in percent: two digits, no sign of what is none."""
+    """Return a relative change in percent: two digits, zero without sign."""
     if abs(share) < _NOTHING:
         return "0"
     return f"{100.0 * share:+.0f} %" if abs(share) >= 0.1 else f"{100.0 * share:+.2g} %"

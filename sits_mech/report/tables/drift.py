@@ -1,4 +1,4 @@
-"""What does a reader see of a sensor over temperature? Drift of its readout by cause; what it shows at each."""
+"""Show a sensor over temperature: drift of its readout by cause, its readings at each temperature."""
 
 from __future__ import annotations
 
@@ -20,14 +20,7 @@ _MOST_AT_ONCE = 8  # coils of a table
 
 
 def drift_record(found: Drift, temperature: float) -> Record:
-    """Return the drift of zero and of gain of each component of a load, whole and by cause, SI.
-
-    Parameters
-    ----------
-    found : Drift
-    temperature : float
-        Of the calibration [K].
-    """
+    """Return drift of zero and gain of each load component, total and by cause, SI; calibrated at `temperature`."""
 
     def of(values: Any) -> Record:
         by_cause = dict(zip(found.causes, as_jsonable(values), strict=True))
@@ -39,7 +32,7 @@ def drift_record(found: Drift, temperature: float) -> Record:
 
 
 def drift_table(record: Record) -> Table:
-    """Return the same for a reader."""
+    """Return the tables of a `drift_record`."""
     forces = [name for name in record if name != "temperature"]
     here = record["temperature"] - ZERO_CELSIUS
     table = Table(title=f"drift with temperature, at {here:.4g} degC: of zero, of gain", show_edge=False)

@@ -1,4 +1,4 @@
-"""What do tests say of a silicone, in words? A table of law, rate and softening each, and lines for a scene file."""
+"""Show the fit of a silicone's tests: a table each of law, rate and softening, and lines for a scene file."""
 
 from __future__ import annotations
 
@@ -16,13 +16,7 @@ if TYPE_CHECKING:
 
 
 def fitted_tables(found: Fitted) -> list[Table | str]:
-    """Return the tables of what came of the tests of a silicone.
-
-    Parameters
-    ----------
-    found : Fitted
-        As from `fit_tests`.
-    """
+    """Return the tables of the fit of a silicone's tests."""
     tables: list[Table | str] = []
     if found.fit is not None and found.test is not None:
         tables.append(key_table(found.test.source, fit_rows(found.fit)))

@@ -1,4 +1,4 @@
-"""What does one print of a ladder? Each rung's errors and seconds, and the one sentence that they come to."""
+"""Tabulate a ladder of tolerances: each rung's errors and seconds, and the conclusion in one sentence."""
 
 from __future__ import annotations
 

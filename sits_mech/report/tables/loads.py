@@ -1,4 +1,4 @@
-"""What does one print of a calibration? Its loads and figures of merit with their errors, failures, notes, CSV."""
+"""Tabulate a calibration: its loads and figures of merit with errors, failures, notes, CSV."""
 
 from __future__ import annotations
 
@@ -31,18 +31,7 @@ _SCALES = {"m": (1e6, "um"), "rad": (1e3, "mrad")}
 
 
 def load_table(data: xr.Dataset) -> Table:
-    """Return the loads of a calibration: pose and signals with errors, status, seconds.
-
-    Parameters
-    ----------
-    data : Dataset
-        As from `calibrate`.
-
-    Returns
-    -------
-    Table
-        One line per load.
-    """
+    """Return one line per load: pose and signals with errors, status, seconds."""
     held = load_words(fixed(data))
     title = f"{data.attrs['name']}{', ' if held else ''}{held}: estimated errors behind every number"
     found, columns = Table(title=title, show_edge=False), _columns(data)
@@ -60,21 +49,9 @@ def load_table(data: xr.Dataset) -> Table:
 
 
 def in_width(table: Table, keys: int, width: int) -> list[Table]:
-    """Return a table in as many as a width needs, below each other.
+    """Split a table into tables of at most `width` characters, each starting with the first `keys` columns.
 
-    Parameters
-    ----------
-    table : Table
-        Of texts.
-    keys : int
-        Columns that stand first in each.
-    width : int
-        Of a line [characters].
-
-    Returns
-    -------
-    list of Table
-        At least one column beside the keys in each, if that is wider or not.
+    Each has at least one further column, even where that is wider.
     """
     sizes = [3 + max(len(str(text)) for text in (one.header, *one.cells)) for one in table.columns]
     blocks: list[list[int]] = [[]]
@@ -109,16 +86,7 @@ def _number(row: xr.Dataset, name: str) -> float:
 def summary_table(data: xr.Dataset) -> Table:
     """Return the figures of merit of a calibration with their estimated errors.
 
-    Parameters
-    ----------
-    data : Dataset
-        As from `calibrate`.
-
-    Returns
-    -------
-    Table
-        Sensitivities in the middle of the grid, full scales, crosstalk of every component into the signals of the
-        others, and what the rotation of the target is read as.
+    Sensitivities in the middle of the grid, full scales, crosstalk of every component, forces that rotation reads as.
     """
     found = Table(title="figures of merit", show_edge=False)
     for heading in ("figure", "value", "unit"):
@@ -134,13 +102,7 @@ def summary_table(data: xr.Dataset) -> Table:
 def figures(data: xr.Dataset) -> list[Figure]:
     """Return name, value, estimated error and unit of each figure of merit.
 
-    The error of a figure is the largest it can be by the errors of the signals, less what cancels of them
-    (readout/crosstalk.py).
-
-    Parameters
-    ----------
-    data : Dataset
-        As from `calibrate`.
+    The error is a bound by the errors of the signals, less what cancels of them (readout/crosstalk.py).
     """
     return _sensitivities(data) + _crosstalk_figures(data) + _rotation_figures(data)
 
@@ -163,7 +125,7 @@ def _sensitivities(data: xr.Dataset) -> list[Figure]:
 
 
 def _crosstalk_figures(data: xr.Dataset) -> list[Figure]:
-    """Return the full scale of each signal and what the other components make of it."""
+    """Return the full scale of each signal and its crosstalk by the other components."""
     stray, found, forces = crosstalk(data).attrs, [], _several(data)
     for own, variable in signals_of(data).items():
         if own not in forces:
@@ -205,8 +167,9 @@ def point_name(row: xr.Dataset) -> str:
 
 
 def remarks(data: xr.Dataset) -> list[str]:
-    """Return what there is to say of the model, and one line for each kind of note of the solves: how many have it, and
-    the note of the worst, by its status and then by its stretch; kinds that differ in numbers alone are one.
+    """Return notes on the model, and one line for each kind of note of the solves, with its count and the worst note.
+
+    The worst is by status, then by stretch; notes that differ only in numbers are one kind.
     """
     said = [data.attrs["notes"]] if data.attrs.get("notes") else []
     rows = list(points(data[["status", "notes", *(["stretch"] if "stretch" in data else [])]]))
@@ -219,17 +182,9 @@ def remarks(data: xr.Dataset) -> list[str]:
 
 
 def csv_text(data: xr.Dataset) -> str:
-    """Return a calibration as CSV, one line per load, SI, every number to its last digit.
+    """Return a calibration as CSV, one line per load, SI, full precision; varied load components come first.
 
-    Parameters
-    ----------
-    data : Dataset
-        As from `calibrate`; what goes by coils and causes becomes a column for each.
-
-    Returns
-    -------
-    str
-        With a heading of names: the components of the load first, those that vary before those that do not.
+    What goes by coils and causes becomes a column for each.
     """
     flat = {}
     for name in over_loads(data):

@@ -1,4 +1,4 @@
-"""What does one show of a load that comes and goes? The signals' loops, and their width cycle by cycle."""
+"""Show a cyclic load: the loops of the signals, and their width cycle by cycle."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def loop_record(data: xr.Dataset) -> dict[str, Any]:
 
 
 def difference_table(cheap: xr.Dataset, full: xr.Dataset) -> Table:
-    """Return how far the cheap rung of a cycle is from the full one, in percent of what each quantity covers."""
+    """Return the difference of a fast cycle from a full one, in percent of each quantity's range."""
     found = Table(title="the pad as a whole (cycle without --full) against every point of it", show_edge=False)
     for heading in ("", "largest difference [% of its range]"):
         found.add_column(heading, justify="right")
@@ -58,7 +58,7 @@ def difference_table(cheap: xr.Dataset, full: xr.Dataset) -> Table:
 
 
 def difference_record(cheap: xr.Dataset, full: xr.Dataset) -> dict[str, Any]:
-    """Return the same for a program, with the loops of the cheap rung."""
+    """Return that difference for a program, with the loops of the fast cycle."""
     loops = {f"loop_{name}": cheap.attrs[f"loop_{name}"] for name in told(cheap)}
     return {"difference_percent": difference(cheap, full)} | loops
 
@@ -70,13 +70,7 @@ def _widths(data: xr.Dataset, name: str) -> list[tuple[float, float]]:
 
 
 def loop_curves(data: xr.Dataset) -> Figure:
-    """Return the signals while a load comes and goes, each against the largest component of the load.
-
-    Parameters
-    ----------
-    data : Dataset
-        As from `analysis.cycle.load_cycle`.
-    """
+    """Plot the signals under a cyclic load, each against the largest component of the load."""
     peak, names = json.loads(data.attrs["request"])["peak"], told(data)
     force = max((name for name in WRENCH if peak[name]), key=lambda name: abs(peak[name]), default="F_z")
     load, turns = peak[force] * data["share"].to_numpy(), _turns(data["share"].to_numpy())

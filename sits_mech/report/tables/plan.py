@@ -1,4 +1,4 @@
-"""What does one print of a plan? What is solved, what is left out and worth, what finer answers take: one screen."""
+"""Tabulate a plan on one screen: what is solved, what is left out and its size, the cost of smaller errors."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def plan_tables(sensor: Sensor, found: Plan) -> list[Table]:
 
 
 def left_out_tables(items: Sequence[Omission]) -> list[Table]:
-    """Return what an answer leaves out that is worth anything, or nobody knows what: a table, or none."""
+    """Return omissions of known or unknown size that count: a table, or none."""
     some = [item for item in items if item.size > 0.0 or math.isnan(item.size)]
     if not some:
         return []
@@ -71,7 +71,7 @@ def _cells(step: Step) -> tuple[str, str, str, str]:
 
 
 def _error(found: Plan) -> str:
-    """Return what an answer of a plan may be off."""
+    """Return the errors to expect of a planned answer."""
     unknown = f", and {', '.join(found.not_estimated)}, not estimated" if found.not_estimated else ""
     of = "the change of inductance" if found.mechanics is None else "the signals' full scale"
     return f"{found.error:.2g} of {of}, from tolerances and omissions{unknown}"
@@ -83,7 +83,7 @@ def _short(seconds: float) -> str:
 
 
 def _skin(depths: float) -> str:
-    """Return what the current in the target looks like."""
+    """Return a description of the current in the target."""
     if depths < 1.0:
         return f"the target is {depths:.2g} skin depths thick: current through its whole thickness"
     if depths < 3.0:

@@ -1,4 +1,4 @@
-"""What does a designer read of a calibrated sensor? Its quality figures and the scatter by tolerances."""
+"""Show the quality of a calibrated sensor: its figures and their scatter by tolerances."""
 
 from __future__ import annotations
 
@@ -25,17 +25,7 @@ _ROUNDING = 1e-9  # of a force's full scale: scatter that symmetry forbids
 
 
 def quality_record(found: Quality, data: xr.Dataset, scatter: ForceSpread | None = None) -> Record:
-    """Return the figures of a sensor for a program, SI.
-
-    Parameters
-    ----------
-    found : Quality
-        Of the calibration.
-    data : Dataset
-        Its table, for crosstalk of the signals and the rotation's error.
-    scatter : ForceSpread, optional
-        By tolerances.
-    """
+    """Return a sensor's quality figures, SI, with signal crosstalk and rotation error from its table."""
     forces, coils, stray = found.forces, found.coils, crosstalk(data).attrs
     own = {name: short_name(signal) for name, signal in signals_of(data).items() if name in forces}
     before, unsure = _before(found, stray, own)
@@ -79,7 +69,7 @@ def _matrix(rows: Sequence[str], columns: Sequence[str], values: Array) -> Recor
 
 
 def _bend_errors(found: Quality, stray: Mapping[Hashable, Any], own: Mapping[str, str]) -> Record:
-    """Return what the errors of a signal allow of its distance from a line, over its range."""
+    """Return the error of each force's nonlinearity over its signal's range, by the errors of the signal."""
     errors = dict(zip(found.forces, found.crosstalk_error.tolist(), strict=True))
     for name, signal in own.items():
         size = stray[f"full_scale_{signal}"]
@@ -88,7 +78,7 @@ def _bend_errors(found: Quality, stray: Mapping[Hashable, Any], own: Mapping[str
 
 
 def _before(found: Quality, stray: Mapping[Hashable, Any], own: Mapping[str, str]) -> tuple[Record, Record]:
-    """Return what each force's own signal reads of the others, over full scale, and the errors of that.
+    """Return crosstalk of each force's own signal over full scale, and its errors.
 
     A force without a signal of its own is read by the linear sum of all coils.
     """
@@ -104,7 +94,7 @@ def _before(found: Quality, stray: Mapping[Hashable, Any], own: Mapping[str, str
 
 
 def _rotation(data: xr.Dataset) -> Record:
-    """Return what rotation alone is mistaken for, the largest over the table, with its error."""
+    """Return the forces that rotation alone reads as, the largest over the table, with errors."""
     found: Record = {}
     for name, (value, error) in largest_rotation(data).items():
         found |= {f"rotation_as_{name}": value, f"error_rotation_as_{name}": error}
@@ -209,7 +199,7 @@ def _known(value: float | None, of: str, lacks: str) -> str:
 
 
 def modulus_words(spread: float | None) -> str:
-    """Return what sources that disagree on a silicone's modulus by a factor make of a force."""
+    """Return what force a reading of 1 N means by sources that differ on the modulus by a factor, in words."""
     if spread is None:
         return "spread between sources unknown"
     return f"sources differ by a factor of {spread:.3g}: a reading of 1 N means {1.0 / spread:.2g} to {spread:.3g} N"
@@ -224,7 +214,7 @@ def quality_tables(record: Record) -> list[Table]:
 
 
 def _force_table(record: Record) -> Table:
-    """Return range, linearity, and what noise, the loads' own errors and the map's are worth, a line for each force."""
+    """Return range, linearity, and force errors by noise, by the loads and by the map, a line for each force."""
     found = Table(title="quality: linearity, and errors of the forces: median, smallest to largest", show_edge=False)
     for heading in ("force", "nonlinearity", "noise (1 sigma)", "errors of loads", "interpolation"):
         found.add_column(heading)
@@ -248,7 +238,7 @@ def _usual(values: Sequence[float], name: str) -> str:
 
 
 def _crosstalk_table(record: Record) -> Table:
-    """Return what each readout makes of a force that is applied at full scale, three lines for each force."""
+    """Return the largest misreading of each readout at full scale of the other forces, three lines for each force."""
     forces = list(record["full_scale"])
     found = Table(title="crosstalk: largest misreading [% of full scale]", show_edge=False)
     found.caption = "<: below the error shown; ?: error not bounded"
@@ -284,7 +274,7 @@ def _coil_table(record: Record) -> Table:
 
 
 def _sensor_rows(record: Record) -> list[tuple[str, str]]:
-    """Return what is said of the whole sensor: condition, hysteresis, components of a load, rotation."""
+    """Return figures of the whole sensor: condition, hysteresis, components of a load, rotation."""
     rows = []
     low, high = record["condition"]
     share = f"unique inverse for {100.0 * record['valid_share']:.4g} % of the loads"

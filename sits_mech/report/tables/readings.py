@@ -1,4 +1,4 @@
-"""What does a reader see of readings? Forces from inductances and the converter's settings, as tables and records."""
+"""Show readings: forces from inductances and the converter's settings, as tables and records."""
 
 from __future__ import annotations
 
@@ -18,15 +18,9 @@ _SIDE, _MOST = 21, 10_000  # loads along each force, and in all
 
 
 def refusal(cal: Calibration, status: str, given: Sequence[tuple[str, float]]) -> str:
-    """Return why a reading has no answer, in one line; empty where it has one.
+    """Return in one line why a reading has no answer; empty where it has one.
 
-    Parameters
-    ----------
-    cal : Calibration
-    status : str
-        Of the reading.
-    given : sequence of tuple
-        Of each coil, the option that gave it and the reading [unit of the calibration].
+    `given` has each coil's option and reading [unit of the calibration].
     """
     if status == OK:
         return ""
@@ -52,15 +46,9 @@ def _nearest(cal: Calibration, given: Sequence[tuple[str, float]]) -> str:
 
 
 def inversion_record(cal: Calibration, reading: Array, by_temperature: Array | None = None) -> Record:
-    """Return forces with errors, status and domain of one reading.
+    """Return forces with errors, status and domain of a reading (n,) [unit of the calibration].
 
-    Parameters
-    ----------
-    cal : Calibration
-    reading : ndarray, shape (n,)
-        [unit of the calibration].
-    by_temperature : ndarray, shape (d,), optional
-        What is left of each force by the temperature, where the table was moved to one [N, N m].
+    `by_temperature` (d,) is what temperature leaves in each force after a correction [N, N m].
     """
     found = cal.inverse(reading)
     ends = zip(cal.forces, cal.low, cal.high, strict=True)

@@ -1,4 +1,4 @@
-"""What does one print of a solve? Tables in which every number carries its estimated error."""
+"""Tabulate a solve, every number with its estimated error."""
 
 from __future__ import annotations
 
@@ -27,8 +27,7 @@ _OFFSET = ("d_v", "L_v_percent")  # not zero at rest
 def with_error(value: float, error: float, size: float | None = None) -> str:
     """Return a number with its error, both to the error's second digit: ``12.34 +- 0.21``; "-" where there is none.
 
-    What is below a millionth of the `size` of its kind in the run, that of the number by default, is nothing: an error
-    "0", and with its error a number that is zero by symmetry, "0" alone.
+    An error below a millionth of `size`, by default the number's own, is "0"; a number that is, too, is "0" alone.
     """
     if not math.isfinite(value):
         return "-"
@@ -43,14 +42,10 @@ def with_error(value: float, error: float, size: float | None = None) -> str:
 
 
 def sizes_of(data: Any, names: Sequence[str]) -> dict[str, float]:
-    """Return how large columns of a run are, which is told for lengths, angles and signals together.
+    """Return the size of pose components and signals in a run, shared by lengths, by angles and by signals.
 
-    Parameters
-    ----------
-    data : mapping, or Dataset
-        Values by name, and errors by the same with ``error_`` before it, of one load or of many.
-    names : sequence of str
-        Of components of the pose and of signals; of those that are not zero at rest the range counts.
+    `data` has values and errors (``error_`` and the name) of one load or many; what is not zero at rest counts by
+    range.
     """
     own, kind = dict[str, float](), {name: name[:2] for name in names}
     for name in names:
@@ -62,23 +57,9 @@ def sizes_of(data: Any, names: Sequence[str]) -> dict[str, float]:
 
 
 def figure_text(value: float, error: float, scale: float = 1.0, unit: str = "", size: float = 0.0) -> str:
-    """Return a figure with its error, or why there is none: one that its error exceeds is not quoted.
+    """Return a figure times `scale` with its error: ``12.34 +- 0.21 mN``, ``below its error of 3.4 N``, ``-`` for none.
 
-    Parameters
-    ----------
-    value, error : float
-        As computed; the error is NaN where it is not known, infinite where it is beyond bounds.
-    scale : float
-        Of what is shown, times both.
-    unit : str
-        Behind the number.
-    size : float
-        As for `with_error`, in the unit of the value.
-
-    Returns
-    -------
-    str
-        ``12.34 +- 0.21 mN``, or ``below its error of 3.4 N``, or ``-`` where there is no figure.
+    An error is NaN where unknown and infinite where unbounded; `size` as in `with_error`, unscaled.
     """
     value, error, unit = scale * value, abs(scale * error), f" {unit}" if unit else ""
     size = max(scale * size, abs(value))
@@ -140,7 +121,7 @@ def impedance_table(coils: Sequence[str], found: Impedance, flags: Sequence[str]
 
 
 def terminal_table(coils: Sequence[str], seen: Terminals | None, missing: Sequence[str] = ()) -> Table:
-    """Return what each coil shows at the end of its leads, or why nothing is said of it."""
+    """Return each coil's impedance at the end of its leads, or why there is none."""
     lines = []
     if seen is not None:
         for k, name in enumerate(coils):
@@ -158,18 +139,7 @@ def terminal_table(coils: Sequence[str], seen: Terminals | None, missing: Sequen
 
 
 def spectrum_table(data: xr.Dataset) -> Table:
-    """Return L, R and Q of each coil over frequency.
-
-    Parameters
-    ----------
-    data : Dataset
-        As from `spectrum`.
-
-    Returns
-    -------
-    Table
-        One line for each frequency and coil; with the terminals' values, where the model is in henry and ohm.
-    """
+    """Return L, R and Q of each coil over frequency, with terminal values where the model is in henry and ohm."""
     unit = data.attrs["unit_L"]
     report = json.loads(data.attrs["report"])
     title = f"{data.attrs['name']}: {report['model']}, {report['seconds']:.3g} s, {report['unknowns']} unknowns"
@@ -212,7 +182,7 @@ def signal_table(found: Signals, unit_L: str, flags: Sequence[str] = ()) -> Tabl
 
 
 def status_lines(flags: Sequence[str]) -> list[tuple[str, str]]:
-    """Return what holds of an answer as a line of a table; none where nothing is said."""
+    """Return the status of an answer as a line of a table; none without flags."""
     return [("status", "; ".join(flags))] if flags else []
 
 
