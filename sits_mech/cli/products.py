@@ -86,7 +86,7 @@ def import_board(
 @app.command
 def export(
     folder: Folder, *,
-    to: Literal["csv", "netcdf", "xlsx", "c", "spice", "kicad", "vtu", "twin", "pdf", "svg"],
+    to: Annotated[str, Parameter(help="csv, netcdf, xlsx, c, spice, kicad, vtu, twin, pdf, svg or a plug-in.")],
     output: Output = None, load: Load = Load(),
 ) -> int:  # fmt: skip
     """Write a calibration for another program; the load chooses the state that --to spice shows.
@@ -98,13 +98,13 @@ def export(
     Example: sits-mech export calibration --to spice -o coils.cir --fz "2 N"
     """
     from sits_mech.export.formats import export as written
-    from sits_mech.export.formats import export_path
+    from sits_mech.export.formats import export_path, format_of
     from sits_mech.readout.loads import check_enough
     from sits_mech.report.folder import look_at, read_calibration
 
     sensor, forces = look_at(folder)
     path = export_path(sensor, to, output)
-    if to in ("c", "twin"):
+    if format_of(to).inverts:
         check_enough(sensor.coils, forces)
     sensor, data = read_calibration(folder)
 

@@ -1,11 +1,16 @@
-"""Choose the format of an export by name, and the file it writes."""
+"""Choose the format of an export by name, and the file it writes.
+
+Formats are found as entry points of the group `sits_mech.exports`: those of this package, listed in its pyproject.toml,
+and those of any other that is installed beside it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,13 +19,27 @@ from sits_mech.scene.sensor import SceneError, Sensor
 if TYPE_CHECKING:
     from sits_mech.export.source import Source
 
+GROUP = "sits_mech.exports"
+
 
 @dataclass(frozen=True)
 class Format:
-    """A format: how its files end, and what writes them and returns one line for each thing to know."""
+    """A format of exports.
+
+    Parameters
+    ----------
+    suffix : str
+        How the name of its file or folder ends; no other format has it.
+    write : callable
+        Writes a `Source` (the sensor, the table of its calibration, a load) to a path; returns a line for each thing to
+        know about it, or raises SceneError.
+    inverts : bool
+        Whether it needs as many coils as forces.
+    """
 
     suffix: str
     write: Callable[[Source, Path], tuple[str, ...]]
+    inverts: bool = False
 
 
 def _written(name: str, source: Source, path: Path, **options: Any) -> tuple[str, ...]:
@@ -30,42 +49,66 @@ def _written(name: str, source: Source, path: Path, **options: Any) -> tuple[str
     return notes
 
 
-FORMATS: Mapping[str, Format] = {
-    "csv": Format(".csv", partial(_written, "tables.write_csv")),
-    "netcdf": Format(".nc", partial(_written, "tables.write_netcdf")),
-    "xlsx": Format(".xlsx", partial(_written, "tables.write_xlsx")),
-    "c": Format(".h", partial(_written, "firmware.write_header")),
-    "spice": Format(".cir", partial(_written, "spice.write_spice")),
-    "kicad": Format(".kicad_mod", partial(_written, "kicad.write_kicad")),
-    "vtu": Format("_vtu", partial(_written, "vtu.write_vtu")),
-    "twin": Format("_twin", partial(_written, "twin.folder.write_twin")),
-    "pdf": Format("_pdf", partial(_written, "pictures.write_pictures", form="pdf")),
-    "svg": Format("_svg", partial(_written, "pictures.write_pictures", form="svg")),
-}
-"""The formats by name."""
+CSV = Format(".csv", partial(_written, "tables.write_csv"))
+NETCDF = Format(".nc", partial(_written, "tables.write_netcdf"))
+XLSX = Format(".xlsx", partial(_written, "tables.write_xlsx"))
+C = Format(".h", partial(_written, "firmware.write_header"), inverts=True)
+SPICE = Format(".cir", partial(_written, "spice.write_spice"))
+KICAD = Format(".kicad_mod", partial(_written, "kicad.write_kicad"))
+VTU = Format("_vtu", partial(_written, "vtu.write_vtu"))
+TWIN = Format("_twin", partial(_written, "twin.folder.write_twin"), inverts=True)
+PDF = Format("_pdf", partial(_written, "pictures.write_pictures", form="pdf"))
+SVG = Format("_svg", partial(_written, "pictures.write_pictures", form="svg"))
+
+
+@cache
+def formats() -> Mapping[str, EntryPoint]:
+    """Return where formats are, by name."""
+    return {each.name: each for each in sorted(entry_points(group=GROUP), key=lambda each: each.name)}
+
+
+def format_of(kind: str) -> Format:
+    """Return a format by its name; raise SceneError where there is none, or its package fails."""
+    if kind not in formats():
+        raise SceneError(f"--to: must be one of {', '.join(formats())}; got {kind!r}")
+    entry = formats()[kind]
+    try:
+        found = entry.load()
+    except (ImportError, AttributeError) as error:
+        raise SceneError(f"--to: {kind} must be a format that can be loaded; got {entry.value}: {error}") from None
+    if not isinstance(found, Format):
+        raise SceneError(f"--to: {kind} must be a sits_mech.export.formats.Format; got {entry.value}")
+    return found
 
 
 def export(source: Source, kind: str, path: Path | None = None) -> tuple[Path, tuple[str, ...]]:
-    """Write a calibration in a format of `FORMATS`; return the path and one line for each thing to know about it.
+    """Write a calibration in a format; return the path and one line for each thing to know about it.
 
     `path` is a folder for `vtu`, `twin`, `pdf` and `svg`; by default it is named after the sensor, here. Raise
     SceneError for an unknown format, an ending of another one, a sensor that does not fit or a failed write;
     SolveFailed.
     """
     path = export_path(source.sensor, kind, path)
-    return path, FORMATS[kind].write(source, path)
+    return path, format_of(kind).write(source, path)
 
 
 def export_path(sensor: Sensor, kind: str, path: Path | None = None) -> Path:
     """Return where a calibration goes in a format; raise SceneError for an unknown one, or the ending of another."""
-    if kind not in FORMATS:
-        raise SceneError(f"--to: must be one of {', '.join(FORMATS)}; got {kind!r}")
-    form = FORMATS[kind]
+    form = format_of(kind)
     path = Path(f"{plain_name(sensor.name)}{form.suffix}") if path is None else path
-    other = next((name for name, each in FORMATS.items() if each.suffix == path.suffix and name != kind), None)
-    if other is not None:
-        raise SceneError(f"--output: must end in {form.suffix} for --to {kind}; got {path.name!r}, as for {other}")
+    if path.suffix != form.suffix:
+        other = next((name for name in formats() if name != kind and _suffix(name) == path.suffix), None)
+        if other is not None:
+            raise SceneError(f"--output: must end in {form.suffix} for --to {kind}; got {path.name!r}, as for {other}")
     return path
+
+
+def _suffix(kind: str) -> str | None:
+    """Return the suffix of a format; None of one that cannot be loaded, which others need not mind."""
+    try:
+        return format_of(kind).suffix
+    except SceneError:
+        return None
 
 
 def plain_name(name: str) -> str:

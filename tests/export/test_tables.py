@@ -2,14 +2,16 @@
 
 import csv
 import io
+import re
 from pathlib import Path
 
 import numpy as np
 import openpyxl
 import pytest
+from scipy.io import loadmat
 
 from sits_mech.cases import read_table
-from sits_mech.export.formats import FORMATS, export, plain_name
+from sits_mech.export.formats import export, format_of, formats, plain_name
 from sits_mech.export.source import Source, resting_load, resting_pose
 from sits_mech.labels import unit_of
 from sits_mech.quantities import POSE, Pose, Wrench
@@ -122,11 +124,34 @@ def test_pose_between_loads(source: Source) -> None:
 
 def test_what_cannot_be_written(source: Source, tmp_path: Path) -> None:
     """Unknown format, wrong ending, no such folder: one line each."""
-    with pytest.raises(ValueError, match="--to: must be one of csv, netcdf, .*; got 'dxf'"):
+    with pytest.raises(ValueError, match="--to: must be one of c, csv, kicad, .*; got 'dxf'"):
         export(source, "dxf", tmp_path / "t.dxf")
     with pytest.raises(ValueError, match=r"--output: must end in .kicad_mod for --to kicad; got 't.h', as for c"):
         export(source, "kicad", tmp_path / "t.h")
     for kind in ("csv", "netcdf", "xlsx", "kicad"):
         with pytest.raises(ValueError, match="must be writable; got: No such file"):
-            export(source, kind, tmp_path / "nowhere" / f"t{FORMATS[kind].suffix}")
+            export(source, kind, tmp_path / "nowhere" / f"t{format_of(kind).suffix}")
     assert plain_name("BioRob 2018: µ/2") == "BioRob_2018_2" and plain_name("..") == "sensor"
+
+
+def test_a_format_of_another_package(source: Source, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The page's: found beside our own once it is installed; one that cannot be loaded says so."""
+    page = (Path(__file__).parents[2] / "docs/howto/plugin.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", page, re.S)
+    (tmp_path / "sits_mech_matlab.py").write_text(code, encoding="utf-8")
+    about = tmp_path / "sits_mech_matlab-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: sits-mech-matlab\nVersion: 1.0\n")
+    lines = ["[sits_mech.exports]", "matlab = sits_mech_matlab:MATLAB", "gone = sits_mech_matlab:GONE"]
+    (about / "entry_points.txt").write_text("\n".join(lines))
+    monkeypatch.syspath_prepend(str(tmp_path))
+    formats.cache_clear()
+    try:
+        path, notes = export(source, "matlab", tmp_path / "s.mat")
+        assert loadmat(path)["L"].shape == source.data["L"].shape and notes == ("load with: load('s.mat')",)
+        with pytest.raises(ValueError, match="--output: must end in .nc for --to netcdf; got 's.mat', as for matlab"):
+            export(source, "netcdf", tmp_path / "s.mat")
+        with pytest.raises(ValueError, match="gone must be a format that can be loaded; got sits_mech_matlab:GONE"):
+            export(source, "gone", tmp_path / "s.x")
+    finally:
+        formats.cache_clear()
