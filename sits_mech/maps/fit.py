@@ -5,11 +5,11 @@ Least squares over all numbers measured, each output over its range, or over the
     chi^2(p) = sum ((y(p) - y) / sigma)^2 + sum ((p_k - v_k) / s_k)^2,
 
 the second sum over parameters that are known to be v_k +- s_k beforehand. Half-widths at 95 % are those of Student's t
-with the residual's variance, or the model's own if that is more; with a known noise the normal distribution's, wider
-by what chi^2 over its degrees of freedom exceeds one. The profile of a parameter is the least chi^2 for each of its
-values, all others fitted; less its own term it is what the measurement says of it, flat where it says nothing.
-Numbers only: the model is any function. Source of the profile: D. M. Bates, D. G. Watts, Nonlinear Regression
-Analysis and Its Applications, Wiley 1988, ch. 6.
+with the residual's variance, or the model's own if that is more; with a known noise the normal distribution's, wider by
+what chi^2 over its degrees of freedom exceeds one. The profile of a parameter is the least chi^2 for each of its
+values, all others fitted; less its own term it is the measurement's information on it, flat where there is none.
+Numbers only: the model is any function. Source of the profile: D. M. Bates, D. G. Watts, Nonlinear Regression Analysis
+and Its Applications, Wiley 1988, ch. 6.
 """
 
 from __future__ import annotations

@@ -10,11 +10,11 @@ variable (a line of a grid, a single scattered point) left out in turn, except t
 
 Of all maps tried the one of the fewest terms is taken whose e is within a tenth of the least, root mean square over the
 outputs' ranges, where 1e-9 of a range counts as exact: neither noise is followed, nor does rounding, which differs from
-processor to processor, choose the degrees. `error` of each output is the largest e; on a grid, if it is more, 1.5
-times the largest difference over the box to the maps of two degrees more, or for three and more variables 1.25 the sum
-of these differences: near the edge no line can be left out, and an odd map hides the error of an even degree. P_i stays
+processor to processor, choose the degrees. `error` of each output is the largest e; on a grid, if it is more, 1.5 times
+the largest difference over the box to the maps of two degrees more, or for three and more variables 1.25 the sum of
+these differences: near the edge no line can be left out, and an odd map hides the error of an even degree. P_i stays
 three below the number of lines for that. Of up to five lines the map may take all and is compared with two degrees
-less; of two lines nothing can be told: the error is infinite. Numbers only, no physics.
+less; with two lines there is no estimate: the error is infinite. Numbers only, no physics.
 """
 
 from __future__ import annotations

@@ -9,11 +9,11 @@ sideways, too. F_y, M_x or M_z take the whole pad, the same cells and their mirr
 Meshes: one nested sequence, a base whose cells are divided, with further layers at the bonded edges (pad/shapes.py).
 Where it does not carry a load, it is tried once more with a guard on J (levels/settle.py).
 
-Error. The pose is extrapolated from the levels, as many as the tolerance asks for and memory allows, and its error is
-what they tell of the limit (levels/family.py). `report.estimated_error` is the largest over the target's
-displacement, an angle counted at the target's end. Deformation and `min_J` are those of the second level. A mesh of the
-user's own is the first level of a family whose cells are each divided into eight, or, where that is too many, stands
-beside itself with constant pressures (pad/user.py).
+Error. The pose is extrapolated from the levels, as many as the tolerance asks for and memory allows, with the error of
+their limit (levels/family.py). `report.estimated_error` is the largest over the target's displacement, an angle counted
+at the target's end. Deformation and `min_J` are those of the second level. A mesh of the user's own is the first level
+of a family whose cells are each divided into eight, or, where that is too many, is solved again with constant pressures
+(pad/user.py).
 
 Contact of the free faces with ground, target (scene key `elastomer.contact`, faces/contact.py) and each other
 (faces/folds.py) is "never" solved, "always", or, "auto", where a free face folds onto one of them. With friction on

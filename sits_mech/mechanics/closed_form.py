@@ -28,7 +28,7 @@ from sits_mech.scene.sensor import Sensor
 
 SHEAR_EDGES = 0.2308  # thicknesses by which the two free edges shorten an incompressible strip in shear
 LONG = 10.0
-"""Widths of a pad, or of a target, from which on its length stands for the depth of a planar model."""
+"""Least length over width of a pad, or of a target, for a planar model."""
 
 
 def compression_modulus(shear_modulus: float, bulk_modulus: float, shape_factor: float) -> float:

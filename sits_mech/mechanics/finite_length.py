@@ -7,8 +7,8 @@ too stiff by the factor. Both are extrapolated from families of meshes (linear.p
 pad does not depend on its length: beyond 20 thicknesses and three of the target's widths only the ends are meshed, and
 the middle is plane strain. Under a target wider than 30 thicknesses the pad is lubricated: with ``K t^2`` kept the
 factors depend on t/w by the edges alone, so that they are found at 1/24 and 1/16 of the width and extrapolated along a
-straight line; what that adds is called their error as well. Neglected: finite strain, where the factors shrink or grow
-with the load; meshes of the user's own.
+straight line; the step that this adds counts as error as well. Neglected: finite strain, where the factors shrink or
+grow with the load; meshes of the user's own.
 """
 
 from __future__ import annotations

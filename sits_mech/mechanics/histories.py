@@ -27,7 +27,7 @@ from sits_mech.silicone.history import relaxed_share, retardation
 _EARLY, _LATE = 0.1, 10.0  # of the shortest and longest times of a creep: before and after nothing moves
 _A_DECADE = 8  # times of a decade
 Progress = Callable[[int, int], None]
-"""Is told how many parts of a work are done, of how many."""
+"""Progress callback: parts done, parts in all."""
 
 
 def untold(done: int, total: int) -> None:

@@ -1,10 +1,10 @@
 """From wrench to pose at small strain: one compliance of a layer in plane strain, or of a pad in space (`linear`).
 
-About the undeformed state the target moves by ``q = C f + q_0``, f its forces and moment about the bonded face, q_0 the
-way that it goes without load where the silicone would be larger if nothing held it (`elastomer.free_stretch`). Both are
-those of the meshes of a family (levels/family.py), extrapolated; what a load does to its own geometry is left out. The
-second step of Newton's method from rest, on the coarsest mesh, tells how much that is: part of the error. A pad that is
-its own mirror image in y = 0 is meshed by half.
+About the undeformed state the target moves by ``q = C f + q_0``, f its forces and moment about the bonded face, q_0 its
+displacement without load where the silicone would be larger if nothing held it (`elastomer.free_stretch`). Both are
+extrapolated from the meshes of a family (levels/family.py); the change of geometry under load is neglected. The second
+step of Newton's method from rest, on the coarsest mesh, estimates it: part of the error. A pad that is its own mirror
+image in y = 0 is meshed by half.
 
 Range: loads in the plane y = 0 that move the target by a few percent of the thickness; no contact.
 """

@@ -10,8 +10,8 @@ all images of a load one, the `standard` one, is solved. It lies in the plane y 
 pad carries that. A rectangle has two mirrors, a square four and quarter turns, of a disc on a disc all turns are there:
 shear in one direction without other moments than its own is a load in the plane, turned.
 
-Coils play no part. A mesh of a square pad is its own image, that of a disc for quarter turns alone: between them lies
-what its cells miss, which the stated error holds.
+Coils play no part. A mesh of a square pad is its own image, that of a disc for quarter turns alone: the difference
+between other directions is discretisation error, within the stated one.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ so that neither sampling rate nor number of points plays a part. Constants are a
 Which of these a law is, and its limits, its file says (laws/). A sum of terms has several minima: all choices out of a
 list of x are solved for m >= 0, the best few refined.
 
-Confidence: 95 % half-widths from the Jacobian. What a law leaves of a measured curve is misfit that wavers slowly, not
+Confidence: 95 % half-widths from the Jacobian. The residual of a law is systematic misfit that varies slowly, not
 noise; so a run of residuals of one sign counts as two independent points, however densely it was sampled. (With noise
 that stays for eight points at a time, 90 to 93 in 100 such intervals held the truth, 93 to 95 with white noise.) A
 constant that a condition holds, or that the data do not determine, has none.

@@ -34,7 +34,7 @@ MODES: Mapping[str, tuple[float, float, float]] = {
     "planar": (1.0, 0.0, -1.0),
     "biaxial": (1.0, 1.0, -2.0),
 }
-"""The exponents of the controlled stretch in each test's three principal stretches."""
+"""Exponents of the controlled stretch in the three principal stretches of each test."""
 
 PLANE = np.array([[2.0, 0.0], [-1.0, 1.0], [-1.0, -1.0]]) / np.sqrt([6.0, 2.0])
 """Two orthonormal increments of logarithmic strain that keep the volume, as columns."""

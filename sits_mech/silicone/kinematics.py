@@ -34,7 +34,7 @@ _PLANE_L = np.array([[0.0, 0, 0, 1], [0, 0, -1, 0], [0, -1, 0, 0], [1, 0, 0, 0]]
 
 
 POINTS = 1024
-"""So many points at a time: their tangents stay in the processor's cache."""
+"""Points at a time, so that their tangents stay in the processor's cache."""
 
 _Entries = tuple[tuple[int, int, int], ...]  # row, column, and which term stands there
 

@@ -46,7 +46,7 @@ class Points:
 
     stretches: Array  # principal, (n, 3)
     stress: Array  # engineering, (n,) [Pa]
-    weight: Array  # square root, (n,)
+    weight: Array  # square root of the weight, (n,)
 
     @property
     def scale(self) -> float:

@@ -46,7 +46,7 @@ class Term(NamedTuple):
 
 
 Part = Callable[[Array, Array], Term]
-"""Displacements and q in, a part of the energy with two derivatives out."""
+"""Maps displacements and q to a part of the energy with two derivatives."""
 
 
 class Factored(NamedTuple):

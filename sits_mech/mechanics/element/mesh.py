@@ -29,12 +29,12 @@ from sits_mech.quantities import Array
 Indices = NDArray[np.int64]
 
 SQUARE, BRICK, TETRAHEDRON = ElementQuad2(), ElementHex2(), ElementTetCCR()
-"""The displacements' elements."""
+"""Elements of the displacements."""
 PLANE, SPACE = (0, 2), (0, 1, 2)
-"""The coordinates of a section's nodes and of a solid's, among x, y, z."""
+"""Axes of a section's nodes and of a solid's, among x, y, z."""
 
 ORDER = 5
-"""Of the polynomials that the quadrature of solids integrates."""
+"""Degree of polynomials that the quadrature of solids integrates exactly."""
 _POINTS, _SHARES = np.polynomial.legendre.leggauss(3)
 GAUSS = np.array([(a, b) for a in 0.5 * (_POINTS + 1.0) for b in 0.5 * (_POINTS + 1.0)]).T
 """Quadrature points of the unit square."""

@@ -29,7 +29,7 @@ from sits_mech.quantities import Array
 from sits_mech.turns import cross_matrix, rotation_matrix, rotation_vector
 
 ORDER = np.array([0, 2, 4, 1, 3, 5])
-"""Where the components of q stand among those of (c, w) along x, y, z."""
+"""Places of the components of q among those of (c, w) along x, y, z."""
 _CENTRE, _TURN = [0, 3, 1], [4, 2, 5]  # where those of c and of w stand in q
 
 

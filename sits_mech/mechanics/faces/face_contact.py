@@ -24,7 +24,7 @@ from sits_mech.meshing.bricks import Outline, within
 from sits_mech.quantities import Array
 
 LEFT_OUT = "contact could not be followed to this load: the estimated error is the whole displacement"
-"""What is said of an answer without the contact that it needs."""
+"""Note on an answer without the contact that it needs."""
 
 LEFT_SHARE = 0.15
 """Share of what contact changes that is its error where faces touch each other: for the depth over which they do.

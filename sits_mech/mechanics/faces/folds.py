@@ -12,14 +12,14 @@ A pair of faces is pressed from both sides, so that half a depth holds what cont
 point presses on the other face is a load on all of its nodes, so that an even pressure stays one where meshes do not
 match, but for its 5 Gauss points along an edge: up to 7 % of the loads of single nodes. Measured on two confined
 blocks, K = 50 shear moduli, pressed by 0.7 of one, against uniaxial strain: matching meshes 1e-9, others of 2 and 3
-cells 0.16 %, of 4 and 5 cells 0.025 % too soft (flat facets in the place of the faces: 40 and 20 %).
-What the depth itself costs: face_contact.py.
+cells 0.16 %, of 4 and 5 cells 0.025 % too soft (flat facets in the place of the faces: 40 and 20 %). Error of the depth
+itself: face_contact.py.
 
 Which faces a point may meet: skin.py. Walls of a slot and its roof press each other, and so does one face that has
-folded over; two flanks of a bulge, which stand behind each other with silicone between, are told from a fold by how far
-they are apart, `_THINNEST` of what it was at rest. Behind a face counts what is behind the nearest one, and no deeper
-than `_DEEPEST`. Which faces are near each other changes as the pad moves, and the stiffness with it: `near` finds them
-in a state, with a margin, and the part holds these and no others.
+folded over; two flanks of a bulge, which stand behind each other with silicone between, are distinguished from a fold
+by their distance, `_THINNEST` of that at rest. Behind a face counts what is behind the nearest one, and no deeper than
+`_DEEPEST`. Which faces are near each other changes as the pad moves, and the stiffness with it: `near` finds them in a
+state, with a margin, and the part holds these and no others.
 
 Unknowns: nodal displacements; energies in shear modulus times thickness to the power of the dimension. Neglected:
 friction, folds sharper than two elements. Source: P. Wriggers, Computational Contact Mechanics (2006), chapters 6, 9.

@@ -32,7 +32,7 @@ _ORDER = 9  # of the polynomials that the quadrature on a face integrates
 _COUNT = 5  # points on an edge
 _SEEN = 0.2  # sine of the angle by which parts of a face may lie behind each other, or before in an inner corner
 SAME = 0.7
-"""Cosine between normals at rest of what is one face, which may fold over."""
+"""Least cosine between normals at rest of one face, which may fold over."""
 
 
 @dataclass(frozen=True, eq=False)

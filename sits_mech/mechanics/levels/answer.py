@@ -1,8 +1,8 @@
 """Turn a layer solved on a family of meshes (family.py) into a pose with estimated errors.
 
-The first level follows the load, the second comes to rest from there, finer ones correct the target's place until the
-estimated error is what is asked for. No component is called better than a share of the worst, an angle counted at the
-target's end; of forces that hold the target, likewise. A state that is kept is that of the first two levels.
+The load path is followed on the first level, the second comes to rest from there, finer ones correct the target's place
+until the estimated error is small enough. No component's error is less than a share of the worst, an angle counted at
+the target's end; likewise for forces that hold the target. States of the first two levels are kept.
 """
 
 from __future__ import annotations

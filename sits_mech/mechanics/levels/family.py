@@ -1,7 +1,7 @@
 """Extrapolate the pose of a layer from a family of meshes, with its error.
 
-What a layer does for its target, an energy, converges with known powers: of the cells at the singular edges, 2 k times
-the exponent k of the displacements there, and of the cells away from them one that is seen (block.py),
+The target's motion, a quantity of the energy, converges with powers of the cells' sizes: at the singular edges a known
+one, 2 k with the exponent k of the displacements there, and away from them an observed one (block.py),
 
     y_l = y + sum_j a_j phi_lj,
 
@@ -13,14 +13,13 @@ Error. Of two levels, twice what the first term adds. Of more,
 
     error = theta |Y_n - Y_(n-1)| + s sum_j |a_j phi_nj|,        theta = max_j phi_nj/phi_(n-1)j,
 
-what the levels before would have been off by, shrunk as the terms do, and s what the powers may be off by. The 2 and
-s = 1/2 are measured on 48 pads of five laws (studies/mechanics_accuracy.py). No component is called better than a share
-of the worst, an angle counted at the target's end; of forces that hold the target, likewise.
+the error that the levels before would have had, reduced as the terms are, and s for the uncertainty of the powers. The
+2 and s = 1/2 are measured on 48 pads of five laws (studies/mechanics_accuracy.py). No component's error is less than a
+share of the worst, an angle counted at the target's end; likewise for forces that hold the target.
 
-Where free faces press a plane or each other no power is shown: the end of contact moves by less than a cell from
-level to level, now this way, now that, so that two differences may be small, or stand in the ratio of the order, by
-chance. There the whole sequence tells how large the first term may be, not its last differences: with a_j what is
-added at level j,
+Where free faces press a plane or each other no order is observed: the end of contact moves by less than a cell from
+level to level, in either direction, so that two differences may be small, or in the ratio of the order, by chance.
+There the whole sequence bounds the first term, not its last differences: with a_j what that term adds at level j,
 
     error = 2.2 max_j |a_j| phi_n1/phi_j1,    j = 2 ... n.
 

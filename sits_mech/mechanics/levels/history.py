@@ -1,11 +1,11 @@
 """Bring a layer with friction to rest at the end of its load path, followed on each level by itself.
 
-Friction remembers (faces/friction.py): the answer belongs to a path from rest, through loads that are passed, to the
-last one, straight from each to the next. No state is taken from another load or a coarser mesh, and no chord closes a
-gap: every level of a family follows the whole path (rest/increments.py), and the pose is extrapolated as it is without
-friction (answer.py), from two levels, or three where the third is cheap. The number of increments is found on the first
-level: it is doubled until that moves the target by less than a share of the tolerance. As the method is of first order,
-what the last doubling changed is about what is left, and is added to the errors.
+Friction depends on the path (faces/friction.py): from rest, through the loads passed, to the last one, straight from
+each to the next. No state is taken from another load or a coarser mesh, and no chord closes a gap: every level of a
+family follows the whole path (rest/increments.py), and the pose is extrapolated as it is without friction (answer.py),
+from two levels, or three where the third is cheap. The number of increments is found on the first level: it is doubled
+until that moves the target by less than a share of the tolerance. As the method is of first order, the change by the
+last doubling is about the remaining error, and is added to the errors.
 
 Where no free face touches anything under any of the loads, without contact, friction plays no part: the answer is that
 without friction, to all digits. Source: family.py, rest/increments.py.

@@ -1,14 +1,14 @@
 """Follow a layer with memory under a history of loads: time steps on every level of a family of meshes.
 
 Time. A step (rest/steps.py) is of second order. On the first level two walks go side by side, A in steps dt, B in two
-halves of each, each with a memory of its own: what is left of B is a third of what they differ by,
+halves of each, each with a memory of its own: the remaining error of B is a third of their difference,
 
     q = q_B + (q_B - q_A)/3,      error in time = |q_B - q_A|/3,
 
-of the whole walk so far, not of a step. A step that lets it grow by more than a share of the tolerance is taken anew,
+of the whole walk so far, not of a step. A step that lets it grow by more than a share of the tolerance is repeated,
 shorter; the times of the history are always met, and sudden loads cost one step.
 
-Space. Further levels walk in the steps of A, and what the first level tells of time is added to them; poses are
+Space. Further levels walk in the steps of A, and the first level's correction in time is added to them; poses are
 extrapolated at each time as they are of an elastic layer (family.py), with errors over the largest displacement of the
 history. Three levels are walked at most.
 

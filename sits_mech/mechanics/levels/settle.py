@@ -1,11 +1,11 @@
 """Choose mesh and contact for a load.
 
 Two families of meshes (family.py) hold a layer: a free one, and one with a guard on J for loads that turn the free one
-inside out at a corner. The first that gets to the load gives the answer; the coarse mesh of each is asked first, and
-where neither gets there, the farther one says what is carried (limit.py).
+inside out at a corner. The first that reaches the load gives the answer; the coarse mesh of each is tried first, and
+where neither does, the farther one gives the largest load (limit.py).
 
 Contact, "auto". A rest whose free faces touch the ground, the target or each other is solved again with contact, from
-the rest without it: let in softly, as faces may stand deep behind planes. Where the load cannot be reached with
+the rest without it: introduced gradually, as faces may stand deep behind planes. Where the load cannot be reached with
 contact, the answer is that without, and its error the whole displacement. The notes say which.
 """
 
@@ -28,7 +28,7 @@ from sits_mech.quantities import Array, Equilibrium, Pose
 from sits_mech.scene.sensor import Sensor
 
 PAIR = 2
-"""Families of one kind: free, guarded."""
+"""Number of families of one kind: free, guarded."""
 
 _SMALLEST = (0.6, 1e-2)  # increment of the load path on each: of the free one none is cut, as the other waits
 _SOFTLY = (100.0, 10.0)  # times the contact depth, on the way from rest without contact

@@ -30,9 +30,9 @@ from sits_mech.units import checked_tolerance
 SIZES = (4.0, 6.0, 8.0, 12.0, 16.0, 24.0)
 """Cells through the thickness, level by level."""
 GRADING = 2.0
-"""Towards the corners."""
+"""Power of the lines' spacing towards the corners."""
 SHARE = 0.05
-"""Of the worst component's error that every component owns to."""
+"""Floor of component errors, as a share of the worst."""
 
 _EDGE, _CORNER, _FILLET = 0.5, 0.5946, 1.47  # exponents of the displacements
 _HIGHEST = 4.0  # order that the elements allow

@@ -1,9 +1,8 @@
 """Prescribe of each pair either the force or the place of the target, in any mix.
 
 Of each pair (F_x, d_h), (F_z, sink), (M, alpha), (F_y, d_y), (M_x, alpha_x), (M_z, alpha_z) one is given, the other is
-found. A layer whose load has a largest
-value (it buckles, or softens) is followed past it with places given; a target held upright is ``alpha = 0`` with M
-found.
+found. A layer with a largest load (it buckles, or softens) is followed past it with places given; a target held upright
+is ``alpha = 0`` with M found.
 """
 
 from __future__ import annotations

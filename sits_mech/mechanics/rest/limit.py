@@ -30,7 +30,7 @@ from sits_mech.mechanics.rest.verdict import Verdict, Way, verdict
 from sits_mech.quantities import Array
 
 PRECISE = 2e-3
-"""Share of the limit within which it is bracketed."""
+"""Relative width of the bracket around a limit."""
 
 _EASY = 5  # iterations up to which the next length grows
 _GONE = 1e-3  # of it: what is left of the stiffness where a slightly crooked layer buckles into a bent one

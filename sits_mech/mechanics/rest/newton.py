@@ -2,8 +2,8 @@
 
 Steps are those of linearisation.py. Near the rest, where steps are small, a factor serves several of them. The
 stiffness S that the target has says whether it stands stable: where its symmetric part is positive definite no small
-push does negative work. What leads nowhere ends early: a first step longer than linear theory could mean, and a
-residual that does not fall.
+push does negative work. Hopeless iterations end early: a first step beyond the range of linear theory, or a residual
+that does not fall.
 
 Source: P. Wriggers, Nonlinear Finite Element Methods (2008), chapter 5.
 """
@@ -37,7 +37,7 @@ SETTLED = 1e-9
 MOST = 16
 """Iterations after which an increment is given up."""
 LONGEST = 1.5
-"""Way of the target's edge in the first step of an increment beyond which it is not begun [thicknesses]."""
+"""Largest displacement of the target's edge in the first step of an increment [thicknesses]."""
 
 _ROUNDING = 1e-5
 _NEAR = 3e-3  # residual from which one more step leaves the target's stiffness as it is

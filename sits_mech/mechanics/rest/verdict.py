@@ -34,7 +34,7 @@ REASONS = {
     "slipping": "beyond this load the contact pressures under friction do not converge",
     "long": "beyond this load the limit of iterations for a mesh of this size is reached",
 }
-"""What is said of a path that ended, by the reason of its `Outcome` (path.py); see `reason_words`."""
+"""Messages by the reason of an `Outcome` (limit.py); see `reason_words`."""
 
 
 _NONE = np.zeros((0, 0))

@@ -67,7 +67,7 @@ class _Cycles:
 
     record: Record
     silicone: Silicone
-    weight: Array  # square root, of each point
+    weight: Array  # square root of each point's weight
     largest: float  # energy [Pa]
 
     def softening(self, x: Array) -> Softening:

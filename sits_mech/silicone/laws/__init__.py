@@ -14,7 +14,7 @@ from sits_mech.silicone.laws.yeoh import YEOH
 __all__ = ["LAWS", "Constants", "Law", "known_law"]
 
 LAWS: Mapping[str, Law] = {law.name: law for law in (NEO_HOOKEAN, MOONEY_RIVLIN, YEOH, OGDEN, GENT)}
-"""The laws by the names that material tables have for them."""
+"""Laws by their names in material tables."""
 
 
 def known_law(name: str) -> Law:
