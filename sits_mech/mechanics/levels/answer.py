@@ -107,7 +107,7 @@ def solve_levels(
 
     Without `start` the path begins at rest; `coarse` is the result of `first_look`; `smallest` is the least increment,
     `most` the limit of iterations times unknowns. With `goal` (s, 6) the error is that of `by_goal`. A limit found on
-    the coarse mesh is confirmed on the finer one within a few iterations.
+    the coarse mesh gets its error from the finer one within a few iterations.
     """
     held, end = aim(levels.fine, scales, control)
     coarse_start = _begun(levels, scales, start, 0)
