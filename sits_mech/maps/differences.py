@@ -1,4 +1,4 @@
-"""How does a smooth function change, by a few of its values? Differences of the fourth order, and their error.
+"""Differentiate a smooth function from a few values: differences of the fourth order, with their error.
 
 With values y_m at m steps h from where the slope is asked,
 
@@ -24,27 +24,15 @@ _FOURTH = (1.0, -4.0, 6.0, -4.0, 1.0)  # c
 
 @dataclass(frozen=True)
 class Stencil:
-    """Places, and what their values are multiplied by.
+    """A difference formula; scene/parameters.py has the scenes at its places."""
 
-    Of numbers alone; scene/parameters.py has the scenes at such places.
-
-    Attributes
-    ----------
-    places : tuple of int
-        m.
-    weights : tuple of float
-        w, times 12.
-    trust : float
-        a: more than a jump between any two places makes of the slope over the fourth difference; 0 where there is none.
-    """
-
-    places: tuple[int, ...]
-    weights: tuple[float, ...]
-    trust: float = 0.0
+    places: tuple[int, ...]  # m
+    weights: tuple[float, ...]  # 12 w
+    trust: float = 0.0  # a: slope error of a jump between places over the fourth difference; 0 if none
 
     @property
     def shares(self) -> dict[int, float]:
-        """What the value at each place adds to a slope, for a step of one: w."""
+        """Weights w of the values for a step of one."""
         return {place: weight / 12.0 for place, weight in zip(self.places, self.weights, strict=True)}
 
     def slope(self, values: Mapping[int, Array], step: float | Array) -> Array:
@@ -52,7 +40,7 @@ class Stencil:
         return np.asarray(sum(share * values[place] for place, share in self.shares.items()) / step)
 
     def error(self, values: Mapping[int, Array], step: float | Array) -> Array:
-        """Return how far that may be off."""
+        """Return the error of the slope."""
         fourth = sum(c * values[place] for place, c in zip(self.places, _FOURTH, strict=True)) if self.trust else 0.0
         return np.asarray(self.trust * np.abs(fourth) / step)
 
@@ -72,20 +60,9 @@ BACKWARD = Stencil((0, -1, -2, -3, -4), (25.0, -48.0, 36.0, -16.0, 3.0), 2.5)
 def best_slopes(
     parts: Sequence[Mapping[int, Array]], step: float, sizes: Sequence[float]
 ) -> tuple[Array, float]:  # fmt: skip
-    """Return slopes by the stencil of the fourth order that has the least error, and its worst error over the sizes.
+    """Return slopes, then errors, (2 k, ...), of the fourth-order stencil of least error, and its worst error.
 
-    Parameters
-    ----------
-    parts : sequence of mapping
-        Values of k functions by their places, some or all of those that the stencils take.
-    step : float
-    sizes : sequence of float
-        What the errors of each function are measured by.
-
-    Returns
-    -------
-    ndarray, shape (2 k, ...), and float
-        Slopes, then their errors.
+    `parts`: values of k functions by place, some or all of those the stencils take; `sizes` scale the errors of each.
     """
     found: list[tuple[float, Array]] = []
     for stencil in (CENTRAL, WIDE, FORWARD, BACKWARD):

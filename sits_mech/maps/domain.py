@@ -1,4 +1,4 @@
-"""Where can a map from forces to inductances be turned around? The sign of its determinant, the hull of its loads.
+"""Find where a map from forces to inductances is invertible: sign of its determinant, hull of its loads.
 
 For as many directions as forces: y = S^-1 V^T w L, V and S the singular vectors and values of the weighted inductances
 over the box (of more coils than forces, within the directions that the forces move them in), D(F) = det(dy/dF). D keeps
@@ -35,36 +35,16 @@ _FOLLOWED, _SETTLED = 6, 1e-3  # steps of Newton's method, and how small the las
 
 @dataclass(frozen=True)
 class Domain:
-    """Where an inverse holds, in scaled forces from -1 to 1.
+    """The domain of an inverse, in scaled forces from -1 to 1."""
 
-    Attributes
-    ----------
-    regions : tuple of str
-        Parts of the box where there is no inverse, each named by its forces and the reason; empty where all is well.
-    share : float
-        Of the loads inside the hull that have an inverse.
-    sign : float
-        Of the determinant where the inverse holds.
-    condition : ndarray
-        Condition number of dy/dF over the grid, in whitened inductances and scaled forces.
-    labels : ndarray of int
-        Over the grid: 1 where the inverse holds, 0 outside the hull or without sensitivity, above 1 in other parts.
-    hull : ndarray, shape (f, d + 1)
-        Half-spaces A x + b <= 0 of the loads.
-    whitening : tuple of ndarray
-        Middle of the inductances (n,) and their leading directions (n, d).
-    span : ndarray, shape (2, d)
-        Least and greatest whitened inductances of the loads inside the hull.
-    """
-
-    regions: tuple[str, ...]
-    share: float
-    sign: float
-    condition: Array = field(repr=False)
-    labels: NDArray[np.int_] = field(repr=False)
-    hull: Array = field(repr=False)
-    whitening: tuple[Array, Array] = field(repr=False)
-    span: Array = field(repr=False)
+    regions: tuple[str, ...]  # without inverse, by forces and reason
+    share: float  # of the loads inside the hull with an inverse
+    sign: float  # of the determinant where the inverse holds
+    condition: Array = field(repr=False)  # of dy/dF over the grid, whitened
+    labels: NDArray[np.int_] = field(repr=False)  # 1: valid; 0: outside or insensitive; > 1: others
+    hull: Array = field(repr=False)  # (f, d + 1), half-spaces A x + b <= 0
+    whitening: tuple[Array, Array] = field(repr=False)  # middle (n,), leading directions (n, d)
+    span: Array = field(repr=False)  # (2, d), whitened, of loads inside the hull
 
     def whitened(self, L: Array) -> Array:
         """Return inductances (m, n) along the leading directions, of size one over the box, shape (m, d)."""
@@ -72,32 +52,25 @@ class Domain:
         return times(directions.T[..., None], (L - middle).T).T
 
     def holds(self, x: Array, margin: float) -> NDArray[np.bool_]:
-        """Tell which scaled forces (m, d) lie inside the hull of the table's loads, or outside by at most `margin`."""
+        """Whether scaled forces (m, d) lie inside the hull of the table's loads, or outside by at most `margin`."""
         return np.asarray(np.max(times(self.hull[:, :-1, None], x.T) + self.hull[:, -1:], axis=0) <= margin + 1e-9)
 
     def beyond(self, L: Array) -> NDArray[np.bool_]:
-        """Tell which inductances (m, n) lead further along one of the leading directions than any load's."""
+        """Whether inductances (m, n) lie beyond all loads' along a leading direction."""
         y = self.whitened(L)
         return np.asarray(np.any((y < self.span[0]) | (y > self.span[1]), axis=-1))
 
     def valid(self, x: Array) -> NDArray[np.bool_]:
-        """Tell which scaled forces (m, d) lie in the part that has an inverse."""
+        """Whether scaled forces (m, d) lie in the part that has an inverse."""
         top = np.array(self.labels.shape) - 1
         near = np.clip(np.rint(0.5 * (x + 1.0) * top), 0, top).astype(int)
         return np.asarray(self.labels[tuple(near.T)] == 1)
 
 
 def domain_of(found: SmoothMap, weights: Array, hull: Array) -> tuple[Domain, tuple[Array, ...]]:
-    """Return the domain of a map's inverse, and starting points for each of its parts, the valid one first.
+    """Return the domain of the inverse of a map of forces to inductances, and starting points of its parts.
 
-    Parameters
-    ----------
-    found : SmoothMap
-        Forces to inductances.
-    weights : ndarray, shape (n,)
-        Of the inductances.
-    hull : ndarray, shape (f, d + 1)
-        Of the scaled loads that the map goes through (`hull_of`).
+    The valid part comes first; `weights` (n,) of the inductances, `hull` from `hull_of`.
     """
     d = hull.shape[1] - 1
     axes = [np.linspace(-1.0, 1.0, _POINTS.get(d, 5))] * d
@@ -133,7 +106,7 @@ def domain_of(found: SmoothMap, weights: Array, hull: Array) -> tuple[Domain, tu
 
 
 def times(A: Array, x: Array) -> Array:
-    """Return small matrices (p, q, m or 1) times columns (q, m), shape (p, m), summed in one order whatever m is."""
+    """Return small matrices (p, q, m or 1) times columns (q, m), shape (p, m), in an order independent of m."""
     found = A[:, 0] * x[0]
     for k in range(1, len(x)):
         found += A[:, k] * x[k]
@@ -141,7 +114,7 @@ def times(A: Array, x: Array) -> Array:
 
 
 def hull_of(x: Array) -> Array:
-    """Return the half-spaces A x + b <= 0 of the loads' convex hull, shape (f, d + 1); the box where they are flat."""
+    """Return the half-spaces A x + b <= 0 of the loads' convex hull, shape (f, d + 1); the box if they are flat."""
     d = x.shape[1]
     if d > 1:
         try:
@@ -152,9 +125,9 @@ def hull_of(x: Array) -> Array:
 
 
 def _whitening(values: Array, slopes: Array, weights: Array) -> tuple[Array, Array]:
-    """Return the middle of inductances (m, n) and the directions (n, at most d) that give them size one.
+    """Return middle of inductances (m, n) and directions (n, at most d) that give them size one.
 
-    Of more coils than forces, within the directions that slopes (m, n, d) point in, each force's as long as another's.
+    Of more coils than forces, within the directions of the slopes (m, n, d), each force's normalised.
     """
     middle, d, basis = values.mean(axis=0), slopes.shape[-1], np.eye(len(weights))
     if len(weights) > d:
@@ -181,7 +154,7 @@ def _parts(det: Array, inside: NDArray[np.bool_]) -> NDArray[np.int_]:
     least = _ALIKE * max((int(piece.sum()) for piece in pieces), default=0)
 
     def rank(piece: NDArray[np.bool_]) -> tuple[bool, float]:
-        """Put large parts before small ones, and of large ones that of the larger forces first."""
+        """Rank large parts before small ones, large ones by largest forces."""
         large, middle = int(piece.sum()) >= least, np.argwhere(piece).mean(axis=0)
         return not large, -float(middle @ 0.5 ** np.arange(det.ndim)) if large else -float(piece.sum())
 
@@ -198,7 +171,7 @@ def _region(found: SmoothMap, x: Array, reason: str) -> str:
 
 
 def _folds_over(found: SmoothMap, x: Array, part: NDArray[np.bool_], directions: Array, ranges: Array) -> bool:
-    """Tell whether loads of a part's edge, or with more coils than forces of all of it, show what far ones show."""
+    """Whether distant loads, of a part's edge or with more coils than forces of all of it, show the same."""
     edge = part & ~binary_erosion(part)
     if edge.sum() < 2 or not _alike(found, x[edge], directions, len(x)):
         return False
@@ -206,9 +179,9 @@ def _folds_over(found: SmoothMap, x: Array, part: NDArray[np.bool_], directions:
 
 
 def _alike(found: SmoothMap, x: Array, directions: Array, count: int, ranges: Array | None = None) -> bool:
-    """Tell whether two far loads (m, d) show the same along the directions, or within `ranges` in all coils.
+    """Whether two distant loads (m, d) show the same along the directions, or within `ranges` in all coils.
 
-    Near images whose loads are far are followed by the slopes there; where that ends within a cell, by Newton's method.
+    Near images of distant loads are followed along the slopes there; within a cell, by Newton's method.
     """
     L, slopes = found.value_and_slopes(x)
     seen, inverse = L @ directions, np.linalg.inv(np.einsum("mni,nk->mki", slopes, directions))

@@ -1,15 +1,15 @@
-"""Which parameters of a model describe a measurement, how far are they known, and what do they share?
+"""Fit parameters of a model to a measurement, with half-widths, correlations and profiles.
 
 Least squares over all numbers measured, each output over its range, or over the noise of a reading where that is known:
 
     chi^2(p) = sum ((y(p) - y) / sigma)^2 + sum ((p_k - v_k) / s_k)^2,
 
 the second sum over parameters that are known to be v_k +- s_k beforehand. Half-widths at 95 % are those of Student's t
-with the residual's variance, or the model's own if that is more; with a known noise the normal distribution's, wider
-by what chi^2 over its degrees of freedom exceeds one. The profile of a parameter is the least chi^2 for each of its
-values, all others fitted; less its own term it is what the measurement says of it, flat where it says nothing.
-Numbers only: the model is any function. Source of the profile: D. M. Bates, D. G. Watts, Nonlinear Regression
-Analysis and Its Applications, Wiley 1988, ch. 6.
+with the residual's variance, or the model's own if that is more; with a known noise the normal distribution's, wider by
+what chi^2 over its degrees of freedom exceeds one. The profile of a parameter is the least chi^2 for each of its
+values, all others fitted; less its own term it is the measurement's information on it, flat where there is none.
+Numbers only: the model is any function. Source of the profile: D. M. Bates, D. G. Watts, Nonlinear Regression Analysis
+and Its Applications, Wiley 1988, ch. 6.
 """
 
 from __future__ import annotations
@@ -34,83 +34,40 @@ _END = 1e-6  # of the reach: this close to its end a value is held by it
 
 @dataclass(frozen=True)
 class Free:
-    """A parameter that is fitted.
-
-    Attributes
-    ----------
-    name : str
-    start, low, high : float
-        First value, which is also the value known beforehand; least and greatest values.
-    size : float
-        How large a change of it is.
-    deviation : float
-        Standard deviation of what is known of it beforehand; infinite where that is nothing.
-    beyond : tuple of str
-        Why it must not be less, and not be more.
-    """
+    """A parameter to fit."""
 
     name: str
-    start: float
+    start: float  # first value, also the one known beforehand
     low: float
     high: float
-    size: float
-    deviation: float = np.inf
-    beyond: tuple[str, str] = ("", "")
+    size: float  # typical change
+    deviation: float = np.inf  # standard deviation known beforehand; inf if nothing is
+    beyond: tuple[str, str] = ("", "")  # why it must not be less, nor more
 
 
 @dataclass(frozen=True)
 class ParameterFit:
-    """Parameters of a model that describe a measurement.
-
-    Attributes
-    ----------
-    names : tuple of str
-    values, half_widths : ndarray, shape (p,)
-        Best values and their 95 % half-widths; infinite where the data do not determine them.
-    correlation : ndarray, shape (p, p)
-    residual : ndarray, shape (m, n)
-        Measured less model.
-    rms, rms_before : float
-        Of the residual with the best and with the first values, over each output's range.
-    chi_square : float
-        What is least, in units of the noise; over each range where no noise is known.
-    variance : float
-        By which the half-widths are those of more than the noise.
-    """
+    """Parameters of a model fitted to a measurement."""
 
     names: tuple[str, ...]
-    values: Array
-    half_widths: Array
-    correlation: Array
-    residual: Array
-    rms: float
-    rms_before: float
-    chi_square: float
-    variance: float
+    values: Array  # (p,)
+    half_widths: Array  # 95 %, (p,); inf if not determined
+    correlation: Array  # (p, p)
+    residual: Array  # measured less model, (m, n)
+    rms: float  # of the residual, over each output's range
+    rms_before: float  # the same at the first values
+    chi_square: float  # in units of the noise, or of each range
+    variance: float  # multiplies the parameters' covariance
 
 
 def fit_parameters(
     model: Model, y: ArrayLike, free: Sequence[Free], *, noise: float | None = None, own: float = 0.0
 ) -> ParameterFit:
-    """Return the parameters of a model that describe a measurement best.
+    """Fit the parameters of a model to measured outputs (m, n).
 
-    Parameters
-    ----------
-    model : callable
-    y : array_like, shape (m, n)
-        Measured, n outputs.
-    free : sequence of Free
-        The parameters.
-    noise : float, optional
-        Standard deviation of a number of `y`.
-    own : float
-        Root mean square error of the model itself, over each range: half-widths are not of less scatter.
-
-    Raises
-    ------
-    SceneError
-        When there are no more numbers than parameters, something is known beforehand but the noise is not, or the best
-        value lies at an end.
+    `noise`: standard deviation of a number of `y`; `own`: root mean square error of the model itself over each range, a
+    floor of the scatter. Raise SceneError for no more numbers than parameters, prior knowledge without noise, or a best
+    value at an end.
     """
     y = np.asarray(y, dtype=float)
     known = sum(np.isfinite(each.deviation) for each in free)
@@ -144,23 +101,9 @@ def profile(
     model: Model, y: ArrayLike, free: Sequence[Free], found: ParameterFit, name: str, *, noise: float,
     values: ArrayLike,
 ) -> Array:  # fmt: skip
-    """Return what the measurement says of a parameter: least chi^2 for each of its values, less its own term.
+    """Return the least chi^2, less its own term, for each value (k,) of a parameter `name`, above the least of them.
 
-    Parameters
-    ----------
-    model, y, free, noise
-        As for `fit_parameters`.
-    found : ParameterFit
-        Its result.
-    name : str
-        Of the parameter.
-    values : array_like, shape (k,)
-        Its values, in order.
-
-    Returns
-    -------
-    ndarray, shape (k,)
-        Above the least of them; infinite where the model has no outputs.
+    `found` is the result of `fit_parameters`; inf where the model has no outputs.
     """
     y, values = np.asarray(y, dtype=float), np.asarray(values, dtype=float)
     place = [each.name for each in free].index(name)
@@ -188,19 +131,19 @@ def profile(
 def _least(
     model: Model, y: Array, free: Sequence[Free], scale: Array, start: Array | None = None
 ) -> OptimizeResult:
-    """Return the parameters of the least chi^2; residuals of the data come first, then of what is known."""
+    """Return the parameters of least chi^2; residuals of the data come first, then of prior knowledge."""
     known = np.array([each.start for each in free])
     deviations = np.array([each.deviation for each in free])
     rows = np.isfinite(deviations)
     low, high, sizes = (np.array([getattr(each, key) for each in free]) for key in ("low", "high", "size"))
 
     def off(P: Array) -> Array:
-        """Residuals for many parameters, shape (k, m n + known)."""
+        """Return residuals for many parameters, shape (k, m n + known)."""
         data = ((model(P) - y) / scale).reshape(len(P), -1)
         return np.concatenate([data, ((P - known) / np.where(rows, deviations, 1.0))[:, rows]], axis=1)
 
     def slopes(p: Array) -> Array:
-        """Their derivatives, by differences on both sides, or one where the other has no answer; asked for at once."""
+        """Return their derivatives by differences, one-sided where the other side fails; evaluated at once."""
         up, down = np.minimum(p + _STEP * sizes, high), np.maximum(p - _STEP * sizes, low)
         places = [np.where(np.eye(len(p), dtype=bool), side, p) for side in (up, down)]
         each = off(np.concatenate([*places, p[None]]))
@@ -212,7 +155,7 @@ def _least(
         return np.asarray(((above - below) / np.where(up > down, up - down, np.inf)[:, None]).T)
 
     def one(p: Array) -> Array:
-        """Residuals for one."""
+        """Return the residuals for one."""
         return np.asarray(off(p[None])[0])
 
     first = known if start is None else np.clip(start, low + 1e-9 * (high - low), high - 1e-9 * (high - low))

@@ -1,4 +1,4 @@
-"""Which points of a grid need solving? As many as a smooth map through them takes to predict the others.
+"""Choose the points of a grid to solve: as few as a smooth map needs to predict the others.
 
 Each variable has nested levels of its values: the least of them, the ends, the middle of the gap, of the gaps then, and
 so on. A block nu = (nu_1 .. nu_d) of a grid has the first nu_k levels of each variable; with U_nu the tensor product of
@@ -40,43 +40,22 @@ _LEAST = 0.25  # of the largest range of an output, what every output is taken t
 
 @dataclass(frozen=True)
 class SolvedPart:
-    """A grid solved at some of its points, which predict the others.
+    """A grid solved at some of its points, which predict the others."""
 
-    Attributes
-    ----------
-    axes : mapping
-        The whole grid.
-    blocks : tuple of tuple of int
-        The solved blocks; with each of them those below it.
-    values : ndarray, shape (*sizes, n)
-        The outputs; NaN where they are not solved.
-    error : ndarray, shape (n,)
-        Of the map between the solved points.
-    """
-
-    axes: Axes
-    blocks: tuple[Block, ...]
-    values: Array
-    error: Array
+    axes: Axes  # of the whole grid
+    blocks: tuple[Block, ...]  # solved, each with those below it
+    values: Array  # (*sizes, n), outputs; nan if not solved
+    error: Array  # (n,), of the map between solved points
 
 
 def solve_part(
     solve: Callable[[list[tuple[float, ...]]], ArrayLike], axes: Axes, *, tolerance: float, weights: ArrayLike = 1.0
 ) -> SolvedPart | None:
-    """Return a grid solved at as few points as predict the rest, or None where all of it is to be solved.
+    """Return a grid solved at as few points as predict the rest, or None where all are to be solved.
 
-    That is so for a grid of few points, and where a point fails.
-
-    Parameters
-    ----------
-    solve : callable
-        Points of the grid to the outputs there, shape (m, n); NaN where it fails.
-    axes : mapping of str to sequence
-        The grid.
-    tolerance : float
-        Of the map, relative to the range of each output, one that varies little counting a quarter of the largest.
-    weights : array_like, shape (n,)
-        What makes outputs comparable, such as the lever of an angle.
+    That is so for small grids, and where a point fails. `solve` maps points to outputs (m, n), nan where it fails;
+    `tolerance` is relative to each output's range, at least a quarter of the largest; `weights` (n,) make outputs
+    comparable.
     """
     levels = _levels_of(axes)
     if _count(axes) <= _WHOLE:
@@ -102,7 +81,7 @@ def solve_part(
 
 
 def likely_part(axes: Axes) -> list[tuple[float, ...]]:
-    """Return points of a grid that are as a rule enough, and not many too many: of one level more than the first."""
+    """Return the points of a grid that usually suffice: one level more than the first."""
     levels = _levels_of(axes)
     if _count(axes) <= _WHOLE:
         return list(itertools.product(*axes.values()))
@@ -113,17 +92,7 @@ def likely_part(axes: Axes) -> list[tuple[float, ...]]:
 
 
 def interpolated(part: SolvedPart, values: ArrayLike, *, degree: int = _DEGREE) -> Array:
-    """Return the map through values at the solved points of a grid, on all of it.
-
-    Parameters
-    ----------
-    part : SolvedPart
-        What is solved.
-    values : array_like, shape (*sizes, m)
-        Those at other points play no part.
-    degree : int
-        Of the splines; 1 goes straight from point to point.
-    """
+    """Return the map through values (*sizes, m) at the solved points, on the whole grid; degree 1 is linear."""
     levels, solved = _levels_of(part.axes), set(part.blocks)
     whole = [np.arange(len(own)) for own in part.axes.values()]
     found = np.zeros(np.shape(values))
@@ -139,7 +108,7 @@ def _solved(
     solve: Callable[[list[tuple[float, ...]]], ArrayLike], axes: Axes, levels: Levels, found: Array | None,
     blocks: Sequence[Block],
 ) -> Array | None:  # fmt: skip
-    """Return the outputs on the grid, shape (*sizes, n), with those of more blocks; None where a point fails."""
+    """Return the outputs (*sizes, n) with more blocks solved; None where a point fails."""
     missing = np.zeros(tuple(len(values) for values in axes.values()), dtype=bool)
     for block in blocks:
         missing[np.ix_(*_places(levels, block))] = True
@@ -173,7 +142,7 @@ def _size(found: Array, axes: Axes, levels: Levels, block: Block) -> Array:
 def _tensor(
     values: Array, axes: Axes, known: Sequence[NDArray[np.int_]], asked: Sequence[NDArray[np.int_]], degree: int
 ) -> Array:
-    """Return U: splines through the values at known places of each variable, at others."""
+    """Return U: splines through values at known places of each variable, at others."""
     from scipy.interpolate import make_interp_spline
 
     found = values[np.ix_(*known)]
@@ -190,7 +159,7 @@ def _tensor(
 
 
 def _expected(sizes: Mapping[Block, Array], block: Block) -> Array:
-    """Return what a block that is not solved is expected to have of each output, shape (n,)."""
+    """Return the expected size of an unsolved block for each output, shape (n,)."""
     return np.asarray(_DECAY * np.max([sizes[below] for below in _below(block) if below in sizes], axis=0))
 
 
@@ -200,7 +169,7 @@ def _below(block: Block) -> Iterator[Block]:
 
 
 def _next_blocks(solved: Mapping[Block, Array], levels: Levels) -> list[Block]:
-    """Return the blocks that are not solved, but a neighbour below is, in one order."""
+    """Return the unsolved blocks with a solved neighbour below, in one order."""
     above = {block[:k] + (level + 1,) + block[k + 1 :] for block in solved for k, level in enumerate(block)}
     return sorted(block for block in above - set(solved) if all(map(lt, block, map(len, levels))))
 
@@ -222,7 +191,7 @@ def _places(levels: Levels, block: Block) -> list[NDArray[np.int_]]:
 
 
 def _count(axes: Axes) -> int:
-    """Return how many points a grid has."""
+    """Return the number of points of a grid."""
     return int(np.prod([len(values) for values in axes.values()]))
 
 
@@ -232,7 +201,7 @@ def _levels_of(axes: Axes) -> Levels:
 
 
 def _levels(values: Sequence[float]) -> Iterator[list[int]]:
-    """Yield places of values: the least, the ends, the middles of gaps; of a list that mirrors itself such that do."""
+    """Yield places of values: the least, the ends, middles of gaps; mirrored where the list is."""
     last, sizes = len(values) - 1, np.abs(np.asarray(values, dtype=float))
     new = np.flatnonzero(sizes <= sizes.min() + 1e-9 * np.ptp(values)).tolist()
     known = set[int]()

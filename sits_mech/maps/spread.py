@@ -1,4 +1,4 @@
-"""How far do tolerances scatter an answer, and which of them matters? Quasi-Monte Carlo over a smooth map, shares.
+"""Propagate tolerances to an answer: quasi-Monte Carlo over a smooth map, with shares of the variance.
 
 Independent normal deviations x_i of size s_i. A costly function y(x) is asked at a few points of a Sobol sequence
 within three s_i, a polynomial (`surrogate`) goes through them, and of the polynomial, at 2^12 points of a sequence,
@@ -28,50 +28,23 @@ _STILL = 1e-9  # of an answer: what scatters less may be rounding
 
 @dataclass(frozen=True)
 class Spread:
-    """What tolerances make of q answers; p tolerances.
+    """Scatter of q answers under p tolerances."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Of the tolerances.
-    deviations : ndarray, shape (p,)
-        Their standard deviations.
-    mean, deviation : ndarray, shape (q,)
-        Of each answer.
-    interval : ndarray, shape (q, 2)
-        2.5 % and 97.5 % quantiles.
-    first, total : ndarray, shape (q, p)
-        Shares of the variance; NaN for an answer that does not scatter.
-    map_error : ndarray, shape (q,)
-        Of the polynomial, root mean square at points left out.
-    """
-
-    names: tuple[str, ...]
-    deviations: Array
-    mean: Array
-    deviation: Array
-    interval: Array
-    first: Array
-    total: Array
-    map_error: Array
+    names: tuple[str, ...]  # of the tolerances
+    deviations: Array  # standard, (p,)
+    mean: Array  # (q,)
+    deviation: Array  # standard, (q,)
+    interval: Array  # (q, 2), 2.5 % and 97.5 % quantiles
+    first: Array  # (q, p), shares of the variance; nan if it is zero
+    total: Array  # (q, p)
+    map_error: Array  # (q,), root mean square at points left out
 
 
 def design(deviations: ArrayLike, count: int, *, seed: int = 0) -> Array:
-    """Return the deviations to ask a costly function at, shape (count, p), the first of them zero.
+    """Return the deviations at which to evaluate, (count, p), the first zero; a power of two fills the box evenly.
 
-    Parameters
-    ----------
-    deviations : array_like, shape (p,)
-        Standard deviations, positive.
-    count : int
-        A power of two fills the box evenly.
-    seed : int
-        Of the sequence's scrambling.
-
-    Raises
-    ------
-    ValueError
-        When a deviation is not positive, or the points are fewer than two a tolerance.
+    `seed` scrambles the sequence. Raise ValueError for a deviation that is not positive, or fewer than two points a
+    tolerance.
     """
     s = np.asarray(deviations, dtype=float)
     if s.ndim != 1 or not np.all(s > 0.0):
@@ -87,27 +60,10 @@ def spread(
     names: Sequence[str], deviations: ArrayLike, points: ArrayLike, values: ArrayLike, *,
     samples: int = 4096, seed: int = 0,
 ) -> Spread:  # fmt: skip
-    """Return mean, scatter and shares of answers known at a few points.
+    """Return mean, scatter and shares of answers (m, q) known at points (m, p) from `design`.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Of the p tolerances.
-    deviations : array_like, shape (p,)
-        Their standard deviations.
-    points : array_like, shape (m, p)
-        As from `design`.
-    values : array_like, shape (m, q)
-        The answers there; rows that are not finite are left out.
-    samples : int
-        Points of the quasi-Monte Carlo, a power of two.
-    seed : int
-        Of the sequences' scrambling.
-
-    Raises
-    ------
-    ValueError
-        When points are too few, or `samples` is no power of two.
+    Rows that are not finite are left out; `samples` of the quasi-Monte Carlo. Raise ValueError for too few points, or
+    if `samples` is no power of two.
     """
     s, x, y = (np.asarray(item, dtype=float) for item in (deviations, points, values))
     if samples < 64 or samples & (samples - 1):
@@ -124,7 +80,7 @@ def spread(
 
 
 def _within(found: SmoothMap, points: Array) -> Array:
-    """Return points (m, p) moved to the box of the map: 0.3 % of a normal deviation lie beyond it."""
+    """Clip points (m, p) to the box of the map: 0.3 % of a normal deviation lie beyond it."""
     return np.asarray(np.clip(points, found.low, found.high))
 
 

@@ -1,4 +1,4 @@
-"""Which smooth map goes through scattered values? Chebyshev polynomials by least squares, their degree by prediction.
+"""Fit a smooth map through scattered values: Chebyshev polynomials, degrees chosen by prediction.
 
     y_c(p) = sum_k a_kc prod_i T_{k_i}(x_i),    x_i = (2 p_i - high_i - low_i) / (high_i - low_i),    a by least squares
 
@@ -10,11 +10,11 @@ variable (a line of a grid, a single scattered point) left out in turn, except t
 
 Of all maps tried the one of the fewest terms is taken whose e is within a tenth of the least, root mean square over the
 outputs' ranges, where 1e-9 of a range counts as exact: neither noise is followed, nor does rounding, which differs from
-processor to processor, choose the degrees. `error` of each output is the largest e; on a grid, if it is more, 1.5
-times the largest difference over the box to the maps of two degrees more, or for three and more variables 1.25 the sum
-of these differences: near the edge no line can be left out, and an odd map hides the error of an even degree. P_i stays
+processor to processor, choose the degrees. `error` of each output is the largest e; on a grid, if it is more, 1.5 times
+the largest difference over the box to the maps of two degrees more, or for three and more variables 1.25 the sum of
+these differences: near the edge no line can be left out, and an odd map hides the error of an even degree. P_i stays
 three below the number of lines for that. Of up to five lines the map may take all and is compared with two degrees
-less; of two lines nothing can be told: the error is infinite. Numbers only, no physics.
+less; with two lines there is no estimate: the error is infinite. Numbers only, no physics.
 """
 
 from __future__ import annotations
@@ -41,29 +41,15 @@ _LEAST_FREEDOM = 1e-6  # of points left out: below it the others do not decide t
 
 @dataclass(frozen=True)
 class SmoothMap:
-    """A polynomial map from d variables to n outputs over a box.
-
-    Attributes
-    ----------
-    names : tuple of str
-        Of the variables.
-    low, high : ndarray, shape (d,)
-        The box, in the variables' units.
-    powers : ndarray of int, shape (k, d)
-        Degrees of each term.
-    coefficients : ndarray, shape (k, n)
-        In the units of the outputs.
-    error, rms : ndarray, shape (n,)
-        Largest and root mean square error of predicting a point that is left out.
-    """
+    """A polynomial map from d variables to n outputs over a box."""
 
     names: tuple[str, ...]
-    low: Array
-    high: Array
-    powers: NDArray[np.int_]
-    coefficients: Array
-    error: Array
-    rms: Array
+    low: Array  # (d,), of the box
+    high: Array  # (d,)
+    powers: NDArray[np.int_]  # (k, d), degrees of each term
+    coefficients: Array  # (k, n), in units of the outputs
+    error: Array  # (n,), largest, of predicting a point left out
+    rms: Array  # (n,), root mean square of the same
 
     @property
     def degrees(self) -> tuple[int, ...]:
@@ -71,35 +57,35 @@ class SmoothMap:
         return tuple(int(degree) for degree in self.powers.max(axis=0))
 
     def scaled(self, points: ArrayLike) -> Array:
-        """Return points of the box, shape (..., d), in the coordinates x from -1 to 1."""
+        """Map points (..., d) of the box to coordinates x in -1..1."""
         return (2.0 * np.asarray(points, dtype=float) - self.high - self.low) / (self.high - self.low)
 
     def unscaled(self, x: ArrayLike) -> Array:
-        """Return coordinates x in the variables' units."""
+        """Map coordinates x to the variables' units."""
         return 0.5 * (np.asarray(x, dtype=float) * (self.high - self.low) + self.high + self.low)
 
     def at(self, points: ArrayLike) -> Array:
-        """Return the outputs at points, shape (..., d) to (..., n); outside the box an extrapolation."""
+        """Return the outputs at points, (..., d) to (..., n); extrapolated outside the box."""
         x = self.scaled(points)
         return np.ascontiguousarray(self._evaluated(x.reshape(-1, len(self.low)), False)[0].T).reshape(
             *x.shape[:-1], -1
         )
 
     def slopes(self, points: ArrayLike) -> Array:
-        """Return the derivatives of the outputs by the variables, shape (..., d) to (..., n, d)."""
+        """Return the derivatives of outputs by variables at points, (..., d) to (..., n, d)."""
         x = self.scaled(points)
         found = self.value_and_slopes(x.reshape(-1, len(self.low)))[1] * (2.0 / (self.high - self.low))
         return found.reshape(*x.shape[:-1], *found.shape[1:])
 
     def value_and_slopes(self, x: Array) -> tuple[Array, Array]:
-        """Return outputs (m, n) and derivatives by the coordinates x (m, n, d), at coordinates x of shape (m, d)."""
+        """Return outputs (m, n) and their derivatives by x (m, n, d), at x (m, d)."""
         found = self._evaluated(x, True)
         return found[0].T, np.moveaxis(found[1:], (0, 2), (2, 0))
 
     def _evaluated(self, x: Array, slopes: bool) -> Array:
-        """Return outputs and, if asked, derivatives at coordinates (m, d), shape (1 or 1 + d, n, m).
+        """Return outputs and, if asked, derivatives at x (m, d), shape (1 or 1 + d, n, m).
 
-        Every number is made of its own point alone, in the same order: the digits do not depend on the other points.
+        Each point is summed by itself in one order: its digits do not depend on the other points.
         """
         joins, (m, d), n = self._joins, x.shape, self.coefficients.shape[1]
         found = np.empty((1 + slopes * d, n, m))
@@ -117,7 +103,7 @@ class SmoothMap:
 
     @cached_property
     def _joins(self) -> list[tuple[int, list[tuple[slice, Any]]]]:
-        """For each variable: how many products of the later ones there are, and which terms of each degree go where."""
+        """Products of the later variables, and the places of terms of each degree, for each variable."""
         found, powers = [], self.powers
         for _ in range(len(self.low)):
             rest, place = np.unique(powers[:, 1:], axis=0, return_inverse=True)
@@ -133,30 +119,11 @@ class SmoothMap:
 def fit_map(
     names: Sequence[str], points: ArrayLike, values: ArrayLike, *, simplex: bool = False, scale: ArrayLike | None = None
 ) -> SmoothMap:
-    """Return the smooth map through values at points.
+    """Fit the smooth map through values (m, n) at points (m, d), on a grid or scattered, over their box.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Of the d variables.
-    points : array_like, shape (m, d)
-        Where the values are known, on a grid or scattered.
-    values : array_like, shape (m, n)
-        Finite.
-    simplex : bool
-        Take the smaller set of terms, for three and more variables.
-    scale : array_like, shape (n,), optional
-        Sizes of the outputs' errors, by which the degrees are chosen; the range of each by default.
-
-    Returns
-    -------
-    SmoothMap
-        Over the box that the points span.
-
-    Raises
-    ------
-    ValueError
-        When shapes differ, a value is not finite, a variable has one value only, or points are too few for a plane.
+    `simplex`: fewer terms, for three and more variables; `scale` (n,): size of each output's error for choosing
+    degrees, its range by default. Raise ValueError for unequal shapes, a value that is not finite, a variable with one
+    value, or too few points for a plane.
     """
     p, y = np.asarray(points, dtype=float), np.asarray(values, dtype=float)
     _check(names, p, y)
@@ -183,7 +150,7 @@ def fit_map(
 
 
 def _check(names: Sequence[str], points: Array, values: Array) -> None:
-    """Refuse what no map can be put through."""
+    """Refuse points and values that no map fits."""
     if points.ndim != 2 or values.ndim != 2 or len(points) != len(values) or points.shape[1] != len(names):
         form = f"(m, {len(names)}) and (m, n)"
         raise ValueError(f"points and values: must be of shapes {form}; got {points.shape} and {values.shape}")
@@ -197,7 +164,7 @@ def _check(names: Sequence[str], points: Array, values: Array) -> None:
 
 
 def _lines(x: Array) -> list[NDArray[np.int_]]:
-    """Return the points of each value of each variable, without the outermost values."""
+    """Return the points of each value of each variable, except the outermost values."""
     groups = []
     for numbers in map(_numbered, x.T):
         groups += [np.flatnonzero(numbers == number) for number in range(1, int(numbers.max()))]
@@ -205,7 +172,7 @@ def _lines(x: Array) -> list[NDArray[np.int_]]:
 
 
 def _numbered(column: Array) -> NDArray[np.int_]:
-    """Return which of a variable's different values every point has, in ascending order."""
+    """Return the index of each point's value among a variable's different values, ascending."""
     order = np.argsort(column, kind="stable")
     numbers = np.zeros(len(column), dtype=int)
     numbers[order[1:]] = np.cumsum(np.diff(column[order]) > _SAME)
@@ -213,7 +180,7 @@ def _numbered(column: Array) -> NDArray[np.int_]:
 
 
 def _chosen(x: Array, y: Array, groups: Sequence[NDArray[np.int_]], highest: Sequence[int], simplex: bool) -> list[int]:
-    """Return the fewest degrees that predict well; one may rise by two at once, for maps that are even or odd."""
+    """Return the fewest degrees that predict well, raised by up to two at once for even or odd maps."""
     at = (1,) * x.shape[1]
     tried = {at: _score(x, y, groups, _terms(at, simplex))}
     while True:
@@ -227,13 +194,13 @@ def _chosen(x: Array, y: Array, groups: Sequence[NDArray[np.int_]], highest: Seq
 
 
 def _simplest(scores: Mapping[tuple[int, ...], float], margin: float, simplex: bool) -> tuple[int, ...]:
-    """Return the degrees of the fewest terms whose error is the least within a margin, of several such the first."""
+    """Return the degrees of fewest terms whose error is within a margin of the least; the first of several."""
     least = min(scores.values())
     return min((trial for trial in scores if scores[trial] <= margin * least), key=lambda t: len(_terms(t, simplex)))
 
 
 def _uncertainty(x: Array, y: Array, degrees: Sequence[int], counts: Sequence[int], simplex: bool) -> Array:
-    """Return the largest difference over the box to maps of other degrees, for each output; of many, their sum."""
+    """Return the largest difference over the box to maps of other degrees, summed for many variables."""
     axes = [np.linspace(-1.0, 1.0, {1: 33, 2: 33, 3: 16, 4: 6, 5: 6}.get(len(degrees), 4))] * len(degrees)
     fine = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(degrees))
     trials = [list(degrees)]
@@ -250,13 +217,13 @@ def _uncertainty(x: Array, y: Array, degrees: Sequence[int], counts: Sequence[in
 
 
 def _score(x: Array, y: Array, groups: Sequence[NDArray[np.int_]], powers: NDArray[np.int_]) -> float:
-    """Return the root mean square error of predicting, at least what counts as exact; infinite with too many terms."""
+    """Return the root mean square error of predicting, at least what counts as exact; inf with too many terms."""
     off = _predicted(_design(x, powers), y, groups)
     return np.inf if off is None or not len(off) else max(float(np.sqrt(np.mean(off**2))), _EXACT)
 
 
 def _predicted(design: Array, y: Array, groups: Sequence[NDArray[np.int_]]) -> Array | None:
-    """Return how far every point of every group is off when its group is left out; None where a term hangs on one."""
+    """Return each point's error when its group is left out; None if a term depends on one group."""
     if design.shape[1] > design.shape[0]:
         return None
     q, r = np.linalg.qr(design)
@@ -286,7 +253,7 @@ def _design(x: Array, powers: NDArray[np.int_]) -> Array:
 
 
 def _joined(terms: Array, table: Array, count: int, parts: Sequence[tuple[slice, Any]]) -> Array:
-    """Return the sum over one variable's degrees: terms (k, n, 1 or m), its factors (P + 1, m), to (count, n, m)."""
+    """Sum over one variable's degrees: terms (k, n, 1 or m), factors (P + 1, m), to (count, n, m)."""
     found = np.zeros((count, terms.shape[1], table.shape[1]))
     for k, ((rows, places), factor) in enumerate(zip(parts, table, strict=True)):
         found[places] += terms[rows] * factor if k else terms[rows]  # the first factor is one

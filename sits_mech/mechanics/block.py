@@ -9,11 +9,11 @@ sideways, too. F_y, M_x or M_z take the whole pad, the same cells and their mirr
 Meshes: one nested sequence, a base whose cells are divided, with further layers at the bonded edges (pad/shapes.py).
 Where it does not carry a load, it is tried once more with a guard on J (levels/settle.py).
 
-Error. The pose is extrapolated from the levels, as many as the tolerance asks for and memory allows, and its error is
-what they tell of the limit (levels/family.py). `report.estimated_error` is the largest over the target's
-displacement, an angle counted at the target's end. Deformation and `min_J` are those of the second level. A mesh of the
-user's own is the first level of a family whose cells are each divided into eight, or, where that is too many, stands
-beside itself with constant pressures (pad/user.py).
+Error. The pose is extrapolated from the levels, as many as the tolerance asks for and memory allows, with the error of
+their limit (levels/family.py). `report.estimated_error` is the largest over the target's displacement, an angle counted
+at the target's end. Deformation and `min_J` are those of the second level. A mesh of the user's own is the first level
+of a family whose cells are each divided into eight, or, where that is too many, is solved again with constant pressures
+(pad/user.py).
 
 Contact of the free faces with ground, target (scene key `elastomer.contact`, faces/contact.py) and each other
 (faces/folds.py) is "never" solved, "always", or, "auto", where a free face folds onto one of them. With friction on
@@ -67,26 +67,13 @@ _DEPTH = 1e-4  # thicknesses over which the pressure of contact builds up
 
 @dataclass(frozen=True)
 class BlockPad:
-    """The pad at finite strain; made by `block_pad`.
-
-    Attributes
-    ----------
-    sensor : Sensor
-    tolerance : float
-        Asked error of the pose over the size of the displacement; an answer that misses it says so.
-    finer : BlockPad or None
-        Of a model on the first of some meshes the one with all of them.
-    deepest : int
-        Levels at most.
-    goal : ndarray, shape (s, 6), optional
-        What the tolerance is of, as of `by_goal`; of the pose itself by default.
-    """
+    """The pad at finite strain; made by `block_pad`."""
 
     sensor: Sensor
-    tolerance: float
-    finer: BlockPad | None = None
-    deepest: int = 99
-    goal: Array | None = field(default=None, compare=False)
+    tolerance: float  # asked error of the pose over the displacement; an answer that misses it says so
+    finer: BlockPad | None = None  # of a restricted model the one with all meshes
+    deepest: int = 99  # most levels
+    goal: Array | None = field(default=None, compare=False)  # (s, 6), see `by_goal`
 
     @cached_property
     def half(self) -> Line:
@@ -103,32 +90,29 @@ class BlockPad:
         return meshes_in_line(self.sensor, self.tolerance, whole=True)
 
     def _like(self, line: Line) -> Line:
-        """The same meshes, as this model takes them."""
+        """Return a line of meshes with this model's tolerance and goal."""
         return replace(line, deepest=self.deepest, asked=self.tolerance, goal=self.goal)
 
     @cached_property
     def rough(self) -> BlockPad:
-        """The model that answers on the first two levels alone, of the same meshes."""
+        """The same model restricted to the first two levels."""
         return replace(self, tolerance=_ROUGH, finer=self, deepest=2)
 
     def towards(self, goal: Array | None, tolerance: float, deepest: int = 99) -> BlockPad:
-        """Return the model on the same meshes, as many as a goal takes; as of `RefinedModel`."""
+        """Return the model on the same meshes, refined to a goal; see `RefinedModel`."""
         return replace(self, finer=self, goal=goal, tolerance=tolerance, deepest=deepest)
 
     @one_thread
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the equilibrium under `wrench` [N, N m], reached from `start` or from rest.
 
-        Raises
-        ------
-        SolveFailed
-            If the load path ends before the wrench; its `last` is the last equilibrium on the way.
+        Raise SolveFailed if the load path ends before the wrench; its `last` is the last equilibrium on the way.
         """
         refuse_infinite(wrench)
         return self.controlled(under(wrench), start=start)
 
     def along(self, loads: Sequence[Wrench]) -> Equilibrium:
-        """Return the equilibrium under the last of some loads, passed one after the other; see `PathModel`."""
+        """Return the equilibrium at the end of a path of loads from rest; see `PathModel`."""
         *via, control = map(under, loads)
         return self.controlled(control, via=via)
 
@@ -136,9 +120,9 @@ class BlockPad:
     def controlled(
         self, control: Control, *, start: Equilibrium | None = None, via: Sequence[Control] = ()
     ) -> Equilibrium:  # fmt: skip
-        """Return the equilibrium with forces or places of the target given, reached from `start` or from rest.
+        """Return the equilibrium with forces or places given, reached from `start` or rest, via `via`.
 
-        Its `wrench` holds the forces, given or found; `via` is passed on the way. Errors as of `equilibrium`.
+        Its `wrench` holds the forces, given or found; raises as `equilibrium`.
         """
         began = time.perf_counter()
         line, solved = self._settled((*via, control), start)
@@ -153,7 +137,7 @@ class BlockPad:
 
     @one_thread
     def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
-        """Return where the target goes under a history of loads; see `TimedModel`."""
+        """Return the target's motion under a history of loads; see `TimedModel`."""
         began, whole = time.perf_counter(), any(load.beside for load in history.loads)
         found = motion_in_time(self.whole if whole else self.half, history, tell)
         report = replace(found.report, model="block", seconds=time.perf_counter() - began)
@@ -162,9 +146,9 @@ class BlockPad:
 
     @one_thread
     def slopes(self, found: Equilibrium, parameters: Sequence[Parameter], *, sideways: bool = False) -> PoseSlopes:
-        """Return the derivatives of a pose by its load and by numbers of the scene, of an equilibrium of this model.
+        """Return the derivatives of a pose by its load and by scene parameters; raises as `pose_slopes`.
 
-        Those by F_y, M_x and M_z of half a pad where `sideways` asks for them. Errors as of `pose_slopes`.
+        `sideways` adds those by F_y, M_x and M_z of half a pad.
         """
         number, size = int(found.state[0]), found.state.size - 1
         line = self.half if self.half[number].size == size else self.whole
@@ -172,9 +156,9 @@ class BlockPad:
         return pose_slopes(solved_family(line, found, scales, sideways), found, parameters)
 
     def _settled(self, controls: Sequence[Control], start: Equilibrium | None) -> tuple[Line, Solved]:
-        """The last equilibrium towards what is given, and the line of meshes it is on.
+        """Return the last equilibrium on the path, and its line of meshes.
 
-        A load that leaves the plane goes on from that of its components that do not: half the pad gets there first.
+        An out-of-plane load starts from that of its in-plane components, which half the pad reaches first.
         """
         control, beside = controls[-1], any(each.beside for each in controls)
         if not beside or depends_on_path(self.sensor):
@@ -189,19 +173,9 @@ class BlockPad:
 
 @one_thread
 def block_pad(sensor: Sensor, tolerance: float = 2e-2) -> BlockPad:
-    """Return the finite-strain model of a box or cylinder of silicone under a rectangular or round target.
+    """Return the finite-strain model of a box or cylinder under a rectangle or disc; levels are added to `tolerance`.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        With a target, a rectangle or a disc, and an elastomer.
-    tolerance : float
-        Asked error of the pose over the size of the displacement: levels are added until the estimate is as small.
-
-    Raises
-    ------
-    ValueError
-        For a scene without target or elastomer, a target of another shape, or a tolerance outside (0, 1).
+    Raise ValueError for a scene without target or elastomer, another target, or a tolerance outside (0, 1).
     """
     pad_parts(sensor)
     pad = BlockPad(sensor, checked_tolerance(tolerance))
@@ -210,12 +184,9 @@ def block_pad(sensor: Sensor, tolerance: float = 2e-2) -> BlockPad:
 
 
 def meshes_in_line(sensor: Sensor, tolerance: float, *, whole: bool) -> Line:
-    """Return the families of meshes of a pad in the order they are tried; arguments as of `block_pad`.
+    """Return the families of meshes of a pad in the order they are tried.
 
-    Raises
-    ------
-    ValueError
-        For half a mesh of the user's where the whole pad is asked for.
+    Raise ValueError for half a user's mesh where the whole pad is asked for.
     """
     target, elastomer = pad_parts(sensor)
     depths = {"never": (0.0,), "always": (_DEPTH,), "auto": (0.0, _DEPTH)}[elastomer.contact]
@@ -230,7 +201,7 @@ def meshes_in_line(sensor: Sensor, tolerance: float, *, whole: bool) -> Line:
 
 
 def pad_family(sensor: Sensor) -> tuple[Levels, float]:
-    """Return the first family of meshes of half a pad, or of what the user's mesh is of, without contact; the share."""
+    """Return the first family of meshes, without contact, of half a pad or a user's mesh; and the meshed share."""
     _, elastomer = pad_parts(sensor)
     if elastomer.mesh is not None:
         return meshed_family(sensor, 0.0, _SHARE), meshed_share(sensor)
@@ -238,13 +209,13 @@ def pad_family(sensor: Sensor) -> tuple[Levels, float]:
 
 
 def _family(sensor: Sensor, guard: float, whole: bool, depth: float) -> Levels:
-    """Meshes with a guard or without; coarser ones have a larger contact depth."""
+    """Make a family with or without a guard; coarser meshes have a larger contact depth."""
     shape = shape_of(*pad_parts(sensor))
     chosen = [each for each in _FINENESS if not (each[1] and crosses(shape))]
     split, layers = np.array(chosen, dtype=float).T
 
     def made_of(scene: Sensor, level: int) -> Solid:
-        """One of a scene's."""
+        """Make a level of a scene."""
         parts, more = chosen[level]
         own = contact_depth(depth, split, level)
         return bonded_block(scene, parts, GRADING, guard, own, whole=whole, layers=more)
@@ -253,14 +224,14 @@ def _family(sensor: Sensor, guard: float, whole: bool, depth: float) -> Levels:
 
     @cache
     def carrier(level: int) -> Prolongation | None:
-        """From the one before."""
+        """Carry states from the level before."""
         coarse, fine = made(level - 1), made(level)
         if coarse.division is None or fine.division is None:
             return None
         return along_family(coarse.body.mesh, fine.body.mesh, (coarse.division, fine.division), BRICK)
 
     def changed(other: Sensor, level: int) -> Bonded | None:
-        """One of them, as a changed scene has it."""
+        """Make a level of a changed scene."""
         own, (parts, more) = made(level).body, chosen[level]
         if not own.parts:
             return moved_block(own, other, (parts, GRADING, more), guard)
@@ -268,7 +239,7 @@ def _family(sensor: Sensor, guard: float, whole: bool, depth: float) -> Levels:
         return body if np.array_equal(body.mesh.cells, own.mesh.cells) else None
 
     def cells(level: int) -> tuple[int, ...]:
-        """Along each axis."""
+        """Return the cells along each axis."""
         parts, more = chosen[level]
         along, across, through = cells_of(shape, parts, GRADING, more)
         return along, (2 if whole else 1) * across, through
@@ -279,7 +250,7 @@ def _family(sensor: Sensor, guard: float, whole: bool, depth: float) -> Levels:
 
 
 def solved_body(model: BlockPad, equilibrium: Equilibrium) -> Bonded:
-    """Return the meshed pad that an equilibrium of the model was solved on, the finer one."""
+    """Return the finer meshed pad that an equilibrium of the model was solved on."""
     number, size = int(equilibrium.state[0]), equilibrium.state.size - 1
     pair = model.half[number]
     return (pair if pair.size == size else model.whole[number]).fine

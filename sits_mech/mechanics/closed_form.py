@@ -1,4 +1,4 @@
-"""What is known of a bonded layer without a mesh: thin limits, edge corrections, the corner, one exact moment.
+"""Closed forms of a bonded layer: thin limits, edge corrections, the corner, one exact moment.
 
 A strip of width w and thickness t between two rigid plates, plane strain, small strain, shape factor ``S = w/(2 t)``.
 Where the layer is thin (S large) the pressure follows the lubrication equation of a slightly compressible solid,
@@ -28,18 +28,14 @@ from sits_mech.scene.sensor import Sensor
 
 SHEAR_EDGES = 0.2308  # thicknesses by which the two free edges shorten an incompressible strip in shear
 LONG = 10.0
-"""Widths of a pad, or of a target, from which on its length stands for the depth of a planar model."""
+"""Least length over width of a pad, or of a target, for a planar model."""
 
 
 def compression_modulus(shear_modulus: float, bulk_modulus: float, shape_factor: float) -> float:
     """Return the apparent modulus of a thin bonded strip in compression, force over ``w sink/t`` [Pa].
 
-    Parameters
-    ----------
-    shear_modulus, bulk_modulus : float
-        [Pa]; the bulk modulus may be infinite.
-    shape_factor : float
-        Half width over thickness; the thin limit is off by terms of relative order of its inverse.
+    `bulk_modulus` may be infinite; the thin limit is off by terms of relative order 1/shape_factor (half
+    width/thickness).
     """
     y = _decay(shear_modulus, bulk_modulus, shape_factor)
     if y < 1e-2:
@@ -50,12 +46,8 @@ def compression_modulus(shear_modulus: float, bulk_modulus: float, shape_factor:
 def tilt_modulus(shear_modulus: float, bulk_modulus: float, shape_factor: float) -> float:
     """Return the apparent modulus of a thin strip in tilt about mid-height, moment over ``w**3/12 theta/t`` [Pa].
 
-    Parameters
-    ----------
-    shear_modulus, bulk_modulus : float
-        [Pa]; the bulk modulus may be infinite.
-    shape_factor : float
-        Half width over thickness; the thin limit is off by terms of relative order of its inverse.
+    `bulk_modulus` may be infinite; the thin limit is off by terms of relative order 1/shape_factor (half
+    width/thickness).
     """
     y = _decay(shear_modulus, bulk_modulus, shape_factor)
     if y < 3e-2:
@@ -64,15 +56,7 @@ def tilt_modulus(shear_modulus: float, bulk_modulus: float, shape_factor: float)
 
 
 def shear_stiffness(shear_modulus: float, width: float, thickness: float) -> float:
-    """Return the stiffness of an incompressible bonded strip in shear with its tilt held, per depth [Pa].
-
-    Parameters
-    ----------
-    shear_modulus : float
-        [Pa].
-    width, thickness : float
-        [m]; from a width of one thickness on.
-    """
+    """Return the shear stiffness of an incompressible bonded strip, tilt held, per depth [Pa]; width >= thickness."""
     return shear_modulus * (width / thickness - SHEAR_EDGES)
 
 
@@ -80,19 +64,8 @@ def corner_exponent(poisson: float, angle: float = 0.5 * np.pi) -> float:
     """Return the exponent k of the displacement ``r**k`` at a corner between a clamped and a free face, plane strain.
 
     The smallest root of ``sin(k angle)**2 = ((kappa + 1)**2/4 - k**2 sin(angle)**2)/kappa`` with ``kappa = 3 - 4 nu``;
-    stresses grow as ``r**(k - 1)``, and a quantity of the energy converges as ``h**(2 k)`` on uniform meshes.
-
-    Parameters
-    ----------
-    poisson : float
-        Poisson's ratio, 0 to 0.5.
-    angle : float
-        Opening angle of the corner [rad], up to pi/2.
-
-    Raises
-    ------
-    ValueError
-        For values outside these ranges, or a corner that is not singular.
+    stresses grow as ``r**(k - 1)``, and a quantity of the energy converges as ``h**(2 k)`` on uniform meshes. Raise
+    ValueError for nu outside 0..0.5, an angle above pi/2, or a corner that is not singular.
     """
     from scipy.optimize import brentq
 
@@ -109,14 +82,10 @@ def corner_exponent(poisson: float, angle: float = 0.5 * np.pi) -> float:
 
 
 def small_strain_bound(sink: float, shear: float, edge: float) -> float:
-    """Return how far at most one linear compliance misses the displacement, over its size [-].
+    """Bound the relative error of one linear compliance; displacements over the layer's thickness.
 
-    What is left out is of first order in the strain; the factors are held against finite strain by the plan's test.
-
-    Parameters
-    ----------
-    sink, shear, edge : float
-        Of the target: down, sideways, and up or down at its ends by its tilt, each over the layer's thickness.
+    `edge` is the displacement of the target's ends by its tilt. The neglected terms are of first order in the strain;
+    the factors are checked against finite strain by the plan's test.
     """
     return 3.0 * abs(sink) + 0.5 * (abs(shear) + abs(edge))
 
@@ -124,20 +93,15 @@ def small_strain_bound(sink: float, shear: float, edge: float) -> float:
 def holding_moment(wrench: Wrench, d_h: float, gap: float) -> float:
     """Return the moment about the plate's centre that holds the tilt of a centrally symmetric block at zero [N m].
 
-    Exact at any strain for any law: the two plates carry equal moments by symmetry, and the block is in balance.
-
-    Parameters
-    ----------
-    wrench : Wrench
-        Its forces, acting at the centre of the bonded face [N]; its moment plays no part.
-    d_h, gap : float
-        Shear of the plate, and its distance from the ground, in the deformed state [m].
+    Exact at any strain for any law: the two plates carry equal moments by symmetry, and the block is in balance. Forces
+    act at the centre of the bonded face; `d_h` and `gap` (distance from the ground) are those of the deformed state
+    [m].
     """
     return -0.5 * (wrench.F_x * gap + wrench.F_z * d_h)
 
 
 def _decay(shear_modulus: float, bulk_modulus: float, shape_factor: float) -> float:
-    """Half width over the length in which the pressure of a thin layer decays."""
+    """Return the half width over the decay length of the pressure in a thin layer."""
     if not shear_modulus > 0.0 or not bulk_modulus > 0.0 or not shape_factor > 0.0:
         raise ValueError(
             "strip: moduli and shape factor must be positive, "
@@ -147,6 +111,6 @@ def _decay(shear_modulus: float, bulk_modulus: float, shape_factor: float) -> fl
 
 
 def finite_strain_model(sensor: Sensor) -> str:
-    """Return the model to ask for where strains are finite: "planar" for a long pad, "block" for any other."""
+    """Return the model for finite strains: "planar" for a long pad, "block" for any other."""
     elastomer = sensor.elastomer
     return "planar" if elastomer is None or elastomer.extent[1] >= LONG * elastomer.extent[0] else "block"

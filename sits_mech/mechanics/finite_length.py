@@ -1,4 +1,4 @@
-"""What does plane strain make of a pad of finite length? Its stiffness at small strain over that in three dimensions.
+"""Compare plane strain with a pad of finite length: ratio of their stiffnesses at small strain.
 
     factor = k_planar / k_3D,    k in shear (tilt locked), in compression and in tilt, about the bonded face's centre.
 
@@ -7,8 +7,8 @@ too stiff by the factor. Both are extrapolated from families of meshes (linear.p
 pad does not depend on its length: beyond 20 thicknesses and three of the target's widths only the ends are meshed, and
 the middle is plane strain. Under a target wider than 30 thicknesses the pad is lubricated: with ``K t^2`` kept the
 factors depend on t/w by the edges alone, so that they are found at 1/24 and 1/16 of the width and extrapolated along a
-straight line; what that adds is called their error as well. Neglected: finite strain, where the factors shrink or grow
-with the load; meshes of the user's own.
+straight line; the step that this adds counts as error as well. Neglected: finite strain, where the factors shrink or
+grow with the load; meshes of the user's own.
 """
 
 from __future__ import annotations
@@ -32,39 +32,22 @@ _THICKER = (24.0, 16.0)  # those with so many
 
 @dataclass(frozen=True)
 class FiniteLength:
-    """By how much the planar model is too stiff.
-
-    Attributes
-    ----------
-    shear, compression, tilt : float
-        Planar stiffness over stiffness in three dimensions, at small strain.
-    error : float
-        Estimated relative error of the factors.
-    seconds : float
-        Wall time.
-    """
+    """Planar stiffness over stiffness in three dimensions, at small strain."""
 
     shear: float
     compression: float
     tilt: float
-    error: float
-    seconds: float
+    error: float  # estimated relative error of the factors
+    seconds: float  # wall time
 
 
 @lru_cache(maxsize=8)
 @one_thread
 def finite_length_factor(sensor: Sensor) -> FiniteLength:
-    """Return by how much plane strain is too stiff for a sensor's pad.
+    """Return the factors by which plane strain is too stiff for a sensor's pad.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        With a target, a rectangle or a disc, and an elastomer, a box or a cylinder.
-
-    Raises
-    ------
-    ValueError
-        For a scene without target or elastomer, or a target of another shape.
+    Raise ValueError for a scene without target or elastomer, or shapes other than a rectangle or disc on a box or
+    cylinder.
     """
     began = time.perf_counter()
     target, elastomer = pad_parts(sensor)
@@ -81,7 +64,7 @@ def finite_length_factor(sensor: Sensor) -> FiniteLength:
 
 
 def _factors(sensor: Sensor) -> tuple[Array, float]:
-    """Factors in shear, compression and tilt, and their error."""
+    """Return the factors in shear, compression and tilt, and their error."""
     _, elastomer = pad_parts(sensor)
     sharp = Elastomer.model_validate(elastomer.model_dump() | {"edge_radius": None})
     long, _ = linear_layer(sensor.model_copy(update={"elastomer": sharp})).stiffness
@@ -92,7 +75,7 @@ def _factors(sensor: Sensor) -> tuple[Array, float]:
 
 
 def _thicker(sensor: Sensor, thickness: float) -> Sensor:
-    """A scene with a thicker pad of the same ``K t^2`` and shear modulus."""
+    """Return a scene with a thicker pad of the same ``K t^2`` and shear modulus."""
     _, elastomer = pad_parts(sensor)
     mu, ratio = elastomer.silicone.shear_modulus, elastomer.thickness / thickness
     law = {"law": "neo-hookean", "shear_modulus": mu, "bulk_modulus": elastomer.silicone.bulk_modulus * ratio**2}
@@ -101,7 +84,7 @@ def _thicker(sensor: Sensor, thickness: float) -> Sensor:
 
 
 def _shortened(sensor: Sensor) -> tuple[Sensor, float]:
-    """A scene whose pad and target lost as much of their middle as plays no part, and how much that is [m]."""
+    """Cut the irrelevant middle out of pad and target alike; return the scene and the length cut [m]."""
     target, elastomer = pad_parts(sensor)
     (width, length), t = map(min, target.extent, elastomer.extent), elastomer.thickness
     cut = length - max(_LONG[0] * t, _LONG[1] * width)

@@ -1,4 +1,4 @@
-"""What is a history of loads, and what comes of it? Times with wrenches in, times with poses out.
+"""Histories of loads and the motions they cause: times with wrenches in, times with poses out.
 
 A history gives the wrench at some times; between them it goes evenly, twice the same time is a sudden change, and
 before the first there was no load on virgin material. Models at finite strain follow it with the memory of their
@@ -27,30 +27,22 @@ from sits_mech.silicone.history import relaxed_share, retardation
 _EARLY, _LATE = 0.1, 10.0  # of the shortest and longest times of a creep: before and after nothing moves
 _A_DECADE = 8  # times of a decade
 Progress = Callable[[int, int], None]
-"""Is told how many parts of a work are done, of how many."""
+"""Progress callback: parts done, parts in all."""
 
 
 def untold(done: int, total: int) -> None:
-    """Tell nobody."""
+    """Ignore progress."""
 
 
 @dataclass(frozen=True)
 class LoadHistory:
-    """Wrenches over time.
+    """Wrenches over time, linear in between."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        Not descending; twice the same is a sudden change [s].
-    wrench : ndarray, shape (n, 6)
-        In the order of `WRENCH` [N, N m].
-    """
-
-    time: Array
-    wrench: Array
+    time: Array  # (n,), not descending; repeated for a sudden change [s]
+    wrench: Array  # (n, 6), in the order of `WRENCH` [N, N m]
 
     def __post_init__(self) -> None:
-        """Refuse what is no history."""
+        """Validate times and wrenches."""
         time, wrench = self.time, self.wrench
         if time.ndim != 1 or wrench.shape != (time.size, len(WRENCH)) or time.size < 1:
             raise SceneError(f"history: must be n times with n x 6 loads; got {time.shape} and {wrench.shape}")
@@ -63,13 +55,7 @@ class LoadHistory:
             raise SceneError(f"history: time must not run back; got {got}")
 
     def divided(self, parts: int) -> tuple[LoadHistory, NDArray[np.bool_]]:
-        """Return the history with times between its own, and which are its own.
-
-        Parameters
-        ----------
-        parts : int
-            No component goes by more than so many parts of its range from one time to the next.
-        """
+        """Divide steps above 1/parts of a component's range; return the history, and which times are its own."""
         span = np.maximum(np.ptp(np.vstack([np.zeros(len(WRENCH)), self.wrench]), axis=0), 1e-300)
         steps = np.max(np.abs(np.diff(self.wrench, axis=0)) / span, axis=1, initial=0.0)
         counts = np.maximum(np.ceil(parts * steps - 1e-9).astype(int), 1)
@@ -87,67 +73,37 @@ class LoadHistory:
 
 @dataclass(frozen=True)
 class Motion:
-    """Where a target goes under a history of loads.
+    """A target's motion under a history of loads, at m times."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (m,)
-        The times of the history, and what steps between them were needed [s].
-    given : ndarray of bool, shape (m,)
-        Which are of the history.
-    wrench : ndarray, shape (m, 6)
-        [N, N m].
-    pose, error : Pose of ndarray, shape (m,)
-        And estimated absolute errors [m, rad].
-    stretch : ndarray, shape (m,)
-        As of `SolveReport`; NaN where no layer is solved.
-    report : SolveReport
-        ``estimated_error`` is the largest over the largest displacement of the history.
-    """
-
-    time: Array
-    given: NDArray[np.bool_]
-    wrench: Array
-    pose: Pose
-    error: Pose
-    stretch: Array
-    report: SolveReport
+    time: Array  # the history's, and steps in between [s]
+    given: NDArray[np.bool_]  # (m,), which are the history's
+    wrench: Array  # (m, 6) [N, N m]
+    pose: Pose  # components (m,)
+    error: Pose  # absolute, components (m,) [m, rad]
+    stretch: Array  # (m,), as in `SolveReport`; nan if no layer is solved
+    report: SolveReport  # `estimated_error`: largest error over the largest displacement
 
 
 @runtime_checkable
 class TimedModel(Protocol):
-    """A mechanical model whose silicone remembers, point by point."""
+    """A mechanical model whose silicone has memory at every point."""
 
     def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
-        """Return where the target goes, and tell how far it is; raise SolveFailed where there is no rest on the way."""
+        """Return the target's motion, reporting progress; raise SolveFailed where there is no equilibrium."""
         ...
 
 
 def motion_of(sensor: Sensor, layer: MechanicalModel, history: LoadHistory, tell: Progress = untold) -> Motion:
-    """Return where a target goes under a history of loads.
+    """Return a target's motion under a history of loads, reporting progress.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        The scene.
-    layer : MechanicalModel
-        Of the sensor.
-    history : LoadHistory
-    tell : callable
-        Is told how far the work is.
-
-    Raises
-    ------
-    SceneError
-        When the model cannot hold the silicone's softening.
-    SolveFailed
-        When the layer has no rest on the way.
+    Raise SceneError if the model cannot represent the silicone's softening, SolveFailed without an equilibrium on the
+    way.
     """
     return layer.in_time(history, tell) if isinstance(layer, TimedModel) else _as_a_whole(sensor, layer, history)
 
 
 def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) -> Motion:
-    """The cheap rung: elastic answers to loads that have crept, component by component."""
+    """Return the elastic answers to loads that have crept, component by component: the cheap model."""
     silicone = None if sensor.elastomer is None else sensor.elastomer.silicone
     if silicone is not None and silicone.mullins is not None:
         raise SceneError("history: softening (mullins) needs a model at finite strain, planar or block")
@@ -170,7 +126,7 @@ def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) ->
 
 
 def _as_it_creeps(history: LoadHistory, times: Array) -> tuple[LoadHistory, NDArray[np.bool_]]:
-    """A history with times between its own where a pad that retards in some times still moves; which are its own."""
+    """Add times while a pad with some retardation times still moves; return also which are the history's."""
     spans = np.diff(history.time)
     between = []
     for begin, span in zip(history.time, spans, strict=False):
@@ -183,5 +139,5 @@ def _as_it_creeps(history: LoadHistory, times: Array) -> tuple[LoadHistory, NDAr
 
 
 def _stacked(poses: Sequence[Pose]) -> Pose:
-    """Many poses as one."""
+    """Stack many poses into one."""
     return Pose.of(np.array([pose.components for pose in poses]).reshape(-1, len(POSE)))

@@ -46,51 +46,34 @@ from sits_mech.threads import one_thread
 
 @dataclass(frozen=True)
 class PlanarLayer:
-    """The layer at finite strain; made by `planar_layer`.
-
-    Attributes
-    ----------
-    sensor : Sensor
-    tolerance : float
-        Asked error of the pose over the size of the displacement.
-    line : Line
-        Meshes in the order in which they are tried.
-    edges : Edges or None
-        What the fillets of `elastomer.edge_radius` do (edges.py); None for sharp edges.
-    """
+    """The layer at finite strain; made by `planar_layer`."""
 
     sensor: Sensor
-    tolerance: float
-    line: Line
-    edges: Edges | None = None
+    tolerance: float  # asked error of the pose over the displacement
+    line: Line  # meshes in the order they are tried
+    edges: Edges | None = None  # effect of `elastomer.edge_radius`; None for sharp edges
 
     @property
     def rough(self) -> PlanarLayer:
-        """The model that answers on the first two levels alone, of the same meshes."""
+        """The same model restricted to the first two levels."""
         return replace(self, tolerance=1.0, line=replace(self.line, deepest=2))
 
     def towards(self, goal: Array | None, tolerance: float, deepest: int = 99) -> PlanarLayer:
-        """Return the model on the same meshes, as many as a goal takes: in the plane all of them cost little."""
+        """Return the model refined to a goal: in the plane all meshes cost little."""
         return replace(self, tolerance=tolerance, line=replace(self.line, asked=tolerance, goal=goal))
 
     @one_thread
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the equilibrium under `wrench` [N, N m], reached from `start` or from rest.
 
-        Raises
-        ------
-        SolveFailed
-            If the load path ends before the wrench; its `last` is the last equilibrium on the way.
+        Raise SolveFailed if the load path ends before the wrench; its `last` is the last equilibrium on the way.
         """
         refuse_infinite(wrench)
         refuse_beside("planar", wrench, "block")
         return self.controlled(under(wrench), start=start)
 
     def along(self, loads: Sequence[Wrench]) -> Equilibrium:
-        """Return the equilibrium under the last of some loads, passed one after the other from rest; see `PathModel`.
-
-        Errors as of `equilibrium`.
-        """
+        """Return the equilibrium at the end of a path of loads from rest; see `PathModel`, raises as `equilibrium`."""
         for wrench in loads:
             refuse_beside("planar", wrench, "block")
         *via, control = map(under, loads)
@@ -100,10 +83,10 @@ class PlanarLayer:
     def controlled(
         self, control: Control, *, start: Equilibrium | None = None, via: Sequence[Control] = ()
     ) -> Equilibrium:  # fmt: skip
-        """Return the equilibrium with forces or places of the target given, reached from `start` or from rest.
+        """Return the equilibrium with forces or places given, reached from `start` or rest, via `via`.
 
-        Its `wrench` holds the forces, given or found; `report.estimated_error` covers the forces found too. What `via`
-        gives is passed on the way. Errors as of `equilibrium`.
+        Its `wrench` holds the forces, given or found, and `report.estimated_error` covers those found; raises as
+        `equilibrium`.
         """
         began = time.perf_counter()
         solved = arrived(self.line, start, (*via, control))
@@ -118,7 +101,7 @@ class PlanarLayer:
 
     @one_thread
     def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
-        """Return where the target goes under a history of loads; see `TimedModel`."""
+        """Return the target's motion under a history of loads; see `TimedModel`."""
         for wrench in history.loads:
             refuse_beside("planar", wrench, "block")
         began = time.perf_counter()
@@ -128,28 +111,18 @@ class PlanarLayer:
 
     @one_thread
     def slopes(self, found: Equilibrium, parameters: Sequence[Parameter], *, sideways: bool = False) -> PoseSlopes:
-        """Return the derivatives of a pose by its load and by numbers of the scene, of an equilibrium of this model.
+        """Return the derivatives of a pose by its load and by scene parameters; raises as `pose_slopes`.
 
-        Of what leaves the plane nothing is known, `sideways` or not. Errors as of `pose_slopes`.
+        Out-of-plane derivatives are unknown, whatever `sideways` says.
         """
         return pose_slopes(solved_family(self.line, found, layer_scales), found, parameters)
 
 
 @one_thread
 def planar_layer(sensor: Sensor, tolerance: float = 1e-2) -> PlanarLayer:
-    """Return the finite-strain model of a sensor's layer.
+    """Return the finite-strain model of a sensor's layer; `tolerance`: error of the pose over the displacement.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        With a target and an elastomer.
-    tolerance : float
-        Asked error of the pose over the size of the displacement; picks the mesh.
-
-    Raises
-    ------
-    ValueError
-        For a scene without target or elastomer, or a tolerance outside (0, 1).
+    Raise ValueError for a scene without target or elastomer, or a tolerance outside (0, 1).
     """
     return PlanarLayer(sensor, tolerance, meshes_in_line(sensor, tolerance), edge_effect(sensor))
 
@@ -171,9 +144,9 @@ def deformed_mesh(model: PlanarLayer, equilibrium: Equilibrium) -> DeformedSecti
 
 
 def stored(model: PlanarLayer, equilibrium: Equilibrium, *, limit: bool = False) -> float:
-    """Return the energy of a layer at rest [J], that of its contacts included: the work of the target's forces.
+    """Return the energy of a layer at rest [J], contacts included: the work of the target's forces.
 
-    Of the mesh whose state is kept, or, for the `limit`, extrapolated from the first two as the pose is.
+    On the mesh whose state is kept; with `limit` extrapolated from the first two levels as the pose is.
     """
     levels, scales = model.line[int(equilibrium.state[0])], model.line.scales
     fine, coarse = levels.fine, levels.coarse
@@ -189,7 +162,7 @@ def stored(model: PlanarLayer, equilibrium: Equilibrium, *, limit: bool = False)
 
 
 def _edge_notes(sensor: Sensor, edges: Edges | None, wrench: Wrench) -> tuple[str, ...]:
-    """What the fillets do to the pose under a wrench."""
+    """Return notes on the fillets' effect under a wrench."""
     if edges is None:
         return ()
     scales = layer_scales(sensor)

@@ -1,10 +1,10 @@
 """From wrench to pose at small strain: one compliance of a layer in plane strain, or of a pad in space (`linear`).
 
-About the undeformed state the target moves by ``q = C f + q_0``, f its forces and moment about the bonded face, q_0 the
-way that it goes without load where the silicone would be larger if nothing held it (`elastomer.free_stretch`). Both are
-those of the meshes of a family (levels/family.py), extrapolated; what a load does to its own geometry is left out. The
-second step of Newton's method from rest, on the coarsest mesh, tells how much that is: part of the error. A pad that is
-its own mirror image in y = 0 is meshed by half.
+About the undeformed state the target moves by ``q = C f + q_0``, f its forces and moment about the bonded face, q_0 its
+displacement without load where the silicone would be larger if nothing held it (`elastomer.free_stretch`). Both are
+extrapolated from the meshes of a family (levels/family.py); the change of geometry under load is neglected. The second
+step of Newton's method from rest, on the coarsest mesh, estimates it: part of the error. A pad that is its own mirror
+image in y = 0 is meshed by half.
 
 Range: loads in the plane y = 0 that move the target by a few percent of the thickness; no contact.
 """
@@ -41,37 +41,22 @@ from sits_mech.units import checked_tolerance
 class SmallStrain:
     """A layer or a pad at small strain; made by `linear_layer`, `linear_pad` or `small_strain`.
 
-    Attributes
-    ----------
-    sensor : Sensor
-    levels : Levels
-        The meshes.
-    scales : Scales
-    compliances : tuple of ndarray, shape (3, 3)
-        d(d_h, d_z, alpha) / d(F_x, F_z downwards, moment about the bonded face), scaled; level by level.
-    unloaded : tuple of ndarray, shape (3,)
-        d_h, d_z, alpha without load, scaled; zero unless `elastomer.free_stretch` says otherwise.
-    edges : Edges or None
-        What fillets do in plane strain.
+    Compliances are d(d_h, d_z, alpha)/d(F_x, F_z downwards, moment about the bonded face).
     """
 
     sensor: Sensor
     levels: Levels
     scales: Scales
-    compliances: tuple[Array, ...]
-    unloaded: tuple[Array, ...]
-    edges: Edges | None = None
+    compliances: tuple[Array, ...]  # (3, 3) of each level, scaled
+    unloaded: tuple[Array, ...]  # (3,) of each level, scaled; zero without `elastomer.free_stretch`
+    edges: Edges | None = None  # effect of fillets in plane strain
 
     @one_thread
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
-        """Return the pose under `wrench` by linear elasticity; `start` plays no part.
+        """Return the pose under `wrench` by linear elasticity; `start` is not used.
 
-        The error is that of the mesh and the first Newton correction towards finite strain.
-
-        Raises
-        ------
-        SolveFailed
-            Where that error is as large as the displacement: the load is none for a linear layer.
+        The error is that of the mesh and the first Newton correction towards finite strain. Raise SolveFailed where it
+        is as large as the displacement: linear elasticity does not hold.
         """
         began = time.perf_counter()
         refuse_infinite(wrench)
@@ -99,9 +84,9 @@ class SmallStrain:
 
     @one_thread
     def slopes(self, found: Equilibrium, parameters: Sequence[Parameter], *, sideways: bool = False) -> PoseSlopes:
-        """Return the derivatives of a pose by its load and by numbers of the scene, of an equilibrium of this model.
+        """Return the derivatives of a pose by its load and by scene parameters; raises as `pose_slopes`.
 
-        Those by F_y, M_x and M_z of half a pad where `sideways` asks for them. Errors as of `pose_slopes`.
+        `sideways` adds those by F_y, M_x and M_z of half a pad.
         """
         flat = len(self.levels.coarse.mesh.axes) == 2
         scales = layer_scales if flat else partial(pad_scales, share=self.scales.share)
@@ -109,15 +94,15 @@ class SmallStrain:
         return pose_slopes(family, found, parameters)
 
     def limit(self, values: list[Array]) -> Limit:
-        """Return what values of the levels, of one shape, tend to."""
+        """Extrapolate values of the levels, of one shape."""
         return self.levels.limit(values)
 
     @property
     def stiffness(self) -> tuple[Array, float]:
-        """Return the stiffness of the whole pad, or of the layer's length, and its relative error.
+        """Stiffness (3, 3) of the whole pad, or of the layer's length, and its worst relative error on the diagonal.
 
         Of d_h, d_v and alpha against F_x, an upward force and a moment about the bonded face's centre [N/m, N, N/rad, N
-        m/rad]; of the error the worst on the diagonal.
+        m/rad].
         """
         found = self.limit([C.ravel() for C in self.compliances])
         best, error = found.value.reshape(3, 3), found.error.reshape(3, 3)
@@ -125,26 +110,26 @@ class SmallStrain:
         return np.linalg.inv(best) * unit, float(np.max(np.diag(error) / np.diag(best)))
 
     def _notes(self, load: Array) -> tuple[str, ...]:
-        """What the fillets do under a scaled load."""
+        """Return notes on the fillets under a scaled load."""
         return () if self.edges is None else edge_notes(self.edges, load, self.scales.thickness)
 
 
 @one_thread
 def linear_layer(sensor: Sensor, tolerance: float = 1e-2) -> SmallStrain:
-    """Return the small-strain model of a sensor's layer in plane strain; arguments and errors as of `planar_layer`."""
+    """Return the small-strain model of a sensor's layer in plane strain; raises as `planar_layer`."""
     layer_parts(sensor)
     return _compliant(sensor, layer_family(sensor), layer_scales(sensor), tolerance, edge_effect(sensor))
 
 
 @one_thread
 def linear_pad(sensor: Sensor, tolerance: float = 1e-2) -> SmallStrain:
-    """Return the small-strain model of a sensor's pad in space; arguments and errors as of `block_pad`."""
+    """Return the small-strain model of a sensor's pad in space; raises as `block_pad`."""
     levels, share = pad_family(sensor)
     return _compliant(sensor, levels, pad_scales(sensor, share), tolerance)
 
 
 def small_strain(sensor: Sensor, tolerance: float = 1e-2) -> SmallStrain:
-    """Return the small-strain model in space of a pad that plane strain does not stand for, or that in plane strain."""
+    """Return the small-strain model: in space where plane strain does not represent the pad."""
     target, elastomer = layer_parts(sensor)
     finite = target.shape != "outline" and (elastomer.mesh is not None or finite_strain_model(sensor) == "block")
     return (linear_pad if finite else linear_layer)(sensor, tolerance)
@@ -153,7 +138,7 @@ def small_strain(sensor: Sensor, tolerance: float = 1e-2) -> SmallStrain:
 def _compliant(
     sensor: Sensor, levels: Levels, scales: Scales, tolerance: float, edges: Edges | None = None
 ) -> SmallStrain:
-    """The model with as many levels as the tolerance asks for."""
+    """Return the model with as many levels as the tolerance asks for."""
     asked, found, unloaded = checked_tolerance(tolerance), list[Array](), list[Array]()
     own = np.inf
     for level in range(len(levels)):

@@ -1,4 +1,4 @@
-"""Where does the target rest under many loads? Each starts from the nearest one that is settled.
+"""Settle many loads, each from the nearest one that is settled.
 
 The walk goes outward from the smallest load: in the plane and without shear first, so that a symmetric layer stays
 symmetric, then with more and more of it. Of all images of a load (symmetry.py) one is solved; the others are taken from
@@ -28,9 +28,9 @@ ERRORS = tuple(f"error_{name}" for name in POSE)
 
 @runtime_checkable
 class RefinedModel(Protocol):
-    """A mechanical model that answers on a few meshes, and has others on the first ones alone.
+    """A mechanical model that can be restricted to its first meshes.
 
-    Many loads are answered by the rough one, and a few of them as far as a goal takes, which tell the errors of all.
+    Many loads are solved by the rough model, and a few to a goal, which give the errors of all.
     """
 
     @property
@@ -38,9 +38,9 @@ class RefinedModel(Protocol):
         """The model on the first meshes."""
 
     def towards(self, goal: Array | None, tolerance: float, deepest: int = 99) -> MechanicalModel:
-        """Return the model that solves until what its error makes of a goal, as of `by_goal`, is within a tolerance.
+        """Return the model refined until the error of a goal (`by_goal`), or of the pose, is within tolerance.
 
-        Without a goal that is of the pose. On so many meshes at most, where finer ones are dear.
+        At most `deepest` meshes, where finer ones are expensive.
         """
 
 
@@ -54,30 +54,11 @@ def settle(
     progress: Progress | None = None,
     begun: Mapping[Wrench, Row] | None = None,
 ) -> dict[Wrench, Row]:
-    """Return a row for every load, and for those that were solved in place of their images.
+    """Return a row (as `attempt`) for every load, and for loads solved in place of their images.
 
-    Parameters
-    ----------
-    layer : MechanicalModel
-        Wrench in, pose out.
-    loads : iterable of Wrench
-        The loads [N, N m].
-    symmetry : Symmetry
-        Of the layer with its target.
-    keep : tuple of Path or None, and str
-        Folder of finished loads, and what stands for everything besides the load that a row depends on.
-    known : mapping, optional
-        Rows as returned before.
-    progress : callable, optional
-        Called with the number of loads done and of all.
-    begun : mapping, optional
-        Rows of loads that were solved before; none starts from them before it is their turn.
-
-    Returns
-    -------
-    dict
-        Rows by load, as from `attempt`: pose with errors, min_J, stretch, notes, and the state
-        of those that were solved.
+    `keep`: folder of finished loads, and a key of everything a row depends on besides the load. `known`: rows returned
+    before; `begun`: rows solved before, used as starts only from their turn on. `progress`: loads done, and all. Rows
+    that were solved hold their state.
     """
     rows: dict[Wrench, Row] = dict(known or {})
     asked = outward(loads)
@@ -97,7 +78,7 @@ def settle(
 def settled_again(
     layer: MechanicalModel, rows: Mapping[Wrench, Row], load: Wrench, keep: tuple[Path | None, str] = (None, "")
 ) -> Row:
-    """Return the row of a load that was settled before, by another model on the same meshes, from its state there."""
+    """Solve a settled load again by another model on the same meshes, from its state."""
     path = _path(load, keep)
     kept = read_case(path)
     if kept is not None:
@@ -107,32 +88,32 @@ def settled_again(
 
 
 def kept_key(sensor: Sensor, mechanics: str, tolerance: float, *, drift: bool = False) -> str:
-    """Return what stands, in the names of kept loads, for everything besides the load that their rest depends on.
+    """Return the key of kept loads for everything that their rest depends on besides the load.
 
-    With `drift` for rests that know their slopes by temperature, too.
+    `drift`: rests that include derivatives by temperature.
     """
     return f"{__version__} {scene_hash(sensor)} {mechanics} {tolerance}{' by temperature' if drift else ''}"
 
 
 def first_key(key: str) -> str:
-    """Return the same for rests by a model's first meshes alone."""
+    """Return the key for rests on a model's first meshes alone."""
     return f"{key} rough"
 
 
 def kept_rest(keep: tuple[Path | None, str], wrench: Wrench) -> Equilibrium | None:
-    """Return the equilibrium of a load that was settled in a folder, `keep` as of `settle`; None where it has none."""
+    """Return the equilibrium of a load kept in a folder, None if there is none; `keep` as in `settle`."""
     rows = (read_case(_path(wrench, (keep[0], key))) for key in (keep[1], first_key(keep[1])))
     found = (row for row in rows if row is not None and row["status"] == OK and "state" in row)
     return next((rest_of(wrench, row) for row in found), None)
 
 
 def upright(row: Row, load: Wrench, symmetry: Symmetry) -> Row:
-    """Return the row of a load without what symmetry says it cannot cause, and without errors of that."""
+    """Zero what symmetry forbids in a row, and its errors."""
     return _moved(row, symmetry.projection(load))
 
 
 def outward(loads: Iterable[Wrench]) -> list[Wrench]:
-    """Return loads from the smallest outwards: in the plane first, by shear, then by normal force."""
+    """Sort loads from the smallest outwards: in the plane first, by shear, then by normal force."""
     found = list(loads)
     each = [[float(getattr(load, name)) for name in _ORDER] for load in found]
     sizes = [[part for value in values for part in (abs(value), -value)] for values in each]
@@ -151,38 +132,38 @@ def _moved(row: Row, matrix: Array) -> Row:
 
 
 def shared_of(row: Row) -> Array:
-    """Return the parts of the error that a row has in common with its neighbours, as of `Equilibrium`, shape (m, 6)."""
+    """Return the parts of a row's error in common with its neighbours, as in `Equilibrium`, (m, 6)."""
     return np.asarray(row["shared"][1] if "shared" in row else [], dtype=float).reshape(-1, len(POSE))
 
 
 def with_shared(row: Row, shared: Array) -> Row:
-    """Return a row with the parts of the error of its pose that it has in common with its neighbours."""
+    """Return a row with the parts of its error in common with its neighbours."""
     return row | {"shared": (("part", "component"), shared.reshape(-1, len(POSE)))}
 
 
 def slopes_of(row: Row) -> Array:
-    """Return the derivatives of a row's pose by numbers of the scene, as of `Equilibrium`, shape (n, 6)."""
+    """Return the derivatives of a row's pose by scene parameters, as in `Equilibrium`, (n, 6)."""
     return np.asarray(row["slopes"][1] if "slopes" in row else [], dtype=float).reshape(-1, len(POSE))
 
 
 def with_slopes(row: Row, slopes: Array) -> Row:
-    """Return a row with derivatives of its pose; as it is where there are none."""
+    """Return a row with derivatives of its pose; unchanged if there are none."""
     return row | {"slopes": (("number", "component"), slopes)} if slopes.size else row
 
 
 def _image(row: Row, solved: Wrench, back: Array) -> Row:
-    """Return the row of a load whose image was solved; it costs nothing and starts no other."""
+    """Return the row of a load from its solved image, without cost; no other load starts from it."""
     found = {name: item for name, item in _moved(row, back).items() if name != "state"} | {"seconds": 0.0}
     return found if row["status"] == OK else found | {"reason": f"{load_words(vars(solved))}: {row['reason']}"}
 
 
 def _path(load: Wrench, keep: tuple[Path | None, str]) -> Path | None:
-    """Where a load is kept."""
+    """Return the file of a kept load."""
     return case_path(*keep, {name: float(getattr(load, name)) for name in WRENCH})
 
 
 def _row(layer: MechanicalModel, rows: Mapping[Wrench, Row], load: Wrench, keep: tuple[Path | None, str]) -> Row:
-    """Return the row of one load: kept on disk, or solved and kept."""
+    """Return the row of one load: read from disk, or solved and kept."""
     path = _path(load, keep)
     kept = read_case(path)
     if kept is not None:
@@ -205,7 +186,7 @@ def _settled(layer: MechanicalModel, wrench: Wrench, start: Equilibrium | None) 
 
 
 def _nearest(rows: Mapping[Wrench, Row], load: Wrench) -> Equilibrium | None:
-    """Return the settled load nearest to a new one, each component measured by its largest value so far."""
+    """Return the nearest settled load, each component over its largest value so far."""
     settled = [near for near, row in rows.items() if row["status"] == OK and "state" in row and len(row["state"][1])]
     if not settled:
         return None
@@ -217,7 +198,7 @@ def _nearest(rows: Mapping[Wrench, Row], load: Wrench) -> Equilibrium | None:
 
 
 def rest_of(wrench: Wrench, row: Row, model: str = "kept") -> Equilibrium:
-    """Return what a row of a solved load was made of, as a start or to be told of; by the name of its model."""
+    """Return a row's equilibrium, as a start or for notes; `model` names its model."""
     pose, error = (Pose(*(float(row[f"{prefix}{name}"]) for name in POSE)) for prefix in ("", "error_"))
     report = SolveReport(
         model, row["unknowns"], row["iterations"], 0.0, row["error_mechanics"], 0.0, notes=(row["notes"],),

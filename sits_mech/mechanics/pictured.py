@@ -1,4 +1,4 @@
-"""What does a deformed pad look like? Points and cells for pictures, of an equilibrium of the block model."""
+"""Points and cells of a deformed pad for pictures, from an equilibrium of the block model."""
 
 from __future__ import annotations
 
@@ -18,20 +18,10 @@ _GRID = (64, 12)  # pieces of a section for pictures, across and up
 
 
 def deformed_section(model: BlockPad, equilibrium: Equilibrium, angle: float = 0.0) -> DeformedSection:
-    """Return the deformed pad for pictures, in the upright plane through the z axis that lies at an angle to x.
+    """Return the deformed pad in the upright plane through the z axis at `angle` [rad] to x.
 
-    Parameters
-    ----------
-    model : BlockPad
-    equilibrium : Equilibrium
-        Of the model; one that leaves the plane y = 0 for an angle other than zero.
-    angle : float
-        [rad].
-
-    Returns
-    -------
-    DeformedSection
-        With the quarters of the cells' faces in the plane y = 0; in other planes with what was an even grid.
+    In the plane y = 0 the quads are quarters of the cells' faces, elsewhere those of an even grid; other planes take an
+    equilibrium that leaves y = 0.
     """
     target, elastomer = pad_parts(model.sensor)
     body = solved_body(model, equilibrium)
@@ -53,7 +43,7 @@ def deformed_section(model: BlockPad, equilibrium: Equilibrium, angle: float = 0
 
 
 def _slanted(mesh: MixedMesh, u: Array, way: Array, shape: Shape) -> tuple[tuple[Array, Array], Indices, Indices]:
-    """Points along a direction and up, deformed and before, quadrilaterals of an even grid, the cell each is in."""
+    """Return points along a direction and up, deformed and before, quads of an even grid, and each one's cell."""
     across, up = _GRID
     moved = LinearNDInterpolator(mesh.nodes, u)
     rays = np.linspace(0.0, np.linalg.norm(mesh.nodes[:, :2], axis=1).max(), 20 * across)
@@ -72,16 +62,9 @@ def _slanted(mesh: MixedMesh, u: Array, way: Array, shape: Shape) -> tuple[tuple
 
 
 def deformed_pad(model: BlockPad, equilibrium: Equilibrium) -> tuple[Array, Indices, Array]:
-    """Return the whole deformed pad for pictures.
+    """Return the whole deformed pad: points (n, 3) [m] in the sensor's frame, cells, smallest J (m,) of each.
 
-    Returns
-    -------
-    points : ndarray, shape (n, 3)
-        x, y, z in the sensor's coordinates [m].
-    cells : ndarray, shape (m, 8) or (m, 4)
-        Corners of the eighths of the bricks, lower face and upper face counter-clockwise, or of tetrahedra.
-    J : ndarray, shape (m,)
-        Smallest volume ratio at any point of each one's element.
+    Cells (m, 8) are eighths of bricks, lower face and upper face counter-clockwise, or (m, 4) tetrahedra.
     """
     _, elastomer = pad_parts(model.sensor)
     if solved_body(model, equilibrium).mesh is model.half[int(equilibrium.state[0])].fine.mesh:
@@ -102,7 +85,7 @@ def deformed_pad(model: BlockPad, equilibrium: Equilibrium) -> tuple[Array, Indi
 
 
 def _quarters(nodes: Array, faces: Indices) -> Indices:
-    """Quarters of quadrilateral faces in the plane y = 0, with the nodes between their corners: they may be bent."""
+    """Return the quarters of quadrilateral faces in the plane y = 0, with mid-side nodes: they may be bent."""
     own = np.flatnonzero(np.abs(nodes[:, 1]) < 1e-9)
     tree = cKDTree(nodes[own][:, [0, 2]])
     corners = nodes[faces][..., [0, 2]]

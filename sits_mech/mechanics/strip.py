@@ -1,4 +1,4 @@
-"""How does a flush layer move, by formula? The fastest rung of the mechanics: no mesh, microseconds a load.
+"""Closed form of a flush layer: the cheapest model, no mesh, microseconds a load.
 
 A strip of width w, thickness t and length L between rigid plates as wide or wider, plane strain, small strain.
 About the layer's mid-height the three stiffnesses are uncoupled (closed_form.py; 4 mu beside the thin limits E_c, E_b
@@ -45,29 +45,17 @@ _FLUSH = 1e-6  # difference of the widths, relative
 
 @dataclass(frozen=True)
 class Strip:
-    """A flush layer by formula; made by `strip_layer`.
-
-    Attributes
-    ----------
-    sensor : Sensor
-    stiffness : tuple of float
-        k_x [N/m], k_z [N/m], k_a [N m/rad] about mid-height.
-    rise : float
-        Without load [m].
-    """
+    """A flush layer by formula; made by `strip_layer`."""
 
     sensor: Sensor
-    stiffness: tuple[float, float, float]
-    rise: float = 0.0
+    stiffness: tuple[float, float, float]  # k_x [N/m], k_z [N/m], k_a [N m/rad] about mid-height
+    rise: float = 0.0  # without load [m]
 
     @one_thread
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
-        """Return the pose under `wrench` [N, N m]; `start` plays no part.
+        """Return the pose under `wrench` [N, N m]; `start` is not used.
 
-        Raises
-        ------
-        SolveFailed
-            Where the error is as large as the displacement.
+        Raise SolveFailed where the error is as large as the displacement.
         """
         began = time.perf_counter()
         refuse_beside("closed-form", wrench, "block")
@@ -97,19 +85,9 @@ class Strip:
 
 
 def strip_layer(sensor: Sensor, tolerance: float = 0.1) -> Strip:
-    """Return the closed-form model of a sensor's layer.
+    """Return the closed-form model of a sensor's layer; `tolerance` is not used.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        With a rectangular target as wide as its layer or wider, and w/(2 t) of one at least.
-    tolerance : float
-        Plays no part: there is one rung.
-
-    Raises
-    ------
-    SceneError
-        When the formulas do not hold for the scene.
+    Raise SceneError unless the target is a rectangle at least as wide as its layer, and w/(2 t) at least one.
     """
     target, elastomer = sensor.target, sensor.elastomer
     if target is None or elastomer is None:

@@ -1,4 +1,4 @@
-"""Which loads does a pad answer alike? The mirror images and turns of pad and target, and what they make of a load.
+"""Identify loads that are images of each other: mirrors and turns of pad and target, and their action on a load.
 
 A turn or a mirror image Q of the plane z = 0 takes forces and shifts as vectors, moments and rotations as axial ones,
 
@@ -10,8 +10,8 @@ all images of a load one, the `standard` one, is solved. It lies in the plane y 
 pad carries that. A rectangle has two mirrors, a square four and quarter turns, of a disc on a disc all turns are there:
 shear in one direction without other moments than its own is a load in the plane, turned.
 
-Coils play no part. A mesh of a square pad is its own image, that of a disc for quarter turns alone: between them lies
-what its cells miss, which the stated error holds.
+Coils play no part. A mesh of a square pad is its own image, that of a disc for quarter turns alone: the difference
+between other directions is discretisation error, within the stated one.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _LEFT = 1e-12  # of a turned load: what is less is rounding
 
 @dataclass(frozen=True)
 class Symmetry:
-    """What a pad with its target is: not symmetric at all, or as a rectangle, a square or a disc is."""
+    """Symmetry of a pad with its target."""
 
     kind: Literal["none", "rectangle", "square", "disc"] = "none"
 
@@ -45,7 +45,7 @@ class Symmetry:
 
     @cached_property
     def images(self) -> tuple[Array, ...]:
-        """Matrices of its mirrors and of its turns by quarters, the identity first, shape (6, 6) each."""
+        """Matrices of its mirrors and quarter turns, the identity first, shape (6, 6) each."""
         if self.kind == "none":
             return (np.eye(6),)
         mirrors = [np.diag(signs) for signs in itertools.product((1.0, -1.0), repeat=2)]
@@ -53,7 +53,7 @@ class Symmetry:
         return tuple(_matrix(Q) for Q in (*mirrors, *swaps))
 
     def standard(self, load: Wrench) -> tuple[Wrench, Array]:
-        """Return the image of a load that is solved for it, and the matrix that takes that one, and its pose, back."""
+        """Return the image of a load that is solved, and the matrix from it, and its pose, back to the load."""
         found, back = self._foremost(load)
         turned = self._turned(found) if self.kind == "disc" else None
         if turned is None:
@@ -63,11 +63,11 @@ class Symmetry:
         return found, back @ turn @ more
 
     def without_images(self, loads: Iterable[Wrench]) -> list[Wrench]:
-        """Return loads, as they are solved, without those that are images of others."""
+        """Return the loads to be solved, without those that are images of others."""
         return list(dict.fromkeys(self.standard(load)[0] for load in loads))
 
     def projection(self, *loads: Wrench) -> Array:
-        """Return the matrix that leaves of a pose what loads may cause that are all some of their own images."""
+        """Return the projection of a pose on the symmetries that all the loads have."""
         each = np.array([load.components for load in loads])
         return np.asarray(np.mean([image for image in self.images if np.array_equal(each @ image.T, each)], axis=0))
 
@@ -78,9 +78,10 @@ class Symmetry:
         return first[0], first[1].T
 
     def _turned(self, load: Wrench) -> tuple[Wrench, Array] | None:
-        """Return a load turned until its shear, or without one its tilting moment, is along the axis, and the way back.
+        """Return a load turned until its shear, or else its tilting moment, is along the axis, and the way back.
 
-        None where it is. Loads of one size in different directions become the same load: to twelve digits.
+        None if it is already. Rounded to twelve digits, so that loads of one size in any direction become the same
+        load.
         """
         shear, tilt = load.components[_POLAR], load.components[_AXIAL]
         along, across = shear if np.any(shear != 0.0) else (tilt[1], -tilt[0])
@@ -96,7 +97,7 @@ class Symmetry:
 
 
 def symmetry_of(sensor: Sensor) -> Symmetry:
-    """Return the symmetry of pad and target of a scene; a mesh of the user's, or an outline, has none that is known."""
+    """Return the symmetry of pad and target; none is known of a user's mesh or an outline."""
     target, elastomer = sensor.target, sensor.elastomer
     if target is None or target.shape == "outline" or (elastomer is not None and elastomer.mesh is not None):
         return Symmetry()
@@ -108,12 +109,12 @@ def symmetry_of(sensor: Sensor) -> Symmetry:
 
 
 def image_of(matrix: Array, components: ArrayLike) -> Array:
-    """Return the image of a load or a pose (6,); what is infinite or unknown has no part in what it does not reach."""
+    """Return the image of a load or a pose (6,); inf and nan spread only where the matrix is not zero."""
     return np.asarray((matrix * np.where(matrix == 0.0, 0.0, components)).sum(axis=1) + 0.0)
 
 
 def _matrix(Q: Array) -> Array:
-    """Return what a turn or a mirror image of the plane z = 0, shape (2, 2), makes of a wrench or a pose."""
+    """Return the action of a turn or mirror (2, 2) of the plane z = 0 on a wrench or a pose, shape (6, 6)."""
     handed = round(float(np.linalg.det(Q)))
     found = np.diag([0.0, 1.0, 0.0, 0.0, 0.0, float(handed)])
     found[np.ix_(_POLAR, _POLAR)], found[np.ix_(_AXIAL, _AXIAL)] = Q, handed * Q

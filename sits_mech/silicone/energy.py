@@ -1,4 +1,4 @@
-"""What does a deformed silicone store, and which stress and stiffness come of it? One chain rule for any law.
+"""Energy, stress and stiffness of a deformed silicone: one chain rule for any law.
 
 A law of the invariants ``I1 = J^(-2/3) s`` and ``I2 = J^(-4/3) r`` depends on F by s, r and J alone (kinematics.py), in
 space and in plane strain. With its derivatives by these
@@ -48,7 +48,7 @@ Stress = Callable[[Kinematics], tuple[Array, Array]]
 
 
 class PointState(NamedTuple):
-    """Energy density and stress, and what writes the tangent into an array of its shape."""
+    """Energy density and stress at points; `tangent` writes A into an array of its shape."""
 
     w: Array
     P: Array
@@ -56,13 +56,13 @@ class PointState(NamedTuple):
 
 
 class Past(Protocol):
-    """What came before, at each point of an array of them (histories/points.py)."""
+    """The history of each point of an array (histories/points.py)."""
 
     def part(self, some: slice) -> Past:
-        """Return that of some of the points, all counted along one axis."""
+        """Return the past of some points, counted along one axis."""
 
     def acting(self, elastic: PointState, point: Kinematics) -> PointState:
-        """Return what is left and added of an elastic state, volume apart."""
+        """Return an elastic state with softening and viscous stresses, volume apart."""
 
 
 _PAIRS = ((1, 2), (2, 0), (0, 1))
@@ -70,26 +70,10 @@ _THIRDS = np.full(3, 1.0 / 3.0)
 
 
 def isochoric_energy(silicone: Silicone, guard: float = 0.0, past: Past | None = None) -> Energy:
-    """Return the isochoric energy of a silicone, with stress and tangent.
+    """Return ``Kinematics -> (w, P, A)`` in units of the initial shear modulus, in space and plane strain.
 
-    Parameters
-    ----------
-    silicone : Silicone
-        Law and constants; the energy comes out in units of its initial shear modulus.
-    guard : float
-        Part of the bulk modulus that acts pointwise, as ``guard (J - 1 - ln J)`` [shear moduli].
-    past : Past, optional
-        Of the points that will be asked for.
-
-    Returns
-    -------
-    callable
-        ``Kinematics -> (w, P, A)``, in space and in plane strain.
-
-    Raises
-    ------
-    ValueError
-        When the law is unknown.
+    `guard`: part of the bulk modulus that acts pointwise as ``guard (J - 1 - ln J)``; `past` of the points evaluated.
+    Raise ValueError for an unknown law.
     """
     state = _isochoric(silicone, guard)
 
@@ -108,23 +92,7 @@ def isochoric_energy(silicone: Silicone, guard: float = 0.0, past: Past | None =
 
 
 def isochoric_stress(silicone: Silicone, guard: float = 0.0, past: Past | None = None) -> Stress:
-    """Return the isochoric energy of a silicone with its stress and without the tangent.
-
-    Parameters
-    ----------
-    silicone, guard, past
-        As for `isochoric_energy`.
-
-    Returns
-    -------
-    callable
-        ``Kinematics -> (w, P)``.
-
-    Raises
-    ------
-    ValueError
-        When the law is unknown.
-    """
+    """Return ``Kinematics -> (w, P)``: `isochoric_energy` without the tangent."""
     state = _isochoric(silicone, guard)
 
     def stress(point: Kinematics) -> tuple[Array, Array]:
@@ -135,7 +103,7 @@ def isochoric_stress(silicone: Silicone, guard: float = 0.0, past: Past | None =
 
 
 def _isochoric(silicone: Silicone, guard: float) -> Callable[[Kinematics, Past | None], PointState]:
-    """Return the state of a point under a law whose constants are in units of its shear modulus."""
+    """Return the state of a point under a law with constants in units of its shear modulus."""
     law = known_law(silicone.law)
     constants = _in_moduli(law, silicone.constants, silicone.shear_modulus)
     energy = law.energy
@@ -165,7 +133,7 @@ def _guarded(found: PointState, guard: float, point: Kinematics) -> PointState:
     J, H, slope = point.J, point.H, guard * (1.0 - 1.0 / point.J)
 
     def tangent(A: Array) -> None:
-        """Write the tangent with the guard's."""
+        """Write the tangent with that of the guard."""
         found.tangent(A)
         A += (guard / J**2)[..., None, None] * H[..., :, None] * H[..., None, :]
         point.add_L(A, slope)
@@ -174,7 +142,7 @@ def _guarded(found: PointState, guard: float, point: Kinematics) -> PointState:
 
 
 def _by_invariants(energy: OfInvariants, constants: Constants, point: Kinematics) -> PointState:
-    """Chain rule from the isochoric invariants; where the law does not depend on the second, dr is not asked for."""
+    """Apply the chain rule from the isochoric invariants; dr only where the law depends on I2."""
     J, a = point.J, np.cbrt(point.J) ** -2.0
     at = Invariants(a * point.s, lambda: a * a * point.r)
     d = energy.derivatives(constants, at)
@@ -187,7 +155,7 @@ def _by_invariants(energy: OfInvariants, constants: Constants, point: Kinematics
         P += (a * a * d.w_2)[..., None] * point.dr
 
     def tangent(A: Array) -> None:
-        """Write the products of first derivatives, with what the second ones of s, r and J add."""
+        """Write the products of first derivatives and the second derivatives of s, r and J."""
         left, rows = _products(d, at, a, point)
         np.matmul(left.swapaxes(-1, -2), rows, out=A)
         diagonal(A)[...] += along_F[..., None]
@@ -218,7 +186,7 @@ def _products(d: InvariantDerivatives, at: Invariants, a: Array, point: Kinemati
 
 
 def _by_stretches(energy: OfStretches, constants: Constants, point: Kinematics) -> PointState:
-    """Chain rule from the principal stretches; sums over the three directions are products with thirds."""
+    """Apply the chain rule from the principal stretches; sums over directions are products with thirds."""
     frame, scale = point.principal(), np.cbrt(point.J)
     d = energy.derivatives(constants, np.log(frame.stretch / scale[..., None]))
     first = (d.f_1 - (d.f_1 @ _THIRDS)[..., None]) / frame.stretch
@@ -227,7 +195,7 @@ def _by_stretches(energy: OfStretches, constants: Constants, point: Kinematics) 
 
 
 def _write_turned(A: Array, d: StretchDerivatives, first: Array, scale: Array, frame: Principal) -> None:
-    """Write the tangent of given derivatives `first` by the stretches, turned from the principal directions."""
+    """Write the tangent from derivatives by the stretches, rotated from the principal directions."""
     count, stretch = len(frame.within), np.moveaxis(frame.stretch, -1, 0)
     w, f_11 = np.moveaxis(first, -1, 0), np.moveaxis(d.f_11, -1, 0)
     rows = (frame.U.swapaxes(-1, -2)[..., :, None, :, None] * frame.V[..., None, :, None, :]).reshape(A.shape)

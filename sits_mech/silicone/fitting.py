@@ -1,4 +1,4 @@
-"""Which constants of a law describe a tensile test? Least squares, held to constants that stay stable.
+"""Fit the constants of a law to a tensile test: least squares restricted to stable constants.
 
 Incompressible, stretch ``lambda = 1 + engineering strain``, engineering stress P of homogeneous.py in the uniaxial and,
 where there are data, the planar and the biaxial test. Unknown: the law's constants x. Minimised:
@@ -14,7 +14,7 @@ so that neither sampling rate nor number of points plays a part. Constants are a
 Which of these a law is, and its limits, its file says (laws/). A sum of terms has several minima: all choices out of a
 list of x are solved for m >= 0, the best few refined.
 
-Confidence: 95 % half-widths from the Jacobian. What a law leaves of a measured curve is misfit that wavers slowly, not
+Confidence: 95 % half-widths from the Jacobian. The residual of a law is systematic misfit that varies slowly, not
 noise; so a run of residuals of one sign counts as two independent points, however densely it was sampled. (With noise
 that stays for eight points at a time, 90 to 93 in 100 such intervals held the truth, 93 to 95 with white noise.) A
 constant that a condition holds, or that the data do not determine, has none.
@@ -41,67 +41,28 @@ from sits_mech.silicone.tensile import TensileTest
 
 @dataclass(frozen=True)
 class Fit:
-    """A law's constants fitted to a tensile test.
+    """Constants of a law fitted to a tensile test.
 
-    Attributes
-    ----------
-    law : str
-        A key of `sits_mech.silicone.laws.LAWS`.
-    constants : dict
-        By the names and in the units that the law has for them: a number each, or a tuple of one number a term.
-    confidence : dict
-        Half-widths of the 95 % intervals, as `constants`; None for a constant that a condition holds or that the data
-        do not determine.
-    max_strain : float
-        Largest engineering strain used [-].
-    rms : float
-        Root mean square of what is left of the engineering stress [Pa].
-    stable : bool
-        Whether the constants pass Drucker's condition over the fitted range, in tension and compression, and the
-        uniaxial engineering stress rises over it.
-    source : str
-        File the data came from.
-    modes : tuple of str
-        The tests that were used.
-    notes : tuple of str
-        What else is to be said.
+    `confidence`: 95 % half-widths; None for a constant held by a condition or not determined by the data.
     """
 
     law: str
     constants: dict[str, float | tuple[float, ...]]
     confidence: dict[str, float | None | tuple[float | None, ...]]
-    max_strain: float
-    rms: float
-    stable: bool
-    source: str
-    modes: tuple[str, ...] = ("uniaxial",)
+    max_strain: float  # largest engineering strain used
+    rms: float  # of the engineering stress [Pa]
+    stable: bool  # Drucker stable in tension and compression, uniaxial stress rises
+    source: str  # file of the data
+    modes: tuple[str, ...] = ("uniaxial",)  # tests used
     notes: tuple[str, ...] = ()
 
 
 def fit_law(test: TensileTest, law: str, max_strain: float = 1.0, *, terms: int = 2) -> Fit:
-    """Fit a law's constants to the part of a tensile test up to a strain.
+    """Fit a law to the part of a tensile test, other modes included, up to `max_strain`.
 
-    Parameters
-    ----------
-    test : TensileTest
-        The data, with those of other modes in it.
-    law : str
-        A key of `sits_mech.silicone.laws.LAWS`.
-    max_strain : float
-        Largest engineering strain to use, of every mode [-].
-    terms : int
-        Number of terms, 1 to 4, of a law that may have several; fewer come back where the data need no more.
-
-    Returns
-    -------
-    Fit
-        Held to be stable over the fitted range; ``stable`` is what the check of the answer says.
-
-    Raises
-    ------
-    ValueError
-        When the law is unknown, the number of terms is not 1 to 4, fewer than 5 points of a test lie below
-        `max_strain`, or the stress is not positive at a test's end and on average.
+    `terms`: 1 to 4, fewer come back if the data need no more. `stable` is the check of the answer. Raise ValueError for
+    an unknown law, wrong terms, fewer than 5 points of a test, or a stress that is not positive at its end and on
+    average.
     """
     known_law(law)
     if terms not in (1, 2, 3, 4):
@@ -123,7 +84,7 @@ def fit_law(test: TensileTest, law: str, max_strain: float = 1.0, *, terms: int 
 
 
 def _used(test: TensileTest, max_strain: float) -> TensileTest:
-    """Return the part of a test between no strain and the largest one asked for."""
+    """Return the part of a test between zero and the largest strain."""
     used = (test.strain > 0.0) & (test.strain <= max_strain)
     if np.count_nonzero(used) < 5:
         raise ValueError(
@@ -146,14 +107,14 @@ def _points(tests: list[TensileTest]) -> Points:
 
 
 def _weights(strain: Array) -> Array:
-    """Return the square roots of each point's share of the strain range, so that the sampling rate plays no part."""
+    """Return square roots of each point's share of the strain range, independent of the sampling rate."""
     edges: Array = np.concatenate([np.zeros(1), 0.5 * (strain[1:] + strain[:-1]), strain[-1:]])
     weights: Array = np.sqrt(np.diff(edges) / strain[-1])
     return weights
 
 
 def _stable(law: str, answer: Answer, points: Points) -> bool:
-    """Tell whether constants are stable over the uniaxial and planar states whose I1 is within the data's."""
+    """Whether constants are stable over uniaxial and planar states with I1 within the data's."""
     silicone = Silicone("", law, answer.constants, 1.0)
     ends = points.ends()
     found = all(stability(silicone, ends[mode], (mode,)).stable for mode in ends)

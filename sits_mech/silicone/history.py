@@ -1,4 +1,4 @@
-"""What do rate and history make of a pad's answer? Viscosity and softening on top of any elastic model.
+"""Add rate and history to any elastic model of a pad: viscosity and softening.
 
 Viscosity is quasi-linear: each stress is the convolution of the elastic one, of any law, with one function of time,
 
@@ -52,24 +52,12 @@ LOST = float(erf(1.0) - (1.0 - np.exp(-1.0)) / np.sqrt(np.pi))  # times U_max/r:
 
 @dataclass(frozen=True)
 class ElasticCurve:
-    """Virgin elastic answer of a pad to shares of a peak wrench.
+    """Virgin elastic answer of a pad to shares of a peak wrench."""
 
-    Attributes
-    ----------
-    peak : Wrench
-        The load at share 1 [N, N m].
-    share : ndarray, shape (n,)
-        From 0 to 1, ascending.
-    found : tuple of Equilibrium
-        One for each share.
-    energy : callable
-        Stored energy [J] by share.
-    """
-
-    peak: Wrench
-    share: Array
+    peak: Wrench  # load at share 1 [N, N m]
+    share: Array  # (n,), ascending from 0 to 1
     found: tuple[Equilibrium, ...]
-    energy: Callable[[float], float]
+    energy: Callable[[float], float]  # stored energy [J] by share
 
 
 def relaxation(silicone: Silicone, time: Array) -> Array:
@@ -80,13 +68,13 @@ def relaxation(silicone: Silicone, time: Array) -> Array:
 
 
 def creep(silicone: Silicone, time: Array) -> Array:
-    """Return C: the elastic load that the pose at `time` [s] after a step of load belongs to, over that load [-]."""
+    """Return C: the elastic load equivalent to a step of load at `time` [s], over that load [-]."""
     weights, times = retardation(silicone.prony)
     return np.asarray(1.0 - np.exp(-np.asarray(time)[..., None] / times) @ weights)
 
 
 def retardation(prony: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
-    """Return the weights c [-] and times lambda [s] of the creep that belongs to a Prony series, shape (n,) each."""
+    """Return creep weights c [-] and times lambda [s] of a Prony series, shape (n,) each."""
     if not prony:
         return np.zeros(0), np.ones(0)
     w, tau = np.array(prony, dtype=float).T
@@ -97,16 +85,9 @@ def retardation(prony: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
 
 
 def relaxed_share(silicone: Silicone, time: Array, share: Array) -> Array:
-    """Return the share whose slow answer the pad shows, for a load that is linear between its samples.
+    """Return the elastically equivalent share of a load history, linear between samples, by its Prony series.
 
-    Parameters
-    ----------
-    silicone : Silicone
-        Its Prony series is used.
-    time : ndarray, shape (n,)
-        Not descending; twice the same is a step [s].
-    share : ndarray, shape (n,)
-        Of the peak wrench; before the first sample there was none [-].
+    `time` (n,) does not descend, repeated for a step [s]; before the first sample the share is zero.
     """
     weights, times = retardation(silicone.prony)
     lag = weights * share[0]
@@ -122,18 +103,9 @@ def relaxed_share(silicone: Silicone, time: Array, share: Array) -> Array:
 def softened_share(
     softening: Softening | None, energy: Callable[[float], float], share: Array, *, volume: float = 0.0
 ) -> Array:
-    """Return the virgin share that a softened pad has come to, for a history of shares.
+    """Return the virgin share equivalent to a history of shares (n,) >= 0 on a softened pad.
 
-    Parameters
-    ----------
-    softening : Softening or None
-        None: none.
-    energy : callable
-        Stored energy [J] by virgin share, growing.
-    share : ndarray, shape (n,)
-        What the pad pushes back with, in the order of time, none below 0.
-    volume : float
-        Of the pad [m^3]; it counts where the softening has an m.
+    `energy`: stored energy [J] by virgin share, increasing; `volume` of the pad [m^3] counts if the softening has an m.
     """
     if softening is None:
         return share.copy()
@@ -146,7 +118,7 @@ def softened_share(
 
 
 def _below_peak(factor: Callable[..., Array], energy: Callable[[float], float], wanted: float, peak: float) -> float:
-    """Virgin share at which a pad that was at `peak` pushes back with the share `wanted`."""
+    """Return the virgin share at which a pad once at `peak` pushes back with the share `wanted`."""
     from scipy.optimize import brentq
 
     largest = energy(peak)
@@ -160,22 +132,10 @@ def _below_peak(factor: Callable[..., Array], energy: Callable[[float], float], 
 
 
 def loop_width(silicone: Silicone, period: float = 1.0) -> float:
-    """Return how far loading and unloading at one load are apart, at most, over the pose under the peak [-].
+    """Return the largest difference of loading and unloading at one load, over the pose under the peak [-].
 
-    Of a pad that answers like a spring, while a load rises and falls evenly, the second time. The m of its softening
-    is left out: the load is taken for large, where it is the deepest.
-
-    Parameters
-    ----------
-    silicone : Silicone
-        Its viscosity and softening count.
-    period : float
-        From one minimum of the load to the next [s].
-
-    Returns
-    -------
-    float
-        nan where the silicone has neither ``prony`` nor ``mullins``: it is not known.
+    Of a linear pad in the second cycle of a triangular load of `period` [s]; the softening's m is left out (large load,
+    where it is deepest). nan if the silicone has neither ``prony`` nor ``mullins``.
     """
     if not silicone.prony and silicone.mullins is None:
         return float("nan")
@@ -188,33 +148,15 @@ def loop_width(silicone: Silicone, period: float = 1.0) -> float:
 
 
 def left_share(silicone: Silicone, after: float) -> float:
-    """Return the share of the displacement that is left `after` [s] a load is gone that has rested long, 1 - C(after).
-
-    It is nan where the silicone has no ``prony``: it is not known.
-    """
+    """Return the share of displacement left `after` [s] release of a long-held load, 1 - C; nan without ``prony``."""
     return float(1.0 - creep(silicone, np.array(after))) if silicone.prony else float("nan")
 
 
 def elastic_curve(layer: MechanicalModel, peak: Wrench, *, height: float = 0.0, points: int = 17) -> ElasticCurve:
-    """Return the virgin elastic answer of a pad from no load to the peak.
+    """Return the virgin elastic answer of a pad from no load to the peak [N, N m].
 
-    Parameters
-    ----------
-    layer : MechanicalModel
-        Wrench in, pose out.
-    peak : Wrench
-        [N, N m].
-    height : float
-        Where the force acts above the bonded face [m].
-    points : int
-        Loads solved, odd and at least 5.
-
-    Raises
-    ------
-    SolveFailed
-        When the pad has no equilibrium on the way.
-    ValueError
-        When `points` is even or small.
+    `height`: of the force above the bonded face [m]; `points`: loads solved, odd, at least 5, or ValueError. Raise
+    SolveFailed without equilibrium on the way.
     """
     from scipy.interpolate import CubicSpline
 
@@ -235,7 +177,7 @@ def elastic_curve(layer: MechanicalModel, peak: Wrench, *, height: float = 0.0, 
 
 
 def _work(peak: Wrench, poses: Sequence[Pose], height: float) -> Array:
-    """Work of the whole peak wrench on the way from the first pose to each; turns add up from one pose to the next."""
+    """Return the work of the whole peak wrench from the first pose to each; rotations add up from pose to pose."""
     turns = rotation_matrix(np.array([pose.rotation for pose in poses]))
     ends = np.array([pose.centre for pose in poses]) + height * turns[:, :, 2]
     steps = [rotation_vector(after @ before.T) for before, after in itertools.pairwise(turns)]

@@ -1,4 +1,4 @@
-"""What does an incompressible law show where the strain is uniform: in a pull, in planar tension, in biaxial tension?
+"""Uniform states of an incompressible law: uniaxial, planar and biaxial tension.
 
 Principal stretches with ``lambda_1 lambda_2 lambda_3 = 1``; the third direction is free of stress:
 
@@ -34,27 +34,14 @@ MODES: Mapping[str, tuple[float, float, float]] = {
     "planar": (1.0, 0.0, -1.0),
     "biaxial": (1.0, 1.0, -2.0),
 }
-"""The exponents of the controlled stretch in each test's three principal stretches."""
+"""Exponents of the controlled stretch in the three principal stretches of each test."""
 
 PLANE = np.array([[2.0, 0.0], [-1.0, 1.0], [-1.0, -1.0]]) / np.sqrt([6.0, 2.0])
 """Two orthonormal increments of logarithmic strain that keep the volume, as columns."""
 
 
 def principal_stretches(mode: str, stretch: Array) -> Array:
-    """Return the three principal stretches of a test, shape (n, 3).
-
-    Parameters
-    ----------
-    mode : str
-        A key of `MODES`.
-    stretch : ndarray, shape (n,)
-        The controlled stretch, positive [-].
-
-    Raises
-    ------
-    ValueError
-        When the test is none of the three.
-    """
+    """Return the principal stretches (n, 3) of a test at stretches (n,); raise ValueError for an unknown mode."""
     if mode not in MODES:
         raise ValueError(f'mode: must be one of {", ".join(MODES)}; got "{mode}"')
     powers: Array = np.asarray(stretch, dtype=np.float64)[:, None] ** np.array(MODES[mode])
@@ -62,21 +49,9 @@ def principal_stretches(mode: str, stretch: Array) -> Array:
 
 
 def state_stress(law: str, constants: Constants, stretches: Array) -> Array:
-    """Return the engineering stress in the first direction, shape (n,) [Pa].
+    """Return the engineering stress along the first direction, shape (n,) [Pa], the third free of stress.
 
-    Parameters
-    ----------
-    law : str
-        A key of `sits_mech.silicone.laws.LAWS`.
-    constants : mapping
-        By the names and in the units that the law has for them.
-    stretches : ndarray, shape (n, 3)
-        Principal stretches of product one; the third direction is free of stress.
-
-    Raises
-    ------
-    ValueError
-        When the law is unknown.
+    `stretches` (n, 3) have product one. Raise ValueError for an unknown law.
     """
     force, _ = _log_derivatives(law, constants, stretches)
     stress: Array = (force[:, 0] - force[:, 2]) / stretches[:, 0]
@@ -84,45 +59,15 @@ def state_stress(law: str, constants: Constants, stretches: Array) -> Array:
 
 
 def engineering_stress(law: str, constants: Constants, strain: Array, mode: str = "uniaxial") -> Array:
-    """Return the engineering stress of an incompressible law in a uniform test.
+    """Return the engineering stress (n,) [Pa] at engineering strain (n,) > -1 in a test of `MODES`.
 
-    Parameters
-    ----------
-    law : str
-        A key of `sits_mech.silicone.laws.LAWS`.
-    constants : mapping
-        By the names and in the units that the law has for them.
-    strain : ndarray, shape (n,)
-        Engineering strain, above -1 [-].
-    mode : str
-        "uniaxial", "planar" or "biaxial".
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        [Pa].
-
-    Raises
-    ------
-    ValueError
-        When law or mode is unknown.
+    Raise ValueError for an unknown law or mode.
     """
     return state_stress(law, constants, principal_stretches(mode, 1.0 + strain))
 
 
 def energy_density(law: str, constants: Constants, stretches: Array) -> Array:
-    """Return the energy density of an incompressible law, zero without strain, shape (n,) [Pa].
-
-    Parameters
-    ----------
-    law, constants, stretches
-        As for `state_stress`.
-
-    Raises
-    ------
-    ValueError
-        When the law is unknown.
-    """
+    """Return the energy density at stretches (n, 3) of product one, zero without strain, shape (n,) [Pa]."""
     energy = known_law(law).energy
     if not isinstance(energy, OfInvariants):
         return np.asarray(energy.derivatives(constants, np.log(stretches)).f.sum(axis=1))
@@ -131,29 +76,16 @@ def energy_density(law: str, constants: Constants, stretches: Array) -> Array:
 
 
 def tangent(law: str, constants: Constants, stretches: Array) -> Array:
-    """Return the incompressible law's tangent in logarithmic strain, on increments that keep the volume.
+    """Return the tangent (n, 2, 2) [Pa] in logarithmic strain on an orthonormal pair of isochoric increments.
 
-    Parameters
-    ----------
-    law, constants, stretches
-        As for `state_stress`.
-
-    Returns
-    -------
-    ndarray, shape (n, 2, 2)
-        Symmetric, of an orthonormal pair of increments; twice the shear modulus times the unit matrix at rest [Pa].
-
-    Raises
-    ------
-    ValueError
-        When the law is unknown.
+    Symmetric; twice the shear modulus times the unit matrix at rest.
     """
     _, curvature = _log_derivatives(law, constants, stretches)
     return np.asarray(PLANE.T @ curvature @ PLANE)
 
 
 def shear_band_stiffness(law: str, constants: Constants, stretches: Array) -> Array:
-    """Return the smallest stiffness of an incompressible law against shear bands in its principal planes, shape (n,).
+    """Return the smallest stiffness against shear bands in principal planes, (n,) [Pa]; mu at rest.
 
     In a principal plane (i, j) a band of normal (cos a, sin a) that shears along itself meets
 
@@ -163,21 +95,6 @@ def shear_band_stiffness(law: str, constants: Constants, stretches: Array) -> Ar
 
     with principal stretches l. Where it fails the equations of equilibrium are not elliptic: strain localises, and no
     mesh converges. Source: M. A. Dowaikh, R. W. Ogden, IMA J. Appl. Math. 44 (1990) 261, for A, B, C.
-
-    Parameters
-    ----------
-    law, constants, stretches
-        As for `state_stress`.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        The shear modulus at rest [Pa].
-
-    Raises
-    ------
-    ValueError
-        When the law is unknown.
     """
     (g, h), square = _log_derivatives(law, constants, stretches), stretches**2
     found = []

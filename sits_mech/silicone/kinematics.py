@@ -1,4 +1,4 @@
-"""How is a point of the silicone deformed, in space and in plane strain alike?
+"""Kinematics of a point of the silicone, in space and in plane strain alike.
 
 The deformation gradient F has k free components: nine in space, ``F_ij`` at ``3 i + j``; four in plane strain,
 ``(F_xx, F_xz, F_zx, F_zz)``, with ``F_yy = 1`` and no other one out of the plane. By these k components
@@ -34,13 +34,13 @@ _PLANE_L = np.array([[0.0, 0, 0, 1], [0, 0, -1, 0], [0, -1, 0, 0], [1, 0, 0, 0]]
 
 
 POINTS = 1024
-"""So many points at a time: their tangents stay in the processor's cache."""
+"""Points at a time, so that their tangents stay in the processor's cache."""
 
 _Entries = tuple[tuple[int, int, int], ...]  # row, column, and which term stands there
 
 
 def _space_L() -> _Entries:
-    """Return where the entries of L stand in space, of the terms (F, -F)."""
+    """Return the entries of L in space, of the terms (F, -F)."""
     even = [(i, (i + 1) % 3, (i + 2) % 3) for i in range(3)]
     turns = [(i, k, m, 0) for i, k, m in even] + [(k, i, m, 9) for i, k, m in even]
     return tuple(
@@ -49,7 +49,7 @@ def _space_L() -> _Entries:
 
 
 def _space_shears() -> _Entries:
-    """Return where ``d_ik C_jl + B_ik d_jl`` stand in space, of the terms (C, B)."""
+    """Return the entries of ``d_ik C_jl + B_ik d_jl`` in space, of the terms (C, B)."""
     each = [(i, j, k) for i in range(3) for j in range(3) for k in range(3)]
     return (
         *((3 * i + j, 3 * i + k, 3 * j + k) for i, j, k in each),
@@ -61,7 +61,7 @@ _SPACE_L, _SPACE_SHEARS = _space_L(), _space_shears()
 
 
 class Principal(NamedTuple):
-    """``F = U diag(stretch) V`` of all three stretches (..., 3), with the turns of those in `within`, (..., d, d)."""
+    """``F = U diag(stretch) V``, all three stretches (..., 3), rotations (..., d, d) of those in `within`."""
 
     stretch: Array
     U: Array
@@ -71,22 +71,12 @@ class Principal(NamedTuple):
 
 @dataclass(frozen=True)
 class Kinematics:
-    """A deformation, and the derivatives of s, r and J by its k free components; what is not asked for is not computed.
+    """A deformation, and the derivatives of s, r and J by its k free components, computed when asked for."""
 
-    Attributes
-    ----------
-    F, H : ndarray, shape (..., k)
-        Deformation gradient, and ``dJ/dF`` [-].
-    J : ndarray, shape (...)
-        Volume over that at rest, positive [-].
-    axes : tuple of int
-        Where the k components stand among the nine of space.
-    """
-
-    F: Array
-    H: Array
-    J: Array
-    axes: tuple[int, ...]
+    F: Array  # (..., k)
+    H: Array  # dJ/dF, (..., k)
+    J: Array  # (...), positive
+    axes: tuple[int, ...]  # the k components among the nine of space
 
     @property
     def plane(self) -> bool:
@@ -136,14 +126,7 @@ class Kinematics:
         return found
 
     def add_L(self, A: Array, factor: Array) -> None:
-        """Add ``factor L`` to tangents, in place.
-
-        Parameters
-        ----------
-        A : ndarray, shape (..., k, k)
-            Contiguous.
-        factor : ndarray, shape (...)
-        """
+        """Add ``factor L``, factor (...), to contiguous tangents (..., k, k), in place."""
         if self.plane:
             A += factor[..., None, None] * _PLANE_L
         else:
@@ -151,13 +134,7 @@ class Kinematics:
             _add_entries(A, (terms, -terms), _SPACE_L)
 
     def add_d2r(self, A: Array, factor: Array) -> None:
-        """Add ``factor d2r`` to tangents, in place.
-
-        Parameters
-        ----------
-        A, factor
-            As for `add_L`.
-        """
+        """Add ``factor d2r``, factor (...), to contiguous tangents (..., k, k), in place."""
         twice = 2.0 * factor[..., None]
         if self.plane:
             A += (twice * self.H)[..., :, None] * self.H[..., None, :]
@@ -172,7 +149,7 @@ class Kinematics:
         _add_entries(A, (-twice * C.reshape(self.F.shape), -twice * B.reshape(self.F.shape)), _SPACE_SHEARS)
 
     def principal(self) -> Principal:
-        """Return the principal stretches, the one along y second in the plane, and the turns to their directions."""
+        """Return the principal stretches, that along y second in the plane, and the rotations to them."""
         if not self.plane:
             U, stretch, V = np.linalg.svd(self.F.reshape(*self.J.shape, 3, 3))
             return Principal(stretch, U, V, (0, 1, 2))
@@ -184,13 +161,7 @@ class Kinematics:
 
 
 def in_space(F: Array) -> Kinematics:
-    """Return the kinematics of deformation gradients in space.
-
-    Parameters
-    ----------
-    F : ndarray, shape (..., 9)
-        Components numbered ``3 i + j``.
-    """
+    """Return the kinematics of F in space, shape (..., 9), components ``3 i + j``."""
     H = np.empty_like(F, order="C")
     for i in range(3):
         b, c = 3 * ((i + 1) % 3), 3 * ((i + 2) % 3)
@@ -203,13 +174,7 @@ def in_space(F: Array) -> Kinematics:
 
 
 def in_plane(F: Array) -> Kinematics:
-    """Return the kinematics of deformation gradients in plane strain.
-
-    Parameters
-    ----------
-    F : ndarray, shape (..., 4)
-        ``F_xx, F_xz, F_zx, F_zz``.
-    """
+    """Return the kinematics of F in plane strain, shape (..., 4): ``F_xx, F_xz, F_zx, F_zz``."""
     H: Array = F[..., ::-1] * np.array([1.0, -1.0, -1.0, 1.0])
     J: Array = np.asarray(F[..., 0] * F[..., 3] - F[..., 1] * F[..., 2])
     return Kinematics(F, H, J, _PLANE)
@@ -221,13 +186,13 @@ def diagonal(A: Array) -> Array:
 
 
 def _turn(angle: Array) -> Array:
-    """Turns by an angle in the plane, shape (..., 2, 2)."""
+    """Return rotations by an angle in the plane, shape (..., 2, 2)."""
     c, s = np.cos(angle), np.sin(angle)
     return np.stack([c, -s, s, c], axis=-1).reshape(*angle.shape, 2, 2)
 
 
 def _add_entries(A: Array, terms: tuple[Array, Array], entries: _Entries) -> None:
-    """Add terms, nine and nine of shape (..., 9), to some entries of tangents in space, in place."""
+    """Add terms, two of shape (..., 9), to entries of tangents in space, in place."""
     flat, (first, second) = A.reshape(-1, 9, 9), (part.reshape(-1, 9) for part in terms)
     for start in range(0, len(flat), POINTS):
         part = slice(start, start + POINTS)

@@ -1,4 +1,4 @@
-"""Which stable constants leave the smallest residual? One least-squares solver for each kind of law.
+"""Fit the stable constants of least residual: one least-squares solver for each kind of law.
 
     minimise over x   |w (P(x) - P_measured)|^2 / 2     under the stability conditions of fitting.py
 
@@ -42,15 +42,15 @@ _STEP = 1e-6  # of differences, relative to a range or a value
 
 @dataclass(frozen=True)
 class Points:
-    """What was measured: principal stretches (n, 3) [-], engineering stress (n,) [Pa], root of the weight (n,) [-]."""
+    """Measured points."""
 
-    stretches: Array
-    stress: Array
-    weight: Array
+    stretches: Array  # principal, (n, 3)
+    stress: Array  # engineering, (n,) [Pa]
+    weight: Array  # square root of the weight, (n,)
 
     @property
     def scale(self) -> float:
-        """The secant modulus at the largest stretch [Pa]."""
+        """Secant modulus at the largest stretch [Pa]."""
         last = int(np.argmax(self.stretches[:, 0]))
         return float(self.stress[last] / (self.stretches[last, 0] - 1.0))
 
@@ -61,11 +61,11 @@ class Points:
         return found
 
     def ends(self) -> dict[str, tuple[float, float]]:
-        """Return the uniaxial and planar stretches that have the largest I1 of the points."""
+        """Return the uniaxial and planar stretches with the largest I1 of the points."""
         most = float(self.excess.max())
 
         def beyond(stretch: float, mode: str) -> float:
-            """Return how far a state's I1 is beyond the largest."""
+            """Return a state's I1 less the largest."""
             return float((principal_stretches(mode, np.array([stretch])) ** 2).sum()) - 3.0 - most
 
         reach = 2.0 + np.sqrt(most)
@@ -77,31 +77,16 @@ class Points:
 
 @dataclass(frozen=True)
 class Answer:
-    """Constants, their half-widths, what is left [Pa], and remarks."""
+    """Fitted constants with half-widths, residual and notes."""
 
     constants: dict[str, float | tuple[float, ...]]
     confidence: dict[str, float | None | tuple[float | None, ...]]
-    rms: float
+    rms: float  # [Pa]
     notes: tuple[str, ...] = ()
 
 
 def fit_constants(law: Law, points: Points, terms: int) -> Answer:
-    """Return the stable constants of `law` that leave the smallest residual at `points`.
-
-    Parameters
-    ----------
-    law : Law
-        Of `sits_mech.silicone.laws.LAWS`.
-    points : Points
-        The data.
-    terms : int
-        Number of terms, for a law that may have several.
-
-    Returns
-    -------
-    Answer
-        The constants, with their confidence.
-    """
+    """Fit the stable constants of least residual at the points; `terms` for a law that may have several."""
     if isinstance(law.fit, LinearFit):
         return _fit_linear(law, law.fit, points)
     return _fit_terms(law, law.fit, points, terms if law.fit.several else 1)
@@ -132,7 +117,7 @@ def _fit_linear(law: Law, fit: LinearFit, points: Points) -> Answer:
 
 
 def _conditions(law: Law, unit: list[dict[str, float]], points: Points) -> Array:
-    """Return rows whose products with the constants must not be negative: stiffness less the share of it to be kept."""
+    """Return the rows C of C x >= 0: stiffness less the share of it to be kept."""
     ends, step = points.ends(), 1e-6
     pull = np.geomspace(*ends["uniaxial"], 201)
     planar = principal_stretches("planar", np.geomspace(1.0, ends["planar"][1], 101))
@@ -151,7 +136,7 @@ def _conditions(law: Law, unit: list[dict[str, float]], points: Points) -> Array
 
 
 def _directions(stretches: Array) -> Array:
-    """Return unit increments to look along, shape (n, 3, 2): two fixed ones, and where a law of I1 gives way first."""
+    """Return unit increments to test, (n, 3, 2): two fixed ones, and where a law of I1 fails first."""
     along = stretches**2 @ PLANE
     first = np.linalg.solve(tangent("neo-hookean", {"shear_modulus": 1.0}, stretches), along[..., None])[..., 0]
     size = np.linalg.norm(first, axis=1, keepdims=True)
@@ -162,7 +147,7 @@ def _directions(stretches: Array) -> Array:
 
 
 def _least_squares(matrix: Array, right: Array, conditions: Array) -> Array:
-    """Return the least-squares answer under ``conditions @ answer >= 0`` (a small convex programme)."""
+    """Solve least squares under ``conditions @ answer >= 0``, a small convex programme."""
     free: Array = np.asarray(np.linalg.lstsq(matrix, right)[0], dtype=np.float64)
     if (conditions @ free >= 0.0).all():
         return free
@@ -184,13 +169,13 @@ def _least_squares(matrix: Array, right: Array, conditions: Array) -> Array:
 
 
 def _columns(law: Law, fit: TermFit, stretches: Array, shapes: Array) -> Array:
-    """Return the stress of a term of modulus one and each of the shapes, shape (n, shapes)."""
+    """Return the stress of a term of unit modulus at each shape, shape (n, shapes)."""
     each = [fit.constants(np.ones(1), shapes[k : k + 1]) for k in range(len(shapes))]
     return np.stack([state_stress(law.name, constants, stretches) for constants in each], axis=1)
 
 
 def _fit_terms(law: Law, fit: TermFit, points: Points, terms: int) -> Answer:
-    """Fit a law of one or several terms; of fewer where the data hold no more."""
+    """Fit a law of one or several terms; fewer where the data do not determine more."""
     scale, reach = points.scale, float(points.excess.max())
     starts = _starts(_columns(law, fit, points.stretches, fit.starts(reach)), points, terms)
     found = [_refined(law, fit, points, fit.starts(reach)[chosen]) for chosen in starts]
@@ -213,7 +198,7 @@ def _fit_terms(law: Law, fit: TermFit, points: Points, terms: int) -> Answer:
 
 
 def _starts(columns: Array, points: Points, terms: int) -> list[list[int]]:
-    """Return the choices of shapes, by number, that leave least with the best moduli that are not negative."""
+    """Return the choices of shapes, by index, of least residual with non-negative moduli."""
     small: Array = np.asarray(
         np.linalg.qr(np.column_stack([columns, points.stress / points.scale]) * points.weight[:, None], mode="r")
     )
@@ -222,21 +207,21 @@ def _starts(columns: Array, points: Points, terms: int) -> list[list[int]]:
 
 
 def _refined(law: Law, fit: TermFit, points: Points, start: Array) -> tuple[Array, Array, float]:
-    """Return moduli (scaled), shapes and the cost of the nearest minimum."""
+    """Return scaled moduli, shapes and cost of the nearest minimum."""
     terms, root, right = len(start), points.weight[:, None], points.stress * points.weight / points.scale
     low, high = fit.limits(start, float(points.excess.max()))
 
     def columns(x: Array) -> Array:
-        """Return the weighted stress of each term for a modulus of one."""
+        """Return the weighted stress of each term at unit modulus."""
         return _columns(law, fit, points.stretches, x) * root
 
     def residual(unknowns: Array) -> Array:
-        """Return what is left."""
+        """Return the weighted residual."""
         left: Array = columns(unknowns[terms:]) @ unknowns[:terms] - right
         return left
 
     def jacobian(unknowns: Array) -> Array:
-        """Return its derivative."""
+        """Return the derivative of the residual."""
         x, step = unknowns[terms:], _STEP * (high - low)
         below, above = np.maximum(x - step, low), np.minimum(x + step, high)
         slope = (columns(above) - columns(below)) / (above - below)
@@ -252,7 +237,7 @@ def _refined(law: Law, fit: TermFit, points: Points, start: Array) -> tuple[Arra
 
 
 def _slopes(law: Law, constants: Constants, stretches: Array) -> Array:
-    """Return the derivative of the stress by each number among the constants, in their order, shape (n, numbers)."""
+    """Return the derivatives of the stress by each constant, in order, shape (n, numbers)."""
     numbers = np.concatenate([np.atleast_1d(value) for value in constants.values()])
     found = []
     for k, step in enumerate(_STEP * np.where(numbers == 0.0, 1.0, np.abs(numbers))):
@@ -263,21 +248,15 @@ def _slopes(law: Law, constants: Constants, stretches: Array) -> Array:
 
 
 def _rms(residual: Array, points: Points) -> float:
-    """Return the weighted root mean square of what is left."""
+    """Return the weighted root mean square of the residual."""
     return float(np.sqrt(np.average(residual**2, weights=points.weight**2)))
 
 
 def half_widths(slopes: Array, free: Array, residual: Array, weight: Array) -> list[float | None]:
-    """Return 95 % half-widths of constants, None for one that the data do not determine.
+    """Return 95 % half-widths of constants, None for one the data do not determine.
 
-    Parameters
-    ----------
-    slopes : ndarray, shape (n, k)
-        Derivatives of the stress by the k unknowns, free combinations of the constants.
-    free : ndarray, shape (constants, k)
-        Derivatives of the constants by these.
-    residual, weight : ndarray, shape (n,)
-        What is left of the stress, and the root of each point's weight.
+    `slopes` (n, k): derivatives of the stress by k unknowns; `free` (constants, k): of the constants by these; residual
+    and root weight (n,).
     """
     count, unknowns = slopes.shape
     runs = 1 + int(np.count_nonzero(np.diff(np.sign(residual))))
@@ -298,7 +277,7 @@ def half_widths(slopes: Array, free: Array, residual: Array, weight: Array) -> l
 
 
 def _like(constants: Constants, numbers: Sequence[_T]) -> dict[str, _T | tuple[_T, ...]]:
-    """Return numbers by the names of constants, as many for each as it has."""
+    """Distribute numbers over the names of constants, as many as each has."""
     rest = iter(numbers)
     return {
         name: tuple(next(rest) for _ in value) if isinstance(value, tuple) else next(rest)

@@ -1,4 +1,4 @@
-"""What is a silicone, in numbers, and how is it written? A law with its constants, rate, history, and their source.
+"""A silicone in numbers: a law with its constants, rate, history, and their source.
 
 A material table names the ``law``, the constants that the law has (laws/: one file each, with its formula), and
 ``bulk_modulus``: ``K/2 (J - 1)^2`` is added to every law. All constants in Pa, but for plain numbers. They are those of
@@ -116,31 +116,15 @@ class Silicone:
 
     @property
     def known_stretch(self) -> float:
-        """Up to which stretch the data behind the constants reach [-]; NaN where that is not known."""
+        """Largest stretch that the data behind the constants reach [-]; nan if unknown."""
         return float("nan") if self.fitted_range is None else 1.0 + self.fitted_range[1]
 
 
 def silicone_from(table: Mapping[str, Any], name: str = "") -> Silicone:
-    """Return the silicone that a material table of a scene or of the catalogue describes.
+    """Return the silicone of a material table (with or without units), constants in SI.
 
-    Parameters
-    ----------
-    table : mapping
-        ``law``, the law's constants, ``bulk_modulus``, and optional ``prony`` and ``mullins``; as
-        written, that is with or without units.
-    name : str
-        Name in the catalogue.
-
-    Returns
-    -------
-    Silicone
-        With its constants in SI.
-
-    Raises
-    ------
-    SceneError
-        When a key is unknown or missing, the constants give no positive shear modulus, or the weights of the Prony
-        series leave none to slow load.
+    `name`: in the catalogue. Raise SceneError for an unknown or missing key, no positive shear modulus, or Prony
+    weights that leave none to slow load.
     """
     name_of_law = table.get("law")
     if not isinstance(name_of_law, str) or name_of_law not in LAWS:
@@ -163,7 +147,7 @@ def silicone_from(table: Mapping[str, Any], name: str = "") -> Silicone:
 
 
 def _branches(entries: Any) -> tuple[tuple[float, float], ...]:
-    """Return weight and time [s] of the branches of a Prony series, or refuse them."""
+    """Return weights and times [s] of a Prony series, or refuse them."""
     if not isinstance(entries, list | tuple) or not all(isinstance(entry, Mapping) for entry in entries):
         raise SceneError(f'prony must be a list of tables {{weight = 0.1, time = "0.5 s"}}; got {shown(entries)}')
     found = []
@@ -181,7 +165,7 @@ def _branches(entries: Any) -> tuple[tuple[float, float], ...]:
 
 
 def _softening(table: Any) -> Softening | None:
-    """Return the softening that a table describes, or refuse it."""
+    """Return the softening of a table, or refuse it."""
     if table is None:
         return None
     if not isinstance(table, Mapping) or "r" not in table or not set(table) <= {"r", "m", "beta"}:
@@ -198,7 +182,7 @@ def _softening(table: Any) -> Softening | None:
 
 
 def _constants(law: Law, table: Mapping[str, Any]) -> Constants:
-    """Return a law's constants in SI, or refuse those without a positive stiffness at small strain."""
+    """Return a law's constants in SI, or refuse them without a positive initial stiffness."""
     found: dict[str, float | tuple[float, ...]] = {}
     for key, unit in law.units.items():
         if law.lists:
@@ -215,7 +199,7 @@ def _constants(law: Law, table: Mapping[str, Any]) -> Constants:
 
 
 def _si(key: str, value: Any, unit: str) -> float:
-    """Return a quantity in SI, its key in the message where it is none."""
+    """Return a quantity in SI; name its key in the error."""
     try:
         return si_value(value, unit)
     except SceneError as error:
@@ -223,7 +207,7 @@ def _si(key: str, value: Any, unit: str) -> float:
 
 
 def _provenance(table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return source, fitted range, residual and spread where a table has them."""
+    """Return source, fitted range, residual and spread, if a table has them."""
     units = {"rms": "Pa", "spread": "", "expansion": "1/K"}
     found: dict[str, Any] = {key: _si(key, table[key], unit) for key, unit in units.items() if key in table}
     source, strains = table.get("source", "the scene"), table.get("fitted_range", (0.0, 0.0))
@@ -244,18 +228,7 @@ def _provenance(table: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def table_of(silicone: Silicone) -> dict[str, Any]:
-    """Return the material table that describes `silicone`; `silicone_from` gives the same silicone back.
-
-    Parameters
-    ----------
-    silicone : Silicone
-        Of the scene's own; catalogued ones are written by name.
-
-    Returns
-    -------
-    dict
-        Keys of a scene file's material table, SI values.
-    """
+    """Return the material table of `silicone` in SI; `silicone_from` gives the same silicone back."""
     constants = {key: list(item) if isinstance(item, tuple) else item for key, item in silicone.constants.items()}
     table: dict[str, Any] = {"law": silicone.law, **constants, "bulk_modulus": silicone.bulk_modulus}
     if silicone.prony:
@@ -273,13 +246,7 @@ def table_of(silicone: Silicone) -> dict[str, Any]:
 
 
 def implausible(silicone: Silicone) -> tuple[str, ...]:
-    """Return a line for each constant that hardly any silicone has: a slip of unit, as a rule; all are solved.
-
-    Parameters
-    ----------
-    silicone : Silicone
-        Of any law.
-    """
+    """Return a line for each constant that hardly any silicone has, usually a slip of unit; all are solved."""
     found, mu, bulk_modulus = [], silicone.shear_modulus, silicone.bulk_modulus
     if not _SOFTEST <= mu <= _STIFFEST:
         range_ = f"{_SOFTEST:g} Pa to {_STIFFEST:g} Pa"

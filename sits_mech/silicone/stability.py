@@ -1,4 +1,4 @@
-"""Up to which stretch is a law stable and elliptic, and in which test does it fail first?
+"""Find the stretch up to which a law is stable and elliptic, and the test in which it fails first.
 
 Drucker's condition for an incompressible law: an increment of logarithmic strain ``de`` does positive work on the
 increment of Kirchhoff stress that it causes,
@@ -35,47 +35,19 @@ _STEPS = 400
 
 @dataclass(frozen=True)
 class Stability:
-    """Whether a law is stable, or elliptic, over a range of stretches.
+    """Stability or ellipticity of a law over a range of stretches."""
 
-    Attributes
-    ----------
-    stable : bool
-        In all the tests that were looked at.
-    first_unstable : float or None
-        The test's stretch from which on the law is unstable, in the test named by `mode` [-].
-    mode : str or None
-        Of the tests that fail, the one with the smallest largest principal strain: "uniaxial tension", ...
-    limits : tuple of (str, float)
-        Every test that fails, with its stretch, by growing largest principal strain.
-    """
-
-    stable: bool
-    first_unstable: float | None = None
-    mode: str | None = None
-    limits: tuple[tuple[str, float], ...] = ()
+    stable: bool  # in all the tests examined
+    first_unstable: float | None = None  # limit stretch in the test `mode`
+    mode: str | None = None  # failing test of smallest largest principal strain: "uniaxial tension", ...
+    limits: tuple[tuple[str, float], ...] = ()  # failing tests with stretches, by largest principal strain
 
 
 def stability(silicone: Silicone, stretch_range: tuple[float, float], modes: Sequence[str] = tuple(MODES)) -> Stability:
-    """Tell whether a law is stable in uniform tests over a range of stretches.
+    """Find where a law loses stability in uniform tests over a range of stretches; K is not used.
 
-    Parameters
-    ----------
-    silicone : Silicone
-        Law and constants; its bulk modulus plays no part.
-    stretch_range : (float, float)
-        Smallest and largest stretch of the tests, with 1 between them [-].
-    modes : sequence of str
-        The tests to look at: keys of `sits_mech.silicone.homogeneous.MODES`.
-
-    Returns
-    -------
-    Stability
-        With the first limit by name and stretch.
-
-    Raises
-    ------
-    ValueError
-        When the range does not hold 1, is not positive and finite, or a test is unknown.
+    `modes`: keys of `homogeneous.MODES`. Raise ValueError for an unknown test, or a range that is not positive and
+    finite or does not hold 1.
     """
     return _first(silicone, stretch_range, modes, _smallest)
 
@@ -83,7 +55,7 @@ def stability(silicone: Silicone, stretch_range: tuple[float, float], modes: Seq
 def ellipticity(
     silicone: Silicone, stretch_range: tuple[float, float], modes: Sequence[str] = tuple(MODES)
 ) -> Stability:
-    """Tell whether shear bands are stiff in uniform tests over a range of stretches; all as of `stability`."""
+    """Find where shear bands lose stiffness in uniform tests over a range of stretches; as `stability`."""
     return _first(silicone, stretch_range, modes, _bands)
 
 
@@ -91,7 +63,7 @@ def _first(
     silicone: Silicone, stretch_range: tuple[float, float], modes: Sequence[str],
     measure: Callable[[Silicone, str, Array], Array],
 ) -> Stability:  # fmt: skip
-    """Where a measure of stiffness first vanishes in uniform tests."""
+    """Find where a measure of stiffness first vanishes in uniform tests."""
     low, high = stretch_range
     if not 0.0 < low <= 1.0 <= high < np.inf:
         raise ValueError(f"stretch_range: must be positive, finite, with 1 between its ends; got {low:g} to {high:g}")
@@ -109,27 +81,11 @@ def _first(
 
 
 def layer_notes(silicone: Silicone, largest_stretch: float) -> tuple[str, ...]:
-    """Return what is to be said of a law in a solve that reached a principal stretch.
+    """Return notes on a law in a solve that reached a principal stretch, or reciprocal, of `largest_stretch`.
 
-    Uniaxial and planar states whose principal stretches all lie between ``1/largest_stretch`` and `largest_stretch` are
-    looked at; the biaxial ones are among the uniaxial.
-
-    Parameters
-    ----------
-    silicone : Silicone
-        The layer's material.
-    largest_stretch : float
-        The largest of the principal stretches and of their reciprocals, anywhere in the layer; at least 1 [-].
-
-    Returns
-    -------
-    tuple of str
-        Empty where the law is stable and its data reach as far.
-
-    Raises
-    ------
-    ValueError
-        When `largest_stretch` is below 1 or not finite.
+    Uniaxial and planar states of principal stretches within 1/largest_stretch..largest_stretch are examined (biaxial
+    ones are among the uniaxial). Empty where the law is stable and its data reach as far. Raise ValueError below 1 or
+    if not finite.
     """
     if not 1.0 <= largest_stretch < np.inf:
         raise ValueError(f"largest_stretch: must be finite and at least 1; got {largest_stretch:g}")
@@ -150,7 +106,7 @@ def layer_notes(silicone: Silicone, largest_stretch: float) -> tuple[str, ...]:
 
 
 def renewed_notes(notes: str, silicone: Silicone, largest_stretch: float) -> str:
-    """Return notes, joined by "; ", with what `layer_notes` says of another stretch in place of what it said."""
+    """Replace what `layer_notes` said in notes, joined by "; ", by those of another stretch."""
     kept = [note for note in notes.split("; ") if note and _REACHED not in note]
     if len(kept) < len(notes.split("; ")) or largest_stretch > silicone.known_stretch:
         kept += layer_notes(silicone, largest_stretch)
@@ -158,20 +114,20 @@ def renewed_notes(notes: str, silicone: Silicone, largest_stretch: float) -> str
 
 
 def _earlier(*found: Stability) -> Stability | None:
-    """Return the one that fails at the smaller stretch or reciprocal of one, the first of equals; None if none does."""
+    """Return the one that fails at the smaller stretch or reciprocal, the first of equals; None if none fails."""
     failed = [each for each in found if each.first_unstable is not None]
     return min(failed, key=lambda each: round(abs(np.log(each.first_unstable or 1.0)), 6), default=None)
 
 
 def _bands(silicone: Silicone, mode: str, stretch: Array) -> Array:
-    """Return the smallest stiffness of a shear band over the initial shear modulus' size."""
+    """Return the smallest stiffness of a shear band over the absolute initial shear modulus."""
     size = abs(silicone.shear_modulus) or 1.0
     with np.errstate(invalid="ignore", over="ignore"):  # a law that locks has no state beyond
         return shear_band_stiffness(silicone.law, silicone.constants, principal_stretches(mode, stretch)) / size
 
 
 def _smallest(silicone: Silicone, mode: str, stretch: Array) -> Array:
-    """Return the smaller eigenvalue of the tangent over the initial shear modulus' size."""
+    """Return the smaller eigenvalue of the tangent over the absolute initial shear modulus."""
     size = abs(silicone.shear_modulus) or 1.0
     stiffness = tangent(silicone.law, silicone.constants, principal_stretches(mode, stretch))
     values: Array = np.asarray(np.linalg.eigvalsh(stiffness / size), dtype=np.float64)

@@ -1,4 +1,4 @@
-"""What did the test machine record? Strain and engineering stress, read by content from a text file.
+"""Read strain and engineering stress of a tensile test, by content, from a text file.
 
 A header of any length, a row of column names, rows of numbers; separated by semicolons, tabs or commas. Columns are
 known by their names, upper or lower case, in any order:
@@ -34,32 +34,18 @@ _COLUMN = re.compile(
 
 @dataclass(frozen=True)
 class TensileTest:
-    """One pull, and what else was measured on the same silicone.
+    """A tensile test, with those of the same silicone in other modes."""
 
-    Attributes
-    ----------
-    strain : ndarray, shape (n,)
-        Engineering strain, increasing [-].
-    stress : ndarray, shape (n,)
-        Engineering stress [Pa].
-    source : str
-        File it came from.
-    mode : str
-        "uniaxial", "planar" or "biaxial".
-    others : tuple of TensileTest
-        Tests of the same silicone in other modes.
-    """
-
-    strain: Array
-    stress: Array
-    source: str
-    mode: str = "uniaxial"
+    strain: Array  # engineering, (n,), increasing
+    stress: Array  # engineering, (n,) [Pa]
+    source: str  # file
+    mode: str = "uniaxial"  # "uniaxial", "planar" or "biaxial"
     others: tuple[TensileTest, ...] = ()
 
 
 @dataclass(frozen=True)
 class _Columns:
-    """Where a test stands in a row, and its units in SI."""
+    """Columns of a test, with units in SI."""
 
     mode: str
     strain: int
@@ -69,24 +55,10 @@ class _Columns:
 
 
 def read_tensile(path: str | Path) -> TensileTest:
-    """Read a tensile test by content: a header of any length, a row of column names, numbers.
+    """Read a tensile test: a header of any length, a row of column names, numbers; other modes beside it.
 
-    Parameters
-    ----------
-    path : str or Path
-        Text separated by semicolons, tabs or commas, with columns such as "Engineering Strain" and "Engineering Stress
-        (MPa)", and where there are such, "Planar Engineering Strain" and so on.
-
-    Returns
-    -------
-    TensileTest
-        The uniaxial test, with the planar and biaxial ones of the file beside it; the first of them where there is no
-        uniaxial one.
-
-    Raises
-    ------
-    ValueError
-        When the file cannot be read, columns are missing or in unknown units, or a test has fewer than 5 usable rows.
+    The uniaxial test comes first, else the first of the file. Raise ValueError if the file cannot be read, columns are
+    missing or of unknown unit, or a test has fewer than 5 usable rows.
     """
     lines = lines_of(path, "tensile test")
     for number, line in enumerate(lines):
@@ -101,7 +73,7 @@ def read_tensile(path: str | Path) -> TensileTest:
 
 
 def lines_of(path: str | Path, what: str) -> list[str]:
-    """Return the lines of a file that is to be a test of a kind; raise SceneError where it cannot be read."""
+    """Return the lines of a test file of a kind; raise SceneError if it cannot be read."""
     try:
         return input_text(path, f"a readable {what}", errors="replace").splitlines()
     except SceneError:
@@ -111,7 +83,7 @@ def lines_of(path: str | Path, what: str) -> list[str]:
 
 
 def _columns(names: list[str], source: str) -> list[_Columns]:
-    """Return the tests that a row of column names announces, uniaxial first; none where it is no such row."""
+    """Return the tests announced by a row of column names, uniaxial first; none if it is no such row."""
     cells: dict[tuple[str, str], tuple[int, str]] = {}
     for index, name in enumerate(names):
         match = _COLUMN.fullmatch(name)
@@ -132,7 +104,7 @@ def _columns(names: list[str], source: str) -> list[_Columns]:
 
 
 def unit_of(name: str, unit: str, units: dict[str, float], needed: str, source: str) -> float:
-    """Return the unit of a column in SI, by the units it may have, or refuse it saying what is needed."""
+    """Return the factor of a column's unit to SI; refuse it, stating what is needed."""
     if unit.lower() not in units:
         raise ValueError(f'{source}: column "{name}" must be {needed}; got "{unit}"')
     return units[unit.lower()]

@@ -1,4 +1,4 @@
-"""How do dense stiffnesses become the equations of a layer with a rigid target? By sums that a mesh decides once.
+"""Assemble dense stiffnesses into the equations of a layer with a rigid target.
 
 What stores energy has stiffnesses on a few unknowns each: elements, and parts beside them, such as faces in contact.
 The displacements are free, or bonded to the target and follow its motion q with ``T = du_bonded/dq``, or held:
@@ -37,73 +37,53 @@ _POOR = 1e-6  # residual of a solution, over its right-hand side, above which on
 
 
 class Term(NamedTuple):
-    """A part of the energy, its forces (n + 6,) on the n displacements and q, and its stiffnesses.
-
-    These are dense, shape (e, k, k), on the displacements and q of some numbers, shape (e, k), the same in every state.
-    On displacements they are symmetric.
-    """
+    """A part of the energy, with dense stiffnesses that are symmetric on displacements."""
 
     energy: float
-    forces: Array
-    numbers: Indices
-    stiffness: Array
+    forces: Array  # (n + 6,), on n displacements and q
+    numbers: Indices  # (e, k), displacements and q; the same in every state
+    stiffness: Array  # (e, k, k)
 
 
 Part = Callable[[Array, Array], Term]
-"""Displacements and q in, a part of the energy with two derivatives out."""
+"""Maps displacements and q to a part of the energy with two derivatives."""
 
 
 class Factored(NamedTuple):
-    """A factored K: its solver for right-hand sides (m,) or (m, k), and how many of its eigenvalues are negative.
+    """A factored K."""
 
-    The number is None where it is not known: K has been factored with pivots from all rows.
-    """
-
-    solve: Callable[[Array], Array]
-    negative: int | None
+    solve: Callable[[Array], Array]  # right-hand sides (m,) or (m, k)
+    negative: int | None  # number of negative eigenvalues; None if unknown (pivoted over all rows)
 
 
 class _Group(NamedTuple):
-    """Where stiffnesses stand: rows among the free (m: none); those on the border, and their rows of T (b: none)."""
+    """Places of a group's stiffnesses."""
 
-    free: Indices
-    bordering: Indices
-    taken: Indices
+    free: Indices  # rows among the free; m for none
+    bordering: Indices  # those on the border
+    taken: Indices  # their rows of T; b for none
 
 
 @dataclass(frozen=True, eq=False)
 class Pattern:
-    """Where the stiffnesses of one mesh go.
-
-    Attributes
-    ----------
-    mesh : MixedMesh
-    numbers : tuple of ndarray, shape (e, k) each
-        Displacements and components of q of the stiffnesses of each group.
-    free : ndarray, shape (m,)
-        Numbers of the free displacements.
-    border : ndarray, shape (b,)
-        Numbers of the bonded displacements and of q.
-    dissection : Dissection
-        In which order the free ones are eliminated.
-    """
+    """Assembly pattern of the stiffnesses of one mesh."""
 
     mesh: MixedMesh
-    numbers: tuple[Indices, ...]
-    free: Indices
-    border: Indices
+    numbers: tuple[Indices, ...]  # displacements and q of each group, (e, k) each
+    free: Indices  # (m,), free displacements
+    border: Indices  # (b,), bonded displacements and q
     dissection: Dissection
     _groups: tuple[_Group, ...]
 
     def following(self, numbers: Sequence[Indices]) -> Pattern:
-        """Return this pattern, or that of other numbers: what touches in one state need not touch in the next."""
+        """Return the pattern of these numbers, itself if unchanged: faces in contact may change."""
         pairs = zip(self.numbers, numbers, strict=False)
         if len(numbers) == len(self.numbers) and all(own is new or np.array_equal(own, new) for own, new in pairs):
             return self
         return pattern(self.mesh, numbers, self.free, self.border)
 
     def sides(self, values: Stiffness, T: Array) -> tuple[Array, Array]:
-        """Return C and D; T, shape (b, k), moves the border by q."""
+        """Return C and D; T, shape (b, k), is the derivative of the border by q."""
         m, k = len(self.free), T.shape[1]
         C, D, rows = np.zeros((m + 1, k)), np.zeros((k, k)), np.vstack([T, np.zeros((1, k))])
         for group, each in zip(self._groups, values, strict=True):
@@ -132,7 +112,7 @@ class Pattern:
         return found
 
     def factored(self, values: Stiffness) -> Factored | None:
-        """Return the factored K; None where it is singular or no number."""
+        """Return the factored K; None if singular or not finite."""
         found = factor(self.dissection, values)
         if found is not None and found.safe:
             return Factored(found.solve, found.negative)
@@ -145,7 +125,7 @@ class Pattern:
         solve = found.solve
 
         def corrected(b: Array) -> Array:
-            """Solve, and once more with the residual."""
+            """Solve, and correct once by the residual."""
             x = solve(b)
             left = b - self.product(values, x.reshape(len(b), -1)).reshape(b.shape)
             return np.asarray(x + solve(left))
@@ -154,16 +134,7 @@ class Pattern:
 
 
 def pattern(mesh: MixedMesh, numbers: Sequence[Indices], free: Indices, border: Indices) -> Pattern:
-    """Return where stiffnesses go.
-
-    Parameters
-    ----------
-    mesh : MixedMesh
-    numbers : sequence of ndarray, shape (e, k) each
-        Displacements and components of q of each group's stiffnesses, first those of the elements; what is neither free
-        nor border is held.
-    free, border : ndarray
-    """
+    """Return the assembly pattern of groups of numbers (e, k), elements first; neither free nor border means held."""
     size = 1 + max(int(each.max(initial=0)) for each in (*numbers, free, border))
     inner, outer = np.full(size, len(free)), np.full(size, len(border))
     inner[free], outer[border] = np.arange(len(free)), np.arange(len(border))
@@ -177,12 +148,12 @@ def pattern(mesh: MixedMesh, numbers: Sequence[Indices], free: Indices, border: 
 
 
 def _summed(places: Indices, values: Array, size: int) -> Array:
-    """Sums of values (e, k, r) that go to each place (e, k), shape (size, r)."""
+    """Sum values (e, k, r) into their places (e, k), shape (size, r)."""
     return np.stack([summed(places, column, size) for column in np.moveaxis(values, -1, 0)], axis=1)
 
 
 def _pivoted(K: sparse.csc_matrix) -> Factored | None:
-    """Factor with pivots from all rows; None where singular."""
+    """Factor with pivots from all rows; None if singular."""
     try:
         found = splu(K, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.01)
     except RuntimeError:

@@ -1,4 +1,4 @@
-"""In which order are the displacements of a mesh eliminated? By nested dissection of its elements.
+"""Order the displacements of a mesh for elimination by nested dissection of its elements.
 
 The elements are cut in two where the fewest displacements are touched by both halves, the halves again, down to a few
 elements. Of the tree of these pieces each displacement belongs to the smallest piece that holds all elements which
@@ -31,79 +31,59 @@ _PART = 1.0 / 32.0  # of the elements that a half has at least: irregular meshes
 
 
 class Share(NamedTuple):
-    """Some stiffnesses that a front takes up: of which group, which of it, where their rows stand in the front."""
+    """Stiffnesses that a front takes up."""
 
     group: int
-    members: Indices
-    places: Indices
+    members: Indices  # which of the group
+    places: Indices  # their rows in the front
 
 
 class Child(NamedTuple):
-    """A half: number of its front, and runs of its border, rows (begin, end, begin in the front) of shape (r, 3)."""
+    """A half of a front."""
 
     front: int
-    runs: list[list[int]]
+    runs: list[list[int]]  # runs of its border, (begin, end, begin in the front), (r, 3)
 
 
 @dataclass(frozen=True)
 class Front:
-    """A piece of the mesh.
+    """A piece of the mesh."""
 
-    Attributes
-    ----------
-    start, stop : int
-        Its pivots in the order of elimination.
-    border : ndarray, shape (B,)
-        What belongs to larger pieces, by the place in the order of elimination, rising.
-    halves : tuple of Child
-    shares : tuple of Share
-        Stiffnesses of its elements, if it is cut no further.
-    """
-
-    start: int
+    start: int  # first pivot in the order of elimination
     stop: int
-    border: Indices
+    border: Indices  # (B,), displacements of larger pieces by place in the order, ascending
     halves: tuple[Child, ...]
-    shares: tuple[Share, ...]
+    shares: tuple[Share, ...]  # stiffnesses of its elements, if it is not cut further
 
     @property
     def pivots(self) -> int:
-        """How many displacements it eliminates."""
+        """Number of displacements it eliminates."""
         return self.stop - self.start
 
 
 @dataclass(frozen=True)
 class Dissection:
-    """The tree of pieces, halves before the whole; and which of the free displacements are eliminated one by one."""
+    """The tree of pieces, halves before the whole, and the order of the free displacements."""
 
     fronts: tuple[Front, ...]
     order: Indices
 
 
 class _Tree(NamedTuple):
-    """Pieces, halves before the whole: both halves or -1, (n, 2); the whole; the first and last uncut piece; members.
+    """Pieces, halves before the whole."""
 
-    Last the uncut piece of each element.
-    """
-
-    halves: Indices
+    halves: Indices  # (n, 2); -1 for an uncut piece
     whole: Indices
-    first: Indices
-    last: Indices
-    leaf: Indices
+    first: Indices  # first uncut piece
+    last: Indices  # last uncut piece
+    leaf: Indices  # uncut piece of each element
 
 
 def dissected(mesh: MixedMesh, own: Sequence[Indices], count: int) -> Dissection:
-    """Return the order in which free displacements are eliminated.
+    """Return the order in which `count` free displacements are eliminated.
 
-    Parameters
-    ----------
-    mesh : MixedMesh
-    own : sequence of ndarray, shape (e, k) each
-        Which of the free displacements (-1: none) the dense stiffnesses are on: first those of the elements, then of
-        anything else, that may join elements far from one another.
-    count : int
-        How many displacements are free.
+    `own`: free displacements (-1: none) of the dense stiffnesses, (e, k) each: elements first, then parts that may join
+    distant elements.
     """
     tree = _tree(mesh, own[0])
     leaves = [tree.leaf, *(_nearest(numbers, own[0], tree.leaf) for numbers in own[1:])]
@@ -119,12 +99,12 @@ def dissected(mesh: MixedMesh, own: Sequence[Indices], count: int) -> Dissection
 
 
 def leaf_size(count: int) -> int:
-    """Return how many elements of so many displacements make a piece that is not cut."""
+    """Return the number of elements, of `count` displacements each, in an uncut piece."""
     return max(1, _LEAF // count)
 
 
 def _tree(mesh: MixedMesh, own: Indices) -> _Tree:
-    """Cut the elements, whose free displacements are `own`, in two again and again."""
+    """Bisect the elements recursively; `own` are their free displacements."""
     d, cells = mesh.nodes.shape[1], mesh.cells
     weight = np.zeros(len(mesh.nodes))
     weight[cells] = (own >= 0).reshape(len(cells), d, -1).sum(axis=1)
@@ -155,7 +135,7 @@ def _tree(mesh: MixedMesh, own: Indices) -> _Tree:
 
 
 def _coordinates(centres: Array) -> Array:
-    """Coordinates along which elements are cut, shape (c, e)."""
+    """Return the coordinates along which elements are cut, shape (c, e)."""
     if centres.shape[1] == 2:
         return centres.T.copy()
     x, y = centres[:, :2].T
@@ -163,7 +143,7 @@ def _coordinates(centres: Array) -> Array:
 
 
 def _cut(cells: Indices, along: Array, weight: Array) -> tuple[NDArray[np.bool_], Indices] | None:
-    """Which elements are in the first half, and the nodes that both touch; None for elements in one place."""
+    """Return which elements are in the first half, and the shared nodes; None for elements in one place."""
     nodes, numbers = np.unique(cells, return_inverse=True)
     numbers = numbers.reshape(cells.shape)
     best, found = np.inf, None
@@ -188,7 +168,7 @@ def _cut(cells: Indices, along: Array, weight: Array) -> tuple[NDArray[np.bool_]
 
 
 def _first_and_last(numbers: Indices, layer: Indices, count: int) -> tuple[Indices, Indices]:
-    """First and last of the rising layers whose rows of numbers have each number; -1 where none has."""
+    """Return the first and last of the ascending layers that hold each number; -1 if none does."""
     flat, each = numbers.ravel(), np.repeat(layer, numbers.shape[1])
     low, high = np.full(count, -1), np.full(count, -1)
     high[flat] = each  # of repeated numbers the last one stays
@@ -197,7 +177,7 @@ def _first_and_last(numbers: Indices, layer: Indices, count: int) -> tuple[Indic
 
 
 def _reach(own: Sequence[Indices], leaves: Sequence[Indices], count: int) -> tuple[Indices, Indices]:
-    """First and last uncut piece that touches each of the free displacements; an untouched one is in the first."""
+    """Return the first and last uncut piece that touches each free displacement; the first if none does."""
     low, high = np.full(count + 1, np.iinfo(np.int64).max), np.full(count + 1, -1)
     for numbers, leaf in zip(own, leaves, strict=True):
         order = np.argsort(leaf, kind="stable")
@@ -207,7 +187,7 @@ def _reach(own: Sequence[Indices], leaves: Sequence[Indices], count: int) -> tup
 
 
 def _nearest(numbers: Indices, elements: Indices, leaf: Indices) -> Indices:
-    """Uncut piece that touches most of each row of numbers."""
+    """Return the uncut piece that touches most of each row of numbers."""
     count = 1 + max(int(numbers.max(initial=0)), int(elements.max(initial=0)))
 
     def touched(rows: Indices, own: Indices) -> sparse.csr_matrix:
@@ -224,7 +204,7 @@ def _nearest(numbers: Indices, elements: Indices, leaf: Indices) -> Indices:
 def _fronts(
     tree: _Tree, starts: Indices, ranks: Sequence[Indices], leaves: Sequence[Indices]
 ) -> tuple[Front, ...]:
-    """Fronts of the pieces, from where the displacements of each one's groups stand in the order of elimination."""
+    """Return the fronts of the pieces, from the places of each group's displacements in the order."""
     held = [np.argsort(leaf, kind="stable") for leaf in leaves]
     bounds = [np.searchsorted(leaf[of], np.arange(len(tree.whole) + 1)) for leaf, of in zip(leaves, held, strict=True)]
     found: list[Front] = []
@@ -251,7 +231,7 @@ def _fronts(
 
 
 def _runs(places: Indices, pivots: int) -> list[list[int]]:
-    """Runs of rising places, none across the end of the pivots: begin and end in the list, begin in the front."""
+    """Split ascending places into runs that do not cross the end of the pivots: begin, end, begin in the front."""
     broken = np.flatnonzero((np.diff(places) != 1) | (places[1:] == pivots)) + 1
     begin, end = np.concatenate([[0], broken]), np.concatenate([broken, [len(places)]])
     return np.stack([begin, end, places[begin]], axis=1).tolist() if len(places) else []

@@ -1,4 +1,4 @@
-"""How does a mesh follow a bonded corner that opens? Its cells are split into triangles that meet in the corner.
+"""Split the cells at a bonded corner that opens into triangles that meet in the corner.
 
 At a bonded corner the displacement goes as ``r f(theta)`` with a strain that is finite but differs from direction to
 direction; under compression the angle between plate and free face opens from 90 towards 180 degrees. A square with
@@ -27,20 +27,7 @@ _ORDER = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1)
 
 
 def fanned(mesh: MixedMesh, corners: Array) -> MixedMesh:
-    """Return a section whose cells at some corners are split into triangles.
-
-    Parameters
-    ----------
-    mesh : MixedMesh
-        Of rectangles, with what it holds at its nodes.
-    corners : ndarray, shape (k, 2)
-        Places of nodes [thicknesses].
-
-    Returns
-    -------
-    MixedMesh
-        The old nodes first, then the new ones.
-    """
+    """Return a section whose cells at corners (k, 2) [thicknesses] are split into triangles, new nodes last."""
     if mesh.nodal is None:
         raise ValueError("mesh: must hold the gradients at its nodes")
     at = [int(np.argmin(np.sum((mesh.nodes - corner) ** 2, axis=1))) for corner in corners]
@@ -63,7 +50,7 @@ def fanned(mesh: MixedMesh, corners: Array) -> MixedMesh:
 
 
 def _triangles(cells: Indices, place: Indices) -> Indices:
-    """Nodes (O, A, C, middle of OA, of AC, of OC) of the halves of cells whose corner O stands at a place in them."""
+    """Return the nodes (O, A, C, middles of OA, AC, OC) of the halves of cells with a corner O at a place in them."""
     around = (place[:, None] + np.arange(4)) % 4
     tip, A, far, C = np.take_along_axis(cells, around, axis=1).T
     to_A, to_far, from_far, to_C = np.take_along_axis(cells, 4 + around, axis=1).T
@@ -73,7 +60,7 @@ def _triangles(cells: Indices, place: Indices) -> Indices:
 
 
 def _collapsed(corners: Array) -> tuple[Points, Array, Points]:
-    """Quadrature points, pressures and nodes of collapsed cells, from their corners O, A, C, shape (h, 3, 2)."""
+    """Return quadrature points, pressures and nodes of collapsed cells from corners O, A, C, shape (h, 3, 2)."""
     slope, area, places = _gradients(corners, *GAUSS)
     weights = area * GAUSS_WEIGHTS
     nodal = np.repeat(weights.sum(axis=1)[:, None] / 9.0, 9, axis=1)
@@ -82,7 +69,7 @@ def _collapsed(corners: Array) -> tuple[Points, Array, Points]:
 
 
 def _gradients(corners: Array, xi: Array, eta: Array) -> tuple[Array, Array, Array]:
-    """Gradients of the shape functions, area per unit of xi and eta, and place of points of collapsed cells."""
+    """Return shape function gradients, area per unit of xi and eta, and places of points of collapsed cells."""
     tip, A, C = (corners[:, None, k] for k in range(3))
     (_, da), (b, db) = _quadratic(xi), _quadratic(eta)
     a_over = np.stack([np.zeros_like(xi), 4.0 * (1.0 - xi), 2.0 * xi - 1.0])  # a / xi; the corner's own cancel
@@ -97,6 +84,6 @@ def _gradients(corners: Array, xi: Array, eta: Array) -> tuple[Array, Array, Arr
 
 
 def _quadratic(s: Array) -> tuple[Array, Array]:
-    """Values and slopes, shapes (3, n), of the quadratic shape functions of 0, 1/2, 1 at s in 0..1."""
+    """Return values and slopes, (3, n), of the quadratic shape functions of 0, 1/2, 1 at s in 0..1."""
     values = np.stack([(1.0 - s) * (1.0 - 2.0 * s), 4.0 * s * (1.0 - s), s * (2.0 * s - 1.0)])
     return values, np.stack([4.0 * s - 3.0, 4.0 - 8.0 * s, 4.0 * s - 1.0])

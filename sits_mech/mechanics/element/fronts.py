@@ -1,4 +1,4 @@
-"""How is a symmetric stiffness factored and solved? Front by front, each with dense algebra.
+"""Factor and solve a symmetric stiffness front by front, with dense algebra.
 
 In the order of dissection.py a front is the sum of the stiffnesses of its elements, or of what its two halves left
 
@@ -33,27 +33,19 @@ _WIDTH = 64  # columns that LAPACK takes at a time
 
 @dataclass(frozen=True)
 class _Pivots:
-    """A front's factor: L or the factored A, W, and the exchanges of L D L^T; None for Cholesky's."""
+    """A front's factor."""
 
-    L: Array
+    L: Array  # Cholesky's L, or the factored A
     W: Array
-    exchanges: Indices | None
+    exchanges: Indices | None  # of L D L^T; None for Cholesky
 
 
 @dataclass(frozen=True)
 class Factor:
-    """A factored stiffness.
+    """A factored stiffness."""
 
-    Attributes
-    ----------
-    negative : int
-        How many of its eigenvalues are negative.
-    safe : bool
-        Whether it is as good as rounding lets it be; otherwise the residual must be looked at.
-    """
-
-    negative: int
-    safe: bool
+    negative: int  # number of negative eigenvalues
+    safe: bool  # accurate to rounding; otherwise check the residual
     _order: Indices
     _each: tuple[tuple[Front, _Pivots], ...]
 
@@ -80,14 +72,7 @@ class Factor:
 
 
 def factor(dissection: Dissection, values: Sequence[Array]) -> Factor | None:
-    """Factor the sum of dense stiffnesses; None where a front is singular.
-
-    Parameters
-    ----------
-    dissection : Dissection
-    values : sequence of ndarray, shape (e, k, k) each
-        The stiffnesses of the groups that it was made for; what is free in them is symmetric.
-    """
+    """Factor the sum of the groups' dense stiffnesses, (e, k, k) each, symmetric on free entries; None if singular."""
     left: dict[int, Array] = {}
     pivots: list[_Pivots] = []
     negative, safe = 0, True
@@ -103,7 +88,7 @@ def factor(dissection: Dissection, values: Sequence[Array]) -> Factor | None:
 
 
 def _assembled(front: Front, values: Sequence[Array], left: dict[int, Array]) -> tuple[Array, Array, Array]:
-    """A, B, C of a front, column by column; what its halves left is used up."""
+    """Return A, B, C of a front, column by column; what its halves left is consumed."""
     P, n = front.pivots, front.pivots + len(front.border)
     if front.shares:
         whole = np.zeros((n + 1) ** 2)
@@ -120,13 +105,13 @@ def _assembled(front: Front, values: Sequence[Array], left: dict[int, Array]) ->
 
 
 def _summed(share: Share, values: Array, size: int) -> Array:
-    """Sum of stiffnesses in a front's square of some size, shape (size**2,)."""
+    """Sum stiffnesses into a front's square, shape (size**2,)."""
     places = share.places[:, :, None] * size + share.places[:, None, :]
     return summed(places, values[share.members], size**2)
 
 
 def _add(half: Child, X: Array, A: Array, B: Array, C: Array) -> None:
-    """Add the lower triangle of what a half left to a front, run by run."""
+    """Add the lower triangle left by a half to a front, run by run."""
     P = len(A)
     for k, (begin, end, at) in enumerate(half.runs):
         if at < P:
@@ -144,7 +129,7 @@ def _add(half: Child, X: Array, A: Array, B: Array, C: Array) -> None:
 
 
 def _eliminated(A: Array, B: Array, C: Array) -> tuple[_Pivots, Array, int, bool] | None:
-    """Factor of a front, what it leaves on the border, its negative pivots, whether they are all large enough."""
+    """Return a front's factor, the Schur complement, its negative pivots, whether all are large enough."""
     if not len(A):
         return _Pivots(A, B, None), C, 0, True
     L, failed = lapack.dpotrf(A, lower=1, clean=0)

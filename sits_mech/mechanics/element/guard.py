@@ -1,4 +1,4 @@
-"""What keeps the elements of a section from turning inside out? A part of the bulk modulus that acts pointwise.
+"""Keep the elements of a section from inverting: a part of the bulk modulus that acts pointwise.
 
     kappa int (J - 1 - ln J)
 
@@ -21,20 +21,13 @@ from sits_mech.quantities import Array
 
 @dataclass(frozen=True)
 class Guard:
-    """What holds J above zero at the nodes of a section's elements.
-
-    Attributes
-    ----------
-    mesh : MixedMesh
-    kappa : float
-        Its share of the bulk modulus [shear moduli].
-    """
+    """A barrier that keeps J > 0 at the nodes of a section's elements."""
 
     mesh: MixedMesh
-    kappa: float
+    kappa: float  # part of the bulk modulus [shear moduli]
 
     def __call__(self, u: Array, q: Array) -> Term:
-        """Return energy, forces and stiffness of the guard; `q` plays no part."""
+        """Return energy, forces and stiffness of the guard; `q` is not used."""
         mesh = self.mesh
         if mesh.nodal is None:
             raise ValueError("mesh: must hold the gradients at its nodes")

@@ -1,4 +1,4 @@
-"""What energy, forces and tangent does a deformed layer have? Mixed elements with a condensed pressure, plane or solid.
+"""Energy, forces and tangent of a deformed layer: mixed elements with a condensed pressure, plane or solid.
 
 Strong form    div P = 0 in the layer, P = dW/dF; u = 0 on the ground; u rigid on the target; P n = 0 on the free faces.
 Weak form      minimise  E(u) = int w(F) + K/2 (pi(J - J_0))**2,      F = 1 + grad u, J = det F,
@@ -36,13 +36,13 @@ from sits_mech.silicone.material import Silicone
 
 
 class Law(NamedTuple):
-    """A silicone's isochoric energy: w, stress and tangent of a deformation; w and stress alone; what it is made of."""
+    """A silicone's isochoric energy."""
 
-    tangent: Callable[[Kinematics], tuple[Array, Array, Array]]
-    stress: Callable[[Kinematics], tuple[Array, Array]]
+    tangent: Callable[[Kinematics], tuple[Array, Array, Array]]  # w, stress and tangent of a deformation
+    stress: Callable[[Kinematics], tuple[Array, Array]]  # w and stress alone
     silicone: Silicone
     guard: float = 0.0
-    past: Step | None = None
+    past: Step | None = None  # of its points, if any
 
     def after(self, past: Step) -> Law:
         """Return the law of points with a past, one at each quadrature point (silicone/histories/points.py)."""
@@ -54,50 +54,44 @@ class Law(NamedTuple):
 
 
 def law_of(silicone: Silicone, guard: float = 0.0, past: Step | None = None) -> Law:
-    """Return a silicone's isochoric energy with a guard on J [shear moduli], at points with a past or without."""
+    """Return a silicone's isochoric energy, with a guard on J [shear moduli] and a past if given."""
     tangent, stress = isochoric_energy(silicone, guard, past), isochoric_stress(silicone, guard, past)
     return Law(tangent, stress, silicone, guard, past)
 
 
 class Deformed(NamedTuple):
-    """Nodal displacements (d n,) with what they make of the quadrature points: F, shape (e, q, d d), and J, (e, q)."""
+    """Nodal displacements with the deformation at the quadrature points."""
 
-    u: Array
-    F: Array
-    J: Array
+    u: Array  # (d n,) [thicknesses]
+    F: Array  # (e, q, d d)
+    J: Array  # (e, q)
 
 
 class Forces(NamedTuple):
-    """A deformed layer: energy, forces (d n,) on the nodes, pressures (e, m), smallest J."""
+    """Energy and forces of a deformed layer."""
 
     energy: float
-    forces: Array
-    pressure: Array
-    min_J: float
+    forces: Array  # on the nodes, (d n,)
+    pressure: Array  # (e, m)
+    min_J: float  # smallest J
 
 
 def deformation(mesh: MixedMesh, u: Array, at: Points | None = None) -> tuple[Array, Array]:
-    """Return F, shape (e, q, d d), components row by row, and J, shape (e, q).
+    """Return F, components row by row, (e, q, d d), and J, (e, q), of nodal displacements (d n,) [thicknesses].
 
-    Parameters
-    ----------
-    mesh : MixedMesh
-    u : ndarray, shape (d n,)
-        Nodal displacements [thicknesses].
-    at : Points, optional
-        Where; at the quadrature points by default.
+    At the quadrature points by default.
     """
     F = gradients(mesh, u, at) + np.eye(mesh.nodes.shape[1]).ravel()
     return F, volume_ratio(F)
 
 
 def deformed(mesh: MixedMesh, u: Array) -> Deformed:
-    """Return nodal displacements with the deformation at the quadrature points; arguments as of `deformation`."""
+    """Return nodal displacements with the deformation at the quadrature points."""
     return Deformed(u, *deformation(mesh, u))
 
 
 def gradients(mesh: MixedMesh, u: Array, at: Points | None = None) -> Array:
-    """Return the gradients of nodal displacements, shape (e, q, d d); arguments as of `deformation`."""
+    """Return the gradients of nodal displacements, shape (e, q, d d)."""
     e, q, d, k = (slope := (at or mesh.inside).slope).shape
     each = u[mesh.dofs].reshape(e, d, k).swapaxes(1, 2)
     return np.asarray((slope.reshape(e, q * d, k) @ each).reshape(e, q, d, d).swapaxes(2, 3).reshape(e, q, d * d))
@@ -112,32 +106,21 @@ def volume_ratio(F: Array) -> Array:
 
 
 def kinematics(F: Array) -> Kinematics:
-    """Return what the laws need of F, shape (..., 4) in plane strain or (..., 9)."""
+    """Return the kinematics of F, shape (..., 4) in plane strain or (..., 9)."""
     return in_plane(F) if F.shape[-1] == 4 else in_space(F)
 
 
 def smallest_nodal_volume(mesh: MixedMesh, u: Array) -> float:
-    """Return the smallest J at the elements' nodes; infinite for a mesh that does not look at them."""
+    """Return the smallest J at the elements' nodes; inf for a mesh without nodal points."""
     return np.inf if mesh.nodal is None else float(deformation(mesh, u, mesh.nodal)[1].min())
 
 
 def element_forces(
     mesh: MixedMesh, law: Law, K: float, u: Array, known: Deformed | None = None, swelling: float = 1.0
 ) -> Forces:  # fmt: skip
-    """Return energy, forces and pressures of a deformed layer.
+    """Return energy, forces and pressures at nodal displacements (d n,), K in shear moduli.
 
-    Parameters
-    ----------
-    mesh : MixedMesh
-    law : Law
-    K : float
-        Bulk modulus [shear moduli].
-    u : ndarray, shape (d n,)
-        Nodal displacements [thicknesses].
-    known : Deformed, optional
-        Their deformation where it was looked at before.
-    swelling : float
-        J_0.
+    `known` is their deformation if available; `swelling` is J_0.
     """
     _, F, J = known or deformed(mesh, u)
     if not J.min() > 0.0:
@@ -152,7 +135,7 @@ def element_forces(
 
 
 def small_strain_forces(mesh: MixedMesh, law: Law, K: float, u: Array, swelling: float = 1.0) -> Array:
-    """Return the forces (d n,) of small displacements: the law's tangent at rest; arguments as of `element_forces`."""
+    """Return the forces (d n,) of small displacements by the law's tangent at rest."""
     one = np.eye(mesh.nodes.shape[1]).ravel()
     A = law.tangent(kinematics(one[None, None]))[2][0, 0]
     strains = gradients(mesh, u)
@@ -164,15 +147,7 @@ def small_strain_forces(mesh: MixedMesh, law: Law, K: float, u: Array, swelling:
 def element_stiffness(
     mesh: MixedMesh, law: Law, K: float, u: Array, pressure: Array, known: Deformed | None = None
 ) -> Array:
-    """Return the elements' stiffnesses about a deformed state, shape (e, d k, d k); the first arguments as above.
-
-    Parameters
-    ----------
-    mesh, law, K, u, known
-        As of `element_forces`.
-    pressure : ndarray, shape (e, m)
-        Pressures of the geometric stiffness.
-    """
+    """Return element stiffnesses (e, d k, d k), with pressures (e, m) in the geometric stiffness."""
     (_, F, _), (e, q, d, k) = known or deformed(mesh, u), mesh.inside.slope.shape
     stiffness, count = np.empty((e, d * k, d * k)), max(1, POINTS * 81 // (q * d**4))
     for start in range(0, e, count):
@@ -182,7 +157,7 @@ def element_stiffness(
 
 
 def outer_stretches(mesh: MixedMesh, u: Array) -> tuple[Array, Array]:
-    """Return the smallest and the largest principal stretch at the quadrature points, shape (e, q) each."""
+    """Return the smallest and largest principal stretch at the quadrature points, (e, q) each."""
     F, J = deformation(mesh, u)
     if F.shape[-1] == 4:
         half = 0.5 * (F**2).sum(axis=-1)
@@ -193,30 +168,30 @@ def outer_stretches(mesh: MixedMesh, u: Array) -> tuple[Array, Array]:
 
 
 def most_stretched(mesh: MixedMesh, u: Array) -> Array:
-    """Return the largest principal stretch, or reciprocal of one, at the quadrature points, shape (e, q)."""
+    """Return the largest principal stretch or reciprocal at the quadrature points, (e, q)."""
     smaller, greater = outer_stretches(mesh, u)
     return np.maximum(greater, 1.0 / smaller)
 
 
 def volumes(mesh: MixedMesh, values: Array) -> Array:
-    """Return the coefficients of ``pi`` of values at the quadrature points, shape (e, q) -> (e, m)."""
+    """Return the coefficients of ``pi`` of values at the quadrature points, (e, q) -> (e, m)."""
     return np.asarray((mesh.chi @ values[..., None])[..., 0])
 
 
 def summed(places: Indices, values: Array, size: int) -> Array:
-    """Return the sums, shape (size,), of the values that go to each place; both arrays in one order."""
+    """Sum values into their places, shape (size,); both arrays in one order."""
     return np.asarray(np.bincount(places.ravel(), values.ravel(), size), dtype=np.float64)
 
 
 def _along(mesh: MixedMesh, P: Array) -> Array:
-    """``int P : dF`` by an element's displacements, shape (e, d k), of stresses times weights, shape (e, q, d d)."""
+    """Return ``int P : dF`` by element displacements, (e, d k), of stresses times weights, (e, q, d d)."""
     e, q, d, k = mesh.inside.slope.shape
     rows = P.reshape(e, q, d, d).swapaxes(1, 2).reshape(e, d, q * d)
     return np.asarray((rows @ mesh.inside.slope.reshape(e, q * d, k)).reshape(e, d * k))
 
 
 def _write_stiffness(stiffness: Array, mesh: MixedMesh, law: Law, K: float, at: tuple[Array, Array]) -> None:
-    """Write the stiffnesses of elements at F and pressures, block by block: components i and j >= i, and mirrored."""
+    """Write element stiffnesses at F and pressures, block by block: components i and j >= i, mirrored."""
     (e, q, d, k), slope, state = mesh.inside.slope.shape, mesh.inside.slope, kinematics(at[0])
     A = law.tangent(state)[2]
     A *= mesh.inside.weights[..., None, None]

@@ -1,4 +1,4 @@
-"""How much memory does a layer take to solve? It is known before its stiffnesses are made, or even its mesh.
+"""Predict the memory that a layer takes to solve, before its stiffnesses or even its mesh are made.
 
 A mesh holds the gradients of its shape functions at its quadrature points; each element has a stiffness; the factor
 holds L and W of each front, and while it is made, what the halves of the pieces left (fronts.py). With P pivots and B
@@ -27,37 +27,29 @@ _End = tuple[int, int, int]  # cells along an axis, and what its two ends are
 
 
 class Memory(NamedTuple):
-    """What a solution takes at its peak [bytes].
+    """Peak memory of a solution [bytes]."""
 
-    Attributes
-    ----------
-    mesh, stiffness, factor : int
-        Arrays of the mesh, stiffnesses of the elements, their factor.
-    working : int
-        What is needed besides while the factor is made.
-    """
-
-    mesh: int
-    stiffness: int
+    mesh: int  # arrays of the mesh
+    stiffness: int  # element stiffnesses
     factor: int
-    working: int
+    working: int  # besides the factor while it is made
 
     @property
     def total(self) -> int:
-        """All of it."""
+        """Sum of all."""
         return sum(self)
 
 
 class _Front(NamedTuple):
-    """A piece with its halves: numbers of the border and in the factor of all its fronts, and the largest at a time."""
+    """A piece with its halves, in numbers held."""
 
-    border: int
-    factor: int
-    peak: int
+    border: int  # size of its border
+    factor: int  # of all its fronts
+    peak: int  # largest at a time
 
 
 def memory_of(pattern: Pattern) -> Memory:
-    """Return what a layer takes from its order of elimination; nothing of that size is allocated."""
+    """Return the memory of a layer from its order of elimination, without allocating it."""
     mesh, found = pattern.mesh, list[_Front]()
     e, q, d, k = mesh.inside.slope.shape
     for front in pattern.dissection.fronts:
@@ -68,13 +60,7 @@ def memory_of(pattern: Pattern) -> Memory:
 
 
 def memory_of_box(cells: tuple[int, ...]) -> Memory:
-    """Return what a layer takes whose lower face is held, from the numbers of its cells alone.
-
-    Parameters
-    ----------
-    cells : tuple of int
-        Bricks along x, y and z, or squares of a section along x and z.
-    """
+    """Return the memory of a layer held at its lower face, from its cells along x, y, z, or x, z of a section."""
     d, e = len(cells), prod(cells)
     k = q = 3**d
     *beside, through = cells
@@ -85,12 +71,12 @@ def memory_of_box(cells: tuple[int, ...]) -> Memory:
 
 
 def _per_element(q: int, d: int, k: int, m: int, nodal: bool) -> int:
-    """Numbers of a mesh by its elements: gradients, weights, pressures, and four lists of its displacements."""
+    """Return the numbers held per element: gradients, weights, pressures, four lists of displacements."""
     return q * (d * k + 1) * (2 if nodal else 1) + q * m + k + 4 * d * k
 
 
 def _front(P: int, B: int, halves: list[_Front]) -> _Front:
-    """A piece from its halves."""
+    """Combine the halves of a piece."""
     left, peak = 0, 0
     for half in halves:
         left, peak = left + half.border**2, max(peak, left + half.peak)
@@ -100,7 +86,7 @@ def _front(P: int, B: int, halves: list[_Front]) -> _Front:
 
 @lru_cache(maxsize=4096)
 def _box(box: tuple[_End, ...], least: int) -> _Front:
-    """A box as a piece, down to pieces of at most `least` cells."""
+    """Describe a box, cut down to pieces of at most `least` cells."""
     d, cells = len(box), prod(count for count, *_ in box)
     nodes = [2 * count + 1 - ends.count(_HELD) for count, *ends in box]
     own = [count - ends.count(_SHARED) for count, (_, *ends) in zip(nodes, box, strict=True)]
@@ -109,7 +95,7 @@ def _box(box: tuple[_End, ...], least: int) -> _Front:
         return _front(d * prod(own), border, [])
 
     def cost(axis: int) -> float:
-        """As in dissection.py."""
+        """Return the cost of a cut as in dissection.py."""
         count = box[axis][0]
         return (1.0 + d * prod(own[:axis] + own[axis + 1 :])) / sqrt(count // 2 / count) if count > 1 else float("inf")
 

@@ -1,4 +1,4 @@
-"""What does a mesh of mixed elements hold? Nodes, gradients, weights and pressures: arrays that the mesh alone decides.
+"""Arrays of a mesh of mixed elements: nodes, gradients, weights and pressures, independent of the state.
 
 Displacements that make piecewise linear discontinuous pressures inf-sup stable: 9-node quadrilaterals in plane strain,
 27-node bricks, or quadratic tetrahedra with a bubble on each face and one inside, 15 nodes. scikit-fem gives their
@@ -29,12 +29,12 @@ from sits_mech.quantities import Array
 Indices = NDArray[np.int64]
 
 SQUARE, BRICK, TETRAHEDRON = ElementQuad2(), ElementHex2(), ElementTetCCR()
-"""The displacements' elements."""
+"""Elements of the displacements."""
 PLANE, SPACE = (0, 2), (0, 1, 2)
-"""The coordinates of a section's nodes and of a solid's, among x, y, z."""
+"""Axes of a section's nodes and of a solid's, among x, y, z."""
 
 ORDER = 5
-"""Of the polynomials that the quadrature of solids integrates."""
+"""Degree of polynomials that the quadrature of solids integrates exactly."""
 _POINTS, _SHARES = np.polynomial.legendre.leggauss(3)
 GAUSS = np.array([(a, b) for a in 0.5 * (_POINTS + 1.0) for b in 0.5 * (_POINTS + 1.0)]).T
 """Quadrature points of the unit square."""
@@ -45,42 +45,26 @@ _SIMPSON = np.outer([1.0, 4.0, 1.0], [1.0, 4.0, 1.0]).ravel() / 36.0
 
 
 class Points(NamedTuple):
-    """Points of every element: gradients of its shape functions (e, q, d, k), and weights (e, q)."""
+    """Points of every element."""
 
-    slope: Array
-    weights: Array
+    slope: Array  # gradients of the shape functions, (e, q, d, k)
+    weights: Array  # (e, q)
 
 
 @dataclass(frozen=True, eq=False)
 class MixedMesh:
-    """A mesh of mixed elements.
+    """A mesh of mixed elements."""
 
-    Attributes
-    ----------
-    nodes : ndarray, shape (n, d)
-        Of the displacements [thicknesses].
-    cells : ndarray, shape (e, k)
-        Nodes of each element: in a section corners counter-clockwise, the side after each, the middle.
-    inside : Points
-        Quadrature points.
-    chi : ndarray, shape (e, m, q)
-        Orthonormal pressure polynomials times the weights, at the quadrature points.
-    nodal : Points or None
-        The elements' nodes, with the weights of Simpson's rule; None where they are not looked at.
-    flat : ndarray, shape (n, d), or None
-        Where the nodes of a section with curved sides stood in its rectangle; None where they stand there.
-    """
-
-    nodes: Array
-    cells: Indices
-    inside: Points
-    chi: Array
-    nodal: Points | None = None
-    flat: Array | None = field(default=None, repr=False)
+    nodes: Array  # (n, d), of the displacements [thicknesses]
+    cells: Indices  # (e, k), nodes; in a section corners counter-clockwise, side after each, middle
+    inside: Points  # quadrature points
+    chi: Array  # (e, m, q), orthonormal pressure polynomials times weights
+    nodal: Points | None = None  # the elements' nodes with Simpson weights
+    flat: Array | None = field(default=None, repr=False)  # (n, d), nodes of a curved section in its rectangle
 
     @property
     def axes(self) -> tuple[int, ...]:
-        """Which of x, y, z the coordinates are."""
+        """Axes of x, y, z that the coordinates are."""
         return PLANE if self.nodes.shape[1] == 2 else SPACE
 
     @cached_property
@@ -95,41 +79,23 @@ class MixedMesh:
         return self.nodes if self.flat is None else self.flat
 
     def part(self, some: slice) -> MixedMesh:
-        """Return some of the elements, on the same nodes, without what is looked at there."""
+        """Return some of the elements on the same nodes, without their nodal points."""
         inside = Points(*(each[some] for each in self.inside))
         return MixedMesh(self.nodes, self.cells[some], inside, self.chi[some], flat=self.flat)
 
 
 class DeformedSection(NamedTuple):
-    """A deformed layer in an upright plane, for pictures, in the sensor's coordinates.
+    """A deformed layer in an upright plane, for pictures, in the sensor's coordinates."""
 
-    Attributes
-    ----------
-    points, rest : ndarray, shape (n, 2)
-        Places along the plane and up, deformed and before [m].
-    quads : ndarray, shape (m, 4)
-        Corners, in order; of a triangle one of them twice.
-    J, stretch : ndarray, shape (m,)
-        Smallest volume ratio, and largest principal stretch or reciprocal of one, at any point of each one's cell.
-    """
-
-    points: Array
-    quads: Indices
-    J: Array
-    stretch: Array
-    rest: Array
+    points: Array  # (n, 2), along the plane and up [m]
+    quads: Indices  # (m, 4), corners in order; of a triangle one twice
+    J: Array  # (m,), smallest in each one's cell
+    stretch: Array  # (m,), largest principal stretch or reciprocal in each one's cell
+    rest: Array  # (n, 2), undeformed points [m]
 
 
 def section_mesh(x: Array, z: Array, placed: Callable[[Array], Array] | None = None) -> MixedMesh:
-    """Mesh a rectangle on the given lines.
-
-    Parameters
-    ----------
-    x, z : ndarray
-        Mesh lines [thicknesses].
-    placed : callable, optional
-        Where the nodes of the rectangle, shape (n, 2), come to stand: sides become parabolas.
-    """
+    """Mesh a rectangle on given lines [thicknesses]; `placed` maps its nodes (n, 2), sides become parabolas."""
     straight = MeshQuad.init_tensor(x, z)
     mesh = MeshQuad2.from_mesh(MeshQuad(straight.p, straight.t[[0, 3, 2, 1]]))  # counter-clockwise
     flat = mesh.doflocs.T
@@ -139,15 +105,7 @@ def section_mesh(x: Array, z: Array, placed: Callable[[Array], Array] | None = N
 
 
 def plane_mesh(mesh: MeshQuad2, flat: Array | None = None) -> MixedMesh:
-    """Return the arrays of a meshed section.
-
-    Parameters
-    ----------
-    mesh : skfem.MeshQuad2
-        Corners counter-clockwise [thicknesses].
-    flat : ndarray, shape (n, 2), optional
-        As of `MixedMesh`.
-    """
+    """Return the arrays of a meshed section, corners counter-clockwise [thicknesses]; `flat` as in `MixedMesh`."""
     basis = Basis(mesh, SQUARE, quadrature=(GAUSS, GAUSS_WEIGHTS))
     nodal = _points(Basis(mesh, SQUARE, quadrature=(NODES, _SIMPSON)))
     chi = pressures(np.asarray(basis.global_coordinates()), basis.dx)
@@ -156,16 +114,9 @@ def plane_mesh(mesh: MeshQuad2, flat: Array | None = None) -> MixedMesh:
 
 
 def solid_mesh(mesh: Mesh, element: Element, constant: bool = False) -> tuple[MixedMesh, Basis]:
-    """Return the arrays of a meshed pad, and scikit-fem's basis that names its nodes and facets.
+    """Return the arrays of a meshed pad [thicknesses], and scikit-fem's basis that names nodes and facets.
 
-    Parameters
-    ----------
-    mesh : skfem.Mesh
-        Hexahedra or tetrahedra, straight or curved [thicknesses].
-    element : skfem.Element
-        Of the displacements: `BRICK` or `TETRAHEDRON`.
-    constant : bool
-        Whether pressures are constant in each element: a poorer answer on the same nodes.
+    Elements: `BRICK` or `TETRAHEDRON`. `constant`: pressures constant in each element, less accurate on the same nodes.
     """
     basis = Basis(mesh, element, intorder=ORDER)
     chi = pressures(np.asarray(basis.global_coordinates()), basis.dx, constant)
@@ -174,14 +125,9 @@ def solid_mesh(mesh: Mesh, element: Element, constant: bool = False) -> tuple[Mi
 
 
 def pressures(points: Array, weights: Array, constant: bool = False) -> Array:
-    """Return the orthonormal polynomials of degree one times the weights, shape (e, d + 1, q), of cells' points.
+    """Return orthonormal linear polynomials times weights, shape (e, d + 1, q), or (e, 1, q) if `constant`.
 
-    Parameters
-    ----------
-    points : ndarray, shape (d, e, q)
-    weights : ndarray, shape (e, q)
-    constant : bool
-        Whether the polynomials are of degree zero, shape (e, 1, q).
+    Points have the shape (d, e, q), weights (e, q).
     """
     area = weights.sum(axis=1)
     centre = (points * weights).sum(axis=2) / area
@@ -192,7 +138,7 @@ def pressures(points: Array, weights: Array, constant: bool = False) -> Array:
 
 
 def _points(basis: Basis) -> Points:
-    """Gradients and weights of a basis."""
+    """Return gradients and weights of a basis."""
     slope = np.empty((*basis.dx.shape, basis.mesh.dim(), len(basis.basis)))
     for k, shape in enumerate(basis.basis):
         slope[..., k] = np.moveaxis(np.asarray(shape[0].grad), 0, -1)

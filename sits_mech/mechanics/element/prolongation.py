@@ -1,4 +1,4 @@
-"""What is a state of a mesh on the mesh refined from it? The same displacements and pressures, by other unknowns.
+"""Carry a state to a refined mesh: the same displacements and pressures by other unknowns.
 
 A node of the fine mesh takes the displacement that the coarse mesh has there, by the shape functions of the cell in
 which it lies; a fine cell takes the coarse linear pressure, by its coefficients in the fine cell's polynomials:
@@ -32,41 +32,26 @@ from sits_mech.quantities import Array
 
 @dataclass(frozen=True, eq=False)
 class Prolongation:
-    """From a mesh to one that was refined from it; made by `prolongation`.
+    """The map from a mesh to its refinement; made by `prolongation`."""
 
-    Attributes
-    ----------
-    nodes : sparse matrix, shape (n_fine, n_coarse)
-        Values at the nodes.
-    linear : ndarray, shape (s, f, m_fine, m_coarse)
-        Coefficients of a fine cell's pressure from each of its s parents', which count alike.
-    parents : ndarray, shape (s, f)
-    """
-
-    nodes: sparse.csr_matrix
-    linear: Array
-    parents: Indices
+    nodes: sparse.csr_matrix  # (n_fine, n_coarse)
+    linear: Array  # (s, f, m_fine, m_coarse), pressures of a fine cell from s parents of equal weight
+    parents: Indices  # (s, f)
 
     def displacements(self, u: Array) -> Array:
-        """Return nodal displacements of the fine mesh, shape (d n_fine,) or with columns, of the coarse mesh's."""
+        """Return nodal displacements of the fine mesh, (d n_fine,) or with columns, from the coarse mesh's."""
         fine, coarse = self.nodes.shape
         return np.asarray(self.nodes @ u.reshape(coarse, -1)).reshape(len(u) // coarse * fine, *u.shape[1:])
 
     def pressures(self, p: Array) -> Array:
-        """Return coefficients of the fine cells' pressures, shape (f, m), of the coarse ones', shape (e, m)."""
+        """Return the fine cells' pressures (f, m) from the coarse ones' (e, m)."""
         return np.asarray((self.linear @ p[self.parents, :, None])[..., 0].mean(axis=0))
 
 
 def prolongation(coarse: MixedMesh, fine: MixedMesh, refinement: Refinement, element: Element) -> Prolongation:
-    """Return what carries states of a mesh to the mesh refined from it.
+    """Return the map from a mesh to one refined from it.
 
-    Parameters
-    ----------
-    coarse, fine : MixedMesh
-        Made of a scikit-fem mesh and of `refinement.mesh`, cells in their order.
-    refinement : Refinement
-    element : skfem.Element
-        Of the displacements of both.
+    Both are made from scikit-fem meshes with `element`, `fine` from `refinement.mesh`, in the order of its cells.
     """
     values = np.stack([shape_values(element, points) for points in refinement.within(element.doflocs)])
     numbers, first = np.unique(fine.cells, return_index=True)
@@ -85,16 +70,7 @@ def prolongation(coarse: MixedMesh, fine: MixedMesh, refinement: Refinement, ele
 def along_family(
     coarse: MixedMesh, fine: MixedMesh, divisions: tuple[Division, Division], element: Element
 ) -> Prolongation:
-    """Return what carries states from one mesh of a family to another, finer one, whose cells need not nest.
-
-    Parameters
-    ----------
-    coarse, fine : MixedMesh
-    divisions : tuple of Division
-        Of the coarse mesh and of the fine one.
-    element : skfem.Element
-        Of the displacements of both.
-    """
+    """Return the map from one mesh of a family to a finer one, whose cells need not nest."""
     own, new = divisions
     numbers, first = np.unique(fine.cells, return_index=True)
     cell, local = np.divmod(first, fine.cells.shape[1])
@@ -113,7 +89,7 @@ def along_family(
 
 
 def _located(own: Division, base: Indices, places: Array) -> tuple[Indices, Array]:
-    """Cells of a division that hold places in base cells, and where in them, in reference coordinates (n, d)."""
+    """Return the cells of a division that hold places in base cells, and reference coordinates there (n, d)."""
     count, d = int(own.part.max()) + 1, own.part.shape[1]
     cells = np.zeros((own.bases, *[count] * d), dtype=np.int64)
     cells[own.base, *own.part.T] = np.arange(len(own.base))
@@ -126,7 +102,7 @@ def _located(own: Division, base: Indices, places: Array) -> tuple[Indices, Arra
 
 
 def _linear(coarse: MixedMesh, fine: MixedMesh, own: Indices, element: Element) -> Array:
-    """Coefficients of a fine cell's pressure from its parents': the polynomials as affine functions of the place."""
+    """Return a fine cell's pressure coefficients from its parents', both affine functions of place."""
     points = GAUSS if isinstance(element, ElementQuad2) else get_quadrature(element, ORDER)[0]
     values = shape_values(element, points.T)
     here, there = (values @ mesh.nodes[mesh.cells] for mesh in (coarse, fine))
@@ -140,5 +116,5 @@ def _linear(coarse: MixedMesh, fine: MixedMesh, own: Indices, element: Element) 
 
 
 def _affine(places: Array) -> Array:
-    """1 and the coordinates, shape (..., d + 1)."""
+    """Return 1 and the coordinates, shape (..., d + 1)."""
     return np.concatenate([np.ones_like(places[..., :1]), places], axis=-1)

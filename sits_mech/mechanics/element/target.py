@@ -1,4 +1,4 @@
-"""How does the rigid target move the nodes bonded to it, and what do dead loads on it do?
+"""Move the nodes bonded to the rigid target, and apply dead loads to it.
 
 The target is exactly rigid: its motion q has the components of a pose, ``(d_h, d_z, alpha, d_y, alpha_x, alpha_z)``, or
 the first three of them in the plane y = 0; `d_z` is minus the sink. They are the displacement c = (d_h, d_y, d_z) of
@@ -29,12 +29,12 @@ from sits_mech.quantities import Array
 from sits_mech.turns import cross_matrix, rotation_matrix, rotation_vector
 
 ORDER = np.array([0, 2, 4, 1, 3, 5])
-"""Where the components of q stand among those of (c, w) along x, y, z."""
+"""Places of the components of q among those of (c, w) along x, y, z."""
 _CENTRE, _TURN = [0, 3, 1], [4, 2, 5]  # where those of c and of w stand in q
 
 
 def placed(q: Array) -> tuple[Array, Array]:
-    """Return how far the target's centre moved, shape (3,) [thicknesses], and its rotation, (3, 3)."""
+    """Return displacement (3,) [thicknesses] and rotation (3, 3) of the target's centre."""
     whole = np.zeros(6)
     whole[: len(q)] = q
     return whole[_CENTRE], rotation_matrix(whole[_TURN])
@@ -57,7 +57,7 @@ def between(q: Array, goal: Array) -> Array:
 
 
 def bonded_displacement(X: Array, q: Array) -> Array:
-    """Return the displacements of bonded nodes, shape (n, 3), from their places X about the centre, shape (n, 3)."""
+    """Return the displacements (n, 3) of bonded nodes at X (n, 3) from the centre."""
     c, R = placed(q)
     return np.asarray(c + X @ (R - np.eye(3)).T)
 
@@ -70,25 +70,18 @@ def bonded_tangent(X: Array, q: Array) -> Array:
 
 
 def work_of_load(load: Array, height: float, q: Array) -> Array:
-    """Return what a dead load works with on (dc, dw), shape (6,), in the order of q.
+    """Return the work of a dead load per (dc, dw), shape (6,), in the order of q.
 
-    Parameters
-    ----------
-    load : ndarray, shape (3,) or (6,)
-        F_x, F_z, M, F_y, M_x, M_z, scaled.
-    height : float
-        Where the force acts above the bonded face, scaled.
-    q : ndarray, shape (3,) or (6,)
+    Load F_x, F_z, M, F_y, M_x, M_z and q: (3,) or (6,), scaled; the force acts at `height` above the bonded face.
     """
     F, M = _forces(load)
     return np.asarray(np.concatenate([F, M + cross_matrix(height * placed(q)[1][:, 2]) @ F])[ORDER])
 
 
 def work_between(load: Array, height: float, ends: tuple[Array, Array], step: Array) -> float:
-    """Return the work of a dead load between two motions, `step` (dc, dw) apart.
+    """Return the work of a dead load between two motions a `step` (dc, dw) apart.
 
-    Exact for forces; of a moment about fixed axes, which has no potential, that along the turn of the step. Arguments
-    as of `work_of_load`.
+    Exact for forces; for a moment about fixed axes, which has no potential, the work along the step's rotation.
     """
     F, M = _forces(load)
     whole = np.zeros(6)
@@ -98,7 +91,7 @@ def work_between(load: Array, height: float, ends: tuple[Array, Array], step: Ar
 
 
 def turning(forces: Array, X: Array, load: Array, height: float, q: Array) -> Array:
-    """Return how bonded nodes' forces, shape (n, 3), and a load add to the stiffness on (dc, dw), shape (6, 6)."""
+    """Return the stiffness on (dc, dw), (6, 6), of bonded nodes' forces (n, 3) and a load as the target turns."""
     _, R = placed(q)
     F, _ = _forces(load)
     found = np.zeros((6, 6))
@@ -108,7 +101,7 @@ def turning(forces: Array, X: Array, load: Array, height: float, q: Array) -> Ar
 
 
 def _forces(load: Array) -> tuple[Array, Array]:
-    """Force and moment along x, y, z."""
+    """Return force and moment along x, y, z."""
     whole = np.zeros(6)
     whole[: len(load)] = load
     return whole[_CENTRE] * (1.0, 1.0, -1.0), whole[_TURN]

@@ -1,4 +1,4 @@
-"""How far is a point from a flat facet?
+"""Distance of a point from a flat facet.
 
 A facet is a segment of a section or a triangle of a solid, its corners v_i in the order that turns its normal n
 outwards. The point nearest to x on it is y = sum l_i v_i, the weights l_i >= 0 of sum one. Flat facets through the
@@ -25,7 +25,7 @@ def normals(corners: Array) -> Array:
 
 
 def nearest(x: Array, corners: Array) -> Array:
-    """Return the weights (n, d) of corners (n, d, d) in the points of facets that are nearest to x, shape (n, d)."""
+    """Return the corner weights (n, d) of the points nearest to x (n, d) on facets of corners (n, d, d)."""
     if corners.shape[1] == 2:
         return _on_segment(x, corners)
     weights = _in_plane(x, corners)
@@ -41,18 +41,18 @@ def nearest(x: Array, corners: Array) -> Array:
 
 
 def behind(x: Array, corners: Array, weights: Array, n: Array) -> tuple[Array, Array]:
-    """Return distances from facets, and how far along their normals n (n, d) the points are before them, (n,) each."""
+    """Return distances from facets, and heights of the points along the normals n (n, d), (n,) each."""
     r = x - _point(weights, corners)
     return np.linalg.norm(r, axis=1), (r * n).sum(axis=1)
 
 
 def _point(weights: Array, corners: Array) -> Array:
-    """Points of some weights."""
+    """Return the points of weights."""
     return np.asarray((weights[:, None, :] @ corners)[:, 0])
 
 
 def _on_segment(x: Array, ends: Array) -> Array:
-    """Weights of the nearest points of segments, ends (n, 2, d)."""
+    """Return the weights of the nearest points of segments, ends (n, 2, d)."""
     way = ends[:, 1] - ends[:, 0]
     s = ((x - ends[:, 0]) * way).sum(axis=1) / np.maximum((way**2).sum(axis=1), 1e-300)
     s = np.clip(s, 0.0, 1.0)
@@ -60,7 +60,7 @@ def _on_segment(x: Array, ends: Array) -> Array:
 
 
 def _in_plane(x: Array, corners: Array) -> Array:
-    """Weights of the nearest points of the planes that triangles lie in."""
+    """Return the weights of the nearest points in the planes of triangles."""
     a, b, r = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], x - corners[:, 0]
     aa, ab, bb = (a * a).sum(axis=1), (a * b).sum(axis=1), (b * b).sum(axis=1)
     ra, rb = (r * a).sum(axis=1), (r * b).sum(axis=1)

@@ -1,4 +1,4 @@
-"""What keeps the free faces of a layer off the ground and the target? A part of its energy.
+"""Keep the free faces of a layer off the ground and the target: a part of its energy.
 
 A point at depth d behind a rigid surface is pressed back, per reference area, with
 
@@ -66,30 +66,16 @@ _CORNER = 0.05  # thicknesses of radius at a rectangle's vertical corners
 class Contact:
     """Free faces before a rigid surface.
 
-    Attributes
-    ----------
-    surface : Surface
-    plane : str
-        "ground", "plane" (the target's), "wall" (the target's sides) or "mirror" (that of symmetry).
-    depth : float
-        Over which the pressure builds up [thicknesses].
-    plate : Outline
-        Half the target's sizes [thicknesses].
-    level : float
-        Where the plane of symmetry is along y [thicknesses].
-    friction : float
-        Coefficient.
-    grip : Grip or None
-        Friction of its points in one increment of a load path; None: they slip freely.
+    `plane`: "ground", "plane" (the target's), "wall" (the target's sides) or "mirror" (the plane of symmetry).
     """
 
     surface: Surface
     plane: Plane
-    depth: float
-    plate: Outline
-    level: float = 0.0
-    friction: float = 0.0
-    grip: Grip | None = None
+    depth: float  # over which the pressure builds up [thicknesses]
+    plate: Outline  # half sizes of the target [thicknesses]
+    level: float = 0.0  # y of the plane of symmetry [thicknesses]
+    friction: float = 0.0  # coefficient
+    grip: Grip | None = None  # friction in one increment of a path; None: points slip freely
 
     def __call__(self, u: Array, q: Array) -> Term:
         """Return energy, forces and stiffness of the contact at displacements `u` and the target's motion `q`."""
@@ -100,7 +86,7 @@ class Contact:
         return Term(energy, summed(numbers[on], forces, len(u) + 6), numbers, whole)
 
     def _pushed(self, u: Array, q: Array) -> tuple[Indices, float, Array, Array]:
-        """Which faces are pushed; energy, forces (f, d k + 6) and stiffnesses on their displacements and q."""
+        """Return which faces are pushed; energy, forces (f, d k + 6), stiffnesses on displacements and q."""
         faces, held = self.surface, self.plane in ("ground", "mirror")
         r, R = self._frame(u, q)
         f, p, _ = faces.shape.shape
@@ -130,7 +116,7 @@ class Contact:
         return on, float((weight * energy[on]).sum()), forces[:, 0], across.swapaxes(1, 2) @ stiffness
 
     def looked_at(self, u: Array, q: Array) -> tuple[Array, Array, Array]:
-        """Return places of the points in the surface's frame, pressures [shear moduli], normals into the surface."""
+        """Return places of points in the surface's frame, pressures [shear moduli], normals into the surface."""
         r, R = self._frame(u, q)
         y = (r @ R).reshape(-1, 3)
         depth, reach, above = self._depths(y)
@@ -139,7 +125,7 @@ class Contact:
         return y, pressure(depth[0] / reach)[1] * share, normal
 
     def _frame(self, u: Array, q: Array) -> tuple[Array, Array]:
-        """Places of the points from the surface's origin, shape (f, p, 3), and the turn of its frame."""
+        """Return places of points from the surface's origin, shape (f, p, 3), and the rotation of its frame."""
         place = self.surface.places(u)
         if self.plane in ("ground", "mirror"):
             return place, np.eye(3)
@@ -147,7 +133,7 @@ class Contact:
         return place - centre - (0.0, 0.0, 1.0), turn
 
     def _depths(self, y: Array) -> tuple[Jet, float, Jet | None]:
-        """What `pressed` takes in the place, (x, y, z) before the ground and (a, e, b) before the target, of points."""
+        """Return the arguments of `pressed` at points, (x, y, z) before the ground, (a, e, b) before the target."""
         if self.plane == "ground":
             return _linear(-y[:, 2], (0.0, 0.0, -1.0)), self.depth, None
         if self.plane == "mirror":
@@ -159,7 +145,7 @@ class Contact:
 
 
 def pressure(d: Array) -> tuple[Array, Array, Array]:
-    """Energy, pressure and its slope at depths in units of the length over which the pressure builds up."""
+    """Return energy, pressure and its slope at depths in units of the contact depth."""
     d = np.maximum(d, 0.0)
     small = d < 1.0
     energy = np.where(small, d**3 / 6.0, 0.5 * d**2 - 0.5 * d + 1.0 / 6.0)
@@ -167,16 +153,9 @@ def pressure(d: Array) -> tuple[Array, Array, Array]:
 
 
 def pressed(depth: Jet, reach: float, above: Jet | None = None) -> Jet:
-    """Return the energy per area at depths behind a plane; behind a wall, above the edge at which it sets in.
+    """Return the energy per area at a depth jet [thicknesses], phi(d), or phi(d) s(b) above a wall's edge.
 
-    Parameters
-    ----------
-    depth : Jet
-        d [thicknesses], in any variables.
-    reach : float
-        Depth over which the pressure builds up [thicknesses].
-    above : Jet, optional
-        b, in the same variables: phi(d) s(b) instead of phi(d).
+    `reach` is the contact depth [thicknesses]; `above` is b, in the same variables as `depth`.
     """
     phi, p, k = pressure(depth[0] / reach)
     phi, k = phi * reach, k / reach
@@ -193,19 +172,19 @@ def pressed(depth: Jet, reach: float, above: Jet | None = None) -> Jet:
 
 
 def _risen(above: Array) -> tuple[Array, Array, Array]:
-    """How much of a wall there is at heights above its edge, s, with slope and curvature."""
+    """Return the wall factor s at heights above its edge, with slope and curvature."""
     r = np.clip(above / _RISE, 0.0, 1.0)
     s = r**3 * (10.0 - 15.0 * r + 6.0 * r**2)
     return s, 30.0 * r**2 * (1.0 - r) ** 2 / _RISE, 60.0 * r * (1.0 - r) * (1.0 - 2.0 * r) / _RISE**2
 
 
 def _linear(value: Array, slope: tuple[float, float, float]) -> Jet:
-    """A function of constant slope."""
+    """Return a jet of constant slope."""
     return value, np.tile(slope, (len(value), 1)), np.zeros((len(value), 3, 3))
 
 
 def _depth_inside(plate: Outline, y: Array) -> Jet:
-    """Depth inside the target's outline of places (a, e, b) in its frame."""
+    """Return the depth of places (a, e, b) inside the target's outline."""
     r = plate.half_x if plate.is_round else _CORNER
     w = np.abs(y[:, :2]) - (plate.half_x, plate.half_y) + r
     corner = np.all(w >= 0.0, axis=1)

@@ -1,4 +1,4 @@
-"""How far is a point from a quadratic face that moves, and how does that change?
+"""Distance of a point from a moving quadratic face, with two derivatives.
 
 A face is an edge of a section or a facet of a solid, y(xi) = sum N_i(xi) v_i with its nodes v_i and one or two
 parameters xi in [0, 1], or in the triangle xi_1 + xi_2 <= 1; its shape functions are polynomials of at most the second
@@ -39,22 +39,19 @@ _SIDES = {
 
 
 class Gap(NamedTuple):
-    """Gaps of n points: g (n,), its slope and curvature by the displacements of k nodes, (n, k d) and (n, k d, k d)."""
+    """Gaps of n points with derivatives by the displacements of k nodes."""
 
-    value: Array
-    slope: Array
-    curvature: Array
+    value: Array  # (n,)
+    slope: Array  # (n, k d)
+    curvature: Array  # (n, k d, k d)
 
 
 class Nearest(NamedTuple):
-    """Nearest points of n faces: parameters (n, p), free directions of the parameters (n, p, p), how many (n,).
+    """Nearest points of n faces."""
 
-    Directions beyond those that are free are zero.
-    """
-
-    place: Array
-    ways: Array
-    free: Indices
+    place: Array  # (n, p), parameters
+    ways: Array  # (n, p, p), free directions of the parameters, zero beyond these
+    free: Indices  # (n,), number of free directions
 
     def some(self, which: Indices) -> Nearest:
         """Return some of them."""
@@ -62,23 +59,15 @@ class Nearest(NamedTuple):
 
 
 class Jet(NamedTuple):
-    """Shape functions of n faces at a place, (n, k), their slopes (n, p, k) and curvatures (n, p, p, k)."""
+    """Shape functions of n faces at a place."""
 
-    value: Array
-    slope: Array
-    curvature: Array
+    value: Array  # (n, k)
+    slope: Array  # (n, p, k)
+    curvature: Array  # (n, p, p, k)
 
 
 def shapes(form: Array, place: Array) -> Jet:
-    """Return the shape functions of faces.
-
-    Parameters
-    ----------
-    form : ndarray, shape (n, k, 3) or (n, k, 3, 3)
-        Their coefficients by the powers of each parameter.
-    place : ndarray, shape (n, p)
-        Parameters.
-    """
+    """Return shape functions at parameters (n, p), from coefficients (n, k, 3) or (n, k, 3, 3) by powers."""
     one, zero = np.ones(len(place)), np.zeros(len(place))
     own = [np.stack([[one, s, s**2], [zero, one, 2.0 * s], [zero, zero, 2.0 * one]]).T for s in place.T]
     n, k = form.shape[:2]
@@ -91,20 +80,9 @@ def shapes(form: Array, place: Array) -> Jet:
 
 
 def nearest_on(x: Array, form: Array, nodes: Array, start: Array, sides: int) -> Nearest:
-    """Return the points of faces nearest to x.
+    """Return the points nearest to x (n, d) on faces of nodes (n, k, d), from start parameters (n, p).
 
-    Parameters
-    ----------
-    x : ndarray, shape (n, d)
-        Points.
-    form : ndarray
-        As of `shapes`.
-    nodes : ndarray, shape (n, k, d)
-        Of the face of each.
-    start : ndarray, shape (n, p)
-        Parameters near the nearest point.
-    sides : int
-        1 for edges of a section, 3 for triangles, 4 for quadrilaterals.
+    `form` as in `shapes`; sides: 1 for edges of a section, 3 for triangles, 4 for quadrilaterals.
     """
     n, p = start.shape
     if sides == 1:
@@ -130,30 +108,17 @@ def nearest_on(x: Array, form: Array, nodes: Array, start: Array, sides: int) ->
 
 
 def before(x: Array, found: Jet, nodes: Array) -> tuple[Array, Array, Array]:
-    """Return distances from points of faces, how far x is before them along their outward normals, and these.
-
-    Shapes (n,), (n,) and (n, d); the parameters' directions turn the normals outwards.
-    """
+    """Return distances from points of faces, heights along the outward normals, and these: (n,), (n,), (n, d)."""
     r = x - _places(found.value, nodes)
     n = _normals(found.slope @ nodes)
     return np.linalg.norm(r, axis=1), (r * n).sum(axis=1), n
 
 
 def gaps(x: Array, found: Jet, near: Nearest, nodes: Array, shape: Array) -> Gap:
-    """Return gaps with two derivatives.
+    """Return gaps with two derivatives, by displacements of the point's nodes, then of the face's.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n, d)
-        Points.
-    found : Jet
-        Shape functions of the face that is nearest to each, there.
-    near : Nearest
-        From `nearest_on`.
-    nodes : ndarray, shape (n, k, d)
-        Of these faces.
-    shape : ndarray, shape (n, j)
-        Shares of other nodes in x. The displacements are those of these nodes, then those of the faces'.
+    `found`: shape functions of the nearest faces at `near`; `nodes`: of these faces, (n, k, d); `shape` (n, j): shares
+    of other nodes in x (n, d).
     """
     n, d = x.shape
     size = d * (shape.shape[1] + nodes.shape[1])
@@ -166,7 +131,7 @@ def gaps(x: Array, found: Jet, near: Nearest, nodes: Array, shape: Array) -> Gap
 
 
 def _gaps(x: Array, found: Jet, ways: Array, nodes: Array, shape: Array) -> Gap:
-    """Gaps where the same number c of directions is free, ways (n, p, c)."""
+    """Return gaps where the same number c of directions is free, ways (n, p, c)."""
     (n, _, c), d, k = ways.shape, x.shape[1], shape.shape[1] + nodes.shape[1]
     away, front, normal = before(x, found, nodes)
     g = front if c == d - 1 else np.where(front < 0.0, -1.0, 1.0) * np.maximum(away, 1e-300)
@@ -196,7 +161,7 @@ def _gaps(x: Array, found: Jet, ways: Array, nodes: Array, shape: Array) -> Gap:
 
 
 def _inside(x: Array, form: Array, nodes: Array, start: Array) -> Array:
-    """Parameters at which the distance from faces, followed a little beyond their sides, is least."""
+    """Return the parameters of least distance from faces, extended a little beyond their sides."""
     place, on = start.copy(), np.arange(len(x))
     for _ in range(_STEPS):
         found = shapes(form[on], place[on])
@@ -216,7 +181,7 @@ def _inside(x: Array, form: Array, nodes: Array, start: Array) -> Array:
 
 
 def _along(x: Array, form: Array, nodes: Array, begin: Array, way: Array, start: Array) -> Array:
-    """Place s in [0, 1] of the points nearest to x on curves begin + s way of faces."""
+    """Return the place s in [0, 1] nearest to x on curves begin + s way of faces."""
     s = np.clip(start, 0.0, 1.0)
     for _ in range(_STEPS):
         found = shapes(form, begin + s[:, None] * way)
@@ -234,12 +199,12 @@ def _along(x: Array, form: Array, nodes: Array, begin: Array, way: Array, start:
 
 
 def _places(shares: Array, nodes: Array) -> Array:
-    """Sums of nodes (n, k, d) by their shares (n, k)."""
+    """Sum nodes (n, k, d) by their shares (n, k)."""
     return np.asarray((shares[:, None, :] @ nodes)[:, 0])
 
 
 def _normals(ways: Array) -> Array:
-    """Unit normals, shape (n, d), of the directions (n, d - 1, d) of faces."""
+    """Return unit normals (n, d) of the directions (n, d - 1, d) of faces."""
     if ways.shape[1] == 1:
         across = np.stack([-ways[:, 0, 1], ways[:, 0, 0]], axis=1)
     else:
@@ -248,7 +213,7 @@ def _normals(ways: Array) -> Array:
 
 
 def _inverse(matrices: Array) -> Array:
-    """Inverses of matrices; of those that have none, that of a little more."""
+    """Invert matrices, singular ones after a small shift."""
     size = np.abs(matrices).max(axis=(1, 2), initial=1e-300)
     bad = np.abs(np.linalg.det(matrices)) < 1e-12 * size ** matrices.shape[1]
     return np.linalg.inv(matrices + (1e-6 * bad * size)[:, None, None] * np.eye(matrices.shape[1]))

@@ -1,4 +1,4 @@
-"""What do the free faces of a layer do: do they lie on the ground, rise at the target, touch themselves?
+"""Find what the free faces of a layer touch: the ground, the target, or each other.
 
 Read off the deformed nodes and the contacts' energy. Where contact is solved, a face lies on its plane within the
 contact depth, or on another face (folds.py); where it is not, it may have gone through. The target's top face is solved
@@ -24,7 +24,7 @@ from sits_mech.meshing.bricks import Outline, within
 from sits_mech.quantities import Array
 
 LEFT_OUT = "contact could not be followed to this load: the estimated error is the whole displacement"
-"""What is said of an answer without the contact that it needs."""
+"""Note on an answer without the contact that it needs."""
 
 LEFT_SHARE = 0.15
 """Share of what contact changes that is its error where faces touch each other: for the depth over which they do.
@@ -42,66 +42,30 @@ _PRESSED = 1e-14  # energy of a contact that counts [shear modulus times thickne
 
 @dataclass(frozen=True, eq=False)
 class Faces:
-    """The faces of a meshed layer.
+    """The faces of a meshed layer."""
 
-    Attributes
-    ----------
-    nodes : ndarray
-        Nodes of the free faces.
-    under, beside : ndarray
-        Those before the target's plane, and those before its side walls.
-    target : Outline
-        Half the target's sizes [thicknesses].
-    lines : tuple of ndarray
-        Of a section: the nodes of its faces in order.
-    skin : Skin or None
-        Points and facets of the free faces; None where they are not held against each other.
-    convex : bool
-        Whether the layer at rest is known to be convex.
-    mirror : float
-        Where the plane of symmetry of half a pad is along y; minus infinity of a whole one [thicknesses].
-    middle : ndarray, shape (m, 5), or None
-        Of a solid: faces in the plane y = 0, the cell of each and its four corners in order, of a triangle the last
-        one twice.
-    """
-
-    nodes: Indices
-    under: Indices
-    beside: Indices
-    target: Outline
-    lines: tuple[Indices, ...] = ()
-    skin: Skin | None = None
-    convex: bool = True
-    mirror: float = -np.inf
-    middle: Indices | None = None
+    nodes: Indices  # of the free faces
+    under: Indices  # nodes before the target's plane
+    beside: Indices  # nodes before its side walls
+    target: Outline  # half sizes [thicknesses]
+    lines: tuple[Indices, ...] = ()  # of a section, the nodes of its faces in order
+    skin: Skin | None = None  # None where faces are not held against each other
+    convex: bool = True  # the layer at rest is known to be convex
+    mirror: float = -np.inf  # y of the plane of symmetry; -inf of a whole layer [thicknesses]
+    middle: Indices | None = None  # (m, 5), of a solid, faces in y = 0: cell, four corners in order
 
 
 @dataclass(frozen=True)
 class FaceContact:
-    """Where the free faces are.
+    """What free faces touch."""
 
-    Attributes
-    ----------
-    ground, target, walls : bool
-        Whether a face is on or behind the ground, the bottom face of a target that reaches over it, the sides of a
-        narrower one.
-    rise : float
-        How far a face that is at the target's sides stands above the target's bottom face [thicknesses].
-    held : bool
-        Whether free faces lie on each other, or on their own image, in contact.
-    crossing : bool
-        Whether they pass through one another without any.
-    missed : bool
-        Whether that is where contact would hold them: it holds no inner corners.
-    """
-
-    ground: bool
-    target: bool
-    walls: bool
-    rise: float
-    held: bool = False
-    crossing: bool = False
-    missed: bool = False
+    ground: bool  # on or behind the ground
+    target: bool  # the bottom face of a target that reaches over it
+    walls: bool  # the sides of a narrower target
+    rise: float  # of a face at the sides above the target's bottom face [thicknesses]
+    held: bool = False  # faces lie on each other, or on their image, in contact
+    crossing: bool = False  # faces pass through one another without contact
+    missed: bool = False  # a crossing that contact would hold; it holds no inner corners
 
     @property
     def touch(self) -> bool:
@@ -112,9 +76,9 @@ class FaceContact:
 def contacts(
     faces: Faces, surfaces: tuple[tuple[Plane, Surface], ...], depth: float, friction: float = 0.0
 ) -> tuple[Part, ...]:  # fmt: skip
-    """Return the contacts of a layer's faces with planes, and with each other; none without a contact depth.
+    """Return the contacts of a layer's faces with planes, and with each other; none at zero depth.
 
-    `friction` is the coefficient on planes; faces slide on each other, and images on images, without any.
+    `friction` is the coefficient on planes; faces on each other, and on images, have none.
     """
     if depth == 0.0:
         return ()
@@ -133,19 +97,7 @@ def softened(parts: tuple[Part, ...], factor: float) -> tuple[Part, ...]:
 
 
 def face_contact(faces: Faces, mesh: MixedMesh, parts: tuple[Part, ...], u: Array, q: Array) -> FaceContact:
-    """Return where the free faces of a deformed layer are.
-
-    Parameters
-    ----------
-    faces : Faces
-    mesh : MixedMesh
-    parts : tuple of callable
-        Of the body, contacts among them.
-    u : ndarray, shape (d n,)
-        Nodal displacements [thicknesses].
-    q : ndarray, shape (3,) or (6,)
-        The target's motion.
-    """
+    """Return what the free faces touch at displacements (d n,) [thicknesses] and motion q; `parts` of the body."""
     place = _places(mesh, u)
     centre, turn = placed(q)
     seen = (place - centre - (0.0, 0.0, 1.0)) @ turn
@@ -170,7 +122,7 @@ def face_contact(faces: Faces, mesh: MixedMesh, parts: tuple[Part, ...], u: Arra
 
 
 def faces_press(mesh: MixedMesh, parts: tuple[Part, ...], u: Array, q: Array) -> bool:
-    """Say of a section whether its free faces press something, so that its meshes show no order; others as above."""
+    """Whether free faces of a section press something, so that its meshes show no order."""
     touching = (part for part in parts if isinstance(part, Contact | SelfContact))
     return len(mesh.axes) == 2 and any(part(u, q).energy > _PRESSED for part in touching)
 
@@ -178,7 +130,7 @@ def faces_press(mesh: MixedMesh, parts: tuple[Part, ...], u: Array, q: Array) ->
 def face_notes(
     faces: Faces, mesh: MixedMesh, parts: tuple[Part, ...], u: Array, q: Array, plate: float
 ) -> tuple[str, ...]:  # fmt: skip
-    """Return sentences about free faces under a target of thickness `plate`; the others as of `face_contact`."""
+    """Return notes on free faces under a target of thickness `plate`."""
     found = face_contact(faces, mesh, parts, u, q)
     names = {
         "the ground": found.ground,
@@ -200,7 +152,7 @@ def face_notes(
 
 
 def crosses_itself(faces: Faces, mesh: MixedMesh, u: Array) -> bool:
-    """Say whether free faces pass through one another; arguments as of `face_contact`."""
+    """Whether free faces pass through one another."""
     place = _places(mesh, u)
     if faces.lines:
         return lines_cross([place[line][:, [0, 2]] for line in faces.lines])
@@ -210,7 +162,7 @@ def crosses_itself(faces: Faces, mesh: MixedMesh, u: Array) -> bool:
 
 
 def _places(mesh: MixedMesh, u: Array) -> Array:
-    """Places x, y, z of the deformed nodes, shape (n, 3)."""
+    """Return the deformed nodes x, y, z, shape (n, 3)."""
     place = np.zeros((len(mesh.nodes), 3))
     place[:, list(mesh.axes)] = mesh.nodes + u.reshape(mesh.nodes.shape)
     return place

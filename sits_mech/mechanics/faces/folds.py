@@ -1,5 +1,5 @@
-"""What keeps free faces from passing through one another? A part of the pad's energy, frictionless: walls of slots,
-neighbouring pillars, folds.
+"""Keep free faces from passing through one another, without friction: walls of slots, neighbouring pillars, folds. The
+contact is a part of the pad's energy.
 
 Strong form: of two points of the boundary that meet, y the nearest to x, the gap is g = n . (x - y) >= 0 with n the
 outward normal at y, the traction t = -p n on x and p n on y with p >= 0, p g = 0. Weak form, both faces being the one
@@ -12,14 +12,14 @@ A pair of faces is pressed from both sides, so that half a depth holds what cont
 point presses on the other face is a load on all of its nodes, so that an even pressure stays one where meshes do not
 match, but for its 5 Gauss points along an edge: up to 7 % of the loads of single nodes. Measured on two confined
 blocks, K = 50 shear moduli, pressed by 0.7 of one, against uniaxial strain: matching meshes 1e-9, others of 2 and 3
-cells 0.16 %, of 4 and 5 cells 0.025 % too soft (flat facets in the place of the faces: 40 and 20 %).
-What the depth itself costs: face_contact.py.
+cells 0.16 %, of 4 and 5 cells 0.025 % too soft (flat facets in the place of the faces: 40 and 20 %). Error of the depth
+itself: face_contact.py.
 
 Which faces a point may meet: skin.py. Walls of a slot and its roof press each other, and so does one face that has
-folded over; two flanks of a bulge, which stand behind each other with silicone between, are told from a fold by how far
-they are apart, `_THINNEST` of what it was at rest. Behind a face counts what is behind the nearest one, and no deeper
-than `_DEEPEST`. Which faces are near each other changes as the pad moves, and the stiffness with it: `near` finds them
-in a state, with a margin, and the part holds these and no others.
+folded over; two flanks of a bulge, which stand behind each other with silicone between, are distinguished from a fold
+by their distance, `_THINNEST` of that at rest. Behind a face counts what is behind the nearest one, and no deeper than
+`_DEEPEST`. Which faces are near each other changes as the pad moves, and the stiffness with it: `near` finds them in a
+state, with a margin, and the part holds these and no others.
 
 Unknowns: nodal displacements; energies in shear modulus times thickness to the power of the dimension. Neglected:
 friction, folds sharper than two elements. Source: P. Wriggers, Computational Contact Mechanics (2006), chapters 6, 9.
@@ -53,12 +53,12 @@ _OPPOSED = -0.1  # cosine between normals of faces that press
 
 
 class _Meeting(NamedTuple):
-    """Points with the facet nearest to each: numbers of points and facets, distance, place along the facet's normal."""
+    """Points with the facet nearest to each."""
 
     points: Indices
     facets: Indices
-    away: Array
-    before: Array
+    away: Array  # distance
+    before: Array  # height along the facet's normal
 
     def some(self, which: Indices) -> _Meeting:
         """Return some of them."""
@@ -66,13 +66,13 @@ class _Meeting(NamedTuple):
 
 
 class _Met(NamedTuple):
-    """Points with the curved face nearest to each: numbers, where, shape functions there, place along the normal."""
+    """Points with the curved face nearest to each."""
 
     points: Indices
     faces: Indices
-    near: Nearest
-    jet: Jet
-    before: Array
+    near: Nearest  # nearest places
+    jet: Jet  # shape functions there
+    before: Array  # height along the normal
 
     def some(self, which: Indices) -> _Met:
         """Return some of them."""
@@ -82,20 +82,11 @@ class _Met(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class SelfContact:
-    """Free faces before each other.
-
-    Attributes
-    ----------
-    skin : Skin
-    depth : float
-        Over which the pressure builds up [thicknesses].
-    pairs : ndarray, shape (n, 2), or None
-        Faces that are held against each other, those of the points first; None for those near in each state.
-    """
+    """Contact of free faces with each other."""
 
     skin: Skin
-    depth: float
-    pairs: Indices | None = None
+    depth: float  # over which the pressure builds up [thicknesses]
+    pairs: Indices | None = None  # (n, 2), held faces, the points' first; None: those near in each state
 
     def __call__(self, u: Array, q: Array) -> Term:
         """Return energy, forces and stiffness of the contact at displacements `u`; `q` plays no part."""
@@ -119,7 +110,7 @@ class SelfContact:
         return Term(energy, summed(numbers[pair], forces, size), numbers, values)
 
     def near(self, u: Array) -> SelfContact:
-        """Return the contact of the faces that are near each other in a state: itself, where it holds them already."""
+        """Return the contact of the faces near each other in a state; itself if it holds these already."""
         skin, every = self.skin, _meetings(self.skin, u, *_in_reach(self.skin, u))
         behind_ = _curved(skin, u, every.points, every.facets)
         behind_ = behind_.some(np.flatnonzero(behind_.before < 0.0))
@@ -135,13 +126,13 @@ class SelfContact:
         return replace(self, pairs=np.unique(np.concatenate([needed, wider, kept]), axis=0))
 
     def deepest(self, u: Array) -> float:
-        """Return how deep the faces stand behind one another [thicknesses]."""
+        """Return the largest penetration of the faces [thicknesses]."""
         met = _curved(self.skin, u, *self.near(u)._candidates)
         return float(np.maximum(-met.before, 0.0).max(initial=0.0))
 
     @cached_property
     def _numbers(self) -> Indices:
-        """Numbers of each pair's displacements, shape (n, 2 k d)."""
+        """Return the numbers of each pair's displacements, shape (n, 2 k d)."""
         faces = self.skin.surface
         d = len(faces.axes)
         nodes = np.concatenate([faces.nodes[own] for own in self._of_pairs.T], axis=1)
@@ -149,7 +140,7 @@ class SelfContact:
 
     @cached_property
     def _candidates(self) -> tuple[Indices, Indices]:
-        """Points and facets of the pairs that may meet."""
+        """Return the points and facets of pairs that may meet."""
         p, m = self.skin.surface.shape.shape[1], self.skin.facets.shape[1]
         one, other = self._of_pairs.T
         points = (p * one[:, None, None] + np.arange(p)[:, None] + 0 * np.arange(m)).ravel()
@@ -159,27 +150,27 @@ class SelfContact:
 
     @property
     def _of_pairs(self) -> Indices:
-        """The pairs; none where they are not found."""
+        """Return the pairs, none if they are found in each state."""
         return np.zeros((0, 2), dtype=np.int64) if self.pairs is None else self.pairs
 
     def _pair_of(self, own: Indices, other: Indices) -> Indices:
-        """The pair that faces of points and faces are."""
+        """Return the pair of the faces of points and of facets."""
         key = np.array([len(self.skin.facets), 1])
         return np.asarray(np.searchsorted(self._of_pairs @ key, np.stack([own, other], axis=1) @ key))
 
 
 def _nodes(skin: Skin, u: Array) -> Array:
-    """Where the nodes are, shape (n, d)."""
+    """Return the deformed nodes, shape (n, d)."""
     return np.asarray(skin.nodes + u.reshape(skin.nodes.shape))
 
 
 def _placed(skin: Skin, u: Array) -> Array:
-    """Corners of all facets, shape (f m, d, d)."""
+    """Return the corners of all facets, shape (f m, d, d)."""
     return np.asarray(_nodes(skin, u)[skin.corners])
 
 
 def _in_reach(skin: Skin, u: Array) -> tuple[Indices, Indices]:
-    """Pairs of points and facets that may meet, at most `_DEEPEST` apart."""
+    """Return pairs of points and facets that may meet, at most `_DEEPEST` apart."""
     x, corners = skin.points(u), _placed(skin, u)
     centre = corners.mean(axis=1)
     radius = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
@@ -193,7 +184,7 @@ def _in_reach(skin: Skin, u: Array) -> tuple[Indices, Indices]:
 
 
 def _meetings(skin: Skin, u: Array, points: Indices, facets: Indices) -> _Meeting:
-    """The pairs of some points and facets that do not face one way."""
+    """Return the pairs whose normals do not point the same way."""
     corners = _placed(skin, u)
     n = normals(corners)
     turned = (n[skin.own[points]] * n[facets]).sum(axis=1) < _ASIDE
@@ -204,7 +195,7 @@ def _meetings(skin: Skin, u: Array, points: Indices, facets: Indices) -> _Meetin
 
 
 def _pressing(skin: Skin, u: Array, met: _Meeting) -> Flags:
-    """Say of points and facets whether they may press: they lie opposed, and not with silicone between them."""
+    """Whether points and facets may press: they are opposed, without silicone between."""
     own = skin.own[met.points]
     n, (x, y, at_rest) = normals(_placed(skin, u)), skin.rest
     opposed = (n[own] * n[met.facets]).sum(axis=1) < _OPPOSED
@@ -214,9 +205,9 @@ def _pressing(skin: Skin, u: Array, met: _Meeting) -> Flags:
 
 
 def _curved(skin: Skin, u: Array, points: Indices, facets: Indices) -> _Met:
-    """The face nearest to each point of some pairs of points and facets, where the two may press.
+    """Return the face nearest to each point of pairs that may press.
 
-    Of faces with one nearest point the one that it is most nearly before or behind says on which side it is.
+    Of faces with the same nearest point the one that the point is most nearly before or behind decides the side.
     """
     flat, m = _meetings(skin, u, points, facets), skin.facets.shape[1]
     flat = flat.some(np.lexsort((flat.away, flat.facets // m, flat.points)))
@@ -242,12 +233,12 @@ def _curved(skin: Skin, u: Array, points: Indices, facets: Indices) -> _Met:
 
 
 def _faces(skin: Skin, points: Indices, facets: Indices) -> Indices:
-    """Faces of points and of facets, shape (n, 2), each pair once."""
+    """Return the faces of points and of facets, shape (n, 2), each pair once."""
     both = np.stack([points // skin.surface.shape.shape[1], facets // skin.facets.shape[1]], axis=1)
     return np.unique(both, axis=0)
 
 
 def _within(some: Indices, pairs: Indices) -> Flags:
-    """Say of some pairs whether they are among others."""
+    """Whether pairs are among others."""
     size = 1 + max(int(some.max(initial=0)), int(pairs.max(initial=0)))
     return np.isin(some @ np.array([size, 1]), pairs @ np.array([size, 1]))

@@ -1,4 +1,4 @@
-"""What holds the points of a free face back along a rigid surface? Coulomb's friction, in one increment of a path.
+"""Coulomb friction on points of a free face along a rigid surface, in one increment of a path.
 
 With y the place of a point in the surface's own frame (the ground's, or the target's), n the surface's normal and p the
 pressure there, a traction tau along the surface, per reference area, holds the point back:
@@ -46,24 +46,12 @@ _SLIPS = 1.0 + 1e-9  # x of points that slip: those that slipped before begin an
 
 @dataclass(frozen=True, eq=False)
 class Grip:
-    """Friction of m points in one increment.
+    """Friction of m points in one increment."""
 
-    Attributes
-    ----------
-    limit : ndarray, shape (m,)
-        f p, the largest traction [shear moduli].
-    anchor : ndarray, shape (m, 3)
-        y_0 - s_e [thicknesses].
-    normal : ndarray, shape (m, 3)
-        n, of length one; nothing along it is held.
-    slip : float
-        s_0 [thicknesses].
-    """
-
-    limit: Array
-    anchor: Array
-    normal: Array
-    slip: float
+    limit: Array  # (m,), f p, the largest traction [shear moduli]
+    anchor: Array  # (m, 3), y_0 - s_e [thicknesses]
+    normal: Array  # (m, 3), unit n; nothing along it is held
+    slip: float  # s_0 [thicknesses]
 
     def __call__(self, y: Array) -> tuple[Array, Array, Array]:
         """Return the energy per area at places y, its slope and its curvature, shapes (m,), (m, 3), (m, 3, 3)."""
@@ -82,26 +70,18 @@ class Grip:
         return self(y)[1]
 
     def lost(self, y: Array) -> Array:
-        """Return the work per area that the slip of an increment to places y has lost, shape (m,)."""
+        """Return the work per area lost to slip in an increment to places y, shape (m,)."""
         return self.limit * np.maximum(self._slipped(y)[1] - self.slip, 0.0)
 
     def _slipped(self, y: Array) -> tuple[Array, Array]:
-        """Slips s, and how long they are."""
+        """Return the slips s and their lengths."""
         away = y - self.anchor
         s = away - (away * self.normal).sum(axis=1)[:, None] * self.normal
         return s, np.linalg.norm(s, axis=1)
 
 
 def gripped(limit: Array, start: tuple[Array, Array], normal: Array, slip: float) -> Grip:
-    """Return the friction of an increment.
-
-    Parameters
-    ----------
-    limit, normal, slip
-        As of `Grip`.
-    start : ndarray and ndarray, shape (m, 3)
-        y_0 and tau_0 at its beginning.
-    """
+    """Return the friction of an increment that starts at places and tractions y_0, tau_0, shape (m, 3)."""
     place, before = start
     before = before - (before * normal).sum(axis=1)[:, None] * normal
     size = np.linalg.norm(before, axis=1)

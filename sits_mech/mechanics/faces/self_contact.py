@@ -1,4 +1,4 @@
-"""Do the free faces of a pad pass through one another, where no contact holds them (folds.py)?
+"""Detect free faces of a pad that pass through one another where no contact holds them (folds.py).
 
 A section's faces are lines, held against each other segment by segment. The free faces of a solid's elements are cut
 into triangles around their middle nodes. Of two triangles whose bounding balls meet, each side of one is held against
@@ -27,7 +27,7 @@ _BLOCK = 256  # triangles compared with those around them at once: slender ones 
 
 
 def skin(basis: Basis, facets: Indices) -> Indices:
-    """Return the triangles, shape (faces, m, 3), of some faces of a mesh; `basis` as of `solid_mesh`."""
+    """Return the triangles, shape (faces, m, 3), of some faces of a mesh."""
     corners = basis.nodal_dofs[0][basis.mesh.facets[:, facets]]
     between = basis.edge_dofs[0][basis.mesh.f2e[:, facets]]
     ring = np.stack([corners, between], axis=1).reshape(-1, len(facets))
@@ -36,7 +36,7 @@ def skin(basis: Basis, facets: Indices) -> Indices:
 
 
 def is_monotone(F: Array) -> bool:
-    """Say whether no two points of a convex body can have come together; F of shape (e, q, 9)."""
+    """Whether no two points of a convex body can have come together; F of shape (e, q, 9)."""
     tensor = F.reshape(-1, 3, 3)
     twice = tensor + tensor.swapaxes(1, 2)
     first = twice[:, 0, 0]
@@ -45,7 +45,7 @@ def is_monotone(F: Array) -> bool:
 
 
 def lines_cross(lines: list[Array]) -> bool:
-    """Say whether any two segments of some open lines, shapes (m, 2), cross, neighbours apart."""
+    """Whether any two segments of some open lines, shapes (m, 2), cross, except neighbours."""
     start = np.concatenate([line[:-1] for line in lines])
     way = np.concatenate([np.diff(line, axis=0) for line in lines])
     number = np.concatenate([np.arange(len(line) - 1) + 10 * k * len(line) for k, line in enumerate(lines)])
@@ -62,16 +62,9 @@ def lines_cross(lines: list[Array]) -> bool:
 
 
 def triangles_cross(faces: Indices, place: Array, plane: float = -np.inf) -> bool:
-    """Say whether free faces pass through one another.
+    """Whether free faces, triangles (f, m, 3) from `skin`, pass through one another at nodes (n, 3).
 
-    Parameters
-    ----------
-    faces : ndarray, shape (f, m, 3)
-        Nodes of the triangles of each element's face, from `skin`.
-    place : ndarray, shape (n, 3)
-        Where the nodes are [thicknesses].
-    plane : float
-        Where the plane of symmetry of half a pad is along y [thicknesses].
+    `plane`: y of the plane of symmetry of half a pad [thicknesses].
     """
     if np.any(place[faces, 1] < plane - _SEEN):
         return True
@@ -95,7 +88,7 @@ def triangles_cross(faces: Indices, place: Array, plane: float = -np.inf) -> boo
 
 
 def _passes(begin: Array, end: Array, triangle: Array) -> bool:
-    """Whether any segment, ends (n, 3), passes through its triangle, (n, 3, 3), or its edge: meshes are symmetric."""
+    """Whether any segment, ends (n, 3), passes through its triangle (n, 3, 3) or its edge: meshes are symmetric."""
     way, u, v = end - begin, triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0]
     across = np.cross(way, v)
     det = np.einsum("ni,ni->n", u, across)

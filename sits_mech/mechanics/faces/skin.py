@@ -1,4 +1,4 @@
-"""What are the free faces of a pad, to each other? Points that may meet faces, and which of these they may meet.
+"""Free faces of a pad as seen by each other: points that may meet faces, and which of these.
 
 Points are Gauss points of the quadratic faces, more of them than contact with planes needs: what a point presses on the
 other face is a load on all of that one's nodes, and what an even pressure leaves there for want of points dents it.
@@ -32,32 +32,18 @@ _ORDER = 9  # of the polynomials that the quadrature on a face integrates
 _COUNT = 5  # points on an edge
 _SEEN = 0.2  # sine of the angle by which parts of a face may lie behind each other, or before in an inner corner
 SAME = 0.7
-"""Cosine between normals at rest of what is one face, which may fold over."""
+"""Least cosine between normals at rest of one face, which may fold over."""
 
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """The free faces of a pad, as points, as quadratic faces and as facets.
+    """The free faces of a pad, as points, quadratic faces and flat facets."""
 
-    Attributes
-    ----------
-    surface : Surface
-        Their Gauss points.
-    form : ndarray, shape (f, k, 3) or (f, k, 3, 3)
-        Coefficients of their shape functions by the powers of one or two parameters that turn normals outwards.
-    corner : ndarray, shape (f, k, p)
-        Parameters of their nodes.
-    facets : ndarray, shape (f, m, d)
-        Nodes of the flat facets of each face, in the order that turns their normals outwards.
-    nodes : ndarray, shape (n, d)
-        Of the mesh [thicknesses].
-    """
-
-    surface: Surface
-    form: Array
-    corner: Array
-    facets: Indices
-    nodes: Array
+    surface: Surface  # their Gauss points
+    form: Array  # (f, k, 3) or (f, k, 3, 3), shape functions by powers of parameters that turn normals outwards
+    corner: Array  # (f, k, p), parameters of their nodes
+    facets: Indices  # (f, m, d), nodes in the order of outward normals
+    nodes: Array  # (n, d), of the mesh [thicknesses]
 
     def some(self, on: Flags) -> Skin:
         """Return some of the faces."""
@@ -67,7 +53,7 @@ class Skin:
 
     @property
     def sides(self) -> int:
-        """How many sides a face has: 1 of a section, 3 or 4."""
+        """Number of sides of a face: 1 of a section, 3 or 4."""
         k = self.surface.nodes.shape[1]
         return {3: 1, 7: 3, 9: 4}[k]
 
@@ -85,7 +71,7 @@ class Skin:
 
     @cached_property
     def own(self) -> Indices:
-        """The facet of its own face that each point lies on, shape (f p,)."""
+        """Facet of its own face that each point lies on, shape (f p,)."""
         f, p, _ = self.surface.shape.shape
         m = self.facets.shape[1]
         x = np.repeat(self.points(np.zeros(self.nodes.size)), m, axis=0)
@@ -101,12 +87,12 @@ class Skin:
         return self.points(np.zeros(self.nodes.size)), corners.mean(axis=1), normals(corners)
 
     def points(self, u: Array) -> Array:
-        """Return where the points are, shape (f p, d)."""
+        """Return the deformed points, shape (f p, d)."""
         place = self.surface.places(u)[..., list(self.surface.axes)]
         return np.asarray(place.reshape(-1, place.shape[-1]))
 
     def apart(self, points: Indices, facets: Indices) -> Flags:
-        """Say of pairs whether they may meet: not through silicone, and by a common node only in an inner corner."""
+        """Whether pairs may meet: not through silicone, and with a common node only in an inner corner."""
         p, m = self.surface.shape.shape[1], self.facets.shape[1]
         x, y, n = self.rest
         own = n[self.own[points]]
@@ -123,7 +109,7 @@ class Skin:
 
 
 def _before(x: Array, own: Array, y: Array, other: Array, least: Array) -> Flags:
-    """Say of points x and y with normals whether each lies before the other, by at least a sine."""
+    """Whether points x and y with normals each lie before the other, by at least a sine."""
     way = x - y
     size = least * np.linalg.norm(way, axis=1)
     return np.asarray(((way * other).sum(axis=1) >= size) & (-(way * own).sum(axis=1) >= size))
@@ -142,7 +128,7 @@ def section_skin(mesh: MixedMesh, lines: Sequence[Indices]) -> Skin:
 
 
 def solid_skin(basis: Basis, facets: Indices) -> Skin:
-    """Return the faces of a solid, on some facets of its mesh; `basis` as of `solid_mesh`."""
+    """Return the faces of a solid on some facets of its mesh."""
     mesh, nodes = basis.mesh, basis.doflocs.T
     cells = mesh.f2t[0, facets]
     facets = facets[np.argsort(np.argmax(mesh.t2f[:, cells] == facets, axis=0), kind="stable")]  # as `facets_of` goes

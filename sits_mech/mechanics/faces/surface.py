@@ -1,4 +1,4 @@
-"""Where are the Gauss points of a layer's free faces? Edges of a section, facets of a solid."""
+"""Gauss points of a layer's free faces: edges of a section, facets of a solid."""
 
 from __future__ import annotations
 
@@ -19,30 +19,14 @@ _ORDER = 5  # of the polynomials that the quadrature on a face integrates
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Gauss points of some faces.
+    """Gauss points of faces."""
 
-    Attributes
-    ----------
-    nodes : ndarray, shape (f, k)
-        Nodes of each face.
-    shape : ndarray, shape (f, p, k)
-        Their shape functions at its points.
-    rest : ndarray, shape (f, p, 3)
-        Places x, y, z at rest [thicknesses].
-    weight : ndarray, shape (f, p)
-        Reference areas, or lengths in a section [thicknesses to that power].
-    size : int
-        Number of nodes of the mesh.
-    axes : tuple of int
-        Which of x, y, z the displacements go along.
-    """
-
-    nodes: Indices
-    shape: Array
-    rest: Array
-    weight: Array
-    size: int
-    axes: tuple[int, ...] = SPACE
+    nodes: Indices  # (f, k), of each face
+    shape: Array  # (f, p, k), shape functions at its points
+    rest: Array  # (f, p, 3), places x, y, z at rest [thicknesses]
+    weight: Array  # (f, p), reference area, length in a section [thicknesses to that power]
+    size: int  # number of nodes of the mesh
+    axes: tuple[int, ...] = SPACE  # of x, y, z, of the displacements
 
     @cached_property
     def numbers(self) -> Indices:
@@ -53,7 +37,7 @@ class Surface:
 
     @cached_property
     def spread(self) -> Array:
-        """Place x, centre c and turning w of the points by the faces' displacements and q, shape (f, p, 9, d k + 6)."""
+        """Place x, centre c and rotation w of points by displacements and q, shape (f, p, 9, d k + 6)."""
         (f, p, k), d = self.shape.shape, len(self.axes)
         found = np.zeros((f, p, 9, d * k + 6))
         for i, axis in enumerate(self.axes):
@@ -62,7 +46,7 @@ class Surface:
         return found
 
     def places(self, u: Array) -> Array:
-        """Return where the points are at nodal displacements (d n,), shape (f, p, 3) [thicknesses]."""
+        """Return the points at nodal displacements (d n,), shape (f, p, 3) [thicknesses]."""
         found = self.rest.copy()
         found[..., list(self.axes)] += self.shape @ u[self._nodal]
         return found
@@ -75,10 +59,7 @@ class Surface:
 
 
 def edges(mesh: MixedMesh, lines: list[Indices], count: int = 3) -> Surface:
-    """Return the points of faces of a section that run through nodes in order: every other node is an edge's end.
-
-    `count` is the number of points on each edge.
-    """
+    """Return `count` points on each edge of faces of a section, nodes in order: every other one ends an edge."""
     own = np.concatenate([np.stack([line[:-2:2], line[1:-1:2], line[2::2]], axis=1) for line in lines])
     points, weights = np.polynomial.legendre.leggauss(count)
     s = 0.5 * (points + 1.0)
@@ -92,10 +73,7 @@ def edges(mesh: MixedMesh, lines: list[Indices], count: int = 3) -> Surface:
 
 
 def facets_of(basis: Basis, facets: Indices, order: int = _ORDER) -> Surface:
-    """Return the points of some boundary faces of a solid; `basis` as of `solid_mesh`, its nodes all nodal.
-
-    The quadrature integrates polynomials of an order exactly.
-    """
+    """Return the points of boundary faces of a solid, for polynomials of an order; all nodes of its basis are nodal."""
     nodes, cells = basis.doflocs.T, basis.mesh.f2t[0, facets]
     found = []
     for local in range(len(basis.mesh.t2f)):
@@ -111,10 +89,9 @@ def facets_of(basis: Basis, facets: Indices, order: int = _ORDER) -> Surface:
 
 
 def facet_forms(basis: Basis, facets: Indices) -> tuple[Array, Array]:
-    """Return the shape functions of some boundary faces as polynomials, and where their nodes are.
+    """Return shape functions of boundary faces, by powers (f, k, 3, 3), and parameters of their nodes, (f, k, 2).
 
-    Coefficients by the powers of two parameters, shape (f, k, 3, 3), and the nodes' parameters, (f, k, 2), faces and
-    nodes in the order of `facets_of`.
+    Faces and nodes are in the order of `facets_of`.
     """
     cells, powers = basis.mesh.f2t[0, facets], np.vander([0.0, 0.5, 1.0], increasing=True)
     a, b = (each.ravel() for each in np.meshgrid([0.0, 0.5, 1.0], [0.0, 0.5, 1.0], indexing="ij"))
@@ -133,13 +110,13 @@ def facet_forms(basis: Basis, facets: Indices) -> tuple[Array, Array]:
 
 
 def _parameters(element: Element, local: int) -> tuple[Array, Array]:
-    """Where the parameters of an element's face are zero, and their directions (2, 3): a triangle's sides, or two."""
+    """Return origin and directions (2, 3) of an element face's parameters: a triangle's sides, or two."""
     corners = element.doflocs[element.refdom.facets[local]]
     return corners[0], corners[[1, -1]] - corners[0]  # of a parallelogram
 
 
 def _reference_face(element: Element, local: int, order: int) -> tuple[Array, Array, Array]:
-    """Shape functions (p, n), slopes along the face (2, p, n), weights (p,) at an element's face's Gauss points."""
+    """Return values (p, n), slopes (2, p, n), weights (p,) at the Gauss points of an element's face."""
     origin, way = _parameters(element, local)
     points, weight = get_quadrature(element.refdom.brefdom, order)
     X = origin[:, None] + way.T @ points

@@ -1,8 +1,8 @@
-"""How does a layer solved on a family of meshes (family.py) become a pose with its errors?
+"""Turn a layer solved on a family of meshes (family.py) into a pose with estimated errors.
 
-The first level follows the load, the second comes to rest from there, finer ones correct the target's place until the
-estimated error is what is asked for. No component is called better than a share of the worst, an angle counted at the
-target's end; of forces that hold the target, likewise. A state that is kept is that of the first two levels.
+The load path is followed on the first level, the second comes to rest from there, finer ones correct the target's place
+until the estimated error is small enough. No component's error is less than a share of the worst, an angle counted at
+the target's end; likewise for forces that hold the target. States of the first two levels are kept.
 """
 
 from __future__ import annotations
@@ -36,34 +36,22 @@ _STRETCHED = 0.001  # share of the silicone that may be stretched more than what
 
 @dataclass(frozen=True)
 class Scales:
-    """What scaled motions and loads stand for.
+    """SI values of scaled motions and loads."""
 
-    Attributes
-    ----------
-    thickness : float
-        Of the layer [m].
-    force : float
-        That is one in the body's scales [N]; moments in it times the thickness.
-    standoff : float
-        Below the layer [m].
-    share : float
-        Of the pad that is meshed: a half, or 1; the loads on the body are that of the target's.
-    """
-
-    thickness: float
-    force: float
-    standoff: float
-    share: float = 1.0
+    thickness: float  # of the layer [m]
+    force: float  # unit of force [N]; moments scale with force times thickness
+    standoff: float  # [m]
+    share: float = 1.0  # meshed part of the pad, 0.5 or 1: the body carries that share of the target's load
 
     @property
     def lengths(self) -> Array:
-        """Of the components of q [m, rad]."""
+        """Units of the components of q, shape (6,) [m, rad]."""
         t = self.thickness
         return np.array([t, t, 1.0, t, 1.0, 1.0])
 
     @property
     def loads(self) -> Array:
-        """Of the components of a load on the body [N, N m]."""
+        """Units of the components of a load on the body, shape (6,) [N, N m]."""
         t = self.thickness
         return self.force / self.share * np.array([1.0, 1.0, t, 1.0, t, t])
 
@@ -83,28 +71,24 @@ class Scales:
 
 
 class Solved(NamedTuple):
-    """The last equilibrium on the way to what is given, how much of the way that is, and what ended it.
-
-    Where the load is limited: what is carried, with its error, as a load and as a part of the way; what is to be said
-    of the silicone's law in the farthest state of all, that on the coarse mesh; how much of the way that got to.
-    """
+    """The last equilibrium on the path, the fraction of the path it stands at, and what ended the path."""
 
     found: Equilibrium
     part: float
     reason: str = ""
-    carried: tuple[Wrench, Wrench] | None = None
-    limit: tuple[float, float] | None = None
-    laws: tuple[str, ...] = ()
-    seen: float = 1.0
+    carried: tuple[Wrench, Wrench] | None = None  # largest load and its error, if limited
+    limit: tuple[float, float] | None = None  # the same as a fraction of the path, with its error
+    laws: tuple[str, ...] = ()  # notes on the silicone's law in the farthest state of the coarse mesh
+    seen: float = 1.0  # fraction of the path the coarse mesh got to
 
     @property
     def refused(self) -> bool:
-        """Whether the layer is known not to carry what is given, whatever the errors."""
+        """Whether the layer is known not to carry the load, whatever the errors."""
         return self.limit is not None and sum(self.limit) < 1.0
 
 
 def first_look(levels: Levels, scales: Scales, start: Equilibrium | None, control: Control, most: float) -> Outcome:
-    """Follow the way to what is given on the coarse mesh alone; arguments as of `solve_levels`."""
+    """Follow the path on the coarse mesh alone."""
     for level in (0, 1):
         levels.check_memory(level)
     state, (held, end) = _begun(levels, scales, start, 0), aim(levels.coarse, scales, control)
@@ -119,30 +103,11 @@ def solve_levels(
     sensor: Sensor, levels: Levels, scales: Scales, start: Equilibrium | None, control: Control, *, smallest: float,
     asked: float, most: float = np.inf, coarse: Outcome | None = None, deepest: int = 99, goal: Array | None = None,
 ) -> Solved:  # fmt: skip
-    """Follow the way to what is given on the first two levels, and go on to finer ones until the error is small enough.
+    """Follow the path on the first two levels, then refine until the estimated error is at most `asked`.
 
-    Where it does, the finer one says what the limit that the coarse one found is worth, within a few iterations.
-
-    Parameters
-    ----------
-    sensor : Sensor
-    levels : Levels
-    scales : Scales
-    start : Equilibrium or None
-        On the same meshes; from rest where it is None.
-    control : Control
-    smallest : float
-        Smallest increment of the path.
-    asked : float
-        Estimated error at which no finer level is tried.
-    most : float
-        Iterations that a path is given, times unknowns.
-    coarse : Outcome, optional
-        Of the coarse mesh; from `first_look` by default.
-    deepest : int
-        Levels at most.
-    goal : ndarray, shape (s, 6), optional
-        What the error is of, as of `by_goal`.
+    Without `start` the path begins at rest; `coarse` is the result of `first_look`; `smallest` is the least increment,
+    `most` the limit of iterations times unknowns. With `goal` (s, 6) the error is that of `by_goal`. A limit found on
+    the coarse mesh gets its error from the finer one within a few iterations.
     """
     held, end = aim(levels.fine, scales, control)
     coarse_start = _begun(levels, scales, start, 0)
@@ -183,17 +148,17 @@ def solve_levels(
 def _carried(
     found: Equilibrium, scales: Scales, way: tuple[Array, Array, Held], limit: tuple[float, float]
 ) -> tuple[Wrench, Wrench]:
-    """Load at the limit and its error; of places that are given, the forces of the last equilibrium."""
+    """Return the largest load and its error; with places given, the forces of the last equilibrium."""
     (begin, end, held), there = way, scales.load(found.wrench)[: len(way[0])]
     load, way_off = np.where(held, there, begin + limit[0] * (end - begin)), np.abs(end - begin)
     return scales.wrench(load), scales.wrench(np.where(held | (way_off == 0.0), 0.0, limit[1] * way_off))
 
 
 def aim(body: Bonded, scales: Scales, control: Control) -> tuple[Held, Array]:
-    """Return which places of the target's motion are given, and what is given, scaled; shape (k,) each.
+    """Return which components of the motion are given, and the given values, scaled; shape (k,) each.
 
-    A whole body is kept in the plane where nothing that is given leaves it: a mesh of the user's need not be its own
-    mirror image to the last digit.
+    Out-of-plane components of a whole body are held where no load leaves the plane: a user's mesh need not be exactly
+    symmetric.
     """
     k, held = body.components, control.held
     if k == 6 and not control.beside:
@@ -202,7 +167,7 @@ def aim(body: Bonded, scales: Scales, control: Control) -> tuple[Held, Array]:
 
 
 def starts(levels: Levels, scales: Scales, start: Equilibrium) -> list[State]:
-    """Return the states of the second and the first level at an equilibrium on them."""
+    """Return the states of the second and the first level of an equilibrium."""
     bodies = (levels.fine, levels.coarse)
     load = scales.load(start.wrench)[: levels.fine.components]
     halves = np.split(start.state, [levels.fine.size])
@@ -210,49 +175,39 @@ def starts(levels: Levels, scales: Scales, start: Equilibrium) -> list[State]:
 
 
 def _begun(levels: Levels, scales: Scales, start: Equilibrium | None, level: int) -> State:
-    """Where one of the first two levels starts: at an equilibrium, or without load."""
+    """Return the start on one of the first two levels: an equilibrium, or the unloaded state."""
     return unloaded(levels.maker(level)) if start is None else starts(levels, scales, start)[1 - level]
 
 
 def levers(body: Bonded, thickness: float) -> Array:
-    """Return what turns errors of a motion's components in SI into those at the target's end, shape (6,) [1, m]."""
+    """Return the factors that convert component errors in SI to errors at the target's end, shape (6,) [1, m]."""
     x, y = (float(reach) for reach in np.abs(body.X[:, :2]).max(axis=0) * thickness)
     return np.array([1.0, 1.0, x, 1.0, y or x, max(x, y)])
 
 
 def errors_of(difference: Array, lever: Array, share: float) -> Array:
-    """Return errors of components, none better than a share of the worst; an angle counts at the target's end."""
+    """Bound component errors below by a share of the worst one; an angle counts at the target's end."""
     floor = share * np.max(difference * lever) / lever
     return np.asarray(np.maximum(difference, floor))
 
 
 def by_goal(goal: Array, error: Array, parts: Array) -> float:
-    """Return what errors of a pose make of a goal, numbers that change with its components, the most of any.
+    """Return the largest error of the goals, from derivatives (s, k) and component errors (k,).
 
-    Parameters
-    ----------
-    goal : ndarray, shape (s, k)
-        Derivatives of s numbers by the components.
-    error : ndarray, shape (k,)
-        Of the components.
-    parts : ndarray, shape (m, k)
-        Signed parts of the error, each of one factor; what is left counts with any sign.
+    `parts` (m, k) are signed, each with one common factor; the remainder of `error` adds with any sign.
     """
     own = np.maximum(error - np.abs(parts).sum(axis=0), 0.0)
     return float(np.max(np.abs(goal @ parts.T).sum(axis=1) + np.abs(goal) @ own, initial=0.0))
 
 
 def relative(error: Array, moved: Array, lever: Array) -> float:
-    """Return the largest error over the size of the displacement, an angle counted at the target's end."""
+    """Return the largest error over the displacement; an angle counts at the target's end."""
     size = float(np.max(np.abs(moved) * lever))
     return float(np.max(error * lever)) / size if size > 0.0 else 0.0
 
 
 def largest_stretch(body: Bonded, u: Array, *, apart: float = _STRETCHED) -> float:
-    """Return the largest principal stretch, or reciprocal of one, that all but a share of the silicone stays below.
-
-    Where one point decides, as of a path that ended, none is left out: ``apart=0.0``.
-    """
+    """Return the stretch, or reciprocal, that all but a share `apart` of the silicone stays below."""
     stretch = most_stretched(body.mesh, u).ravel()
     order = np.argsort(stretch)
     below = np.cumsum(body.mesh.inside.weights.ravel()[order])
@@ -260,12 +215,12 @@ def largest_stretch(body: Bonded, u: Array, *, apart: float = _STRETCHED) -> flo
 
 
 def law_notes(sensor: Sensor, stretch: float) -> tuple[str, ...]:
-    """Return what is to be said of the silicone's law in a state of a largest stretch: stability, range of its data."""
+    """Return notes on the silicone's law at a largest stretch: stability, range of its data."""
     return () if sensor.elastomer is None else layer_notes(sensor.elastomer.silicone, stretch)
 
 
 def load_words(load: Mapping[str, float]) -> str:
-    """Return a load in words, from its components [N, N m]; what leaves the plane only where it is not zero."""
+    """Format a load [N, N m]; out-of-plane components only where they are not zero."""
     shown = {name: value for name, value in load.items() if name in WRENCH[:3] or value != 0.0}
     return ", ".join(f"{name} = {value:.6g} N{' m' * name.startswith('M')}" for name, value in shown.items())
 
@@ -274,10 +229,9 @@ def answer(
     sensor: Sensor, levels: Levels, scales: Scales, control: Control, states: tuple[State, State], asked: float,
     walk: Iterator[Approach] | None = None, deepest: int = 99, goal: Array | None = None,
 ) -> Equilibrium:  # fmt: skip
-    """Return the equilibrium with its errors from the first two levels at rest, and from as many finer as are needed.
+    """Extrapolate the equilibrium and its errors from two levels at rest and as many finer ones as needed.
 
-    `walk` gives the finer ones, `finer` by default; `deepest` of all levels are the most. Of a free target `asked` is
-    of a `goal`, if there is one.
+    `walk` yields the finer levels (default `finer`), at most `deepest` in all; `asked` applies to `goal`, if given.
     """
     coarse, fine = states
     body, t = levels.fine, scales.thickness
@@ -291,11 +245,11 @@ def answer(
     unit = np.where(held, size[1] * weight, size[0] / weight)
 
     def shown(q: Array, load: Array) -> Array:
-        """What is found, over the largest of its kind."""
+        """Return the motion, or the load where held, over the largest of its kind."""
         return np.where(held, load, q) / unit
 
     def left(limit: Limit) -> float:
-        """Its error, of what is asked."""
+        """Return the error of what is asked."""
         if goal is None or given:
             return float(np.max(limit.error))
         size = unit * scales.lengths[:k]

@@ -1,7 +1,7 @@
-"""How does a layer solved on a family of meshes become a pose with its error?
+"""Extrapolate the pose of a layer from a family of meshes, with its error.
 
-What a layer does for its target, an energy, converges with known powers: of the cells at the singular edges, 2 k times
-the exponent k of the displacements there, and of the cells away from them one that is seen (block.py),
+The target's motion, a quantity of the energy, converges with powers of the cells' sizes: at the singular edges a known
+one, 2 k with the exponent k of the displacements there, and away from them an observed one (block.py),
 
     y_l = y + sum_j a_j phi_lj,
 
@@ -13,14 +13,13 @@ Error. Of two levels, twice what the first term adds. Of more,
 
     error = theta |Y_n - Y_(n-1)| + s sum_j |a_j phi_nj|,        theta = max_j phi_nj/phi_(n-1)j,
 
-what the levels before would have been off by, shrunk as the terms do, and s what the powers may be off by. The 2 and
-s = 1/2 are measured on 48 pads of five laws (studies/mechanics_accuracy.py). No component is called better than a share
-of the worst, an angle counted at the target's end; of forces that hold the target, likewise.
+the error that the levels before would have had, reduced as the terms are, and s for the uncertainty of the powers. The
+2 and s = 1/2 are measured on 48 pads of five laws (studies/mechanics_accuracy.py). No component's error is less than a
+share of the worst, an angle counted at the target's end; likewise for forces that hold the target.
 
-Where free faces press a plane or each other no power is shown: the end of contact moves by less than a cell from
-level to level, now this way, now that, so that two differences may be small, or stand in the ratio of the order, by
-chance. There the whole sequence tells how large the first term may be, not its last differences: with a_j what is
-added at level j,
+Where free faces press a plane or each other no order is observed: the end of contact moves by less than a cell from
+level to level, in either direction, so that two differences may be small, or in the ratio of the order, by chance.
+There the whole sequence bounds the first term, not its last differences: with a_j what that term adds at level j,
 
     error = 2.2 max_j |a_j| phi_n1/phi_j1,    j = 2 ... n.
 
@@ -68,60 +67,38 @@ _ENOUGH = 0.05  # of the difference of two levels: a correction that is closer i
 
 @dataclass(frozen=True, eq=False)
 class Levels:
-    """A family of meshes of a layer.
+    """A family of meshes of a layer; `changed` makes the layer of a changed scene on the same cells, or None."""
 
-    Attributes
-    ----------
-    terms : ndarray, shape (levels, j)
-        phi: the powers of the cells' sizes that errors go with, level by level. Not a number where there are two
-        meshes of one fineness, the later one the better.
-    cells : callable
-        Level -> cells along each axis.
-    maker : callable
-        Level -> meshed layer; remembers what it made.
-    carrier : callable
-        Level -> what carries states to it from the level before; None where there is none.
-    share : float
-        Of the worst component's error that every component owns to.
-    changed : callable
-        Changed scene, level -> its layer on the same cells; None where it takes others.
-    rested : int
-        Levels that a load is brought to rest on at most; small strain takes all of them.
-    """
-
-    terms: Array
-    cells: Callable[[int], tuple[int, ...]]
-    maker: Callable[[int], Bonded]
-    carrier: Callable[[int], Prolongation | None]
-    share: float
+    terms: Array  # (levels, j), phi; nan for two meshes of one fineness, the later one better
+    cells: Callable[[int], tuple[int, ...]]  # of a level along each axis
+    maker: Callable[[int], Bonded]  # meshed layer of a level, cached
+    carrier: Callable[[int], Prolongation | None]  # from the level before; None if there is none
+    share: float  # floor of component errors, as a share of the worst
     changed: Callable[[Sensor, int], Bonded | None] = lambda sensor, level: None
-    rested: int = 6
+    rested: int = 6  # levels brought to rest at most; small strain uses all
 
     def __len__(self) -> int:
         return len(self.terms)
 
     @cached_property
     def coarse(self) -> Bonded:
-        """The first level."""
+        """First level."""
         return self.maker(0)
 
     @cached_property
     def fine(self) -> Bonded:
-        """The second level."""
+        """Second level."""
         return self.maker(1)
 
     @property
     def size(self) -> int:
-        """Length of the packed states of the first two."""
+        """Length of the packed states of the first two levels."""
         return self.fine.size + self.coarse.size
 
     def check_memory(self, level: int) -> str:
-        """Return what is to be said of a level that takes more memory than it may; "" of one that does not.
+        """Return a note on a level that exceeds memory, else "".
 
-        Raises
-        ------
-        ValueError
-            For one of the first two levels, without which there is no answer.
+        Raise ValueError for one of the first two levels, without which there is no answer.
         """
         needed, limit = memory_of_box(self.cells(level)).total, memory_limit()
         if needed <= limit:
@@ -136,7 +113,7 @@ class Levels:
         )
 
     def limit(self, values: Sequence[Array], off: Array | float = 0.0, *, pressed: bool = False) -> Limit:
-        """Return what the values of the first levels tend to; arguments as of `extrapolated`."""
+        """Return the limit of values on the first levels, as `extrapolated`."""
         return extrapolated(values, self.terms[: len(values)], off, pressed=pressed)
 
 
@@ -144,44 +121,35 @@ Changed = Callable[[Sensor, int], Bonded | None]
 
 
 def kept(changed: Changed) -> Changed:
-    """Return what makes the layers of changed scenes, those of the first two levels once: tables of loads ask again."""
+    """Cache the first two levels of changed scenes: tables of loads ask again."""
     remembered = lru_cache(maxsize=_CHANGED)(changed)
     return lambda sensor, level: (remembered if level < 2 else changed)(sensor, level)
 
 
 class Limit(NamedTuple):
-    """What a sequence tends to, shape (k,), and its error.
+    """Limit of a sequence with its error.
 
-    The parts of the error, shape (3, k), have the signs of what they are taken from: what each term adds, and how far
-    that moved the limit with the last level; zero where there are fewer. Neighbouring loads on the same meshes share
-    them, up to a factor each; in contact they share nothing, and the parts are zero.
+    Parts: the addition of each term, and the change of the limit with the last level (zero if there are fewer).
+    Neighbouring loads on the same meshes share them up to a factor each; in contact they are zero.
     """
 
-    value: Array
-    error: Array
-    parts: Array
+    value: Array  # (k,)
+    error: Array  # (k,)
+    parts: Array  # signed, (3, k)
 
 
 def contact_depth(depth: float, sizes: Sequence[float], level: int) -> float:
-    """Return the depth of contact on a level, from that on the second: it falls like the cells, squared."""
+    """Return the contact depth on a level from that on the second; it falls as cell size squared."""
     return depth * (sizes[1] / sizes[level]) ** 2
 
 
 def extrapolated(
     values: Sequence[Array], terms: Array, off: Array | float = 0.0, *, pressed: bool = False
 ) -> Limit:  # fmt: skip
-    """Return the limit of what some levels gave, two or more, the last of which may be off.
+    """Return the limit of two or more levels, each (k,), by their `terms`; the last may be off by `off`.
 
-    Parameters
-    ----------
-    values : sequence of ndarray, shape (k,)
-        Components that count alike: lengths, an angle as the way of the target's end.
-    terms : ndarray, shape (levels, j)
-        As of `Levels`.
-    off : float or ndarray, shape (k,)
-        What the last level may be off by.
-    pressed : bool
-        Whether free faces press something.
+    Components count alike: lengths, an angle as the displacement of the target's end. `pressed`: free faces press
+    something.
     """
     if np.isnan(terms).any():
         return _limit(values[-1], (values[-1] - values[-2])[None])
@@ -203,7 +171,7 @@ def extrapolated(
 
 
 def _ahead(values: Sequence[Array], terms: Array) -> tuple[Array, float]:
-    """What each term adds to the last value, (j, k), and by how much that value's error grows with all of it."""
+    """Return what each term adds to the last value, (j, k), and how much that amplifies its error."""
     count = min(len(values) - 1, terms.shape[1])
     own = terms[-count - 1 :, :count]
     weights = np.linalg.inv(np.column_stack([np.ones(count + 1), own]))
@@ -212,16 +180,16 @@ def _ahead(values: Sequence[Array], terms: Array) -> tuple[Array, float]:
 
 
 def _limit(value: Array, parts: Array, off: Array | float = 0.0) -> Limit:
-    """A limit by the parts of its error, and what the last level may be off by besides."""
+    """Build a limit from the parts of its error and the error of the last level."""
     every = np.zeros((_PARTS, *np.shape(value)))
     every[: len(parts)] = parts
     return Limit(value, np.abs(parts).sum(axis=0) + off, every)
 
 
 def prolonged(levels: Levels, level: int, state: State) -> State | None:
-    """Return a state of the level before on a level, to go on from; None where there is no way there.
+    """Carry a state from the level before; None without a carrier.
 
-    Where the cells at edges are cut there is none: the silicone keeps its volume in the coarse cell, not in its parts.
+    There is none where cells at edges are cut: volume is kept in the coarse cell, not in its parts.
     """
     way, body = levels.carrier(level), levels.maker(level)
     if way is None or levels.terms[level, 0] != levels.terms[level - 1, 0]:
@@ -233,17 +201,10 @@ def prolonged(levels: Levels, level: int, state: State) -> State | None:
 
 
 def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], given: bool) -> Iterator[Approach]:
-    """Yield where the target rests on the third level and the ones after it, as far as they get there.
+    """Yield the target's rest on the third level and beyond, as far as they are reached.
 
-    Parameters
-    ----------
-    levels : Levels
-    states : tuple of State
-        Of the first two levels, at rest.
-    aim : ndarray and ndarray
-        Which places are held, and what is given.
-    given : bool
-        Whether places are held that no symmetry keeps: forces that hold a target hang on every corner.
+    `states` are those of the first two levels; `given`: components are held that no symmetry holds, so that forces
+    depend on every corner and must come to rest.
     """
     (before, state), (held, goal) = states, aim
     for level in range(2, min(levels.rested, len(levels))):
@@ -261,7 +222,7 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], 
 
 
 def _along_path(body: Bonded, goal: Array, held: Held) -> Approach | None:
-    """The rest at the end of a path, where that is not too dear: the way on of faces in contact goes by parts."""
+    """Return the rest at the end of a path if affordable; faces in contact advance by increments."""
     most = _WORK[len(body.mesh.axes) - 2] / len(body.free)
     there = follow(body, unloaded(body), (0.0 * goal, goal), held=held, most=most)
     state = there.state

@@ -1,4 +1,4 @@
-"""How does the pose of a target at rest change with its load, and with what its layer is? Derivatives of an answer.
+"""Differentiate the pose of a target at rest by its load and by parameters of its scene.
 
 On one mesh the free displacements u and the target's motion q are at rest where the forces left on them vanish,
 
@@ -62,59 +62,34 @@ _WAY = 1e-5  # along the motions B, for differences [thicknesses]
 
 @dataclass(frozen=True)
 class Family:
-    """What an equilibrium was solved on.
-
-    Attributes
-    ----------
-    levels : Levels
-    scales : callable
-        Sensor -> scales of its motions and loads.
-    sensor : Sensor
-        The scene.
-    states : sequence of ndarray
-        Packed states of the levels that its pose is extrapolated from, the coarsest first; none at small strain.
-    small : int
-        Where strains are small the number of levels with a compliance; 0 where they are not.
-    sideways : bool
-        Whether the compliance on what half a pad hides, F_y, M_x and M_z, is asked for: one more factor a level.
-    """
+    """What an equilibrium was solved on."""
 
     levels: Levels
     scales: Callable[[Sensor], Scales]
     sensor: Sensor
-    states: Sequence[Array] = ()
-    small: int = 0
-    sideways: bool = False
+    states: Sequence[Array] = ()  # packed, of the levels extrapolated from, coarsest first; none at small strain
+    small: int = 0  # levels with a compliance at small strain, else 0
+    sideways: bool = False  # include F_y, M_x, M_z of half a pad: one more factor a level
 
     @property
     def count(self) -> int:
-        """How many levels the pose is extrapolated from."""
+        """Number of levels the pose is extrapolated from."""
         return self.small or len(self.states)
 
 
 @dataclass(frozen=True)
 class PoseSlopes:
-    """Derivatives of a pose.
-
-    Attributes
-    ----------
-    names : tuple of str
-        Of n parameters of the scene.
-    pose, error : ndarray, shape (6, n)
-        By each of them [m or rad per its SI unit], and estimated absolute errors.
-    compliance, error_compliance : ndarray, shape (6, 6)
-        By each component of the wrench [m or rad per N or N m]; NaN of what the model does not hold.
-    """
+    """Derivatives of a pose by n parameters and by the wrench, with absolute errors."""
 
     names: tuple[str, ...]
-    pose: Array
-    error: Array
-    compliance: Array
-    error_compliance: Array
+    pose: Array  # (6, n) [m or rad per SI unit]
+    error: Array  # (6, n)
+    compliance: Array  # (6, 6) [m or rad per N or N m]; nan if not modelled
+    error_compliance: Array  # (6, 6)
 
 
 class _Level(NamedTuple):
-    """A level at rest under a load: the motion B that follows the target's, stiffness on it, on what a half hides."""
+    """A level at rest: motions B that follow the target's, stiffness S on them, and that hidden by symmetry."""
 
     body: Bonded
     state: State
@@ -126,18 +101,18 @@ class _Level(NamedTuple):
 
     @property
     def q(self) -> Array:
-        """The target's motion."""
+        """Motion of the target."""
         return self.state.q
 
     @property
     def turned(self) -> Array:
-        """The motion at which the load works: at small strain none, shape (6,)."""
+        """Motion at which the load works, shape (6,); zero at small strain."""
         found = np.zeros(6)
         found[: len(self.q)] = 0.0 if self.small else self.q
         return found
 
     def work(self, body: Bonded, load: Array) -> Array:
-        """Virtual work of the forces left in a body with the same cells, shape (k,)."""
+        """Return the virtual work of residual forces in a body with the same cells, shape (k,)."""
         q, axes = self.state.q, list(body.mesh.axes)
         u = self.state.u.copy()
         if not self.small:
@@ -156,14 +131,9 @@ class _Level(NamedTuple):
 def solved_family(
     line: Line, found: Equilibrium, scales: Callable[[Sensor], Scales], sideways: bool = False
 ) -> Family:  # fmt: skip
-    """Return the family of a line that an equilibrium is on, with its states as far as they are known.
+    """Return the family of a line that an equilibrium is on, with its states as far as known.
 
-    Raises
-    ------
-    ValueError
-        For an equilibrium without its state, such as an image of another.
-    SceneError
-        Where faces in contact have friction.
+    Raise ValueError for an equilibrium without state (such as an image), SceneError for contact with friction.
     """
     if found.state.size < 2:
         raise ValueError("equilibrium: must be one of this model with its state, got one without")
@@ -176,22 +146,10 @@ def solved_family(
 
 
 def pose_slopes(family: Family, found: Equilibrium, parameters: Sequence[Parameter]) -> PoseSlopes:
-    """Return the derivatives of a pose by its load and by numbers of its scene.
+    """Return the derivatives of a pose by its load and by parameters of its scene.
 
-    Parameters
-    ----------
-    family : Family
-    found : Equilibrium
-        On it, under forces.
-    parameters : sequence of Parameter
-        Of the scene.
-
-    Raises
-    ------
-    SceneError
-        For a parameter that cannot be changed on the same cells, or contact with friction.
-    SolveFailed
-        Where the target has no stiffness.
+    Raise SceneError for a parameter that changes the cells or contact with friction, SolveFailed for a target without
+    stiffness.
     """
     stencils = [each.stencil(lambda sensor: family.levels.changed(sensor, 0) is not None) for each in parameters]
     levels: list[_Level] = []
@@ -217,7 +175,7 @@ def pose_slopes(family: Family, found: Equilibrium, parameters: Sequence[Paramet
 
 
 def _linearised(family: Family, number: int, found: Equilibrium) -> _Level | None:
-    """One level at rest; None where it has no stiffness."""
+    """Linearise one level at rest; None without stiffness."""
     body, k = family.levels.maker(number), family.levels.fine.components
     load = family.scales(family.sensor).load(found.wrench)[:k]
     if family.small:
@@ -244,11 +202,10 @@ def _linearised(family: Family, number: int, found: Equilibrium) -> _Level | Non
 
 
 def _settled(body: Bonded, here: State, factor: Factor) -> tuple[State, Array, Array] | None:
-    """A state that is nearly at rest after one step more, with B and S there by the factor of the state before.
+    """Take one more step, with B there by the previous factor; None where it does not lead to rest.
 
-    None where that step does not lead to rest: a corner of a fine mesh folds, though the target stays where it is.
-    What forces change along the motions of an older B, (r_u, r_q) = (K B + C, C^T B + D), takes B on by -K^-1 r_u, and
-    with that B the stiffness is r_q + B^T r_u.
+    The change of forces along an older B, (r_u, r_q) = (K B + C, C^T B + D), corrects B by -K^-1 r_u; the stiffness is
+    then r_q + B^T r_u.
     """
     held = np.zeros(body.components, dtype=bool)
     before, B = gradient(body, here), factor.by_q
@@ -264,12 +221,12 @@ def _settled(body: Bonded, here: State, factor: Factor) -> tuple[State, Array, A
 
 
 def _left(found: Gradient) -> float:
-    """Size of the forces that are left."""
+    """Return the size of the residual forces."""
     return float(np.linalg.norm([*found.free, *found.target]))
 
 
 def _along_motions(body: Bonded, here: State, B: Array) -> tuple[Array, Array]:
-    """What forces on the free displacements and on the target change along the motions B, shapes (m, k) and (k, k)."""
+    """Return the change of forces on free displacements (m, k) and target (k, k) along the motions B."""
     columns, axes = [], list(body.mesh.axes)
     for k, motion in enumerate(np.eye(body.components)):
         ends = []
@@ -285,7 +242,7 @@ def _along_motions(body: Bonded, here: State, B: Array) -> tuple[Array, Array]:
 
 
 def _by_load(level: _Level) -> Array:
-    """Increments of the motion by the components of the load, shape (6, 6), scaled; zero where they are not known."""
+    """Return motion increments by load components, shape (6, 6), scaled; zero where unknown."""
     k, found = len(level.S), np.zeros((6, 6))
     work = np.stack([work_of_load(unit, level.body.height, level.turned) for unit in np.eye(6)], axis=1)
     found[:k, :k] = np.linalg.solve(level.S, work[:k, :k])
@@ -295,7 +252,7 @@ def _by_load(level: _Level) -> Array:
 
 
 def _by_each(family: Family, number: int, found: Equilibrium, level: _Level, stencils: Sequence[SceneStencil]) -> Array:
-    """Increments of the motion by some parameters, shape (6, n), scaled."""
+    """Return motion increments by parameters, shape (6, n), scaled."""
     increments = np.zeros((6, len(stencils)))
     k = len(level.S)
     for column, stencil in enumerate(stencils):
@@ -310,7 +267,7 @@ def _by_each(family: Family, number: int, found: Equilibrium, level: _Level, ste
 
 
 def _of_scales(family: Family, found: Equilibrium, stencils: Sequence[SceneStencil]) -> Array:
-    """Derivatives of what the scaled motion stands for, shape (6, n) [m, rad]."""
+    """Return the derivatives of the motion's units, shape (6, n) [m, rad]."""
     scales = family.scales(family.sensor)
     q = (found.pose.components - scales.pose(np.zeros(6)).components) / scales.lengths
     slopes = np.zeros((6, len(stencils)))
@@ -322,7 +279,7 @@ def _of_scales(family: Family, found: Equilibrium, stencils: Sequence[SceneStenc
 
 
 def _beyond(family: Family, found: Equilibrium, levels: Sequence[_Level]) -> float:
-    """What the pose's error holds beyond that of the meshes, over the displacement."""
+    """Return the part of the pose's error beyond that of the meshes, over the displacement."""
     lever = levers(family.levels.fine, 1.0)[: len(levels[0].S)]
     limit = family.levels.limit([level.q * lever for level in levels])
     size = max(float(np.max(np.abs(limit.value))), 1e-300)
@@ -330,7 +287,7 @@ def _beyond(family: Family, found: Equilibrium, levels: Sequence[_Level]) -> flo
 
 
 def _limit(family: Family, values: Sequence[Array], unit: Array, beyond: float) -> tuple[Array, Array]:
-    """What derivatives on the levels tend to, and their errors, shape (6, n), in a unit."""
+    """Extrapolate derivatives over the levels with errors, shape (6, n), in a unit."""
     lever = levers(family.levels.fine, 1.0)
     found = np.zeros((2, *values[0].shape))
     for column in range(values[0].shape[1]):
@@ -341,7 +298,7 @@ def _limit(family: Family, values: Sequence[Array], unit: Array, beyond: float) 
 
 
 def _of_turns(q: Array) -> Array:
-    """What turns increments (dc, dw) of a motion into those of its components, shape (6, 6)."""
+    """Return the matrix from increments (dc, dw) to those of the motion's components, shape (6, 6)."""
     found, whole = np.eye(6), np.zeros(6)
     whole[: len(q)] = q
     found[np.ix_(_TURN, _TURN)] = vector_rates(whole[_TURN])

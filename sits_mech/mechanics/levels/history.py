@@ -1,11 +1,11 @@
-"""Where does a layer with friction come to rest? At the end of its path of loads, followed on each level by itself.
+"""Bring a layer with friction to rest at the end of its load path, followed on each level by itself.
 
-Friction remembers (faces/friction.py): the answer belongs to a path from rest, through loads that are passed, to the
-last one, straight from each to the next. No state is taken from another load or a coarser mesh, and no chord closes a
-gap: every level of a family follows the whole path (rest/increments.py), and the pose is extrapolated as it is without
-friction (answer.py), from two levels, or three where the third is cheap. The number of increments is found on the first
-level: it is doubled until that moves the target by less than a share of the tolerance. As the method is of first order,
-what the last doubling changed is about what is left, and is added to the errors.
+Friction depends on the path (faces/friction.py): from rest, through the loads passed, to the last one, straight from
+each to the next. No state is taken from another load or a coarser mesh, and no chord closes a gap: every level of a
+family follows the whole path (rest/increments.py), and the pose is extrapolated as it is without friction (answer.py),
+from two levels, or three where the third is cheap. The number of increments is found on the first level: it is doubled
+until that moves the target by less than a share of the tolerance. As the method is of first order, the change by the
+last doubling is about the remaining error, and is added to the errors.
 
 Where no free face touches anything under any of the loads, without contact, friction plays no part: the answer is that
 without friction, to all digits. Source: family.py, rest/increments.py.
@@ -37,37 +37,24 @@ _CHEAP = 1500  # cells of a level beyond the second
 
 
 class _Steps(NamedTuple):
-    """The path on the first level and the increments of each leg.
-
-    Then what half as many change: the motion where it is found, shape (k,) [thicknesses, rad]; over the displacement.
-    """
+    """The path on the first level."""
 
     track: Track
-    parts: int
-    off: Array
-    share: float
+    parts: int  # increments of each leg
+    off: Array  # change of the motion with half as many increments, (k,) [thicknesses, rad]
+    share: float  # that change over the displacement
 
 
 def depends_on_path(sensor: Sensor) -> bool:
-    """Say whether the answer of a scene's layer depends on the way of its load."""
+    """Whether the equilibrium depends on the load path."""
     return sensor.elastomer is not None and sensor.elastomer.friction > 0.0
 
 
 def arrived(line: Line, start: Equilibrium | None, controls: Sequence[Control]) -> Solved:
-    """Return the last equilibrium on a path of loads, which counts where the layer has friction.
+    """Return the last equilibrium on a path of loads; the path matters only with friction.
 
-    Parameters
-    ----------
-    line : Line
-    start : Equilibrium or None
-        Of a neighbour, from which a layer without friction may start, as for `settled`.
-    controls : sequence of Control
-        From rest: what is passed on the way, and the end; all hold the same places.
-
-    Raises
-    ------
-    ValueError
-        Where they hold different places.
+    `controls` go from rest to the end and must all hold the same components, or raise ValueError. `start` is used
+    without friction, as in `settled`.
     """
     if not depends_on_path(line.sensor):
         return settled(line, start, controls[-1])
@@ -84,7 +71,7 @@ def arrived(line: Line, start: Equilibrium | None, controls: Sequence[Control]) 
 
 
 def _along(line: Line, number: int, controls: Sequence[Control]) -> Solved:
-    """The last equilibrium on the path, on one family of meshes."""
+    """Return the last equilibrium on the path, on one family of meshes."""
     levels = line[number]
     for level in (0, 1):
         levels.check_memory(level)
@@ -105,7 +92,7 @@ def _along(line: Line, number: int, controls: Sequence[Control]) -> Solved:
 
 
 def _in_steps(line: Line, levels: Levels, controls: Sequence[Control]) -> _Steps:
-    """The path on the first level with as many increments as the tolerance takes."""
+    """Refine the increments of the first level until the tolerance is met."""
     k, parts = levels.coarse.components, _FIRST
     weight, held = levels.coarse.levers, controls[-1].held[:k]
     track, before = _followed(line, levels.coarse, controls, parts), unloaded(levels.coarse)
@@ -121,7 +108,7 @@ def _in_steps(line: Line, levels: Levels, controls: Sequence[Control]) -> _Steps
 
 
 def _followed(line: Line, body: Bonded, controls: Sequence[Control], parts: int) -> Track:
-    """A path of loads from rest on one mesh; a whole one may leave the plane where any of them does."""
+    """Follow a path of loads from rest on one mesh; whole pads may leave the plane where any load does."""
     farthest = next((control for control in controls if control.beside), controls[-1])
     held, _ = aim(body, line.scales, farthest)
     k = body.components
@@ -130,7 +117,7 @@ def _followed(line: Line, body: Bonded, controls: Sequence[Control], parts: int)
 
 
 def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) -> Iterator[Approach]:
-    """Yield where the target rests on the levels beyond the second, as long as they are cheap."""
+    """Yield the target's rest on levels beyond the second while they are cheap."""
     for level in range(2, len(levels)):
         if level >= _WALKED or prod(levels.cells(level)) > _CHEAP:
             return
@@ -142,7 +129,7 @@ def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) 
 
 
 def _with_steps(line: Line, number: int, found: Equilibrium, steps: _Steps, way: str) -> Equilibrium:
-    """An equilibrium with what its increments are worth in its errors, said of its way, the number of its family."""
+    """Add the error of the increments to an equilibrium, with its notes and family number."""
     k, error = len(steps.off), found.error.components
     error[:k] += steps.off * line.scales.lengths[:k]
     said = f"friction: load path {way}, {steps.parts} steps per leg; half as many change this by {steps.share:.1g}"
@@ -154,7 +141,7 @@ def _with_steps(line: Line, number: int, found: Equilibrium, steps: _Steps, way:
 
 
 def _ended(line: Line, number: int, track: Track, controls: Sequence[Control]) -> Solved:
-    """What is said of a path that ended before its goal: the last rest on it, known to nothing better than its size."""
+    """Describe a path that ended early: the last rest, its error as large as the displacement."""
     state, scales = track.state, line.scales
     k, lever = len(state.q), levers(line[number].fine, scales.thickness)
     size = float(np.max(np.abs(state.q * scales.lengths[:k]) * lever[:k]))

@@ -1,14 +1,14 @@
-"""Where does a layer with a memory go under a history of loads? Steps of time on every level of a family of meshes.
+"""Follow a layer with memory under a history of loads: time steps on every level of a family of meshes.
 
 Time. A step (rest/steps.py) is of second order. On the first level two walks go side by side, A in steps dt, B in two
-halves of each, each with a memory of its own: what is left of B is a third of what they differ by,
+halves of each, each with a memory of its own: the remaining error of B is a third of their difference,
 
     q = q_B + (q_B - q_A)/3,      error in time = |q_B - q_A|/3,
 
-of the whole walk so far, not of a step. A step that lets it grow by more than a share of the tolerance is taken anew,
+of the whole walk so far, not of a step. A step that lets it grow by more than a share of the tolerance is repeated,
 shorter; the times of the history are always met, and sudden loads cost one step.
 
-Space. Further levels walk in the steps of A, and what the first level tells of time is added to them; poses are
+Space. Further levels walk in the steps of A, and the first level's correction in time is added to them; poses are
 extrapolated at each time as they are of an elastic layer (family.py), with errors over the largest displacement of the
 history. Three levels are walked at most.
 
@@ -51,33 +51,30 @@ _SHORTEST = 1e-6  # of the time between two loads of the history
 
 
 class _Walk(NamedTuple):
-    """Where a target was at each time, shape (m, k), its farthest state, steps, the least J, the stretch at each."""
+    """The target's motion over time on one level."""
 
-    q: Array
-    far: State
+    q: Array  # (m, k)
+    far: State  # farthest state
     iterations: int
     min_J: float
-    stretch: Array
+    stretch: Array  # at each time, (m,)
     touches: bool
     pressed: bool
 
 
 @dataclass(frozen=True)
 class _Times:
-    """The steps that the first level was walked in: their ends, loads there, which are the history's, and time's error.
-
-    `gap` is the error in time at each, shape (m, k) [thicknesses, rad]; `late` what is added to a walk in steps A.
-    """
+    """Time steps of the first level, and the error in time."""
 
     time: Array
     load: Array
-    given: NDArray[np.bool_]
-    gap: Array
-    late: Array
+    given: NDArray[np.bool_]  # which times are the history's
+    gap: Array  # error in time, (m, k) [thicknesses, rad]
+    late: Array  # correction to a walk in steps A, (m, k)
 
 
 class _Ended(Exception):
-    """A walk that came to no rest: when, why, and the last moment."""
+    """A walk that found no equilibrium: when, why, and the last moment."""
 
     def __init__(self, time: float, reason: str, last: Moment) -> None:
         super().__init__(reason)
@@ -85,20 +82,9 @@ class _Ended(Exception):
 
 
 def motion_in_time(line: Line, history: LoadHistory, tell: Progress = untold) -> Motion:
-    """Return where the target of a layer goes under a history of loads.
+    """Return the target's motion under a history of loads; report progress to `tell`.
 
-    Parameters
-    ----------
-    line : Line
-        Of the layer, whole where a load leaves the plane.
-    history : LoadHistory
-    tell : callable
-        Is told how far the walks are.
-
-    Raises
-    ------
-    SolveFailed
-        Where no family of meshes gets to the end of the history; the message says when it ended.
+    Raise SolveFailed, with the time reached, where no family of meshes completes the history.
     """
     ended: list[_Ended] = []
     numbers = list(range(PAIR))
@@ -117,7 +103,7 @@ def motion_in_time(line: Line, history: LoadHistory, tell: Progress = untold) ->
 
 
 def _failed(line: Line, history: LoadHistory, end: _Ended) -> SolveFailed:
-    """What is said of a history that could not be followed to its end."""
+    """Build the error of a history that could not be completed."""
     state = end.last.state
     words = f"{reason_words(end.reason)} (at {end.time:.6g} s of {history.time[-1]:.6g} s)"
     report = SolveReport(
@@ -127,7 +113,7 @@ def _failed(line: Line, history: LoadHistory, end: _Ended) -> SolveFailed:
 
 
 def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress) -> tuple[Motion, bool]:
-    """The motion on the levels of a family, and whether free faces touch anything on the way."""
+    """Return the motion on one family of meshes, and whether free faces touch anything."""
     for level in (0, 1):
         levels.check_memory(level)
     body, goals = levels.coarse, history.wrench / line.scales.loads
@@ -152,16 +138,16 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress)
 
 
 def _shares(tell: Progress, level: int, count: int) -> Callable[[float], None]:
-    """What tells the share of one level's walk as a part of all."""
+    """Scale the progress of one level's walk to its share of the whole."""
     return lambda share: tell(round(100 * (level + share)), 100 * count)
 
 
 class _Limits(NamedTuple):
-    """Motion and its error at each time, shape (m, k) each [thicknesses, rad]; the largest error over the motion."""
+    """Extrapolated motion and error over time."""
 
-    q: Array
-    error: Array
-    relative: float
+    q: Array  # (m, k) [thicknesses, rad]
+    error: Array  # of q, (m, k)
+    relative: float  # largest error over the motion
 
 
 def _limits(levels: Levels, times: _Times, walks: list[_Walk]) -> _Limits:
@@ -183,7 +169,7 @@ def _limits(levels: Levels, times: _Times, walks: list[_Walk]) -> _Limits:
 def _motion(
     line: Line, levels: Levels, times: _Times, walks: list[_Walk], found: _Limits, large: str
 ) -> Motion:
-    """What was found, in SI, with its report."""
+    """Return the motion in SI with its report."""
     scales, last, k = line.scales, walks[-1], levels.fine.components
     pose, error = (np.pad(part * scales.lengths[:k], ((0, 0), (0, len(POSE) - k))) for part in found[:2])
     pose[:, 1] += scales.standoff + scales.thickness
@@ -211,7 +197,7 @@ def _motion(
 
 
 class _Recorder:
-    """What a walk leaves behind, moment by moment."""
+    """Record of a walk, moment by moment."""
 
     def __init__(self, body: Bonded) -> None:
         self.body, self.now = body, begun(body)
@@ -222,7 +208,7 @@ class _Recorder:
         self.touches = self.pressed = False
 
     def keep(self, moment: Moment, iterations: int) -> None:
-        """Take a moment as the present one."""
+        """Append a moment and make it the present one."""
         self.now, self.iterations, state = moment, self.iterations + iterations, moment.state
         self.q.append(state.q)
         self.far = max(self.far, state, key=lambda each: self.body.length(each.q))
@@ -234,14 +220,14 @@ class _Recorder:
 
     @property
     def walk(self) -> _Walk:
-        """All of it."""
+        """Return the recorded walk."""
         return _Walk(
             np.array(self.q), self.far, self.iterations, self.min_J, np.array(self.stretch), self.touches, self.pressed
         )  # fmt: skip
 
 
 def _walked(body: Bonded, held: Held, times: _Times, tell: Callable[[float], None]) -> _Walk:
-    """A walk in given steps."""
+    """Walk in given time steps."""
     kept, at = _Recorder(body), times.time[0]
     for number, (time, load) in enumerate(zip(times.time, times.load, strict=True), 1):
         moment = _stepped(body, kept.now, float(time - at), load, held, float(time))
@@ -252,7 +238,7 @@ def _walked(body: Bonded, held: Held, times: _Times, tell: Callable[[float], Non
 
 
 def _stepped(body: Bonded, now: Moment, dt: float, load: Array, held: Held, time: float) -> Moment:
-    """The moment a step later."""
+    """Return the moment one step later."""
     found, reason = later(body, now, dt, load, held=held)
     if found is None:
         raise _Ended(time, reason, now)
@@ -291,7 +277,7 @@ class _Pair:
                 return
 
     def _gone(self, time: float, dt: float, loads: tuple[Array, Array], shortest: float) -> bool:
-        """Take a step, if it adds little to the error in time; the next one is chosen by what it adds."""
+        """Take a step if it adds little to the error in time; choose the next step from what it adds."""
         body, held, weight = self.body, self.held, self.body.levers
         whole, half = _stepped(body, self.kept.now, dt, loads[1], held, time), None
         if dt > 0.0:
@@ -315,7 +301,7 @@ class _Pair:
 def _timed(
     body: Bonded, held: Held, loads: tuple[Array, Array], growth: float, tell: Callable[[float], None]
 ) -> tuple[_Times, _Walk]:  # fmt: skip
-    """The first level's walk, and the steps that the error in time allows; before the first time there was no load."""
+    """Walk the first level with steps limited by the error in time; before the first time there is no load."""
     pair, (at, goals) = _Pair(body, held, growth), loads
     ends = [(at[0], np.zeros(goals.shape[1])), *zip(at, goals, strict=True)]
     for number, ((begin, first), (end, last)) in enumerate(pairwise(ends), 1):

@@ -1,11 +1,11 @@
-"""How does a layer come to rest under a load: with contact or without, on free meshes or on guarded ones?
+"""Choose mesh and contact for a load.
 
 Two families of meshes (family.py) hold a layer: a free one, and one with a guard on J for loads that turn the free one
-inside out at a corner. The first that gets to the load gives the answer; the coarse mesh of each is asked first, and
-where neither gets there, the farther one says what is carried (limit.py).
+inside out at a corner. The first that reaches the load gives the answer; the coarse mesh of each is tried first, and
+where neither does, the farther one gives the largest load (limit.py).
 
 Contact, "auto". A rest whose free faces touch the ground, the target or each other is solved again with contact, from
-the rest without it: let in softly, as faces may stand deep behind planes. Where the load cannot be reached with
+the rest without it: introduced gradually, as faces may stand deep behind planes. Where the load cannot be reached with
 contact, the answer is that without, and its error the whole displacement. The notes say which.
 """
 
@@ -28,7 +28,7 @@ from sits_mech.quantities import Array, Equilibrium, Pose
 from sits_mech.scene.sensor import Sensor
 
 PAIR = 2
-"""Families of one kind: free, guarded."""
+"""Number of families of one kind: free, guarded."""
 
 _SMALLEST = (0.6, 1e-2)  # increment of the load path on each: of the free one none is cut, as the other waits
 _SOFTLY = (100.0, 10.0)  # times the contact depth, on the way from rest without contact
@@ -36,34 +36,18 @@ _SOFTLY = (100.0, 10.0)  # times the contact depth, on the way from rest without
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """Families of meshes of a layer, each made when it is asked for.
-
-    Attributes
-    ----------
-    sensor : Sensor
-    scales : Scales
-    makers : sequence of callable
-        The free family and the guarded one; in "auto" both again with contact.
-    asked : float
-        Estimated error at which no finer level is tried.
-    goal : ndarray, shape (s, 6), optional
-        What that error is of, as of `by_goal`; the largest component of the pose by default.
-    most : float
-        Iterations times unknowns that a load path is given.
-    deepest : int
-        Levels that a load is brought to rest on at most.
-    """
+    """Families of meshes of a layer, each made on demand."""
 
     sensor: Sensor
     scales: Scales
-    makers: Sequence[Callable[[], Levels]]
-    asked: float
-    most: float = np.inf
-    deepest: int = 99
-    goal: Array | None = None
+    makers: Sequence[Callable[[], Levels]]  # free, guarded; in "auto" both again with contact
+    asked: float  # estimated error at which refinement stops
+    most: float = np.inf  # limit of iterations times unknowns
+    deepest: int = 99  # most levels
+    goal: Array | None = None  # (s, 6), see `by_goal`; default: the pose
 
     def __post_init__(self) -> None:
-        """Keep what is made."""
+        """Cache the families."""
         object.__setattr__(self, "makers", tuple(cache(maker) for maker in self.makers))
 
     def __getitem__(self, number: int) -> Levels:
@@ -71,20 +55,20 @@ class Line:
 
     @property
     def auto(self) -> bool:
-        """Whether an answer may be with contact or without."""
+        """Whether contact is chosen automatically."""
         return len(self.makers) > PAIR
 
     @property
     def last(self) -> range:
-        """Numbers of the families that count where faces touch."""
+        """Indices of the families used where faces touch."""
         return range(len(self.makers) - PAIR, len(self.makers))
 
 
 def settled(line: Line, start: Equilibrium | None, control: Control) -> Solved:
-    """Return the last equilibrium towards what is given, with contact where it counts.
+    """Return the last equilibrium on the path to a load, with contact where it counts.
 
-    From a neighbour the way is another one: what is not reached from there is tried from rest, so that a load has one
-    answer, and one limit, whoever asks. A `start` has the number of its family at the beginning of its state.
+    A path from a neighbour's equilibrium that fails is tried again from rest, so that answer and limit do not depend on
+    `start`; the first entry of `start.state` is its family number.
     """
     found = _settled(line, start, control)
     if found.part < 1.0 and start is not None and not control.beside:
@@ -93,7 +77,7 @@ def settled(line: Line, start: Equilibrium | None, control: Control) -> Solved:
 
 
 def untouched(line: Line, controls: Sequence[Control]) -> Solved | None:
-    """Return the answer to the last of some loads, where free faces touch nothing under any of them; None otherwise."""
+    """Return the answer to the last load if free faces touch nothing under any of them, else None."""
     found: Solved | None = None
     for control in controls if line.auto else ():
         found = _on(line, range(PAIR), None, control)
@@ -103,7 +87,7 @@ def untouched(line: Line, controls: Sequence[Control]) -> Solved | None:
 
 
 def _settled(line: Line, start: Equilibrium | None, control: Control) -> Solved:
-    """The last equilibrium on the way from a start."""
+    """Return the last equilibrium on the path from a start."""
     number = -1 if start is None or not start.state.size else int(start.state[0])
     if number >= PAIR:  # a neighbour in contact
         there = _on(line, range(number, number + 1), start, control)
@@ -121,12 +105,12 @@ def _settled(line: Line, start: Equilibrium | None, control: Control) -> Solved:
 
 
 def _there(start: Equilibrium, control: Control) -> bool:
-    """Whether an equilibrium is under the very load that is given."""
+    """Whether an equilibrium is under the given load."""
     return control.given == {name: value for name, value in vars(start.wrench).items() if name in control.given}
 
 
 def _on(line: Line, numbers: Sequence[int], start: Equilibrium | None, control: Control) -> Solved:
-    """The rest on the first of some families that gets there, or what the farthest says of the load."""
+    """Return the rest on the first family that gets there, or else what the farthest one carries."""
     looks: dict[int, Outcome] = {}
     tried: list[Solved] = []
     for number in numbers:
@@ -143,7 +127,7 @@ def _on(line: Line, numbers: Sequence[int], start: Equilibrium | None, control: 
 
 
 def _own(family: Levels, number: int, start: Equilibrium | None) -> Equilibrium | None:
-    """A start where it is on the same family of meshes."""
+    """Return the start if it is on the same family of meshes."""
     if start is None or start.state.size != 1 + family.size or start.state[0] != number:
         return None
     return replace(start, state=start.state[1:])
@@ -152,7 +136,7 @@ def _own(family: Levels, number: int, start: Equilibrium | None) -> Equilibrium 
 def _tried(
     line: Line, number: int, own: Equilibrium | None, control: Control, look: Outcome, waiting: bool
 ) -> Solved:  # fmt: skip
-    """The last equilibrium on one family of meshes, while another one waits or not."""
+    """Return the last equilibrium on one family; with another one waiting the path is given up earlier."""
     solved = solve_levels(
         line.sensor, line[number], line.scales, own, control, smallest=_SMALLEST[not waiting], asked=line.asked,
         most=line.most, coarse=look, deepest=line.deepest, goal=line.goal,
@@ -161,12 +145,12 @@ def _tried(
 
 
 def _touches(line: Line, found: Equilibrium) -> bool:
-    """Whether a free face lies on or behind ground or target, or on another."""
+    """Whether a free face lies on or behind ground, target or another face."""
     return _contact(line, found).touch
 
 
 def _contact(line: Line, found: Equilibrium) -> FaceContact:
-    """What the free faces of an equilibrium touch."""
+    """Return what the free faces of an equilibrium touch."""
     body = line[int(found.state[0])].fine
     n, k = body.mesh.nodes.size, body.components
     u, q = found.state[1 : 1 + n], found.state[1 + n : 1 + n + k]
@@ -174,7 +158,7 @@ def _contact(line: Line, found: Equilibrium) -> FaceContact:
 
 
 def _softly(line: Line, found: Equilibrium, control: Control) -> Equilibrium:
-    """An equilibrium without contact as a start on the same meshes with contact, let in softly."""
+    """Return a start with contact from an equilibrium without, on the same meshes, with contact let in softly."""
     twin = int(found.state[0]) + PAIR
     family = line[twin]
     states, (held, goal) = [], aim(family.fine, line.scales, control)
@@ -190,7 +174,7 @@ def _softly(line: Line, found: Equilibrium, control: Control) -> Equilibrium:
 
 
 def _with_depth(line: Line, free: Equilibrium, held: Solved) -> Solved:
-    """An answer with contact; where faces lie on each other, what their depth is worth is added to its errors."""
+    """Add the error of the contact depth, where faces lie on each other."""
     found = held.found
     if not _contact(line, found).held:
         return held
@@ -208,7 +192,7 @@ def _with_depth(line: Line, free: Equilibrium, held: Solved) -> Solved:
 
 
 def _without_contact(line: Line, free: Solved) -> Solved:
-    """An answer that needs contact and has none: its error is the whole displacement."""
+    """Set the error to the whole displacement where contact is needed but missing."""
     found = free.found
     body = line[int(found.state[0])].fine
     k, lever = body.components, levers(body, line.scales.thickness)

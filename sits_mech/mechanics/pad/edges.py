@@ -1,4 +1,4 @@
-"""What do the fillets of `elastomer.edge_radius` (fillet.py) do to the pose? An estimate at small strain.
+"""Estimate the effect of `elastomer.edge_radius` (fillet.py) on the pose at small strain.
 
 The layer's compliance at rest, with fillets and with sharp edges, each extrapolated from its first three meshes
 (ladder.py), applied to one load.
@@ -20,17 +20,17 @@ _LEVELS = 3  # meshes of each
 
 
 class Edges(NamedTuple):
-    """Compliances with fillets and with sharp edges, the target's height, whether it ends with the layer; its scene."""
+    """Scaled compliances with fillets and with sharp edges, (3, 3)."""
 
     rounded: Array
     sharp: Array
-    height: float
-    flush: bool
-    radius: float
+    height: float  # of the force above the bonded face
+    flush: bool  # the layer ends with its target
+    radius: float  # from the scene [m]
 
 
 def edge_effect(sensor: Sensor) -> Edges | None:
-    """Return what the fillets of a sensor's layer do; None for sharp edges."""
+    """Return the effect of the fillets of a sensor's layer; None for sharp edges."""
     elastomer, target = sensor.elastomer, sensor.target
     if elastomer is None or target is None or elastomer.edge_radius is None:
         return None
@@ -41,7 +41,7 @@ def edge_effect(sensor: Sensor) -> Edges | None:
 
 
 def _compliance(sensor: Sensor) -> Array:
-    """That of a layer at rest, scaled, shape (3, 3)."""
+    """Return the compliance of a layer at rest, scaled, shape (3, 3)."""
     levels = layer_family(sensor)
     bodies = [levels.maker(level) for level in range(_LEVELS)]
     found = [compliance(body, rest(body), np.zeros(3)).ravel() for body in bodies]
@@ -49,16 +49,7 @@ def _compliance(sensor: Sensor) -> Array:
 
 
 def edge_notes(edges: Edges, load: Array, thickness: float) -> tuple[str, ...]:
-    """Return sentences about the fillets under one load.
-
-    Parameters
-    ----------
-    edges : Edges
-    load : ndarray, shape (3,)
-        F_x, F_z, M, scaled.
-    thickness : float
-        [m].
-    """
+    """Return notes on the fillets under a load F_x, F_z, M, scaled; thickness in m."""
     force = np.array([load[0], -load[1], load[2] + edges.height * load[0]])
     d_h, d_z, alpha = (edges.rounded - edges.sharp) @ force * [thickness, thickness, 1.0]
     told = (

@@ -1,4 +1,4 @@
-"""What does a stated edge radius make of a layer's free side faces? Fillets where they meet the rigid plates.
+"""Fillets of a stated edge radius, where the layer's free side faces meet the rigid plates.
 
 A sharp bonded corner is singular: displacements go as ``r**0.59`` at a right angle between a clamped and a free face of
 an incompressible layer, strains grow without bound, and poses converge as ``h**1.19``. For smaller angles the exponent
@@ -30,11 +30,11 @@ _FILL = 0.9  # of the height, or of the width beside the target, that fillets ma
 
 
 class Fillet(NamedTuple):
-    """Radius, half widths of layer and target [thicknesses]."""
+    """Fillets of a layer."""
 
-    radius: float
-    half_layer: float
-    half_target: float
+    radius: float  # [thicknesses]
+    half_layer: float  # half width [thicknesses]
+    half_target: float  # half width [thicknesses]
 
     @property
     def flush(self) -> bool:
@@ -43,7 +43,7 @@ class Fillet(NamedTuple):
 
     @property
     def height(self) -> float:
-        """Of one arc."""
+        """Height of one arc."""
         return float(self.radius * np.sin(_SWEPT))
 
     @property
@@ -53,12 +53,9 @@ class Fillet(NamedTuple):
 
 
 def checked(fillet: Fillet, thickness: float) -> Fillet:
-    """Return a fillet that fits; `thickness` of the layer [m].
+    """Return a fillet that fits a layer of `thickness` [m].
 
-    Raises
-    ------
-    ValueError
-        For a radius that does not fit between the plates or beside the target, or that no mesh resolves.
+    Raise ValueError for a radius that does not fit between the plates or beside the target, or that no mesh resolves.
     """
     tall = _FILL / (2.0 if fillet.flush else 1.0) / np.sin(_SWEPT)
     room = fillet.half_layer if fillet.flush else fillet.half_layer - fillet.half_target
@@ -72,21 +69,16 @@ def checked(fillet: Fillet, thickness: float) -> Fillet:
 
 
 def fillet_lines(fillet: Fillet, cells: int, grading: float) -> tuple[Array, Array]:
-    """Return mesh lines along x and z, before the sides are drawn in: even over the arcs, graded away from them.
+    """Return mesh lines along x and z before the sides are drawn in: even over the arcs, graded away from them.
 
-    Parameters
-    ----------
-    fillet : Fillet
-    cells : int
-        Cells through the thickness of the layer without fillets; half as many stand along an arc.
-    grading : float
-        Power of the lines' spacing; 1 is uniform.
+    `cells` through the thickness without fillets, half as many along an arc; `grading`: power of the spacing, 1 is
+    uniform.
     """
     along, c = max(1, cells // 2), fillet.height
     arc = np.linspace(0.0, c, along + 1)
 
     def segment(start: float, end: float) -> Array:
-        """Lines whose closest are as an arc's: up to twice the cells of sharp corners, then a stronger grading."""
+        """Return lines whose smallest spacing is an arc's: up to twice the cells, then a stronger grading."""
         fewest, ratio = matched_cells(end - start, 1.0, cells, grading), max(1.0, 0.5 * (end - start) * along / c)
         count = max(fewest, min(2 * fewest, 2 * int(np.ceil(ratio ** (1.0 / grading) - 1e-9))))
         power = grading if count == 2 else max(grading, np.log(ratio) / np.log(0.5 * count))
@@ -102,9 +94,9 @@ def fillet_lines(fillet: Fillet, cells: int, grading: float) -> tuple[Array, Arr
 
 
 def drawn_in(fillet: Fillet, places: Array) -> Array:
-    """Return places x, z, shape (n, 2), of a rectangle where the fillets put them; those under the target stay.
+    """Map places x, z, shape (n, 2), of a rectangle to the filleted section; those under the target stay.
 
-    Flush, the whole width follows the sides, in proportion to the distance from the middle.
+    Of a flush layer the whole width follows the sides, in proportion to the distance from the middle.
     """
     x, z = places.T
     near = np.minimum(z, 1.0 - z) if fillet.flush else z

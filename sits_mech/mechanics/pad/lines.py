@@ -1,4 +1,4 @@
-"""Where do the lines of a pad's mesh run? Closer towards the target's edge and the bonded faces.
+"""Lines of a pad's mesh, closer towards the target's edge and the bonded faces.
 
 The i-th of n lines of a segment of length l lies ``l (i/n)**beta`` from the singular edge. A base has few cells: one
 or more beside the target, under it and through the thickness. Every cell is divided into m parts so that the segment
@@ -27,7 +27,7 @@ _CLEAR = 2.5e-3  # of a disc's radius that its rim keeps from the sides of a box
 
 
 def outlines(target: Target, elastomer: Elastomer) -> tuple[Outline, Outline]:
-    """Return target and pad seen from above, a box a little wider than a disc that touches its side [thicknesses]."""
+    """Return target and pad seen from above [thicknesses]; a box touching a disc is widened a little."""
     t = elastomer.thickness
     plate, pad = ([length / (2.0 * t) for length in part.extent] for part in (target, elastomer))
     disc, cylinder = target.shape == "disc", elastomer.is_round
@@ -44,22 +44,15 @@ def widened(half_target: float, half_layer: float) -> float:
 
 
 def flush(plate: Outline, pad: Outline) -> bool:
-    """Say whether a target reaches a side of its pad, or goes on beyond it."""
+    """Whether a target reaches a side of its pad, or goes on beyond it."""
     own = covered(plate, pad)
     return own is None or pad.half_x - own.half_x < 1e-9 or pad.half_y - own.half_y < 1e-9
 
 
 def graded(split: int, grading: float, layers: int = 0) -> Array:
-    """Return the lines of a segment of length 1 from its singular end (0) on.
+    """Return the lines of a segment of length 1 from its singular end (0): `split` parts, spacing power `grading`.
 
-    Parameters
-    ----------
-    split : int
-        Parts.
-    grading : float
-        Power of the lines' spacing towards the end; 1 is uniform.
-    layers : int
-        How often the part that touches the end is cut.
+    The part that touches the end is cut `layers` times.
     """
     lines = (np.arange(split + 1) / split) ** grading
     cuts = lines[1] * 2.0 ** (-grading * np.arange(layers, 0, -1))
@@ -67,13 +60,13 @@ def graded(split: int, grading: float, layers: int = 0) -> Array:
 
 
 def low_corner(plate: Outline, pad: Outline) -> bool:
-    """Say whether a side of the pad is so near its target that the corner at its foot is graded, too."""
+    """Whether a side of the pad is so near its target that the corner at its foot is graded, too."""
     own = covered(plate, pad)
     return own is None or min(pad.half_x - own.half_x, pad.half_y - own.half_y) < _NEAR
 
 
 def _both_ends(split: int, grading: float, layers: int) -> Array:
-    """Lines of a segment of length 1 that is singular at both ends, of two base cells."""
+    """Return the lines of a segment of length 1 that is singular at both ends, of two base cells."""
     lower = 0.5 * graded(split, grading, layers)
     return np.concatenate([lower, 1.0 - lower[-2::-1]])
 
@@ -83,14 +76,7 @@ def box_lines(
 ) -> tuple[Array, Array, Array]:
     """Return the lines of a box along x, along y from the middle on, and through the thickness.
 
-    Parameters
-    ----------
-    plate, pad : Outline
-        Half the sizes of target and pad [thicknesses].
-    split : int
-        Parts of a base cell along each axis.
-    grading, layers
-        Towards the target's edge and the faces, as of `graded`.
+    Half sizes of target and pad in thicknesses; `split` parts of a base cell; grading and layers as in `graded`.
     """
     way = (split, grading, layers)
     x, y = (
@@ -135,5 +121,5 @@ def beside_lines(gap: float, split: int, grading: float, layers: int = 0) -> Arr
 
 
 def lines_through(split: int, grading: float, both: bool, layers: int = 0) -> Array:
-    """Return the lines through the thickness: towards the upper face, or both where the lower corner is as singular."""
+    """Return the lines through the thickness, graded to the upper face or, for a singular lower corner, to both."""
     return _both_ends(split, grading, layers) if both else np.asarray(1.0 - graded(split, grading, layers)[::-1])

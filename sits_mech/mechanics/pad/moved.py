@@ -1,4 +1,4 @@
-"""What does a pad become when its sizes change a little? The same cells, their nodes moved.
+"""Change the sizes of a pad a little: the same cells, their nodes moved.
 
 With X' the nodes of the changed pad, all cells go by the shape functions of the displacements, ``x' = sum_a N_a X'_a``,
 so that with ``G = dx'/dx``, H its cofactors and J its determinant
@@ -31,18 +31,9 @@ from sits_mech.scene.sensor import SceneError, Sensor
 
 
 def moved_block(body: Bonded, sensor: Sensor, fineness: tuple[int, float, int], guard: float = 0.0) -> Bonded | None:
-    """Return a pad without contact as a changed scene has it; None where that takes other cells.
+    """Return a pad without contact with the sizes of a changed scene; None where that takes other cells.
 
-    Parameters
-    ----------
-    body : Bonded
-        Of the scene, from `bonded_block`.
-    sensor : Sensor
-        The changed scene.
-    fineness : (int, float, int)
-        Parts, grading and layers, as of `bonded_block`.
-    guard : float
-        As of it.
+    `body` is from `bonded_block`; `fineness` its parts, grading and layers.
     """
     try:
         bricks, _ = half_bricks(shape_of(*pad_parts(sensor)), *fineness)
@@ -57,7 +48,7 @@ def moved_block(body: Bonded, sensor: Sensor, fineness: tuple[int, float, int], 
 
 
 def moved_mesh(mesh: MixedMesh, nodes: Array, element: Element) -> MixedMesh:
-    """Return a mesh of solid cells with its nodes elsewhere, shape (n, 3) [thicknesses]."""
+    """Return a mesh of solid cells with its nodes at other places, shape (n, 3) [thicknesses]."""
     slope, weights = mesh.inside
     e, q, d, _ = slope.shape
     G = kinematics(gradients(mesh, nodes.ravel()))
@@ -67,7 +58,7 @@ def moved_mesh(mesh: MixedMesh, nodes: Array, element: Element) -> MixedMesh:
 
 
 def _nodes(bricks: MeshHex, mesh: MixedMesh) -> Array | None:
-    """Nodes of bricks in the order of a mesh; None where the cells are others. Corners stand first in both."""
+    """Return the nodes of bricks in the order of a mesh, corners first in both; None where cells differ."""
     if bricks.t.shape[1] != len(mesh.cells) or not np.array_equal(bricks.t.T, mesh.cells[:, : len(bricks.t)]):
         return None
     if isinstance(bricks, MeshHex2):  # its own nodes
@@ -79,11 +70,11 @@ def _nodes(bricks: MeshHex, mesh: MixedMesh) -> Array | None:
 
 @cache
 def _corners() -> Array:
-    """Nodes of a brick from its corners, shape (27, 8)."""
+    """Return the matrix from a brick's corners to its nodes, shape (27, 8)."""
     return shape_values(ElementHex1(), BRICK.doflocs)
 
 
 @cache
 def _values(element: Element) -> Array:
-    """Shape functions at the quadrature points, shape (q, k)."""
+    """Return the shape functions at the quadrature points, shape (q, k)."""
     return shape_values(element, get_quadrature(element, ORDER)[0].T)

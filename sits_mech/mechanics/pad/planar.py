@@ -1,4 +1,4 @@
-"""Which meshes has the planar layer?
+"""Families of meshes of the planar layer.
 
 A family of meshes (levels/family.py) has cells at the singular corners that are split into triangles (fan.py), which
 follow a corner that opens at finite strain, and lines graded towards it. Where it does not get to a load, a mildly
@@ -30,9 +30,9 @@ from sits_mech.units import checked_tolerance
 SIZES = (4.0, 6.0, 8.0, 12.0, 16.0, 24.0)
 """Cells through the thickness, level by level."""
 GRADING = 2.0
-"""Towards the corners."""
+"""Power of the lines' spacing towards the corners."""
 SHARE = 0.05
-"""Of the worst component's error that every component owns to."""
+"""Floor of component errors, as a share of the worst."""
 
 _EDGE, _CORNER, _FILLET = 0.5, 0.5946, 1.47  # exponents of the displacements
 _HIGHEST = 4.0  # order that the elements allow
@@ -50,7 +50,7 @@ _KINDS = (_Kind(GRADING, 0.0), _Kind(1.5, 2.0))
 
 
 def meshes_in_line(sensor: Sensor, tolerance: float) -> Line:
-    """Return the families of meshes of a layer."""
+    """Return the families of meshes of a layer in the order they are tried."""
     checked_tolerance(tolerance)
     contact = sensor.elastomer.contact if sensor.elastomer is not None else "never"
     depths = {"never": (0.0,), "always": (_DEPTH,), "auto": (0.0, _DEPTH)}[contact]
@@ -65,7 +65,7 @@ def layer_family(sensor: Sensor) -> Levels:
 
 
 def order_of(sensor: Sensor, grading: float) -> float:
-    """Return the order with which poses converge on lines of some grading."""
+    """Return the convergence order of poses for a grading."""
     target, elastomer = layer_parts(sensor)
     half_target, half_layer = (0.5 * part.extent[0] / elastomer.thickness for part in (target, elastomer))
     if widened(half_target, half_layer) < half_layer:
@@ -76,17 +76,17 @@ def order_of(sensor: Sensor, grading: float) -> float:
 
 
 def _family(sensor: Sensor, kind: _Kind, depth: float) -> Levels:
-    """Meshes of one kind; coarser ones have a larger contact depth."""
+    """Make a family of one kind; coarser meshes have a larger contact depth."""
 
     def made_of(scene: Sensor, level: int) -> Bonded:
-        """One of a scene's."""
+        """Make a level of a scene."""
         guard, own = kind.guard if level < 2 else 0.0, contact_depth(depth, SIZES, level)
         return bonded_body(scene, Fineness(int(SIZES[level]), kind.grading, True, guard, own))
 
     made = cache(partial(made_of, sensor))
 
     def changed(other: Sensor, level: int) -> Bonded | None:
-        """One of them, as a changed scene has it."""
+        """Make a level of a changed scene."""
         own, body = made(level), made_of(other, level)
         return body if np.array_equal(body.mesh.cells, own.mesh.cells) else None
 
@@ -95,7 +95,7 @@ def _family(sensor: Sensor, kind: _Kind, depth: float) -> Levels:
     terms = np.array(SIZES)[:, None] ** (-order_of(sensor, kind.grading) * np.array([1.0, 2.0]))
 
     def cells(level: int) -> tuple[int, ...]:
-        """Along each axis."""
+        """Return the cells along each axis."""
         return wide * int(SIZES[level]), int(SIZES[level])
 
     return Levels(terms, cells, made, lambda level: None, SHARE, kept(changed))

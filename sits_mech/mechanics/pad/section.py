@@ -42,31 +42,17 @@ _ENDLESS = 1e6  # thicknesses of half the target along y
 
 @dataclass(frozen=True)
 class Fineness:
-    """How a layer is divided.
+    """Division of a layer into cells."""
 
-    Attributes
-    ----------
-    cells : int
-        Cells through the thickness, even.
-    grading : float
-        Power of the lines' spacing towards the corners; 1 is uniform.
-    fan : bool
-        Whether the cells at the singular corners are split into triangles (fan.py).
-    guard : float
-        Part of the bulk modulus that acts pointwise against inversion [shear moduli].
-    depth : float
-        Over which the pressure of contact builds up; 0 for no contact [thicknesses].
-    """
-
-    cells: int
-    grading: float
-    fan: bool = False
-    guard: float = 0.0
-    depth: float = 0.0
+    cells: int  # through the thickness, even
+    grading: float  # power of the spacing towards the corners; 1 is uniform
+    fan: bool = False  # split the cells at singular corners into triangles (fan.py)
+    guard: float = 0.0  # pointwise part of the bulk modulus [shear moduli]
+    depth: float = 0.0  # contact depth; 0: no contact [thicknesses]
 
 
 def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
-    """Return the layer of a sensor with its target, meshed and scaled."""
+    """Return a sensor's layer with its target, meshed and scaled."""
     target, elastomer = layer_parts(sensor)
     if elastomer.kind == "pillars":
         raise ValueError("elastomer.shape: must be 'box' or 'cylinder' for a layer in plane strain, got 'pillars'")
@@ -90,18 +76,14 @@ def bonded_body(sensor: Sensor, fineness: Fineness) -> Bonded:
 
 @dataclass(frozen=True, eq=False)
 class _Numbered:
-    """A mesh with its bonds: free displacements, bonded ones, where these nodes are from the target's centre; its
-    faces.
-
-    Last the surfaces before a plane.
-    """
+    """A mesh with its bonds and faces."""
 
     mesh: MixedMesh
-    free: Indices
-    bonded: Indices
-    X: Array
+    free: Indices  # numbers of the unknown displacements
+    bonded: Indices  # numbers of the bonded displacements
+    X: Array  # bonded nodes from the target's centre
     faces: Faces
-    surfaces: tuple[tuple[Plane, Surface], ...]
+    surfaces: tuple[tuple[Plane, Surface], ...]  # faces before each plane
 
 
 def side_faces(mesh: MixedMesh) -> list[Indices]:
@@ -121,7 +103,7 @@ def top_faces(mesh: MixedMesh, half: float) -> list[Indices]:
 
 
 def _mesh(fillet: Fillet, cells: int, grading: float, fan: bool) -> MixedMesh:
-    """Mesh of a layer and a target of some half widths, with an edge radius or with none."""
+    """Mesh layer and target of given half widths, with or without an edge radius."""
     _, half_layer, half_target = fillet
     if fillet.radius > 0.0:
         mesh = section_mesh(*fillet_lines(fillet, cells, grading), partial(drawn_in, fillet))
@@ -136,7 +118,7 @@ def _mesh(fillet: Fillet, cells: int, grading: float, fan: bool) -> MixedMesh:
 
 @lru_cache(maxsize=32)
 def _numbered(fillet: Fillet, cells: int, grading: float, fan: bool) -> _Numbered:
-    """A mesh with its bonds and its faces; many bodies share one."""
+    """Make a mesh with bonds and faces, shared by bodies."""
     mesh = _mesh(fillet, cells, grading, fan)
     x, z = mesh.nodes.T
     half = fillet.half_target
@@ -157,13 +139,13 @@ def _numbered(fillet: Fillet, cells: int, grading: float, fan: bool) -> _Numbere
 
 
 def _parts(own: _Numbered, guard: float, depth: float, friction: float = 0.0) -> tuple[Part, ...]:
-    """Guard and contacts of a body on a mesh."""
+    """Make guard and contacts of a body on a mesh."""
     return (*((Guard(own.mesh, guard),) if guard > 0.0 else ()), *contacts(own.faces, own.surfaces, depth, friction))
 
 
 @lru_cache(maxsize=32)
 def _pattern(kind: tuple[Fillet, int, float, bool, bool, bool]) -> Pattern:
-    """Pattern of the bodies on one mesh, with a guard or not, in contact or not; many share one."""
+    """Make the pattern of bodies on one mesh, with or without guard and contact; cached."""
     *mesh, guarded, touching = kind
     own = _numbered(*mesh)
     zero = np.zeros(own.mesh.nodes.size)
@@ -173,14 +155,14 @@ def _pattern(kind: tuple[Fillet, int, float, bool, bool, bool]) -> Pattern:
 
 
 def layer_scales(sensor: Sensor) -> Scales:
-    """Return what scaled motions and loads stand for in plane strain, a force spread over the elastomer's length."""
+    """Return SI scales of motions and loads in plane strain, a force spread over the elastomer's length."""
     _, elastomer = layer_parts(sensor)
     t = elastomer.thickness
     return Scales(t, elastomer.silicone.shear_modulus * t * elastomer.extent[1], elastomer.standoff)
 
 
 def layer_parts(sensor: Sensor) -> tuple[Target, Elastomer]:
-    """Return target and elastomer of a scene that has both, or refuse it."""
+    """Return target and elastomer of a scene; refuse one without."""
     if sensor.target is None or sensor.elastomer is None:
         missing = "target" if sensor.target is None else "elastomer"
         raise ValueError(f"{missing}: must be given for a force to move the target; it is missing")

@@ -1,4 +1,4 @@
-"""Which bricks does a pad under its target take? Boxes on a tensor grid, what is round in rings, pillars one by one.
+"""Bricks of a pad under its target: boxes on a tensor grid, round outlines in rings, pillars one by one.
 
 Half the pad, y >= 0, is divided; lines are those of lines.py, in thicknesses. A target may be wider than its pad in one
 direction or in both: what is beyond takes no part but in contact, where silicone that bulges lies on the target's
@@ -49,19 +49,11 @@ _AROUND = 1  # base cells from a corner of the core to the next middle of a side
 
 
 class Shape(NamedTuple):
-    """A pad with its target seen from above [thicknesses].
+    """A pad with its target seen from above [thicknesses]."""
 
-    Attributes
-    ----------
-    plate, pad : Outline
-        The target, whole, and the pad; of pillars one of them, about its own middle.
-    middles : tuple of (x, y)
-        Of the pillars; none for a pad in one piece.
-    """
-
-    plate: Outline
-    pad: Outline
-    middles: tuple[tuple[float, float], ...] = ()
+    plate: Outline  # whole target
+    pad: Outline  # of pillars one, about its own middle
+    middles: tuple[tuple[float, float], ...] = ()  # (x, y) of the pillars; none for a pad in one piece
 
     @property
     def flush(self) -> bool:
@@ -75,11 +67,11 @@ class Shape(NamedTuple):
 
     @property
     def exponent(self) -> float:
-        """Of the displacements at the target's edge; where rims cross a part of it is in the middle of the face."""
+        """Exponent of the displacements at the target's edge; 0.5 where rims cross, within the face."""
         return _EXPONENTS[self.flush and not crosses(self)]
 
     def holds(self, places: Array) -> Array:
-        """Say which places, shape (n, 2 or more), are in a pillar, seen from above; of a pad in one piece all are."""
+        """Whether places, (n, 2 or more), are in a pillar seen from above; True for a pad in one piece."""
         if not self.middles:
             return np.ones(len(places), dtype=bool)
         away = np.linalg.norm(places[:, None, :2] - np.array(self.middles), axis=2)
@@ -97,20 +89,9 @@ def shape_of(target: Target, elastomer: Elastomer) -> Shape:
 
 
 def half_bricks(shape: Shape, split: int, grading: float, layers: int = 0) -> tuple[MeshHex, Division]:
-    """Return half a pad, y >= 0, and the division of its bricks.
+    """Return half a pad, y >= 0, and the division of its bricks; arguments as in `bonded_block`.
 
-    Parameters
-    ----------
-    shape : Shape
-    split : int
-        Parts of each base cell along every axis.
-    grading, layers
-        Towards the target's edge and the faces, as of `graded`; where rims cross there are no layers.
-
-    Raises
-    ------
-    SceneError
-        For rims of target and pad that cross where no cells have room.
+    Where rims cross there are no layers. Raise SceneError for crossing rims without room for cells.
     """
     plate, pad, middles = shape
     ways, own, around = ((split, grading, layers), (1, grading, 0)), covered(plate, pad), _AROUND * split
@@ -132,15 +113,14 @@ def half_bricks(shape: Shape, split: int, grading: float, layers: int = 0) -> tu
 
 
 def crosses(shape: Shape) -> bool:
-    """Say whether the rims of target and pad cross."""
+    """Whether the rims of target and pad cross."""
     return not shape.middles and covered(shape.plate, shape.pad) is None
 
 
 def cells_of(shape: Shape, split: int, grading: float, layers: int) -> tuple[int, int, int]:
-    """Return the numbers of cells of half a pad: along x, y and z of a box, else outwards, around and along z.
+    """Return the cells of half a pad along x, y and z of a box, else outwards, around and along z.
 
-    Of pillars those around all of them. Where rims cross all are counted, and one more outwards: three-sided pieces
-    take more memory than rings.
+    Of pillars those around all of them. Crossing rims count one more outwards: three-sided pieces take more memory.
     """
     plate, pad, middles = shape
     own, way, around = covered(plate, pad), (split, grading, layers), 4 * _AROUND * split
@@ -159,7 +139,7 @@ def cells_of(shape: Shape, split: int, grading: float, layers: int) -> tuple[int
 
 
 def _crossing_lines(plate: Outline, pad: Outline, split: int, grading: float) -> tuple[Array, Array]:
-    """Lines from the core (0) to the bonded rim (1), and from there (0) to the farthest of the pad (1)."""
+    """Return lines from the core (0) to the bonded rim (1), and from there (0) to the farthest of the pad (1)."""
     half = max(map(min, plate[:2], pad[:2]))
     gap = pad.half_x - min(plate[:2]) if pad.is_round else float(np.hypot(*pad[:2])) - plate.half_x
     return under_lines(half, split, grading) / half, beside_lines(gap, split, grading) / gap

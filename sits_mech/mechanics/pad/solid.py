@@ -37,50 +37,26 @@ _GUARD_SHARE = 0.005  # of the bulk modulus that may act pointwise
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A pad with its target, and what is known of it besides the equations.
-
-    Attributes
-    ----------
-    body : Bonded
-        What is solved.
-    share : float
-        Of the pad that is meshed: a half, or 1.
-    division : Division or None
-        Of the mesh in its family; None of one that has none.
-    """
+    """A pad with its target, as a body to solve."""
 
     body: Bonded
-    share: float
-    division: Division | None = None
+    share: float  # meshed part of the pad, 0.5 or 1
+    division: Division | None = None  # of the mesh in its family, if it has one
 
 
 @dataclass(frozen=True, eq=False)
 class NumberedMesh:
-    """A mesh with its bonds, free faces and patterns, found once; bodies on it differ in law, guard and contact.
-
-    Attributes
-    ----------
-    mesh : MixedMesh
-    where : ndarray of bool, shape (3, n)
-        Nodes on the ground, on the target, and in the plane of symmetry if half the pad is meshed.
-    faces : Faces
-    surfaces : tuple
-        Faces before a plane.
-    half : bool
-        Whether half a pad is meshed; pillars may leave no node in its plane of symmetry.
-    division : Division or None
-        As of `Solid`.
-    """
+    """A mesh with its bonds, free faces and patterns, shared by bodies that differ in law, guard and contact."""
 
     mesh: MixedMesh
-    where: Array
+    where: Array  # bool (3, n): on the ground, on the target, in the plane of symmetry
     faces: Faces
-    surfaces: tuple[tuple[Plane, Surface], ...]
-    half: bool
+    surfaces: tuple[tuple[Plane, Surface], ...]  # faces before each plane
+    half: bool  # half a pad is meshed; pillars may have no node in its plane of symmetry
     division: Division | None = None
 
     def free(self, hidden: bool = False) -> Indices:
-        """Numbers of the displacements that are unknown; `hidden` those that are odd in y, of half a pad."""
+        """Numbers of the unknown displacements; `hidden`: those odd in y, of half a pad."""
         ground, top, middle = self.where
         held = np.repeat((ground | top)[:, None], 3, axis=1)
         held[:, [0, 2] if hidden else [1]] |= middle[:, None]
@@ -94,7 +70,7 @@ class NumberedMesh:
 
 @lru_cache(maxsize=16)
 def _pattern(own: NumberedMesh, touching: bool, hidden: bool = False) -> Pattern:
-    """Pattern with contact or without, of what is solved or of what the symmetry hides."""
+    """Make the pattern with or without contact, of the unknowns or of what symmetry hides."""
     faces = [surface.numbers for _, surface in own.surfaces if touching]
     return pattern(own.mesh, (own.mesh.dofs, *faces), own.free(hidden), border(own.mesh, own.bonded))
 
@@ -103,30 +79,18 @@ def bonded_block(
     sensor: Sensor, split: int, grading: float = GRADING, guard: float = 0.0, depth: float = 0.0, *,
     whole: bool = False, layers: int = 0,
 ) -> Solid:  # fmt: skip
-    """Return half the pad (y >= 0), or all of it, of a box or a cylinder with its target, meshed and scaled.
+    """Return half the pad (y >= 0), or the whole, of a box or cylinder with its target, meshed and scaled.
 
-    Parameters
-    ----------
-    sensor : Sensor
-    split : int
-        Parts of each base cell along every axis (lines.py).
-    grading : float
-        Power of the lines' spacing towards the target's edge and the faces; 1 is uniform.
-    guard : float
-        Part of the bulk modulus that acts pointwise against inversion [shear moduli].
-    depth : float
-        Over which the pressure of contact builds up; 0 for no contact [thicknesses].
-    whole : bool
-        Whether both halves are meshed: then all six components of the target's motion are free.
-    layers : int
-        Further layers at the target's edge and the faces (lines.py).
+    `split` parts of each base cell (lines.py); `grading`: power of the spacing, 1 is uniform; `guard` [shear moduli] as
+    in `Fineness`; contact `depth` [thicknesses], 0 for none; `layers` at the target's edge and the faces. A whole pad
+    frees all six components of the motion.
     """
     return solid(sensor, _meshed(shape_of(*pad_parts(sensor)), (split, grading, layers), whole), guard, depth)
 
 
 @lru_cache(maxsize=8)
 def _meshed(shape: Shape, fineness: tuple[int, float, int], whole: bool) -> NumberedMesh:
-    """The mesh of a pad; what differs in law, guard or contact shares it."""
+    """Mesh a pad; cached for bodies that differ in law, guard or contact."""
     mesh, division = half_bricks(shape, *fineness)
     if whole:
         mesh, division = both_halves(mesh), division.doubled
@@ -141,20 +105,9 @@ def _meshed(shape: Shape, fineness: tuple[int, float, int], whole: bool) -> Numb
 def numbered(
     mesh: MixedMesh, where: Array, basis: Basis, plate: Outline, *, half: bool, convex: bool = True
 ) -> NumberedMesh:
-    """Return a mesh with its faces under a target's outline.
+    """Return a mesh, from `solid_mesh`, with its faces under a target's outline `plate` (half sizes) [thicknesses].
 
-    Parameters
-    ----------
-    mesh, basis : MixedMesh, Basis
-        From `solid_mesh`.
-    where : ndarray
-        As of `NumberedMesh`.
-    plate : Outline
-        Half the target's sizes [thicknesses].
-    half : bool
-        As of `NumberedMesh`.
-    convex : bool
-        Whether the pad at rest is known to be convex.
+    `where` and `half` as in `NumberedMesh`; `convex`: the pad at rest is known to be convex.
     """
     facets = _free_facets(basis, where)
     found = basis.get_dofs(facets=facets).all()
@@ -173,7 +126,7 @@ def numbered(
 
 
 def solid(sensor: Sensor, own: NumberedMesh, guard: float, depth: float) -> Solid:
-    """Return a pad on its mesh; guard and contact depth as of `bonded_block`."""
+    """Return a pad on its mesh; guard and contact depth as in `bonded_block`."""
     target, elastomer = pad_parts(sensor)
     law, K = scaled_law(sensor, guard)
     X = own.mesh.nodes[own.where[1]] * (1.0, 1.0, 0.0)
@@ -188,7 +141,7 @@ def solid(sensor: Sensor, own: NumberedMesh, guard: float, depth: float) -> Soli
 
 
 def scaled_law(sensor: Sensor, guard: float) -> tuple[Law, float]:
-    """Return law and bulk modulus of a pad, a guard in the law [shear moduli]; arguments as of `bonded_block`."""
+    """Return law and bulk modulus of a pad [shear moduli], the guard in the law."""
     elastomer = pad_parts(sensor)[1]
     silicone = elastomer.silicone
     K = silicone.bulk_modulus / silicone.shear_modulus / elastomer.free_stretch**6
@@ -197,7 +150,7 @@ def scaled_law(sensor: Sensor, guard: float) -> tuple[Law, float]:
 
 
 def as_in(sensor: Sensor, body: Bonded, guard: float) -> Bonded:
-    """Return a pad on its nodes with the law and the place of the load that a changed scene has; guard as above."""
+    """Return a pad on the same nodes with the law and height of load of a changed scene."""
     target, elastomer = pad_parts(sensor)
     law, K = scaled_law(sensor, guard)
     height, swelling = target.load_height / elastomer.thickness, elastomer.free_stretch**3
@@ -205,7 +158,7 @@ def as_in(sensor: Sensor, body: Bonded, guard: float) -> Bonded:
 
 
 def mirrored(half: Bonded, whole: Bonded, state: State) -> State:
-    """Return the state of a whole pad that is that of half of it and its mirror image; meshes as of `bonded_block`."""
+    """Return the state of a whole pad from that of half of it and its mirror image."""
     u, flip = np.zeros(whole.mesh.nodes.shape), np.array([1.0, -1.0, 1.0])
     own = state.u.reshape(-1, 3)[half.mesh.cells]
     u[whole.mesh.cells] = np.concatenate([own, own * flip])
@@ -215,14 +168,14 @@ def mirrored(half: Bonded, whole: Bonded, state: State) -> State:
 
 
 def pad_scales(sensor: Sensor, share: float) -> Scales:
-    """Return what scaled motions and loads stand for, `share` of the pad meshed."""
+    """Return SI scales of motions and loads, `share` of the pad meshed."""
     _, elastomer = pad_parts(sensor)
     t = elastomer.thickness
     return Scales(t, elastomer.silicone.shear_modulus * t**2, elastomer.standoff, share)
 
 
 def _free_facets(basis: Basis, where: Array) -> Indices:
-    """The faces that are bonded to nothing and in no plane of symmetry; `where` as of `NumberedMesh`."""
+    """Return the faces that are neither bonded nor in the plane of symmetry."""
     facets = basis.mesh.boundary_facets()
     corners = basis.nodal_dofs[0][basis.mesh.facets[:, facets]]
     bonded = np.any([group[corners].all(axis=0) for group in where], axis=0)
@@ -230,9 +183,9 @@ def _free_facets(basis: Basis, where: Array) -> Indices:
 
 
 def _surfaces(basis: Basis, facets: Indices, plate: Outline) -> tuple[tuple[Plane, Surface], ...]:
-    """What is below the top before the ground; what lies under the target before its plane, the rest before its walls.
+    """Return faces before planes: below the top before the ground, under the target before its plane, else its walls.
 
-    A face of the top lies under it with all its corners: rims of thin faces beside a disc do not.
+    A face of the top lies under the target only with all its corners: rims of thin faces beside a disc do not.
     """
     corners = basis.mesh.p[:, basis.mesh.facets[:, facets]]
     top = np.all(corners[2] > 1.0 - 1e-9, axis=0)
@@ -243,7 +196,7 @@ def _surfaces(basis: Basis, facets: Indices, plate: Outline) -> tuple[tuple[Plan
 
 
 def _middle_faces(basis: Basis, middle: Array) -> Indices:
-    """Faces whose nodes are all in the plane y = 0, as of `Faces.middle`."""
+    """Return the faces whose nodes are all in the plane y = 0, as `Faces.middle`."""
     mesh = basis.mesh
     every = basis.nodal_dofs[0][mesh.facets].T
     facets = np.flatnonzero(np.all(middle[every], axis=1))
@@ -255,7 +208,7 @@ def _middle_faces(basis: Basis, middle: Array) -> Indices:
 
 
 def pad_parts(sensor: Sensor) -> tuple[Target, Elastomer]:
-    """Return target and elastomer of a scene that this model can hold, or refuse it."""
+    """Return target and elastomer of a scene; refuse one this model cannot hold."""
     target, elastomer = layer_parts(sensor)
     if target.shape == "outline":
         raise ValueError("target.shape: must be 'rectangle' or 'disc' for the model 'block', got 'outline'")
@@ -269,7 +222,7 @@ def pad_parts(sensor: Sensor) -> tuple[Target, Elastomer]:
 
 
 def edge_notes(sensor: Sensor) -> tuple[str, ...]:
-    """Say that an edge radius plays no part here."""
+    """Note that an edge radius is ignored here."""
     if sensor.elastomer is None or sensor.elastomer.edge_radius is None:
         return ()
     return ("elastomer.edge_radius is left out: the edges of this model are sharp, or as its mesh has them",)

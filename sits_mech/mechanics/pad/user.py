@@ -5,8 +5,8 @@ faces: `ground` and `target` are bonded, `free` is free, as are faces in no grou
 where it is given, lies in the plane y = 0 and says that half the pad is meshed. It is watertight, and each of its
 pieces is bonded to ground and target. Tetrahedra or hexahedra, see element/mesh.py. It is the first level of a family
 whose cells are each divided into eight; edges are singular and cells even, so that errors go down with little more than
-the first power of the cells' size. A mesh that is too large for that stands beside itself with pressures constant in
-each element: its own answer counts, and what they differ by is the error.
+the first power of the cells' size. A mesh too large for that is solved again with pressures constant in each element:
+its own answer counts, and the difference is the error.
 
 Measured: with the cells divided tetrahedra converge from the stiff side, 431 of them on a box of 20 x 20 x 2 mm by 3.2,
 1.7 and 0.9 % in shear, 13, 6 and 3 % in compression, 32, 17 and 9 % in tilt. Contact with ground and target is that of
@@ -47,38 +47,24 @@ _SLACK = 1e-3  # by which a mesh may miss the sizes that the scene gives, relati
 
 
 class _Sizes(NamedTuple):
-    """What a scene says of a pad: its thickness, its extent and its target's along x and y [m]."""
+    """Sizes that a scene states for a pad [m]."""
 
-    thickness: float
-    pad: tuple[float, float]
-    target: tuple[float, float]
+    thickness: float  # of the pad
+    pad: tuple[float, float]  # extent along x and y
+    target: tuple[float, float]  # extent along x and y
 
 
 def meshed_share(sensor: Sensor) -> float:
-    """Return the share of the pad that the mesh of its scene stands for, a half or 1; errors as of `meshed_family`."""
+    """Return the meshed share of a scene's pad, 0.5 or 1; raise as `meshed_family`."""
     return 0.5 if _level(sensor, 0)[0].half else 1.0
 
 
 def meshed_family(sensor: Sensor, guard: float, share: float, depth: float = 0.0) -> Levels:
-    """Return the mesh that a scene names, and the ones that come of it with each cell divided into eight.
+    """Return the levels of a scene's ``elastomer.mesh``, each cell divided into eight from level to level.
 
-    A mesh that is too large for that stands beside itself with constant pressures.
-
-    Parameters
-    ----------
-    sensor : Sensor
-        With ``elastomer.mesh``.
-    guard : float
-        Part of the bulk modulus that acts pointwise against inversion [shear moduli].
-    share : float
-        Of the worst component's error that every component owns to.
-    depth : float
-        Over which the pressure of contact builds up on the mesh itself; 0 for none [thicknesses].
-
-    Raises
-    ------
-    ValueError
-        One line: what the mesh must be, and what came.
+    A mesh too large for that is paired with itself at constant pressures. `guard` [shear moduli]; `share`: floor of
+    component errors over the worst; contact `depth` on the mesh itself [thicknesses], 0 for none. Raise ValueError, one
+    line, for an unsuitable mesh.
     """
     first = _level(sensor, 0)[0]
     cells = len(first.mesh.cells)
@@ -88,21 +74,21 @@ def meshed_family(sensor: Sensor, guard: float, share: float, depth: float = 0.0
 
     @cache
     def made(level: int) -> Bonded:
-        """One of them."""
+        """Make a level."""
         if count == 1:
             return solid(sensor, _level(sensor, 0, constant=level == 0)[0], guard, depth * (2.0, 1.0)[level]).body
         return solid(sensor, _level(sensor, level)[0], guard, depth / 4.0**level).body
 
     @cache
     def carrier(level: int) -> Prolongation | None:
-        """From the one before."""
+        """Carry states from the level before."""
         if count == 1:
             return None
         once = refined(_level(sensor, level - 1)[1].mesh, 1)
         return prolongation(made(level - 1).mesh, made(level).mesh, once, element)
 
     def changed(other: Sensor, level: int) -> Bonded | None:
-        """One of them with what a changed scene says of it beside its sizes."""
+        """Make a level of a changed scene with the same sizes; None for other sizes."""
         return as_in(other, made(level), guard) if _sizes(other) == _sizes(sensor) else None
 
     along = max(1, round((cells / (_PER_BRICK if element is TETRAHEDRON else 1.0)) ** (1.0 / 3.0)))
@@ -117,13 +103,13 @@ def _tetrahedral(mesh: MixedMesh) -> bool:
 
 
 def _level(sensor: Sensor, times: int, *, constant: bool = False) -> tuple[NumberedMesh, Refinement]:
-    """The mesh of a scene with its cells divided, and where they lie in it; pressures linear or constant."""
+    """Return a scene's mesh with its cells divided, and its refinement; pressures linear or constant."""
     target, elastomer = pad_parts(sensor)
     return _divided(_file(elastomer), outlines(target, elastomer)[0], _sizes(sensor), times, constant)
 
 
 def _sizes(sensor: Sensor) -> _Sizes:
-    """What a scene says of its pad's sizes."""
+    """Return the sizes a scene states for its pad."""
     target, elastomer = pad_parts(sensor)
     return _Sizes(elastomer.thickness, elastomer.extent, target.extent)
 
@@ -132,7 +118,7 @@ def _sizes(sensor: Sensor) -> _Sizes:
 def _divided(
     file: tuple[Path, bool, int], plate: Outline, sizes: _Sizes, times: int, constant: bool
 ) -> tuple[NumberedMesh, Refinement]:
-    """As `_level`; many bodies share one."""
+    """Make the level, cached for bodies that share it."""
     t, name = sizes.thickness, str(file[0])
     refinement = refined(_stamped(*file).mesh.scaled(1.0 / t), times)
     mesh = refinement.mesh
@@ -153,7 +139,7 @@ def _divided(
 
 
 def mesh_notes(sensor: Sensor) -> tuple[str, ...]:
-    """Return what is to be said of the mesh that a scene names, if any: nodes merged, faces in no group."""
+    """Return notes on a scene's mesh, if any: nodes merged, faces in no group."""
     if sensor.elastomer is None or sensor.elastomer.mesh is None:
         return ()
     mesh, merged = _stamped(*_file(sensor.elastomer))
@@ -172,14 +158,14 @@ def mesh_notes(sensor: Sensor) -> tuple[str, ...]:
 
 
 def _file(elastomer: Elastomer) -> tuple[Path, bool, int]:
-    """Which mesh a pad has: file, whether it is welded, when it was written."""
+    """Return the identity of a pad's mesh: file, whether welded, time written."""
     path = Path(str(elastomer.mesh))
     return path, elastomer.weld, path.stat().st_mtime_ns if path.is_file() else 0
 
 
 @lru_cache(maxsize=4)
 def _stamped(path: Path, weld: bool, stamp: int) -> ReadSolid:
-    """The mesh of a file as it was written at one time."""
+    """Read the mesh of a file as written at one time."""
     found = read_solid(path, GROUPS, weld=weld)
     _check_groups(str(path), found.mesh)
     return found
@@ -232,6 +218,6 @@ def _check_place(name: str, nodes: Array, where: Array, sizes: _Sizes) -> None:
 
 
 def _words(extent: tuple[float, float]) -> str:
-    """Two lengths as one writes them."""
+    """Format two lengths."""
     return f"{1e3 * extent[0]:.4g} x {1e3 * extent[1]:.4g} mm"
 

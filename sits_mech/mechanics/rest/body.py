@@ -1,4 +1,4 @@
-"""What is a layer to be solved? Mesh, law, bonds and contacts, all that stays from load to load; and its state.
+"""Describe a layer to be solved: mesh, law, bonds and contacts, which stay from load to load; and its state.
 
 The total potential of a state is ``E(u) + V(q) + sum of the parts``: the elements' energy (element/kernel.py), the dead
 load's (target.py), and what else stores energy, such as contact. The nodes bonded to the target follow its motion q.
@@ -29,70 +29,44 @@ from sits_mech.quantities import Array
 
 @dataclass(frozen=True)
 class Bonded:
-    """A meshed layer with its target and its law: all that stays the same from load to load.
+    """A meshed layer with its target and law: all that stays the same from load to load.
 
-    Attributes
-    ----------
-    mesh : MixedMesh
-    law : Law
-        Isochoric energy.
-    K : float
-        Bulk modulus, over the swelling squared [shear moduli].
-    height : float
-        Where the force acts above the bonded face [thicknesses].
-    free : ndarray
-        Numbers of the displacements that are unknown.
-    bonded : ndarray, shape (n, d)
-        Numbers of the bonded nodes' displacements.
-    X : ndarray, shape (n, 3)
-        Where these are from the target's centre [thicknesses].
-    faces : Faces
-    components : int
-        How many components of q are freed, 3 or 6.
-    parts : tuple of callable
-        What stores energy besides the elements.
-    guarded : bool
-        Whether one of the parts keeps J above zero at the elements' nodes, so that no step may pass it.
-    shared : callable or None
-        Gives the pattern where bodies of one mesh share it.
-    swelling : float
-        Volume of the silicone if nothing held it, over that of the mesh.
-    hidden : callable or None
-        Gives the pattern of the displacements that the symmetry of a half hides; None where nothing is hidden.
+    `shared` gives a pattern common to the bodies of one mesh; `hidden` that of displacements hidden by half symmetry,
+    if any.
     """
 
     mesh: MixedMesh
-    law: Law
-    K: float
-    height: float
-    free: Indices
-    bonded: Indices
-    X: Array
+    law: Law  # isochoric energy
+    K: float  # bulk modulus over swelling squared [shear moduli]
+    height: float  # of the force above the bonded face [thicknesses]
+    free: Indices  # numbers of the unknown displacements
+    bonded: Indices  # (n, d), numbers of the bonded nodes' displacements
+    X: Array  # (n, 3), bonded nodes from the target's centre [thicknesses]
     faces: Faces
-    components: int = 3
-    parts: tuple[Part, ...] = ()
-    guarded: bool = False
+    components: int = 3  # freed components of q, 3 or 6
+    parts: tuple[Part, ...] = ()  # stored energy besides the elements
+    guarded: bool = False  # a part keeps J > 0 at the elements' nodes: no step may pass it
     shared: Callable[[], Pattern] | None = None
     hidden: Callable[[], Pattern] | None = None
-    swelling: float = 1.0
+    swelling: float = 1.0  # volume of the unconstrained silicone over that of the mesh
 
     @cached_property
     def pattern(self) -> Pattern:
-        """Where the entries of the stiffnesses go."""
+        """Assembly pattern of the stiffnesses."""
         if self.shared is not None:
             return self.shared()
         return self._made(self.free)
 
     def _made(self, free: Indices) -> Pattern:
-        """Where they go with some displacements free."""
+        """Make the pattern with some displacements free."""
         terms = [part(np.zeros(self.mesh.nodes.size), np.zeros(6)) for part in self.parts]
         numbers = (self.mesh.dofs, *(term.numbers for term in terms if len(term.numbers)))
         return pattern(self.mesh, numbers, free, border(self.mesh, self.bonded))
 
     def near(self, u: Array) -> Bonded:
-        """Return the body that holds those free faces against each other which are near in a state (faces/folds.py).
+        """Return the body that holds faces near in a state against each other (faces/folds.py).
 
-        Itself, where it holds them already: only then its pattern stays.
+        It is the body itself, with its pattern, if it holds these already.
         """
         parts = tuple(part.near(u) if isinstance(part, SelfContact) else part for part in self.parts)
         if all(new is old for new, old in zip(parts, self.parts, strict=True)):
@@ -106,17 +80,17 @@ class Bonded:
 
     @cached_property
     def slips(self) -> bool:
-        """Whether friction holds points of its faces, in one increment of a path."""
+        """Whether friction holds points of its faces in an increment of a path."""
         return any(isinstance(part, Contact) and part.grip is not None for part in self.parts)
 
     @cached_property
     def levers(self) -> Array:
-        """What turns the components of a motion into the way of the target's edge, shape (k,) [thicknesses]."""
+        """Factors from motion components to displacements of the target's edge, shape (k,) [thicknesses]."""
         x, y = (float(reach) for reach in np.abs(self.X[:, :2]).max(axis=0))
         return np.array([1.0, 1.0, x, 1.0, y or x, max(x, y)])[: self.components]
 
     def length(self, step: Array) -> float:
-        """Return the way of the target's edge in a step (dc, dw), shape (k,) [thicknesses]."""
+        """Return the displacement of the target's edge in a step (dc, dw) of shape (k,) [thicknesses]."""
         return float(np.linalg.norm(self.levers * step))
 
     @property
@@ -127,40 +101,17 @@ class Bonded:
 
 @dataclass(frozen=True)
 class State:
-    """A layer in a deformed state, not necessarily at rest.
+    """A layer in a deformed state, not necessarily at rest."""
 
-    Attributes
-    ----------
-    u : ndarray, shape (d n,)
-        Nodal displacements [thicknesses].
-    q : ndarray, shape (3,) or (6,)
-        The target's motion: d_h, d_z [thicknesses], alpha [rad], and d_y, alpha_x, alpha_z.
-    p : ndarray, shape (e, m)
-        Pressures [shear moduli].
-    load : ndarray, shape of q
-        F_x, F_z, M, and F_y, M_x, M_z on the target, scaled: given, or what holds it.
-    residual : float
-        Norm of the gradient over the size of the load.
-    iterations : int
-        Linear solves spent.
-    min_J : float
-        Smallest volume ratio at a quadrature point; of a state at rest, at the elements' nodes too.
-    known : Deformed or None
-        The deformation of `u`, or of others, where it was looked at; see `deformed_state`.
-    grip : tuple of ndarray, shape (m, 3) each
-        Tractions of friction at the points of each contact that has some, in its surface's frame, as the way here left
-        them; none before a way with friction (increments.py) [shear moduli].
-    """
-
-    u: Array
-    q: Array
-    p: Array
-    load: Array = field(repr=False)
-    residual: float = 0.0
-    iterations: int = 0
-    min_J: float = 1.0
-    known: Deformed | None = field(default=None, repr=False)
-    grip: tuple[Array, ...] = field(default=(), repr=False)
+    u: Array  # (d n,), nodal displacements [thicknesses]
+    q: Array  # (3,) or (6,): d_h, d_z, alpha, d_y, alpha_x, alpha_z [thicknesses, rad]
+    p: Array  # (e, m), pressures [shear moduli]
+    load: Array = field(repr=False)  # (k,): F_x, F_z, M, F_y, M_x, M_z, given or found, scaled
+    residual: float = 0.0  # norm of the gradient over the size of the load
+    iterations: int = 0  # linear solves
+    min_J: float = 1.0  # smallest J at quadrature points; at rest, at the elements' nodes too
+    known: Deformed | None = field(default=None, repr=False)  # cached deformation; see `deformed_state`
+    grip: tuple[Array, ...] = field(default=(), repr=False)  # friction tractions (m, 3) of each contact, in its frame
 
 
 def border(mesh: MixedMesh, bonded: Indices) -> Indices:
@@ -169,24 +120,24 @@ def border(mesh: MixedMesh, bonded: Indices) -> Indices:
 
 
 def rest(body: Bonded) -> State:
-    """Return the undeformed state; at rest where nothing swells."""
+    """Return the undeformed state; at rest unless the silicone swells."""
     zero = np.zeros(body.components)
     return State(np.zeros(body.mesh.nodes.size), zero, np.zeros(body.mesh.chi.shape[:2]), zero)
 
 
 def deformed_state(body: Bonded, state: State) -> Deformed:
-    """Return a state's deformation at the quadrature points, once more only where it is not known."""
+    """Return a state's deformation at the quadrature points, cached or computed."""
     known = state.known
     return known if known is not None and known.u is state.u else deformed(body.mesh, state.u)
 
 
 def packed(state: State) -> Array:
-    """Return a state's displacements, q and pressures as one array."""
+    """Pack displacements, q and pressures into one array."""
     return np.concatenate([state.u, state.q, state.p.ravel()])
 
 
 def unpacked(body: Bonded, array: Array, load: Array) -> State:
-    """Return the state under a load from the beginning of an array."""
+    """Unpack the state under a load from the beginning of an array."""
     n, k = body.mesh.nodes.size, body.components
     u, q, p, _ = np.split(array, [n, n + k, body.size])
     least = float(deformation(body.mesh, u)[1].min())
@@ -194,6 +145,6 @@ def unpacked(body: Bonded, array: Array, load: Array) -> State:
 
 
 def smallest_volume(body: Bonded, u: Array, *, everywhere: bool, known: Deformed | None = None) -> float:
-    """Return the smallest J at the quadrature points and, everywhere or where guarded, at the elements' nodes."""
+    """Return the smallest J at the quadrature points and, if `everywhere` or guarded, at the elements' nodes."""
     least = float((known or deformed(body.mesh, u)).J.min())
     return min(least, smallest_nodal_volume(body.mesh, u)) if everywhere or body.guarded else least

@@ -1,9 +1,8 @@
-"""What is given of the target: a force, or a place? Any mix of the two.
+"""Prescribe of each pair either the force or the place of the target, in any mix.
 
 Of each pair (F_x, d_h), (F_z, sink), (M, alpha), (F_y, d_y), (M_x, alpha_x), (M_z, alpha_z) one is given, the other is
-found. A layer whose load has a largest
-value (it buckles, or softens) is followed past it with places given; a target held upright is ``alpha = 0`` with M
-found.
+found. A layer with a largest load (it buckles, or softens) is followed past it with places given; a target held upright
+is ``alpha = 0`` with M found.
 """
 
 from __future__ import annotations
@@ -21,16 +20,7 @@ _PAIRS = tuple(zip(WRENCH, _PLACES, strict=True))
 
 @dataclass(frozen=True)
 class Control:
-    """What is given of each pair; of a pair of which nothing is given the force is zero.
-
-    Attributes
-    ----------
-    F_x, F_z, M, F_y, M_x, M_z : float or None
-        Forces and moments, as of `Wrench` [N, N m].
-    d_h, sink, alpha, d_y, alpha_x, alpha_z : float or None
-        Shear along +x, downward displacement [m], clockwise rotation [rad] of the target's bottom face, ... as of
-        `Pose`.
-    """
+    """What is given of each pair, in SI as in `Wrench` and `Pose`; if neither, the force is zero."""
 
     F_x: float | None = None
     F_z: float | None = None
@@ -46,7 +36,7 @@ class Control:
     alpha_z: float | None = None
 
     def __post_init__(self) -> None:
-        """Refuse a pair of which both are given, and what is no number."""
+        """Refuse a pair with both given, and values that are no numbers."""
         for force, place in _PAIRS:
             given = [value for value in (getattr(self, force), getattr(self, place)) if value is not None]
             if len(given) > 1:
@@ -57,36 +47,33 @@ class Control:
 
     @property
     def held(self) -> Held:
-        """Which places are given instead of the forces, shape (6,)."""
+        """Components whose places are given, shape (6,)."""
         return np.array([getattr(self, place) is not None for place in _PLACES])
 
     @property
     def beside(self) -> bool:
-        """Whether anything but zero is given that leaves the plane y = 0."""
+        """Whether anything non-zero is given that leaves the plane y = 0."""
         return any(getattr(self, name) for pair in _PAIRS[3:] for name in pair)
 
     @property
     def in_plane(self) -> Control:
-        """What is given in the plane y = 0; places that are given of what leaves it are kept where they are."""
+        """The control in the plane y = 0: out-of-plane places that are given are held at zero."""
         forces = dict.fromkeys(WRENCH[3:])
         places = {place: None if getattr(self, place) is None else 0.0 for place in _PLACES[3:]}
         return replace(self, **forces, **places)
 
     @property
     def given(self) -> dict[str, float]:
-        """What is given, by name; what leaves the plane only where it is not zero."""
+        """Given values by name; out-of-plane ones only where not zero."""
         return {
             name: value for k, pair in enumerate(_PAIRS) for name in pair
             if (value := getattr(self, name)) is not None and (k < 3 or value != 0.0)
         }  # fmt: skip
 
     def goal(self, lengths: Array, loads: Array) -> Array:
-        """Return what is given, scaled as in body.py: a force, or d_h, d_z = -sink, ... where held; shape (6,).
+        """Return the scaled goal: a force, or d_h, d_z = -sink, ... where held; shape (6,).
 
-        Parameters
-        ----------
-        lengths, loads : ndarray, shape (6,)
-            What the components of a motion and of a load that scale to one are [m, rad; N, N m].
+        `lengths` and `loads` (6,) are the units of motion and load components [m, rad; N, N m].
         """
         forces = np.array([getattr(self, force) or 0.0 for force in WRENCH]) / loads
         places = np.array([getattr(self, place) or 0.0 for place in _PLACES]) / lengths * _DOWN

@@ -1,4 +1,4 @@
-"""What is said of a load path that ended before its goal?
+"""Describe a load path that ended before its goal.
 
 Where it stands, how much of the load is carried if a limit was found, what ended it, and where the silicone's law loses
 its stability or leaves its data: one message for layers of all kinds.
@@ -19,7 +19,7 @@ from sits_mech.quantities import WRENCH, SolveFailed, Wrench
 
 
 def ended(line: Line, control: Control, solved: Solved, body: str) -> SolveFailed:
-    """Return what says where a load path of a `body`, "pad" or "layer", ended, and why."""
+    """Return the message where and why a load path of a `body`, "pad" or "layer", ended."""
     last, there = solved.found, {name: solved.seen * value for name, value in control.given.items()}
     laws = tuple(f"{note}, under {_given_words(there)} on a coarse mesh" for note in solved.laws)
     limit = () if solved.carried is None or solved.limit is None else (carried_words(solved.carried, solved.limit),)
@@ -38,7 +38,7 @@ def ended(line: Line, control: Control, solved: Solved, body: str) -> SolveFaile
 
 
 def carried_words(carried: tuple[Wrench, Wrench], limit: tuple[float, float]) -> str:
-    """Return a largest load and its error in words: what of it is not zero, and its share of what was asked."""
+    """Format a largest load and its error: the non-zero components, and the share of what was asked."""
     load, error = (vars(each) for each in carried)
     known = bool(np.isfinite(limit[1]))
     parts = [
@@ -50,7 +50,7 @@ def carried_words(carried: tuple[Wrench, Wrench], limit: tuple[float, float]) ->
 
 
 def _given_words(given: Mapping[str, float]) -> str:
-    """Return forces and places in words."""
+    """Format forces and places."""
     forces = load_words({name: value for name, value in given.items() if name in WRENCH})
     units = {name: "rad" if name.startswith("alpha") else "m" for name in given if name not in WRENCH}
     return ", ".join([*([forces] * bool(forces)), *(f"{name} = {given[name]:.6g} {units[name]}" for name in units)])

@@ -1,4 +1,4 @@
-"""How does a layer follow a path of loads with friction? Increment by increment, each from where the last one ended.
+"""Follow a layer with friction along a path of loads, increment by increment, each from the end of the last.
 
 The path goes straight from load to load, each leg of it in a number of equal increments. In each of them the potential
 of the layer with friction (faces/friction.py) is brought to rest by Newton's method, with the pressures p of the
@@ -41,28 +41,16 @@ _SMALLEST = Fraction(1, 16)  # of an increment, below which a path is given up
 
 @dataclass(frozen=True)
 class Track:
-    """What a path of loads left behind.
+    """Equilibria along a path of loads."""
 
-    Attributes
-    ----------
-    states : tuple of State
-        At rest: the start, then the end of each increment.
-    reached : float
-        How many legs of the path were gone.
-    reason : str
-        What ended a path before its goal, as of `Outcome`; "slipping" where pressures did not settle.
-    lost : float
-        Work that slip has lost [shear modulus times thickness to the power of the dimension].
-    """
-
-    states: tuple[State, ...]
-    reached: float
-    reason: str = ""
-    lost: float = 0.0
+    states: tuple[State, ...]  # at rest: the start, then the end of each increment
+    reached: float  # legs completed
+    reason: str = ""  # as `Outcome.reason`; "slipping" if pressures did not settle
+    lost: float = 0.0  # work lost to slip [shear modulus times thickness to the power of the dimension]
 
     @property
     def state(self) -> State:
-        """The last state."""
+        """Last state."""
         return self.states[-1]
 
     @property
@@ -75,19 +63,10 @@ def followed(
     body: Bonded, start: State, goals: Sequence[Array], parts: int, *, held: Held | None = None,
     beside: Held | None = None,
 ) -> Track:  # fmt: skip
-    """Follow a path of loads with friction.
+    """Follow a path of loads with friction from a state at rest under the first goal, with its tractions.
 
-    Parameters
-    ----------
-    body : Bonded
-    start : State
-        At rest under the first goal, with the tractions of the way there.
-    goals : sequence of ndarray, shape (k,)
-        F_x, F_z, M, ... at the start, at each load that is passed, at the end; where `held`, d_h, d_z, ... instead.
-    parts : int
-        Increments of each leg.
-    held, beside
-        As of `follow`.
+    `goals` (k,) are forces at the start, at each load passed, at the end, or places where `held`; `parts` increments a
+    leg; `held` and `beside` as in `follow`.
     """
     held = np.zeros(body.components, dtype=bool) if held is None else held
     way = Way(goals[0], goals[-1], held, beside)
@@ -109,16 +88,16 @@ def followed(
 
 
 class _End(NamedTuple):
-    """The end of an increment: the body there, its rest or None and what speaks against it, work that slip has lost."""
+    """The end of an increment; the state is None, with a reason, if there is no rest."""
 
     body: Bonded
     state: State | None
     reason: str
-    lost: float = 0.0
+    lost: float = 0.0  # work lost to slip
 
 
 def _increment(body: Bonded, here: State, way: Way, goal: Array, slip: float) -> _End:
-    """The rest at the end of an increment."""
+    """Find the rest at the end of an increment."""
     before = _looked_at(body, here)
     tractions = here.grip or tuple(np.zeros_like(place) for place, _, _ in before)
     starts = [(place, traction) for (place, _, _), traction in zip(before, tractions, strict=True)]
@@ -152,12 +131,12 @@ def rough(body: Bonded) -> list[Contact]:
 
 
 def _looked_at(body: Bonded, state: State) -> list[tuple[Array, Array, Array]]:
-    """Places, pressures and normals at the points of the contacts that have friction."""
+    """Return places, pressures and normals at the points of the contacts with friction."""
     return [part.looked_at(state.u, state.q) for part in rough(body)]
 
 
 def _with(body: Bonded, grips: Sequence[Grip]) -> Bonded:
-    """A body whose contacts hold their points; its pattern stays."""
+    """Give the contacts of a body their friction; the pattern stays."""
     left = iter(grips)
     parts = tuple(
         replace(part, grip=next(left)) if isinstance(part, Contact) and part.friction > 0.0 else part
@@ -168,12 +147,12 @@ def _with(body: Bonded, grips: Sequence[Grip]) -> Bonded:
 
 
 def _settled(part: Contact, before: Array, after: Array) -> bool:
-    """Whether the pressures on a surface have stopped to change."""
+    """Whether the pressures on a surface have settled."""
     weight = part.surface.weight.ravel()
     return float(weight @ np.abs(after - before)) <= _SAME * float(weight @ after)
 
 
 def _lost(body: Bonded, grips: Sequence[Grip], seen: Sequence[tuple[Array, Array, Array]]) -> float:
-    """Work that the slip of an increment has lost."""
+    """Return the work lost to slip in an increment."""
     each = zip(rough(body), grips, seen, strict=True)
     return sum(float(part.surface.weight.ravel() @ grip.lost(place)) for part, grip, (place, _, _) in each)

@@ -1,4 +1,4 @@
-"""Up to which part of a load is a layer carried? The path is followed by its length, past the largest load.
+"""Find the part of a load that a layer carries: the path is followed by its length, past the largest load.
 
 A point of the path is the motion q of the target and the part t of the load. From a stable state the next one is
 looked for in a plane across the path, a length s ahead, with t found (newton.py, `Arc`),
@@ -30,7 +30,7 @@ from sits_mech.mechanics.rest.verdict import Verdict, Way, verdict
 from sits_mech.quantities import Array
 
 PRECISE = 2e-3
-"""Share of the limit within which it is bracketed."""
+"""Relative width of the bracket around a limit."""
 
 _EASY = 5  # iterations up to which the next length grows
 _GONE = 1e-3  # of it: what is left of the stiffness where a slightly crooked layer buckles into a bent one
@@ -43,39 +43,29 @@ _MOST = 80  # steps
 
 @dataclass(frozen=True)
 class Outcome:
-    """Where a load path ended.
+    """The end of a load path.
 
-    Attributes
-    ----------
-    state : State
-        The last state at rest.
-    reached : float
-        Fraction of the path it stands at; 1 is the whole load.
-    reason : str
-        What ended a path before its goal: "buckled" or "sideways" (stability is lost), "turned" (the load has its
-        largest value), "inverted" (only with J <= 0 somewhere could it go on), "lost" (Newton's method found no state
-        at rest nearby) or "long" (it takes too many iterations); empty where the goal is reached.
-    limit : (float, float) or None
-        Fraction of the path that is carried, and how well it is located on this mesh; None where no limit was found.
+    Reasons: "buckled", "sideways" (stability is lost), "turned" (the load is largest), "inverted" (J <= 0 somewhere),
+    "lost" (no state at rest nearby), "long" (too many iterations), "" at the goal.
     """
 
-    state: State
-    reached: float
+    state: State  # last state at rest
+    reached: float  # fraction of the path; 1 is the goal
     reason: str = ""
-    limit: tuple[float, float] | None = None
+    limit: tuple[float, float] | None = None  # fraction carried and its tolerance on this mesh; None: no limit found
 
     def over(self, begin: float, end: float) -> Outcome:
-        """Return the outcome on a longer path, of which this one was from a part to another."""
+        """Map the outcome to a longer path, of which this one was from a part to another."""
         size = end - begin
         limit = None if self.limit is None else (begin + size * self.limit[0], size * self.limit[1])
         return replace(self, reached=begin + size * self.reached, limit=limit)
 
 
 def carried(coarse: Outcome, fine: Outcome) -> tuple[float, float] | None:
-    """Return the fraction of a path that is carried, with its error, from where it ended on two meshes.
+    """Return the fraction of a path that is carried, with its error, from two meshes; None without a limit.
 
-    The error is what the meshes differ by, where only one of them found a limit what the other got to; of two meshes
-    nothing is assumed of the order. It is nan where the other one was not followed to its end; None without a limit.
+    The error is their difference, no order assumed; if only one found a limit, the difference to where the other got;
+    nan if the other was not followed to its end.
     """
     own = fine.limit or coarse.limit
     if own is None:
@@ -89,18 +79,18 @@ def carried(coarse: Outcome, fine: Outcome) -> tuple[float, float] | None:
 
 @dataclass(frozen=True)
 class _Place:
-    """A stable state on the path: the part of the load, the smallest stiffness, q by the part, the path's normal."""
+    """A stable state on the path."""
 
     state: State
-    part: float
-    stiffness: float
-    rate: float
-    normal: Array
+    part: float  # of the load
+    stiffness: float  # smallest eigenvalue
+    rate: float  # displacement of the edge by the part
+    normal: Array  # of the path
 
 
 @dataclass(frozen=True)
 class _End:
-    """Where the path is not stable: how far ahead, the part of the load, the smallest stiffness, what it is."""
+    """A point beyond the stable path: distance, part of the load, smallest stiffness, reason."""
 
     ahead: float
     part: float
@@ -111,24 +101,10 @@ class _End:
 def pursued(
     body: Bonded, way: Way, start: tuple[State, float], length: float, *, smallest: float, most: float = np.inf
 ) -> Outcome:
-    """Follow a path by its length from a stable state to its goal, or to what ends it.
+    """Follow a path by its length from a stable state to its goal or to what ends it.
 
-    Parameters
-    ----------
-    body : Bonded
-    way : Way
-    start : State and float
-        A stable state at rest, and the part of the path it stands at.
-    length : float
-        Of the first step [thicknesses].
-    smallest : float
-        Length, over that of the path so far, below which the path is given up.
-    most : float
-        Iterations from which on no other step is begun.
-
-    Returns
-    -------
-    Outcome
+    `start`: state and its part of the path; `length`: first step [thicknesses]; `smallest`: least step over the path so
+    far; `most`: limit of iterations.
     """
     here = _place(body, way, *start, verdict(body, way, Settled(start[0], None)))
     end, reason, before = None, "lost", here
@@ -171,7 +147,7 @@ def pursued(
 
 
 def _left(before: _Place, here: _Place, state: State, first: float, reason: str) -> Outcome:
-    """Where a path is lost; with little stiffness left, the limit is where that vanishes if it goes on as it does."""
+    """End a lost path; with little stiffness left, extrapolate the limit to where it vanishes."""
     fall, ahead = before.stiffness - here.stiffness, here.part - before.part
     if not (here.stiffness <= _LITTLE * first and fall > 0.0 and ahead > 0.0):
         return Outcome(state, here.part, reason)
@@ -180,7 +156,7 @@ def _left(before: _Place, here: _Place, state: State, first: float, reason: str)
 
 
 def _place(body: Bonded, way: Way, state: State, part: float, said: Verdict) -> _Place:
-    """What is known of a stable state."""
+    """Describe a stable state on the path."""
     ahead = rate(body, state, said.S, way.held, way.slope)
     size = body.length(ahead)
     normal = body.levers**2 * ahead / size if 0.0 < size < np.inf else np.zeros_like(ahead)
@@ -188,14 +164,14 @@ def _place(body: Bonded, way: Way, state: State, part: float, said: Verdict) -> 
 
 
 def _angle(body: Bonded, before: _Place, here: _Place) -> float:
-    """Cosine of the angle between the directions of the path at two places."""
+    """Return the cosine of the angle between the path's directions at two places."""
     one, other = before.normal / body.levers, here.normal / body.levers
     size = float(np.linalg.norm(one)) * float(np.linalg.norm(other))
     return float(one @ other) / max(size, 1e-300)
 
 
 def _ahead(body: Bonded, way: Way, here: _Place, length: float) -> tuple[State, float, Verdict]:
-    """The state a length ahead, its part of the load, and what is to be said of it."""
+    """Solve for the state a length ahead; return it, its part of the load, and its verdict."""
     arc = Arc(here.state.q, here.normal, length, way.slope)
     found = newton(body, replace(here.state, iterations=0), way.goal(here.part), way.held, arc=arc)
     said = verdict(body, way, found)
@@ -203,20 +179,20 @@ def _ahead(body: Bonded, way: Way, here: _Place, length: float) -> tuple[State, 
 
 
 def _last(body: Bonded, way: Way, here: _Place) -> tuple[State, float, Verdict]:
-    """The state at the goal, as of `_ahead`."""
+    """Solve for the state at the goal; returns as `_ahead`."""
     found = newton(body, replace(here.state, iterations=0), way.goal(1.0), way.held)
     said = verdict(body, way, found)
     return replace(found.state, min_J=said.min_J), 1.0, said
 
 
 def _vanishing(before: _Place, here: _Place) -> float:
-    """A little more than the length after which the stiffness vanishes if it goes on as between two places."""
+    """Extrapolate the length at which the stiffness vanishes from two places, and add a little."""
     fall, gone = before.stiffness - here.stiffness, float(np.abs(here.normal @ (here.state.q - before.state.q)))
     return _BEYOND * here.stiffness / fall * gone if fall > 0.0 else np.inf
 
 
 def _root(here: _Place, end: _End) -> float:
-    """Length at which the stiffness vanishes, or the load is largest, whichever comes first."""
+    """Return the length at which the stiffness vanishes or the load is largest, whichever is first."""
     fall = here.stiffness - end.stiffness
     zero = end.ahead * here.stiffness / fall if fall > 0.0 and end.stiffness <= 0.0 else end.ahead
     m, c = _parabola(here, end)
@@ -224,19 +200,19 @@ def _root(here: _Place, end: _End) -> float:
 
 
 def _parabola(here: _Place, end: _End) -> tuple[float, float]:
-    """Slope and curvature of the load by the length."""
+    """Return slope and curvature of the load by length."""
     m = 1.0 / here.rate
     return m, (end.part - here.part - m * end.ahead) / end.ahead**2
 
 
 def _next(here: _Place, end: _End, *, beyond: bool) -> float:
-    """Length to a point beside the limit: a little beyond it, or before it, so that both ends of the bracket move."""
+    """Return the length to a point a little beyond or before the limit, so that both ends of the bracket move."""
     off = 0.02 * end.ahead
     return float(np.clip(_root(here, end) + (off if beyond else -off), 0.02 * end.ahead, 0.98 * end.ahead))
 
 
 def _value(here: _Place, end: _End) -> float:
-    """Part of the load at the limit."""
+    """Return the part of the load at the limit."""
     (m, c), s = _parabola(here, end), _root(here, end)
     return here.part + m * s + c * s**2
 
@@ -249,7 +225,7 @@ def _located(here: _Place, end: _End, first: float) -> bool:
 
 
 def _limited(here: _Place, end: _End, spent: int, first: float) -> Outcome:
-    """Where the path ends: at a limit, or lost where the stiffness jumps."""
+    """Return the end of the path: at a limit, or lost where the stiffness jumps."""
     value, state = _value(here, end), replace(here.state, iterations=spent)
     if here.stiffness > _SMALL * first:
         return Outcome(state, here.part, "lost")

@@ -1,4 +1,4 @@
-"""What is a layer's linearisation about a state, and which step does it take? Newton's equations, solved once.
+"""Linearise a layer about a state and take one Newton step.
 
 The unknowns are the free nodal displacements and the components of the target's motion q that the body frees. With
 T = d u_bonded/dq the gradient and tangent of the total potential (body.py) are
@@ -66,19 +66,16 @@ _MIN_J_KEPT = 0.2  # a step may not shrink the smallest volume ratio below this 
 
 
 class Arc(NamedTuple):
-    """A plane across a path: ``normal . (q - origin) = ahead``; `slope` is what is given, by the part of the path.
-
-    All of shape (k,), scaled.
-    """
+    """A plane across a path, ``normal . (q - origin) = ahead``; all of shape (k,), scaled."""
 
     origin: Array
     normal: Array
     ahead: float
-    slope: Array
+    slope: Array  # derivative of the goal by the part of the path
 
 
 class Aim(NamedTuple):
-    """What a step aims at: which places are held, what is left of the way to them, the arc and what is left to it."""
+    """Target of a step: held places with the gaps to them, and the arc with the distance left."""
 
     held: Held
     gap: Array
@@ -87,17 +84,17 @@ class Aim(NamedTuple):
 
 
 class Gradient(NamedTuple):
-    """Forces on displacements and q, what they leave on the free displacements and on q, energy, terms of the parts."""
+    """Forces on displacements and q, the residual on each, the energy, and terms of the parts."""
 
     forces: Array
-    free: Array
-    target: Array
+    free: Array  # residual on the free displacements
+    target: Array  # residual on q
     energy: float
     terms: list[Term]
 
 
 class _Linear(NamedTuple):
-    """What a linearisation is made of: numbers and values of the stiffnesses, the border by (dc, dw), turning."""
+    """Terms of a linearisation: numbers and values of the stiffnesses, border by (dc, dw), turning."""
 
     numbers: tuple[Indices, ...]
     values: Stiffness
@@ -106,22 +103,19 @@ class _Linear(NamedTuple):
 
 
 class Factor(NamedTuple):
-    """A linearisation, factored on the free displacements: these by q, the side C, the stiffness on q.
-
-    Then what was left on the free displacements, and the step that takes it away while q stays; what it was made of.
-    """
+    """A linearisation factored on the free displacements."""
 
     of_free: Factored
-    by_q: Array
-    side: Array
-    stiffness: Array
-    left: Array
-    step: Array
+    by_q: Array  # free displacements by q
+    side: Array  # C
+    stiffness: Array  # S, on q
+    left: Array  # residual on the free displacements
+    step: Array  # step that removes it at fixed q
     made: _Linear
 
 
 def aim_of(here: State, goal: Array, held: Held, arc: Arc | None) -> Aim:
-    """What is left of the way to the places that are held, and to the plane of an arc."""
+    """Return the gaps to the held places and to the plane of an arc."""
     gap = np.where(held, between(here.q, np.where(held, goal, here.q)), 0.0)
     if arc is None:
         return Aim(held, gap)
@@ -129,7 +123,7 @@ def aim_of(here: State, goal: Array, held: Held, arc: Arc | None) -> Aim:
 
 
 def gradient(body: Bonded, here: State) -> Gradient:
-    """Forces of a layer with its parts, and what is left of them."""
+    """Return forces and residuals of a layer with its parts."""
     found = element_forces(body.mesh, body.law, body.K, here.u, deformed_state(body, here), body.swelling)
     terms = [term for part in body.parts if len((term := part(here.u, here.q)).numbers)]
     forces = np.concatenate([found.forces, np.zeros(6)]) + sum(term.forces for term in terms)
@@ -153,7 +147,7 @@ def factored(body: Bonded, here: State, found: Gradient) -> Factor | None:
 
 
 def hidden_stiffness(body: Bonded, made: _Linear) -> Array | None:
-    """Stiffness on what a symmetry hides, displacements odd in y and the other three components of the motion."""
+    """Return the stiffness on motions hidden by symmetry: displacements odd in y, three components of q."""
     if body.hidden is None:
         return None
     pattern = body.hidden()
@@ -164,7 +158,7 @@ def hidden_stiffness(body: Bonded, made: _Linear) -> Array | None:
 def way_of(
     body: Bonded, here: State, found: Gradient, factor: Factor, aim: Aim
 ) -> tuple[Array, Array, Array, float] | None:
-    """Newton's step of the free displacements, of q, of the forces on the target, of the part of the path."""
+    """Return Newton's step of free displacements, q, forces on the target, and the part of the path."""
     k = body.components
     slope, across = (np.zeros(k), np.zeros(k)) if aim.arc is None else (aim.arc.slope, aim.arc.normal)
     dx = factor.step if found.free is factor.left else factor.of_free.solve(-found.free)
@@ -184,12 +178,11 @@ def stepped(
     body: Bonded, here: State, found: Gradient, factor: Factor, way: tuple[Array, Array, Array, float], held: Held, *,
     falling: bool = False,
 ) -> tuple[State, float, Gradient] | None:  # fmt: skip
-    """State after the longest part of Newton's step that is allowed, that part, and the gradient there.
+    """Return the state after the longest admissible part of Newton's step, that part, and the gradient there.
 
-    Every point stays well above inversion. Where it is to be `falling`, the total potential falls by at least a share
-    of what the step's slope promises (L. Armijo, Pacific J. Math. 16 (1966) 1), unless the step climbs, where the
-    tangent is indefinite, or moves places that are held. Where points slip with friction, whose tangent changes within
-    a hair of slip, the slope at the end counts instead.
+    Points stay well above inversion. If `falling`, the potential satisfies Armijo's condition (L. Armijo, Pacific J.
+    Math. 16 (1966) 1), unless the step climbs (indefinite tangent) or moves held places. Under friction the slope at
+    the end counts instead, as the tangent changes within a hair of slip.
     """
     (linear, p_full), (dx, dq, forces, further), part = _increments(body, here, factor, way), way, 1.0
     slope = float(dx @ found.free + dq @ found.target)
@@ -220,10 +213,7 @@ def stepped(
 def _overshot(
     ends: tuple[Gradient, Gradient], way: tuple[Array, Array, Array, float], held: Held
 ) -> float:  # fmt: skip
-    """Share of a step between two gradients that the potential asks for: 1 where it does not rise too steeply there.
-
-    A step that moves places which are held does not go down the potential, and is left alone.
-    """
+    """Return the part of a step that the potential admits; 1 where it falls, or where held places move."""
     dx, dq = way[0], way[1]
     if np.any(dq[held]):
         return 1.0
@@ -236,7 +226,7 @@ def _overshot(
 def stepped_around(
     body: Bonded, here: State, factor: Factor, way: tuple[Array, Array, Array, float]
 ) -> State | None:  # fmt: skip
-    """State after Newton's step, of which cells that it would turn inside out take a part only; None if that fails."""
+    """Take Newton's step, only partly in cells that it would invert; None if that fails."""
     (linear, p_full), (_, dq, forces, _) = _increments(body, here, factor, way), way
     u, near, q = here.u + linear, here.u.copy(), moved(here.q, dq)
     u[body.bonded] = near[body.bonded] = bonded_displacement(body.X, q)[:, list(body.mesh.axes)]
@@ -247,7 +237,7 @@ def stepped_around(
 
 
 def drawn(body: Bonded, u: Array, near: Array, least: float) -> tuple[Array, float] | None:
-    """Displacements, those of cells with J below `least` drawn to others, and their smallest J; None in vain."""
+    """Blend displacements towards `near` until J > `least`; return them and their smallest J, or None."""
     share = np.zeros(len(body.mesh.nodes))
     for _ in range(_BLENDS):
         blend = u + np.repeat(share, len(body.mesh.axes)) * (near - u)
@@ -262,7 +252,7 @@ def drawn(body: Bonded, u: Array, near: Array, least: float) -> tuple[Array, flo
 def _increments(
     body: Bonded, here: State, factor: Factor, way: tuple[Array, Array, Array, float]
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Newton's step of all displacements, and the pressures after it."""
+    """Return Newton's step of all displacements, and the pressures after it."""
     linear = np.zeros_like(here.u)
     linear[body.pattern.free] = way[0]
     linear[body.bonded.ravel()] = factor.made.T[: body.bonded.size, : body.components] @ way[1]
@@ -272,7 +262,7 @@ def _increments(
 
 
 def bordered(body: Bonded, q: Array, stiffness: Array, held: Held, path: tuple[Array, Array]) -> Array:
-    """Equations of a step (dq, dF, dt) along a path given by slope and normal; dt is given where that is zero."""
+    """Return the matrix of a step (dq, dF, dt) along a path (slope, normal); dt is given where the normal is zero."""
     k, (slope, across) = body.components, path
     matrix = np.zeros((2 * k + 1, 2 * k + 1))
     matrix[:k, :k] = stiffness
@@ -284,13 +274,13 @@ def bordered(body: Bonded, q: Array, stiffness: Array, held: Held, path: tuple[A
 
 
 def _border_by_q(body: Bonded, q: Array) -> Array:
-    """How the border, bonded displacements and q, goes with (dc, dw), shape (b, 6)."""
+    """Return the derivative of the border (bonded displacements and q) by (dc, dw), shape (b, 6)."""
     T = bonded_tangent(body.X, q)[:, list(body.mesh.axes)]
     return np.concatenate([T.reshape(-1, 6), np.eye(6)])
 
 
 def _eliminated(pattern: Pattern, made: _Linear, freed: slice, left: Array) -> Factor | None:
-    """Eliminate the free displacements, and what is left on them, from the freed components of (dc, dw)."""
+    """Eliminate the free displacements and their residual from the freed components of (dc, dw)."""
     pattern = pattern.following(made.numbers)
     of_free = pattern.factored(made.values)
     if of_free is None:

@@ -1,9 +1,9 @@
-"""How is a deformed layer brought to rest? Newton's method on displacement, pressure, and the target's motion.
+"""Bring a deformed layer to rest: Newton's method on displacement, pressure, and the target's motion.
 
 Steps are those of linearisation.py. Near the rest, where steps are small, a factor serves several of them. The
 stiffness S that the target has says whether it stands stable: where its symmetric part is positive definite no small
-push does negative work. What leads nowhere ends early: a first step longer than linear theory could mean, and a
-residual that does not fall.
+push does negative work. Hopeless iterations end early: a first step beyond the range of linear theory, or a residual
+that does not fall.
 
 Source: P. Wriggers, Nonlinear Finite Element Methods (2008), chapter 5.
 """
@@ -37,7 +37,7 @@ SETTLED = 1e-9
 MOST = 16
 """Iterations after which an increment is given up."""
 LONGEST = 1.5
-"""Way of the target's edge in the first step of an increment beyond which it is not begun [thicknesses]."""
+"""Largest displacement of the target's edge in the first step of an increment [thicknesses]."""
 
 _ROUNDING = 1e-5
 _NEAR = 3e-3  # residual from which one more step leaves the target's stiffness as it is
@@ -48,28 +48,22 @@ _LEAST_SWELLING = 0.05  # part of it
 
 
 class Settled(NamedTuple):
-    """Where Newton's method ended; there or near by, the stiffness that the target feels: None where not known.
-
-    The second stiffness is that on the motion which a symmetry hides; None where it hides nothing. `length` is the way
-    of the target's edge in the first step [thicknesses], `part` how far the path went on where that was to be found.
-    """
+    """The end of Newton's method, with the target's stiffness there or nearby."""
 
     state: State
-    stiffness: Array | None
-    hidden: Array | None = None
-    length: float = 0.0
-    part: float = 0.0
+    stiffness: Array | None  # S; None if unknown
+    hidden: Array | None = None  # S on motions hidden by symmetry; None if nothing is hidden
+    length: float = 0.0  # displacement of the target's edge in the first step [thicknesses]
+    part: float = 0.0  # distance along the path, if it was to be found
 
 
 class Approach(NamedTuple):
-    """Where a target nearly rests: motion, load, by how much the motion may be off, steps.
-
-    """
+    """A target nearly at rest."""
 
     state: State
     q: Array
     load: Array
-    off: Array
+    off: Array  # error of q
     iterations: int
 
 
@@ -79,20 +73,8 @@ def newton(
 ) -> Settled:  # fmt: skip
     """Iterate to rest under one goal; the result's residual says whether it settled.
 
-    Parameters
-    ----------
-    body : Bonded
-    start : State
-    goal : ndarray, shape (k,)
-        F_x, F_z, M, ... for each component that the body frees; where `held`, d_h, d_z, alpha, ... instead; scaled.
-    held : ndarray of bool, shape (k,), optional
-        Which of the target's places are given instead of the force; none by default.
-    until : float
-        Residual at which to stop.
-    arc : Arc, optional
-        A plane across a path from the goal on: how far to go on along the path is found, too.
-    falling : bool
-        Whether steps go down the potential: surer where singular edges make full steps wander, and slower elsewhere.
+    Goal and `held` as in `follow`; `until` is the residual to stop at. With an `arc` the part of the path is found,
+    too. `falling`: descend the potential, surer at singular edges and slower elsewhere.
     """
     held = np.zeros(body.components, dtype=bool) if held is None else held
     here = replace(start, load=np.where(held, start.load, goal), known=deformed_state(body, start))
@@ -126,11 +108,10 @@ def newton(
 
 
 def approached(body: Bonded, start: State, goal: Array, held: Held, enough: float) -> Approach | None:
-    """Return where the target of a body rests; None where that does not show.
+    """Return the target nearly at rest, or None where that does not show.
 
-    The target is where it rests long before the last corner is: steps end where one moves the target's edge by no more
-    than `enough` [thicknesses], and what the last one moved it by is what the place may be off by. Other arguments as
-    of `newton`.
+    Steps end where one moves the target's edge by at most `enough` [thicknesses], long before the last corner is at
+    rest; that last move is the error.
     """
     here = replace(start, load=np.where(held, start.load, goal), known=deformed_state(body, start))
     found, off = gradient(body, here), np.full(body.components, np.inf)
@@ -152,7 +133,7 @@ def approached(body: Bonded, start: State, goal: Array, held: Held, enough: floa
 
 
 def compliance(body: Bonded, state: State, load: Array) -> Array:
-    """Return d(motion) by the target's forces and moments about a state at rest, shape (k, k); nan where none."""
+    """Return d(motion)/d(forces on the target) about a state at rest, shape (k, k); nan where there is none."""
     there = replace(state, load=load)
     factor = factored(body, there, gradient(body, there))
     try:
@@ -164,10 +145,7 @@ def compliance(body: Bonded, state: State, load: Array) -> Array:
 
 
 def unloaded(body: Bonded) -> State:
-    """Return the state without load: undeformed, or where the silicone rests that would be larger if nothing held it.
-
-    It swells at once, or else by parts; where a part comes to no rest, the undeformed state: a path from there tells.
-    """
+    """Return the state without load: undeformed, or swollen at once or by parts; undeformed where a part fails."""
     state, at, part, none = rest(body), 0.0, 1.0, np.zeros(body.components)
     while at < 1.0 and body.swelling != 1.0:
         some = replace(body, swelling=1.0 + min(at + part, 1.0) * (body.swelling - 1.0))
@@ -180,7 +158,7 @@ def unloaded(body: Bonded) -> State:
 
 
 def small_strain(body: Bonded) -> tuple[Array, Array]:
-    """Return the compliance of the undeformed state and the motion without load by it, shapes (k, k) and (k,)."""
+    """Return compliance (k, k) and unloaded motion (k,) of the undeformed state."""
     here = rest(body)
     found = gradient(body, here)
     factor = factored(body, here, found)
@@ -194,10 +172,7 @@ def small_strain(body: Bonded) -> tuple[Array, Array]:
 
 
 def target_stiffness(body: Bonded, state: State) -> tuple[Array, Array | None]:
-    """Return the stiffness that the target has, d(forces on q) by q, and that on motion which a symmetry hides.
-
-    nan where there is none; the second is None where nothing is hidden.
-    """
+    """Return d(forces on q)/dq, nan if there is none, and that on motions hidden by symmetry or None."""
     factor = factored(body, state, gradient(body, state))
     if factor is None:
         none = np.full((body.components, body.components), np.nan)
@@ -207,10 +182,7 @@ def target_stiffness(body: Bonded, state: State) -> tuple[Array, Array | None]:
 
 
 def rate(body: Bonded, state: State, stiffness: Array, held: Held, slope: Array) -> Array:
-    """Return how q goes on with the part of a path from a state at rest, by its stiffness; nan where it cannot.
-
-    `held` as of `newton`, `slope` as of `Arc`.
-    """
+    """Return dq by the part of the path from a state at rest; nan where it does not exist."""
     k = body.components
     matrix = bordered(body, state.q, stiffness, held, (slope, np.zeros(k)))
     try:
@@ -220,7 +192,7 @@ def rate(body: Bonded, state: State, stiffness: Array, held: Held, slope: Array)
 
 
 def correction(body: Bonded, load: Array) -> tuple[Array, float]:
-    """Return how far a second Newton step from rest moves q, and the smallest J before it; infinite if inverted."""
+    """Return how far a second Newton step from rest moves q, and the smallest J before it; inf if inverted."""
     here, aim = replace(rest(body), load=load), Aim(np.zeros(3, dtype=bool), np.zeros(3))
     for again in (False, True):
         found = gradient(body, here)
@@ -240,7 +212,7 @@ def correction(body: Bonded, load: Array) -> tuple[Array, float]:
 
 
 def _residual(body: Bonded, here: State, found: Gradient, aim: Aim, until: float) -> float:
-    """Norm of the gradient over the size of the load; infinite at rest beyond the stretch at which the law locks."""
+    """Return the norm of the gradient over the size of the load; inf beyond the law's locking stretch."""
     size = max(float(np.linalg.norm(here.load)), _ROUNDING * body.K)
     left = float(np.hypot(np.linalg.norm(found.free), np.linalg.norm(found.target))) / size
     left += float(np.abs(aim.gap).max()) + abs(aim.ahead)
@@ -248,5 +220,5 @@ def _residual(body: Bonded, here: State, found: Gradient, aim: Aim, until: float
 
 
 def _hopeless(left: list[float], slips: bool) -> bool:
-    """Whether the residuals so far lead nowhere; while points slip with friction the potential falls, they need not."""
+    """Whether residuals do not converge: not finite or, unless points slip, no smaller after some steps."""
     return not np.isfinite(left[-1]) or (not slips and len(left) > _PATIENCE and left[-1] > left[0])

@@ -1,4 +1,4 @@
-"""How does a layer follow a load? Newton's method (newton.py) along an adaptive path.
+"""Follow a layer to its load: Newton's method (newton.py) along an adaptive path.
 
 The whole load is tried at once, as far as linear theory says that the target moves a thickness or so; increments grow
 where it is easy, and end where the stiffness would vanish if it went on as it does. From an increment that does not
@@ -32,30 +32,12 @@ def follow(
     body: Bonded, start: State, goals: tuple[Array, Array], *, smallest: float = 1e-3, held: Held | None = None,
     beside: Held | None = None, most: float = np.inf,
 ) -> Outcome:  # fmt: skip
-    """Follow the straight path from a state at rest.
+    """Follow the straight path between two goals from a state at rest under the first; ``reached == 1`` at the end.
 
-    Parameters
-    ----------
-    body : Bonded
-    start : State
-        At rest under the first goal.
-    goals : tuple of ndarray, shape (k,)
-        F_x, F_z, M, ... at the start and at the end; where `held`, d_h, d_z, alpha, ... instead; scaled.
-    smallest : float
-        Length of a step, over that of the path so far, below which the path is given up; above a quarter it is given up
-        at the first increment that fails.
-    held : ndarray of bool, shape (k,), optional
-        Which of the target's places are given instead of the force.
-    beside : ndarray of bool, shape (3,), optional
-        Which of the components that leave the plane are given, where a symmetry keeps or hides them; none by default:
-        the target must withstand a push on the others.
-    most : float
-        Iterations from which on no other step is begun.
-
-    Returns
-    -------
-    Outcome
-        With ``reached == 1`` where the goal is reached.
+    Goals (k,) are forces F_x, F_z, M, ..., or places d_h, d_z, alpha, ... where `held`, scaled. `beside` (3,): which
+    out-of-plane components are given, none by default; the target must withstand a push on the others. `smallest`:
+    least step over the path so far; above a quarter the first failed increment ends the path. `most`: limit of
+    iterations.
     """
     way = Way(*goals, np.zeros(body.components, dtype=bool) if held is None else held, beside)
     here, at, increment, before = start, 0.0, 1.0, (0.0, np.nan)
@@ -87,9 +69,9 @@ def follow(
 
 
 def among_faces(body: Bonded, start: State, goal: Array, held: Held | None) -> tuple[Bonded, Settled]:
-    """Return a body and its rest under a goal, once more where free faces met on the way that it did not hold apart.
+    """Return a body and its rest under a goal, solved again where free faces it did not hold apart have met.
 
-    Newton's method takes full steps first; where they wander, about singular edges, it goes down the potential.
+    Full Newton steps are tried first; where singular edges make them wander, the potential is descended.
     """
     body = body.near(start.u)
     for _ in range(_LOOKS):

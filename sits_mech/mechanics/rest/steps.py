@@ -1,4 +1,4 @@
-"""Where is a layer with a memory a little later? At rest under what its past and the time that goes make of its energy.
+"""Advance a layer with memory in time: rest under the energy that its past and the time step make.
 
 Inertia plays no part: at every time the layer is at rest, and what depends on time are the silicone's points alone
 (silicone/histories/points.py). A step of time changes their energies once, as if between two loads another law were
@@ -29,14 +29,14 @@ _MOST = 100  # iterations of a step
 
 @dataclass(frozen=True)
 class Moment:
-    """A layer at rest at a time, with what its points remember."""
+    """A layer at rest at a time, with the memory of its points."""
 
     state: State
     memory: Memory
 
 
 def begun(body: Bonded) -> Moment:
-    """Return a layer that nothing has happened to, or that has long been as warm as it is."""
+    """Return a virgin layer, or one long at its present temperature."""
     shape, components = body.mesh.inside.weights.shape, 9 if len(body.mesh.axes) == 3 else 5
     memory, state = virgin(body.law.silicone, shape, components), unloaded(body)
     if body.swelling == 1.0:
@@ -48,18 +48,9 @@ def begun(body: Bonded) -> Moment:
 def later(
     body: Bonded, now: Moment, dt: float, goal: Array, *, held: Held | None = None, beside: Held | None = None
 ) -> tuple[Moment | None, str]:
-    """Return the layer a step of time later, under another load that came evenly; None with the reason where it fails.
+    """Return the layer a step `dt` [s] later, under a load that changes linearly, and "" or why there is none.
 
-    Parameters
-    ----------
-    body : Bonded
-    now : Moment
-    dt : float
-        0 for a sudden load [s].
-    goal : ndarray, shape (k,)
-        F_x, F_z, M, ... at the end, scaled.
-    held, beside
-        As of `follow`.
+    ``dt = 0`` is a sudden load; `goal` (k,) as in `follow`, scaled, like `held` and `beside`.
     """
     silicone = body.law.silicone
     law = body.law.after(stepped(silicone, now.memory, dt))

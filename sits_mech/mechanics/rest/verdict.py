@@ -1,4 +1,4 @@
-"""Does a state at rest count, and what is said of a path that ended?
+"""Judge a state at rest: J > 0 everywhere and a stable target; describe a path that ended.
 
 It counts where the volume ratio J is positive at every quadrature point and every node of an element, corners
 included, and where the target is stable: beyond its critical load a layer buckles, though Newton's method finds it
@@ -34,7 +34,7 @@ REASONS = {
     "slipping": "beyond this load the contact pressures under friction do not converge",
     "long": "beyond this load the limit of iterations for a mesh of this size is reached",
 }
-"""What is said of a path that ended, by the reason of its `Outcome` (path.py); see `reason_words`."""
+"""Messages by the reason of an `Outcome` (limit.py); see `reason_words`."""
 
 
 _NONE = np.zeros((0, 0))
@@ -42,47 +42,34 @@ _NONE = np.zeros((0, 0))
 
 @dataclass(frozen=True)
 class Way:
-    """The straight path from what is given at its beginning to what is given at its end.
+    """The straight path from one goal to another, each (k,), scaled."""
 
-    Attributes
-    ----------
-    begin, end : ndarray, shape (k,)
-        F_x, F_z, M, ...; where `held`, d_h, d_z, alpha, ... instead; scaled.
-    held : ndarray of bool, shape (k,)
-        Which of the target's places are given instead of the force.
-    beside : ndarray of bool, shape (3,), or None
-        Which of the components that leave the plane are given, where a symmetry keeps or hides them; None: none.
-    """
-
-    begin: Array
+    begin: Array  # forces F_x, F_z, M, ...; d_h, d_z, alpha, ... where held
     end: Array
-    held: Held
-    beside: Held | None = None
+    held: Held  # (k,), components whose places are given
+    beside: Held | None = None  # (3,), out-of-plane components that are given; None: none
 
     @property
     def slope(self) -> Array:
-        """What is given, by the part of the path."""
+        """Derivative of the goal by the part of the path."""
         return self.end - self.begin
 
     def goal(self, part: float) -> Array:
-        """Return what is given at a part of the path."""
+        """Return the goal at a part of the path."""
         return (1.0 - part) * self.begin + part * self.end
 
 
 class Verdict(NamedTuple):
-    """Smallest J of a state, the smallest eigenvalue of its stiffness, what speaks against it, if anything; its S.
-
-    The eigenvalue is infinite where every place is held, and nan where it is not known.
-    """
+    """Stability of a state; stiffness is the smallest eigenvalue of S, inf if all places are held, nan if unknown."""
 
     min_J: float
     stiffness: float
-    reason: str
+    reason: str  # against the state; "" if it counts
     S: Array
 
 
 def verdict(body: Bonded, way: Way, found: Settled) -> Verdict:
-    """Return what is to be said of a state that Newton's method ended at."""
+    """Judge a state that Newton's method ended at."""
     trial, stiffness, hidden = found[:3]
     if not trial.residual <= SETTLED:
         return Verdict(trial.min_J, np.nan, "lost", _NONE)
@@ -96,7 +83,7 @@ def verdict(body: Bonded, way: Way, found: Settled) -> Verdict:
 
 
 def smallest_stiffness(way: Way, stiffness: Array, hidden: Array | None) -> tuple[float, str]:
-    """Return the smallest eigenvalue on what is not held, also of what a symmetry hides, and what it is against."""
+    """Return the smallest eigenvalue of the stiffness, hidden motions included, and the reason it stands for."""
     held = way.held
     if held.any() and way.beside is not None:
         held = np.concatenate([held[:3], way.beside])[: len(held)]
@@ -108,7 +95,7 @@ def smallest_stiffness(way: Way, stiffness: Array, hidden: Array | None) -> tupl
 
 
 def smallest_eigenvalue(stiffness: Array, held: Held | None = None) -> float:
-    """Return the smallest eigenvalue of the symmetric part of a stiffness on what is not held; nan if not finite."""
+    """Return the smallest eigenvalue of the symmetric stiffness on free components; nan if not finite."""
     S = stiffness if held is None else stiffness[np.ix_(~held, ~held)]
     if not np.all(np.isfinite(S)):
         return np.nan
@@ -116,10 +103,10 @@ def smallest_eigenvalue(stiffness: Array, held: Held | None = None) -> float:
 
 
 def stable(stiffness: Array, held: Held | None = None) -> bool:
-    """Say whether the target at rest withstands any small push on what is not held of it, by its stiffness."""
+    """Whether the target withstands any small push on its free components."""
     return smallest_eigenvalue(stiffness, held) > 0.0
 
 
 def reason_words(reason: str) -> str:
-    """Return what is known of a path that ended, in words."""
+    """Return the reason a path ended, in words."""
     return REASONS[reason]

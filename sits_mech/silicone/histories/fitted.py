@@ -1,4 +1,4 @@
-"""What do the tests of one silicone say together? Law, rate and softening, each from its test, as one material.
+"""Combine the tests of one silicone: law, rate and softening, each from its test, as one material.
 
 The constants of a material are those of slow load. A pull is quick: where a relaxation test is beside it, the stresses
 of the law are multiplied by what that test shows of them after a long time, its ``factor``. The softening is then
@@ -37,31 +37,21 @@ _LOOK = np.array([0.1, 0.5, 1.0])  # shares of the largest strain, where that is
 
 @dataclass(frozen=True)
 class Fitted:
-    """What came of the tests of one silicone; None for what had no test.
+    """Fits of the tests of one silicone; None for what had no test."""
 
-    Attributes
-    ----------
-    test : TensileTest or None
-        The pull: a tensile test, or the envelope of a cyclic one.
-    fit : Fit or None
-        The law's constants, as the pull has them.
-    relaxation : Relaxation or None
-    cyclic : CyclicFit or None
-    """
-
-    test: TensileTest | None
-    fit: Fit | None
+    test: TensileTest | None  # tensile test, or envelope of a cyclic one
+    fit: Fit | None  # constants as the pull shows them
     relaxation: Relaxation | None
     cyclic: CyclicFit | None
 
     @property
     def branches(self) -> int:
-        """How many branches the relaxation test shows."""
+        """Number of branches of the relaxation test."""
         return 0 if self.relaxation is None else len(self.relaxation.prony)
 
     @property
     def table(self) -> dict[str, Any]:
-        """The keys of a material table that are known, but for a bulk modulus, which none of the tests shows."""
+        """Known keys of a material table; none of the tests shows a bulk modulus."""
         silicone = _silicone(self.fit, self.relaxation, self.cyclic)
         table = {} if silicone is None else table_of(silicone)
         wanted = (*(() if self.fit is None else ("law", *self.fit.constants)), "prony", "mullins")
@@ -69,7 +59,7 @@ class Fitted:
 
     @property
     def record(self) -> dict[str, Any]:
-        """All of it for a program: the fit's own keys, ``prony``, ``mullins``, and what is told of these."""
+        """All results for a program: keys of the fit, ``prony``, ``mullins``, with what is known of these."""
         found: dict[str, Any] = {} if self.fit is None else asdict(self.fit)
         if self.relaxation is not None:
             told = asdict(self.relaxation)
@@ -87,20 +77,10 @@ def fit_tests(
     tensile: Path | None, relaxation: Path | None, cyclic: Path | None, *, law: str = "yeoh", max_strain: float = 1.0,
     terms: int = 2,
 ) -> Fitted:  # fmt: skip
-    """Fit what the tests of one silicone show.
+    """Fit the tests of one silicone, files for `read_tensile` and `read_record`, at least one.
 
-    Parameters
-    ----------
-    tensile, relaxation, cyclic : Path or None
-        Files as `read_tensile` and `read_record` read them; at least one. Without a tensile test the law is fitted to
-        the envelope of the cyclic one.
-    law, max_strain, terms
-        As for `fit_law`.
-
-    Raises
-    ------
-    ValueError
-        When there is no test, or one of them is not what it should be.
+    Without a tensile test the law is fitted to the envelope of the cyclic one. Raise ValueError for no or unsuitable
+    tests.
     """
     if tensile is None and relaxation is None and cyclic is None:
         raise ValueError("fit: must be given a tensile test, --relaxation or --cyclic; got none of them")
@@ -122,7 +102,7 @@ def fit_tests(
 
 
 def _pull(path: Path, test: TensileTest) -> Record | None:
-    """Return a tensile test as a record over time, up to its largest stress; None where it is not one test alone."""
+    """Return a tensile test as a record over time, up to its largest stress; None unless it is one test alone."""
     if test.others or test.mode != "uniaxial":
         return None
     try:
@@ -134,7 +114,7 @@ def _pull(path: Path, test: TensileTest) -> Record | None:
 
 
 def _settled(fitted: Callable[[TensileTest], Fitted], found: Fitted, pull: Record) -> Fitted:
-    """Return the fits with a law whose pull has no viscosity left; the last ones, and so told, where none settles."""
+    """Return the fits with viscosity removed from the law's pull; the last ones, with a note, if they do not settle."""
     last = np.zeros(0)
     for _ in range(_ROUNDS):
         silicone = _silicone(found.fit, found.relaxation, found.cyclic)
@@ -153,12 +133,12 @@ def _settled(fitted: Callable[[TensileTest], Fitted], found: Fitted, pull: Recor
 
 
 def _noted(found: Fitted, note: str) -> Fitted:
-    """Return fits with one more note on the law."""
+    """Add a note to a fit of the law."""
     return found if found.fit is None else replace(found, fit=replace(found.fit, notes=(*found.fit.notes, note)))
 
 
 def _silicone(fit: Fit | None, relaxation: Relaxation | None, cyclic: CyclicFit | None) -> Silicone | None:
-    """Return the silicone of slow load that the fits describe, its bulk modulus unknown."""
+    """Return the silicone of slow load that the fits describe, bulk modulus unknown."""
     prony = () if relaxation is None else relaxation.prony
     if fit is None:
         return None if relaxation is None else Silicone("", "neo-hookean", {"shear_modulus": 1.0}, np.inf, prony=prony)
@@ -168,7 +148,7 @@ def _silicone(fit: Fit | None, relaxation: Relaxation | None, cyclic: CyclicFit 
 
 
 def scaled(law: str, constants: Constants, factor: float) -> Mapping[str, float | tuple[float, ...]]:
-    """Return the constants of a law whose stresses are a multiple of those of `constants`."""
+    """Return the constants of a law with its stresses times `factor`."""
     found: dict[str, float | tuple[float, ...]] = {}
     for name, value in constants.items():
         share: float = factor if LAWS[law].units[name] == "Pa" else 1.0
@@ -178,7 +158,7 @@ def scaled(law: str, constants: Constants, factor: float) -> Mapping[str, float 
 
 
 def _rounded(value: Any) -> Any:
-    """Return what is pasted, numbers with few digits."""
+    """Round a result for pasting."""
     if isinstance(value, Mapping):
         return {key: _rounded(item) for key, item in value.items()}
     if isinstance(value, list):

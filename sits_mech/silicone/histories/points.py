@@ -1,4 +1,4 @@
-"""What does a point of silicone remember, and what does that make of its energy? Viscosity and softening.
+"""Memory of the silicone's points, and the energy it makes: viscosity and softening.
 
 Strong form. With ``Cb = J^(-2/3) C`` and ``DEV[A] = A - (A : C) C^-1/3``, the stress that belongs to a law's isochoric
 energy W, softened by the largest W that the point has seen, is ``S_0 = eta DEV[2 dW/dCb]``,
@@ -50,54 +50,32 @@ _THIRD = 1.0 / 3.0
 
 @dataclass(frozen=True)
 class Memory:
-    """What points remember at a time.
+    """Memory of points, c = 5 components in plane strain and 9 in space [shear moduli]."""
 
-    Attributes
-    ----------
-    Q : ndarray, shape (n, ..., c)
-        Stress of each branch, c = 5 in plane strain and 9 in space [shear moduli].
-    S : ndarray, shape (..., c)
-        ``S_0`` [shear moduli].
-    most : ndarray, shape (...)
-        ``W_max`` [shear moduli].
-    """
-
-    Q: Array
-    S: Array
-    most: Array
+    Q: Array  # (n, ..., c), stress of each branch
+    S: Array  # (..., c), S_0
+    most: Array  # (...), W_max
 
 
 @dataclass(frozen=True)
 class Step:
-    """What the past of points makes of their energy at the end of a step of time; a `Past` of energy.py.
+    """The past of points in their energy at the end of a time step; a `Past` of energy.py."""
 
-    Attributes
-    ----------
-    stiff : float
-        ``1 + sum gamma_i``.
-    h : ndarray, shape (..., c)
-        [shear moduli].
-    most : ndarray, shape (...)
-        ``W_max`` [shear moduli].
-    softening : Softening or None
-        Its m in shear moduli.
-    """
-
-    stiff: float
-    h: Array
-    most: Array
-    softening: Softening | None
+    stiff: float  # 1 + sum gamma_i
+    h: Array  # (..., c) [shear moduli]
+    most: Array  # (...), W_max [shear moduli]
+    softening: Softening | None  # m in shear moduli
 
     def part(self, some: slice) -> Step:
-        """Return that of some of the points, all counted along one axis."""
+        """Return that of some points, counted along one axis."""
         return replace(self, h=self.h.reshape(-1, self.h.shape[-1])[some], most=self.most.reshape(-1)[some])
 
     def of_elements(self, some: slice) -> Step:
-        """Return that of some of the elements, the first axis."""
+        """Return that of some elements, the first axis."""
         return replace(self, h=self.h[some], most=self.most[some])
 
     def acting(self, elastic: PointState, point: Kinematics) -> PointState:
-        """Return energy and stress of ``W_inc``, and what writes the tangent, from those of W."""
+        """Return the state of ``W_inc`` from that of W."""
         k, J, a = len(point.axes), point.J, np.cbrt(point.J) ** -2.0
         soft = _softened(elastic, self.softening, self.most)
         h = self.h[..., :k]
@@ -123,20 +101,20 @@ class Step:
 
 
 def virgin(silicone: Silicone, shape: tuple[int, ...], components: int) -> Memory:
-    """Return what points of a shape remember that nothing has happened to; components 5 in the plane, 9 in space."""
+    """Return the memory of virgin points of a shape; 5 components in the plane, 9 in space."""
     branches = len(silicone.prony)
     return Memory(np.zeros((branches, *shape, components)), np.zeros((*shape, components)), np.zeros(shape))
 
 
 def stepped(silicone: Silicone, memory: Memory, dt: float) -> Step:
-    """Return what a memory makes of the energies at the end of a step of time, dt >= 0 [s]; 0 is a sudden load."""
+    """Return the past in the energies at the end of a time step dt >= 0 [s]; 0 is a sudden load."""
     kept, gamma = _branches(silicone, dt)
     h = np.tensordot(kept, memory.Q, axes=1) - gamma.sum() * memory.S
     return Step(1.0 + float(gamma.sum()), h, memory.most, _in_moduli(silicone))
 
 
 def remembered(silicone: Silicone, memory: Memory, dt: float, point: Kinematics) -> Memory:
-    """Return what is remembered at the end of a step of time, in the deformation that points have there."""
+    """Return the memory at the end of a time step, in the deformation there."""
     w, P = isochoric_stress(silicone)(point)
     softening = _in_moduli(silicone)
     if softening is not None:
@@ -149,7 +127,7 @@ def remembered(silicone: Silicone, memory: Memory, dt: float, point: Kinematics)
 
 
 def _branches(silicone: Silicone, dt: float) -> tuple[Array, Array]:
-    """Return what is kept of each branch over a step, and gamma of each, shape (n,)."""
+    """Return the decay of each branch over a step, and its gamma, shape (n,)."""
     if not silicone.prony:
         return np.zeros(0), np.zeros(0)
     w, tau = np.array(silicone.prony, dtype=float).T
@@ -159,13 +137,13 @@ def _branches(silicone: Silicone, dt: float) -> tuple[Array, Array]:
 
 
 def _in_moduli(silicone: Silicone) -> Softening | None:
-    """The softening of a silicone, its energies in shear moduli."""
+    """Return the softening of a silicone, energies in shear moduli."""
     found = silicone.mullins
     return None if found is None else replace(found, m=found.m / silicone.shear_modulus)
 
 
 def _softened(elastic: PointState, softening: Softening | None, most: Array) -> PointState:
-    """A state with the softening of its past: energy Phi, stress and tangent."""
+    """Return a state with softening: energy Phi, stress and tangent."""
     if softening is None:
         return elastic
     W, P, eta = elastic.w, elastic.P, softening.factor(np.minimum(elastic.w, most), most)
@@ -185,19 +163,19 @@ def _softened(elastic: PointState, softening: Softening | None, most: Array) -> 
 
 
 def _primitive(x: Array) -> Array:
-    """The integral of erf from 0, but for a constant."""
+    """Return the integral of erf from 0, up to a constant."""
     return np.asarray(x * erf(x) + np.exp(-(x**2)) / _ROOT_PI)
 
 
 def _times(F: Array, h: Array) -> Array:
-    """``F h`` by components, shape (..., k)."""
+    """Return ``F h`` by components, shape (..., k)."""
     d = 2 if F.shape[-1] == 4 else 3
     split = (*F.shape[:-1], d, d)
     return np.asarray((F.reshape(split) @ h.reshape(split)).reshape(F.shape))
 
 
 def _second(P: Array, point: Kinematics) -> Array:
-    """``J^(2/3) S`` of a deviatoric stress P, shape (..., 5) in the plane and (..., 9) in space: S = F^-1 P."""
+    """Return ``J^(2/3) S`` of a deviatoric P, S = F^-1 P, shape (..., 5) in the plane, (..., 9) in space."""
     d = 2 if point.plane else 3
     split = (*point.J.shape, d, d)
     S = ((point.H.reshape(split).swapaxes(-1, -2) @ P.reshape(split)) / point.J[..., None, None]).reshape(P.shape)

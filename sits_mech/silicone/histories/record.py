@@ -1,4 +1,4 @@
-"""What did a test over time record? Time, strain and engineering stress in their order, read by content from a file.
+"""Read a test over time, by content, from a file: time, strain and engineering stress in their order.
 
 A header of any length, a row of column names, rows of numbers; separated by semicolons, tabs or commas. Columns are
 known by their names, upper or lower case, in any order:
@@ -37,42 +37,20 @@ _LEAST = 8  # rows
 
 @dataclass(frozen=True)
 class Record:
-    """A uniaxial test over time.
+    """A uniaxial test over time."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        Not descending [s]; the number of the row where the file has no time and none was needed.
-    strain, stress : ndarray, shape (n,)
-        Engineering strain [-] and engineering stress [Pa], in the order of time.
-    source : str
-        File it came from.
-    timed : bool
-        Whether the file has a time.
-    """
-
-    time: Array
-    strain: Array
-    stress: Array
-    source: str
-    timed: bool = True
+    time: Array  # (n,), not descending [s]; row number if the file has none
+    strain: Array  # engineering, (n,)
+    stress: Array  # engineering, (n,) [Pa]
+    source: str  # file
+    timed: bool = True  # the file has a time
 
 
 def read_record(path: str | Path, *, timed: bool = True) -> Record:
-    """Read a test over time by content.
+    """Read a test over time by content; `timed`: a column of time is required.
 
-    Parameters
-    ----------
-    path : str or Path
-        Text with columns such as "Time (s)", "Engineering Strain (%)" or "Stretch", "Engineering Stress (kPa)".
-    timed : bool
-        Whether there must be a column of time.
-
-    Raises
-    ------
-    ValueError
-        When the file cannot be read, columns are missing or in unknown units, fewer than 8 rows are numbers, a stretch
-        is not positive, or time stands still or runs back.
+    Raise ValueError if the file cannot be read, columns are missing or of unknown unit, fewer than 8 rows are numbers,
+    a stretch is not positive, or time stands still or runs back.
     """
     lines, source = lines_of(path, "test over time"), str(path)
     for number, line in enumerate(lines):
@@ -88,7 +66,7 @@ def read_record(path: str | Path, *, timed: bool = True) -> Record:
 
 
 def _columns(names: list[str], source: str) -> dict[str, tuple[int, float, float]]:
-    """Return place, unit in SI and offset of the columns that a row announces, by what they are."""
+    """Return place, factor to SI and offset of each column in a row of names, by quantity."""
     found: dict[str, tuple[int, float, float]] = {}
     for index, name in enumerate(names):
         match = _COLUMN.fullmatch(name)
@@ -102,7 +80,7 @@ def _columns(names: list[str], source: str) -> dict[str, tuple[int, float, float
 
 
 def _record(lines: list[str], separator: str, columns: dict[str, tuple[int, float, float]], source: str) -> Record:
-    """Return the rows that hold numbers, refused where they are no test."""
+    """Return the rows that hold numbers, or refuse them as no test."""
     keys, rows = [key for key in ("time", "strain", "stress") if key in columns], []
     for line in lines:
         cells = line.split(separator)

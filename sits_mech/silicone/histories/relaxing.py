@@ -1,4 +1,4 @@
-"""Which Prony series does a relaxation test show? Branches by non-negative least squares, as many as the data hold.
+"""Fit a Prony series to a relaxation test: non-negative least squares, as many branches as the data hold.
 
 A specimen is strained in a finite time and held. Its engineering stress is linear in c and in ``a_i = c g_i``,
 
@@ -58,74 +58,46 @@ _FLOOR = 1e-9  # of the stress: a residual of rounding is no reason for a branch
 class Relaxation:
     """A Prony series fitted to a relaxation test.
 
-    Attributes
-    ----------
-    prony : tuple of (float, float)
-        Share of the instantaneous stiffness [-] and relaxation time [s] of each branch, by rising time.
-    confidence : tuple of (float or None, float or None)
-        Half-widths of the 95 % intervals, as `prony`; None where the data do not determine it.
-    factor : float or None
-        Slow stress over that of the law [-]; None where the test was fitted without a law.
-    slow_identified : bool
-        Whether the test is long enough to show slow load, and its stress does not rise.
-    range : tuple of float
-        Shortest and longest relaxation time that the test can see [s].
-    strain : float
-        Engineering strain that was held [-].
-    rms : float
-        Root mean square of what is left of the engineering stress [Pa].
-    source : str
-        File the data came from.
-    notes : tuple of str
-        What else is to be said.
+    `confidence`: 95 % half-widths, as `prony`; None where the data do not determine it.
     """
 
-    prony: tuple[tuple[float, float], ...]
+    prony: tuple[tuple[float, float], ...]  # share of the instantaneous stiffness, time [s], by time
     confidence: tuple[tuple[float | None, float | None], ...]
-    factor: float | None
-    slow_identified: bool
-    range: tuple[float, float]
-    strain: float
-    rms: float
-    source: str
+    factor: float | None  # slow stress over the law's; None without a law
+    slow_identified: bool  # test long enough, stress does not rise
+    range: tuple[float, float]  # relaxation times the test can see [s]
+    strain: float  # engineering strain held
+    rms: float  # of the engineering stress [Pa]
+    source: str  # file of the data
     notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class _Hold:
-    """Averages over the hold: stress (n,), the law's (n,), B by ln tau, (n,) each [Pa]; which times it sees [s]."""
+    """Averages over the hold, with the relaxation times it sees [s]."""
 
-    stress: Array
-    elastic: Array
-    branch: CubicSpline
+    stress: Array  # (n,) [Pa]
+    elastic: Array  # of the law, (n,) [Pa]
+    branch: CubicSpline  # B by ln tau, (n,) [Pa]
     shortest: float
     longest: float
 
     def columns(self, x: Array) -> Array:
-        """Return the law's stress and that of branches of times exp(x), shape (n, 1 + branches)."""
+        """Return the stresses of the law and of branches of times exp(x), shape (n, 1 + branches)."""
         return np.column_stack([self.elastic, *self.branch(x)])
 
     def solved(self, x: Array) -> tuple[Array, Array]:
-        """Return c and a_i of branches of times exp(x), and what they leave of the stress [Pa]."""
+        """Return c and a_i of branches of times exp(x), and the residual [Pa]."""
         columns, scale = self.columns(x), np.abs(self.stress).max()
         found = nnls(columns / scale, self.stress / scale)[0]
         return found, columns @ found - self.stress
 
 
 def fit_relaxation(record: Record, silicone: Silicone | None = None) -> Relaxation:
-    """Fit a Prony series to a specimen that is strained and held.
+    """Fit a Prony series to a timed record of one ramp and one hold.
 
-    Parameters
-    ----------
-    record : Record
-        One ramp and one hold, with time.
-    silicone : Silicone, optional
-        The law that the strain has its stress by; without it neo-Hooke, which plays a part during the ramp alone.
-
-    Raises
-    ------
-    ValueError
-        When the record is no relaxation test.
+    The elastic stress is that of `silicone`, or neo-Hookean, which then counts during the ramp alone. Raise ValueError
+    if the record is no relaxation test.
     """
     hold, level = _hold(record, silicone)
     x, values, residual = _best(hold)
@@ -149,7 +121,7 @@ def fit_relaxation(record: Record, silicone: Silicone | None = None) -> Relaxati
 
 
 def _rise(hold: _Hold) -> float:
-    """Return by which share of its least the stress over that of the law rises to the end; 0 where it does not."""
+    """Return the rise of stress over the law's from its least to the end, over that least; 0 if it does not rise."""
     ratio = hold.stress / hold.elastic
     if len(ratio) < 2 * _WINDOW:
         return 0.0
@@ -161,7 +133,7 @@ def _rise(hold: _Hold) -> float:
 
 
 def _notes(hold: _Hold, times: Array, identified: bool, rise: float) -> tuple[str, ...]:
-    """Return what is to be said of a series."""
+    """Return notes on a series."""
     if rise:
         why = f"the stress rises by {100.0 * abs(rise):.3g} % during the hold, where silicone relaxes"
         return (f"slow load is not identified: {why}; drift of the load cell, warming or curing?",)
@@ -174,7 +146,7 @@ def _notes(hold: _Hold, times: Array, identified: bool, rise: float) -> tuple[st
 
 
 def _hold(record: Record, silicone: Silicone | None) -> tuple[_Hold, float]:
-    """Return the averages of a record over its hold, and the strain held; refuse one that is no relaxation test."""
+    """Return averages over the hold, and the strain held; refuse a record that is no relaxation test."""
     peak, ramp = _ramp(record)
     after, level = record.time[peak:] - record.time[peak], float(np.mean(record.strain[peak:]))
     shortest, longest = float(max(ramp / 3.0, np.median(np.diff(after[:8])))), float(after[-1])
@@ -199,7 +171,7 @@ def _hold(record: Record, silicone: Silicone | None) -> tuple[_Hold, float]:
 
 
 def _ramp(record: Record) -> tuple[int, float]:
-    """Return the first sample of the hold, and how long the ramp to it took [s]."""
+    """Return the first sample of the hold, and the duration of the ramp [s]."""
     time, strain, source = record.time, record.strain, record.source
     level = float(strain[int(np.argmax(np.abs(strain)))])
     if not abs(level) > 0.0:
@@ -241,7 +213,7 @@ def _criterion(residual: Array, unknowns: int, hold: _Hold) -> float:
 
 
 def _refined(hold: _Hold, number: int) -> Array:
-    """Return the ln tau of the least residual near evenly spaced ones."""
+    """Return the ln tau of least residual near evenly spaced ones."""
     low, high = np.log(hold.shortest), np.log(hold.longest)
     start = low + (high - low) * (np.arange(number) + 0.5) / number
     scale = np.abs(hold.stress).max()

@@ -1,4 +1,4 @@
-"""Which constants of Ogden and Roxburgh does a cyclic test show? r, m and beta on the primary curve of a law.
+"""Fit Ogden's and Roxburgh's constants r, m and beta to a cyclic test, on the primary curve of a law.
 
 The engineering stress of a specimen that is strained, let go and strained further, is taken as
 
@@ -48,56 +48,39 @@ _ROUNDING = 1e-9  # of the stress
 class CyclicFit:
     """A softening fitted to a cyclic test.
 
-    Attributes
-    ----------
-    mullins : Softening or None
-        The constants, m of the law's energy [Pa]; None where the test shows no softening.
-    confidence : dict
-        Half-widths of the 95 % intervals of r, m, beta; None for one that is not identified.
-    factor : float
-        Stress of the specimen over that of the law [-].
-    peaks : int
-        Different largest strains of the test, from which it was let go.
-    max_strain : float
-        Largest engineering strain by size [-].
-    rms : float
-        Root mean square of what is left of the engineering stress [Pa].
-    source : str
-        File the data came from.
-    notes : tuple of str
-        What is not identified, and what was taken instead.
+    `confidence`: 95 % half-widths of r, m, beta; None for one that is not identified.
     """
 
-    mullins: Softening | None
+    mullins: Softening | None  # m of the law's energy [Pa]; None: no softening seen
     confidence: dict[str, float | None]
-    factor: float
-    peaks: int
-    max_strain: float
-    rms: float
-    source: str
-    notes: tuple[str, ...] = ()
+    factor: float  # stress of the specimen over that of the law
+    peaks: int  # number of different peak strains
+    max_strain: float  # largest absolute engineering strain
+    rms: float  # of the engineering stress [Pa]
+    source: str  # file of the data
+    notes: tuple[str, ...] = ()  # what is not identified, and its substitute
 
 
 @dataclass(frozen=True)
 class _Cycles:
-    """A record with the law that it is compared with, the root of each point's weight, and the largest energy [Pa]."""
+    """A record with the law it is compared with."""
 
     record: Record
     silicone: Silicone
-    weight: Array
-    largest: float
+    weight: Array  # square root of each point's weight
+    largest: float  # energy [Pa]
 
     def softening(self, x: Array) -> Softening:
-        """Return the constants of 1/r, m over the largest energy, and beta."""
+        """Return the constants from 1/r, m over the largest energy, and beta."""
         return Softening(1.0 / max(float(x[0]), 1e-12), float(x[1]) * self.largest, float(x[2]))
 
     def stress(self, x: Array) -> Array:
-        """Return the stress of the law with these constants [Pa]."""
+        """Return the law's stress with these constants [Pa]."""
         soft = replace(self.silicone, mullins=self.softening(x))
         return uniaxial_stress(soft, self.record.time, self.record.strain)
 
     def solved(self, x: Array) -> tuple[float, Array, Array]:
-        """Return c, the law's stress with it, and what is left [Pa]."""
+        """Return c, the law's stress with it, and the residual [Pa]."""
         stress = self.stress(x)
         c = float(np.sum(self.weight**2 * stress * self.record.stress) / np.sum((self.weight * stress) ** 2))
         return c, c * stress, c * stress - self.record.stress
@@ -106,10 +89,7 @@ class _Cycles:
 def envelope(record: Record) -> TensileTest:
     """Return the points of a cyclic test beyond all strains before, as a pull.
 
-    Raises
-    ------
-    ValueError
-        When they are fewer than 5, as in compression.
+    Raise ValueError for fewer than 5, as in compression.
     """
     beyond = record.strain > np.maximum.accumulate(np.r_[0.0, record.strain[:-1]])
     if np.count_nonzero(beyond) < 5:
@@ -121,19 +101,10 @@ def envelope(record: Record) -> TensileTest:
 
 
 def fit_softening(record: Record, silicone: Silicone) -> CyclicFit:
-    """Fit the constants of the softening to a cyclic test.
+    """Fit the constants of the softening to a cyclic test with rising peaks, timed if viscosity counts.
 
-    Parameters
-    ----------
-    record : Record
-        Strain that goes up, back and up again, to rising peaks; with time where viscosity is to count.
-    silicone : Silicone
-        The law of the primary curve, with its ``prony`` where that is known.
-
-    Raises
-    ------
-    ValueError
-        When the record never goes back, or its stress has not the sign of its strain.
+    `silicone`: law of the primary curve, with its ``prony`` if known. Raise ValueError if the record never goes back or
+    its stress has not the sign of its strain.
     """
     cycles, peaks = _cycles(record, silicone)
     free = np.array([True, peaks > 1, True])
@@ -179,17 +150,17 @@ def _cycles(record: Record, silicone: Silicone) -> tuple[_Cycles, int]:
 
 
 def _refined(cycles: _Cycles, free: Array) -> Array:
-    """Return 1/r, m over the largest energy and beta of the least residual, those that are not free zero."""
+    """Return 1/r, m over the largest energy and beta of least residual, zero where not free."""
     scale, upper = np.abs(cycles.record.stress).max(), np.array([0.999, _MOST, _MOST])[free]
 
     def whole(part: Array) -> Array:
-        """Return all three."""
+        """Return all three constants."""
         found = np.zeros(3)
         found[free] = part
         return found
 
     def left(part: Array) -> Array:
-        """Return the weighed residual."""
+        """Return the weighted residual."""
         return np.asarray(cycles.solved(whole(part))[2] * cycles.weight / scale)
 
     best = None

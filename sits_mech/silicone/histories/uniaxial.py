@@ -1,4 +1,4 @@
-"""What does a bar of silicone show while it is pulled, held and let go? Rate and softening in one uniform state.
+"""Uniaxial response of silicone with rate and softening while it is pulled, held and let go.
 
 Incompressible, ``C = diag(l^2, 1/l, 1/l)`` of the stretch l, side faces free. P_e(l) is the engineering stress of the
 law (homogeneous.py), W(l) its energy, W_max the largest W so far, eta the softening (material.py). The deviatoric
@@ -30,28 +30,10 @@ _STEP = 5e-3  # of strain, largest: S bends by 3e-6 of itself over it
 
 
 def uniaxial_stress(silicone: Silicone, time: Array, strain: Array, *, step: float = _STEP) -> Array:
-    """Return the engineering stress of a bar whose strain is linear between samples.
+    """Return the engineering stress (n,) [Pa] of a bar, strain > -1 linear between samples.
 
-    Parameters
-    ----------
-    silicone : Silicone
-        Its law, ``prony`` and ``mullins`` count.
-    time : ndarray, shape (n,)
-        Not descending [s].
-    strain : ndarray, shape (n,)
-        Engineering strain, above -1 [-].
-    step : float
-        Largest strain over which the softened stress is taken as linear [-].
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        [Pa].
-
-    Raises
-    ------
-    ValueError
-        When time descends, or strain and time are not of one length.
+    `time` (n,) does not descend [s]; `step`: largest strain over which the softened stress is taken as linear. Raise
+    ValueError for descending times or lengths that differ.
     """
     time, strain, samples = divided(time, strain, step)
     stress = softened_stress(silicone, strain)
@@ -62,7 +44,7 @@ def uniaxial_stress(silicone: Silicone, time: Array, strain: Array, *, step: flo
 
 
 def softened_stress(silicone: Silicone, strain: Array) -> Array:
-    """Return eta P_e along a path of engineering strain (n,), in its order [Pa]: the law with its softening alone."""
+    """Return eta P_e along a path of engineering strain (n,) [Pa]: the law with softening alone."""
     stress = engineering_stress(silicone.law, silicone.constants, strain)
     if silicone.mullins is None:
         return stress
@@ -71,21 +53,9 @@ def softened_stress(silicone: Silicone, strain: Array) -> Array:
 
 
 def branch_stress(times: Array, time: Array, strain: Array, stress: Array) -> Array:
-    """Return what a branch of each relaxation time adds to the engineering stress, for g = 1.
+    """Return the stress (n, j) [Pa] that a branch of each relaxation time (j,) [s] adds, for g = 1.
 
-    Parameters
-    ----------
-    times : ndarray, shape (j,)
-        Relaxation times [s].
-    time, strain : ndarray, shape (n,)
-        The path; its strain changes little from sample to sample [s, -].
-    stress : ndarray, shape (n,)
-        eta P_e along it [Pa].
-
-    Returns
-    -------
-    ndarray, shape (n, j)
-        [Pa].
+    The path (n,) has small steps of strain; `stress` is eta P_e along it.
     """
     stretch = 1.0 + strain
     S = np.stack([2.0 * stress / stretch, -stress * stretch**2], axis=1)[..., None] / 3.0
@@ -100,19 +70,10 @@ def branch_stress(times: Array, time: Array, strain: Array, stress: Array) -> Ar
 
 
 def divided(time: Array, strain: Array, step: float = _STEP) -> tuple[Array, Array, Array]:
-    """Return a path with its long steps divided: time, strain, and where its own samples stand among them.
+    """Divide the long steps of a path: time, strain, and the places of its own samples.
 
-    Parameters
-    ----------
-    time, strain : ndarray, shape (n,)
-        Not descending [s]; engineering strain [-].
-    step : float
-        Largest change of strain between two of the samples that come back.
-
-    Raises
-    ------
-    ValueError
-        When time descends, or strain and time are not of one length.
+    `step`: largest change of strain between samples returned. Raise ValueError for descending times or lengths that
+    differ.
     """
     time, strain = np.asarray(time, dtype=float), np.asarray(strain, dtype=float)
     if time.ndim != 1 or time.shape != strain.shape or not np.all(np.diff(time) >= 0.0):

@@ -1,4 +1,4 @@
-"""Which laws are there? A new one is a file beside this one and an entry here; all that reads laws reads this."""
+"""Registry of laws: a new one is a file beside this one and an entry here; all that reads laws reads this."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from sits_mech.silicone.laws.yeoh import YEOH
 __all__ = ["LAWS", "Constants", "Law", "known_law"]
 
 LAWS: Mapping[str, Law] = {law.name: law for law in (NEO_HOOKEAN, MOONEY_RIVLIN, YEOH, OGDEN, GENT)}
-"""The laws by the names that material tables have for them."""
+"""Laws by their names in material tables."""
 
 
 def known_law(name: str) -> Law:
-    """Return a law by its name; raise ValueError where there is none of that name."""
+    """Return a law by its name; raise ValueError if there is none."""
     if name not in LAWS:
         raise ValueError(f'law: must be one of {", ".join(LAWS)}; got "{name}"')
     return LAWS[name]

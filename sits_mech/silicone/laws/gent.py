@@ -1,4 +1,4 @@
-"""Gent's law: neo-Hookean with chains that can be stretched so far only.
+"""Gent's law: neo-Hookean with limited chain extensibility.
 
     w = -mu j_m/2 ln(1 - (I1 - 3)/j_m),    infinite from I1 = 3 + j_m on,    mu > 0, j_m > 0
 
@@ -18,7 +18,7 @@ _LOCKED = 1.0 - 1e-6  # share of the way to locking that the data's end may have
 
 
 def _energy(constants: Constants, at: Invariants) -> InvariantDerivatives:
-    """Energy, slope and curvature along I1; the locked law has no state: its slope is negative, so that none passes."""
+    """Return energy, slope and curvature along I1; beyond locking the slope is negative, so that no test passes."""
     mu, j_m = number(constants, "shear_modulus"), number(constants, "j_m")
     left = 1.0 - (at.I1 - 3.0) / j_m
     left = np.where(left == 0.0, -1.0, left)
@@ -28,12 +28,12 @@ def _energy(constants: Constants, at: Invariants) -> InvariantDerivatives:
 
 
 def _refusal(constants: Constants) -> str:
-    """Refuse a j_m at which even the law at rest is locked."""
+    """Refuse a j_m that is not positive."""
     return "" if number(constants, "j_m") > 0.0 else f"j_m must be positive; got {constants['j_m']}"
 
 
 def _limits(x: Array, reach: float) -> tuple[Array, Array]:
-    """From next to no locking to locking at the data's end."""
+    """Return the range of 1/j_m: from hardly any locking to locking at the data's end."""
     most = np.full_like(x, _LOCKED / reach)
     return _FLAT * most, most
 

@@ -1,4 +1,4 @@
-"""What makes a law of a silicone? Its constants, its isochoric energy with two derivatives, and how it is fitted.
+"""A silicone's law: its constants, its isochoric energy with two derivatives, and how it is fitted.
 
 A law states its energy in one of two forms:
 
@@ -29,19 +29,19 @@ Constants = Mapping[str, float | tuple[float, ...]]
 
 @dataclass(frozen=True)
 class Invariants:
-    """The isochoric invariants of deformations, shape (...) each; the second is computed when a law asks for it."""
+    """Isochoric invariants of deformations, shape (...); I2 is computed when asked for."""
 
     I1: Array
     second: Callable[[], Array]
 
     @property
     def I2(self) -> Array:
-        """The second invariant."""
+        """Second invariant."""
         return self.second()
 
 
 class InvariantDerivatives(NamedTuple):
-    """An energy density of I1 and I2 with its derivatives, each of their shape; None for one that is always zero."""
+    """An energy density of I1 and I2 with derivatives, each of their shape; None: identically zero."""
 
     w: Array
     w_1: Array
@@ -52,10 +52,10 @@ class InvariantDerivatives(NamedTuple):
 
 
 class StretchDerivatives(NamedTuple):
-    """What each principal direction stores, with derivatives by its logarithmic strain e.
+    """The energy of each principal direction with derivatives by its logarithmic strain e, shape (..., 3).
 
-    All of shape (..., 3). `quotient` is ``(f_1(e_i) - f_1(e_j))/(exp(e_i) - exp(e_j))`` for the pairs (i, j) of (1, 2),
-    (2, 0) and (0, 1), and its limit ``f_11/exp(e)`` at equal strains.
+    `quotient` is ``(f_1(e_i) - f_1(e_j))/(exp(e_i) - exp(e_j))`` for the pairs (i, j) of (1, 2), (2, 0) and (0, 1), and
+    its limit ``f_11/exp(e)`` at equal strains.
     """
 
     f: Array
@@ -66,49 +66,32 @@ class StretchDerivatives(NamedTuple):
 
 @dataclass(frozen=True)
 class OfInvariants:
-    """An energy given as a function of constants and invariants."""
+    """An energy as a function of constants and invariants."""
 
     derivatives: Callable[[Constants, Invariants], InvariantDerivatives]
 
 
 @dataclass(frozen=True)
 class OfStretches:
-    """An energy given as a function of constants and logarithmic principal strains (..., 3)."""
+    """An energy as a function of constants and logarithmic principal strains (..., 3)."""
 
     derivatives: Callable[[Constants, Array], StretchDerivatives]
 
 
 @dataclass(frozen=True)
 class LinearFit:
-    """How to fit a law that is linear in its constants; stability holds them, and here and there their sign.
-
-    Attributes
-    ----------
-    not_negative : tuple of str
-        Constants that must not be negative whatever the data say.
-    """
+    """Fit of a law that is linear in its constants, under stability and these sign conditions."""
 
     not_negative: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class TermFit:
-    """How to fit a law whose stress is a sum of moduli m > 0, each times a function of one shape x.
+    """Fit of a law whose stress is a sum of moduli m > 0, each times a function of one shape x.
 
-    Attributes
-    ----------
-    constants : callable
-        The law's constants of m and x, shape (terms,) each.
-    starts : callable
-        The shapes at which to begin the search, by the data's largest I1 - 3.
-    limits : callable
-        Lower and upper limits of shapes that started at x, by x and the data's largest I1 - 3.
-    held : callable
-        Which of the shapes x the data do not determine: those at an end of their range. Takes what `limits` takes.
-    note : str
-        What is to be said then.
-    several : bool
-        Whether the law may have more than one term.
+    With e the data's largest I1 - 3: `starts` gives the first shapes by e, `limits` lower and upper limits of shapes
+    that start at x by x and e, `held` which shapes x the data do not determine (at an end of their range), with a
+    `note`.
     """
 
     constants: Callable[[Array, Array], dict[str, float | tuple[float, ...]]]
@@ -120,42 +103,22 @@ class TermFit:
 
 
 def anything(constants: Constants) -> str:
-    """Refuse no constants."""
+    """Accept all constants."""
     return ""
 
 
 @dataclass(frozen=True)
 class Law:
-    """A law of hyperelasticity.
+    """A law of hyperelasticity."""
 
-    Attributes
-    ----------
-    name : str
-        As a material table names it.
-    units : mapping
-        Unit of each constant by its name, "Pa" or "" for a plain number, in the order of the formula.
-    shear_modulus : callable
-        Initial shear modulus of the constants, in the unit of theirs.
-    energy : OfInvariants or OfStretches
-        The isochoric energy.
-    fit : LinearFit or TermFit
-        How constants are found from data.
-    refusal : callable
-        What is wrong with constants, in words; "" where they are a law's.
-    lists : bool
-        Whether each constant is a list, of one number a term.
-    limit : str
-        What a layer of it does from a stretch on at which it is not stable.
-    """
-
-    name: str
-    units: Mapping[str, str]
-    shear_modulus: Callable[[Constants], float]
-    energy: OfInvariants | OfStretches
+    name: str  # in a material table
+    units: Mapping[str, str]  # of each constant in formula order, "Pa" or ""
+    shear_modulus: Callable[[Constants], float]  # initial, in the unit of the constants
+    energy: OfInvariants | OfStretches  # isochoric
     fit: LinearFit | TermFit = LinearFit()
-    refusal: Callable[[Constants], str] = anything
-    lists: bool = False
-    limit: str = "is unstable"
+    refusal: Callable[[Constants], str] = anything  # error in words, "" if valid
+    lists: bool = False  # each constant is a list, one number a term
+    limit: str = "is unstable"  # behaviour of a layer from an unstable stretch on
 
 
 def number(constants: Constants, name: str) -> float:

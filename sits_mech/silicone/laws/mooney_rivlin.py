@@ -14,7 +14,7 @@ from sits_mech.silicone.laws.law import Constants, InvariantDerivatives, Invaria
 
 
 def _energy(constants: Constants, at: Invariants) -> InvariantDerivatives:
-    """Energy and its two slopes."""
+    """Return energy and its two slopes."""
     c10, c01 = number(constants, "c10"), number(constants, "c01")
     w = c10 * (at.I1 - 3.0) + c01 * (at.I2 - 3.0)
     return InvariantDerivatives(w, np.full_like(at.I1, c10), np.full_like(at.I1, c01))

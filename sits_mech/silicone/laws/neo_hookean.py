@@ -1,4 +1,4 @@
-"""The neo-Hookean law: what a network of Gaussian chains stores.
+"""The neo-Hookean law: energy of a network of Gaussian chains.
 
     w = mu/2 (I1 - 3),    mu > 0
 
@@ -14,7 +14,7 @@ from sits_mech.silicone.laws.law import Constants, InvariantDerivatives, Invaria
 
 
 def _energy(constants: Constants, at: Invariants) -> InvariantDerivatives:
-    """Energy and its one derivative."""
+    """Return energy and its one derivative."""
     half = 0.5 * number(constants, "shear_modulus")
     return InvariantDerivatives(half * (at.I1 - 3.0), np.full_like(at.I1, half))
 

@@ -29,7 +29,7 @@ def _terms(constants: Constants) -> list[tuple[float, float]]:
 
 
 def _energy(constants: Constants, e: Array) -> StretchDerivatives:
-    """Sum of the terms."""
+    """Sum the energies of the terms."""
     f, f_1, f_11, quotient = (np.zeros_like(e) for _ in range(4))
     first, second = e[..., [1, 2, 0]], e[..., [2, 0, 1]]
     ratio = first - second
@@ -47,12 +47,12 @@ def _energy(constants: Constants, e: Array) -> StretchDerivatives:
 
 
 def _shear_modulus(constants: Constants) -> float:
-    """Sum of the terms' moduli."""
+    """Sum the moduli of the terms."""
     return sum(mu for mu, _ in _terms(constants))
 
 
 def _refusal(constants: Constants) -> str:
-    """Refuse lists that do not go together, and powers of zero."""
+    """Refuse lists of different lengths, and powers of zero."""
     mu, alpha = constants["mu"], constants["alpha"]
     if mu and isinstance(mu, tuple) and isinstance(alpha, tuple) and len(mu) == len(alpha) and 0.0 not in alpha:
         return ""
@@ -60,7 +60,7 @@ def _refusal(constants: Constants) -> str:
 
 
 def _held(x: Array, reach: float) -> NDArray[np.bool_]:
-    """Tell which exponents stand at an end of their range."""
+    """Return which exponents stand at an end of their range."""
     inner = np.isclose(np.abs(x), np.where(x > 0.0, 1.0, 2.0), rtol=1e-5)
     return np.asarray(inner | (np.abs(x) > 0.9999 * _REACH), dtype=np.bool_)
 

@@ -20,7 +20,7 @@ from sits_mech.silicone.laws.law import (
 
 
 def _energy(constants: Constants, at: Invariants) -> InvariantDerivatives:
-    """Energy, slope and curvature along I1."""
+    """Return energy, slope and curvature along I1."""
     c10, c20, c30 = (number(constants, name) for name in ("c10", "c20", "c30"))
     x = at.I1 - 3.0
     return InvariantDerivatives(
