@@ -31,15 +31,9 @@ _OFF = 0.6 * (1.0 + 1e-6)  # lattice spacings of its points from the border at l
 
 @dataclass(frozen=True)
 class Outline:
-    """A plate's outline, from the target's centre.
+    """A plate's outline, from the target's centre."""
 
-    Attributes
-    ----------
-    loops : tuple of loops of (x, y)
-        The rim first, then the rims of holes, none closed [m].
-    """
-
-    loops: tuple[Loop, ...]
+    loops: tuple[Loop, ...]  # corners (x, y) of the rim, then of the holes, none closed [m]
 
     @property
     def rim(self) -> Array:
@@ -77,24 +71,15 @@ def _simple_outline(extent: tuple[float, float], is_round: bool) -> Outline:
 
 
 def read_outline(path: str | Path, group: str | None = None) -> Outline:
-    """Return the outline of the triangles and quadrilaterals in a mesh file, in the file's own unit (metres).
+    """Return the outline of the triangles and quadrilaterals in a mesh file [m].
 
-    Raises
-    ------
-    ValueError
-        If the file is no mesh, has no plane cells or no such group, or is not in one piece with simple rims.
+    ValueError if the file is no mesh, has no plane cells or no such group, or is not in one piece with simple rims.
     """
     return Outline(read_loops(path, group))
 
 
 def outline_plan(outline: Outline, grading: Grading) -> Plan:
-    """Divide a plate of any outline.
-
-    Raises
-    ------
-    ValueError
-        If a rim crosses or touches itself or another, or the metal is too narrow to divide.
-    """
+    """Divide a plate of any outline; ValueError if rims cross or touch, or the metal is too narrow to divide."""
     crossing = first_crossing(outline.loops)
     if crossing is not None:
         x, y = crossing

@@ -1,4 +1,4 @@
-"""Where a coil's current runs straight: the tracks of rectangles, free paths and true spirals, as bars between points.
+"""Describe coils whose current runs straight, rectangles, free paths and true spirals, as bars between points.
 
 A rectangle's turn i (0 is the innermost) has the half sizes of its centre line
 
@@ -34,20 +34,12 @@ _ROUND = 64  # facets of a ring
 
 @dataclass(frozen=True)
 class Tracks:
-    """Straight bars in planes z = const, in series.
+    """Straight bars in planes z = const, in series."""
 
-    Attributes
-    ----------
-    start, end : ndarray, shape (n, 3)
-        In the order of a positive current [m].
-    width, thickness : ndarray, shape (n,)
-        Sizes across them, in the plane and upright [m].
-    """
-
-    start: Array
-    end: Array
-    width: Array
-    thickness: Array
+    start: Array  # (n, 3) in the order of a positive current [m]
+    end: Array  # (n, 3) [m]
+    width: Array  # (n,) in the plane [m]
+    thickness: Array  # (n,) upright [m]
 
     @property
     def length(self) -> Array:
@@ -75,18 +67,10 @@ class Tracks:
 
 
 def coil_lines(coil: Coil, windings: str = "rings") -> list[tuple[Array, float]]:
-    """Return the centre lines of a coil's tracks as polylines, in the scene, each with its width.
+    """Return the centre lines of a coil's tracks, each with its width [m], in the order of a positive current.
 
-    Parameters
-    ----------
-    coil : Coil
-    windings : str
-        "spiral" for the true path of round coils; as "rings" their turns are polygons, as they are drawn.
-
-    Returns
-    -------
-    list of (ndarray, shape (m, 3), float)
-        In the order of a positive current; closed turns end where they begin [m].
+    Polylines (m, 3) in the scene. Closed turns end where they begin. "spiral" is the true path of round coils; as
+    "rings" their turns are polygons.
     """
     if coil.shape == "path":
         lines = [(np.array(line), width) for line, width in zip(coil.path, coil.widths, strict=True)]
@@ -176,7 +160,7 @@ def _outside(x: float) -> float:
 
 
 def standing_rings(coil: Coil) -> Sections:
-    """Return rings that stand for a coil where its shape counts for little: of its turns, length, pitch and heights.
+    """Return rings that stand for a coil far from it: of its turns, length, pitch and heights.
 
     Rings of a round coil are its own. Of free tracks the turns of a polyline are those about the middle; what goes
     around it by less than a half is left out, and where all does one ring around the tracks stands for the coil.
@@ -255,10 +239,7 @@ def section_refusal(coils: Sequence[Coil]) -> str | None:
 def coil_bars(coil: Coil) -> Bars:
     """Return the bars that the section y = 0 cuts of a coil.
 
-    Raises
-    ------
-    ValueError
-        Where it does not cut tracks of one width at right angles, as many there as back.
+    ValueError where it does not cut tracks of one width at right angles, as many there as back.
     """
     if coil.is_round:
         rings, n = coil_sections(coil), coil.layers * coil.turns

@@ -1,4 +1,4 @@
-"""How is half a pad divided into bricks? Tensor grids for boxes, rings around a core where anything is round.
+"""Divide half a pad into bricks: tensor grids for boxes, rings around a core where anything is round.
 
 A mesh is a base whose cells are each divided into m parts along every axis. The meshes of one base are a family: where
 in its base cell each cell lies, in the coordinates of the reference brick, is its division.
@@ -67,22 +67,12 @@ def _holds(outer: Outline, inner: Outline) -> bool:
 
 
 class Division(NamedTuple):
-    """Where the cells of a mesh lie in those of its base.
+    """Where the cells of a mesh lie in those of its base."""
 
-    Attributes
-    ----------
-    base : ndarray, shape (e,)
-        Number of the base cell.
-    part : ndarray, shape (e, d)
-        Number of the part along each axis of the reference cell.
-    low, high : ndarray, shape (e, d)
-        Its ends there, in the base cell's reference coordinates.
-    """
-
-    base: Indices
-    part: Indices
-    low: Array
-    high: Array
+    base: Indices  # (e,) number of the base cell
+    part: Indices  # (e, d) number of the part along each axis of the reference cell
+    low: Array  # (e, d) its lower end there, in reference coordinates
+    high: Array  # (e, d)
 
     @property
     def bases(self) -> int:
@@ -103,10 +93,7 @@ def joined(divisions: Sequence[Division]) -> Division:
 
 
 def divided(lines: Array, base: int | Array) -> Division:
-    """Return the division of the cells between lines along one axis.
-
-    The base has given lines, which are some of these, or every so many of them.
-    """
+    """Return the division of cells between lines along an axis; the base has given ones of these, or every so many."""
     first = lines[::base] if isinstance(base, int) else base
     cell = np.searchsorted(first, 0.5 * (lines[1:] + lines[:-1])) - 1
     start, size = first[cell], np.diff(first)[cell]
@@ -128,8 +115,7 @@ Lines = tuple[Array, Array, Array]
 
 
 def box_bricks(x: Array, y: Array, z: Array, split: int = 1, base: Lines | None = None) -> tuple[MeshHex, Division]:
-    """Return the bricks between given lines, and their division; every `split`-th line is of the base, or those given.
-    """
+    """Return the bricks between lines, and their division; every `split`-th line is of the base, or those given."""
     own = (split, split, split) if base is None else base
     flat = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     quads = _quads(np.arange(len(flat)).reshape(len(x), len(y)))
@@ -141,19 +127,9 @@ def ring_bricks(
 ) -> tuple[MeshHex2, Division]:
     """Return half a pad, y >= 0, in rings around a core, and the division of its bricks.
 
-    Parameters
-    ----------
-    target, pad : Outline
-        The pad's is used where `lines` reach beyond the target.
-    lines : tuple of ndarray
-        From the core (0) to the target's outline (1); from there (0) to the pad's (1), or one value where both are the
-        same; and along z.
-    around : int
-        Cells from a corner of the core to the next middle of a side; four times as many go around half the pad.
-    split : int
-        Parts of a base cell along every axis: every so many lines, one is of the base.
-    base : tuple of ndarray, optional
-        Those of the `lines` that are of the base, where they are others.
+    `lines` go from the core (0) to the target's outline (1); from there (0) to the pad's (1), or one value where both
+    are the same; and along z. `around` counts cells from a corner of the core to the next middle of a side; four times
+    as many go around half the pad. Every `split`-th line is of the base, or those in `base`.
     """
     rho, z = _rings(lines), lines[2]
     outwards, through = (split, split) if base is None else (_rings(base), base[2])

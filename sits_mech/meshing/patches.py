@@ -1,4 +1,4 @@
-"""How does a plan of four-sided patches become bricks? Coons patches between curves, cells between lines, upright.
+"""Divide a plan of four-sided patches into bricks: Coons patches between curves, cells between lines, upright.
 
 A patch with the curves b(s), a(s) below and above and l(t), r(t) at its left and right side has its points at
 
@@ -65,10 +65,7 @@ def part(curve: Curve, begin: float, end: float) -> Curve:
 
 
 def patch_bricks(patches: Sequence[Patch], z: Array, split: int = 1) -> tuple[MeshHex2, Division]:
-    """Return the bricks over a plan of patches between the lines along z, and their division.
-
-    Every `split`-th line of each patch and along z is one of the base.
-    """
+    """Return bricks over patches between lines along z, and their division; every `split`-th line is of the base."""
     points, places = (
         np.concatenate([_upright(patch, z, nodes) for patch in patches])
         for nodes in (ElementHex1().doflocs, ElementHex2().doflocs)

@@ -1,4 +1,4 @@
-"""How is a mesh refined so that each answer on it can be carried over? Every cell into 2^d, parents known.
+"""Refine a mesh so that answers on it can be carried over: every cell into 2^d, parents known.
 
 The corners of the new cells are the nodes of the quadratic element on the old ones: corners, middles of edges, and of a
 brick those of faces and inside. A new cell is the image of the whole reference cell under
@@ -54,24 +54,12 @@ _DIAGONALS = (
 
 @dataclass(frozen=True, eq=False)
 class Refinement:
-    """A refined mesh, and where each of its cells lies in the mesh that it was made of.
+    """A refined mesh, and where each of its cells lies in the mesh that it was made of."""
 
-    Attributes
-    ----------
-    mesh : skfem.Mesh
-        Of the same kind, with the same groups in `boundaries`.
-    parents : ndarray, shape (f,)
-        Cell of the first mesh in which each cell lies.
-    kinds : ndarray, shape (f,)
-        Which of `maps` each cell has.
-    maps : ndarray, shape (k, d, d + 1)
-        ``(A, b)`` of ``xi_parent = A xi + b``.
-    """
-
-    mesh: Mesh
-    parents: Indices
-    kinds: Indices
-    maps: Array
+    mesh: Mesh  # of the same kind, with the same groups in `boundaries`
+    parents: Indices  # (f,) cell of the first mesh in which each cell lies
+    kinds: Indices  # (f,) which of `maps` each cell has
+    maps: Array  # (k, d, d + 1) (A, b) of xi_parent = A xi + b
 
     def within(self, points: Array) -> Array:
         """Return where points of the reference cell, shape (n, d), lie in the parent by kind, shape (k, n, d)."""
@@ -79,20 +67,7 @@ class Refinement:
 
 
 def refined(mesh: Mesh, times: int) -> Refinement:
-    """Return a mesh whose cells are divided `times` times into 2^d each.
-
-    Parameters
-    ----------
-    mesh : skfem.Mesh
-        Tetrahedra, hexahedra or quadrilaterals, straight or quadratic, with or without `boundaries`.
-    times : int
-        0 or more.
-
-    Raises
-    ------
-    ValueError
-        For a mesh of other cells.
-    """
+    """Return a mesh with its cells, straight or curved, divided `times` times into 2^d each; ValueError for others."""
     if type(mesh) not in _ELEMENTS:
         raise ValueError(f"mesh: must be one of {', '.join(kind.__name__ for kind in _ELEMENTS)}; got {type(mesh)}")
     d, count = mesh.dim(), mesh.t.shape[1]

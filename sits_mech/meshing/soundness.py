@@ -1,4 +1,4 @@
-"""Is a mesh of the user's one watertight solid, and where is it not? Checks before anything is solved; welding.
+"""Check that a user's mesh is one watertight solid, before anything is solved; say where it is not; find nodes to weld.
 
 A face belongs to one cell, on the surface, or to two that lie on its two sides. Faces of the surface that lie on each
 other are a cut: cells there do not hold together, though nothing shows it. Nodes of two cells that are closer than
@@ -55,14 +55,7 @@ def faces_of(cells: Indices) -> Surface:
 
 
 def joined(points: Array, cells: Indices) -> Indices:
-    """Return for each node the first one that is at its place, itself where it is alone; shape (n,).
-
-    Parameters
-    ----------
-    points : ndarray, shape (n, 3)
-        Corners of cells only [m].
-    cells : ndarray, shape (e, 4) or (e, 8)
-    """
+    """Return for each corner of the cells the first one that is at its place, itself where it is alone; shape (n,)."""
     surface = faces_of(cells)
     own = surface.corners[surface.outer]
     shortest = _shortest_edges(points, own)
@@ -78,21 +71,9 @@ def joined(points: Array, cells: Indices) -> Indices:
 
 
 def check_sound(name: str, points: Array, cells: Indices) -> None:
-    """Refuse a mesh that is no watertight solid.
+    """Refuse a mesh that is no watertight solid: ValueError with one line, what is wrong, how often, and where first.
 
-    Parameters
-    ----------
-    name : str
-        Of the file.
-    points : ndarray, shape (n, 3)
-        Corners of cells only [m].
-    cells : ndarray, shape (e, 4) or (e, 8)
-        None of them flat.
-
-    Raises
-    ------
-    ValueError
-        One line: what is wrong, how often, and where first.
+    `points` (n, 3) are corners of cells only [m]; none of the `cells` (e, 4) or (e, 8) is flat.
     """
     surface = faces_of(cells)
     _refuse(name, points[surface.corners[surface.times[surface.number] > 2]], "faces must belong to one cell or two",
