@@ -68,27 +68,14 @@ _SAFETY = np.array([0.3, 0.15])  # estimated errors of R, L over the difference 
 
 @dataclass(frozen=True)
 class PlanarBars:
-    """The planar integral model of one sensor; made by `planar_bars`.
-
-    Attributes
-    ----------
-    sensor : Sensor
-    tolerance : float
-        Asked relative error of the change of inductance; the resistance is good to ten times that.
-    """
+    """The planar integral model of one sensor; made by `planar_bars`."""
 
     sensor: Sensor
-    tolerance: float
+    tolerance: float  # asked relative error of the change of L; of R ten times that
 
     @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
-        """Return L and R [H/m, ohm/m] for one pose or many at `frequency` [Hz].
-
-        Raises
-        ------
-        Collision, ValueError
-            As `check_asked`.
-        """
+        """Return L and R [H/m, ohm/m] for one pose or many at `frequency` [Hz]; raises as `check_asked`."""
         def alone() -> tuple[Array, Array]:
             return free_space_inductance(self.sensor), section_resistances(self.sensor.coils)
 
@@ -120,19 +107,7 @@ class PlanarBars:
 
 
 def planar_bars(sensor: Sensor, tolerance: float = 1e-3) -> PlanarBars:
-    """Return the planar integral model of `sensor`.
-
-    Parameters
-    ----------
-    sensor : Sensor
-    tolerance : float
-        Asked relative error of the change of inductance.
-
-    Raises
-    ------
-    SceneError
-        If the scene is not one this model can represent.
-    """
+    """Return the planar integral model of a sensor, to a relative error of the change of L; SceneError if none."""
     refusal = not_representable(sensor)
     if refusal:
         raise SceneError(refusal)

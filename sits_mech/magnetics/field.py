@@ -53,34 +53,16 @@ _SMALL_SHARE = 0.1  # of the estimated error: a plate with less keeps its cells
 
 @dataclass(frozen=True)
 class PlanarField:
-    """The field at one pose and frequency.
+    """The field at one pose and frequency."""
 
-    Attributes
-    ----------
-    plates : tuple of Plate
-        Target first, if there is one.
-    coils : tuple of Track
-    division : Division
-    solution : FieldSolution
-        Of order 3.
-    coarse : FieldSolution
-        Of order 2, for the error.
-    omega : float
-        [rad/s].
-    ground : float or None
-        Radius of the circle where A = 0 [m].
-    solves : int
-        Linear solves it took.
-    """
-
-    plates: tuple[Plate, ...]
+    plates: tuple[Plate, ...]  # target first, if there is one
     coils: tuple[Track, ...]
     division: Division
-    solution: FieldSolution
-    coarse: FieldSolution
-    omega: float
-    ground: float | None
-    solves: int
+    solution: FieldSolution  # of order 3
+    coarse: FieldSolution  # of order 2, for the error
+    omega: float  # [rad/s]
+    ground: float | None  # radius of the circle where A = 0 [m]
+    solves: int  # linear solves it took
 
     @property
     def flux(self) -> Complex:
@@ -127,28 +109,17 @@ class PlanarField:
 
 @dataclass(frozen=True)
 class PlanarFem:
-    """The planar finite element model of one sensor; made by `planar_fem`.
-
-    Attributes
-    ----------
-    sensor : Sensor
-    tolerance : float
-        Asked relative error of the change of inductance; the resistance is asked to ten times that.
-    """
+    """The planar finite element model of one sensor; made by `planar_fem`."""
 
     sensor: Sensor
-    tolerance: float
+    tolerance: float  # asked relative error of the change of L; of R ten times that
 
     @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L and R [H/m, ohm/m] for one pose or many at `frequency` [Hz]; every pose is a mesh of its own.
 
-        Raises
-        ------
-        Collision, ValueError
-            As `check_asked`; also if the mesh generator is missing.
-        SolveFailed
-            If the tolerance is not reached.
+        Raises as `check_asked`, ValueError if the mesh generator is missing, SolveFailed if the tolerance is not
+        reached.
         """
         def alone() -> tuple[Array, Array]:
             inductance = free_inductance(tracks(self.sensor), return_radius(self.sensor))
@@ -174,10 +145,7 @@ class PlanarFem:
 
     @one_thread
     def field(self, pose: Pose, frequency: float) -> PlanarField | None:
-        """Return the field at one pose and `frequency` [Hz] to the model's tolerance; None if the scene has no plate.
-
-        Raises as `impedance` does.
-        """
+        """Return the field at one pose and `frequency` [Hz], or None without plates; raises as `impedance`."""
         check_asked(_KIND, self.sensor, pose, frequency)
         return self._field(pose, frequency)
 
@@ -188,20 +156,9 @@ class PlanarFem:
 
 
 def planar_fem(sensor: Sensor, tolerance: float = 1e-3) -> PlanarFem:
-    """Return the planar finite element model of `sensor`.
+    """Return the planar finite element model of `sensor`, to a relative error of the change of inductance.
 
-    Parameters
-    ----------
-    sensor : Sensor
-    tolerance : float
-        Asked relative error of the change of inductance.
-
-    Raises
-    ------
-    SceneError
-        If the scene is not one this model can represent.
-    ValueError
-        If the tolerance is not between 1e-7 and 1.
+    SceneError if this model cannot represent the scene, ValueError if the tolerance is not between 1e-7 and 1.
     """
     if refusal := section_refusal(sensor.coils) or outline_refusal(sensor):
         raise SceneError(refusal)

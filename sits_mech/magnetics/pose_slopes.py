@@ -1,4 +1,4 @@
-"""How do inductances change with the pose? Differences of answers, from one batch.
+"""Differentiate inductances by the pose, by differences of answers from one batch.
 
 Central ones of fourth order, or, `quick`, one answer a component: of the plate's coarsest division where it has several
 (`sheets`), whose slopes s are made those of the answer by what both find of each coil's own change,
@@ -32,11 +32,7 @@ def pose_slopes(
     sensor: Sensor, model: MagneticModel, pose: Pose, frequency: float, components: Sequence[str], *,
     quick: bool = False,
 ) -> tuple[Impedance, Array, Array]:  # fmt: skip
-    """Return the impedance at p poses, and derivatives of L and R by components.
-
-    Arguments as of `slopes`, the pose of arrays of shape (p,); `quick` as above. Derivatives have the shape
-    (p, n, n, k), by metre or radian.
-    """
+    """Return the impedance at p poses, and derivatives of L and R by components, (p, n, n, k) [per m or rad]."""
     rows, stencil = pose.components, FIRST if quick else CENTRAL
     steps = _steps(sensor, pose) * (_QUICK if quick else 1.0) if components else np.zeros((0, len(rows)))
     ways = [place for place in stencil.places if place]

@@ -1,4 +1,4 @@
-"""How much can a conductor far away change the coils' inductance at most? A bound in closed form, before any solve.
+"""Bound how much a conductor far away changes the coils' inductance, in closed form, before any solve.
 
 A conductor K without net current in the coils' field H [1/m, for 1 A] changes their impedance by j omega Delta L with
 
@@ -111,25 +111,11 @@ class _Far:
 def remote_bounds(
     sensor: Sensor, far: Sequence[Conductor], pose: Pose, *, section: bool = False, enough: float = 0.0
 ) -> Array:
-    """Return how much conductors change any entry of L at most, over the largest self-inductance.
+    """Return how much m far conductors change any entry of L at most, over the largest self-inductance; shape (p, m).
 
-    Parameters
-    ----------
-    sensor : Sensor
-        Flat coils, target, and as conductors those that are solved.
-    far : sequence of Conductor
-        m others, which are left out together.
-    pose : Pose
-        p poses, or one.
-    section : bool
-        Whether a planar model is asked: what the section y = 0 cuts of them counts as endless along y as well.
-    enough : float
-        A sum over the conductors below which a pose needs no better bound.
-
-    Returns
-    -------
-    ndarray, shape (p, m)
-        The part of each; infinite where this bound does not hold.
+    Infinite where this bound does not hold. `sensor` has flat coils, the target, and as conductors those that are
+    solved; `far` are left out together. `section`: what the section y = 0 cuts of them counts as endless along y as
+    well. `enough` is a sum over the conductors below which a pose needs no better bound.
     """
     solved = _solved(sensor, pose)
     if not far:

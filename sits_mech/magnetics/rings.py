@@ -43,31 +43,18 @@ _Limits = tuple[list[Complex], list[Complex]]
 
 @dataclass(frozen=True)
 class Axisymmetric:
-    """The axisymmetric model of one sensor; make it with `axisymmetric`.
-
-    Attributes
-    ----------
-    sensor : Sensor
-    tolerance : float
-        Asked relative error of the change of inductance; the resistance is good to ten times that.
-    """
+    """The axisymmetric model of one sensor; make it with `axisymmetric`."""
 
     sensor: Sensor
-    tolerance: float
+    tolerance: float  # asked relative error of the change of L; of R ten times that
 
     @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L [H] and R [ohm] for one pose or many at `frequency` [Hz].
 
-        The disc is divided on first use of its steps of gaps (octaves) and frequencies (decades), and kept for later
-        calls.
-
-        Raises
-        ------
-        Collision, ValueError
-            As `check_asked`; also if a pose leaves the coil's axis.
-        SolveFailed
-            If the tolerance asks for more rings than fit.
+        The disc is divided on first use of its steps of gaps (octaves) and frequencies (decades), and kept. Raises as
+        `check_asked`, ValueError if a pose leaves the coil's axis, SolveFailed if the tolerance asks for more rings
+        than fit.
         """
         def alone() -> tuple[Array, Array]:
             return free_inductances(self.sensor.coils), track_resistances(self.sensor.coils)
@@ -111,19 +98,9 @@ class Axisymmetric:
 
 
 def axisymmetric(sensor: Sensor, tolerance: float = 1e-3) -> Axisymmetric:
-    """Return the axisymmetric model of a sensor.
+    """Return the axisymmetric model of one coil and a disc, or of any coils with parallel axes without target.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        One coil and a disc, or no target (then any coils with parallel axes, free-space inductances only).
-    tolerance : float
-        Relative error of the change of inductance; the resistance is good to ten times that.
-
-    Raises
-    ------
-    SceneError
-        If the scene is not axisymmetric; the message names the model for it.
+    SceneError names the model for a scene that is not axisymmetric.
     """
     reason = _reason_against(sensor)
     if reason:

@@ -1,4 +1,4 @@
-"""How do L and R change with pose, frequency and the scene's lengths? Derivatives of any model of the magnetics.
+"""Differentiate L and R by pose, frequency and the scene's lengths, for any model of the magnetics.
 
 A model's answer is a smooth function of pose and frequency down to rounding (`stages`), so that differences of a fourth
 order (`maps.differences`) over steps h far above rounding and far below the lengths on which the field changes hold to

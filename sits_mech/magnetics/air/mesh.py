@@ -1,4 +1,4 @@
-"""How is the plane divided around the metal? Graded tensor triangles in each plate, gmsh between, a circle around all.
+"""Divide the plane around the metal: graded tensor triangles in each plate, gmsh between, a circle around all.
 
 Every part is a rectangle in the section: target, ground plane, ferrite backing. Its own axes xi (along) and eta (up
 from the middle of the bottom face) are turned clockwise by alpha. Along each axis nodes follow a wanted size
@@ -31,30 +31,14 @@ _SMALLEST = 1e-7  # first cell at least this share of a plate's length: finer sk
 
 @dataclass(frozen=True)
 class Fineness:
-    """Sizes of the division.
+    """Sizes of the division."""
 
-    Attributes
-    ----------
-    skin : float
-        First cell over the skin depth.
-    edge : float
-        First cell over the thickness, where that is smaller.
-    growth : float
-        Increase of cell size per distance from a face.
-    near : float
-        Largest cell over the distance to a coil or another part.
-    share : float
-        Largest cell over the side.
-    around : float
-        Edges of the outer circle.
-    """
-
-    skin: float
-    edge: float
-    growth: float
-    near: float
-    share: float
-    around: float
+    skin: float  # first cell over the skin depth
+    edge: float  # first cell over the thickness, where that is smaller
+    growth: float  # increase of cell size per distance from a face
+    near: float  # largest cell over the distance to a coil or another part
+    share: float  # largest cell over the side
+    around: float  # edges of the outer circle
 
     def times(self, factor: float) -> Fineness:
         """All sizes larger by `factor`; never less than two cells across a thickness."""
@@ -66,23 +50,12 @@ class Fineness:
 
 @dataclass(frozen=True)
 class Division:
-    """The divided plane.
-
-    Attributes
-    ----------
-    mesh : MeshTri
-    part : ndarray, shape (elements,)
-        0 in air, k + 1 in plate k.
-    centre : complex
-        Of the outer circle [m].
-    radius : float
-        Of the outer circle [m].
-    """
+    """The divided plane."""
 
     mesh: MeshTri
-    part: Index
-    centre: complex
-    radius: float
+    part: Index  # (elements,) 0 in air, k + 1 in plate k
+    centre: complex  # of the outer circle [m]
+    radius: float  # of the outer circle [m]
 
 
 def divide_plane(
@@ -92,25 +65,10 @@ def divide_plane(
     fineness: tuple[Fineness, ...],
     ground: float | None = None,
 ) -> Division:
-    """Divide the plane around `plates` up to a circle.
+    """Divide the plane around plates, apart from each other, up to a circle.
 
-    Parameters
-    ----------
-    plates : tuple of Plate
-        At least one; apart from each other.
-    bars : ndarray of complex
-        Places of the coils' bars x + j z [m].
-    skin_depths : ndarray, shape (plates,)
-        [m].
-    fineness : tuple of Fineness
-        One a plate; the circle takes the finest `around`.
-    ground : float, optional
-        Radius of the circle about the origin where A = 0 [m].
-
-    Raises
-    ------
-    ValueError
-        If plates reach beyond the grounded circle.
+    `bars` are the places x + j z of the coils' bars, `skin_depths` and `fineness` one a plate (the circle takes the
+    finest `around`), `ground` the radius where A = 0 [m]. ValueError if plates reach beyond the grounded circle.
     """
     centre, radius, around = _outer_circle(plates, max(f.around for f in fineness), ground)
     grids = []

@@ -80,30 +80,14 @@ def _harmonic(v, w):  # type: ignore[no-untyped-def]
 
 @dataclass(frozen=True)
 class FieldSolution:
-    """The field of every coil, one ampere each, at one order.
+    """The field of every coil, one ampere each, at one order."""
 
-    Attributes
-    ----------
-    basis : Basis
-        Finite element basis on the whole mesh.
-    u : ndarray of complex, shape (dofs, n)
-        A in the plates, A_r in the air [V s/m per A].
-    g : ndarray, shape (dofs, n)
-        A_c at the plates' nodes, 0 elsewhere [V s/m per A].
-    e : ndarray of complex, shape (plates, n)
-        Common potential of each plate [V s/m per A].
-    flux : ndarray of complex, shape (n, n)
-        Phi [H/m].
-    residual : float
-        Of the linear system, relative to its right-hand side.
-    """
-
-    basis: Basis
-    u: Complex
-    g: Array
-    e: Complex
-    flux: Complex
-    residual: float
+    basis: Basis  # on the whole mesh
+    u: Complex  # (dofs, n) A in the plates, A_r in the air [V s/m per A]
+    g: Array  # (dofs, n) A_c at the plates' nodes, 0 elsewhere [V s/m per A]
+    e: Complex  # (plates, n) common potential of each plate [V s/m per A]
+    flux: Complex  # (n, n) Phi [H/m]
+    residual: float  # of the linear system, relative to its right-hand side
 
 
 def solve_field(
@@ -114,21 +98,7 @@ def solve_field(
     order: int,
     ground: float | None = None,
 ) -> FieldSolution:
-    """Solve for every coil, one ampere each.
-
-    Parameters
-    ----------
-    division : Division
-    plates : tuple of Plate
-        Those of `division`, in its order.
-    coils : tuple of Track
-    omega : float
-        [rad/s].
-    order : int
-        2 or 3.
-    ground : float, optional
-        R_b [m].
-    """
+    """Solve for every coil, one ampere each, with elements of order 2 or 3; omega [rad/s], `ground` R_b [m]."""
     basis = Basis(division.mesh, _ELEMENTS[order](), intorder=2 * order)
     parts = [basis.with_elements(np.flatnonzero(division.part == k)) for k in range(len(plates) + 1)]
     stiffness = [_stiffness.assemble(part).tocsr() for part in parts]

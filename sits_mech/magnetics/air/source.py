@@ -37,25 +37,13 @@ _GAUSS_FINE = np.polynomial.legendre.leggauss(6)
 
 @dataclass(frozen=True)
 class Track:
-    """One coil's bars in the section y = 0, all of one size, in series.
+    """One coil's bars in the section y = 0, all of one size, in series."""
 
-    Attributes
-    ----------
-    place : ndarray of complex, shape (n,)
-        Centres x + j z [m].
-    tilt : ndarray, shape (n,)
-        Clockwise rotation of each bar [rad].
-    sign : ndarray, shape (n,)
-        +1 where a positive coil current runs along +y.
-    width, thickness : float
-        [m].
-    """
-
-    place: Complex
-    tilt: Array
-    sign: Array
-    width: float
-    thickness: float
+    place: Complex  # (n,) centres x + j z [m]
+    tilt: Array  # (n,) clockwise rotation of each bar [rad]
+    sign: Array  # (n,) +1 where a positive coil current runs along +y
+    width: float  # [m]
+    thickness: float  # [m]
 
 
 def tracks(sensor: Sensor) -> tuple[Track, ...]:
@@ -74,20 +62,9 @@ def _track(coil: Coil, substrate_radius: float | None) -> Track:
 
 
 def coil_potentials(coils: tuple[Track, ...], points: Complex, radius: float | None = None) -> Array:
-    """Return the vector potential of every coil per ampere.
+    """Return the vector potential of every coil at places x + j z (p,) [m], shape (p, n_coils) [V s/m per A].
 
-    Parameters
-    ----------
-    coils : tuple of Track
-    points : ndarray of complex, shape (p,)
-        Places x + j z [m].
-    radius : float, optional
-        R_b of a circle about the origin where A = 0; None for free space [m].
-
-    Returns
-    -------
-    ndarray, shape (p, n_coils)
-        [V s/m per A].
+    `radius` is R_b of a circle about the origin where A = 0; None for free space [m].
     """
     columns = [sum(_bar_logs(coil, k, points, radius) * coil.sign[k] for k in range(coil.sign.size)) for coil in coils]
     return np.asarray(-mu_0 / (2 * np.pi) * np.column_stack(columns))

@@ -54,26 +54,14 @@ _GAUSS = np.polynomial.legendre.leggauss(5)
 
 @dataclass(frozen=True)
 class DiscProblem:
-    """What a division of the disc must serve.
+    """What a division of the disc must serve."""
 
-    Attributes
-    ----------
-    radius, thickness, conductivity : float
-        Of the disc [m, m, S/m].
-    coil : Coil
-        On the same axis.
-    gaps : tuple of float
-        Smallest and largest distance of the coil plane to the disc, different [m].
-    skin_depth : float
-        Smallest skin depth [m].
-    """
-
-    radius: float
-    thickness: float
-    conductivity: float
-    coil: Coil
-    gaps: tuple[float, float]
-    skin_depth: float
+    radius: float  # of the disc [m]
+    thickness: float  # [m]
+    conductivity: float  # [S/m]
+    coil: Coil  # on the same axis
+    gaps: tuple[float, float]  # smallest and largest distance of the coil plane to the disc, different [m]
+    skin_depth: float  # smallest one [m]
 
 
 @dataclass(frozen=True)
@@ -87,21 +75,11 @@ class Row:
 
 @dataclass(frozen=True)
 class Disc:
-    """A disc at one level of division.
+    """A disc at one level of division."""
 
-    Attributes
-    ----------
-    modes : tuple of Modes
-        Even and odd class, without shapes; their field functions are Chebyshev polynomials of ln d_v.
-    rings : int
-        Number of rings in the whole disc.
-    gaps : tuple of float
-        Range of d_v [m].
-    """
-
-    modes: tuple[Modes, Modes]
-    rings: int
-    gaps: tuple[float, float]
+    modes: tuple[Modes, Modes]  # even and odd class, without shapes; their field functions are Chebyshev's of ln d_v
+    rings: int  # in the whole disc
+    gaps: tuple[float, float]  # range of d_v [m]
 
     def reaction(self, d_v: Array, omega: float) -> Complex:
         """Return Delta Z [ohm] at heights within the range of the gaps, shape (p,)."""
@@ -113,14 +91,7 @@ class Disc:
 
 
 def prepare_disc(problem: DiscProblem, level: int) -> Disc:
-    """Divide the disc, halving the coarsest cells `level` times, and find its modes.
-
-    Parameters
-    ----------
-    problem : DiscProblem
-    level : int
-        0 is the coarsest; each next one has four times the rings.
-    """
+    """Divide the disc, halving the coarsest cells `level` times, each time four times the rings, and find its modes."""
     rows = divided_disc(problem, level)
     rings = _rings(rows)
     R = 2.0 * np.pi * rings.radius / (problem.conductivity * rings.width * rings.height)

@@ -1,4 +1,4 @@
-"""What is a coil's own capacitance, roughly? By the energy between its tracks, the voltage falling evenly along them.
+"""Estimate a coil's own capacitance by the energy between its tracks, the voltage falling evenly along them.
 
 With v the voltage at a place over that of the coil, falling from 1 to 0 in proportion to the length in series,
 

@@ -50,20 +50,7 @@ _DIGITS = 36.0  # natural logarithm of the accuracy of the field across another 
 
 
 def mutual_loops(a: ArrayLike, b: ArrayLike, d: ArrayLike) -> Array:
-    """Return the mutual inductance of coaxial circular filaments [H].
-
-    Parameters
-    ----------
-    a, b : array_like
-        Radii, not negative [m].
-    d : array_like
-        Distance of their planes [m].
-
-    Returns
-    -------
-    ndarray
-        In the broadcast shape; infinite where the filaments coincide.
-    """
+    """Return the mutual inductance [H] of coaxial filaments, radii a, b, distance d [m]; infinite if they coincide."""
     a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     return np.asarray((a * b) ** 2 * _reduced(a, b, np.asarray(d, dtype=float)))
 
@@ -76,19 +63,10 @@ def _reduced(a: Array, b: Array, d: Array) -> Array:
 
 
 def ring_mutual(first: Sections, second: Sections, *, points: tuple[int, int] = (3, 3)) -> Array:
-    """Return the mutual inductances of coaxial rings; a ring with itself gives its self-inductance [H].
+    """Return the mutual inductances (n, m) of coaxial rings [H]; of a ring with itself its self-inductance.
 
-    Parameters
-    ----------
-    first, second : Sections
-        n and m rings.
-    points : tuple of int
-        Gauss points along r and z for the regular part; the second section takes one more along r.
-
-    Returns
-    -------
-    ndarray, shape (n, m)
-        Symmetric to rounding only up to the quadrature when `first` is `second`; see `ring_inductance`.
+    `points` are of Gauss along r and z for the regular part, one more along r in the second section; the result is
+    symmetric only up to this quadrature (see `ring_inductance`).
     """
     column = Sections(first.radius[:, None], first.z[:, None], first.width[:, None], first.height[:, None])
     return paired_mutual(column, second, points, (points[0] + 1, points[1]))
@@ -97,11 +75,7 @@ def ring_mutual(first: Sections, second: Sections, *, points: tuple[int, int] = 
 def paired_mutual(first: Sections, second: Sections, points: tuple[int, int], others: tuple[int, int]) -> Array:
     """Return the mutual inductances of rings of one shape with those of another, pair by pair as they broadcast [H].
 
-    Parameters
-    ----------
-    first, second : Sections
-    points, others : tuple of int
-        Gauss points of the first and the second section along r and z; where sections meet they must be unlike along r.
+    `points` and `others` are of Gauss in both sections along r and z; where sections meet they must be unlike along r.
     """
     a, b = first.radius, second.radius
     d = second.z - first.z
@@ -139,23 +113,11 @@ def _offsets(rings: Sections, points: tuple[int, int]) -> list[tuple[Array, Arra
 
 
 def coil_inductances(coils: Sequence[Coil], *, tolerance: float = 1e-9, windings: str = "rings") -> Array:
-    """Return the free-space inductance matrix of coils with parallel axes [H].
+    """Return the free-space inductance matrix of n coils with parallel axes, none overlapping, shape (n, n) [H].
 
+    `tolerance` is the relative error of each mutual inductance of rings, against both self-inductances. Round coils are
+    "rings" or a "spiral"; others are straight tracks, and so are round ones for their mutual inductances with them.
     Equal windings, and equal pairs of them at equal places of each other, are computed once.
-
-    Parameters
-    ----------
-    coils : sequence of Coil
-        n coils, none overlapping another.
-    tolerance : float
-        Relative error of each mutual inductance of rings, against the two coils' self-inductances.
-    windings : str
-        Of round coils: "rings", or their true path as a "spiral". Other shapes are straight tracks, and so is what is
-        round for its mutual inductances with them.
-
-    Returns
-    -------
-    ndarray, shape (n, n)
     """
     kinds, _ = kinds_of(coils)
     rings = [coil_sections(kind) if kind.is_round and windings == "rings" else None for kind in kinds]
@@ -183,10 +145,7 @@ def _own(rings: Sections | None, tracks: Tracks | None) -> float:
 
 
 def series_inductance(rings: Sections) -> float:
-    """Return the inductance of coaxial rings in series [H]; layers of equal turns share what depends on their distance.
-
-    So that a coil of n layers costs n pairs of them, not n^2.
-    """
+    """Return the inductance of coaxial rings in series [H]; a coil of n equal layers costs n pairs of them, not n^2."""
     sign = np.broadcast_to(rings.sign, rings.radius.shape)
     levels, level = np.unique(rings.z, return_inverse=True)
     layers = [_taken(rings, level == k) for k in range(levels.size)]
@@ -224,14 +183,7 @@ def _alike(first: Sections, second: Sections) -> bool:
 def mutual_side_by_side(first: Sections, second: Sections, distance: float, *, error: float = 1e-16) -> float:
     """Return the mutual inductance of two windings with parallel axes, all their rings in series [H].
 
-    Parameters
-    ----------
-    first, second : Sections
-        The windings' rings, each about its own axis; they must not cut each other.
-    distance : float
-        Of the axes [m].
-    error : float
-        Absolute error asked of the quadrature around the loops [H].
+    `distance` is of the axes [m]; rings must not cut each other. `error` is asked of the quadrature, absolute [H].
     """
     b, zb, wb = _filaments(second)
     heights, level = np.unique(zb, return_inverse=True)

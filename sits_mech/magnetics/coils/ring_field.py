@@ -38,21 +38,7 @@ _PAD = 24  # cells of the table beyond the region, where the spline is not moved
 
 
 def ring_potential(coil: Coil, points: Array, *, across: int = 1) -> Array:
-    """Return A of a coil's rings per ampere.
-
-    Parameters
-    ----------
-    coil : Coil
-    points : ndarray, shape (n, 3)
-        [m].
-    across : int
-        Gauss filaments across each track.
-
-    Returns
-    -------
-    ndarray, shape (n, 3)
-        [V s / (A m)]
-    """
+    """Return A of a coil's rings at points (n, 3) [m], shape (n, 3) [V s / (A m)]; `across` filaments a track."""
     x, y = points[:, 0] - coil.centre[0], points[:, 1] - coil.centre[1]
     profile = _profile(coil, np.hypot(x, y), points[:, 2], across)
     return np.column_stack([-y * profile, x * profile, np.zeros(x.size)])
@@ -90,15 +76,9 @@ def _straight(coil: Coil, windings: str, across: int) -> Potential:
 def winding_potential(winding: Coil, windings: str, region: tuple[float, float, float]) -> Potential:
     """Return a function that gives A of a coil about z anywhere in a region, (p, 3, q) to (p, c, q); c = 2 without A_z.
 
-    Parameters
-    ----------
-    winding : Coil
-        Its centre plays no part.
-    windings : str
-        "rings" or "spiral", of round coils.
-    region : tuple of float
-        Height from which on the potential is tabulated, greatest height and distance from the axis [m]. What is found
-        at a point does not depend on the last two.
+    `region`: height from which on the potential is tabulated, greatest height and distance from the axis [m]; what is
+    found at a point does not depend on the last two. `windings` are "rings" or "spiral"; the coil's centre plays no
+    part.
     """
     winding = winding.model_copy(update={"centre": (0.0, 0.0)})
     across = 1 if region[0] > 3 * winding.track_width else 2

@@ -50,10 +50,7 @@ _SMALL = 1e-12  # least square of a distance, over that of a length
 
 
 def linkage(first: Tracks, second: Tracks) -> float:
-    """Return the flux of 1 A in all of the first tracks through all of the second [H].
-
-    Of the same tracks, their self-inductance in series.
-    """
+    """Return the flux of 1 A in the first tracks through the second [H]; of the same ones, their self-inductance."""
     total, own = 0.0, first is second
     step = max(1, _PAIRS // len(second.start))
     for begin in range(0, len(first.start), step):
@@ -130,14 +127,7 @@ def _area(x: Array, square: Array, least: Array) -> Array:
 
 
 def track_potential(tracks: Tracks, *, across: int = 1) -> Potential:
-    """Return a function that gives A_x and A_y of 1 A in all tracks, (p, 3, q) to (p, 2, q), off the tracks.
-
-    Parameters
-    ----------
-    tracks : Tracks
-    across : int
-        Gauss filaments across each.
-    """
+    """Return a function that gives A_x and A_y of 1 A in all tracks, (p, 3, q) to (p, 2, q), off the tracks."""
     strands = [(_strand(strand), share) for strand, share in tracks.strands(across)]
 
     def potential(points: Array) -> Array:

@@ -44,31 +44,18 @@ _MOST = 4000  # filaments: an eigenproblem of ten seconds
 
 @dataclass(frozen=True)
 class TrackSpectrum:
-    """A coil's own series impedance over frequency, without target.
+    """A coil's own series impedance over f frequencies, without target, with estimated absolute errors."""
 
-    Attributes
-    ----------
-    R : ndarray, shape (f,)
-        Resistance with skin and proximity effect [ohm].
-    shift : ndarray, shape (f,)
-        What the uneven current takes from the inductance: L(f) - L(0) [H].
-    error_R, error_shift : ndarray, shape (f,)
-        Estimated absolute errors.
-    """
-
-    R: Array
-    shift: Array
-    error_R: Array
-    error_shift: Array
+    R: Array  # (f,) with skin and proximity effect [ohm]
+    shift: Array  # (f,) what the uneven current takes from the inductance: L(f) - L(0) [H]
+    error_R: Array  # (f,)
+    error_shift: Array  # (f,)
 
 
 def track_spectrum(coil: Coil, frequencies: Sequence[float]) -> TrackSpectrum:
     """Return a coil's own resistance and change of inductance at each frequency [Hz], in free space.
 
-    Raises
-    ------
-    ValueError
-        If a frequency is not positive, or the highest one's skin depth asks for more filaments than fit.
+    ValueError if a frequency is not positive, or the highest one's skin depth asks for more filaments than fit.
     """
     hertz = np.asarray(frequencies, dtype=float)
     if hertz.size == 0 or not np.all((hertz > 0.0) & np.isfinite(hertz)):

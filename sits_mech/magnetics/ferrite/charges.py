@@ -1,4 +1,4 @@
-"""How do uniformly magnetised boxes act on each other? By the charges on their faces, in closed form.
+"""Interaction of uniformly magnetised boxes by the charges on their faces, in closed form.
 
 Two boxes with magnetisations M, M' have the energy ``mu0 M . K M'``, with
 
@@ -36,17 +36,10 @@ _APART = 12.0  # and largest sides between them, at least: the dipoles' own erro
 
 
 def box_charges(x: Array, y: Array, z: Array) -> Array:
-    """Return K between the boxes of one octant and all boxes of the mirrored tensor mesh.
+    """Return K [m^3] between the boxes of one octant and all of the mirrored tensor mesh, shape (6, 2, 2, 2, n, n).
 
-    Parameters
-    ----------
-    x, y, z : ndarray
-        Nodes of the positive half axes, from 0 [m].
-
-    Returns
-    -------
-    ndarray, shape (6, 2, 2, 2, n, n)
-        K [m^3] by `PAIRS`; the next axes tell whether the second box is mirrored in x, y, z. Boxes run z fastest.
+    The first axis is `PAIRS`; the next tell whether the second box is mirrored in x, y, z. Boxes run z fastest; x, y, z
+    are nodes of the positive half axes, from 0 [m].
     """
     scale = max(axis[-1] for axis in (x, y, z))
     axes = [_Axis.of(axis / scale) for axis in (x, y, z)]
@@ -64,17 +57,14 @@ def box_charges(x: Array, y: Array, z: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Axis:
-    """Cells of a half axis by all cells along it: distances of nodes, which pair has which and its sign; sides.
+    """Cells of a half axis by all cells along it: distances of nodes, which pair has which and its sign; sides."""
 
-    `values` (m), `index` and `sign` (n + 1, 2 n + 1); `first` (n), `second` (2 n) sides, `apart` (n, 2 n).
-    """
-
-    values: Array
-    index: Integers
-    sign: Array
-    first: Array
-    second: Array
-    apart: Array
+    values: Array  # (m,)
+    index: Integers  # (n + 1, 2 n + 1)
+    sign: Array  # (n + 1, 2 n + 1)
+    first: Array  # (n,)
+    second: Array  # (2 n,)
+    apart: Array  # (n, 2 n)
 
     @classmethod
     def of(cls, nodes: Array) -> _Axis:

@@ -1,4 +1,4 @@
-"""What does a fixed permeable plate that does not conduct answer to the coils, and to the currents around it?
+"""Answer of a fixed permeable plate that does not conduct to the coils, and to the currents around it.
 
 Magnetisation M [A/m], uniform in each box of a tensor mesh, with the susceptibility chi = mu_r (1 - j tan delta) - 1:
 
@@ -62,18 +62,10 @@ _NEXT = {"plate": (0.45, 0.2), "block": (0.0, 0.7)}
 
 @dataclass(frozen=True, eq=False)
 class Core:
-    """A permeable plate, ready to answer.
+    """A permeable plate, ready to answer."""
 
-    Attributes
-    ----------
-    frame : Sheeted
-        Its box and the combinations of fields that its classes see, without modes.
-    response : ndarray, shape (r + n, r + n)
-        Y / (j omega) of the combinations and of n coils after them, symmetric [A^2 / J].
-    """
-
-    frame: Sheeted
-    response: Complex
+    frame: Sheeted  # its box and the combinations of fields that its classes see, without modes
+    response: Complex  # (r + n, r + n) Y / (j omega) of combinations, then n coils, symmetric [A^2 / J]
 
     @property
     def box(self) -> Box:
@@ -104,20 +96,10 @@ class Core:
 def prepared_core(
     plate: Target, susceptibility: complex, rung: Rung, clearance: float, sources: Sources
 ) -> tuple[Core, Core]:
-    """Return a permeable plate's answer from three divisions: with S as extrapolated, and off by its estimated error.
+    """Return a permeable rectangle's answer from three divisions: S extrapolated, and off by its estimated error.
 
-    Parameters
-    ----------
-    plate : Target
-        A rectangle.
-    susceptibility : complex
-        As for `prepare_core`.
-    rung : Rung
-        Gives the digits that fields keep, and how many boxes there are along the sides.
-    clearance : float
-        From other plates [m].
-    sources : Sources
-        Coils around.
+    `clearance` is from other plates [m]; the rung gives the digits that fields keep, and the number of boxes along the
+    sides.
     """
     half = np.array([*plate.extent, plate.thickness]) / 2
     length = min(field_length(coil, sources.distance + half[2]) for coil in sources.coils)
@@ -139,17 +121,9 @@ def prepared_core(
 def prepare_core(
     divisions: Sequence[tuple[Array, Array, Array]], susceptibility: complex, box: Box, sources: Sources
 ) -> tuple[Core, ...]:
-    """Find what a plate answers on several divisions.
+    """Find what a plate of susceptibility chi answers on several divisions, nodes of the half axes from the middle [m].
 
-    Parameters
-    ----------
-    divisions : sequence of three ndarray
-        The finest first, whose combinations of fields serve for all: nodes of the half axes from the middle [m].
-    susceptibility : complex
-        chi of the module docstring [-].
-    box : Box
-    sources : Sources
-        Coils around.
+    The finest comes first; its combinations of fields serve for all.
     """
     bases: list[Basis] = []
     found = []

@@ -28,22 +28,12 @@ _PAIRS = 30_000  # pairs of points and filaments held at once, so that they stay
 
 @dataclass(frozen=True)
 class Filaments:
-    """All coils' currents as line currents.
+    """All coils' currents as line currents."""
 
-    Attributes
-    ----------
-    x, z : ndarray, shape (k,)
-        [m].
-    current : ndarray, shape (k, n)
-        Current of each filament per ampere in each coil.
-    radius : float or None
-        R_b of the grounded circle; None for free space [m].
-    """
-
-    x: Array
-    z: Array
-    current: Array
-    radius: float | None
+    x: Array  # (k,) [m]
+    z: Array  # (k,) [m]
+    current: Array  # (k, n) of each filament per ampere in each coil
+    radius: float | None  # R_b of the grounded circle; None for free space [m]
 
 
 def filaments(coils: tuple[Bars, ...], clearance: float, error: float, radius: float | None) -> Filaments:
@@ -68,22 +58,10 @@ def _gauss(side: float, clearance: float, error: float) -> tuple[Array, Array]:
 
 
 def samples(source: Filaments, pose: Pose, thickness: float, nodes: Complex) -> Array:
-    """Return what a plate sees of the coils at its nodes.
+    """Return what a plate sees of n coils at its m nodes in p poses, shape (p, n, 2 m) or (p, n, 2 m + 1).
 
-    Parameters
-    ----------
-    source : Filaments
-    pose : Pose
-        Fields of shape (p,).
-    thickness : float
-        Of the plate [m].
-    nodes : ndarray, shape (m,)
-        xi + j eta from the centre of the section [m].
-
-    Returns
-    -------
-    ndarray, shape (p, n_coils, 2 m) or (p, n_coils, 2 m + 1)
-        Re f' and Im f' at the nodes [V s/m^2 per A]; with a grounded circle, A at the centre follows [V s/m per A].
+    Re f' and Im f' at the nodes xi + j eta from the centre of the section [V s/m^2 per A]; with a grounded circle, A at
+    the centre follows [V s/m per A].
     """
     middle, turn = _middle(pose, thickness)
     slope = _slope(source, (middle + turn * nodes).ravel()).reshape(middle.size, nodes.size, -1) * turn[..., None]

@@ -27,14 +27,9 @@ _NEAR = 3.5  # in the longest side of either bar
 
 
 def mean_log(dx: Array, dz: Array, first: tuple[Array, Array], second: tuple[Array, Array]) -> Array:
-    """Return the mean of ln r between rectangular bars, all arguments broadcast together.
+    """Return the mean of ln r between rectangular bars, all arguments broadcast together, in any unit.
 
-    Parameters
-    ----------
-    dx, dz : ndarray
-        Centre of the second bar less centre of the first (any unit; the result is ln of that unit).
-    first, second : tuple of ndarray
-        Width (along x) and thickness (along z) of each bar.
+    dx, dz are of the second bar's centre less the first's; each bar has its width (along x) and thickness (along z).
     """
     dx, dz, a1, b1, a2, b2 = np.broadcast_arrays(dx, dz, *first, *second)
     near = dx**2 + dz**2 < (_NEAR * np.maximum(np.maximum(a1, a2), np.maximum(b1, b2))) ** 2

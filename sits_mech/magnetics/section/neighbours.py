@@ -27,15 +27,7 @@ from sits_mech.quantities import Array, Complex, Pose
 
 @dataclass(frozen=True)
 class SectionPlate:
-    """A plate in its place, ready to answer.
-
-    Attributes
-    ----------
-    place : Plate
-        Where it is.
-    prepared : PreparedPlate
-        Its modes.
-    """
+    """A plate in its place, ready to answer."""
 
     place: Plate
     prepared: PreparedPlate
@@ -46,15 +38,7 @@ def coupled_reaction(
 ) -> Complex:
     """Return Delta Z of the coils over several plates, shape (n, n) [ohm/m]; not yet symmetrised.
 
-    Parameters
-    ----------
-    plates : tuple of SectionPlate
-    source : Filaments
-        All coils, in free space.
-    omega : float
-        [rad/s].
-    finest : int
-        Finest division in use; from 1 on for the check.
+    `source` are all coils, in free space; omega [rad/s]; `finest` division in use, from 1 on for the check.
     """
     own = [_rows(plate, source) for plate in plates]
     ends = np.cumsum([0, *(rows.shape[0] for rows in own)])

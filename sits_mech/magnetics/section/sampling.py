@@ -1,4 +1,4 @@
-"""Where a plate samples the field above the coils: few nodes in its section that carry every field from outside.
+"""Place the samples of the field above the coils: few nodes in a plate's section that carry every field from outside.
 
 Sources stay at least a clearance g away from the rectangle w x t. Two unknown densities, one inductance kernel
 phi = -ln r, tell how many complex samples N and where: charge the rectangle's rim to 1 and the curve at distance g
@@ -54,23 +54,10 @@ def probe_charges(size: tuple[float, float], clearance: float) -> Complex:
 
 
 def sample_nodes(size: tuple[float, float], clearance: float, terms: float) -> tuple[Complex, int]:
-    """Return one quadrant's places where the plate samples f', and the number of their copies in all quadrants.
+    """Return one quadrant's places xi + j eta [m] where the plate samples f', and their copies: 4, or 2 on an axis.
 
-    Parameters
-    ----------
-    size : tuple of float
-        Width w and thickness t of the section [m].
-    clearance : float
-        Smallest distance g of a source [m].
-    terms : float
-        Digits (natural logarithm) of an energy that the samples keep.
-
-    Returns
-    -------
-    places : ndarray, shape (m,)
-        xi + j eta from the centre of the section [m]; all nodes are those of `all_nodes`.
-    copies : int
-        4, or 2 where the places lie on an axis.
+    `size` is width w and thickness t, `clearance` the smallest distance g of a source [m]; `terms` are the digits
+    (natural logarithm) of an energy that the samples keep. All nodes are those of `all_nodes`.
     """
     if size[1] > size[0]:
         places, copies = sample_nodes((size[1], size[0]), clearance, terms)
@@ -149,16 +136,8 @@ def _offset_curve(size: tuple[float, float], distance: float, step: float) -> tu
 def fit(samples: Array, fields: Array, parities: tuple[float, float], copies: int) -> tuple[Array, Array]:
     """Return the basis S^-1 U^T, shape (k, copies x samples), and the field of each coefficient, shape (cells, k).
 
-    Parameters
-    ----------
-    samples : ndarray, shape (2 m, q)
-        Real, then imaginary parts of f' at one quadrant's m nodes, for each test charge with its images.
-    fields : ndarray, shape (cells, q)
-        Mean potential that each charge with its images gives in each cell.
-    parities : tuple of float
-        Of the class.
-    copies : int
-        4 where every node has three images, 2 where the nodes lie on an axis.
+    `samples` (2 m, q) are real, then imaginary parts of f' at one quadrant's m nodes, for each test charge with its
+    images; `fields` (cells, q) their mean potential in each cell; `copies` is 4, or 2 where the nodes lie on an axis.
     """
     U, S, V = np.linalg.svd(samples, full_matrices=False)
     kept = S > _CUT * S[0]

@@ -1,4 +1,4 @@
-"""Which cells, sheets and polynomials has a plate in the three-dimensional model? Prepared by the rung that is asked.
+"""Choose a plate's cells, sheets and polynomials in the three-dimensional model, and prepare it by a rung.
 
 A plate is prepared for all clearances from some on and all frequencies up to some (`stages`). Its coils' field is
 singular a clearance below it, so that polynomials, and cells, grow in number like the plate's width over the clearance,
@@ -76,12 +76,7 @@ def prepared(
     `scale` has the clearance from which on it holds [m], the frequency up to which it does [Hz], how far from the
     target's middle the coils' currents call for small cells, and the length on which their field changes [m]. A
     rectangle or disc that the target has `become`, a little larger or smaller, has the target's cells and polynomials,
-    so that differences of both are free of what other divisions change.
-
-    Raises
-    ------
-    TooLarge
-        Before the first large array.
+    so that differences are free of what other divisions change. TooLarge before the first large array.
     """
     family, metal = _fitting_family(target, outline, rung, scale, (become, False)), target.metal.conductivity
     found = kept(
@@ -162,15 +157,8 @@ def _carried_to(family: _Family, target: Target, other: Target) -> _Family:
 def memory_of(plan: Plan, sheets: int, depth: float, polynomials: int) -> float:
     """Return what the modes of a division take at most, by the module's formula [bytes].
 
-    Parameters
-    ----------
-    plan : Plan
-    sheets : int
-        Of the upper half.
-    depth : float
-        How far from the rim current may pass between sheets [m].
-    polynomials : int
-        Of the box, along all axes.
+    `sheets` are of the upper half, `depth` is how far from the rim current may pass between sheets [m], `polynomials`
+    are of the box, along all axes.
     """
     g, q, n = len(plan.group), polynomials, plan.cells.shape[0] * sheets
     u, c = sheets * most_unknowns(plan, depth), 2 if np.iscomplex(plan.characters).any() else 1

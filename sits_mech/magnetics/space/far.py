@@ -1,4 +1,4 @@
-"""What is a plate to other plates? A few combinations of fields, which it sees and radiates at a few points.
+"""Reduce a plate, for other plates, to a few combinations of fields, which it sees and radiates at a few points.
 
 Of all that a plate can see (D of its combinations at its box's points, q x 3 x r: `Basis.fields` of the polynomials'
 coefficients there) little comes from beyond a distance c. Whatever comes from there is the field of currents m on the
@@ -53,38 +53,18 @@ class Plate(Hashable, Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Far:
-    """A plate as others see it.
+    """A plate as others see it."""
 
-    Attributes
-    ----------
-    points : ndarray, shape (q, 3)
-        From the bottom face's centre [m].
-    moments : ndarray, shape (q, 3, k)
-        C.
-    fields : ndarray, shape (r, k)
-        U.
-    """
-
-    points: Array
-    moments: Array
-    fields: Array
+    points: Array  # (q, 3) from the bottom face's centre [m]
+    moments: Array  # (q, 3, k) C
+    fields: Array  # (r, k) U
 
 
 @lru_cache(maxsize=32)
 def seen_from(plate: Plate, clearance: float, omega: float, lost: float, coils: int = 0) -> Far:
-    """Return what a plate is to all that is further away than a clearance.
+    """Return what a plate is to all that is further away than a clearance [m]; omega [rad/s].
 
-    Parameters
-    ----------
-    plate : Plate
-    clearance : float
-        [m]
-    omega : float
-        [rad/s]
-    lost : float
-        Which directions are left out, to the strongest.
-    coils : int
-        How many coils of its own it sees, the last of its combinations.
+    Directions weaker than `lost`, to the strongest, are left out; `coils` of its own are the last of its combinations.
     """
     box, Y = plate.box, plate.admittance(omega)
     points, r = box.points(), Y.size

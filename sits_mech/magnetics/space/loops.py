@@ -33,21 +33,11 @@ _LOOKED_AT = 10_000_000  # cells by edges of rims
 
 @dataclass(frozen=True)
 class Loops:
-    """Operators from the unknowns of one symmetry class to its cells (sheet fastest), all sparse.
+    """Operators from the unknowns of one symmetry class to its cells (sheet fastest), all sparse."""
 
-    Attributes
-    ----------
-    moments : tuple of sparse array
-        x, y and z components of the integral of J over each cell [A m per A].
-    uneven : sparse array
-        Rows whose squares, summed, are the dissipation (times conductivity) of the linear variation [m^-1/2].
-    volume : ndarray
-        Of the cells [m^3].
-    """
-
-    moments: tuple[sp.csr_array, sp.csr_array, sp.csr_array]
-    uneven: sp.csr_array
-    volume: Array
+    moments: tuple[sp.csr_array, sp.csr_array, sp.csr_array]  # x, y, z of the integral of J over a cell [A m per A]
+    uneven: sp.csr_array  # squares of rows, summed: dissipation of the linear variation, times conductivity [m^-1/2]
+    volume: Array  # of the cells [m^3]
 
     @property
     def unknowns(self) -> int:
@@ -56,18 +46,11 @@ class Loops:
 
 
 def class_loops(plan: Plan, heights: Array, symmetry: tuple[Complex, int], *, depth: float = 0.0) -> Loops:
-    """Return the loops of one class.
+    """Return the loops of one class on sheets at heights (l,) of the upper half, from the middle plane up [m].
 
-    Parameters
-    ----------
-    plan : Plan
-    heights : ndarray, shape (l,)
-        Of the sheets of the upper half, from the middle plane up [m].
-    symmetry : tuple
-        The class's row of `plan.characters`; +1 if the lower half carries the same in-plane currents as the upper,
-        -1 if the opposite.
-    depth : float
-        Vertical loops are taken in the cells at the rim and those whose middle is no further from it [m].
+    `symmetry` is the class's row of `plan.characters`, and +1 if the lower half carries the same in-plane currents as
+    the upper, -1 if the opposite. Vertical loops are taken in the cells at the rim and those whose middle is no further
+    from it than `depth` [m].
     """
     character, mirror = symmetry
     return plan_sums(plan, depth).flows(character).loops(heights, mirror)
@@ -77,24 +60,14 @@ def class_loops(plan: Plan, heights: Array, symmetry: tuple[Complex, int], *, de
 class Sums:
     """What all classes of a plan have in common: sums over cells of the outward currents of their edges.
 
-    Attributes
-    ----------
-    plan : Plan
-    seams : Seams
-        Of the plan.
-    area : ndarray, shape (n,)
-        Of the cells [m^2].
-    at_rim : ndarray of bool, shape (n,)
-        Cells that take vertical loops.
-    of_edges : sparse array, shape (5 n, edges)
-        x and y moments [m], the net current, and both weighted sums of opposite edges, one below the other.
+    `of_edges` has x and y moments [m], the net current, and both weighted sums of opposite edges, one below the other.
     """
 
     plan: Plan
     seams: Seams
-    area: Array
-    at_rim: NDArray[np.bool_]
-    of_edges: sp.csr_array
+    area: Array  # (n,) of the cells [m^2]
+    at_rim: NDArray[np.bool_]  # (n,) cells that take vertical loops
+    of_edges: sp.csr_array  # (5 n, edges)
 
     def flows(self, character: Complex) -> Flows:
         """Return the sums of the classes that have a row of `plan.characters`."""
@@ -105,19 +78,11 @@ class Sums:
 
 @dataclass(frozen=True)
 class Flows:
-    """Sums of a plan, as of `Sums`, by the unknowns of one sheet.
+    """Sums of a plan, as of `Sums`, by the unknowns of one sheet."""
 
-    Attributes
-    ----------
-    area : ndarray, shape (n,)
-        Of the cells [m^2].
-    psi, across : sparse array, shape (5 n, unknowns)
-        Of the stream function and of the vertical loops; the net current of the first is zero.
-    """
-
-    area: Array
-    psi: sp.coo_array
-    across: sp.coo_array
+    area: Array  # (n,) of the cells [m^2]
+    psi: sp.coo_array  # (5 n, unknowns) of the stream function, without net current
+    across: sp.coo_array  # (5 n, unknowns) of the vertical loops
 
     def loops(self, heights: Array, mirror: int) -> Loops:
         """Return the loops of one class; arguments as of `class_loops`."""

@@ -45,48 +45,28 @@ _WITHIN = 6  # Gauss points through a sheet, for means of its polynomials: exact
 
 @dataclass(frozen=True)
 class _Class:
-    """A symmetry class: its loops, L and R on unknowns of like resistance, what scales these, fluxes of combinations of
-    other fields and of coils at rest, and which of all those are its.
-    """
+    """A symmetry class with L and R on unknowns of like resistance."""
 
     problem: Problem
     L: Complex
     R: Complex
-    unit: Array
-    fluxes: Complex
-    columns: Integers
+    unit: Array  # of each unknown
+    fluxes: Complex  # of combinations of other fields and of coils at rest
+    columns: Integers  # which of all those are its
 
 
 @dataclass(frozen=True, eq=False)
 class Near:
-    """A plate's division, for any coil and pose.
-
-    Attributes
-    ----------
-    plan : Plan
-    levels : ndarray, shape (l + 1,)
-        z of the sheets' interfaces from the middle plane up [m].
-    coils : Box
-        Of its clearance from the coils, and the order of polynomials through its thickness.
-    classes : tuple
-    highest : float
-        Angular frequency up to which the cells resolve the skin depth [rad/s].
-    box : Box
-        Of other plates' fields.
-    bases : tuple of Basis
-        Combinations of these, one a symmetry class; empty where there are no other plates.
-    sources : int
-        Coils that it sees at rest, after these.
-    """
+    """A plate's division, for any coil and pose."""
 
     plan: Plan
-    levels: Array
-    coils: Box
+    levels: Array  # (l + 1,) z of the sheets' interfaces from the middle plane up [m]
+    coils: Box  # of its clearance from the coils, and the order of polynomials through its thickness
     classes: tuple[_Class, ...]
-    highest: float
-    box: Box
-    bases: tuple[Basis, ...] = ()
-    sources: int = 0
+    highest: float  # angular frequency up to which the cells resolve the skin depth [rad/s]
+    box: Box  # of other plates' fields
+    bases: tuple[Basis, ...] = ()  # combinations of these, one a symmetry class; empty without other plates
+    sources: int = 0  # coils that it sees at rest, after these
 
     @property
     def sheets(self) -> int:
@@ -100,8 +80,9 @@ class Near:
 
     @cached_property
     def points(self) -> tuple[Array, Array]:
-        """Points (g, n, q, k, 3) of the plan's cells' images on the heights of the polynomials, from the bottom face's
-        centre [m]; weights of those along the plate, (n, q).
+        """Return points (g, n, q, k, 3) of the cells' images on the polynomials' heights, and weights (n, q).
+
+        Points are from the bottom face's centre [m]; weights are of those along the plate.
         """
         corners = self.plan.nodes[self.plan.cells]
         flat = np.zeros(len(corners))
@@ -139,16 +120,10 @@ def prepare_near(
     divisions: Sequence[tuple[Plan, Array]], conductivity: float, box: Box, *, highest: float, depth: float = 0.0,
     beside: Box | Sources | None = None,
 ) -> tuple[Near, ...]:  # fmt: skip
-    """Return a plate's divisions.
+    """Return a plate's divisions; `divisions` to `depth` as of `prepare_sheets`, `box` of the coils' fields.
 
-    Parameters
-    ----------
-    divisions, conductivity, highest, depth
-        As of `prepare_sheets`.
-    box : Box
-        Of the coils' fields.
-    beside : Box, Sources or None
-        Of other plates' fields, if there are any; or the coils that a plate at rest sees, others' fields on `box`.
+    `beside` is the box of other plates' fields, if there are any; or the coils that a plate at rest sees, others'
+    fields on `box`.
     """
     others, sources = (box, beside) if isinstance(beside, Sources) else (beside, None)
     found: list[dict[tuple[int, int], _Class]] = []

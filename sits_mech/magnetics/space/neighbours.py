@@ -44,21 +44,11 @@ _LEFT, _STEPS = 1e-5, 12  # of what is refined, and steps until it is solved ane
 
 @dataclass(frozen=True)
 class SpacePlate:
-    """A plate in its places, ready to answer.
+    """A plate in its p places, ready to answer; p = 1 if it does not move."""
 
-    Attributes
-    ----------
-    divisions : tuple of Plate
-        The plate, divided in one or several ways, all with the same box.
-    turns : ndarray, shape (p, 3, 3)
-        Rotations; p = 1 if it does not move.
-    places : ndarray, shape (p, 3)
-        Of the bottom face's centre [m].
-    """
-
-    divisions: tuple[Plate, ...]
-    turns: Array
-    places: Array
+    divisions: tuple[Plate, ...]  # in one or several ways, all with the same box
+    turns: Array  # (p, 3, 3) rotations
+    places: Array  # (p, 3) of the bottom face's centre [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,9 +73,7 @@ class _Placed:
 
 @dataclass(frozen=True, eq=False)
 class _Fixed:
-    """Fixed plates together: where each is, and for each division what all answer: Z_FF, T^T / (j omega) (k, n) and
-    S / (j omega)^2 (k, k).
-    """
+    """Fixed plates together: where each is, and of all, by divisions, Z_FF, T^T / (j omega), S / (j omega)^2."""
 
     placed: tuple[_Placed, ...]
     answers: tuple[tuple[Complex, Complex, Complex], ...]
@@ -94,21 +82,9 @@ class _Fixed:
 def coupled_reactions(
     coils: tuple[Coil, ...], windings: str, target: SpacePlate | None, others: Sequence[SpacePlate], frequency: float
 ) -> list[Complex]:
-    """Return what plates together do to the coils' impedance.
+    """Return Delta Z of plates together, one (p, n, n) [ohm] a division, not yet symmetrised; p = 1 without target.
 
-    Parameters
-    ----------
-    coils, windings, frequency
-        As in `coupling.reactions`.
-    target : SpacePlate or None
-        What moves.
-    others : sequence of SpacePlate
-        Fixed plates, at least one, with as many divisions.
-
-    Returns
-    -------
-    list of ndarray, shapes (p, n, n)
-        Delta Z, one array a division, not yet symmetrised [ohm]; p = 1 without target.
+    `target` is what moves, `others` at least one fixed plate, with as many divisions.
     """
     omega, n = 2 * np.pi * frequency, len(coils)
     where = tuple((tuple(part.turns[0].ravel().tolist()), tuple(part.places[0].tolist())) for part in others)
@@ -175,8 +151,7 @@ def _times(P: Array, X: Complex) -> Complex:
 
 
 def _shielded(factor: Any, Y: Complex, P: Array, S: Complex, h: Complex) -> tuple[Any, Complex]:
-    """Solve (1 - Y P S P^T) x = h: factors of that matrix, or of another division's that refine x in few steps; and x.
-    """
+    """Solve (1 - Y P S P^T) x = h by that matrix's factors, or another division's and few refinements; return both."""
     x = np.zeros_like(h)
     for _ in range(_STEPS if factor is not None else 0):
         left = h - x + Y @ _times(P, S @ _times(P.T, x))

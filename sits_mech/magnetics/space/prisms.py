@@ -39,19 +39,11 @@ _LOST = 1e10  # r^6 over the product of both volumes from which on differences i
 
 @dataclass(frozen=True)
 class Prisms:
-    """Right prisms along z.
+    """Right prisms along z."""
 
-    Attributes
-    ----------
-    corners : ndarray, shape (n, 4, 2)
-        Base polygon, counter-clockwise; a triangle repeats its last corner [m].
-    low, high : ndarray, shape (n,)
-        z of the two faces [m].
-    """
-
-    corners: Array
-    low: Array
-    high: Array
+    corners: Array  # (n, 4, 2) base, counter-clockwise; a triangle repeats its last corner [m]
+    low: Array  # (n,) z of the lower face [m]
+    high: Array  # (n,) of the upper [m]
 
     def some(self, index: Any) -> Prisms:
         """Return some of them."""
@@ -59,17 +51,10 @@ class Prisms:
 
 
 def box_means(x: Array, y: Array, z: Array) -> Array:
-    """Return G between the boxes of one octant and all boxes of the mirrored tensor mesh.
+    """Return G [1/m] between the boxes of one octant and all of the mirrored tensor mesh, shape (2, 2, 2, n, n).
 
-    Parameters
-    ----------
-    x, y, z : ndarray
-        Nodes of the positive half axes, from 0 [m].
-
-    Returns
-    -------
-    ndarray, shape (2, 2, 2, n, n)
-        G [1/m]; the first axes tell whether the second box is mirrored in x, y, z. Boxes run z fastest.
+    The first axes tell whether the second box is mirrored in x, y, z. Boxes run z fastest; x, y, z are nodes of the
+    positive half axes, from 0 [m].
     """
     axes = (x, y, z)
     scale = max(axis[-1] for axis in axes)
@@ -250,21 +235,9 @@ def _middle(first: Prisms, second: Prisms) -> Array:
 
 
 def prism_potential(point: Array, corners: Array, low: Array, high: Array) -> Array:
-    """Return the integral of 1/r over right prisms, one point to each prism.
+    """Return the integral of 1/r over right prisms, one point (n, 3) to each, shape (n,) [m^2].
 
-    Parameters
-    ----------
-    point : ndarray, shape (n, 3)
-        [m].
-    corners : ndarray, shape (n, k, 2)
-        Base polygons, counter-clockwise [m].
-    low, high : ndarray, shape (n,)
-        z of the faces [m].
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        [m^2]
+    `corners` (n, k, 2) of the bases run counter-clockwise, `low` and `high` (n,) are z of the faces [m].
     """
     a = corners - point[:, None, :2]
     b = np.roll(a, -1, axis=1)
