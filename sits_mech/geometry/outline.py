@@ -167,7 +167,7 @@ def _shares(loop: Array, grading: Grading) -> list[Array]:
 
 
 def _finer(share: Array, pieces: int) -> Array:
-    """Every piece of an edge in as many equal ones, without the end."""
+    """Divide every piece of an edge evenly, without its end."""
     return np.interp(np.arange(pieces * (share.size - 1)) / pieces, np.arange(share.size), share)
 
 

@@ -43,7 +43,7 @@ class Tracks:
 
     @property
     def length(self) -> Array:
-        """Of each, shape (n,) [m]."""
+        """Lengths, shape (n,) [m]."""
         return np.asarray(np.linalg.norm(self.end - self.start, axis=1))
 
     @property

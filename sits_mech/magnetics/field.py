@@ -150,7 +150,7 @@ class PlanarFem:
         return self._field(pose, frequency)
 
     def _field(self, pose: Pose, frequency: float) -> PlanarField | None:
-        """The same, not checked."""
+        """Solve without checks; None without plates."""
         plates = section_plates(self.sensor, pose)
         return _adapted(self, plates, 2 * np.pi * frequency) if plates else None
 

@@ -66,7 +66,7 @@ class Modes:
         return self.reaction(self.coupling, omega)
 
     def reaction(self, induced: Array, omega: float) -> Complex:
-        """Return ``c^T Y(omega) c``, (..., n, n), by what fields induce, ``c^T coupling``, (..., n, m); [rad/s]."""
+        """Return ``c^T Y(omega) c``, (..., n, n), by what fields induce, ``c^T coupling`` (..., n, m), at omega."""
         if omega > self.highest:
             return beyond(lambda lower: self.reaction(induced, lower), omega, self.highest)
         weight = omega**2 / (1.0 + 1j * omega * self.tau)

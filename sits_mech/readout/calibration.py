@@ -165,7 +165,7 @@ class Calibration:
 
     @cached_property
     def search(self) -> Search:
-        """What finds the forces of readings."""
+        """Search for the forces of readings."""
         return Search(self.map, self.domain, self.weights, self.full_scale, self.seeds)
 
     def inverse(self, L: ArrayLike) -> Inverse:

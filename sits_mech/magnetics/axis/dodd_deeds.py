@@ -79,7 +79,7 @@ def _interface(k: Array, omega: float, near: Layer, far: Layer) -> Complex:
 def spectrum(rings: Sections, k: Array, *, points: int = 4) -> Array:
     """Return S(k), shape (n,) [m]: section means of ``a J1(k a) exp(k z)``, summed over rings of 1 A below z = 0.
 
-    `points` are of Gauss along each ring's width. ValueError where it would take more memory than the process may.
+    `points` are Gauss points along each ring's width. ValueError where it would take more memory than the process may.
     """
     needed, limit = 8.0 * (2 * points + _ARRAYS) * rings.radius.size * k.size, memory_limit()
     if needed > limit:

@@ -34,7 +34,7 @@ def track_resistance(coil: Coil) -> float:
 
 
 def track_resistances(coils: tuple[Coil, ...]) -> Array:
-    """Return that of each coil, shape (n,) [ohm]."""
+    """Return the direct-current resistance of each coil, shape (n,) [ohm]."""
     return np.array([track_resistance(coil) for coil in coils])
 
 

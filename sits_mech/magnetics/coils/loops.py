@@ -65,7 +65,7 @@ def _reduced(a: Array, b: Array, d: Array) -> Array:
 def ring_mutual(first: Sections, second: Sections, *, points: tuple[int, int] = (3, 3)) -> Array:
     """Return the mutual inductances (n, m) of coaxial rings [H]; of a ring with itself its self-inductance.
 
-    `points` are of Gauss along r and z for the regular part, one more along r in the second section; the result is
+    `points` are Gauss points along r and z for the regular part, one more along r in the second section; the result is
     symmetric only up to this quadrature (see `ring_inductance`).
     """
     column = Sections(first.radius[:, None], first.z[:, None], first.width[:, None], first.height[:, None])
@@ -75,7 +75,7 @@ def ring_mutual(first: Sections, second: Sections, *, points: tuple[int, int] = 
 def paired_mutual(first: Sections, second: Sections, points: tuple[int, int], others: tuple[int, int]) -> Array:
     """Return the mutual inductances of rings of one shape with those of another, pair by pair as they broadcast [H].
 
-    `points` and `others` are of Gauss in both sections along r and z; where sections meet they must be unlike along r.
+    `points`, `others` are Gauss points of each section along r and z; where sections meet they must differ along r.
     """
     a, b = first.radius, second.radius
     d = second.z - first.z

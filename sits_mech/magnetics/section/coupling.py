@@ -72,7 +72,7 @@ def samples(source: Filaments, pose: Pose, thickness: float, nodes: Complex) -> 
 
 
 def circle_samples(pose: Pose, thickness: float, nodes: Complex, radius: float, terms: int) -> Array:
-    """Return the same of Re, then Im of ``(p / R_b)^m, m = 1 ... terms``; shape (p, 2 terms, 2 nodes + 1)."""
+    """Return samples of Re, then Im of ``(p / R_b)^m, m = 1 ... terms``; shape (p, 2 terms, 2 nodes + 1)."""
     middle, turn = _middle(pose, thickness)
     m = np.arange(1, terms + 1)[:, None]
     points, turn = ((middle + turn * nodes) / radius)[:, None], turn[:, None]
