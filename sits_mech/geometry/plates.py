@@ -29,11 +29,11 @@ class Plate:
     isolated: bool  # whether its net current is zero; else it returns at the grounded circle
 
     def placed(self, local: NDArray[np.complexfloating]) -> Complex:
-        """Places x + j z of local coordinates xi + j eta [m]."""
+        """Return places x + j z of local coordinates xi + j eta [m]."""
         return np.asarray(self.bottom + local * np.exp(-1j * self.alpha))
 
     def holds(self, places: Complex) -> NDArray[np.bool_]:
-        """Whether places x + j z lie within."""
+        """Tell whether places x + j z lie within."""
         local = (places - self.bottom) * np.exp(1j * self.alpha)
         above = np.abs(local.imag - self.thickness / 2)
         return np.asarray((np.abs(local.real) <= self.width / 2) & (above <= self.thickness / 2))

@@ -116,7 +116,7 @@ def stretched(plan: Plan, growth: tuple[float, float], rim: float) -> Plan:
 
 
 def _moved(place: Array, rim: float) -> Array:
-    """Share of the motion of the rim, the farthest of some places from the middle."""
+    """Return the share of the motion of the rim, the farthest of some places from the middle."""
     end = float(place.max())
     return np.minimum(1.0, place / max(end - rim, 0.5 * end))
 
@@ -135,7 +135,7 @@ def graded_axis(length: float, grading: Grading) -> Array:
 
 
 def _grid_cells(nx: int, ny: int) -> Integers:
-    """Corners of the cells of an nx x ny tensor grid, y fastest."""
+    """Return corners of the cells of an nx x ny tensor grid, y fastest."""
     i, j = (k.ravel() for k in np.meshgrid(np.arange(nx - 1), np.arange(ny - 1), indexing="ij"))
     return np.column_stack([i * ny + j, (i + 1) * ny + j, (i + 1) * ny + j + 1, i * ny + j + 1])
 
@@ -166,7 +166,7 @@ def plan_seams(plan: Plan) -> Seams:
 
 
 def _meetings(points: Array, images: Array, tolerance: float) -> Integers:
-    """Pairs of a point and an image at one place."""
+    """Return pairs of a point and an image at one place."""
     found = cKDTree(points).sparse_distance_matrix(cKDTree(images), tolerance, output_type="ndarray")
     return np.column_stack([found["i"], found["j"]]).astype(int)
 

@@ -130,7 +130,7 @@ def track_squares(coil: Coil) -> float:
 
 
 def _rectangles(coil: Coil) -> list[Array]:
-    """Closed turns of one layer about the middle, counter-clockwise, innermost first; shape (m, 2) each."""
+    """Return closed turns of one layer about the middle, counter-clockwise, innermost first; shape (m, 2) each."""
     pitch, found = coil.track_width + coil.track_gap, []
     for k in range(coil.turns):
         half = np.array([coil.inner_width, coil.inner_length]) / 2 + coil.track_width / 2 + k * pitch
@@ -145,7 +145,7 @@ def _rectangles(coil: Coil) -> list[Array]:
 
 
 def _arc(radius: float, start: float) -> Array:
-    """Points of a quarter of a circle from an angle on; one point where the radius is zero."""
+    """Return points of a quarter of a circle from an angle on; one point where the radius is zero."""
     if radius == 0.0:
         return np.zeros((1, 2))
     angle = start + np.pi / 2 * np.arange(_FACETS + 1) / _FACETS
@@ -155,7 +155,7 @@ def _arc(radius: float, start: float) -> Array:
 
 
 def _outside(x: float) -> float:
-    """Radius of the corners of a polygon over that of the circle of its area; x half the angle of a facet."""
+    """Return the radius of a polygon's corners over that of the circle of its area; x half the angle of a facet."""
     return math.sqrt(2.0 * x / math.sin(2.0 * x))
 
 
@@ -185,7 +185,7 @@ def standing_rings(coil: Coil) -> Sections:
 
 
 def _rings(coil: Coil, turns: tuple[float, int, float], z: float, way: float) -> tuple[Array, ...]:
-    """Radii, heights, widths, thicknesses and directions of rings from their length in all, number and pitch."""
+    """Return radii, heights, widths, thicknesses and directions of rings from their length in all, number and pitch."""
     length, count, pitch = turns
     middle = length / (2 * np.pi * count)
     pitch = min(pitch, 0.95 * (2 * middle - coil.track_width) / max(count - 1, 1))
@@ -194,7 +194,7 @@ def _rings(coil: Coil, turns: tuple[float, int, float], z: float, way: float) ->
 
 
 def _turning(places: Array) -> tuple[float, float, float]:
-    """Length of a polyline, how often it turns about the middle, and the distance of its turns."""
+    """Return the length of a polyline, how often it turns about the middle, and the distance of its turns."""
     step = np.diff(places, axis=0)
     length = np.hypot(step[:, 0], step[:, 1])
     (x, y), (u, v) = places[:-1].T, places[1:].T

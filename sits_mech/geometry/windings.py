@@ -105,7 +105,7 @@ def distinct_pairs(coils: Sequence[Coil]) -> tuple[Sequence[Coil], list[tuple[in
 
 
 def turn_radii(coil: Coil) -> Array:
-    """Radii of a round coil's turns' centre lines, innermost first [m], shape (turns,); ValueError for other shapes."""
+    """Return the radii of a round coil's turns, innermost first, shape (turns,) [m]; ValueError for other shapes."""
     if not coil.is_round:
         raise ValueError(f"coils.{coil.name}: must be round for this; got shape {coil.shape!r}")
     pitch = coil.track_width + coil.track_gap
@@ -113,7 +113,7 @@ def turn_radii(coil: Coil) -> Array:
 
 
 def layer_heights(coil: Coil) -> Array:
-    """Heights z of the layers' mid-planes, uppermost first [m]; shape (layers,)."""
+    """Return heights z of the layers' mid-planes, uppermost first [m]; shape (layers,)."""
     return np.array(coil.heights)
 
 

@@ -128,7 +128,7 @@ class PlanarFem:
         return answer(_KIND, self.sensor, pose, frequency, alone, self._reaction)
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:
-        """What the plates do to the coils, every pose on a mesh of its own."""
+        """Return the plates' reaction, every pose on a mesh of its own."""
         places, n, omega = pose.components, len(self.sensor.coils), 2 * np.pi * frequency
         flux, error = np.zeros((len(places), n, n), dtype=complex), np.zeros((len(places), 1, 1), dtype=complex)
         worst, residual, unknowns, solves = 0.0, 0.0, 0, 0
@@ -203,7 +203,7 @@ def _adapted(model: PlanarFem, plates: tuple[Plate, ...], omega: float) -> Plana
 
 
 def _hopeless(missed: list[tuple[int, float]]) -> bool:
-    """Whether errors over the tolerance, by unknowns, fall so slowly that the most unknowns leave them far above it."""
+    """Tell whether errors fall so slowly with the unknowns that the most unknowns miss the tolerance by far."""
     if len(missed) < _ROUNDS:
         return False
     (before, was), (now, error) = missed[-_ROUNDS], missed[-1]
@@ -212,13 +212,13 @@ def _hopeless(missed: list[tuple[int, float]]) -> bool:
 
 
 def _finer(fineness: tuple[Fineness, ...], errors: Array) -> tuple[Fineness, ...]:
-    """Smaller cells for the plates that carry the error."""
+    """Return smaller cells for the plates that carry the error."""
     needed = errors >= _SMALL_SHARE * errors.max()
     return tuple(f.times(_FINER) if more else f for f, more in zip(fineness, needed, strict=True))
 
 
 def _plate_errors(found: PlanarField) -> Array:
-    """Estimated error that each plate and the air nearest to it carry, shape (plates,) [H/m]."""
+    """Return the estimated error that each plate and the air nearest to it carry, shape (plates,) [H/m]."""
     errors = element_errors(found.division, found.plates, found.omega, found.coarse, found.solution)
     middle = found.division.mesh.p[:, found.division.mesh.t].mean(axis=1).T
     outlines = [outline_samples(plate) for plate in found.plates]

@@ -126,7 +126,7 @@ def few_modes(L: Complex, R: Complex, B: Complex, omega: float, *, weight: float
 
 
 def _krylov_space(L: Complex, R: Complex, B: Complex, omega: float) -> Complex:
-    """What shifts answer to the fluxes B, R-orthonormal, shape (n, k).
+    """Return the answers of shifts to the fluxes B, R-orthonormal, shape (n, k).
 
     The space need not be exact, only its projection: solves in single precision are enough.
     """
@@ -151,7 +151,7 @@ def _krylov_space(L: Complex, R: Complex, B: Complex, omega: float) -> Complex:
 
 
 def _factored(matrix: Complex, single: type) -> Any:
-    """Cholesky's factor in single precision; in double where that loses the small resistances."""
+    """Return Cholesky's factor in single precision; in double where that loses the small resistances."""
     try:
         return cho_factor(matrix.astype(single), lower=True, overwrite_a=True, check_finite=False)
     except np.linalg.LinAlgError:
@@ -159,12 +159,12 @@ def _factored(matrix: Complex, single: type) -> Any:
 
 
 def _onwards(at: float, nodes: Array, values: Sequence[Array]) -> Array:
-    """Lagrange's polynomial through values at the nodes."""
+    """Return Lagrange's polynomial through values at the nodes."""
     shares = (np.prod((at - np.delete(nodes, k)) / (d - np.delete(nodes, k))) for k, d in enumerate(nodes))
     return np.asarray(sum(share * value for share, value in zip(shares, values, strict=True)))
 
 
 def _project(S: Array, q: Array) -> Array:
-    """(1 - q q^T) S (1 - q q^T) for a unit vector q."""
+    """Return (1 - q q^T) S (1 - q q^T) for a unit vector q."""
     Sq = S @ q
     return np.asarray(S - np.outer(q, Sq) - np.outer(Sq, q) + (q @ Sq) * np.outer(q, q))

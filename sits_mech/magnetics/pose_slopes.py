@@ -65,14 +65,14 @@ def solver_of(model: Any) -> Any:
 
 
 def _within(model: Any) -> Any:
-    """What answers for a model that adds errors to it; the model itself, if it adds none."""
+    """Return the model that another adds errors to; itself, if it adds none."""
     while hasattr(model, "model"):
         model = model.model
     return model
 
 
 def _coarse(model: Any) -> Sheets | None:
-    """The model by a plate's coarsest division; None of one that has no other."""
+    """Return the model by a plate's coarsest division; None of one that has no other."""
     model = _within(model)
     if not isinstance(model, Sheets) or model.single:
         return None
@@ -81,14 +81,14 @@ def _coarse(model: Any) -> Sheets | None:
 
 
 def _shares(whole: Array, coarse: Array) -> Array:
-    """r_c r_d of the module docstring, shape (p, n, n)."""
+    """Return r_c r_d of the module docstring, shape (p, n, n)."""
     own, other = (np.abs(np.diagonal(part, axis1=-2, axis2=-1)) for part in (whole, coarse))
     r = np.sqrt(own / np.where(other > 0.0, other, 1.0))
     return np.asarray(r[..., None] * r[..., None, :])
 
 
 def _steps(sensor: Sensor, pose: Pose) -> Array:
-    """Steps h of all components, shape (6, p) [m, rad]."""
+    """Return steps h of all components, shape (6, p) [m, rad]."""
     if sensor.target is None:
         raise ValueError("target: the scene has none whose pose could change")
     way = STEP * room(sensor, pose)

@@ -124,7 +124,7 @@ class Sheets:
         return answer(_KIND, self.sensor, pose, frequency, alone, self._reaction)
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:
-        """What the plates do to the coils: blended over the preparations that serve each pose."""
+        """Return the plates' reaction, blended over the preparations that serve each pose."""
         parts = placed_plates(self.sensor, self.outline, rotation_matrix(pose.rotation), pose.centre)
         shape = len(parts[0].gap), len(self.sensor.coils), len(self.sensor.coils)
         none = np.zeros((2, *shape), dtype=complex)
@@ -167,7 +167,7 @@ class Sheets:
         return (spirals, *path_notes(self.sensor.coils))
 
     def _change(self, parts: Sequence[PlacedPlate], steps: Sequence[int], frequency: tuple[float, float]) -> _Change:
-        """What the plates do to the coils by one preparation of each, at a frequency, prepared up to another."""
+        """Return the plates' change by one preparation of each, at a frequency, prepared up to another."""
         sensor, asked = self.sensor, [(part.plate, part.outline) for part in parts]
         clear = [clearance_of(step, part.anchor) for part, step in zip(parts, steps, strict=True)]
 
@@ -203,7 +203,7 @@ class Sheets:
         return _Change(value, R + 1j * X, np.stack([left, lost.max() * value]), unknowns, tuple(notes))
 
     def _together(self, parts: Sequence[PlacedPlate], plates: Sequence[_Divided], frequency: float) -> list[Complex]:
-        """Delta Z of several plates on all divisions; with ferrite, last, as far off as its estimated error."""
+        """Return Delta Z of several plates on all divisions; with ferrite, last, as far off as its estimated error."""
         ferrite, answering = any(len(plate.divisions) < DIVISIONS for plate in plates), []
         for part, plate in zip(parts, plates, strict=True):
             found = plate.divisions
@@ -293,7 +293,7 @@ def _divided(
 
 
 def _shared(error: Array, share: tuple[float, float]) -> Array:
-    """Errors of matrices' entries, those of two coils with a share of both coils' own."""
+    """Return errors of matrices' entries, those of two coils with a share of both coils' own."""
     own = np.sqrt(np.diagonal(error, axis1=-2, axis2=-1))
     mutual = share[0] * error + share[1] * own[..., None] * own[..., None, :]
     return np.where(np.eye(error.shape[-1], dtype=bool), error, mutual)

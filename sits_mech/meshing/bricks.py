@@ -59,7 +59,7 @@ def covered(plate: Outline, pad: Outline) -> Outline | None:
 
 
 def _holds(outer: Outline, inner: Outline) -> bool:
-    """Whether a disc lies within a rectangle, or a rectangle within a disc."""
+    """Tell whether a disc lies within a rectangle, or a rectangle within a disc."""
     limit = 1.0 + _SAME
     if outer.is_round:
         return math.hypot(inner.half_x, inner.half_y) <= limit * outer.half_x
@@ -76,12 +76,12 @@ class Division(NamedTuple):
 
     @property
     def bases(self) -> int:
-        """How many base cells there are."""
+        """Number of base cells."""
         return int(self.base.max()) + 1
 
     @property
     def doubled(self) -> Division:
-        """Of these cells and as many others, in base cells of their own."""
+        """Division of these cells and as many others, in base cells of their own."""
         return joined([self, self])
 
 
@@ -142,19 +142,19 @@ def ring_bricks(
 
 
 def _rings(lines: Lines) -> Array:
-    """Lines outwards: 0 in the middle, 1 at the target's outline, 2 at the pad's."""
+    """Return lines outwards: 0 in the middle, 1 at the target's outline, 2 at the pad's."""
     inside, beside, _ = lines
     return np.concatenate([_CORE + (1.0 - _CORE) * inside, 1.0 + beside[1:]])
 
 
 def _quads(index: Indices) -> Indices:
-    """Cells, as (0, 0), (1, 0), (0, 1), (1, 1), of a grid of numbered points."""
+    """Return cells, as (0, 0), (1, 0), (0, 1), (1, 1), of a grid of numbered points."""
     each = [index[:-1, :-1], index[1:, :-1], index[:-1, 1:], index[1:, 1:]]
     return np.stack(each, axis=-1).reshape(-1, 4)
 
 
 def _extruded(flat: Array, quads: Indices, across: Division, z: Array, base: int | Array) -> tuple[MeshHex, Division]:
-    """Bricks over flat cells, one layer after the other."""
+    """Return bricks over flat cells, one layer after the other."""
     points = np.vstack([np.column_stack([flat, np.full(len(flat), level)]) for level in z])
     layers = np.arange(len(z) - 1)[:, None] * len(flat)
     corners = ElementHex1().doflocs.astype(int)
@@ -166,13 +166,13 @@ def _extruded(flat: Array, quads: Indices, across: Division, z: Array, base: int
 
 
 def _rings_divided(rho: Array, around: int, split: int, outwards: int | Array) -> Division:
-    """Division of the cells of `_square`."""
+    """Return the division of the cells of `_square`."""
     core, half, walk = (divided(np.arange(count + 1.0), split) for count in (2 * around, around, 4 * around))
     return joined([crossed(core, half), crossed(divided(rho, outwards), walk)])
 
 
 def _square(rho: Array, around: int) -> tuple[Array, Indices]:
-    """Corners (n, 2) and cells (m, 4), as (0, 0), (1, 0), (0, 1), (1, 1), of half a square in rings around a core."""
+    """Return corners (n, 2) and cells (m, 4), as of `_quads`, of half a square in rings around a core."""
     core = np.linspace(-1.0, 1.0, 2 * around + 1) * rho[0]
     a, b = np.meshgrid(core, core[around:], indexing="ij")
     inner = np.column_stack([a.ravel(), b.ravel()])
@@ -188,7 +188,7 @@ def _square(rho: Array, around: int) -> tuple[Array, Indices]:
 
 
 def _placed(flat: Array, target: Outline, pad: Outline) -> Array:
-    """Where points of the square, shape (2, n), lie in the pad."""
+    """Return where points of the square, shape (2, n), lie in the pad."""
     rho = np.abs(flat).max(axis=0)
     edge = flat / np.where(rho > 0.0, rho, 1.0)
     core = _on(Outline(target.half_x, target.half_y, False), edge) * (_SHRUNK if target.is_round else 1.0)
@@ -199,7 +199,7 @@ def _placed(flat: Array, target: Outline, pad: Outline) -> Array:
 
 
 def _on(outline: Outline, edge: Array) -> Array:
-    """Points of an outline, shape (2, n), that stand for points of the square's edge."""
+    """Return points of an outline, shape (2, n), that stand for points of the square's edge."""
     a, b = edge
     if outline.is_round:
         side = np.where(a > 0.0, b, 4.0 - b)

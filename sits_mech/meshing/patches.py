@@ -82,7 +82,7 @@ def patch_bricks(patches: Sequence[Patch], z: Array, split: int = 1) -> tuple[Me
 
 
 def _upright(patch: Patch, z: Array, nodes: Array) -> Array:
-    """Places (e, k, 3) of nodes of the unit cube, shape (k, 3), in every brick over a patch."""
+    """Return places (e, k, 3) of nodes of the unit cube, shape (k, 3), in every brick over a patch."""
     lines = (patch.s, patch.t, z)
     ends = [np.stack([own[:-1], own[1:]], axis=1) for own in lines]
     cells = np.stack(np.meshgrid(*(np.arange(len(own)) for own in ends), indexing="ij"), axis=-1).reshape(-1, 3)
@@ -95,7 +95,7 @@ def _upright(patch: Patch, z: Array, nodes: Array) -> Array:
 
 
 def _blended(patch: Patch, s: Array, t: Array) -> Array:
-    """Points (n, 2) of a patch."""
+    """Return points (n, 2) of a patch."""
     below, above = patch.below(s), patch.above(s)
     (b_0, b_1), (a_0, a_1) = (curve(np.array([0.0, 1.0])) for curve in (patch.below, patch.above))
     s, t = s[:, None], t[:, None]

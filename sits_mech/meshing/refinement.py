@@ -133,7 +133,7 @@ def _curved(kind: type[Mesh], found: Refinement, coarse: Array) -> Mesh:
 
 
 def _carried(mesh: Mesh, fine: Mesh, nodes: Indices, parents: Indices) -> dict[str, Indices]:
-    """Facets of a refined mesh in each group: all corners on one facet of its parent that is in the group."""
+    """Return facets of a refined mesh in each group: all corners on one facet of its parent that is in the group."""
     _, linear, quadratic = _ELEMENTS[type(mesh)]
     values = shape_values(linear, quadratic.doflocs)
     parent = parents[fine.f2t[0]]
@@ -147,12 +147,12 @@ def _carried(mesh: Mesh, fine: Mesh, nodes: Indices, parents: Indices) -> dict[s
 
 
 def _bricks(corners: Array) -> Array:
-    """Corners of the halves of a square, or of the eighths of a cube, shape (2^d, 2^d, d)."""
+    """Return corners of the halves of a square, or of the eighths of a cube, shape (2^d, 2^d, d)."""
     return np.stack([0.5 * (corners + shift) for shift in product((0.0, 1.0), repeat=corners.shape[1])])
 
 
 def _tetrahedra() -> Array:
-    """Corners of the pieces of a tetrahedron, shape (16, 4, 3): four at its corners, four about each diagonal."""
+    """Return corners of a tetrahedron's pieces, shape (16, 4, 3): four at its corners, four about each diagonal."""
     corners = np.vstack([np.zeros(3), np.eye(3)])
     pieces = [0.5 * (corners + corner) for corner in corners]
     for first, second, ring in _DIAGONALS:
@@ -166,7 +166,7 @@ def _tetrahedra() -> Array:
 
 
 def _by_diagonal(places: Array) -> Indices:
-    """Pieces of each tetrahedron, shape (e, 8), of the nodes of its quadratic element: by its shortest diagonal."""
+    """Return pieces of each tetrahedron (e, 8), of its quadratic element's nodes: by its shortest diagonal."""
     corners, nodes = np.vstack([np.zeros(3), np.eye(3)]), ElementTetP2().doflocs
     middle = {
         edge: int(np.argmin(np.abs(nodes - corners[list(edge)].mean(axis=0)).sum(axis=1)))

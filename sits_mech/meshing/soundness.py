@@ -109,7 +109,7 @@ def _refuse(name: str, bad: Array, rule: str, fault: str, what: str = "faces") -
 
 
 def _shortest_edges(points: Array, faces: Indices) -> Array:
-    """Shortest edge of any face that ends in each node, infinite where none does, shape (n,)."""
+    """Return the shortest edge of any face that ends in each node, infinite where none does, shape (n,)."""
     lengths = np.linalg.norm(points[faces] - points[np.roll(faces, -1, axis=1)], axis=-1)
     found = np.full(len(points), np.inf)
     np.minimum.at(found, faces, lengths)
@@ -118,7 +118,7 @@ def _shortest_edges(points: Array, faces: Indices) -> Array:
 
 
 def _one_sided(points: Array, cells: Indices, surface: Surface) -> Indices:
-    """One face of each pair that two cells on one side of it share."""
+    """Return one face of each pair that two cells on one side of it share."""
     order = np.argsort(surface.number, kind="stable")
     order = order[surface.times[surface.number[order]] == 2]
     first, second = order[::2], order[1::2]
@@ -146,7 +146,7 @@ def _check_touching(name: str, points: Array, faces: Indices, same: Indices) -> 
 
 
 def _within(faces: Array, points: Array, near: Array) -> tuple[Indices, Indices]:
-    """Pairs of a face, corners (f, c, 3), and a point that is nearer to it than `near`, shape (f,)."""
+    """Return pairs of a face, corners (f, c, 3), and a point that is nearer to it than `near`, shape (f,)."""
     middle = faces.mean(axis=1)
     reach = np.linalg.norm(faces - middle[:, None], axis=-1).max(axis=1) + near
     found = cKDTree(points).query_ball_point(middle, reach)
@@ -161,7 +161,7 @@ def _within(faces: Array, points: Array, near: Array) -> tuple[Indices, Indices]
 
 
 def _distance(points: Array, triangles: Array) -> Array:
-    """Distance of points, shape (k, 3), from triangles, shape (k, 3, 3); infinite beside them by more than that."""
+    """Return the distance of points (k, 3) from triangles (k, 3, 3); infinite beside them by more than that."""
     a, b, c = triangles.swapaxes(0, 1)
     normal = np.cross(b - a, c - a)
     double = np.linalg.norm(normal, axis=1)

@@ -96,7 +96,7 @@ def _welded(number: Indices, points: Array, cells: Indices, corners: int) -> tup
 
 
 def _groups(mesh: meshio.Mesh) -> dict[str, dict[str, Indices]]:
-    """Numbers of the cells of each kind that belong to a name."""
+    """Return numbers of the cells of each kind that belong to a name."""
     named = {name: own for name, own in mesh.cell_sets_dict.items() if not name.startswith("gmsh:")}
     marks = mesh.cell_data_dict.get("gmsh:physical", {})
     for name, (tag, _) in mesh.field_data.items():
@@ -106,7 +106,7 @@ def _groups(mesh: meshio.Mesh) -> dict[str, dict[str, Indices]]:
 
 
 def _facets(what: str, mesh: Mesh, blocks: list[Indices], points: Array, number: Indices) -> Indices:
-    """Numbers of the mesh's outer facets that are the given faces of the file, `number` its nodes in the mesh.
+    """Return numbers of the mesh's outer facets that are the given faces of the file, `number` its nodes in the mesh.
 
     A group that holds faces of cells holds no others; one that holds none belongs to something else in the file.
     """

@@ -75,7 +75,7 @@ def _set_options() -> None:
 
 
 def _loop(geometry: object, outline: Array) -> object:
-    """One closed loop of straight edges that are not to be divided."""
+    """Return one closed loop of straight edges that are not to be divided."""
     kernel: ModuleType = geometry  # type: ignore[assignment]
     sizes = np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1)
     points = [kernel.add_point([x, z, 0.0], mesh_size=size) for (x, z), size in zip(outline, sizes, strict=True)]

@@ -121,7 +121,7 @@ class Calibration:
 
     @cached_property
     def code_calibration(self) -> Calibration:
-        """The same loads in codes of the converter; made once."""
+        """Calibration of the same loads in codes of the converter; made once."""
         if self.in_codes is None:
             raise ValueError("codes: must come from a sensor and its table; this calibration has inductances alone")
         return self.in_codes()
@@ -228,7 +228,7 @@ class Calibration:
 
     @cached_property
     def no_inverse(self) -> tuple[str, ...]:
-        """Where there is no inverse, in words."""
+        """Reason, or regions, without an inverse, in words."""
         why = f"{', '.join(self.unresolved)}: errors of map and table are twice the range"
         return (why,) if self.unresolved and len(self.coils) >= len(self.forces) else self.domain.regions
 

@@ -19,7 +19,7 @@ It is a default, not a measurement of your board. Then sigma_L / L = 2 sigma_f /
 Neglected: the shift of the zero of phase by 1 / (2 Q^2), the same for all loads but for Q's change; phase noise of the
 reference. Sources: data sheets SNOSCY9A (LDC1612, LDC1614) and SNOSD01D (LDC1101), their pages on the web read for the
 limits, the registers and 16 RCOUNT + 4; as quoted by published drivers of the parts: the drive's 32 currents, 692 ns +
-5 / f_ref, 35 MHz for one coil alone, and of the LDC1101 16 RCOUNT + 55, MIN_FREQ and R_p_min. Numbers only.
+5 / f_ref, 35 MHz for one coil alone, and of the LDC1101 16 RCOUNT + 55, MIN_FREQ and R_p_min.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ to one factor between -1 and 1 each, and a rest a = e - sum_j |m_j| of its own. 
     sum_j |f(y + m_j) - f(y)|  +  (sum_i (df/dy_i a_i)^2)^1/2,
 
 so that what is alike at the loads that a figure compares cancels. Of a table without such parts nothing is known of how
-its errors go together: a = e, and the worst of all signs counts, sum_i |df/dy_i| a_i. Numbers only.
+its errors go together: a = e, and the worst of all signs counts, sum_i |df/dy_i| a_i.
 """
 
 from __future__ import annotations

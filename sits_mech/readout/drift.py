@@ -66,7 +66,7 @@ def drift(cal: Calibration, slopes: xr.DataArray) -> Drift:
 
 
 def _answers(cal: Calibration, axes: list[Array], values: Array, places: list[tuple[int, ...]]) -> Array:
-    """What is read of loads by each cause, shape (p, d, c) [N/K]; NaN where there is no inverse."""
+    """Return the forces read by each cause, shape (p, d, c) [N/K]; NaN where there is no inverse."""
     loads = np.array([[axis[i] for axis, i in zip(axes, place, strict=True)] for place in places])
     own = np.array([values[place] for place in places])  # (p, c, n)
     found = np.einsum("pdn,pcn->pdc", cal.answers(loads), own)

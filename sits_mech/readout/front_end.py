@@ -9,7 +9,7 @@ For every coil over all loads, L from L_low to L_high with R_p from R_p_low to R
     time of a coil     settling 16 SETTLECOUNT / f_ref + conversion (16 RCOUNT + 4) / f_ref + switch 692 ns + 5 / f_ref
 
 The channels go one after the other; an idle coil is grounded by the part. A single coil neither settles nor switches
-between conversions. Sources: data sheets SNOSCY9A and SNOSD01D. Numbers only.
+between conversions. Sources: data sheets SNOSCY9A and SNOSD01D.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class FrontEnd:
 
     @property
     def period(self) -> float:
-        """How long a scan of all coils takes [s]."""
+        """Time of a scan of all coils [s]."""
         return 1.0 / self.rate
 
     def off(self, solved: float) -> str:

@@ -62,7 +62,7 @@ class Signals:
 
     @property
     def known(self) -> dict[str, Value]:
-        """Those that the coils have, with their errors, by name."""
+        """Signals that the coils have, with their errors, by name."""
         return {name: value for name, value in vars(self).items() if value is not None}
 
 

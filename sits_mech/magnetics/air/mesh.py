@@ -41,7 +41,7 @@ class Fineness:
     around: float  # edges of the outer circle
 
     def times(self, factor: float) -> Fineness:
-        """All sizes larger by `factor`; never less than two cells across a thickness."""
+        """Return all sizes larger by `factor`; never less than two cells across a thickness."""
         return Fineness(
             self.skin * factor, min(self.edge * factor, 0.5), self.growth * factor, self.near * factor,
             self.share * factor, self.around / factor,
@@ -83,7 +83,7 @@ def divide_plane(
 
 
 def _outer_circle(plates: tuple[Plate, ...], around: float, ground: float | None) -> tuple[complex, float, int]:
-    """Centre and radius of the circle, and its number of edges."""
+    """Return the centre and radius of the circle, and its number of edges."""
     corners = np.concatenate([plate.corners for plate in plates])
     if ground is None:
         centre = complex((corners.real.min() + corners.real.max()) / 2, (corners.imag.min() + corners.imag.max()) / 2)
@@ -98,7 +98,7 @@ def _outer_circle(plates: tuple[Plate, ...], around: float, ground: float | None
 
 
 def _vertex_radius(radius: float, around: int) -> float:
-    """Where a polygon's corners must be for its mean ln r to be that of the circle."""
+    """Return the radius of a polygon's corners at which its mean ln r is that of the circle."""
     half = np.pi / around
     angle = half * (np.polynomial.legendre.leggauss(8)[0])
     weights = np.polynomial.legendre.leggauss(8)[1] / 2
@@ -106,14 +106,14 @@ def _vertex_radius(radius: float, around: int) -> float:
 
 
 def outline_samples(plate: Plate) -> Complex:
-    """Points along a plate's outline."""
+    """Return points along a plate's outline."""
     sides = np.concatenate([plate.corners, plate.corners[:1]])
     steps = np.linspace(0.0, 1.0, 200)
     return np.concatenate([a + (b - a) * steps for a, b in zip(sides[:-1], sides[1:], strict=True)])
 
 
 def _grid(plate: Plate, sources: Complex, skin_depth: float, fineness: Fineness) -> Complex:
-    """Places of the tensor nodes, shape (along, up)."""
+    """Return places of the tensor nodes, shape (along, up)."""
     first = min(fineness.skin * skin_depth, fineness.edge * plate.thickness)
     first = max(first, _SMALLEST * max(plate.width, plate.thickness))
     local = (sources - plate.bottom) * np.exp(1j * plate.alpha)
@@ -144,7 +144,7 @@ def graded_nodes(length: float, size: Callable[[Array], Array], first: float) ->
 
 
 def _rim(grid: Complex) -> tuple[Index, Index]:
-    """Indices of a grid's outline, counter-clockwise."""
+    """Return indices of a grid's outline, counter-clockwise."""
     n, m = grid.shape
     i = np.concatenate([np.arange(n - 1), np.full(m - 1, n - 1), np.arange(n - 1, 0, -1), np.zeros(m - 1, dtype=int)])
     j = np.concatenate([np.zeros(n - 1, dtype=int), np.arange(m - 1), np.full(n - 1, m - 1), np.arange(m - 1, 0, -1)])
@@ -152,12 +152,12 @@ def _rim(grid: Complex) -> tuple[Index, Index]:
 
 
 def _pairs(places: Complex) -> Array:
-    """Complex places as rows x, z."""
+    """Return complex places as rows x, z."""
     return np.column_stack([places.real, places.imag])
 
 
 def _tensor_triangles(number: Index) -> Index:
-    """Two triangles a cell, the diagonals mirrored about the grid's middle; shape (m, 3)."""
+    """Return two triangles a cell, the diagonals mirrored about the grid's middle; shape (m, 3)."""
     a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
     i, j = np.indices(a.shape)
     rising = (i < a.shape[0] / 2) == (j < a.shape[1] / 2)

@@ -124,12 +124,12 @@ def solve_field(
 
 
 def _dofs(part: Basis) -> NDArray[np.int64]:
-    """Unknowns of a part, its rim included."""
+    """Return unknowns of a part, its rim included."""
     return np.asarray(np.unique(part.element_dofs))
 
 
 def _source(basis: Basis, parts: list[Basis], coils: tuple[Track, ...], ground: float | None) -> Array:
-    """g: the coils' potential at the plates' nodes."""
+    """Return g: the coils' potential at the plates' nodes."""
     g = np.zeros((basis.N, len(coils)))
     dofs = np.unique(np.concatenate([_dofs(part) for part in parts]))
     x, z = basis.doflocs[:, dofs]
@@ -138,7 +138,7 @@ def _source(basis: Basis, parts: list[Basis], coils: tuple[Track, ...], ground: 
 
 
 def _open_boundary(basis: Basis, division: Division, ground: float | None) -> csr_matrix:
-    """b(u, v) as a matrix."""
+    """Return b(u, v) as a matrix."""
     facets = FacetBasis(basis.mesh, basis.elem, facets=basis.mesh.boundary_facets(), intorder=2 * basis.elem.maxdeg + 2)
     rows, factors = [], []
     for m in range(int(_HARMONICS * len(facets.find)) + 1):
@@ -151,7 +151,7 @@ def _open_boundary(basis: Basis, division: Division, ground: float | None) -> cs
 
 
 def _exterior(m: int, radius: float, ground: float | None) -> float:
-    """Flux per amplitude of one harmonic over the square of its circle integral's norm."""
+    """Return the flux per amplitude of one harmonic over the square of its circle integral's norm."""
     if m == 0:
         return 1.0 if ground is None else float(1.0 / (2 * np.pi * np.log(ground / radius)))
     q = 0.0 if ground is None else (radius / ground) ** (2 * m)
@@ -203,7 +203,7 @@ def element_errors(
 def _field_on(
     solution: FieldSolution, elements: NDArray[np.int64], quadrature: tuple[Array, Array], part: int
 ) -> tuple[Complex, Complex]:
-    """Gradient (coils, 2, elements, points) and value less e_k (coils, elements, points) in elements of one part."""
+    """Return gradient (coils, 2, elements, points) and value less e_k (coils, elements, points) in one part."""
     basis = Basis(solution.basis.mesh, solution.basis.elem, elements=elements, quadrature=quadrature)
     u = solution.u - solution.g if part == 0 else solution.u
     e = np.zeros(u.shape[1]) if part == 0 else solution.e[part - 1]

@@ -52,7 +52,7 @@ def tracks(sensor: Sensor) -> tuple[Track, ...]:
 
 
 def _track(coil: Coil, substrate_radius: float | None) -> Track:
-    """One coil's bars."""
+    """Return one coil's bars."""
     bars = coil_bars(coil)
     if substrate_radius is None:
         return Track(bars.x + 1j * bars.z, np.zeros_like(bars.x), bars.sign, bars.width, bars.thickness)
@@ -71,7 +71,7 @@ def coil_potentials(coils: tuple[Track, ...], points: Complex, radius: float | N
 
 
 def _bar_logs(coil: Track, k: int, points: Complex, radius: float | None) -> Array:
-    """Mean ln r from bar k to points; less its image's."""
+    """Return the mean ln r from bar k to points; less its image's."""
     offset = (points - coil.place[k]) * np.exp(1j * coil.tilt[k])
     logs = mean_log_at(offset.real, offset.imag, coil.width, coil.thickness)
     if radius is not None:
@@ -95,7 +95,7 @@ def mean_log_at(x: Array, z: Array, width: float, thickness: float) -> Array:
 
 
 def _corner(x: Array, z: Array) -> Array:
-    """G of the module docstring: odd in x and in z."""
+    """Return G of the module docstring: odd in x and in z."""
     square = x * x + z * z
     u, v = np.abs(x), np.abs(z)
     angle = np.arctan2(v, u)
@@ -104,7 +104,7 @@ def _corner(x: Array, z: Array) -> Array:
 
 
 def _by_filaments(x: Array, z: Array, width: float, thickness: float) -> Array:
-    """Mean ln r by nine Gauss filaments."""
+    """Return the mean ln r by nine Gauss filaments."""
     nodes, weights = _GAUSS
     total = np.zeros(x.shape)
     for s, ws in zip(nodes, weights, strict=True):
@@ -124,7 +124,7 @@ def free_inductance(coils: tuple[Track, ...], radius: float | None = None) -> Ar
 
 
 def _linkage(coil: Track, driven: tuple[Track, ...], radius: float | None) -> float:
-    """Mean potential over each bar of `coil`, summed with signs."""
+    """Return the mean potential over each bar of `coil`, summed with signs."""
     nodes, weights = _GAUSS_FINE
     s, q = np.meshgrid(nodes * coil.width / 2, nodes * coil.thickness / 2, indexing="ij")
     inside = (s + 1j * q).ravel() * np.exp(-1j * coil.tilt)[:, None]

@@ -65,12 +65,12 @@ def reflection(k: Array, omega: float, layers: Sequence[Layer]) -> Complex:
 
 
 def _wave_number(k: Array, omega: float, layer: Layer) -> Complex:
-    """q of a layer, with positive real part [1/m]."""
+    """Return q of a layer, with positive real part [1/m]."""
     return np.asarray(np.sqrt(k**2 + 1j * omega * mu_0 * layer.relative_permeability * layer.conductivity))
 
 
 def _interface(k: Array, omega: float, near: Layer, far: Layer) -> Complex:
-    """r_ij of the module docstring."""
+    """Return r_ij of the module docstring."""
     m, n = near.relative_permeability, far.relative_permeability
     difference = k**2 * (n - m) * (n + m) + 1j * omega * mu_0 * m * n * (near.conductivity * n - far.conductivity * m)
     return np.asarray(difference / (_wave_number(k, omega, near) * n + _wave_number(k, omega, far) * m) ** 2)

@@ -56,7 +56,7 @@ def mutual_loops(a: ArrayLike, b: ArrayLike, d: ArrayLike) -> Array:
 
 
 def _reduced(a: Array, b: Array, d: Array) -> Array:
-    """M / (a b)^2, finite for a or b = 0."""
+    """Return M / (a b)^2, finite for a or b = 0."""
     far, near = np.hypot(a + b, d), np.hypot(a - b, d)
     total = far + near
     return np.asarray(16.0 / 3.0 * mu_0 / total**3 * elliprd(0.0, 4.0 * far * near / total**2, 1.0))
@@ -97,13 +97,13 @@ def ring_inductance(rings: Sections, *, points: tuple[int, int] = (3, 3)) -> Arr
 
 @lru_cache(maxsize=64)
 def _gauss(count: int) -> tuple[Array, Array]:
-    """Gauss points on (-1, 1) and their weights."""
+    """Return Gauss points on (-1, 1) and their weights."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
     return nodes, weights
 
 
 def _offsets(rings: Sections, points: tuple[int, int]) -> list[tuple[Array, Array, float]]:
-    """Gauss points of the sections: offsets along r and z from the centres and their weight."""
+    """Return Gauss points of the sections: offsets along r and z from the centres and their weight."""
     (gr, wr), (gz, wz) = map(_gauss, points)
     return [
         (rings.width / 2 * r, rings.height / 2 * z, float(u * v / 4))
@@ -138,7 +138,7 @@ def coil_inductances(coils: Sequence[Coil], *, tolerance: float = 1e-9, windings
 
 
 def _own(rings: Sections | None, tracks: Tracks | None) -> float:
-    """Self-inductance of a winding as rings, or as tracks [H]."""
+    """Return the self-inductance of a winding as rings, or as tracks [H]."""
     if rings is not None:
         return series_inductance(rings)
     return linkage(tracks, tracks) if tracks is not None else 0.0
@@ -170,12 +170,12 @@ def series_inductance(rings: Sections) -> float:
 
 
 def _taken(rings: Sections, some: NDArray[np.bool_]) -> Sections:
-    """Some of the rings, without their signs."""
+    """Return some of the rings, without their signs."""
     return Sections(rings.radius[some], rings.z[some], rings.width[some], rings.height[some])
 
 
 def _alike(first: Sections, second: Sections) -> bool:
-    """Whether two layers have the same rings."""
+    """Tell whether two layers have the same rings."""
     pairs = ((first.radius, second.radius), (first.width, second.width), (first.height, second.height))
     return all(np.array_equal(a, b) for a, b in pairs)
 
@@ -204,7 +204,7 @@ def mutual_side_by_side(first: Sections, second: Sections, distance: float, *, e
 
 
 def _across(rings: Sections, height: float, reach: tuple[float, float]) -> Chebyshev:
-    """M(a, rho, d) / rho^2 of all filaments of a winding at one height, over a range of rho away from them.
+    """Return M(a, rho, d) / rho^2 of all filaments of a winding at one height, over a range of rho away from them.
 
     Analytic but for rho = a +- j d, whose nearest ellipse tells how many polynomials reach rounding.
     """
@@ -220,7 +220,7 @@ def _across(rings: Sections, height: float, reach: tuple[float, float]) -> Cheby
 
 
 def _filaments(rings: Sections) -> tuple[Array, Array, Array]:
-    """Rings as 2 x 2 Gauss filaments each: radii, heights and weights, flat."""
+    """Return rings as 2 x 2 Gauss filaments each: radii, heights and weights, flat."""
     parts = [
         (rings.radius + r, rings.z + z, np.broadcast_to(rings.sign * weight, r.shape))
         for r, z, weight in _offsets(rings, (2, 2))

@@ -45,7 +45,7 @@ def ring_potential(coil: Coil, points: Array, *, across: int = 1) -> Array:
 
 
 def _profile(coil: Coil, rho: Array, z: Array, across: int) -> Array:
-    """P of the module docstring, all rings in series."""
+    """Return P of the module docstring, all rings in series."""
     rings = coil_sections(coil)
     nodes, weights = np.polynomial.legendre.leggauss(across)
     total = np.zeros(np.broadcast(rho, z).shape)
@@ -69,7 +69,7 @@ def coil_potential(coil: Coil, points: Array, *, across: int = 1) -> Array:
 
 @lru_cache(maxsize=32)
 def _straight(coil: Coil, windings: str, across: int) -> Potential:
-    """A of a coil's straight tracks."""
+    """Return A of a coil's straight tracks."""
     return track_potential(coil_tracks(coil, windings), across=across)
 
 
@@ -100,7 +100,7 @@ class _Table:
     start: float
 
     def potential(self, points: Array) -> Array:
-        """A_x and A_y at points (p, 3, q), shape (p, 2, q)."""
+        """Return A_x and A_y at points (p, 3, q), shape (p, 2, q)."""
         x, y, z = points[:, 0], points[:, 1], points[:, 2]
         below = z < math.exp(self.start + 0.5 * _PAD * self.steps[1])
         u = np.arcsinh(np.hypot(x, y) * (1.0 / self.scale)) * (1.0 / self.steps[0])
@@ -113,18 +113,18 @@ class _Table:
 
 
 def _in_columns(points: Array) -> Array:
-    """Points (p, 3, q) as (p q, 3)."""
+    """Return points (p, 3, q) as (p q, 3)."""
     return np.swapaxes(points, 1, 2).reshape(-1, 3)
 
 
 def _in_rows(A: Array, points: Array) -> Array:
-    """Vectors (p q, 3) at points (p, 3, q) in their shape."""
+    """Return vectors (p q, 3) at points (p, 3, q) in their shape."""
     return np.swapaxes(A.reshape(len(points), -1, 3), 1, 2)
 
 
 @lru_cache(maxsize=16)
 def _table(winding: Coil, lowest: float, high: int, reach: int) -> _Table:
-    """P of a winding's rings for heights from `lowest` to 2^high and distances up to 2^reach [m].
+    """Return P of a winding's rings for heights from `lowest` to 2^high and distances up to 2^reach [m].
 
     Its nodes do not depend on `high` and `reach`, only their number does.
     """

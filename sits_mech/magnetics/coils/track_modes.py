@@ -79,7 +79,7 @@ def track_spectrum(coil: Coil, frequencies: Sequence[float]) -> TrackSpectrum:
 
 
 def _series(rings: Sections, cells: tuple[int, int], hertz: Array, conductivity: float) -> Array:
-    """R and L(f) - L(0) of all turns in series with one division, shape (2, f)."""
+    """Return R and L(f) - L(0) of all turns in series with one division, shape (2, f)."""
     modes = _modes(rings, cells, conductivity)
     C, ones = modes.coupling, np.broadcast_to(rings.sign, rings.radius.shape)  # the current in each turn
     rest = C.T @ np.linalg.solve(C @ C.T, ones)
@@ -92,7 +92,7 @@ def _series(rings: Sections, cells: tuple[int, int], hertz: Array, conductivity:
 
 
 def _modes(rings: Sections, cells: tuple[int, int], conductivity: float) -> Modes:
-    """Modes of the filaments, seen by turns."""
+    """Return modes of the filaments, seen by turns."""
     parts = divided(rings, cells)
     R = 2.0 * np.pi * parts.radius / (conductivity * parts.width * parts.height)
     share = np.repeat(np.eye(rings.radius.size), cells[0] * cells[1], axis=1)

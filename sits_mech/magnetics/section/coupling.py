@@ -50,7 +50,7 @@ def filaments(coils: tuple[Bars, ...], clearance: float, error: float, radius: f
 
 
 def _gauss(side: float, clearance: float, error: float) -> tuple[Array, Array]:
-    """Gauss rule for 1/(p - p_k) over a side of a bar, from its own ellipse of convergence."""
+    """Return Gauss rule for 1/(p - p_k) over a side of a bar, from its own ellipse of convergence."""
     rate = np.arcsinh(2 * (clearance + side / 2) / side)
     count = max(1, int(np.ceil(-np.log(error) / (2 * rate))))
     nodes, weights = np.polynomial.legendre.leggauss(count)
@@ -84,14 +84,14 @@ def circle_samples(pose: Pose, thickness: float, nodes: Complex, radius: float, 
 
 
 def _middle(pose: Pose, thickness: float) -> tuple[Complex, Complex]:
-    """Centre of the section and the factor exp(-j alpha), both of shape (p, 1)."""
+    """Return centre of the section and the factor exp(-j alpha), both of shape (p, 1)."""
     turn = np.exp(-1j * np.atleast_1d(pose.alpha))[:, None]
     centre = (np.atleast_1d(pose.d_h) + 1j * np.atleast_1d(pose.d_v))[:, None]
     return centre + 0.5j * thickness * turn, turn
 
 
 def _slope(source: Filaments, points: Complex) -> Complex:
-    """f' of every coil at points, shape (points, coils)."""
+    """Return f' of every coil at points, shape (points, coils)."""
     result = np.empty((points.size, source.current.shape[1]), dtype=complex)
     step = max(1, _PAIRS // source.x.size)
     for start in range(0, points.size, step):
@@ -109,7 +109,7 @@ def _slope(source: Filaments, points: Complex) -> Complex:
 
 
 def _potential(source: Filaments, points: Complex, radius: float) -> Array:
-    """Re f of every coil at points inside the grounded circle, shape (points, coils)."""
+    """Return Re f of every coil at points inside the grounded circle, shape (points, coils)."""
     places = source.x + 1j * source.z
     image = radius - points[:, None] * places.conj() / radius
     logs = np.log(np.abs(points[:, None] - places)) - np.log(np.abs(image))

@@ -109,7 +109,7 @@ def _grading(
 
 
 def _sizes(length: float, first: float, largest: float, growth: float) -> tuple[list[float], int]:
-    """Cells that grow from `first` until they fill `length` or are the largest, and how many largest ones follow."""
+    """Return cells that grow from `first` up to `length` or the largest, and how many largest ones follow."""
     sizes = [min(first, length)]
     filled = sizes[0]
     while filled < length and sizes[-1] < largest:
@@ -125,7 +125,7 @@ def _parts(count: int) -> int:
 
 
 def _graded(length: float, first: float, largest: float, growth: float) -> Array:
-    """Nodes of [0, length]: cells grow from `first`, at the end, by at most `growth` up to `largest`."""
+    """Return nodes of [0, length]: cells grow from `first`, at the end, by at most `growth` up to `largest`."""
     sizes, equal = _sizes(length, first, largest, growth)
     steps = np.concatenate([sizes, np.full(equal, largest)])
     nodes = length - np.concatenate([[0.0], np.cumsum(steps * (length / steps.sum()))])
@@ -134,14 +134,14 @@ def _graded(length: float, first: float, largest: float, growth: float) -> Array
 
 
 def _quadrant_cells(nodes_x: Array, nodes_z: Array) -> Cells:
-    """Tensor cells between the nodes of two half axes."""
+    """Return tensor cells between the nodes of two half axes."""
     x, z = np.meshgrid((nodes_x[1:] + nodes_x[:-1]) / 2, (nodes_z[1:] + nodes_z[:-1]) / 2, indexing="ij")
     width, height = np.meshgrid(np.diff(nodes_x), np.diff(nodes_z), indexing="ij")
     return Cells(x.ravel(), z.ravel(), width.ravel(), height.ravel())
 
 
 def _nodes(length: float, first: float, largest: float, growth: float) -> Array:
-    """Graded nodes of [0, length], their intervals in a number that four divides."""
+    """Return graded nodes of [0, length], their intervals in a number that four divides."""
     from scipy.interpolate import PchipInterpolator
 
     nodes = _graded(length, first, largest, growth)

@@ -58,14 +58,14 @@ def coupled_reaction(
 
 
 def _rows(plate: SectionPlate, source: Filaments) -> Array:
-    """Coefficients of a source's potential on a plate, shape (k, columns of the source)."""
+    """Return coefficients of a source's potential on a plate, shape (k, columns of the source)."""
     place = plate.place
     pose = Pose(np.array([place.bottom.real]), np.array([place.bottom.imag]), np.array([place.alpha]))
     return plate.prepared.coefficients(samples(source, pose, place.thickness, plate.prepared.nodes)[0]).T
 
 
 def _emitted(plate: SectionPlate, omega: float, finest: int) -> tuple[Filaments, Filaments]:
-    """A plate's bars as line currents, real and imaginary phasors, one column for each of its coefficients."""
+    """Return a plate's bars as line currents, real and imaginary phasors, one column for each of its coefficients."""
     places, currents = plate.prepared.currents(omega, finest)
     p = plate.place.placed(places + 0.5j * plate.place.thickness)
     return Filaments(p.real, p.imag, currents.real, None), Filaments(p.real, p.imag, currents.imag, None)

@@ -115,14 +115,14 @@ def prepare_plate(
 
 
 def _modes(level: Division, L: Array, fields: Array, conductivity: float, isolated: bool) -> Modes:
-    """Modes of one class on one division, from the finest one's inductances and fields."""
+    """Return modes of one class on one division, from the finest one's inductances and fields."""
     R = 1.0 / (conductivity * level.cells.width * level.cells.height)
     own = level.joined(level.joined(L).T)
     return eddy_modes(own, R, 2.0 * level.joined(fields).T, constraint=np.ones(R.size) if isolated else None)
 
 
 def _combined(images: tuple[Array, ...], parities: tuple[float, float]) -> Array:
-    """Sum over the four images with a class's signs."""
+    """Return the sum over the four images with a class's signs."""
     return np.asarray(sum(sign * image for sign, image in zip(signs(parities), images, strict=True)))
 
 
@@ -139,7 +139,7 @@ def _check_size(bars: int, size: tuple[float, float], clearance: float, terms: f
 
 
 def _image_logs(cells: Cells, unit: float) -> tuple[Array, Array, Array, Array]:
-    """Mean ln(r / unit) from each cell to each cell's own place and its images in x, in z and in both."""
+    """Return the mean ln(r / unit) from each cell to each cell's own place and its images in x, in z and in both."""
     x, z = cells.x, cells.z
     first = (cells.width[:, None], cells.height[:, None])
     second = (cells.width, cells.height)
@@ -152,13 +152,13 @@ def _image_logs(cells: Cells, unit: float) -> tuple[Array, Array, Array, Array]:
 
 
 def _sampled(nodes: Complex, charges: Complex) -> tuple[Array, ...]:
-    """Re f' and Im f' at the nodes of each charge and its images, with f = ln(p - p_k); each (2 m, charges)."""
+    """Return Re f' and Im f' at the nodes of each charge and its images, with f = ln(p - p_k); each (2 m, charges)."""
     slopes = (1.0 / (nodes[:, None] - image) for image in mirrored(charges))
     return tuple(np.concatenate([slope.real, slope.imag]) for slope in slopes)
 
 
 def _potentials(cells: Cells, charges: Complex) -> tuple[Array, ...]:
-    """Mean of ln|p - p_k| over each cell, less that of the section's centre; each (cells, charges)."""
+    """Return the mean of ln|p - p_k| over each cell, less that of the section's centre; each (cells, charges)."""
     means = []
     for image in mirrored(charges):
         mean = np.zeros((cells.x.size, charges.size))

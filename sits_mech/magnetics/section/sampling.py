@@ -79,7 +79,7 @@ def all_nodes(places: Complex, copies: int) -> Complex:
 
 
 def _charge(inner: tuple[Complex, Array], outer: tuple[Complex, Array]) -> Array:
-    """Charges of one quadrant's inner panels at potential 1 against the outer curve at 0; all images have the same."""
+    """Return charges of one quadrant's inner panels at potential 1 against the outer curve at 0."""
     places, lengths = (np.concatenate(pair) for pair in zip(inner, outer, strict=True))
     matrix = np.zeros((places.size,) * 2)
     for image in (places, -places.conj(), places.conj(), -places):
@@ -94,7 +94,7 @@ def _charge(inner: tuple[Complex, Array], outer: tuple[Complex, Array]) -> Array
 
 
 def _equal_parts(curve: tuple[Complex, Array], density: Array, parts: int) -> Complex:
-    """Middles of equal parts of the charge along a curve of panels."""
+    """Return middles of equal parts of the charge along a curve of panels."""
     places, _ = curve
     edges = np.concatenate([[0.0], np.cumsum(np.maximum(density, 0.0))])
     middles = (edges[1:] + edges[:-1]) / 2
@@ -103,7 +103,7 @@ def _equal_parts(curve: tuple[Complex, Array], density: Array, parts: int) -> Co
 
 
 def _rectangle(half_width: float, half_height: float, step: float) -> tuple[Complex, Array]:
-    """Panels (middles, lengths) on one quadrant of a rectangle's rim or of a line, finer towards corner and end."""
+    """Return panels (middles, lengths) on a quadrant of a rectangle's rim or a line, finer towards corner and end."""
     corner = complex(half_width, half_height)
     top = _panels(corner - half_width, corner, step)
     if half_height == 0.0:
@@ -113,14 +113,14 @@ def _rectangle(half_width: float, half_height: float, step: float) -> tuple[Comp
 
 
 def _panels(start: complex, end: complex, step: float) -> tuple[Complex, Array]:
-    """Panels of a straight line, finer towards its end."""
+    """Return panels of a straight line, finer towards its end."""
     length = abs(end - start)
     edges = np.sin(np.linspace(0.0, np.pi / 2, 9 + int(np.ceil(np.pi / 2 * length / step))))
     return start + (end - start) * (edges[1:] + edges[:-1]) / 2, length * np.diff(edges)
 
 
 def _offset_curve(size: tuple[float, float], distance: float, step: float) -> tuple[Complex, Array]:
-    """Panels on one quadrant of the curve at `distance` around a rectangle."""
+    """Return panels on one quadrant of the curve at `distance` around a rectangle."""
     corner = complex(size[0] / 2, size[1] / 2)
     arc = np.pi / 2 * distance
     counts = [max(3, int(np.ceil(length / step))) for length in (corner.real, arc, corner.imag)]

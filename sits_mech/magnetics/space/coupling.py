@@ -123,7 +123,7 @@ def _drive(
 
 @lru_cache(maxsize=64)
 def _of_order(plate: Sheeted, needed: tuple[int, ...]) -> tuple[Nodes, list[tuple[Integers, Array]]]:
-    """Where polynomials are found; which of their coefficients each class sees, and its combinations of these."""
+    """Return the nodes of polynomials of an order, each class's coefficients and its combinations of these."""
     box, found = plate.box, []
     order = [size[k] for size, k in zip(box.sizes, needed, strict=True)]
     for basis in plate.bases:
@@ -137,19 +137,19 @@ def _of_order(plate: Sheeted, needed: tuple[int, ...]) -> tuple[Nodes, list[tupl
 
 @lru_cache(maxsize=8)
 def _responses(plates: tuple[Sheeted, ...], omega: float) -> tuple[Array, ...]:
-    """Real and imaginary part of each class's Y on all d divisions, shape (r, 2, d, r)."""
+    """Return the real and imaginary part of each class's Y on all d divisions, shape (r, 2, d, r)."""
     answers = zip(*([part.admittance(omega) for part in plate.classes] for plate in plates), strict=True)
     return tuple(np.stack([np.stack([Y.real, Y.imag], axis=1) for Y in each], axis=2) for each in answers)
 
 
 @lru_cache(maxsize=1024)
 def _asked(plate: Sheeted, frequency: float) -> list[int]:
-    """How many coils in poses were asked for: Y costs what some of them do, and serves all that come after."""
+    """Return a counter of coils in poses asked for: Y costs what some of them do, and serves all that come after."""
     return [0]
 
 
 def _by_modes(plate: Sheeted, drive: Array, omega: float) -> Complex:
-    """Sum of the classes' reactions for drives (p, n, all classes' r), without Y."""
+    """Return the sum of the classes' reactions for drives (p, n, all classes' r), without Y."""
     start, total = 0, np.zeros((*drive.shape[:2], drive.shape[1]), dtype=complex)
     for basis, part in zip(plate.bases, plate.classes, strict=True):
         r = basis.fields.shape[1]
@@ -159,7 +159,7 @@ def _by_modes(plate: Sheeted, drive: Array, omega: float) -> Complex:
 
 
 def _reaction(plates: tuple[Sheeted, ...], drive: Array, levels: Integers, omega: float) -> Complex:
-    """As `_by_modes` on all d divisions in one product, (d, p, n, n), for coils of some levels, high ones first."""
+    """Return `_by_modes` on all d divisions in one product, (d, p, n, n), coils of high levels first."""
     (p, n, _), d = drive.shape, len(plates)
     total = np.zeros((p, n, 2, d, n))
     firsts = _blocks(levels)

@@ -102,7 +102,7 @@ def responses(plate: Plate, columns: Array, omega: float) -> tuple[Complex, Comp
 
 
 def _weights(Y: Blocks, coils: int) -> tuple[_Weights, _Weights]:
-    """W and its inverse, by parts of rows: both what is lost in the plate and what is not counts to the largest."""
+    """Return W and its inverse, by parts of rows: both what is lost in the plate and what is not, to the largest."""
     parts = []
     for rows, part in Y.parts:
         own = rows < Y.size - coils
@@ -120,7 +120,7 @@ def _weights(Y: Blocks, coils: int) -> tuple[_Weights, _Weights]:
 
 
 def _weighted(weights: _Weights, columns: Array) -> Array:
-    """W, or its inverse, times columns; coils' rows as they are."""
+    """Return W, or its inverse, times columns; coils' rows as they are."""
     found = columns.copy()
     for rows, W in weights:
         found[rows] = W @ columns[rows]
@@ -137,7 +137,7 @@ def seen(plate: Plate, field: Array, r: int) -> Array:
 
 
 def _radiated(plate: Plate, moments: Array) -> Array:
-    """D of moments (r, k) at the box's points, shape (q, 3, k)."""
+    """Return D of moments (r, k) at the box's points, shape (q, 3, k)."""
     box, k, start = plate.box, moments.shape[1], 0
     whole = np.zeros((3 * int(np.prod(box.order)), k))
     for basis in plate.bases:
@@ -149,14 +149,14 @@ def _radiated(plate: Plate, moments: Array) -> Array:
 
 
 def _along_axes(box: Box, whole: Array, side: int) -> Array:
-    """From values at the box's points to coefficients along its three axes (side 1), or by the transposed way (0)."""
+    """Take values at the box's points to coefficients along its axes (side 1), or by the transposed way (0)."""
     for k, n in enumerate(box.order):
         whole = np.moveaxis(np.tensordot(to_coefficients(n), whole, axes=(side, k + 1)), 0, k + 1)
     return whole
 
 
 def _around(box: Box, clearance: float) -> Array:
-    """Points on the surface of a box grown by a clearance, as dense as its own, from the bottom face's centre."""
+    """Return points on the surface of a box grown by a clearance, as dense as its own, from the bottom's centre."""
     axes = [
         np.concatenate([[1.0], np.cos(np.pi * (np.arange(n) + 0.5) / n), [-1.0]]) * (half + clearance)
         for n, half in zip(box.order, box.half, strict=True)
@@ -169,7 +169,7 @@ def _around(box: Box, clearance: float) -> Array:
 
 
 def _chosen(K: Array) -> tuple[Any, Array]:
-    """Which columns of K carry all others, and the matrix (few, all) that takes these to them."""
+    """Return the columns of K that carry all others, and the matrix (few, all) that takes these to them."""
     count = min(K.shape)
     rows = np.random.default_rng(1).normal(size=(min(4 * _SKETCH, count), len(K))) @ K
     R, order = qr(rows, mode="r", pivoting=True)

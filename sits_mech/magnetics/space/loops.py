@@ -92,7 +92,7 @@ class Flows:
         thin = 1.0 / np.sqrt(12.0 * heights)[:, None]
 
         def rows(first: int, last: int, psi: Array, across: Array, scale: Array | None = None) -> sp.csr_array:
-            """Rows of the sums first to last of all cells, on the sheets by both operators."""
+            """Return rows of the sums first to last of all cells, on the sheets by both operators."""
             parts = [(self.psi, psi, 0), (self.across, across, columns[0])]
             each = [_on_sheets(sums, (first * n, last * n), op, start, scale) for sums, op, start in parts]
             values, places = (np.concatenate(both, axis=-1) for both in zip(*each, strict=True))
@@ -118,7 +118,7 @@ def plan_sums(plan: Plan, depth: float) -> Sums:
 def _on_sheets(
     sums: sp.coo_array, within: tuple[int, int], op: Array, start: int, scale: Array | None
 ) -> tuple[Array, Integers]:
-    """Entries and places of the Kronecker product of some rows of sums, scaled, and an operator on the sheets."""
+    """Return the Kronecker product of some rows of sums, scaled, and an operator on the sheets: entries, places."""
     some = (sums.row >= within[0]) & (sums.row < within[1])
     row, column, value = sums.row[some] - within[0], sums.col[some], sums.data[some]
     value = value if scale is None else value * scale[row]
@@ -139,14 +139,14 @@ def most_unknowns(plan: Plan, depth: float) -> int:
 
 
 def _centroids(corners: Array) -> Array:
-    """Centres of area of polygons (m, k, 2)."""
+    """Return centres of area of polygons (m, k, 2)."""
     after = np.roll(corners, -1, axis=1)
     cross = corners[..., 0] * after[..., 1] - corners[..., 1] * after[..., 0]
     return np.asarray(((corners + after) * cross[..., None]).sum(1) / (3 * cross.sum(1, keepdims=True)))
 
 
 def _interfaces(count: int, mirror: int) -> tuple[Array, Array, Array]:
-    """Sheets by interfaces: loop current in a sheet, mean and difference of the vertical current in it.
+    """Return sheets by interfaces: loop current in a sheet, mean and difference of the vertical current in it.
 
     Odd classes have vertical current through the middle plane: its interface comes first.
     """
@@ -159,7 +159,7 @@ def _interfaces(count: int, mirror: int) -> tuple[Array, Array, Array]:
 
 
 def _stream_flux(plan: Plan, seams: Seams, character: Complex) -> sp.csr_array:
-    """Outward currents of all cells' edges (edge fastest) from the plan's free stream-function values."""
+    """Return outward currents of all cells' edges (edge fastest) from the plan's free stream-function values."""
     stands, factor = standing_nodes(plan, seams, character)
     free = (plan.loop < 0) & (factor != 0.0) & (stands == np.arange(stands.size))
     number = np.cumsum(free) - 1
@@ -178,7 +178,7 @@ def _stream_flux(plan: Plan, seams: Seams, character: Complex) -> sp.csr_array:
 
 
 def _near_rim(plan: Plan, centre: Array, depth: float) -> NDArray[np.bool_]:
-    """Cells that touch a rim, or whose middle lies within `depth` of one."""
+    """Return cells that touch a rim, or whose middle lies within `depth` of one."""
     touching = (plan.loop[plan.cells] >= 0).any(1)
     after = np.roll(plan.cells, -1, axis=1)
     rim = (plan.loop[plan.cells] >= 0) & (plan.loop[plan.cells] == plan.loop[after])
@@ -191,7 +191,7 @@ def _near_rim(plan: Plan, centre: Array, depth: float) -> NDArray[np.bool_]:
 
 
 def _tree_flux(plan: Plan, seams: Seams, character: Complex, at_rim: NDArray[np.bool_]) -> sp.csr_array:
-    """Outward currents of all cells' edges from the vertical loops, one a branch of the tree of rim cells.
+    """Return outward currents of all cells' edges from the vertical loops, one a branch of the tree of rim cells.
 
     A current of 1 out of edge e enters the image by g of f's cell, so ``conj(chi(g))`` enters f's cell itself. A link
     to the cell's own image with a factor other than 1 feeds it from nowhere: a branch to the ground.
@@ -218,7 +218,7 @@ def _tree_flux(plan: Plan, seams: Seams, character: Complex, at_rim: NDArray[np.
 
 
 def _levers(lever: Array) -> tuple[sp.csr_array, sp.csr_array]:
-    """Sums over a cell's edges of outward current times the edge middle's x and y from the cell's centre."""
+    """Return sums over a cell's edges of outward current times the edge middle's x and y from the cell's centre."""
     cells = lever.shape[0]
     rows, columns = np.repeat(np.arange(cells), 4), np.arange(4 * cells)
     x, y = (sp.csr_array((lever[..., k].ravel(), (rows, columns)), shape=(cells, 4 * cells)) for k in (0, 1))
@@ -226,7 +226,7 @@ def _levers(lever: Array) -> tuple[sp.csr_array, sp.csr_array]:
 
 
 def _pair_sums(corners: Array, area: Array) -> sp.csr_array:
-    """Weighted sums of the outward currents of opposite edges; in a triangle, of all three."""
+    """Return weighted sums of the outward currents of opposite edges; in a triangle, of all three."""
     length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     triangle = length[:, 2] == 0.0
     offset = corners - _centroids(corners)[:, None, :]

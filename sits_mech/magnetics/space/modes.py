@@ -61,7 +61,7 @@ class Blocks:
 
     @property
     def diagonal(self) -> Complex:
-        """Its diagonal, shape (size,)."""
+        """Diagonal, shape (size,)."""
         found = np.zeros(self.size, dtype=complex)
         for rows, part in self.parts:
             found[rows] += np.diag(part)
@@ -155,7 +155,7 @@ def _modes(
     plan: Plan, levels: Array, metal: tuple[float, float], reach: tuple[Box, float],
     bases: dict[tuple[int, int], Basis],
 ) -> tuple[dict[tuple[int, int], Modes], int]:  # fmt: skip
-    """Classes of one division by order and mirror, and unknowns; the first division fills `bases`.
+    """Return classes of one division by order and mirror, and unknowns; the first division fills `bases`.
 
     `metal` is its conductivity and the highest angular frequency.
     """
@@ -192,7 +192,7 @@ def combined(
 
 
 def _resisted(R: Complex, B: Complex, weight: float) -> Array:
-    """Rows of B R^-1/2: what fields drive where nothing but resistance stops the currents."""
+    """Return rows of B R^-1/2: what fields drive where nothing but resistance stops the currents."""
     seen = solve_triangular(cholesky(R, lower=True), B.conj().T, lower=True).conj().T
     if np.iscomplexobj(seen):
         seen = np.hstack([seen.real, seen.imag]) * np.sqrt(weight)
@@ -200,7 +200,7 @@ def _resisted(R: Complex, B: Complex, weight: float) -> Array:
 
 
 def _strongest(seen: Array, keep: float) -> Array:
-    """Few orthonormal combinations of fields in which currents see nearly all, from `seen` (fields, currents).
+    """Return a few orthonormal combinations of fields in which currents see nearly all, from `seen` (fields, currents).
 
     Of many they are sought in what random currents show.
     """
@@ -226,7 +226,7 @@ def _strongest(seen: Array, keep: float) -> Array:
 
 
 def _by_level(box: Box, rows: Integers, fields: Array) -> Basis:
-    """Combinations turned among themselves so that low levels drive the first ones alone, without rows of zeros."""
+    """Turn combinations so that low levels drive the first ones alone, without rows of zeros."""
     kept = np.flatnonzero(fields.any(axis=1))
     level = box.levels()[rows[kept]]
     order = kept[np.argsort(level, kind="stable")]
@@ -236,7 +236,7 @@ def _by_level(box: Box, rows: Integers, fields: Array) -> Basis:
 
 
 def _fluxes(problem: Problem, fields: Array, rows: Integers | None) -> tuple[Integers, Complex]:
-    """Which of the three components' coefficients one class sees, and their fluxes B (rows, unknowns)."""
+    """Return which of the three components' coefficients a class sees, and their fluxes B (rows, unknowns)."""
     pairs, weights, moments = problem.parts
     means = mixed(weights, fields)
     sees = np.zeros((3, fields.shape[-1]), dtype=bool)

@@ -70,12 +70,12 @@ class Near:
 
     @property
     def sheets(self) -> int:
-        """How many there are."""
+        """Number of sheets."""
         return 2 * (self.levels.size - 1)
 
     @property
     def unknowns(self) -> int:
-        """Its size as a discrete problem."""
+        """Size of the discrete problem."""
         return sum(part.problem.loops.unknowns * int(part.problem.weight) for part in self.classes)
 
     @cached_property
@@ -98,7 +98,7 @@ class Near:
 
     @cached_property
     def through(self) -> Array:
-        """From values on the heights to means over the sheets of the upper and of the lower half, (2, l, k)."""
+        """Matrix from values on the heights to means over the sheets of the upper and the lower half, (2, l, k)."""
         nodes, weights = np.polynomial.legendre.leggauss(_WITHIN)
         middle, half = (self.levels[1:] + self.levels[:-1]) / 2, np.diff(self.levels) / 2
         z = (middle[:, None] + half[:, None] * nodes) / self.coils.half[2]
@@ -149,7 +149,7 @@ def _classes(
     plan: Plan, levels: Array, metal: tuple[float, float], seen: tuple[Box | None, Sources | None],
     bases: dict[tuple[int, int], Basis],
 ) -> dict[tuple[int, int], _Class]:  # fmt: skip
-    """Classes of one division; the first one fills `bases`. `metal`: conductivity, and depth as of `prepare_sheets`."""
+    """Return classes of a division; the first one fills `bases`. `metal`: conductivity, `depth` of `prepare_sheets`."""
     (conductivity, depth), (others, sources) = metal, seen
     prisms, first = stacked(plan, levels), not bases
     means = kernel(plan, levels, prisms)
@@ -191,7 +191,7 @@ def near_answered(
 def _reaction(
     coils: tuple[Coil, ...], windings: str, plate: Near, poses: tuple[Array, Array], omega: float
 ) -> Complex:
-    """Delta Z of one division and, to its right, Y of the coils' fields and the combinations, shape (p, n, n + r)."""
+    """Return Delta Z of a division and, to its right, Y of coils' fields and combinations, shape (p, n, n + r)."""
     turns, places = poses
     n, count = len(coils), plate.points[0].size
     result = np.empty((len(places), n, n + plate.seen), dtype=complex)
@@ -205,7 +205,7 @@ def _reaction(
 
 
 def _answer(plate: Near, fluxes: Sequence[Complex], n: int, omega: float) -> Complex:
-    """As `_reaction`, of some poses, from the fluxes of n coils in each, (poses times n, unknowns) by class."""
+    """Return `_reaction` of some poses, from the fluxes of n coils in each, (poses times n, unknowns) by class."""
     answer = np.zeros((len(fluxes[0]) // n, n, n + plate.seen), dtype=complex)
     others = _by_others(plate, omega)
     for part, factor, by_others, B in zip(plate.classes, _factors(plate, omega), others, fluxes, strict=True):
@@ -220,54 +220,54 @@ def _answer(plate: Near, fluxes: Sequence[Complex], n: int, omega: float) -> Com
 
 @lru_cache(maxsize=2)
 def _admittance(plate: Near, omega: float) -> Blocks:
-    """Y of what a plate sees apart from coils in their poses."""
+    """Return Y of what a plate sees apart from coils in their poses."""
     return Blocks(plate.seen, tuple(
         (part.columns, beyond(partial(_seen, plate, k), omega, plate.highest)) for k, part in enumerate(plate.classes)
     ))  # fmt: skip
 
 
 def _seen(plate: Near, k: int, omega: float) -> Complex:
-    """Y of one class; the factors of a plate at rest, which is asked once, are not kept."""
+    """Return Y of one class; the factors of a plate at rest, which is asked once, are not kept."""
     part = plate.classes[k]
     currents = _currents(_factor(part, omega), part.fluxes) if plate.sources else _by_others(plate, omega)[k]
     return np.asarray(omega**2 * _symmetric(part, part.fluxes @ currents.T))
 
 
 def _currents(factor: Any, B: Complex) -> Complex:
-    """What fluxes (m, unknowns) drive, without -j omega."""
+    """Return the currents that fluxes (m, unknowns) drive, without -j omega."""
     return np.asarray(lu_solve(factor, B.conj().T, check_finite=False).T)
 
 
 def _weight(part: _Class) -> float:
-    """Half of how often a class is there: its fields act on each other both ways."""
+    """Return half of how often a class is there: its fields act on each other both ways."""
     return 0.5 * (part.problem.weight if np.iscomplexobj(part.R) else 1.0)
 
 
 def _symmetric(part: _Class, Z: Complex) -> Complex:
-    """What a class does, from one way of it."""
+    """Return a class's reaction both ways, from one of them."""
     return np.asarray(_weight(part) * (Z + np.swapaxes(Z, -1, -2)))
 
 
 @lru_cache(maxsize=16)
 def _factors(plate: Near, omega: float) -> list[Any]:
-    """LU factors of R + j omega L, class by class."""
+    """Return LU factors of R + j omega L, class by class."""
     return [_factor(part, omega) for part in plate.classes]
 
 
 def _factor(part: _Class, omega: float) -> Any:
-    """LU factors of one class."""
+    """Return LU factors of one class."""
     return lu_factor(part.R + 1j * omega * part.L, overwrite_a=True, check_finite=False)
 
 
 @lru_cache(maxsize=16)
 def _by_others(plate: Near, omega: float) -> list[Complex]:
-    """What the combinations of other plates' fields drive, class by class."""
+    """Return the currents that combinations of other plates' fields drive, class by class."""
     return [_currents(factor, part.fluxes)
             for part, factor in zip(plate.classes, _factors(plate, omega), strict=True)]  # fmt: skip
 
 
 def coil_means(coils: tuple[Coil, ...], windings: str, plate: Near, poses: tuple[Array, Array]) -> Array:
-    """Mean of A over each cell's images, pose by pose, coils fastest; shape (g, 2, cells, 3, poses times coils)."""
+    """Return means of A over each cell's images, coils fastest, shape (g, 2, cells, 3, poses times coils)."""
     (turns, places), (points, weights) = poses, plate.points
     kinds, which = kinds_of(coils)
     g, n, q, k, _ = points.shape

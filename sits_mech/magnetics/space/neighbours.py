@@ -60,11 +60,11 @@ class _Placed:
 
     @classmethod
     def of(cls, far: Far, turn: Array, place: Array) -> _Placed:
-        """A plate in one of its places."""
+        """Return a plate in one of its places."""
         return cls(far.points @ turn.T + place, turn @ far.moments)
 
     def linked(self, other: _Placed) -> Array:
-        """P between two, shape (k, k')."""
+        """Return P between two, shape (k, k')."""
         K = mu_0 / (4 * np.pi) / cdist(self.points, other.points)
         field = K @ other.moments.reshape(len(other.points), -1)
         k = self.moments.shape[2]
@@ -115,7 +115,7 @@ def _fixed(
     plates: tuple[tuple[Plate, ...], ...], where: tuple[tuple[tuple[float, ...], tuple[float, ...]], ...], omega: float,
     n: int,
 ) -> _Fixed:  # fmt: skip
-    """Fixed plates together for n coils, by their divisions, and their turns and places."""
+    """Return fixed plates together for n coils, by their divisions, and their turns and places."""
     fars = [seen_from(divisions[0], divisions[0].box.clearance, omega, _FIXED, n) for divisions in plates]
     placed = tuple(
         _Placed.of(far, np.reshape(turn, (3, 3)), np.array(place))
@@ -140,13 +140,13 @@ def _fixed(
 
 
 def _with_coils(plate: Plate, far: Far, omega: float, n: int) -> Complex:
-    """What a plate at rest answers to its n coils and its far combinations, shape (n + k, n + k)."""
+    """Return the answer of a plate at rest to its n coils and its far combinations, shape (n + k, n + k)."""
     own = np.eye(len(far.fields), n, n - len(far.fields))
     return responses(plate, np.hstack([own, far.fields]), omega)[1]
 
 
 def _times(P: Array, X: Complex) -> Complex:
-    """P X for a real P, which is not made complex."""
+    """Return P X for a real P, which is not made complex."""
     return np.asarray((P @ np.ascontiguousarray(X).view(np.float64)).view(np.complex128))
 
 

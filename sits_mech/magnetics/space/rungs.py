@@ -104,7 +104,7 @@ def fitting(
 
 
 def _stem(rung: Rung) -> int:
-    """Which of a rung's levels along the plate the sheets are refined on."""
+    """Return the level along the plate on which a rung's sheets are refined."""
     return rung.along.index(_STEM) if _STEM in rung.along[:2] else 0
 
 

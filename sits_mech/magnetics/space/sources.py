@@ -59,7 +59,7 @@ class Sources:
         return found
 
     def _away(self, plan: Plan, prisms: Prisms) -> Array:
-        """How far each cell's middle, or an image of it, is from the nearest circle around a coil, in the plan [m]."""
+        """Return each cell's distance, or its images', from the nearest circle around a coil, in the plan [m]."""
         middle = np.stack([prisms.corners.mean(axis=1) @ g.T for g in plan.group]) + self.place[:2]
         apart = [np.linalg.norm(middle - coil.centre, axis=-1) - coil.outer_diameter / 2 for coil in self.coils]
         return np.asarray(np.min(apart, axis=(0, 1)))
@@ -75,7 +75,7 @@ class Sources:
 
 
 def _around(coil: Coil, windings: str, points: Array, distance: float) -> Array:
-    """A of a coil about z at points, shape (m, 3)."""
+    """Return A of a coil about z at points, shape (m, 3)."""
     from scipy.interpolate import CubicSpline
 
     if windings != "rings" or not coil.is_round:

@@ -75,14 +75,14 @@ def placed(points: Array, pose: Pose) -> Array:
 
 
 def _plan(target: Target, cells: int) -> Plan:
-    """Cells of the whole outline, graded to the rim."""
+    """Return cells of the whole outline, graded to the rim."""
     outline = target_outline(target)
     size = float(np.ptp(outline.rim, axis=0).min())
     return outline_plan(outline, Grading(size / (4 * cells), 2.0, size / cells))
 
 
 def _potential(sensor: Sensor, pose: Pose, plan: Plan, currents: Array) -> Array:
-    """Coils' vector potential at the cells' middles, in the target's own axes, shape (m, 3) [V s/m]."""
+    """Return coils' vector potential at the cells' middles, in the target's own axes, shape (m, 3) [V s/m]."""
     height = 0.0 if sensor.target is None else sensor.target.thickness / 2
     corners = plan.nodes[plan.cells]
     triangle = np.all(corners[:, 2] == corners[:, 3], axis=1)
@@ -96,7 +96,7 @@ def _potential(sensor: Sensor, pose: Pose, plan: Plan, currents: Array) -> Array
 
 
 def _at_nodes(plan: Plan, found: Complex) -> Complex:
-    """Unknowns at all nodes: zero on the rim, one value on the rim of each hole."""
+    """Return unknowns at all nodes: zero on the rim, one value on the rim of each hole."""
     psi = np.zeros(plan.nodes.shape[0], dtype=complex)
     inner = plan.loop < 0
     count = int(inner.sum())

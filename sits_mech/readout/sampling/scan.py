@@ -1,4 +1,4 @@
-"""Return the codes, and when they come, of a converter that reads coil after coil while the inductances change.
+"""Return the codes, and their times, of a converter that reads coil after coil while the inductances change.
 
 The channels go round in their order; channel k of scan s takes ``channel_time[k]`` (front_end.py):
 
@@ -18,7 +18,7 @@ lower frequency (1/f, drift of the reference) is unknown for these parts, and no
 
 Between samples of the history the frequency is a piecewise cubic that overshoots nowhere (F. N. Fritsch, R. E. Carlson,
 SIAM J. Numer. Anal. 17 (1980) 238), integrated exactly. Neglected: how the tank settles after the switch to its
-channel; a resonance that lags its L. Source: data sheets SNOSCY9A, SNOSD01D. Numbers only.
+channel; a resonance that lags its L. Source: data sheets SNOSCY9A, SNOSD01D.
 """
 
 from __future__ import annotations
